@@ -1,0 +1,1 @@
+"""Scenes, plans, methods and studies: the reduced model against the ground truth."""

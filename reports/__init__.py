@@ -1,0 +1,1 @@
+"""The face: command line, HTML report, figures and pictures."""
