@@ -1,0 +1,250 @@
+"""A results folder: what a study wrote, and how it is read back.
+
+Layout of a folder::
+
+    results.csv      one row per scene, method, resolution, realisation and load step
+    measures.csv     one row per scene, method, resolution, quantity: rms and largest error
+    study.json       what was asked, plans, references, machine, versions
+    fields/KEY.npz   arrays of one finished task (also what --resume finds)
+    fields/*.vtu     the same fields for ParaView
+
+Every file is written to a temporary name beside it and then renamed, so a killed run leaves
+whole files or none. Nothing is ever unpickled.
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import tempfile
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any, BinaryIO
+
+import numpy as np
+import pandas as pd
+
+RESULTS = "results.csv"
+MEASURES = "measures.csv"
+STUDY = "study.json"
+FIELDS = "fields"
+STUDY_KEYS = ("created", "command", "effort", "seconds", "machine", "versions", "interrupted")
+SCENE_KEYS = ("name", "title", "text", "control", "quantities", "tolerance", "plan")
+SCENE_KEYS += ("reference", "answer", "disagreements")
+
+
+class ResultsError(ValueError):
+    """A results folder cannot be read or written as asked."""
+
+
+@dataclass(frozen=True)
+class SceneRecord:
+    """All that a study found for one scene.
+
+    Attributes
+    ----------
+    name, title : str
+    text : str
+        The scene as TOML, with every quantity in SI units.
+    control : str
+        The prescribed load: "penetration", "force" or "mean_gap".
+    quantities : tuple of str
+        What was compared.
+    tolerance : float
+        The relative error asked for.
+    plan : dict
+        ``methods`` (list of {method, supported, reason, resolutions, modelled}), ``left_out``
+        (list of {what, why}), ``notes`` (list of str).
+    reference : dict
+        ``method``, ``resolution``, ``text`` (one sentence) and ``uncertainty`` ({quantity: largest
+        relative 95 % half-width over the load steps, or None where unknown}).
+    answer : str
+        One sentence: the cheapest setting of each method within the tolerance.
+    disagreements : tuple of str
+        References that differ by more than their bars, in words.
+    rows, measures : DataFrame
+        The scene's part of results.csv and measures.csv.
+    fields : dict
+        (method, resolution) -> path of the npz with the fields of realisation 0 at the last load.
+    """
+
+    name: str
+    title: str
+    text: str
+    control: str
+    quantities: tuple[str, ...]
+    tolerance: float
+    plan: dict[str, Any]
+    reference: dict[str, Any]
+    answer: str
+    disagreements: tuple[str, ...]
+    rows: pd.DataFrame
+    measures: pd.DataFrame
+    fields: dict[tuple[str, int], Path] = field(default_factory=dict)
+
+    def load_fields(self, method: str, resolution: int) -> dict[str, np.ndarray]:
+        """Return the stored arrays of one solution, or an empty dict where there are none."""
+        path = self.fields.get((method, int(resolution)))
+        return {} if path is None or not path.exists() else read_arrays(path)
+
+
+@dataclass(frozen=True)
+class StudyRecord:
+    """A whole results folder.
+
+    Attributes
+    ----------
+    directory : Path
+    created : str
+        ISO date and time of the run.
+    command : str
+        The command line that made it.
+    effort : str
+        "quick" or "full".
+    seconds : float
+        Wall time of the study.
+    machine : dict
+        ``system``, ``processor``, ``cores``, ``memory`` (bytes), ``threads``.
+    versions : dict
+        Package name -> version.
+    scenes : tuple of SceneRecord
+    interrupted : bool
+        True where the run was stopped before all solves were done.
+    """
+
+    directory: Path
+    created: str
+    command: str
+    effort: str
+    seconds: float
+    machine: dict[str, Any]
+    versions: dict[str, str]
+    scenes: tuple[SceneRecord, ...]
+    interrupted: bool = False
+
+
+def write_atomically(path: Path, write: Callable[[BinaryIO], None]) -> None:
+    """Call ``write`` on a temporary file beside `path`, then rename it to `path`."""
+    path.parent.mkdir(parents=True, exist_ok=True)
+    handle, temporary = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
+    try:
+        with os.fdopen(handle, "wb") as stream:
+            write(stream)
+            stream.flush()
+            os.fsync(stream.fileno())
+        # mkstemp makes private files; results are meant to be read by others.
+        umask = os.umask(0)
+        os.umask(umask)
+        Path(temporary).chmod(0o666 & ~umask)
+        Path(temporary).replace(path)
+    except BaseException:
+        Path(temporary).unlink(missing_ok=True)
+        raise
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write a text file atomically (UTF-8)."""
+    write_atomically(path, lambda stream: stream.write(text.encode()))
+
+
+def write_table(path: Path, table: pd.DataFrame) -> None:
+    """Write a data frame as CSV, atomically and with every digit."""
+    write_text(path, table.to_csv(index=False, lineterminator="\n"))
+
+
+def write_arrays(path: Path, arrays: Mapping[str, np.ndarray]) -> None:
+    """Write named arrays as a compressed npz, atomically."""
+    write_atomically(path, lambda stream: np.savez_compressed(stream, **arrays))
+
+
+def read_arrays(path: Path) -> dict[str, np.ndarray]:
+    """Read an npz without ever unpickling.
+
+    Raises
+    ------
+    ResultsError
+        If the file is torn or is not an npz of plain arrays.
+    """
+    try:
+        with np.load(path, allow_pickle=False) as archive:
+            return {name: archive[name] for name in archive.files}
+    except Exception as error:  # zipfile, zlib, numpy and the OS each raise their own
+        raise ResultsError(f"{path}: not a readable array file ({error})") from error
+
+
+def save_study(record: StudyRecord) -> None:
+    """Write study.json, results.csv and measures.csv of a study (fields are there already)."""
+    root = record.directory
+    write_table(root / RESULTS, _stacked([scene.rows for scene in record.scenes]))
+    write_table(root / MEASURES, _stacked([scene.measures for scene in record.scenes]))
+    document = {name: getattr(record, name) for name in STUDY_KEYS}
+    document["scenes"] = [_scene_document(scene, root) for scene in record.scenes]
+    write_text(root / STUDY, json.dumps(document, indent=1, allow_nan=False))
+
+
+def load_study(directory: str | Path) -> StudyRecord:
+    """Read a results folder back.
+
+    Raises
+    ------
+    ResultsError
+        If the folder holds no finished study, or its files cannot be read.
+    """
+    root = Path(directory)
+    try:
+        document = json.loads((root / STUDY).read_text(encoding="utf-8"))
+        rows = pd.read_csv(root / RESULTS, low_memory=False, keep_default_na=True)
+        measures = pd.read_csv(root / MEASURES)
+        scenes = tuple(_scene_record(item, root, rows, measures) for item in document["scenes"])
+        return StudyRecord(
+            directory=root,
+            scenes=scenes,
+            **{name: document[name] for name in document if name != "scenes"},
+        )
+    except FileNotFoundError as error:
+        raise ResultsError(
+            f"{root}: no results of roughline here ({Path(error.filename).name} is missing)"
+        ) from error
+    except (ValueError, KeyError, TypeError) as error:
+        raise ResultsError(f"{root}: damaged results ({error})") from error
+
+
+def _stacked(frames: list[pd.DataFrame]) -> pd.DataFrame:
+    kept = [frame for frame in frames if len(frame)]
+    return pd.concat(kept, ignore_index=True) if kept else pd.DataFrame(columns=["scene"])
+
+
+def _scene_document(scene: SceneRecord, root: Path) -> dict[str, Any]:
+    document = {name: getattr(scene, name) for name in SCENE_KEYS}
+    document["fields"] = [
+        [method, resolution, path.relative_to(root).as_posix()]
+        for (method, resolution), path in scene.fields.items()
+    ]
+    return document
+
+
+def _scene_record(
+    document: dict[str, Any], root: Path, rows: pd.DataFrame, measures: pd.DataFrame
+) -> SceneRecord:
+    values = dict(document)
+    values["quantities"] = tuple(values["quantities"])
+    values["disagreements"] = tuple(values["disagreements"])
+    values["fields"] = {
+        (method, int(resolution)): _inside(root, name)
+        for method, resolution, name in values["fields"]
+    }
+    name = values["name"]
+    return SceneRecord(
+        rows=rows[rows["scene"] == name].reset_index(drop=True),
+        measures=measures[measures["scene"] == name].reset_index(drop=True),
+        **values,
+    )
+
+
+def _inside(root: Path, name: str) -> Path:
+    """Refuse names that lead out of the folder: results may come from strangers."""
+    path = (root / name).resolve()
+    if not path.is_relative_to(root.resolve()):
+        raise ResultsError(f"{name!r} leads out of {root}")
+    return path
