@@ -1,0 +1,85 @@
+"""Options of the built-in methods: what [methods.NAME] of a scene and --option may say."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, ConfigDict, Field
+
+from comparisons.quantities import Positive
+
+
+class Options(BaseModel):
+    """Base of all options: unknown keys are errors."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    def changed(self) -> str:
+        """Return the options that differ from their defaults, as ``key=value`` text."""
+        values = self.model_dump(exclude_defaults=True)
+        return " ".join(f"{key}={value}" for key, value in sorted(values.items()))
+
+
+class ClosedFormOptions(Options):
+    """A closed form has no options."""
+
+
+class ReducedOptions(Options):
+    """Options of the reduced model.
+
+    rule: "mdr" is the exact transform; "half_radius" the chapter's (19.17), for every shape.
+    stress: "abel" is exact for axisymmetric bodies; "local" is (19.37).
+    edges: "sub_cell" finds the contact edge inside a cell; "nodal" are the printed sums.
+    spectrum: "rings" keeps the rms height exactly; "printed" samples (19.26).
+    line_length: length of a rough line in units of the surface's side L.
+    line_points: points of a rough line; by default those that resolve its shortest wave.
+    """
+
+    rule: Literal["mdr", "half_radius"] = "mdr"
+    stress: Literal["abel", "local"] = "abel"
+    edges: Literal["sub_cell", "nodal"] = "sub_cell"
+    spectrum: Literal["rings", "printed"] = "rings"
+    line_length: Annotated[Positive, Field(le=1e4)] = 1.0
+    line_points: Annotated[int, Field(ge=8, le=2**26)] | None = None
+
+
+class DenseOptions(Options):
+    """Options of the dense half-space solver: the largest contact it accepts, in cells."""
+
+    max_cells: Annotated[int, Field(ge=1, le=20_000)] = 5000
+
+
+class FftOptions(Options):
+    """Options of the FFT half-space solver.
+
+    tolerance: largest overlap outside and tension inside the contact, relative.
+    kernel: of the periodic half-space: "continuum" |q|, or that of uniform pressure on "cells".
+    """
+
+    tolerance: Annotated[float, Field(gt=1e-13, lt=1e-2)] = 1e-8
+    kernel: Literal["continuum", "cells"] = "continuum"
+
+
+class FemOptions(Options):
+    """Options of the finite-element solver; `penalty` is in units of E*/h."""
+
+    contact: Literal["active_set", "penalty"] = "active_set"
+    penalty: Positive = 1e3
+
+
+class MethodOptions(Options):
+    """The tables [methods.NAME] of a scene."""
+
+    closed_form: ClosedFormOptions = ClosedFormOptions()
+    reduced: ReducedOptions = ReducedOptions()
+    bem_dense: DenseOptions = DenseOptions()
+    bem_fft: FftOptions = FftOptions()
+    fem: FemOptions = FemOptions()
+
+    def of(self, method: str) -> Options:
+        """Return the options of one method."""
+        chosen: Any = getattr(self, method)
+        return chosen
+
+
+METHOD_NAMES = tuple(MethodOptions.model_fields)

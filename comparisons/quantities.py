@@ -1,0 +1,49 @@
+"""Field types of scene files: checked, converted to SI, with errors a user can act on."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Any
+
+from pydantic import BeforeValidator
+from pydantic_core import PydanticCustomError
+
+from comparisons.units import FORCE, LENGTH, NUMBER, PRESSURE, Dimension, to_si
+
+_NOTHING = object()
+
+
+def fail(expected: str, came: Any = _NOTHING) -> PydanticCustomError:
+    """Make the one kind of error of scene files: what was expected, and what came."""
+    text = expected if came is _NOTHING else f"{expected}, got {shown(came)}"
+    return PydanticCustomError("scene", text)  # type: ignore[arg-type]
+
+
+def shown(value: Any) -> str:
+    """Return a value as it may stand in a one-line message, cut where it is long."""
+    text = repr(value)
+    return text if len(text) <= 60 else text[:57] + "..."
+
+
+def quantity(dimension: Dimension, *, positive: bool = True, kind: str = "number") -> Any:
+    """Return a pydantic validator for a finite quantity of one dimension."""
+
+    def check(value: Any) -> float:
+        try:
+            number = to_si(value, dimension)
+        except ValueError as error:
+            raise fail(str(error), value) from error
+        if not math.isfinite(number) or (positive and number <= 0):
+            sign = "positive " if positive else ""
+            raise fail(f"expected a {sign}finite {kind}", value)
+        return number
+
+    return BeforeValidator(check)
+
+
+Length = Annotated[float, quantity(LENGTH, kind="length")]
+FiniteLength = Annotated[float, quantity(LENGTH, positive=False, kind="length")]
+Force = Annotated[float, quantity(FORCE, kind="force")]
+Modulus = Annotated[float, quantity(PRESSURE, kind="modulus")]
+Positive = Annotated[float, quantity(NUMBER)]
+Finite = Annotated[float, quantity(NUMBER, positive=False)]

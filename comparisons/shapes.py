@@ -1,0 +1,517 @@
+"""Rigid indenters: their keys in a scene file and their initial gap over the surface.
+
+One class per shape. The gap f(x, y) is the height of the shape above the undeformed half-space
+at first touch: zero at the apex or under a flat face, ``inf`` where the shape has no material
+(beyond a sharp edge). Grids and meshes take the gap from here; the reduced model and the closed
+forms build their own description from the same parameters, so they share no formula.
+"""
+
+from __future__ import annotations
+
+from functools import cached_property
+from typing import Annotated, Any, Literal
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
+from scipy.interpolate import PchipInterpolator
+
+from comparisons.quantities import FiniteLength, Length, Positive, fail
+from comparisons.units import Dimension, to_si
+
+
+class Indenter(BaseModel):
+    """What every shape has; the subclasses are the catalogue."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, strict=False)
+
+    @property
+    def axisymmetric(self) -> bool:
+        """Whether the gap depends on the radius only."""
+        return True
+
+    @property
+    def quarter_symmetric(self) -> bool:
+        """Whether x = 0 and y = 0 are planes of symmetry."""
+        return True
+
+    @property
+    def flat(self) -> bool:
+        """Whether the contact is the whole flat face at any load."""
+        return False
+
+    @property
+    def size(self) -> float:
+        """A length of the shape, for scaling."""
+        raise NotImplementedError
+
+    def gap(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        """Return the initial gap at the points (x, y)."""
+        raise NotImplementedError
+
+    def reach(self, penetration: float) -> tuple[float, float]:
+        """Return half-widths in x and y of the region where the gap is below `penetration`.
+
+        Contact can only be inside this geometric overlap, because the surface of a half-space
+        without adhesion never rises above its undeformed level.
+        """
+        raise NotImplementedError
+
+
+class _Axisymmetric(Indenter):
+    """A shape given by f(r)."""
+
+    def profile(self, r: np.ndarray) -> np.ndarray:
+        """Return f(r)."""
+        raise NotImplementedError
+
+    def gap(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        """Return f(sqrt(x^2 + y^2))."""
+        return self.profile(np.hypot(x, y))
+
+    def overlap_radius(self, penetration: float) -> float:
+        """Return r with f(r) = penetration."""
+        raise NotImplementedError
+
+    def reach(self, penetration: float) -> tuple[float, float]:
+        """Return the overlap radius in both directions."""
+        radius = self.overlap_radius(penetration)
+        return radius, radius
+
+
+class Paraboloid(_Axisymmetric):
+    """f = r^2 / (2 R)."""
+
+    shape: Literal["paraboloid"]
+    radius: Length
+
+    @property
+    def size(self) -> float:
+        """The radius of curvature."""
+        return self.radius
+
+    def profile(self, r: np.ndarray) -> np.ndarray:
+        """Return r^2 / (2 R)."""
+        return r**2 / (2 * self.radius)
+
+    def overlap_radius(self, penetration: float) -> float:
+        """Return sqrt(2 R d)."""
+        return float(np.sqrt(2 * self.radius * penetration))
+
+
+class Sphere(_Axisymmetric):
+    """f = R - sqrt(R^2 - r^2), up to the equator."""
+
+    shape: Literal["sphere"]
+    radius: Length
+
+    @property
+    def size(self) -> float:
+        """The radius."""
+        return self.radius
+
+    def profile(self, r: np.ndarray) -> np.ndarray:
+        """Return the sphere's gap, in the form that keeps its digits near the apex."""
+        ratio = np.asarray(r) / self.radius
+        with np.errstate(invalid="ignore"):
+            height = self.radius * ratio**2 / (1 + np.sqrt(1 - ratio**2))
+        return np.where(ratio <= 1, height, np.inf)
+
+    def overlap_radius(self, penetration: float) -> float:
+        """Return sqrt(d (2 R - d)), at most R."""
+        depth = min(penetration, self.radius)
+        return float(np.sqrt(depth * (2 * self.radius - depth)))
+
+
+class Cone(_Axisymmetric):
+    """f = slope * r; the slope is the tangent of the angle between flank and surface."""
+
+    shape: Literal["cone"]
+    slope: Positive
+
+    @property
+    def size(self) -> float:
+        """A cone has no length of its own: 1 m."""
+        return 1.0
+
+    def profile(self, r: np.ndarray) -> np.ndarray:
+        """Return slope * r."""
+        return self.slope * r
+
+    def overlap_radius(self, penetration: float) -> float:
+        """Return d / slope."""
+        return penetration / self.slope
+
+
+class PowerLaw(_Axisymmetric):
+    """f = coefficient * r^exponent; the coefficient has the unit m^(1 - exponent)."""
+
+    shape: Literal["power_law"]
+    exponent: Positive
+    coefficient: float
+
+    @field_validator("exponent")
+    @classmethod
+    def _monotone_slope(cls, value: float) -> float:
+        if not 0.1 <= value <= 100:
+            raise fail("expected an exponent from 0.1 to 100", value)
+        return value
+
+    @model_validator(mode="before")
+    @classmethod
+    def _coefficient_with_unit(cls, data: Any) -> Any:
+        """Convert the coefficient here, because its unit depends on the exponent."""
+        if not isinstance(data, dict) or not isinstance(data.get("coefficient"), str):
+            return data
+        exponent = data.get("exponent")
+        if not isinstance(exponent, (int, float)) or exponent != int(exponent):
+            return data
+        try:
+            dimension = Dimension(length=1 - int(exponent))
+            return data | {"coefficient": to_si(data["coefficient"], dimension)}
+        except ValueError:
+            return data
+
+    @field_validator("coefficient", mode="before")
+    @classmethod
+    def _positive_coefficient(cls, value: Any) -> float:
+        number = isinstance(value, (int, float)) and not isinstance(value, bool)
+        if not number or not np.isfinite(value) or value <= 0:
+            raise fail(
+                "expected a positive number in m^(1 - exponent), or a text with that unit"
+                ' (for an integer exponent) such as "1e6 m^-2" for exponent 3',
+                value,
+            )
+        return float(value)
+
+    @property
+    def size(self) -> float:
+        """The length at which the height equals the radius (1 m for a cone)."""
+        if self.exponent == 1:
+            return 1.0
+        return float(self.coefficient ** (1 / (1 - self.exponent)))
+
+    def profile(self, r: np.ndarray) -> np.ndarray:
+        """Return coefficient * r^exponent."""
+        return self.coefficient * np.asarray(r) ** self.exponent
+
+    def overlap_radius(self, penetration: float) -> float:
+        """Return (d / coefficient)^(1 / exponent)."""
+        return float((penetration / self.coefficient) ** (1 / self.exponent))
+
+
+class Cylinder(_Axisymmetric):
+    """A flat circular punch."""
+
+    shape: Literal["cylinder"]
+    radius: Length
+
+    @property
+    def flat(self) -> bool:
+        """The whole face touches at once."""
+        return True
+
+    @property
+    def size(self) -> float:
+        """The radius of the face."""
+        return self.radius
+
+    @property
+    def area(self) -> float:
+        """Area of the face."""
+        return float(np.pi * self.radius**2)
+
+    def profile(self, r: np.ndarray) -> np.ndarray:
+        """Return 0 on the face and inf outside."""
+        return np.where(np.asarray(r) <= self.radius, 0.0, np.inf)
+
+    def overlap_radius(self, penetration: float) -> float:
+        """Return the radius of the face, at any depth."""
+        return self.radius
+
+
+class RoundedPunch(_Axisymmetric):
+    """Flat to r = b, then (r - b)^2 / (2 R)."""
+
+    shape: Literal["rounded_punch"]
+    flat_radius: Length
+    edge_radius: Length
+
+    @property
+    def size(self) -> float:
+        """The radius of the flat part."""
+        return self.flat_radius
+
+    def profile(self, r: np.ndarray) -> np.ndarray:
+        """Return the height beyond the flat part."""
+        return np.maximum(np.asarray(r) - self.flat_radius, 0) ** 2 / (2 * self.edge_radius)
+
+    def overlap_radius(self, penetration: float) -> float:
+        """Return b + sqrt(2 R d)."""
+        return float(self.flat_radius + np.sqrt(2 * self.edge_radius * penetration))
+
+
+class Profile(_Axisymmetric):
+    """An axisymmetric table f(r) from r = 0, f = 0; a sharp edge at the last r."""
+
+    shape: Literal["profile"]
+    r: tuple[FiniteLength, ...]
+    f: tuple[FiniteLength, ...]
+    interpolation: Literal["pchip", "linear"] = "pchip"
+
+    @model_validator(mode="after")
+    def _a_monotone_table(self) -> Profile:
+        r, f = np.array(self.r), np.array(self.f)
+        if len(r) != len(f) or len(r) < 2:
+            raise fail(f"expected r and f of the same length, at least 2, got {len(r)}, {len(f)}")
+        if r[0] != 0 or f[0] != 0 or np.any(np.diff(r) <= 0):
+            raise fail("expected r strictly increasing from 0, and f = 0 at r = 0")
+        if np.any(np.diff(f) < 0):
+            first = int(np.argmax(np.diff(f) < 0))
+            raise fail(
+                f"expected f that never falls: hollow profiles have no reduced model "
+                f"(f falls after r = {r[first]:g} m)"
+            )
+        return self
+
+    @property
+    def flat(self) -> bool:
+        """Whether the table is all zeros: a cylinder."""
+        return max(self.f) == 0
+
+    @property
+    def size(self) -> float:
+        """The radius of the sharp edge."""
+        return self.r[-1]
+
+    @property
+    def area(self) -> float:
+        """Area inside the sharp edge."""
+        return float(np.pi * self.r[-1] ** 2)
+
+    @cached_property
+    def _interpolant(self) -> PchipInterpolator:
+        return PchipInterpolator(self.r, self.f)
+
+    def profile(self, r: np.ndarray) -> np.ndarray:
+        """Return the interpolated table, inf beyond its end."""
+        inside = np.minimum(r, self.r[-1])
+        if self.interpolation == "linear":
+            height = np.interp(inside, self.r, self.f)
+        else:
+            height = np.maximum(self._interpolant(inside), 0.0)
+        return np.where(np.asarray(r) <= self.r[-1], height, np.inf)
+
+    def overlap_radius(self, penetration: float) -> float:
+        """Return the first tabulated radius that lies above `penetration`, or the edge."""
+        above = np.flatnonzero(np.array(self.f) > penetration)
+        return self.r[above[0]] if len(above) else self.r[-1]
+
+
+class Ellipsoid(Indenter):
+    """x^2 / (2 Rx) + y^2 / (2 Ry), with radii of curvature Rx and Ry."""
+
+    shape: Literal["ellipsoid"]
+    radius_x: Length
+    radius_y: Length
+
+    @property
+    def axisymmetric(self) -> bool:
+        """Only when both radii are equal."""
+        return self.radius_x == self.radius_y
+
+    @property
+    def size(self) -> float:
+        """The Gaussian radius sqrt(Rx Ry)."""
+        return float(np.sqrt(self.radius_x * self.radius_y))
+
+    def gap(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        """Return the elliptic paraboloid."""
+        return x**2 / (2 * self.radius_x) + y**2 / (2 * self.radius_y)
+
+    def reach(self, penetration: float) -> tuple[float, float]:
+        """Return sqrt(2 Rx d) and sqrt(2 Ry d)."""
+        return (
+            float(np.sqrt(2 * self.radius_x * penetration)),
+            float(np.sqrt(2 * self.radius_y * penetration)),
+        )
+
+
+class _FlatPunch(Indenter):
+    """A flat face with a sharp outline."""
+
+    @property
+    def axisymmetric(self) -> bool:
+        """No."""
+        return False
+
+    @property
+    def flat(self) -> bool:
+        """The whole face touches at once."""
+        return True
+
+    @property
+    def area(self) -> float:
+        """Area of the face."""
+        raise NotImplementedError
+
+    @property
+    def size(self) -> float:
+        """Radius of the circle of equal area."""
+        return float(np.sqrt(self.area / np.pi))
+
+
+class EllipticPunch(_FlatPunch):
+    """Flat face with semi-axes a (along x) and b (along y)."""
+
+    shape: Literal["elliptic_punch"]
+    semi_axes: tuple[Length, Length]
+
+    @property
+    def axisymmetric(self) -> bool:
+        """Only when both axes are equal."""
+        return self.semi_axes[0] == self.semi_axes[1]
+
+    @property
+    def area(self) -> float:
+        """Area pi a b."""
+        return float(np.pi * self.semi_axes[0] * self.semi_axes[1])
+
+    def gap(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        """Return 0 on the face and inf outside."""
+        a, b = self.semi_axes
+        return np.where((x / a) ** 2 + (y / b) ** 2 <= 1, 0.0, np.inf)
+
+    def reach(self, penetration: float) -> tuple[float, float]:
+        """Return the semi-axes."""
+        return self.semi_axes
+
+
+class SquarePunch(_FlatPunch):
+    """Flat square face, sides along x and y."""
+
+    shape: Literal["square_punch"]
+    side: Length
+
+    @property
+    def area(self) -> float:
+        """Area of the square."""
+        return self.side**2
+
+    def gap(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        """Return 0 on the face and inf outside."""
+        inside = np.maximum(np.abs(x), np.abs(y)) <= self.side / 2
+        return np.where(inside, 0.0, np.inf)
+
+    def reach(self, penetration: float) -> tuple[float, float]:
+        """Return half the side, twice."""
+        return self.side / 2, self.side / 2
+
+
+class PolygonPunch(_FlatPunch):
+    """Flat face with the outline of a simple polygon; its centroid is moved to the origin."""
+
+    shape: Literal["polygon_punch"]
+    vertices: tuple[tuple[FiniteLength, FiniteLength], ...]
+
+    @model_validator(mode="after")
+    def _a_simple_polygon(self) -> PolygonPunch:
+        corners = np.array(self.vertices)
+        if len(corners) < 3:
+            raise fail(f"expected at least 3 vertices, got {len(corners)}")
+        if len(corners) > 1000:
+            raise fail(f"expected at most 1000 vertices, got {len(corners)}")
+        span = np.ptp(corners, axis=0).max()
+        if not span or abs(_signed_area(corners)) < 1e-12 * span**2:
+            raise fail("expected a polygon with an area, got one without")
+        if _crosses_itself(corners):
+            raise fail("expected a simple polygon, got one whose sides touch or cross")
+        return self
+
+    @cached_property
+    def corners(self) -> np.ndarray:
+        """Vertices relative to the centroid, shape (n, 2), counter-clockwise."""
+        corners = np.array(self.vertices)
+        if _signed_area(corners) < 0:
+            corners = corners[::-1]
+        corners = corners - corners.mean(axis=0)
+        following = np.roll(corners, -1, axis=0)
+        cross = corners[:, 0] * following[:, 1] - corners[:, 1] * following[:, 0]
+        centroid = ((corners + following) * cross[:, None]).sum(axis=0) / (3 * cross.sum())
+        return corners - centroid
+
+    @property
+    def quarter_symmetric(self) -> bool:
+        """Polygons are modelled whole."""
+        return False
+
+    @property
+    def area(self) -> float:
+        """Area by the shoelace formula."""
+        return abs(_signed_area(np.array(self.vertices)))
+
+    def gap(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        """Return 0 inside (even-odd rule) and inf outside."""
+        x, y = np.broadcast_arrays(x, y)
+        inside = np.zeros(x.shape, dtype=bool)
+        for (x0, y0), (x1, y1) in _sides(self.corners):
+            straddles = (y0 > y) != (y1 > y)
+            if y0 != y1:
+                inside ^= straddles & (x < x0 + (y - y0) * (x1 - x0) / (y1 - y0))
+        return np.where(inside, 0.0, np.inf)
+
+    def reach(self, penetration: float) -> tuple[float, float]:
+        """Return the half-widths of the box around the centroid."""
+        half = np.abs(self.corners).max(axis=0)
+        return float(half[0]), float(half[1])
+
+
+AnyIndenter = Annotated[
+    Paraboloid
+    | Sphere
+    | Cone
+    | PowerLaw
+    | Cylinder
+    | RoundedPunch
+    | Ellipsoid
+    | EllipticPunch
+    | SquarePunch
+    | PolygonPunch
+    | Profile,
+    Field(discriminator="shape"),
+]
+
+
+def _signed_area(corners: np.ndarray) -> float:
+    x, y = (corners - corners[0]).T
+    return float(np.sum(x * np.roll(y, -1) - y * np.roll(x, -1)) / 2)
+
+
+def _sides(corners: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
+    return list(zip(corners, np.roll(corners, -1, axis=0), strict=True))
+
+
+def _crosses_itself(corners: np.ndarray) -> bool:
+    """Whether two sides that are not neighbours meet, or a side has no length."""
+    start, end = corners, np.roll(corners, -1, axis=0)
+    if np.any(np.all(start == end, axis=1)):
+        return True
+    n = len(corners)
+    for i in range(n - 2):
+        others = np.arange(i + 2, n - 1 if i == 0 else n)
+        if len(others) and np.any(_meet(start[i], end[i], start[others], end[others])):
+            return True
+    return False
+
+
+def _meet(a: np.ndarray, b: np.ndarray, c: np.ndarray, d: np.ndarray) -> np.ndarray:
+    """Whether the segment ab meets each of the segments cd."""
+
+    def side(p: np.ndarray, q: np.ndarray, s: np.ndarray) -> np.ndarray:
+        edge, to = q - p, s - p
+        return np.sign(edge[..., 0] * to[..., 1] - edge[..., 1] * to[..., 0])
+
+    straddled = (side(a, b, c) * side(a, b, d) <= 0) & (side(c, d, a) * side(c, d, b) <= 0)
+    boxes = np.all(
+        (np.minimum(a, b) <= np.maximum(c, d)) & (np.minimum(c, d) <= np.maximum(a, b)), axis=-1
+    )
+    return straddled & boxes

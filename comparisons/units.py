@@ -1,0 +1,153 @@
+"""Quantities with units, converted to SI at the door.
+
+A number is taken as SI; a text is a number and a unit: ``"1 mm"``, ``"210 GPa"``, ``"40 m^-2"``,
+``"20 mJ/m^2"``. Decimal prefixes are applied in decimal arithmetic and rounded once, so that
+``"10 nm"`` is the very same float as ``1e-8``.
+"""
+
+from __future__ import annotations
+
+import re
+from decimal import Decimal, InvalidOperation
+from typing import NamedTuple
+
+
+class Dimension(NamedTuple):
+    """Exponents of kilogram, metre and second."""
+
+    mass: int = 0
+    length: int = 0
+    time: int = 0
+
+    def __str__(self) -> str:
+        """Return the SI unit in base units, for example ``kg m^-1 s^-2``."""
+        named = {FORCE: "N", PRESSURE: "Pa", NUMBER: "a plain number"}
+        if self in named:
+            return named[self]
+        parts = zip(("kg", "m", "s"), self, strict=True)
+        return " ".join(u if n == 1 else f"{u}^{n}" for u, n in parts if n)
+
+
+NUMBER = Dimension()
+LENGTH = Dimension(length=1)
+FORCE = Dimension(1, 1, -2)
+PRESSURE = Dimension(1, -1, -2)
+
+_PREFIXES = {
+    "f": -15,
+    "p": -12,
+    "n": -9,
+    "u": -6,
+    "µ": -6,
+    "μ": -6,
+    "m": -3,
+    "c": -2,
+    "d": -1,
+    "h": 2,
+    "k": 3,
+    "M": 6,
+    "G": 9,
+    "T": 12,
+}
+_UNITS = {
+    "m": (0, LENGTH),
+    "g": (-3, Dimension(mass=1)),
+    "s": (0, Dimension(time=1)),
+    "N": (0, FORCE),
+    "Pa": (0, PRESSURE),
+    "J": (0, Dimension(1, 2, -2)),
+    "Hz": (0, Dimension(time=-1)),
+}
+_NUMBER_TEXT = r"[+-]?(?:\d[\d_]*\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
+_QUANTITY = re.compile(rf"\s*({_NUMBER_TEXT})\s*(.*?)\s*", re.DOTALL)
+_FACTOR = re.compile(r"([A-Za-zµμ%]+)(?:\^?([+-]?\d{1,2}))?")
+# Beyond this a decimal exponent is no measurement, and would make the arithmetic slow.
+_LARGEST_EXPONENT = 400
+
+
+def to_si(value: object, dimension: Dimension) -> float:
+    """Convert a number or a text with a unit to an SI float.
+
+    Parameters
+    ----------
+    value : float, int or str
+        A number counts as SI.
+    dimension : Dimension
+        What the quantity must be.
+
+    Raises
+    ------
+    ValueError
+        With what was expected; the caller adds what came.
+
+    Examples
+    --------
+    >>> to_si("10 nm", LENGTH) == 1e-8
+    True
+    >>> to_si("210 GPa", PRESSURE)
+    210000000000.0
+    >>> to_si("40 m^-2", Dimension(length=-2))
+    40.0
+    """
+    if isinstance(value, bool) or not isinstance(value, (int, float, str)):
+        raise ValueError(_expectation(dimension))
+    if isinstance(value, str):
+        return _parse(value, dimension)
+    try:
+        return float(value)
+    except OverflowError as error:
+        raise ValueError("expected a number within the range of floats") from error
+
+
+def _expectation(dimension: Dimension) -> str:
+    if dimension == NUMBER:
+        return "expected a number"
+    examples = {LENGTH: '"1 mm"', FORCE: '"5 N"', PRESSURE: '"210 GPa"'}
+    example = examples.get(dimension, f'"1 {dimension}"')
+    return f"expected a number in {dimension} or a text with a unit such as {example}"
+
+
+def _parse(text: str, dimension: Dimension) -> float:
+    match = _QUANTITY.fullmatch(text)
+    if match is None or len(text) > 100:
+        raise ValueError(_expectation(dimension))
+    try:
+        number = Decimal(match[1].replace("_", ""))
+    except InvalidOperation as error:
+        raise ValueError(_expectation(dimension)) from error
+    exponent, found = _unit(match[2], dimension)
+    if found != dimension:
+        raise ValueError(f"expected a unit of {dimension}, got one of {found}")
+    if abs(number.adjusted()) > _LARGEST_EXPONENT:
+        raise ValueError("expected a number within the range of floats")
+    return float(number.scaleb(exponent))
+
+
+def _unit(text: str, dimension: Dimension) -> tuple[int, Dimension]:
+    """Return the decimal exponent and the dimension of a unit such as ``mJ/m^2``."""
+    exponent, total = 0, NUMBER
+    numerator, *denominators = text.split("/")
+    for sign, part in [(1, numerator), *((-1, each) for each in denominators)]:
+        for factor in part.replace("*", " ").split():
+            if sign == 1 and factor == "1" and denominators:
+                continue
+            power_of_ten, base, power = _factor(factor, dimension)
+            exponent += sign * power * power_of_ten
+            total = Dimension(*(t + sign * power * b for t, b in zip(total, base, strict=True)))
+    return exponent, total
+
+
+def _factor(text: str, dimension: Dimension) -> tuple[int, Dimension, int]:
+    match = _FACTOR.fullmatch(text)
+    if match is None:
+        raise ValueError(f"{_expectation(dimension)}; {text[:20]!r} is no unit")
+    symbol, power = match[1], int(match[2] or 1)
+    if symbol == "%":
+        return -2, NUMBER, power
+    if symbol in _UNITS:
+        return *_UNITS[symbol], power
+    prefix, base = symbol[0], symbol[1:]
+    if prefix in _PREFIXES and base in _UNITS:
+        scale, of = _UNITS[base]
+        return _PREFIXES[prefix] + scale, of, power
+    raise ValueError(f"{_expectation(dimension)}; {symbol[:20]!r} is no known unit")
