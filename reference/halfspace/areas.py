@@ -1,0 +1,164 @@
+"""Contact areas, patches, stiffness and energy of a solved half-space contact."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy import ndimage
+from scipy.sparse import coo_array
+from scipy.sparse.csgraph import connected_components
+
+from reference.halfspace.conjugate_gradients import fixed_contact_response
+from reference.halfspace.operators import HalfSpace
+
+# Yastrebov, Anciaux & Molinari (2017): mean area of a cut cell that counting credits wrongly
+_PERIMETER_FACTOR = (np.pi - 1 + np.log(2)) / 24
+
+
+class Patches(NamedTuple):
+    """Connected contact patches: label map (0 = no contact), their number and areas."""
+
+    labels: NDArray[np.int_]
+    count: int
+    areas: NDArray[np.float64]
+
+
+def raw_area(mask: ArrayLike, spacing: tuple[float, float]) -> float:
+    """Area of the counted cells; it overestimates a rough contact by 25-35 % at low load.
+
+    >>> raw_area([[True, False], [True, True]], (1.0, 2.0))
+    6.0
+    """
+    return float(np.count_nonzero(mask) * spacing[0] * spacing[1])
+
+
+def corrected_area(mask: ArrayLike, spacing: tuple[float, float], periodic: bool = False) -> float:
+    r"""Contact area with the perimeter correction of Yastrebov, Anciaux & Molinari.
+
+        A = A_cells - ((pi - 1 + ln 2)/24) S dx,
+
+    S the perimeter counted along cell edges (V. A. Yastrebov, G. Anciaux and J.-F. Molinari, Tribol.
+    Int. 114 (2017) 161). On rectangular cells each edge counts with its length times the cell size
+    across it, so that S dx becomes (number of edges) dx dy. Edges on the rim of a free patch are
+    not counted: the contact ends exactly there, no cell is cut. A cell has at most four edges, so
+    the result is at least 0.52 of the raw area and never negative.
+
+    Parameters
+    ----------
+    mask : array_like of bool, shape (nx, ny)
+        Cells in contact.
+    spacing : (float, float)
+        Cell sides.
+    periodic : bool
+        Whether opposite rims are neighbours.
+
+    Examples
+    --------
+    >>> mask = np.zeros((5, 5), dtype=bool)
+    >>> mask[2, 2] = True
+    >>> round(corrected_area(mask, (1.0, 1.0)), 4)
+    0.5275
+    """
+    mask = np.asarray(mask, dtype=bool)
+    edges = 0
+    for axis in (0, 1):
+        edges += np.count_nonzero(np.diff(mask, axis=axis))
+        if periodic:
+            edges += np.count_nonzero(mask.take(0, axis) != mask.take(-1, axis))
+    return raw_area(mask, spacing) - _PERIMETER_FACTOR * edges * spacing[0] * spacing[1]
+
+
+def patches(
+    mask: ArrayLike, spacing: tuple[float, float] = (1.0, 1.0), periodic: bool = False
+) -> Patches:
+    """Connected contact patches; cells are neighbours across an edge, not across a corner.
+
+    Parameters
+    ----------
+    mask : array_like of bool, shape (nx, ny)
+        Cells in contact.
+    spacing : (float, float)
+        Cell sides; without them the areas are numbers of cells.
+    periodic : bool
+        Whether patches continue across opposite rims.
+
+    Examples
+    --------
+    >>> found = patches([[1, 0, 1], [0, 0, 1], [1, 0, 0]], periodic=True)
+    >>> found.count, found.areas.tolist()
+    (1, [4.0])
+    """
+    labels, count = ndimage.label(np.asarray(mask, dtype=bool))
+    if periodic and count:
+        labels, count = _join_seams(labels, count)
+    cells = np.bincount(labels.ravel(), minlength=count + 1)[1:]
+    return Patches(labels, int(count), cells * float(spacing[0] * spacing[1]))
+
+
+def _join_seams(labels: NDArray[np.int_], count: int) -> tuple[NDArray[np.int_], int]:
+    """Merge labels that meet across opposite rims."""
+    first = np.concatenate([labels[0, :], labels[:, 0]])
+    last = np.concatenate([labels[-1, :], labels[:, -1]])
+    meet = (first > 0) & (last > 0)
+    pairs = (np.ones(meet.sum()), (first[meet], last[meet]))
+    graph = coo_array(pairs, shape=(count + 1, count + 1))
+    _, component = connected_components(graph, directed=False)
+    # label 0, no contact, meets nothing and is the first component
+    return component[labels], int(component.max())
+
+
+def contact_stiffness(operator: HalfSpace, mask: ArrayLike, tolerance: float = 1e-10) -> float:
+    """Stiffness dF/dd on a fixed contact set: the force that moves these cells by one.
+
+    K_CC x = 1 on the contact cells, dF/dd = sum(x) cell area, by conjugate gradients. On the free
+    half-space this is the stiffness of the flat punch of the same outline; on a uniform grid it
+    errs by about -34 %/n, n cells across, and converges as O(1/n): extrapolate.
+
+    Parameters
+    ----------
+    operator : FreeOperator or PeriodicOperator
+        The half-space.
+    mask : array_like of bool, shape (nx, ny)
+        Cells in contact.
+    tolerance : float
+        Largest relative error of the unit displacement in contact.
+
+    Raises
+    ------
+    ValueError
+        If the mask has another shape, or is full on a periodic half-space (infinite stiffness).
+    ConvergenceError
+        If conjugate gradients do not reach the tolerance.
+
+    Examples
+    --------
+    A single cell, stiffness pi E* dx/(4 ln(1 + sqrt 2)):
+
+    >>> from reference.halfspace.operators import FreeOperator
+    >>> K = FreeOperator((1, 1), (1.0, 1.0), 1.0)
+    >>> bool(np.isclose(contact_stiffness(K, [[True]]), np.pi / (4 * np.log(1 + np.sqrt(2)))))
+    True
+    """
+    mask = np.asarray(mask, dtype=bool)
+    if mask.shape != operator.shape:
+        raise ValueError(f"mask has shape {mask.shape}, the operator {operator.shape}")
+    if not mask.any():
+        return 0.0
+    if operator.periodic and mask.all():
+        raise ValueError("full contact of the periodic half-space: the stiffness is infinite")
+    response = fixed_contact_response(operator, mask, tolerance)
+    return float(response.sum() * operator.cell_area)
+
+
+def elastic_energy(operator: HalfSpace, pressure: ArrayLike) -> float:
+    """Elastic energy stored by a pressure, 1/2 sum p u cell area (per period if periodic).
+
+    >>> from reference.halfspace.operators import FreeOperator
+    >>> K = FreeOperator((1, 1), (1.0, 1.0), 1.0)
+    >>> round(elastic_energy(K, [[2.0]]), 6)  # 1/2 * 2 * 2 * 4 ln(1 + sqrt 2)/pi
+    2.244399
+    """
+    pressure = np.asarray(pressure, dtype=float)
+    return float(0.5 * (pressure * operator.apply(pressure)).sum() * operator.cell_area)

@@ -1,0 +1,288 @@
+"""Contact on the half-space by FFT and projected conjugate gradients: the reference for large grids.
+
+The inside is in stages that hand each other a pressure: a starting pressure (overlap, or the previous
+loads extrapolated), a window that can hold all contact, the conjugate gradients, and a final
+evaluation on the whole grid. Callers see only operator, gap and load in, `Contact` out.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from reference.errors import ConvergenceError
+from reference.halfspace.conjugate_gradients import Problem, minimise
+from reference.halfspace.operators import FreeOperator, HalfSpace
+from reference.halfspace.overlap import overlap_depth, overlap_pressure
+from reference.halfspace.solution import (
+    Contact,
+    assemble,
+    check_control,
+    check_gap,
+    check_load,
+)
+
+Field = NDArray[np.float64]
+
+
+def solve(
+    operator: HalfSpace,
+    gap: ArrayLike,
+    *,
+    penetration: float | None = None,
+    force: float | None = None,
+    mean_gap: float | None = None,
+    tolerance: float = 1e-8,
+    start: Contact | None = None,
+    max_iterations: int = 2000,
+) -> Contact:
+    """Press a rigid shape on a half-space, one load, no friction.
+
+    Finds p >= 0 with u = K p = d - g where p > 0 and u >= d - g elsewhere. On the periodic
+    half-space the mean displacement is zero, so that mean_gap = <g> - d for finite gaps.
+
+    Parameters
+    ----------
+    operator : FreeOperator or PeriodicOperator
+        The half-space.
+    gap : array_like, shape (nx, ny)
+        Initial gap g >= 0 of the rigid shape; +inf where it can never touch.
+    penetration, force, mean_gap : float
+        Exactly one of them, positive, consistent units. The mean gap is over the finite cells.
+    tolerance : float
+        Largest overlap of free cells and largest gap of loaded cells, relative to the penetration.
+        Tension does not occur.
+    start : Contact, optional
+        A solution at a nearby load to start from.
+    max_iterations : int
+        Limit for all stages together.
+
+    Returns
+    -------
+    Contact
+
+    Raises
+    ------
+    ValueError
+        If the arguments make no problem; all faults are listed.
+    ConvergenceError
+        With the history of violations, if the tolerance is not reached.
+
+    Examples
+    --------
+    Hertz, F = 4/3 E* sqrt(R) d^1.5, with R = 1 and d = 0.01:
+
+    >>> import numpy as np
+    >>> x = (np.arange(64) - 31.3) / 240
+    >>> K = FreeOperator((64, 64), (1 / 240, 1 / 240), 1.0)
+    >>> contact = solve(K, (x[:, None] ** 2 + x**2) / 2, penetration=0.01)
+    >>> round(contact.force / (4 / 3 * 0.01**1.5), 2)
+    1.0
+    """
+    kind, values = check_load(penetration=penetration, force=force, mean_gap=mean_gap)
+    if values.size != 1:
+        raise ValueError(f"{kind} must be one number; use sweep for a list")
+    gap = check_gap(operator, gap)
+    check_control(tolerance, max_iterations)
+    pressure = None if start is None else _checked_start(start, operator)
+    return _solve(operator, gap, kind, float(values[0]), pressure, tolerance, max_iterations)
+
+
+def sweep(
+    operator: HalfSpace,
+    gap: ArrayLike,
+    *,
+    penetration: Sequence[float] | None = None,
+    force: Sequence[float] | None = None,
+    mean_gap: Sequence[float] | None = None,
+    tolerance: float = 1e-8,
+    max_iterations: int = 2000,
+) -> Iterator[Contact]:
+    """Solve a strictly increasing list of loads, each started from the ones before.
+
+    Arguments as for `solve`; arguments are checked at the call, not at the first `next`. The start is
+    the last pressure, extrapolated linearly in the load from the last two.
+
+    Yields
+    ------
+    Contact
+        One per load.
+
+    Raises
+    ------
+    ConvergenceError
+        From the `next` of a load that fails; a new sweep may begin at the load after it.
+    """
+    kind, values = check_load(penetration=penetration, force=force, mean_gap=mean_gap)
+    gap = check_gap(operator, gap)
+    check_control(tolerance, max_iterations)
+    return _sweep(operator, gap, kind, values, tolerance, max_iterations)
+
+
+def _sweep(
+    operator: HalfSpace,
+    gap: Field,
+    kind: str,
+    values: NDArray[np.float64],
+    tolerance: float,
+    max_iterations: int,
+) -> Iterator[Contact]:
+    pressures: list[Field] = []
+    for step, value in enumerate(values):
+        start = _extrapolate(pressures, values[:step], value)
+        contact = _solve(operator, gap, kind, float(value), start, tolerance, max_iterations)
+        pressures = [*pressures[-1:], contact.pressure]
+        yield contact
+
+
+def _extrapolate(pressures: list[Field], loads: NDArray[np.float64], load: float) -> Field | None:
+    """Pressure at the next load, linear through the last two; the solver clips tension."""
+    if not pressures:
+        return None
+    if len(pressures) == 1:
+        return pressures[0]
+    earlier, last = pressures
+    guess = last + (last - earlier) * ((load - loads[-1]) / (loads[-1] - loads[-2]))
+    # a cell that has just come into contact has no slope worth extrapolating downwards
+    return np.maximum(guess, 0.0) if (guess > 0).any() else last
+
+
+def _checked_start(start: Contact, operator: HalfSpace) -> Field:
+    if start.pressure.shape != operator.shape:
+        raise ValueError(f"start has shape {start.pressure.shape}, the operator {operator.shape}")
+    return start.pressure
+
+
+def _solve(
+    operator: HalfSpace,
+    gap: Field,
+    kind: str,
+    value: float,
+    start: Field | None,
+    tolerance: float,
+    max_iterations: int,
+) -> Contact:
+    if kind == "mean_gap":
+        return _solve_mean_gap(operator, gap, value, start, tolerance, max_iterations)
+    if kind == "penetration":
+        _refuse_closed_gap(operator, gap, value)
+        if gap.min() >= value:
+            return assemble(operator, gap, np.zeros(operator.shape), value, 0, [0.0])
+    reach = value if kind == "penetration" else 1.5 * overlap_depth(operator, gap, value)
+    while True:
+        window = _window(operator, gap, reach, start)
+        part = _restricted(operator, window)
+        problem = _problem(part, gap[window], kind, value)
+        if start is None:
+            first = overlap_pressure(part, gap[window], reach)
+        else:
+            first = start[window]
+        state = minimise(problem, first, tolerance, max_iterations)
+        pressure = np.zeros(operator.shape)
+        pressure[window] = state.pressure
+        if state.depth <= reach or part is operator:
+            return assemble(operator, gap, pressure, state.depth, len(state.history), state.history)
+        # under force control the depth was only estimated: cells outside might overlap
+        reach, start = 1.2 * state.depth, pressure
+
+
+def _refuse_closed_gap(operator: HalfSpace, gap: Field, depth: float) -> None:
+    if operator.periodic and np.isfinite(gap).all() and depth >= gap.mean():
+        raise ValueError(
+            f"penetration {depth!r} reaches the mean gap {gap.mean()!r}: the periodic half-space is in "
+            "full contact there and the force is not determined by the penetration; give the force"
+        )
+
+
+def _problem(operator: HalfSpace, gap: Field, kind: str, value: float) -> Problem:
+    allowed = np.isfinite(gap)
+    finite = np.where(allowed, gap, 0.0)
+    if kind == "penetration":
+        return Problem(operator, finite, allowed, depth=value)
+    return Problem(operator, finite, allowed, total=value / operator.cell_area)
+
+
+def _window(
+    operator: HalfSpace, gap: Field, reach: float, start: Field | None
+) -> tuple[slice, slice]:
+    """Smallest useful rectangle of cells with gap < reach, or the whole grid.
+
+    On the free half-space u >= 0, so cells with g >= d never touch and need not be seen. A periodic
+    half-space has no such bound.
+    """
+    whole = (slice(0, operator.shape[0]), slice(0, operator.shape[1]))
+    if not isinstance(operator, FreeOperator):
+        return whole
+    near = gap < reach
+    if start is not None:
+        near |= start > 0
+    window = tuple(
+        _padded_range(np.flatnonzero(near.any(axis=1 - axis)), operator.shape[axis])
+        for axis in (0, 1)
+    )
+    cells = np.prod([part.stop - part.start for part in window])
+    return window if cells < 0.7 * gap.size else whole
+
+
+def _padded_range(indices: NDArray[np.intp], size: int) -> slice:
+    """Range of the indices with its length rounded up to 8, so that loads share their kernels."""
+    length = min(size, -(-(indices[-1] + 1 - indices[0]) // 8) * 8)
+    first = min(int(indices[0]), size - length)
+    return slice(first, first + length)
+
+
+def _restricted(operator: HalfSpace, window: tuple[slice, slice]) -> HalfSpace:
+    shape = tuple(part.stop - part.start for part in window)
+    return operator if shape == operator.shape else operator.restrict(shape)
+
+
+def _solve_mean_gap(
+    operator: HalfSpace,
+    gap: Field,
+    mean_gap: float,
+    start: Field | None,
+    tolerance: float,
+    max_iterations: int,
+) -> Contact:
+    """Penetration control at d = <g> - mean gap when <u> = 0, else by a search over d."""
+    finite = np.isfinite(gap)
+    widest = float(gap[finite].mean())
+    if mean_gap >= widest:
+        raise ValueError(
+            f"mean_gap {mean_gap!r} is not below the mean gap at first touch, {widest!r}"
+        )
+
+    def at(depth: float, pressure: Field | None) -> Contact:
+        return _solve(operator, gap, "penetration", depth, pressure, tolerance, max_iterations)
+
+    if operator.periodic and finite.all():
+        return at(widest - mean_gap, start)
+    return _search_depth(at, widest, mean_gap, tolerance, start)
+
+
+def _search_depth(
+    at: Callable[[float, Field | None], Contact],
+    widest: float,
+    mean_gap: float,
+    tolerance: float,
+    start: Field | None,
+) -> Contact:
+    """Regula falsi with secant steps on mean gap(d), which falls from `widest` at d = 0."""
+    depth, low, high = widest - mean_gap, 0.0, np.inf
+    previous = (0.0, widest)
+    history: list[float] = []
+    for _ in range(60):
+        contact = at(depth, start)
+        error = contact.mean_gap - mean_gap
+        history.append(abs(error) / mean_gap)
+        if abs(error) <= tolerance * widest:
+            return contact
+        low, high = (depth, high) if error > 0 else (low, depth)
+        slope = (contact.mean_gap - previous[1]) / (depth - previous[0])
+        previous, start = (depth, contact.mean_gap), contact.pressure
+        depth = depth - error / slope
+        if not low < depth < high:
+            depth = (low + high) / 2 if np.isfinite(high) else 2 * low
+    raise ConvergenceError("no penetration found with the wanted mean gap", history)

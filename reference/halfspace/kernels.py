@@ -1,0 +1,189 @@
+"""Displacement of an elastic half-space under pressure on rectangular cells.
+
+Two families: Love's influence coefficients on the free half-space, in a form that keeps its digits
+at any distance, and the transfer functions of the half-space under periodic pressure.
+All lengths and moduli are in consistent units; u is positive into the half-space.
+"""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy import fft
+from scipy.special import erfc
+
+Kernel = Literal["continuum", "cells"]
+
+# Beyond this many sides of the cell 4 x 4 Gauss points integrate 1/r to 1e-14, while the closed
+# form loses a digit for every factor of ten in distance; at the border both are good to 1e-14.
+_FAR = 16.0
+
+# Window of the alternating alias sum: terms to |m| = 24, faded smoothly, leave less than 1e-11.
+_ALIASES = 24
+
+
+def love(
+    i: ArrayLike, j: ArrayLike, spacing: tuple[float, float], effective_modulus: float
+) -> NDArray[np.float64]:
+    r"""Displacement at the centre of a cell under unit pressure on another cell (Love 1929).
+
+    With the edges a, b = (i +- 1/2) dx and c, d = (j +- 1/2) dy of the loaded cell,
+
+        pi E* K = a ln[(c+sqrt(a^2+c^2))/(d+sqrt(a^2+d^2))] + b ln[(d+sqrt(b^2+d^2))/(c+sqrt(b^2+c^2))]
+                + c ln[(a+sqrt(a^2+c^2))/(b+sqrt(b^2+c^2))] + d ln[(b+sqrt(b^2+d^2))/(a+sqrt(a^2+d^2))],
+
+    A. E. H. Love, Phil. Trans. R. Soc. A 228 (1929) 377; K. L. Johnson, Contact Mechanics (1985),
+    eq. (3.25); the chapter's (19.3). The chapter prints sqrt(a^2+b^2) in the first term, which
+    nearest neighbours do not show but offset (5, 7) does (+466 %), and closes the bracket before
+    the last two terms. Here the logarithms are log1p of rationalised ratios, so that neither
+    negative arguments nor far cells cancel; from 16 cell sides on, the integral of 1/r over the
+    cell is taken by 4 x 4 Gauss points instead. Relative error below 1e-13 at any distance for
+    aspect ratios of the cell up to about 10 (tested against 50 digits).
+
+    Parameters
+    ----------
+    i, j : array_like of int
+        Offsets in cells along x and y, broadcast against each other; either sign.
+    spacing : (float, float)
+        Cell sides (dx, dy).
+    effective_modulus : float
+        E*.
+
+    Returns
+    -------
+    ndarray
+        Displacement per unit pressure, always positive.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> own = love(0, 0, (1.0, 1.0), 1.0)
+    >>> bool(np.isclose(own, 4 * np.log(1 + np.sqrt(2)) / np.pi, rtol=1e-15))
+    True
+    """
+    dx, dy = spacing
+    x = np.abs(np.asarray(i, dtype=float)) * dx
+    y = np.abs(np.asarray(j, dtype=float)) * dy
+    x, y = np.broadcast_arrays(x, y)
+    far = np.maximum(x, y) > _FAR * max(dx, dy)
+    integral = np.empty(x.shape)
+    integral[far] = _gauss_integral(x[far], y[far], dx, dy)
+    integral[~far] = _closed_integral(x[~far], y[~far], dx, dy)
+    return integral / (np.pi * effective_modulus)
+
+
+def _closed_integral(
+    x: NDArray[np.float64], y: NDArray[np.float64], dx: float, dy: float
+) -> NDArray[np.float64]:
+    """Integral of 1/r over the cell, closed form, for x, y >= 0."""
+    a, b, c, d = x + dx / 2, x - dx / 2, y + dy / 2, y - dy / 2
+    return (
+        a * _log_ratio(a, c, d, dy, y)
+        - b * _log_ratio(b, c, d, dy, y)
+        + c * _log_ratio(c, a, b, dx, x)
+        - d * _log_ratio(d, a, b, dx, x)
+    )
+
+
+def _log_ratio(
+    across: NDArray[np.float64],
+    upper: NDArray[np.float64],
+    lower: NDArray[np.float64],
+    side: float,
+    centre: NDArray[np.float64],
+) -> NDArray[np.float64]:
+    """Return ln[(upper + hypot(upper, across))/(lower + hypot(lower, across))] without cancellation.
+
+    upper - lower = side and upper + lower = 2 centre are passed in because they are known exactly.
+    """
+    far_root, near_root = np.hypot(upper, across), np.hypot(lower, across)
+    # lower is negative only in the loaded cell's own row: there the denominator is rationalised
+    below = np.where(lower >= 0, lower + near_root, across**2 / (near_root + np.abs(lower)))
+    return np.log1p(side * (1 + 2 * centre / (far_root + near_root)) / below)
+
+
+def _gauss_integral(
+    x: NDArray[np.float64], y: NDArray[np.float64], dx: float, dy: float
+) -> NDArray[np.float64]:
+    """Integral of 1/r over the cell by Gauss points: all terms positive, nothing cancels."""
+    nodes, weights = np.polynomial.legendre.leggauss(4)
+    total = np.zeros(x.shape)
+    for node_x, weight_x in zip(nodes, weights, strict=True):
+        square = (x + node_x * dx / 2) ** 2
+        for node_y, weight_y in zip(nodes, weights, strict=True):
+            total += (weight_x * weight_y) / np.sqrt(square + (y + node_y * dy / 2) ** 2)
+    return total * (dx * dy / 4)
+
+
+def wavenumbers(
+    shape: tuple[int, int], spacing: tuple[float, float]
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Angular wavenumbers (q_x, q_y) of a real FFT, shaped (nx, 1) and (1, ny//2 + 1)."""
+    qx = 2 * np.pi * fft.fftfreq(shape[0], spacing[0])
+    qy = 2 * np.pi * fft.rfftfreq(shape[1], spacing[1])
+    return qx[:, None], qy[None, :]
+
+
+def periodic(
+    shape: tuple[int, int],
+    spacing: tuple[float, float],
+    effective_modulus: float,
+    kernel: Kernel = "continuum",
+) -> NDArray[np.float64]:
+    r"""Transfer function of the periodic half-space, u^(q) = T(q) p^(q), on the modes of `rfft2`.
+
+    ``"continuum"``: T = 2/(E*|q|) (Johnson 1985, ch. 13): the pressure is the band-limited
+    function through the cell values. ``"cells"``: the pressure is uniform on each cell and the
+    displacement is read at the cell centres, exactly Love's discretisation summed over all periodic
+    images: T = sum over G of 2/(E*|q+G|) sinc((q+G)_x dx/2) sinc((q+G)_y dy/2), with G running over
+    the aliases (2 pi m/dx, 2 pi n/dy). The sum alternates; it is faded out smoothly at |m| = 24,
+    which leaves a relative error below 1e-10.
+
+    The q = 0 term is set to zero in both: the displacement has zero mean, which is the datum of
+    the periodic problem.
+
+    Returns
+    -------
+    ndarray, shape (nx, ny//2 + 1)
+
+    Examples
+    --------
+    >>> T = periodic((8, 8), (1.0, 1.0), 2.0)
+    >>> float(round(T[1, 0] * 2 * 3.141592653589793 / 8, 12)), float(T[0, 0])
+    (1.0, 0.0)
+    """
+    qx, qy = wavenumbers(shape, spacing)
+    if kernel == "cells":
+        transfer = _alias_sum(qx, qy, spacing)
+    elif kernel == "continuum":
+        with np.errstate(divide="ignore"):
+            transfer = 1 / np.hypot(qx, qy)
+    else:
+        raise ValueError(f"kernel must be 'continuum' or 'cells', not {kernel!r}")
+    transfer[0, 0] = 0.0
+    return transfer * (2 / effective_modulus)
+
+
+def _alias_sum(
+    qx: NDArray[np.float64], qy: NDArray[np.float64], spacing: tuple[float, float]
+) -> NDArray[np.float64]:
+    """Sum sinc sinc/|q + G| over the aliases, with a smooth window that sums alternating tails."""
+    dx, dy = spacing
+    orders = np.arange(-_ALIASES, _ALIASES + 1)
+    window = _window(orders)
+    total = np.zeros(np.broadcast_shapes(qx.shape, qy.shape))
+    for m, weight_m in zip(orders, window, strict=True):
+        kx = qx + 2 * np.pi * m / dx
+        row = weight_m * np.sinc(kx * dx / (2 * np.pi))
+        for n, weight_n in zip(orders, window, strict=True):
+            ky = qy + 2 * np.pi * n / dy
+            radius = np.hypot(kx, ky)
+            radius[radius == 0] = np.inf
+            total += row * (weight_n * np.sinc(ky * dy / (2 * np.pi))) / radius
+    return total
+
+
+def _window(orders: NDArray[np.int_]) -> NDArray[np.float64]:
+    return 0.5 * erfc((np.abs(orders) - _ALIASES / 2) / (0.5 * np.sqrt(_ALIASES)))

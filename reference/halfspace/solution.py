@@ -1,0 +1,140 @@
+"""What a half-space solver is asked (one kind of load) and what it answers (`Contact`)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from reference.halfspace.operators import HalfSpace
+
+
+@dataclass(frozen=True)
+class Contact:
+    """One converged load step of a rigid shape on a half-space.
+
+    Attributes
+    ----------
+    penetration : float
+        Rigid approach d after first touch; contact means displacement = d - gap.
+    force : float
+        Sum of pressure times cell area.
+    mean_gap : float
+        Mean of gap - d + displacement over the cells with a finite gap.
+    pressure, displacement : ndarray, shape (nx, ny)
+        Cell values; pressure >= 0, displacement positive into the half-space.
+    iterations : int
+        Iterations of the method that found it (all stages).
+    violation : float
+        Largest distance from the contact conditions, relative to the penetration: the overlap of
+        cells without pressure or the remaining gap (of either sign) of cells with pressure,
+        whichever is larger; evaluated anew in double precision on the final pressure.
+    history : list of float
+        The violation at each iteration.
+    """
+
+    penetration: float
+    force: float
+    mean_gap: float
+    pressure: NDArray[np.float64]
+    displacement: NDArray[np.float64]
+    iterations: int
+    violation: float
+    history: list[float] = field(default_factory=list, repr=False)
+
+    @property
+    def mask(self) -> NDArray[np.bool_]:
+        """Cells in contact, pressure > 0."""
+        return self.pressure > 0
+
+
+def assemble(
+    operator: HalfSpace,
+    gap: NDArray[np.float64],
+    pressure: NDArray[np.float64],
+    penetration: float,
+    iterations: int,
+    history: Sequence[float],
+) -> Contact:
+    """Evaluate displacement, force, mean gap and violation of a final pressure."""
+    displacement = operator.apply(pressure)
+    finite = np.isfinite(gap)
+    clearance = np.where(finite, gap, 0.0) - penetration + displacement
+    return Contact(
+        penetration=float(penetration),
+        force=float(pressure.sum() * operator.cell_area),
+        mean_gap=float(clearance[finite].mean()),
+        pressure=pressure,
+        displacement=displacement,
+        iterations=int(iterations),
+        violation=violation(clearance, pressure > 0, finite, penetration),
+        history=list(history),
+    )
+
+
+def violation(
+    clearance: NDArray[np.float64],
+    mask: NDArray[np.bool_],
+    finite: NDArray[np.bool_],
+    penetration: float,
+) -> float:
+    """Largest |clearance| in contact or overlap outside it, relative to the penetration."""
+    inside = np.abs(clearance[mask]).max(initial=0.0)
+    outside = -clearance[finite & ~mask].min(initial=0.0)
+    worst = max(inside, outside)
+    return float(worst / penetration) if worst > 0 else 0.0
+
+
+def check_gap(operator: HalfSpace, gap: ArrayLike) -> NDArray[np.float64]:
+    """Return the gap as a double array, or raise ValueError listing what is wrong with it."""
+    gap = np.asarray(gap, dtype=float)
+    faults = []
+    if gap.shape != operator.shape:
+        faults.append(f"gap has shape {gap.shape}, the operator {operator.shape}")
+    if np.isnan(gap).any():
+        faults.append(f"gap has {int(np.isnan(gap).sum())} undefined (NaN) points")
+    if (gap < 0).any():
+        faults.append(f"gap must not be negative, its minimum is {np.nanmin(gap)!r}")
+    if not np.isfinite(gap).any():
+        faults.append("gap is infinite everywhere: nothing can touch")
+    if faults:
+        raise ValueError("; ".join(faults))
+    return gap
+
+
+def check_load(**loads: float | ArrayLike | None) -> tuple[str, NDArray[np.float64]]:
+    """Return (kind, values) of the one load given; values are positive and strictly increasing.
+
+    A mean gap closes as the load grows, so its list is strictly decreasing... or increasing: either
+    order is a sweep; a zero mean gap is full contact, which has no unique pressure, and is refused.
+    """
+    given = {kind: value for kind, value in loads.items() if value is not None}
+    if len(given) != 1:
+        raise ValueError(
+            f"give exactly one of {', '.join(loads)}; came: {', '.join(given) or 'none'}"
+        )
+    ((kind, value),) = given.items()
+    values = np.atleast_1d(np.asarray(value, dtype=float))
+    faults = []
+    if values.ndim != 1 or values.size == 0:
+        faults.append(f"{kind} must be a number or a non-empty list, not shape {values.shape}")
+    elif not (np.isfinite(values).all() and (values > 0).all()):
+        faults.append(f"{kind} must be positive and finite, not {value!r}")
+    elif not (np.diff(values) > 0).all():
+        faults.append(f"{kind} must be strictly increasing, not {value!r}")
+    if faults:
+        raise ValueError("; ".join(faults))
+    return kind, values
+
+
+def check_control(tolerance: float, max_iterations: int) -> None:
+    """Raise ValueError unless the tolerance and the iteration limit make sense."""
+    faults = []
+    if not 0 < tolerance < 1:
+        faults.append(f"tolerance must lie between 0 and 1, not {tolerance!r}")
+    if max_iterations < 1:
+        faults.append(f"max_iterations must be at least 1, not {max_iterations!r}")
+    if faults:
+        raise ValueError("; ".join(faults))
