@@ -1,0 +1,337 @@
+"""Frictionless contact of a condensed body with a rigid shape."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.linalg import cho_factor, cho_solve
+
+from reference.errors import ConvergenceError
+from reference.fem.body import CondensedBody
+
+METHODS = ("active_set", "penalty", "augmented_lagrangian")
+
+
+@dataclass(frozen=True)
+class Contact:
+    """One converged load step; forces and energy of all symmetric parts together.
+
+    Attributes
+    ----------
+    penetration, force : float
+    reactions : (n,)
+        Nodal normal forces on the meshed part.
+    pressure : (n,)
+        Reaction over tributary area.
+    displacement : (n,)
+        Normal displacement of the candidates, into the half-space.
+    active : (n,) bool
+    stiffness : float
+        dF/dd on the fixed contact set.
+    energy : float
+        Elastic energy ``1/2 sum R u``.
+    contact_area_raw : float
+        Tributary area of the active points.
+    contact_area : float
+        Best estimate, see `contact_area`.
+    iterations : int
+    violation : float
+        The larger of overlap outside the contact over penetration, and tension inside it over mean
+        pressure; with a penalty the overlap inside counts as well.
+    history : list of int
+        Active points after each iteration.
+    """
+
+    penetration: float
+    force: float
+    reactions: NDArray[np.float64]
+    pressure: NDArray[np.float64]
+    displacement: NDArray[np.float64]
+    active: NDArray[np.bool_]
+    stiffness: float
+    energy: float
+    contact_area: float
+    contact_area_raw: float
+    iterations: int
+    violation: float
+    history: list[int] = field(default_factory=list)
+
+
+def press(
+    body: CondensedBody,
+    gap: ArrayLike,
+    *,
+    penetration: float | Sequence[float] | None = None,
+    force: float | Sequence[float] | None = None,
+    contact: str = "active_set",
+    penalty: float = 1e3,
+    max_iterations: int = 100,
+) -> Iterator[Contact]:
+    """Press a rigid shape into the body, load by load.
+
+    Linearised kinematics: where the shape touches, ``u = d - g`` at the undeformed position; where
+    it does not, ``u >= d - g`` and no force.
+
+    Parameters
+    ----------
+    body : CondensedBody
+    gap : (n,)
+        Initial gap of the rigid shape over `body.points`; +inf where it can never touch.
+    penetration, force : float or sequence
+        Exactly one of them; force on the whole contact (all symmetric parts). Any order: each step
+        starts from the contact set of the one before.
+    contact : {"active_set", "penalty", "augmented_lagrangian"}
+        The primal-dual active set (Hintermüller, Ito & Kunisch 2002) is exact. "penalty" puts
+        nodal springs of stiffness eps per area between shape and body, an error of O(1/eps).
+        "augmented_lagrangian" repeats it with the force of the last solution until the overlap is
+        gone.
+    penalty : float
+        ``eps h / E*`` with h the size of the surface elements.
+    max_iterations : int
+        Rounds of the active set for each load.
+
+    Yields
+    ------
+    Contact
+
+    Raises
+    ------
+    ValueError
+        Before the first step, for every argument out of range.
+    ConvergenceError
+        From the step that does not converge.
+    """
+    gap = np.asarray(gap, dtype=float)
+    _check(body, gap, penetration, force, contact, penalty, max_iterations)
+    problem = _Problem(body, gap, contact, penalty, max_iterations)
+    if penetration is not None:
+        return problem.by_penetration(np.atleast_1d(np.asarray(penetration, dtype=float)))
+    return problem.by_force(np.atleast_1d(np.asarray(force, dtype=float)))
+
+
+class _Problem:
+    """Scaled contact problem: lengths in body.length, forces in E length^2."""
+
+    def __init__(
+        self, body: CondensedBody, gap: NDArray[np.float64], method: str, penalty: float, limit: int
+    ) -> None:
+        self.body = body
+        self.method = method
+        self.limit = limit
+        self.possible = np.flatnonzero(np.isfinite(gap))
+        self.gap = gap[self.possible] / body.length
+        self.compliance = body.scaled_compliance[np.ix_(self.possible, self.possible)]
+        self.weights = body.scaled_weights[self.possible]
+        self.softness = np.zeros_like(self.weights)
+        if method != "active_set":
+            per_area = penalty / (1.0 - body.poisson_ratio**2) / body.spacing_scaled
+            self.softness = 1.0 / (per_area * self.weights)
+        self.force_unit = body.youngs_modulus * body.length**2 * body.symmetry
+
+    def by_penetration(self, values: NDArray[np.float64]) -> Iterator[Contact]:
+        active = None
+        for value in values:
+            depth = value / self.body.length
+            step = self._solve(depth, active)
+            active = step.active
+            yield self._contact(step, value, None)
+
+    def by_force(self, values: NDArray[np.float64]) -> Iterator[Contact]:
+        """Newton on F(d): exact when the set stays, since F is linear in d on a fixed set."""
+        step, depth = None, None
+        for value in values:
+            target = value / self.force_unit
+            if step is None:
+                first = self.gap.min() + 1e-9 * np.ptp(self.gap)
+                active = self.gap <= first
+                step = self._fixed(active, self.gap.min() + 1.0, np.zeros_like(self.gap))
+                depth = self._depth_at(step, target, np.inf)
+            step, depth = self._reach(target, step)
+            yield self._contact(step, depth * self.body.length, value)
+
+    def _depth_at(self, step: _Step, target: float, _: float) -> float:
+        return step.depth + (target - step.reactions.sum()) / step.slope
+
+    def _reach(self, target: float, step: _Step) -> tuple[_Step, float]:
+        low, high, total, history = self.gap.min(), np.inf, 0, []
+        for _ in range(self.limit):
+            depth = self._depth_at(step, target, 0.0)
+            if not low < depth < high:
+                depth = 0.5 * (low + high) if np.isfinite(high) else low + 2 * (step.depth - low)
+            found = self._solve(depth, step.active)
+            total += found.iterations
+            history += found.history
+            force = found.reactions.sum()
+            same = found.iterations == 1 and np.array_equal(found.active, step.active)
+            if same and abs(force - target) <= 1e-9 * target:
+                return found.after(total, history), depth
+            low, high = (max(low, depth), high) if force < target else (low, min(high, depth))
+            step = found
+        raise ConvergenceError(
+            f"the force {target * self.force_unit:.6g} was not reached in {self.limit} rounds",
+            history,
+        )
+
+    def _solve(self, depth: float, active: NDArray[np.bool_] | None) -> _Step:
+        """Active set at a given penetration."""
+        active = self.gap < depth if active is None else active
+        offset = np.zeros_like(self.gap)
+        step = self._settle(depth, active, offset)
+        if self.method != "augmented_lagrangian":
+            return step
+        iterations, history = step.iterations, list(step.history)
+        for _ in range(self.limit):
+            if step.overlap(self.gap) <= 1e-12 * depth:
+                return step.after(iterations, history)
+            offset = np.where(step.active, step.reactions * self.softness, 0.0)
+            step = self._settle(depth, step.active, offset)
+            iterations += step.iterations
+            history += step.history
+        raise ConvergenceError(
+            f"the overlap did not vanish in {self.limit} updates of the multipliers", history
+        )
+
+    def _settle(
+        self, depth: float, active: NDArray[np.bool_], offset: NDArray[np.float64]
+    ) -> _Step:
+        seen: set[bytes] = set()
+        history: list[int] = []
+        one_by_one = False
+        for iteration in range(1, self.limit * (1 + one_by_one * len(self.gap)) + 1):
+            step = self._fixed(active, depth, offset)
+            wanted = self._wanted(step, offset)
+            history.append(int(active.sum()))
+            if np.array_equal(wanted, active):
+                return step.after(iteration, history)
+            one_by_one = one_by_one or wanted.tobytes() in seen
+            seen.add(wanted.tobytes())
+            if one_by_one:
+                # Murty's least-index pivoting: the compliance is positive definite, so it ends
+                change = np.flatnonzero(wanted != active)[0]
+                wanted = active.copy()
+                wanted[change] = ~active[change]
+            active = wanted
+        raise ConvergenceError(
+            f"the contact set did not settle in {self.limit} iterations at penetration "
+            f"{depth * self.body.length:.6g}",
+            history,
+        )
+
+    def _fixed(self, active: NDArray[np.bool_], depth: float, offset: NDArray[np.float64]) -> _Step:
+        """Solve for forces and displacements if exactly the active points touch."""
+        reactions = np.zeros_like(self.gap)
+        inside = np.flatnonzero(active)
+        slope = 0.0
+        if len(inside):
+            matrix = self.compliance[np.ix_(inside, inside)]
+            matrix[np.diag_indices(len(inside))] += self.softness[inside]
+            right = np.stack(
+                [depth - self.gap[inside] + offset[inside], np.ones(len(inside))], axis=1
+            )
+            solved = cho_solve(cho_factor(matrix, lower=True, overwrite_a=True), right)
+            reactions[inside] = solved[:, 0]
+            slope = solved[:, 1].sum()
+        displacement = self.compliance[:, inside] @ reactions[inside]
+        return _Step(depth, active, reactions, displacement, float(slope))
+
+    def _wanted(self, step: _Step, offset: NDArray[np.float64]) -> NDArray[np.bool_]:
+        """Who should touch: pushing points stay, overlapping points join."""
+        # equality to rounding is no overlap: otherwise points exactly at the edge would chatter
+        noise = 64 * np.finfo(float).eps * (abs(step.depth) + np.abs(self.gap))
+        overlap = step.depth - self.gap - step.displacement + offset > noise
+        return np.where(step.active, step.reactions > 0.0, overlap)
+
+    def _contact(self, step: _Step, penetration: float, force: float | None) -> Contact:
+        body = self.body
+        unit = body.youngs_modulus * body.length**2
+        count = len(body.scaled_weights)
+        reactions = np.zeros(count)
+        active = np.zeros(count, dtype=bool)
+        reactions[self.possible] = step.reactions * unit
+        active[self.possible] = step.active
+        displacement = body.scaled_compliance[:, self.possible] @ step.reactions * body.length
+        total = body.symmetry * reactions.sum()
+        raw = float(body.symmetry * body.weights[active].sum())
+        return Contact(
+            penetration=float(penetration),
+            force=float(total if force is None else force),
+            reactions=reactions,
+            pressure=reactions / body.weights,
+            displacement=displacement,
+            active=active,
+            stiffness=step.slope * body.symmetry * body.youngs_modulus * body.length,
+            energy=float(0.5 * body.symmetry * reactions @ displacement),
+            contact_area=raw,
+            contact_area_raw=raw,
+            iterations=step.iterations,
+            violation=self._violation(step),
+            history=step.history,
+        )
+
+    def _violation(self, step: _Step) -> float:
+        if not step.active.any():
+            return 0.0
+        overlap = step.overlap(self.gap) / step.depth
+        pressure = step.reactions[step.active] / self.weights[step.active]
+        mean = step.reactions.sum() / self.weights[step.active].sum()
+        return float(max(overlap, 0.0, -pressure.min() / mean))
+
+
+@dataclass(frozen=True)
+class _Step:
+    depth: float
+    active: NDArray[np.bool_]
+    reactions: NDArray[np.float64]
+    displacement: NDArray[np.float64]
+    slope: float
+    iterations: int = 0
+    history: list[int] = field(default_factory=list)
+
+    def after(self, iterations: int, history: list[int]) -> _Step:
+        return _Step(
+            self.depth,
+            self.active,
+            self.reactions,
+            self.displacement,
+            self.slope,
+            iterations,
+            history,
+        )
+
+    def overlap(self, gap: NDArray[np.float64]) -> float:
+        return float(np.max(self.depth - gap - self.displacement, initial=0.0))
+
+
+def _check(
+    body: CondensedBody,
+    gap: NDArray[np.float64],
+    penetration: float | Sequence[float] | None,
+    force: float | Sequence[float] | None,
+    contact: str,
+    penalty: float,
+    max_iterations: int,
+) -> None:
+    wrong = []
+    if gap.shape != body.scaled_weights.shape:
+        wrong.append(f"gap must have shape {body.scaled_weights.shape}, got {gap.shape}")
+    elif np.isnan(gap).any() or np.isneginf(gap).any() or not np.isfinite(gap).any():
+        wrong.append("gap must be finite or +inf, and finite somewhere")
+    if (penetration is None) == (force is None):
+        wrong.append("exactly one of penetration and force must be given")
+    for name, value in (("penetration", penetration), ("force", force)):
+        if value is None:
+            continue
+        values = np.atleast_1d(np.asarray(value, dtype=float))
+        if values.ndim != 1 or not (np.isfinite(values).all() and (values > 0.0).all()):
+            wrong.append(f"{name} must be positive and finite, got {value!r}")
+    if contact not in METHODS:
+        wrong.append(f"contact must be one of {METHODS}, got {contact!r}")
+    if not (np.isfinite(penalty) and penalty > 0.0):
+        wrong.append(f"penalty must be positive and finite, got {penalty!r}")
+    if max_iterations < 1:
+        wrong.append(f"max_iterations must be at least 1, got {max_iterations!r}")
+    if wrong:
+        raise ValueError("; ".join(wrong))

@@ -1,0 +1,129 @@
+"""The rest of the half-space: Boussinesq fields outside the meshed region.
+
+Outside the mesh the displacement is a combination of a few exact solutions for point forces on the
+surface. They leave the surface traction-free and vanish at infinity, so the energy of the
+unmeshed exterior is an integral over the common boundary, and mesh and exterior together are one
+Ritz approximation of the *whole* half-space: symmetric, positive definite, with an error in the
+compliance of higher order in (contact radius / mesh radius) than a prescribed far displacement.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from skfem import FacetBasis, MeshHex
+from skfem.element import ElementHex1, ElementHex2
+
+from reference.fem.elasticity import element_order, lame_parameters
+
+
+def boussinesq(
+    points: NDArray[np.float64], poisson_ratio: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Displacement and its gradient for a unit force at the origin, unit Young's modulus.
+
+    ``u = [-z grad(1/r) - (1 - 2 nu) grad ln(r + z) + (3 - 4 nu) e_z / r] / (4 pi mu)``, z and the
+    force into the half-space (Boussinesq; Johnson 1985, eq. 3.18).
+
+    Parameters
+    ----------
+    points : (..., 3)
+        Anywhere in the half-space but the origin.
+
+    Returns
+    -------
+    displacement : (..., 3)
+    gradient : (..., 3, 3)
+        ``gradient[..., i, j] = d u_i / d x_j``.
+
+    Examples
+    --------
+    On the surface ``u_z = (1 - nu^2)/(pi E r)``:
+
+    >>> u, _ = boussinesq(np.array([2.0, 0.0, 0.0]), 0.5)
+    >>> round(float(u[2] * np.pi * 2.0), 12)
+    0.75
+    """
+    shear = 0.5 / (1.0 + poisson_ratio)
+    z = points[..., 2, None]
+    r = np.linalg.norm(points, axis=-1)[..., None]
+    grad_phi = -points / r**3
+    grad_psi = points / (r * (r + z))
+    grad_psi[..., 2] = 1.0 / r[..., 0]
+    vertical = np.array([0.0, 0.0, 1.0])
+    displacement = -z * grad_phi - (1 - 2 * poisson_ratio) * grad_psi
+    displacement = displacement + (3 - 4 * poisson_ratio) * vertical / r
+    hess_phi, hess_psi = _hessians(points, r, z, grad_phi)
+    gradient = -grad_phi[..., :, None] * vertical - z[..., None] * hess_phi
+    gradient = gradient - (1 - 2 * poisson_ratio) * hess_psi
+    gradient = gradient + (3 - 4 * poisson_ratio) * vertical[:, None] * grad_phi[..., None, :]
+    factor = 1.0 / (4.0 * np.pi * shear)
+    return factor * displacement, factor * gradient
+
+
+def _hessians(
+    points: NDArray[np.float64],
+    r: NDArray[np.float64],
+    z: NDArray[np.float64],
+    grad_phi: NDArray[np.float64],
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Second derivatives of 1/r and ln(r + z)."""
+    outer = points[..., :, None] * points[..., None, :]
+    r, z = r[..., None], z[..., None]
+    hess_phi = 3.0 * outer / r**5 - np.eye(3) / r**3
+    hess_psi = np.eye(3) / (r * (r + z)) - outer * (2 * r + z) / (r**3 * (r + z) ** 2)
+    hess_psi[..., 2, :] = grad_phi
+    hess_psi[..., :, 2] = grad_phi
+    return hess_phi, hess_psi
+
+
+def source_groups(half_x: float, half_y: float, *, quarter: bool) -> list[NDArray[np.float64]]:
+    """Positions of the point forces, one group (n, 2) for each far-field unknown.
+
+    One force at the centre carries the load; the others, at a distance comparable with the loaded
+    region, carry its first, second and (1, 1) mixed moments. With quarter symmetry mirror images
+    belong to one unknown.
+    """
+    offsets = [(i * half_x, j * half_y) for i in (0, 1, -1) for j in (0, 1, -1)]
+    if not quarter:
+        return [np.array([offset]) for offset in offsets]
+    images = np.array([[1, 1], [-1, 1], [1, -1], [-1, -1]])
+    return [images * np.array(offset) for offset in offsets if min(offset) >= 0.0]
+
+
+def group_field(
+    points: NDArray[np.float64], group: NDArray[np.float64], poisson_ratio: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """`boussinesq` for a unit force shared equally by the positions of a group."""
+    displacement, gradient = 0.0, 0.0
+    for x, y in group:
+        u, du = boussinesq(points - np.array([x, y, 0.0]), poisson_ratio)
+        displacement, gradient = displacement + u / len(group), gradient + du / len(group)
+    return displacement, gradient
+
+
+def exterior_stiffness(
+    mesh: MeshHex,
+    facets: NDArray[np.int64],
+    groups: list[NDArray[np.float64]],
+    poisson_ratio: float,
+) -> NDArray[np.float64]:
+    """Stiffness of the exterior on the far-field unknowns.
+
+    Twice the elastic energy outside, by Clapeyron's theorem ``-int t(u_k) . u_l dS`` over the
+    outer boundary, with the traction t on the outward normal of the mesh.
+    """
+    element = ElementHex2() if element_order(mesh) == 2 else ElementHex1()
+    basis = FacetBasis(mesh, element, facets=facets, intorder=6)
+    points = np.moveaxis(np.asarray(basis.global_coordinates()), 0, -1)
+    normals = np.moveaxis(np.asarray(basis.normals), 0, -1)
+    lame, shear = lame_parameters(poisson_ratio)
+    displacements, tractions = [], []
+    for group in groups:
+        u, du = group_field(points, group, poisson_ratio)
+        stress = shear * (du + np.swapaxes(du, -1, -2))
+        stress += lame * np.trace(du, axis1=-2, axis2=-1)[..., None, None] * np.eye(3)
+        displacements.append(u)
+        tractions.append(np.einsum("...ij,...j->...i", stress, normals))
+    work = -np.einsum("kfqi,lfqi,fq->kl", np.array(tractions), np.array(displacements), basis.dx)
+    return 0.5 * (work + work.T)

@@ -1,0 +1,227 @@
+"""Hexahedral meshes of a piece of half-space, fine where the contact is.
+
+z points into the half-space, the surface is z = 0. A mesh is built from lattices: every element is
+a 3 x 3 x 3 block of node numbers into one array of points, so curved rings carry their mid-nodes
+exactly, and the same blocks give trilinear (corners only) or 27-node triquadratic elements.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from skfem import MeshHex, MeshHex2
+from skfem.element import ElementHex1, ElementHex2
+
+
+@dataclass(frozen=True)
+class GradedMesh:
+    """A mesh and the parts of its boundary.
+
+    Attributes
+    ----------
+    mesh : skfem.MeshHex or skfem.MeshHex2
+    surface : (k,)
+        Facets at z = 0.
+    outer : (l,)
+        Facets towards the unmeshed rest of the half-space.
+    quarter : bool
+        Only x >= 0, y >= 0 is meshed, with symmetry planes x = 0 and y = 0.
+    """
+
+    mesh: MeshHex
+    surface: NDArray[np.int64]
+    outer: NDArray[np.int64]
+    quarter: bool
+
+
+def facet_nodes(mesh: MeshHex, facets: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Numbers of all nodes (corner, edge and face nodes) on the given facets."""
+    return np.asarray(mesh.dofs.get_facet_dofs(facets).flatten(), dtype=np.int64)
+
+
+def growing_lines(start: float, end: float, first: float, growth: float) -> NDArray[np.float64]:
+    """Lines from `start` to `end`, the first cell near `first`, each next one `growth` times wider.
+
+    Examples
+    --------
+    >>> growing_lines(0.0, 7.0, 1.0, 2.0)
+    array([0., 1., 3., 7.])
+    """
+    count = max(1, round(np.log1p((end - start) * (growth - 1.0) / first) / np.log(growth)))
+    lines = np.concatenate([[0.0], np.cumsum(growth ** np.arange(count))])
+    return start + (end - start) * lines / lines[-1]
+
+
+def graded_lines(start: float, end: float, count: int, exponent: float) -> NDArray[np.float64]:
+    """Lines from `start` to `end` that crowd towards `end`.
+
+    The distance to `end` goes as ``(j/count)^(1/(1 - exponent))``; exponent 0 is uniform.
+    """
+    return end - (end - start) * np.linspace(1.0, 0.0, count + 1) ** (1.0 / (1.0 - exponent))
+
+
+def ring_mesh(
+    rings: NDArray[np.float64],
+    depths: NDArray[np.float64],
+    *,
+    core: float,
+    core_cells: int,
+    round_from: float,
+    stretch: tuple[float, float] = (1.0, 1.0),
+    quarter: bool = True,
+) -> GradedMesh:
+    """Mesh a cylinder with 27-node hexahedra: a square core, circular rings around it.
+
+    Parameters
+    ----------
+    rings : (m + 1,)
+        Radii of the mesh circles; the first is only nominal, it is the square core.
+    depths : (k + 1,)
+        Depths of the mesh planes, from 0.
+    core : float
+        Half-width of the core along the axes.
+    core_cells : int
+        Cells per half-width of the core and per 45 degrees of the rings.
+    round_from : float
+        Radius of the first true circle (one of `rings`).
+    stretch : (float, float)
+        Factors on x and y that turn the circles into ellipses.
+    quarter : bool
+        Only the quadrant x, y >= 0.
+    """
+    points, cells = _quadrant(rings, core, core_cells, round_from)
+    if not quarter:
+        points, cells = _mirrored(points, cells)
+    points, cells = _merged(points * np.asarray(stretch), cells)
+    mesh = _extruded(points, cells, depths)
+    radius = np.hypot(mesh.p[0] / stretch[0], mesh.p[1] / stretch[1])
+    return _with_boundaries(mesh, radius > rings[-1] * (1 - 1e-9), depths[-1], quarter)
+
+
+def tensor_mesh(
+    x: NDArray[np.float64],
+    y: NDArray[np.float64],
+    z: NDArray[np.float64],
+    *,
+    order: int,
+    quarter: bool,
+) -> GradedMesh:
+    """Mesh a box between the planes x, y, z; `order` 1 (8 nodes) or 2 (27 nodes)."""
+    mesh = MeshHex.init_tensor(x, y, z)
+    sides = [mesh.p[0] == x[-1], mesh.p[1] == y[-1]]
+    if not quarter:
+        sides += [mesh.p[0] == x[0], mesh.p[1] == y[0]]
+    if order == 2:
+        mesh = MeshHex2.from_mesh(mesh)
+    return _with_boundaries(mesh, sides, z[-1], quarter)
+
+
+def _quadrant(
+    rings: NDArray[np.float64], core: float, cells: int, round_from: float
+) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """Points and 3 x 3 node blocks of a quarter disc: the core, and rings of two sectors."""
+    corner = 0.85 * core
+    s = np.linspace(0.0, 1.0, 2 * cells + 1)
+    u, v = np.meshgrid(s, s, indexing="ij")
+    # bilinear core with the corners (0, 0), (core, 0), (corner, corner), (0, core)
+    blocks = [np.stack([u * (core + v * (corner - core)), v * (core + u * (corner - core))], -1)]
+    inner = blocks[0][-1, :]
+    angle = 0.25 * np.pi * s
+    arc = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
+    radii = _with_midpoints(rings)
+    # from the square straight to the circle `round_from`, circles beyond it
+    fraction = np.clip((radii - rings[0]) / (round_from - rings[0]), 0.0, 1.0)[:, None, None]
+    circle = arc * np.maximum(radii, round_from)[:, None, None]
+    sector = (1.0 - fraction) * inner + fraction * circle
+    blocks += [sector, sector[..., ::-1]]
+    return _stacked(blocks)
+
+
+def _stacked(
+    blocks: list[NDArray[np.float64]],
+) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """All lattice points in one array, and the 3 x 3 node numbers of every cell."""
+    points, cells, start = [], [], 0
+    for block in blocks:
+        numbers = start + np.arange(block.shape[0] * block.shape[1]).reshape(block.shape[:2])
+        windows = np.lib.stride_tricks.sliding_window_view(numbers, (3, 3))[::2, ::2]
+        cells.append(windows.reshape(-1, 3, 3))
+        points.append(block.reshape(-1, 2))
+        start += numbers.size
+    return np.concatenate(points), np.concatenate(cells)
+
+
+def _mirrored(
+    points: NDArray[np.float64], cells: NDArray[np.int64]
+) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """All four quadrants (shared nodes still double)."""
+    signs = np.array([[1, 1], [-1, 1], [1, -1], [-1, -1]])
+    return (
+        np.concatenate([points * sign for sign in signs]),
+        np.concatenate([cells + k * len(points) for k in range(4)]),
+    )
+
+
+def _merged(
+    points: NDArray[np.float64], cells: NDArray[np.int64]
+) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """Join points that coincide."""
+    # lattices meet to rounding; 1e-9 is far above it and far below any cell
+    keys = np.round(points * 1e9).astype(np.int64)
+    _, index, inverse = np.unique(keys, axis=0, return_index=True, return_inverse=True)
+    points = np.where(np.abs(points) < 1e-12, 0.0, points)
+    return points[index], inverse.reshape(-1)[cells]
+
+
+def _with_midpoints(lines: NDArray[np.float64]) -> NDArray[np.float64]:
+    result = np.empty(2 * len(lines) - 1)
+    result[::2] = lines
+    result[1::2] = 0.5 * (lines[:-1] + lines[1:])
+    return result
+
+
+def _extruded(
+    points: NDArray[np.float64], cells: NDArray[np.int64], depths: NDArray[np.float64]
+) -> MeshHex2:
+    """27-node hexahedra over plane 9-node cells."""
+    z = _with_midpoints(depths)
+    layer = len(points)
+    nodes = np.concatenate([np.tile(points, (len(z), 1)), np.repeat(z, layer)[:, None]], axis=1)
+    offsets = layer * (2 * np.arange(len(depths) - 1)[:, None] + np.arange(3))
+    blocks = cells[None, :, :, :, None] + offsets[:, None, None, None, :]
+    return _triquadratic(nodes, blocks.reshape(-1, 3, 3, 3))
+
+
+def _triquadratic(nodes: NDArray[np.float64], blocks: NDArray[np.int64]) -> MeshHex2:
+    """Make a scikit-fem mesh whose elements have the given lattice points as nodes."""
+    i, j, k = (2 * ElementHex1.doflocs.T).astype(int)
+    corners = blocks[:, i, j, k]
+    used, t = np.unique(corners, return_inverse=True)
+    t = t.reshape(corners.shape).T
+    straight = MeshHex(np.ascontiguousarray(nodes[used].T), np.ascontiguousarray(t))
+    mesh = MeshHex2.from_mesh(straight)
+    i, j, k = (2 * ElementHex2.doflocs.T).astype(int)
+    locations = np.array(mesh.doflocs)
+    locations[:, mesh.dofs.element_dofs] = nodes[blocks[:, i, j, k]].transpose(2, 1, 0)
+    return MeshHex2(locations, mesh.t)
+
+
+def _with_boundaries(
+    mesh: MeshHex,
+    sides: NDArray[np.bool_] | list[NDArray[np.bool_]],
+    depth: float,
+    quarter: bool,
+) -> GradedMesh:
+    """Find the surface and the outer facets from their corner nodes."""
+
+    def on(corners: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        return corners[mesh.facets].all(axis=0)
+
+    vertices = slice(0, int(mesh.t.max()) + 1)
+    sides = sides if isinstance(sides, list) else [sides[vertices]]
+    bottom = mesh.p[2, vertices] == depth
+    outer = np.any([on(side) for side in [*sides, bottom]], axis=0)
+    surface = on(mesh.p[2, vertices] == 0.0)
+    return GradedMesh(mesh, np.flatnonzero(surface), np.flatnonzero(outer), quarter)

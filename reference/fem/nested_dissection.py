@@ -1,0 +1,247 @@
+"""Condensation onto a few unknowns by nested dissection with dense fronts.
+
+The elements are bisected recursively; on the way back up each pair of neighbouring groups is
+merged and the unknowns that no element outside the merged group touches are eliminated by a dense
+Cholesky factorisation (the multifrontal method: Duff & Reid 1983; George 1973 for the ordering).
+What is left at the top is the Schur complement on the retained unknowns. All the work is done by
+BLAS, so plain NumPy wheels reach the speed of a compiled sparse solver on these problems, and the
+Schur complement costs no right-hand sides.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import cholesky, solve_triangular
+
+LEAF_UNKNOWNS = 600
+
+
+@dataclass(frozen=True)
+class LinearSystem:
+    """Element matrices with their unknowns.
+
+    Attributes
+    ----------
+    matrices : (elements, size, size)
+    unknowns : (elements, size)
+        Number of the unknown behind each row; -1 where the displacement is zero.
+    boundary : (boundary unknowns, far-field unknowns)
+        The displacement ``u[first + i] = boundary[i] @ q`` of the unknowns that follow far-field
+        unknowns q; they come last, from number `first`.
+    first : int
+        Number of free unknowns.
+    retained : (r,)
+        The free unknowns to condense onto.
+    centres : (elements, 3)
+        Element centres, for the bisection.
+    """
+
+    matrices: NDArray[np.float64]
+    unknowns: NDArray[np.int64]
+    boundary: NDArray[np.float64]
+    first: int
+    retained: NDArray[np.int64]
+    centres: NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Front:
+    """One elimination: ``u[eliminated] = -L^-T W u[kept]``."""
+
+    eliminated: NDArray[np.int64]
+    kept: NDArray[np.int64]
+    factor: NDArray[np.float64]
+    coupling: NDArray[np.float64]
+
+
+def condense(
+    system: LinearSystem, exterior: NDArray[np.float64], fronts: list[Front] | None = None
+) -> NDArray[np.float64]:
+    """Stiffness on the retained unknowns, shape (r, r), in the order of `system.retained`.
+
+    Parameters
+    ----------
+    system : LinearSystem
+    exterior : (k, k)
+        Stiffness of the unmeshed exterior on the far-field unknowns.
+    fronts : list, optional
+        Collects the eliminations for `expand`; without it they are dropped as the tree is climbed,
+        which keeps the memory at that of the largest fronts.
+
+    Raises
+    ------
+    numpy.linalg.LinAlgError
+        If the body is not held (a rigid motion is free).
+    """
+    dissection = _Dissection(system, fronts)
+    kept, matrix = dissection.reduce(np.arange(len(system.matrices)))
+    size = system.first + len(exterior)
+    position = np.full(size, -1)
+    position[kept] = np.arange(len(kept))
+    modes = position[system.first :]
+    matrix[np.ix_(modes, modes)] += exterior
+    order = np.concatenate([modes, position[system.retained]])
+    names = np.concatenate([np.arange(system.first, size), system.retained])
+    left, matrix = dissection.eliminate(names, matrix[np.ix_(order, order)], len(modes))
+    place = np.searchsorted(left, system.retained)
+    return matrix[np.ix_(place, place)]
+
+
+def expand(
+    system: LinearSystem, fronts: list[Front], retained_values: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """All displacements from those of the retained unknowns (no load on any other).
+
+    Returns the values of the free unknowns followed by those of the boundary unknowns.
+    """
+    modes = system.boundary.shape[1]
+    values = np.zeros(system.first + modes)
+    values[system.retained] = retained_values
+    for front in reversed(fronts):
+        known = front.coupling @ values[front.kept]
+        values[front.eliminated] = -solve_triangular(
+            front.factor, known, lower=True, trans="T", check_finite=False
+        )
+    return np.concatenate([values[: system.first], system.boundary @ values[system.first :]])
+
+
+class _Dissection:
+    """The recursion and what its levels share."""
+
+    def __init__(self, system: LinearSystem, fronts: list[Front] | None) -> None:
+        self.system = system
+        self.fronts = fronts
+        total = system.first + system.boundary.shape[1]
+        self.multiplicity = np.zeros(total, dtype=np.int64)
+        free = system.unknowns[(system.unknowns >= 0) & (system.unknowns < system.first)]
+        self.multiplicity[: system.first] = np.bincount(free, minlength=system.first)
+        # one use that no group ever completes keeps these unknowns to the top
+        self.multiplicity[system.retained] += 1
+        self.multiplicity[system.first :] = np.iinfo(np.int64).max
+        x, y, z = system.centres.T
+        radius = np.hypot(x, y)
+        self.keys = np.stack([z, radius, np.arctan2(y, x), x, y])
+        size = system.matrices.shape[1]
+        self.leaf_elements = max(2, LEAF_UNKNOWNS // size)
+
+    def reduce(self, elements: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+        """Unknowns shared with the rest, and the stiffness of the group on them."""
+        if len(elements) <= self.leaf_elements:
+            return self._leaf(elements)
+        left, right = self._bisect(elements)
+        first, second = self.reduce(left), self.reduce(right)
+        names = np.union1d(first[0], second[0])
+        return self._merge(names, [first, second], self._uses(elements, names))
+
+    def _uses(self, elements: NDArray[np.int64], names: NDArray[np.int64]) -> NDArray[np.int64]:
+        """How many elements of the group use each named unknown."""
+        unknowns = self.system.unknowns[elements].ravel()
+        place = np.minimum(np.searchsorted(names, unknowns), len(names) - 1)
+        return np.bincount(place[names[place] == unknowns], minlength=len(names))
+
+    def _merge(
+        self,
+        names: NDArray[np.int64],
+        parts: list[tuple[NDArray[np.int64], NDArray[np.float64]]],
+        uses: NDArray[np.int64],
+    ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+        complete = uses == self.multiplicity[names]
+        order = np.argsort(~complete, kind="stable")
+        place = np.empty(len(names), dtype=np.int64)
+        place[order] = np.arange(len(names))
+        matrix = np.zeros((len(names), len(names)))
+        for part, block in parts:
+            rows = place[np.searchsorted(names, part)]
+            matrix[rows[:, None], rows] += block
+        return self.eliminate(names[order], matrix, int(complete.sum()))
+
+    def eliminate(
+        self, names: NDArray[np.int64], matrix: NDArray[np.float64], count: int
+    ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+        """Schur complement after elimination of the first `count` unknowns."""
+        if count == 0:
+            return names, matrix
+        factor = cholesky(matrix[:count, :count], lower=True, check_finite=False)
+        coupling = solve_triangular(factor, matrix[:count, count:], lower=True, check_finite=False)
+        if self.fronts is not None:
+            self.fronts.append(Front(names[:count], names[count:], factor, coupling))
+        return _sorted(names[count:], matrix[count:, count:] - coupling.T @ coupling)
+
+    def _leaf(self, elements: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+        system = self.system
+        names = np.unique(system.unknowns[elements])
+        names = names[names >= 0]
+        matrix = np.zeros((len(names) + 1, len(names) + 1))
+        for element in elements:
+            # zero displacements (-1) are collected in the last row, which is dropped
+            rows = np.searchsorted(names, system.unknowns[element])
+            rows[system.unknowns[element] < 0] = len(names)
+            matrix[rows[:, None], rows] += system.matrices[element]
+        names, matrix = self._follow_far_field(names, matrix[:-1, :-1])
+        return self._merge(names, [(names, matrix)], self._uses(elements, names))
+
+    def _follow_far_field(
+        self, names: NDArray[np.int64], matrix: NDArray[np.float64]
+    ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+        """Replace boundary unknowns by the far-field unknowns they follow."""
+        first, boundary = self.system.first, self.system.boundary
+        free = int(np.searchsorted(names, first))
+        if free == len(names) or boundary.shape[1] == 0:
+            return names[:free], matrix[:free, :free]
+        shape = boundary[names[free:] - first]
+        modes = boundary.shape[1]
+        size = free + modes
+        result = np.empty((size, size))
+        result[:free, :free] = matrix[:free, :free]
+        result[:free, free:] = matrix[:free, free:] @ shape
+        result[free:, :free] = result[:free, free:].T
+        result[free:, free:] = shape.T @ matrix[free:, free:] @ shape
+        return np.concatenate([names[:free], first + np.arange(modes)]), result
+
+    def _bisect(self, elements: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
+        """Split where the fewest unknowns are shared, sizes within 1:2."""
+        best, halves = np.inf, None
+        for key in self.keys:
+            for part in self._cuts(key[elements]):
+                left, right = elements[part], elements[~part]
+                shared = self._shared(left, right)
+                cost = shared * (1.0 + abs(len(left) - len(right)) / len(elements))
+                if cost < best:
+                    best, halves = cost, (left, right)
+        if halves is None:
+            middle = len(elements) // 2
+            return elements[:middle], elements[middle:]
+        return halves
+
+    def _cuts(self, key: NDArray[np.float64]) -> Iterator[NDArray[np.bool_]]:
+        """Find the cut between layers nearest to the median."""
+        ordered = np.sort(key)
+        steps = np.diff(ordered) > 1e-6 * max(ordered[-1] - ordered[0], np.finfo(float).tiny)
+        places = np.flatnonzero(steps) + 1
+        count = len(key)
+        places = places[(places >= count // 4) & (places <= count - count // 4)]
+        if len(places):
+            place = places[np.argmin(np.abs(places - count / 2))]
+            yield key < 0.5 * (ordered[place - 1] + ordered[place])
+
+    def _shared(self, left: NDArray[np.int64], right: NDArray[np.int64]) -> int:
+        marked = np.zeros(self.system.first + len(self.system.boundary) + 1, dtype=bool)
+        marked[self.system.unknowns[left]] = True
+        other = np.zeros_like(marked)
+        other[self.system.unknowns[right]] = True
+        return int(np.count_nonzero(marked & other))
+
+
+def _sorted(
+    names: NDArray[np.int64], matrix: NDArray[np.float64]
+) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+    order = np.argsort(names)
+    return (
+        (names, matrix)
+        if np.all(order == np.arange(len(names)))
+        else (names[order], matrix[order[:, None], order])
+    )

@@ -1,0 +1,160 @@
+"""Displacements and stresses inside the body, for pictures and files."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from skfem.element import ElementHex1, ElementHex2
+
+from reference.fem.body import CondensedBody
+from reference.fem.elasticity import (
+    element_order,
+    gauss_points,
+    lame_parameters,
+    shape_gradients,
+)
+from reference.fem.nested_dissection import Front, condense, expand
+
+# corners of a hexahedron in the order of VTK (and meshio), as lattice offsets
+VTK_CORNERS = np.array(
+    [[0, 0, 0], [1, 0, 0], [1, 1, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [1, 1, 1], [0, 1, 1]]
+)
+
+
+@dataclass(frozen=True)
+class Fields:
+    """Nodal fields of the meshed part, in consistent units.
+
+    Attributes
+    ----------
+    points : (m, 3)
+        z points into the half-space.
+    hexahedra : (k, 8)
+        Corner numbers in VTK order; a 27-node element gives eight.
+    displacement : (m, 3)
+    stress : (m, 6)
+        xx, yy, zz, yz, xz, xy; tension positive.
+    von_mises : (m,)
+    """
+
+    points: NDArray[np.float64]
+    hexahedra: NDArray[np.int64]
+    displacement: NDArray[np.float64]
+    stress: NDArray[np.float64]
+    von_mises: NDArray[np.float64]
+
+
+def recover(body: CondensedBody, reactions: ArrayLike) -> Fields:
+    """Displacement and stress at all mesh nodes for given nodal contact forces.
+
+    The elimination is repeated with its factors kept (as long as the first condensation, and the
+    memory of the factors). Stresses are taken at the reduced Gauss points, where they are most
+    accurate (Barlow 1976), extrapolated to the nodes and averaged by volume.
+
+    Parameters
+    ----------
+    body : CondensedBody
+    reactions : (n,)
+        `Contact.reactions`.
+
+    Raises
+    ------
+    ValueError
+        If `reactions` does not have one finite value for each candidate.
+    """
+    reactions = np.asarray(reactions, dtype=float)
+    if reactions.shape != body.scaled_weights.shape or not np.isfinite(reactions).all():
+        raise ValueError(
+            f"reactions must be finite with shape {body.scaled_weights.shape}, "
+            f"got shape {reactions.shape}"
+        )
+    unit = body.youngs_modulus * body.length**2
+    displacement = _displacement(body, reactions / unit)
+    stress = _nodal_stress(body, displacement) * body.youngs_modulus
+    points = body.grid.mesh.p.T.copy()
+    points[:, :2] += body.offset
+    return Fields(
+        points=points * body.length,
+        hexahedra=_hexahedra(body),
+        displacement=displacement * body.length,
+        stress=stress,
+        von_mises=von_mises(stress),
+    )
+
+
+def von_mises(stress: NDArray[np.float64]) -> NDArray[np.float64]:
+    """``sqrt(3 J2)`` of stresses (..., 6) in the order xx, yy, zz, yz, xz, xy.
+
+    Examples
+    --------
+    >>> float(von_mises(np.array([-3.0, 0.0, 0.0, 0.0, 0.0, 0.0])))
+    3.0
+    """
+    direct = stress[..., :3]
+    differences = direct - np.roll(direct, 1, axis=-1)
+    return np.sqrt(0.5 * (differences**2).sum(axis=-1) + 3.0 * (stress[..., 3:] ** 2).sum(axis=-1))
+
+
+def _displacement(body: CondensedBody, reactions: NDArray[np.float64]) -> NDArray[np.float64]:
+    fronts: list[Front] = []
+    condense(body.system, body.exterior, fronts)
+    values = expand(body.system, fronts, body.scaled_compliance @ reactions)
+    numbers = np.full((body.grid.mesh.p.shape[1], 3), -1, dtype=np.int64)
+    elements = body.grid.mesh.dofs.element_dofs.T
+    numbers[elements] = body.system.unknowns.reshape(*elements.shape, 3)
+    return np.where(numbers >= 0, values[numbers], 0.0)
+
+
+def _nodal_stress(body: CondensedBody, displacement: NDArray[np.float64]) -> NDArray[np.float64]:
+    mesh = body.grid.mesh
+    order = element_order(mesh)
+    lame, shear = lame_parameters(body.poisson_ratio)
+    elements = mesh.dofs.element_dofs.T
+    gradients, volumes = shape_gradients(mesh, order)
+    gradient = np.einsum("eqaj,eai->eqij", gradients, displacement[elements], optimize=True)
+    strain = 0.5 * (gradient + np.swapaxes(gradient, -1, -2))
+    trace = np.trace(strain, axis1=-2, axis2=-1)[..., None, None]
+    stress = 2.0 * shear * strain + lame * trace * np.eye(3)
+    at_points = stress[..., [0, 1, 2, 1, 0, 0], [0, 1, 2, 2, 2, 1]]
+    at_nodes = np.einsum("nq,eqs->ens", _extrapolation(order), at_points)
+    weights = np.broadcast_to(volumes.sum(axis=1)[:, None], elements.shape).ravel()
+    total = np.bincount(elements.ravel(), weights)
+    columns = [
+        np.bincount(elements.ravel(), weights * at_nodes[..., s].ravel()) / total for s in range(6)
+    ]
+    return np.stack(columns, axis=1)
+
+
+def _extrapolation(order: int) -> NDArray[np.float64]:
+    """Values at the element nodes from those at the reduced Gauss points (tensor Lagrange)."""
+    locations = (ElementHex2 if order == 2 else ElementHex1).doflocs
+    if order == 1:
+        return np.ones((len(locations), 1))
+    line = np.unique(gauss_points(2)[0][0])
+    toward = (locations - line[0]) / (line[1] - line[0])
+    factors = np.stack([1.0 - toward, toward], axis=1)
+    return np.einsum("ni,nj,nk->nijk", factors[..., 0], factors[..., 1], factors[..., 2]).reshape(
+        len(locations), -1
+    )
+
+
+def _hexahedra(body: CondensedBody) -> NDArray[np.int64]:
+    """Every element, or its eight sub-cells, as VTK hexahedra of positive volume."""
+    mesh = body.grid.mesh
+    order = element_order(mesh)
+    element = ElementHex2 if order == 2 else ElementHex1
+    lattice = np.empty((mesh.t.shape[1],) + (order + 1,) * 3, dtype=np.int64)
+    i, j, k = np.round(order * element.doflocs.T).astype(int)
+    lattice[:, i, j, k] = mesh.dofs.element_dofs.T
+    cells = []
+    for start in np.ndindex(order, order, order):
+        i, j, k = (np.array(start) + VTK_CORNERS).T
+        cells.append(lattice[:, i, j, k])
+    hexahedra = np.concatenate(cells)
+    corners = mesh.p.T[hexahedra]
+    edges = corners[:, [1, 3, 4]] - corners[:, [0]]
+    inverted = np.linalg.det(edges) < 0.0
+    hexahedra[inverted] = hexahedra[inverted][:, [4, 5, 6, 7, 0, 1, 2, 3]]
+    return hexahedra
