@@ -13,7 +13,7 @@ from scipy.sparse.csgraph import connected_components
 from reference.halfspace.conjugate_gradients import fixed_contact_response
 from reference.halfspace.operators import HalfSpace
 
-# Yastrebov, Anciaux & Molinari (2017): mean area of a cut cell that counting credits wrongly
+# Yastrebov, Anciaux & Molinari (2017): mean excess of counted area per cell edge of the rim
 _PERIMETER_FACTOR = (np.pi - 1 + np.log(2)) / 24
 
 
@@ -39,8 +39,8 @@ def corrected_area(mask: ArrayLike, spacing: tuple[float, float], periodic: bool
 
         A = A_cells - ((pi - 1 + ln 2)/24) S dx,
 
-    S the perimeter counted along cell edges (V. A. Yastrebov, G. Anciaux and J.-F. Molinari, Tribol.
-    Int. 114 (2017) 161). On rectangular cells each edge counts with its length times the cell size
+    S the perimeter counted along cell edges (V. A. Yastrebov, G. Anciaux and J.-F. Molinari,
+    Tribol. Int. 114 (2017) 161). On rectangular cells each edge counts with its length times the cell size
     across it, so that S dx becomes (number of edges) dx dy. Edges on the rim of a free patch are
     not counted: the contact ends exactly there, no cell is cut. A cell has at most four edges, so
     the result is at least 0.52 of the raw area and never negative.
@@ -67,13 +67,13 @@ def corrected_area(mask: ArrayLike, spacing: tuple[float, float], periodic: bool
         edges += np.count_nonzero(np.diff(mask, axis=axis))
         if periodic:
             edges += np.count_nonzero(mask.take(0, axis) != mask.take(-1, axis))
-    return raw_area(mask, spacing) - _PERIMETER_FACTOR * edges * spacing[0] * spacing[1]
+    return raw_area(mask, spacing) - float(_PERIMETER_FACTOR * edges * spacing[0] * spacing[1])
 
 
 def patches(
     mask: ArrayLike, spacing: tuple[float, float] = (1.0, 1.0), periodic: bool = False
 ) -> Patches:
-    """Connected contact patches; cells are neighbours across an edge, not across a corner.
+    """Label connected contact patches; cells are neighbours across an edge, not a corner.
 
     Parameters
     ----------

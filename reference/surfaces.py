@@ -1,0 +1,266 @@
+"""Random rough surfaces as height maps: synthesis (19.22)-(19.23), refinement, rms gradients."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy import fft
+
+Pair = tuple[float, float]
+
+
+def self_affine(
+    points: int | tuple[int, int],
+    size: float | Pair,
+    *,
+    hurst: float | None = None,
+    power: float | None = None,
+    rms_slope: float | None = None,
+    rms_height: float | None = None,
+    long_cutoff: float | None = None,
+    short_cutoff: float | None = None,
+    seed: int,
+    realisation: int,
+) -> NDArray[np.float64]:
+    r"""Periodic height map with a prescribed spectrum and random phases, (19.22).
+
+        h(x) = sum over q of B(q) exp(i (q.x + phi(q))),  B(-q) = B(q),  phi(-q) = -phi(q)
+
+    The amplitudes B are fixed by `amplitude_spectrum` (so every realisation has the same rms height
+    and slope), the phases uniform on [0, 2 pi). The stream of surface k is
+    ``SeedSequence(seed, spawn_key=(0, k))``; one uniform number is drawn for every mode of the full
+    grid, in C order, of which the modes of a real FFT are used.
+
+    Parameters
+    ----------
+    points : int or (int, int)
+        Grid points per side (nx, ny).
+    size : float or (float, float)
+        Side lengths (Lx, Ly), consistent units; spacing size/points.
+    hurst, power : float
+        Exactly one: C2D ~ q^(-2(1 + hurst)), or C2D ~ q^(-power).
+    rms_slope, rms_height : float
+        Exactly one: h' = sqrt(<|grad h|^2>) = sqrt(sum |q|^2 B^2), or sqrt(<h^2>) = sqrt(sum B^2).
+    long_cutoff : float, optional
+        Roll-off wavelength: C2D is constant for longer waves. Default: no plateau.
+    short_cutoff : float, optional
+        Shortest wavelength, circular in q. Default two cells (the larger one).
+    seed, realisation : int
+        Non-negative numbers that fix the phases.
+
+    Returns
+    -------
+    ndarray, shape (nx, ny)
+        Heights with zero mean, positive towards the half-space.
+
+    Raises
+    ------
+    ValueError
+        Listing everything wrong with the arguments.
+
+    Examples
+    --------
+    >>> h = self_affine(32, 1.0, hurst=0.8, rms_slope=0.1, seed=1, realisation=0)
+    >>> h.shape, round(rms_gradient_spectral(h, (1 / 32, 1 / 32)), 12)
+    ((32, 32), 0.1)
+    """
+    shape, lengths = _grid(points, size)
+    amplitudes = amplitude_spectrum(
+        shape,
+        lengths,
+        hurst=hurst,
+        power=power,
+        rms_slope=rms_slope,
+        rms_height=rms_height,
+        long_cutoff=long_cutoff,
+        short_cutoff=short_cutoff,
+    )
+    stream = np.random.SeedSequence(seed, spawn_key=(0, realisation))
+    phases = np.random.default_rng(stream).uniform(0, 2 * np.pi, shape)
+    phases = _odd(phases[:, : shape[1] // 2 + 1], shape)
+    spectrum = amplitudes[:, : shape[1] // 2 + 1] * np.exp(1j * phases)
+    return fft.irfft2(spectrum, s=shape, norm="forward", workers=1)
+
+
+def _odd(phases: NDArray[np.float64], shape: tuple[int, int]) -> NDArray[np.float64]:
+    """Phases of a real FFT with phi(-q) = -phi(q) where both signs of q_x are stored.
+
+    These are the columns q_y = 0 and, on an even grid, q_y at Nyquist.
+    """
+    half = (shape[0] - 1) // 2
+    phases = phases.copy()
+    for column in (0, -1) if shape[1] % 2 == 0 else (0,):
+        phases[shape[0] - half :, column] = -phases[1 : half + 1, column][::-1]
+    return phases
+
+
+def amplitude_spectrum(
+    points: int | tuple[int, int],
+    size: float | Pair,
+    *,
+    hurst: float | None = None,
+    power: float | None = None,
+    rms_slope: float | None = None,
+    rms_height: float | None = None,
+    long_cutoff: float | None = None,
+    short_cutoff: float | None = None,
+) -> NDArray[np.float64]:
+    """Amplitudes B(q) = (2 pi/L) sqrt(C2D(q)), (19.23), on the modes of a full 2-D FFT.
+
+    Parameters as for `self_affine`. The power law holds between the roll-off wavelength and the
+    short cutoff, both circular in q (the modes on the cutoff circle are kept); q = 0 and the modes
+    that are their own conjugates at the Nyquist frequency are zero, because their phase cannot be
+    random.
+
+    Returns
+    -------
+    ndarray, shape (nx, ny)
+        Non-negative; sum(B^2) = <h^2> and sum(|q|^2 B^2) = <|grad h|^2>.
+
+    Examples
+    --------
+    >>> B = amplitude_spectrum(16, 1.0, power=4.0, rms_height=2.0)
+    >>> round(float((B**2).sum()), 12), round(float(B[1, 0] / B[2, 0]), 12)
+    (4.0, 4.0)
+    """
+    shape, lengths = _grid(points, size)
+    spacing = (lengths[0] / shape[0], lengths[1] / shape[1])
+    _check(shape, lengths, hurst, power, rms_slope, rms_height, long_cutoff, short_cutoff)
+    exponent = 2 * (1 + hurst) if power is None else power
+    wavenumber = _wavenumber(shape, spacing)
+    shortest = 2 * max(spacing) if short_cutoff is None else short_cutoff
+    # a relative hair on the circle keeps modes that lie on it whatever the units round to
+    inside = (wavenumber > 0) & (wavenumber <= 2 * np.pi / shortest * (1 + 1e-12))
+    inside &= ~_self_conjugate(shape)
+    plateau = 0.0 if long_cutoff is None else 2 * np.pi / long_cutoff
+    amplitude = np.zeros(shape)
+    amplitude[inside] = np.maximum(wavenumber[inside], plateau) ** (-exponent / 2)
+    wanted, weight = (rms_height, 1.0) if rms_slope is None else (rms_slope, wavenumber)
+    present = np.sqrt(((weight * amplitude) ** 2).sum())
+    if present == 0:
+        raise ValueError(
+            f"no mode of a {shape[0]} x {shape[1]} grid lies below the short cutoff {shortest!r}"
+        )
+    return amplitude * (wanted / present)
+
+
+def refine(height: ArrayLike, factor: int) -> NDArray[np.float64]:
+    """Fourier interpolation of a periodic map onto a grid `factor` times finer.
+
+    The map is the band-limited function through its points; the values at the original points are
+    kept, ``refine(h, f)[::f, ::f] == h`` to rounding. A Nyquist component is split evenly between
+    its two signs, the interpolant of least slope.
+
+    Examples
+    --------
+    >>> h = np.cos(2 * np.pi * np.arange(8) / 8)[:, None] * np.ones(8)
+    >>> fine = refine(h, 3)
+    >>> bool(np.allclose(fine[:, 0], np.cos(2 * np.pi * np.arange(24) / 24)))
+    True
+    """
+    height = np.asarray(height, dtype=float)
+    if height.ndim != 2 or not np.isfinite(height).all():
+        raise ValueError(f"height must be a finite 2-D map, not of shape {height.shape}")
+    if int(factor) != factor or factor < 1:
+        raise ValueError(f"factor must be a positive integer, not {factor!r}")
+    for axis in (0, 1):
+        height = _refine_axis(height, int(factor), axis)
+    return height
+
+
+def _refine_axis(values: NDArray[np.float64], factor: int, axis: int) -> NDArray[np.float64]:
+    points = values.shape[axis]
+    if factor == 1:
+        return values
+    spectrum = np.moveaxis(fft.rfft(values, axis=axis, norm="forward", workers=1), axis, 0)
+    if points % 2 == 0:
+        spectrum[-1] /= 2
+    fine = fft.irfft(spectrum, n=points * factor, axis=0, norm="forward", workers=1)
+    return np.moveaxis(fine, 0, axis)
+
+
+def rms_gradient_spectral(height: ArrayLike, spacing: Pair) -> float:
+    """Root mean square of the full gradient of a periodic map, sqrt(sum |q|^2 |B|^2) over modes.
+
+    >>> x = np.arange(16) / 16
+    >>> h = np.sin(2 * np.pi * x)[:, None] * np.ones(16)
+    >>> round(rms_gradient_spectral(h, (1 / 16, 1 / 16)) / (2 * np.pi) * 2**0.5, 12)
+    1.0
+    """
+    height = np.asarray(height, dtype=float)
+    amplitude = np.abs(fft.fft2(height, norm="forward", workers=1))
+    return float(np.sqrt(((_wavenumber(height.shape, spacing) * amplitude) ** 2).sum()))
+
+
+def rms_gradient_differences(height: ArrayLike, spacing: Pair) -> float:
+    """Root mean square of the full gradient of a measured map, not periodic, by differences.
+
+    sqrt(<(dh/dx)^2> + <(dh/dy)^2>) with forward differences, each mean over its own
+    (nx - 1) ny or nx (ny - 1) of them; undefined points must have been filled.
+
+    >>> x = np.arange(4.0)
+    >>> rms_gradient_differences(3 * x[:, None] + 4 * x[None, :], (1.0, 1.0))
+    5.0
+    """
+    height = np.asarray(height, dtype=float)
+    squares = [
+        np.mean((np.diff(height, axis=axis) / step) ** 2)
+        for axis, step in enumerate(spacing)
+        if height.shape[axis] > 1
+    ]
+    return float(np.sqrt(sum(squares)))
+
+
+def _grid(points: int | tuple[int, int], size: float | Pair) -> tuple[tuple[int, int], Pair]:
+    shape = tuple(int(n) for n in np.broadcast_to(points, 2))
+    lengths = tuple(float(side) for side in np.broadcast_to(size, 2))
+    return shape, lengths
+
+
+def _wavenumber(shape: tuple[int, ...], spacing: Pair) -> NDArray[np.float64]:
+    qx = 2 * np.pi * fft.fftfreq(shape[0], spacing[0])
+    qy = 2 * np.pi * fft.fftfreq(shape[1], spacing[1])
+    return np.hypot(qx[:, None], qy[None, :])
+
+
+def _self_conjugate(shape: tuple[int, int]) -> NDArray[np.bool_]:
+    """Modes equal to their own conjugate on the grid: q = 0 and the corners at Nyquist."""
+    own = [(2 * np.arange(n)) % n == 0 for n in shape]
+    return own[0][:, None] & own[1][None, :]
+
+
+def _check(
+    shape: tuple[int, int],
+    lengths: Pair,
+    hurst: float | None,
+    power: float | None,
+    rms_slope: float | None,
+    rms_height: float | None,
+    long_cutoff: float | None,
+    short_cutoff: float | None,
+) -> None:
+    """Raise one ValueError that lists every fault."""
+    faults = []
+    if min(shape) < 2:
+        faults.append(f"points must be at least 2 per side, not {shape!r}")
+    for pair, names in (
+        ((hurst, power), "hurst and power"),
+        ((rms_slope, rms_height), "rms_slope and rms_height"),
+    ):
+        if sum(value is not None for value in pair) != 1:
+            faults.append(f"give exactly one of {names}, not {pair!r}")
+    positive = {
+        "size": min(lengths),
+        "power": power,
+        "rms_slope": rms_slope,
+        "rms_height": rms_height,
+        "long_cutoff": long_cutoff,
+        "short_cutoff": short_cutoff,
+    }
+    for name, value in positive.items():
+        if value is not None and not (np.isfinite(value) and value > 0):
+            faults.append(f"{name} must be positive and finite, not {value!r}")
+    if hurst is not None and not 0 <= hurst <= 1:
+        faults.append(f"hurst must lie in [0, 1], not {hurst!r}")
+    if faults:
+        raise ValueError("; ".join(faults))
