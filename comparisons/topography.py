@@ -1,0 +1,354 @@
+"""Measured maps: read, cropped, oriented, detrended and filled once, for every method the same."""
+
+from __future__ import annotations
+
+import math
+import numbers
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, Literal
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import coo_array
+from scipy.sparse.linalg import splu
+
+from comparisons.map_files import (
+    PLAIN_FORMATS,
+    UNITS_PER_METRE,
+    MapError,
+    MapFile,
+    Window,
+    open_map,
+)
+
+__all__ = ["Map", "MapError", "read_map"]
+
+Heights = NDArray[np.float64]
+
+# Powers of (x, y) that each kind of detrending removes.
+_TRENDS: dict[str, tuple[tuple[int, int], ...]] = {
+    "none": (),
+    "mean": ((0, 0),),
+    "tilt": ((0, 0), (1, 0), (0, 1)),
+    "curvature": ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2)),
+}
+_TREND_NAMES = {
+    "none": "left as read, no trend subtracted",
+    "mean": "mean subtracted",
+    "tilt": "least-squares plane subtracted",
+    "curvature": "least-squares polynomial of second order subtracted",
+}
+_UNDEFINED = ("interpolate", "lowest", "refuse")
+# Below this share of undefined points they are interpolated unless the user says otherwise.
+_INTERPOLATED_SHARE = 0.05
+
+
+@dataclass(frozen=True)
+class Map:
+    """A measured surface, ready for every method.
+
+    Attributes
+    ----------
+    heights : ndarray, shape (nx, ny)
+        Heights in metres, positive towards the half-space (peaks touch first), axis 0 along x,
+        C-contiguous float64, read-only.
+    size : tuple of float
+        Side lengths (Lx, Ly) in metres; a point stands for a cell of Lx/nx by Ly/ny.
+    undefined_fraction : float
+        Share of the points that the file left undefined.
+    treatment : tuple of str
+        What was done, in the order in which it was done.
+    source : str
+        The file.
+    periodic : bool
+        A measured map never is.
+    """
+
+    heights: Heights
+    size: tuple[float, float]
+    undefined_fraction: float
+    treatment: tuple[str, ...]
+    source: str
+    periodic: bool = False
+
+    @property
+    def spacing(self) -> tuple[float, float]:
+        """Distance of neighbouring points along x and y in metres."""
+        return self.size[0] / self.heights.shape[0], self.size[1] / self.heights.shape[1]
+
+
+def read_map(
+    path: str | Path,
+    *,
+    size: float | Sequence[float] | None = None,
+    height_unit: str | None = None,
+    channel: str | int | None = None,
+    detrend: Literal["none", "mean", "tilt", "curvature"] = "tilt",
+    crop: Sequence[int] | None = None,
+    invert: bool = False,
+    undefined: Literal["interpolate", "lowest", "refuse"] | None = None,
+) -> Map:
+    """Read a measured map and prepare it: read, crop, invert, detrend, fill.
+
+    Detrending and interpolation fit and use the defined points only. Inversion comes before the
+    filling, so that "lowest" means the points that touch last.
+
+    Parameters
+    ----------
+    path : str or Path
+        .npy, .csv, .txt (numbers only, first index along x), or any format SurfaceTopography
+        reads (optional extra ``topography``).
+    size : float or (float, float), optional
+        Side length L or (Lx, Ly) of the whole file in metres; needed where the file states none.
+    height_unit : str, optional
+        Unit of the heights: m, cm, mm, um, nm, pm, Å; needed where the file states none.
+    channel : str or int, optional
+        Name or number of an instrument's channel; its height channel by default.
+    detrend : {"tilt", "none", "mean", "curvature"}
+        Trend to subtract: plane, nothing, mean, full polynomial of second order.
+    crop : (x0, y0, nx, ny), optional
+        Window in points, of the file as read.
+    invert : bool
+        Turn the surface upside down (a replica: its valleys were peaks).
+    undefined : {None, "interpolate", "lowest", "refuse"}
+        What to do with undefined points: harmonic interpolation (which cannot exceed the
+        surrounding heights), the lowest defined height, or nothing but an error. None interpolates
+        below 5 % and refuses above. In .npy, .csv and .txt, NaN is an error unless this is given.
+
+    Returns
+    -------
+    Map
+
+    Raises
+    ------
+    MapError
+        A ValueError that lists everything found wrong with the file and the options.
+
+    Examples
+    --------
+    >>> import tempfile
+    >>> with tempfile.TemporaryDirectory() as folder:
+    ...     file = Path(folder) / "ridge.csv"
+    ...     np.savetxt(file, [[0, 0], [1, 1], [0, 0]], delimiter=",")
+    ...     ridge = read_map(file, size=3e-6, height_unit="nm", detrend="none")
+    >>> ridge.heights[:, 0]  # first index along x
+    array([0.e+00, 1.e-09, 0.e+00])
+    """
+    path = Path(path)
+    problems = _option_problems(path, size, height_unit, channel, detrend, crop, undefined)
+    if problems:
+        raise MapError(str(path), problems)
+    window = tuple(int(value) for value in crop) if crop is not None else None
+    sides = tuple(float(side) for side in _pair(size)) if size is not None else None
+    file = open_map(path, size=sides, height_unit=height_unit, channel=channel, window=window)
+    if window and (window[0] + window[2] > file.shape[0] or window[1] + window[3] > file.shape[1]):
+        problem = f"crop {list(window)} reaches beyond the {file.shape[0]} x {file.shape[1]} points"
+        raise MapError(str(path), [problem])
+    x0, y0, nx, ny = used = window or (0, 0, *file.shape)
+    treatment = list(file.notes)
+    if window:
+        treatment.append(f"cropped to {nx} x {ny} points from ({x0}, {y0})")
+
+    heights = file.read(used)
+    fate = _fate_of_holes(path, file, used, heights, undefined)
+    if invert:
+        heights = -heights
+        treatment.append("inverted: valleys became peaks")
+    cells = file.size[0] / file.shape[0], file.size[1] / file.shape[1]
+    holes = np.isnan(heights)
+    heights = _prepare(path, heights, holes, cells, detrend, fate)
+    treatment.append(_TREND_NAMES[detrend])
+    if holes.any():
+        treatment.append(_describe_holes(holes, fate))
+    heights.setflags(write=False)
+    return Map(
+        heights=heights,
+        size=(file.size[0] * (nx / file.shape[0]), file.size[1] * (ny / file.shape[1])),
+        undefined_fraction=float(holes.mean()),
+        treatment=tuple(treatment),
+        source=str(path),
+    )
+
+
+def _pair(size: Any) -> tuple[Any, Any]:
+    return tuple(size) if isinstance(size, Sequence | np.ndarray) else (size, size)
+
+
+def _option_problems(
+    path: Path, size: Any, height_unit: Any, channel: Any, detrend: Any, crop: Any, undefined: Any
+) -> list[str]:
+    """Return everything wrong with the options and with the file's presence."""
+    problems = []
+    if not path.is_file():
+        problems.append("is a folder" if path.is_dir() else "no such file")
+    plain = path.suffix.lower() in PLAIN_FORMATS
+    if size is None and plain:
+        problems.append("size is needed: a plain table does not state its side lengths")
+    elif size is not None and not _is_size(size):
+        problems.append(f"size must be one or two positive lengths in metres, not {size!r}")
+    if height_unit is None and plain:
+        problems.append("height_unit is needed: a plain table does not state its unit")
+    elif height_unit is not None and height_unit not in UNITS_PER_METRE:
+        problems.append(f"height_unit must be m, cm, mm, um, nm, pm or Å, not {height_unit!r}")
+    if channel is not None and plain:
+        problems.append(f"channel {channel!r} was given, but a plain table has no channels")
+    if detrend not in _TRENDS:
+        problems.append(f"detrend must be one of {', '.join(_TRENDS)}, not {detrend!r}")
+    if crop is not None and not _is_window(crop):
+        problems.append(
+            f"crop must be four whole numbers [x0, y0, nx, ny] with nx, ny >= 2, not {crop!r}"
+        )
+    if undefined is not None and undefined not in _UNDEFINED:
+        problems.append(f"undefined must be one of {', '.join(_UNDEFINED)}, not {undefined!r}")
+    return problems
+
+
+def _is_size(size: Any) -> bool:
+    sides = _pair(size)
+    return len(sides) == 2 and all(
+        isinstance(side, numbers.Real)
+        and not isinstance(side, bool)
+        and math.isfinite(side)
+        and side > 0
+        for side in sides
+    )
+
+
+def _is_window(crop: Any) -> bool:
+    if not isinstance(crop, Sequence | np.ndarray) or len(crop) != 4:
+        return False
+    whole = all(isinstance(n, numbers.Integral) and not isinstance(n, bool) for n in crop)
+    return whole and min(crop[0], crop[1]) >= 0 and min(crop[2], crop[3]) >= 2
+
+
+def _fate_of_holes(
+    path: Path, file: MapFile, window: Window, heights: Heights, undefined: str | None
+) -> str:
+    """Decide what happens to undefined points, or raise MapError where nothing may."""
+
+    def first(mask: NDArray[np.bool_]) -> str:
+        i, j = np.argwhere(mask)[0] + window[:2]
+        return f"({i}, {j})"
+
+    problems = []
+    infinite, holes = np.isinf(heights), np.isnan(heights)
+    count, share = int(holes.sum()), float(holes.mean())
+    if infinite.any():
+        problems.append(f"{infinite.sum()} infinite heights, the first at index {first(infinite)}")
+    fate = undefined or ("interpolate" if share < _INTERPOLATED_SHARE else "refuse")
+    remedy = 'say undefined = "interpolate" or "lowest"'
+    if count == heights.size:
+        problems.append("no point of the map is defined")
+    elif count and undefined is None and not file.holes_marked:
+        problems.append(
+            f"{count} NaN in the map, the first at index {first(holes)}; {remedy} "
+            "if they are meant as undefined points"
+        )
+    elif count and fate == "refuse":
+        limit = "" if undefined else f", {100 * _INTERPOLATED_SHARE:.0f} % or more"
+        problems.append(
+            f"{count} of {heights.size} points ({100 * share:.2f} %{limit}) are undefined, "
+            f"the first at index {first(holes)}; {remedy} to use the map all the same"
+        )
+    if problems:
+        raise MapError(str(path), problems)
+    return fate
+
+
+def _prepare(
+    path: Path,
+    heights: Heights,
+    holes: NDArray[np.bool_],
+    cells: tuple[float, float],
+    detrend: str,
+    fate: str,
+) -> Heights:
+    """Detrend and fill; raise MapError where no roughness is left."""
+    magnitude = float(np.max(np.abs(heights), where=~holes, initial=0.0))
+    heights = _subtract_trend(heights, ~holes, _TRENDS[detrend])
+    defined = heights[~holes]
+    # A trend is subtracted to a few roundings of the heights it was read from.
+    if defined.max() - defined.min() <= 64 * np.finfo(float).eps * magnitude:
+        problem = f"the map is flat: no height differs from another (detrend = {detrend!r})"
+        raise MapError(str(path), [problem])
+    if holes.any():
+        heights[holes] = (
+            defined.min() if fate == "lowest" else _harmonic_fill(heights, holes, cells)
+        )
+    return heights
+
+
+def _subtract_trend(
+    heights: Heights, defined: NDArray[np.bool_], powers: tuple[tuple[int, int], ...]
+) -> Heights:
+    """Subtract the least-squares polynomial with the given powers of x and y.
+
+    The normal equations separate into moments X^T W Y of the weights W (1 on defined points), so
+    that no matrix of the size of the map times the number of terms is formed. In coordinates from
+    -1 to 1 they are well-conditioned; a second pass removes what the first one rounded off.
+    """
+    if not powers:
+        return heights.copy()
+    weight = defined.astype(np.float64)
+    rest = np.where(defined, heights, 0.0)
+    x, y = (np.vander(np.linspace(-1, 1, n), 5, increasing=True) for n in heights.shape)
+    moments = x.T @ weight @ y
+    matrix = np.array([[moments[a + c, b + d] for c, d in powers] for a, b in powers])
+    for _ in range(2):
+        projection = x.T @ rest @ y
+        right = np.array([projection[a, b] for a, b in powers])
+        coefficients = np.linalg.lstsq(matrix, right, rcond=None)[0]
+        table = np.zeros((5, 5))
+        for (a, b), value in zip(powers, coefficients, strict=True):
+            table[a, b] = value
+        rest -= (x @ table @ y.T) * weight
+    return np.where(defined, rest, np.nan)
+
+
+def _harmonic_fill(
+    heights: Heights, holes: NDArray[np.bool_], cells: tuple[float, float]
+) -> Heights:
+    """Return the heights of the holes that solve Laplace's equation between their rims.
+
+    The five-point scheme keeps the maximum principle: no filled point is higher than the highest,
+    or lower than the lowest point of the rim, so that no contact is invented. At the border of
+    the map the scheme has no outer neighbour (zero slope across the border).
+    """
+    number = np.full(holes.shape, -1)
+    number[holes] = np.arange(holes.sum())
+    diagonal, right = np.zeros(holes.sum()), np.zeros(holes.sum())
+    rows, columns, entries = [], [], []
+    for axis, cell in enumerate(cells):
+        conductance = (cells[0] / cell) ** 2
+        low = [slice(None)] * 2
+        high = [slice(None)] * 2
+        low[axis], high[axis] = slice(None, -1), slice(1, None)
+        for here, there in ((tuple(low), tuple(high)), (tuple(high), tuple(low))):
+            pair = number[here] >= 0
+            row, column = number[here][pair], number[there][pair]
+            rim = column < 0
+            diagonal += np.bincount(row, minlength=diagonal.size) * conductance
+            np.add.at(right, row[rim], conductance * heights[there][pair][rim])
+            rows.append(row[~rim])
+            columns.append(column[~rim])
+            entries.append(np.full(row[~rim].size, -conductance))
+    index = np.arange(diagonal.size)
+    matrix = coo_array(
+        (
+            np.concatenate([*entries, diagonal]),
+            (np.concatenate([*rows, index]), np.concatenate([*columns, index])),
+        )
+    ).tocsc()
+    filled = splu(matrix, permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True}).solve(right)
+    rim = heights[~holes]
+    return np.clip(filled, rim.min(), rim.max())
+
+
+def _describe_holes(holes: NDArray[np.bool_], fate: str) -> str:
+    done = {
+        "interpolate": "interpolated from their neighbours",
+        "lowest": "set to the lowest defined height",
+    }[fate]
+    return f"{holes.sum()} of {holes.size} points ({100 * holes.mean():.2f} %) undefined: {done}"
