@@ -292,8 +292,8 @@ def _unknown_format(path: Path, error: Exception) -> str:
     likely = [
         f" (as {reader.format()}: {reasons[reader.__name__]})"
         for reader in readers
-        if suffix in (reader.format(), *(reader.file_extensions() or ()))
-        and reader.__name__ in reasons
+        if reader.__name__ in reasons
+        and suffix in (reader.format(), *(reader.file_extensions() or ()))
     ]
     return (
         f"unknown or damaged{''.join(likely)}: tried the {len(readers)} formats of "
@@ -325,7 +325,7 @@ def _choose_channel(
         found = [default] if default in heights else heights
         problem = f"none of its channels holds heights ({listing})"
     else:
-        found = [i for i, info in enumerate(channels) if wanted in (i, info.name)]
+        found = [i for i, info in enumerate(channels) if wanted in (info.name, i, str(i))]
         problem = f"has no channel {wanted!r}, only {listing}"
         if found and found[0] not in heights:
             problem = f"channel {wanted!r} does not hold heights; choose another of {listing}"

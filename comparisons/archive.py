@@ -1,0 +1,86 @@
+"""A solved task on disk: one npz with everything, which is also what --resume looks for."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+
+from comparisons.methods import Solution
+from comparisons.store import read_arrays, write_arrays
+
+_PREFIX = "solution."
+_ARRAYS = ("converged", "iterations", "violation")
+_NUMBERS = ("unknowns", "seconds", "setup_seconds", "compile_seconds", "memory")
+
+
+def save_solution(path: Path, solution: Solution) -> None:
+    """Write a solution atomically."""
+    arrays = dict(solution.fields)
+    arrays |= {f"{_PREFIX}{name}": getattr(solution, name) for name in _ARRAYS}
+    arrays |= {f"{_PREFIX}q.{name}": value for name, value in solution.quantities.items()}
+    document = {name: _plain(getattr(solution, name)) for name in _NUMBERS}
+    document["reasons"] = [[*index, why] for index, why in solution.reasons.items()]
+    arrays[f"{_PREFIX}json"] = np.array(json.dumps(document))
+    write_arrays(path, arrays)
+
+
+def load_solution(path: Path) -> Solution:
+    """Read a solution back.
+
+    Raises
+    ------
+    comparisons.store.ResultsError
+        If the file cannot be read.
+    """
+    arrays = read_arrays(path)
+    document = json.loads(str(arrays.pop(f"{_PREFIX}json")))
+    own = {name: arrays.pop(name) for name in list(arrays) if name.startswith(_PREFIX)}
+    start = len(_PREFIX) + 2
+    return Solution(
+        quantities={k[start:]: v for k, v in own.items() if k.startswith(f"{_PREFIX}q.")},
+        reasons={(row, step): why for row, step, why in document["reasons"]},
+        fields=arrays,
+        **{name: own[f"{_PREFIX}{name}"] for name in _ARRAYS},
+        **{name: _number(document[name]) for name in _NUMBERS if name != "unknowns"},
+        unknowns=document["unknowns"],
+    )
+
+
+def joined(parts: list[Solution]) -> Solution:
+    """Join blocks of realisations into one solution: times add up, memory is the largest."""
+    if len(parts) == 1:
+        return parts[0]
+    names = {name for part in parts for name in part.quantities}
+    reasons, row = {}, 0
+    for part in parts:
+        reasons |= {(row + r, step): why for (r, step), why in part.reasons.items()}
+        row += part.converged.shape[0]
+    return Solution(
+        quantities={
+            name: np.concatenate(
+                [p.quantities.get(name, np.full(p.converged.shape, np.nan)) for p in parts]
+            )
+            for name in sorted(names)
+        },
+        converged=np.concatenate([p.converged for p in parts]),
+        iterations=np.concatenate([p.iterations for p in parts]),
+        violation=np.concatenate([p.violation for p in parts]),
+        unknowns=parts[0].unknowns,
+        reasons=reasons,
+        fields=parts[0].fields,
+        seconds=sum(p.seconds for p in parts),
+        setup_seconds=sum(p.setup_seconds for p in parts),
+        compile_seconds=sum(p.compile_seconds for p in parts),
+        memory=max(p.memory for p in parts),
+    )
+
+
+def _plain(value: float) -> float | None:
+    """Return None for NaN, which JSON does not know."""
+    return value if isinstance(value, int) or np.isfinite(value) else None
+
+
+def _number(value: float | None) -> float:
+    return float("nan") if value is None else value

@@ -1,0 +1,116 @@
+"""One task executed: warm code, honest clock, peak memory, never an exception for physics."""
+
+from __future__ import annotations
+
+import statistics
+import sys
+import time
+import traceback
+from collections.abc import Callable
+from pathlib import Path
+
+import psutil
+from threadpoolctl import threadpool_limits
+
+from comparisons.geometry import RoughGeometry
+from comparisons.methods import METHODS, Solution, Task
+
+REPEATS = 3
+REPEAT_SECONDS = 1.0
+THREADS = 1
+_CLEAR_PEAK = Path("/proc/self/clear_refs")
+_STATUS = Path("/proc/self/status")
+# What has been compiled in this process, and how long that took.
+_compiled: dict[tuple[str, bool], float] = {}
+
+
+def execute(task: Task) -> Solution:
+    """Solve a task on one thread, with its times and its peak memory.
+
+    The time is the median of repeats on warm code, until three repeats or one second; compilation
+    is counted apart. Memory is the rise of the process's peak during the first solve (Linux; NaN
+    elsewhere).
+
+    A method that raises anything but a keyboard interrupt costs only its own rows: every step is
+    marked as failed with the reason.
+    """
+    method = METHODS[task.method]
+    try:
+        with threadpool_limits(limits=THREADS):
+            compile_seconds = _warm_up(task)
+            _prepare(task)
+            solution, seconds, memory = _first(lambda: method.solve(task))
+            times, setups = [seconds], [solution.setup_seconds]
+            while len(times) < REPEATS and sum(times) < REPEAT_SECONDS:
+                start = time.perf_counter()
+                again = method.solve(task)
+                times.append(time.perf_counter() - start)
+                setups.append(again.setup_seconds)
+    except Exception as error:  # the study carries on
+        return failed(task, _reason(error))
+    solution.seconds = statistics.median(times)
+    solution.setup_seconds = statistics.median(setups)
+    solution.compile_seconds = compile_seconds
+    solution.memory = memory
+    return solution
+
+
+def failed(task: Task, reason: str) -> Solution:
+    """Return a solution without answers, for a task that could not be solved at all."""
+    solution = Solution.empty(task)
+    for row in range(len(task.realisations)):
+        for step in range(len(task.loads.values)):
+            solution.fail((row, step), reason)
+    return solution
+
+
+def _reason(error: Exception) -> str:
+    where = traceback.extract_tb(error.__traceback__)[-1]
+    name = type(error).__name__
+    return f"{name}: {error} (in {where.name})" if str(error) else f"{name} in {where.name}"
+
+
+def _warm_up(task: Task) -> float:
+    """Compile once per process and kind of scene; return how long it took the first time."""
+    key = (task.method, isinstance(task.geometry, RoughGeometry))
+    if key not in _compiled:
+        start = time.perf_counter()
+        METHODS[task.method].warm_up(task)
+        _compiled[key] = time.perf_counter() - start
+        return _compiled[key]
+    return 0.0
+
+
+def _prepare(task: Task) -> None:
+    """Make the heights before the clock starts: they are the input, not the work."""
+    if isinstance(task.geometry, RoughGeometry) and METHODS[task.method].dimension == 3:
+        for realisation in task.realisations:
+            task.geometry.heights(realisation, task.resolution)
+
+
+def _first(solve: Callable[[], Solution]) -> tuple[Solution, float, float]:
+    before = _reset_peak()
+    start = time.perf_counter()
+    solution = solve()
+    seconds = time.perf_counter() - start
+    return solution, seconds, _peak() - before
+
+
+def _reset_peak() -> float:
+    """Set the kernel's high-water mark of this process back to what it uses now."""
+    if sys.platform != "linux":
+        return float("nan")
+    try:
+        _CLEAR_PEAK.write_text("5")
+    except OSError:
+        return float("nan")
+    return float(psutil.Process().memory_info().rss)
+
+
+def _peak() -> float:
+    try:
+        lines = _STATUS.read_text().splitlines()
+    except OSError:
+        return float("nan")
+    found = [line for line in lines if line.startswith("VmHWM")]
+    return 1024.0 * float(found[0].split()[1]) if found else float("nan")

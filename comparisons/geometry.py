@@ -1,0 +1,213 @@
+"""Prepared geometry: what every method is given, made once per scene.
+
+A smooth scene becomes an `IndenterGeometry` (the shape, and how far the contact will reach); a
+rough one a `RoughGeometry` (the heights of any realisation at any number of points). Loads that
+a scene gives relative to its roughness become absolute here, so all methods get the same force.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+
+from comparisons.loading import Control, Loading
+from comparisons.scene import MeasuredMap, Scene, SceneError, SelfAffine
+from comparisons.shapes import Indenter
+from comparisons.topography import MapError, read_map
+from reduced import foundation, profiles
+from reference import surfaces
+
+
+@dataclass(frozen=True)
+class Loads:
+    """Absolute loads: strictly increasing `values` (k,) of the quantity `control`."""
+
+    control: Control
+    values: np.ndarray
+
+    @property
+    def keyword(self) -> dict[str, np.ndarray]:
+        """The loads as the keyword argument that every solver takes."""
+        return {self.control: self.values}
+
+
+@dataclass(frozen=True)
+class IndenterGeometry:
+    """A rigid indenter, with an estimate of the largest contact.
+
+    The estimate comes from the reduced model, in a microsecond; it only sizes grids and meshes.
+    """
+
+    indenter: Indenter
+    penetration: float
+    contact_radius: float
+
+    @cached_property
+    def reach(self) -> tuple[float, float]:
+        """Half-widths of the geometric overlap at the largest load, with a margin of 5 %."""
+        half_x, half_y = self.indenter.reach(1.05 * self.penetration)
+        return half_x, half_y
+
+    @property
+    def digest(self) -> str:
+        """What identifies the geometry beside the scene's text: nothing more."""
+        return ""
+
+
+@dataclass(frozen=True)
+class RoughGeometry:
+    """A rough surface: heights (nx, ny) in metres, peaks towards the half-space."""
+
+    size: tuple[float, float]
+    points: tuple[int, int]
+    periodic: bool
+    rms_slope: float
+    recipe: SelfAffine | None = None
+    measured: np.ndarray | None = field(default=None, repr=False)
+    treatment: tuple[str, ...] = ()
+
+    def heights(self, realisation: int, resolution: int) -> np.ndarray:
+        """Return the surface with `resolution` points along x.
+
+        A multiple of the surface's own points interpolates a synthetic surface exactly (its
+        Fourier modes are known); a fraction takes every second, fourth, ... point.
+        """
+        native = self._native(realisation)
+        if resolution == self.points[0]:
+            return native
+        if resolution > self.points[0]:
+            if self.recipe is None:
+                raise ValueError("a measured map is not finer than it was measured")
+            return surfaces.refine(native, resolution // self.points[0])
+        step = self.points[0] // resolution
+        return np.ascontiguousarray(native[: resolution * step : step, ::step])
+
+    def _native(self, realisation: int) -> np.ndarray:
+        if self.measured is not None:
+            return self.measured
+        assert self.recipe is not None
+        return surfaces.self_affine(
+            self.points,
+            self.size,
+            **_recipe_arguments(self.recipe),
+            seed=self.recipe.seed,
+            realisation=realisation,
+        )
+
+    def spacing(self, heights: np.ndarray) -> tuple[float, float]:
+        """Return the size of a cell of a height map on this surface."""
+        return self.size[0] / heights.shape[0], self.size[1] / heights.shape[1]
+
+    @property
+    def area(self) -> float:
+        """Apparent area A0."""
+        return self.size[0] * self.size[1]
+
+    @cached_property
+    def digest(self) -> str:
+        """What identifies the geometry beside the scene's text: the measured heights."""
+        if self.measured is None:
+            return ""
+        return hashlib.sha256(self.measured.tobytes()).hexdigest()
+
+
+Geometry = IndenterGeometry | RoughGeometry
+
+
+def prepare(scene: Scene) -> tuple[Geometry, Loads]:
+    """Prepare the geometry of a scene and its absolute loads.
+
+    Raises
+    ------
+    SceneError
+        If the map cannot be used, or the load is beyond the shape (a sphere pressed to its
+        equator).
+    """
+    if scene.surface is None:
+        assert scene.indenter is not None
+        loads = Loads(scene.loading.control, np.array(scene.loading.range.values))
+        return _press_estimate(scene, loads), loads
+    surface = scene.surface
+    geometry = _synthetic(surface) if isinstance(surface, SelfAffine) else _measured(scene, surface)
+    return geometry, _absolute(scene.loading, scene.effective_modulus, geometry)
+
+
+def _recipe_arguments(recipe: SelfAffine) -> dict[str, float | None]:
+    names = ("hurst", "power", "rms_slope", "rms_height", "long_cutoff", "short_cutoff")
+    return {name: getattr(recipe, name) for name in names}
+
+
+def _synthetic(surface: SelfAffine) -> RoughGeometry:
+    slope = surface.rms_slope
+    if slope is None:
+        heights = surfaces.self_affine(
+            surface.points, surface.size, **_recipe_arguments(surface), seed=0, realisation=0
+        )
+        slope = surfaces.rms_gradient_spectral(heights, surface.size)
+    return RoughGeometry(surface.size, surface.points, surface.periodic, slope, recipe=surface)
+
+
+def _measured(scene: Scene, surface: MeasuredMap) -> RoughGeometry:
+    keys = ("size", "height_unit", "channel", "detrend", "crop", "invert", "undefined")
+    try:
+        result = read_map(
+            Path(scene.directory) / surface.file, **{key: getattr(surface, key) for key in keys}
+        )
+    except MapError as error:
+        problems = [f"surface: {each}" for each in getattr(error, "problems", [str(error)])]
+        raise SceneError(scene.name, problems) from error
+    return RoughGeometry(
+        size=result.size,
+        points=result.heights.shape,
+        periodic=surface.periodic,
+        rms_slope=surfaces.rms_gradient_differences(result.heights, result.size),
+        measured=result.heights,
+        treatment=tuple(result.treatment),
+    )
+
+
+def _absolute(loading: Loading, modulus: float, geometry: RoughGeometry) -> Loads:
+    values = np.array(loading.range.values)
+    if loading.range.relative_to is not None:
+        values = values * (modulus * geometry.area * geometry.rms_slope)
+    return Loads(loading.control, values)
+
+
+def equivalent_profile(indenter: Indenter) -> profiles.Profile:
+    """Return the reduced model's profile of an indenter, by the rule that the chapter uses.
+
+    Exact (MDR) for axisymmetric shapes, the Gaussian radius for ellipsoids, and
+    D = (4 A / pi)^(1/2) for flat punches of any outline.
+    """
+    parameters = indenter.model_dump(exclude={"shape"})
+    shape = indenter.model_dump(include={"shape"})["shape"]
+    if shape == "profile":
+        return profiles.tabulated(
+            np.array(parameters["r"]),
+            np.array(parameters["f"]),
+            interpolation=parameters["interpolation"],
+        )
+    if indenter.flat and shape != "cylinder":
+        return profiles.equivalent_punch(indenter.area)  # type: ignore[attr-defined]
+    constructor = getattr(profiles, shape)
+    profile: profiles.Profile = constructor(**parameters)
+    return profile
+
+
+def _press_estimate(scene: Scene, loads: Loads) -> IndenterGeometry:
+    assert scene.indenter is not None
+    try:
+        contact = foundation.indent(
+            equivalent_profile(scene.indenter),
+            scene.effective_modulus,
+            **{loads.control: loads.values[-1:]},
+        )
+    except (ValueError, RuntimeError) as error:
+        raise SceneError(scene.name, [f"loading.{loads.control}: {error}"]) from error
+    return IndenterGeometry(
+        scene.indenter, float(contact.penetration[-1]), float(contact.contact_radius[-1])
+    )

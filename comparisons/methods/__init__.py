@@ -1,0 +1,16 @@
+"""The methods under comparison, by name. Each is one small file with a fixed contract."""
+
+from __future__ import annotations
+
+from comparisons.methods.base import Method, Solution, Support, Task
+from comparisons.methods.bem_dense import BemDense
+from comparisons.methods.bem_fft import BemFft
+from comparisons.methods.closed_form import ClosedForm
+from comparisons.methods.fem import Fem
+from comparisons.methods.reduced import Reduced
+
+METHODS: dict[str, Method] = {
+    method.name: method for method in (ClosedForm(), Reduced(), BemDense(), BemFft(), Fem())
+}
+
+__all__ = ["METHODS", "Method", "Solution", "Support", "Task"]

@@ -1,0 +1,176 @@
+"""The contract between a study and a method: task in, solution out.
+
+A method is one small class. It says whether it supports a scene, which resolutions it would
+use, how much memory a task needs, and solves a task. It never raises for physics: a load step
+that fails is a NaN row with its reason.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from comparisons.geometry import Geometry, Loads
+from comparisons.options import Options
+from comparisons.scene import Scene
+
+
+@dataclass(frozen=True)
+class Support:
+    """Whether a method can do a scene, and why (not)."""
+
+    ok: bool
+    reason: str = ""
+
+
+@dataclass(frozen=True)
+class Task:
+    """One independent solve: a method, a resolution, all loads, a block of realisations.
+
+    Tasks are picklable and know their own key, which is what makes resuming, workers and
+    clusters simple.
+    """
+
+    scene: Scene
+    geometry: Geometry
+    loads: Loads
+    method: str
+    resolution: int
+    options: Options
+    quantities: tuple[str, ...]
+    realisations: tuple[int, ...] = (0,)
+
+    @property
+    def wants_pressure(self) -> bool:
+        """Whether pressure fields are asked for."""
+        return "pressure" in self.quantities
+
+    @property
+    def key(self) -> str:
+        """A name that is the same exactly when the task is the same."""
+        identity = {
+            "scene": self.scene.model_dump(mode="json", exclude={"title", "compare", "methods"}),
+            "geometry": self.geometry.digest,
+            "loads": [float(v).hex() for v in self.loads.values],
+            "options": asdict_of(self.options),
+            "quantities": sorted(self.quantities),
+            "realisations": list(self.realisations),
+        }
+        text = json.dumps(identity, sort_keys=True)
+        digest = hashlib.sha256(text.encode()).hexdigest()[:12]
+        first = self.realisations[0]
+        return f"{self.scene.name}-{self.method}-{self.resolution}-{first}-{digest}"
+
+
+def asdict_of(options: Options) -> dict[str, object]:
+    """Return options as plain values."""
+    return options.model_dump(mode="json")
+
+
+@dataclass
+class Solution:
+    """What a method found, per realisation (axis 0) and load step (axis 1).
+
+    Attributes
+    ----------
+    quantities : dict
+        Name -> array (realisations, steps); NaN where a step failed. Names absent were not asked
+        for or are not defined for the method.
+    converged : ndarray of bool
+    reasons : dict
+        (realisation index, step) -> why it failed.
+    iterations, violation : ndarray
+        Solver iterations, and the largest relative overlap or tension (NaN for direct methods).
+    fields : dict
+        Arrays of realisation 0 at the last load: ``pressure``, ``pressure_x``, ...
+    unknowns : int
+    seconds, setup_seconds, compile_seconds, memory : float
+        Everything done for the task on warm code; the part another list of loads could reuse;
+        compilation (apart); peak memory in bytes (NaN where it cannot be measured).
+    """
+
+    quantities: dict[str, np.ndarray]
+    converged: np.ndarray
+    iterations: np.ndarray
+    violation: np.ndarray
+    unknowns: int
+    reasons: dict[tuple[int, int], str] = field(default_factory=dict)
+    fields: dict[str, np.ndarray] = field(default_factory=dict)
+    seconds: float = float("nan")
+    setup_seconds: float = 0.0
+    compile_seconds: float = 0.0
+    memory: float = float("nan")
+
+    @classmethod
+    def empty(cls, task: Task, unknowns: int = 0) -> Solution:
+        """Return a solution to be filled step by step: nothing converged yet."""
+        shape = (len(task.realisations), len(task.loads.values))
+        return cls(
+            quantities={},
+            converged=np.zeros(shape, dtype=bool),
+            iterations=np.zeros(shape, dtype=int),
+            violation=np.full(shape, np.nan),
+            unknowns=unknowns,
+        )
+
+    def put(self, index: tuple[int, int], values: dict[str, float]) -> None:
+        """Store the quantities of one converged step."""
+        for name, value in values.items():
+            if name not in self.quantities:
+                self.quantities[name] = np.full(self.converged.shape, np.nan)
+            self.quantities[name][index] = value
+        self.converged[index] = True
+
+    def fail(self, index: tuple[int, int], reason: str) -> None:
+        """Record that one step has no answer."""
+        self.reasons[index] = reason
+
+    @contextmanager
+    def setup(self) -> Iterator[None]:
+        """Count the time inside as set-up: the part that another list of loads would reuse."""
+        start = time.perf_counter()
+        try:
+            yield
+        finally:
+            self.setup_seconds += time.perf_counter() - start
+
+
+class Method:
+    """Base of all methods; a new one overrides ``supports``, ``resolutions`` and ``solve``."""
+
+    name = ""
+    title = ""
+    dimension = 3
+
+    def supports(self, scene: Scene) -> Support:
+        """Say whether the method can do the scene, with the reason where not."""
+        raise NotImplementedError
+
+    def resolutions(self, scene: Scene, geometry: Geometry) -> tuple[int, ...]:
+        """Return the resolutions that the scene's tolerance asks for, coarse to fine."""
+        raise NotImplementedError
+
+    def refused(self, task: Task) -> str:
+        """Return why this resolution is out of reach ("" where it is not)."""
+        return ""
+
+    def memory(self, task: Task) -> float:
+        """Estimate the peak memory of a task in bytes, before any is taken."""
+        return 0.0
+
+    def model(self, scene: Scene, geometry: Geometry) -> str:
+        """Say in one sentence what is modelled."""
+        raise NotImplementedError
+
+    def warm_up(self, task: Task) -> None:
+        """Compile whatever the task will need, so that no timing contains a compiler."""
+
+    def solve(self, task: Task) -> Solution:
+        """Solve all loads and realisations of a task."""
+        raise NotImplementedError

@@ -1,0 +1,194 @@
+"""What the two half-space methods share: the grid of a scene, and the quantities of a contact."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from comparisons.geometry import Geometry, IndenterGeometry, RoughGeometry
+from comparisons.methods.base import Method, Solution, Task
+from comparisons.methods.sweeps import outcomes
+from reference.errors import ConvergenceError
+from reference.halfspace import Contact, FreeOperator, PeriodicOperator
+from reference.halfspace import areas as area_measures
+
+Operator = FreeOperator | PeriodicOperator
+
+
+@dataclass(frozen=True)
+class Grid:
+    """Cells of a half-space problem: the initial gap at their centres."""
+
+    gap: np.ndarray
+    spacing: tuple[float, float]
+    origin: tuple[float, float]
+
+    @property
+    def centres(self) -> tuple[np.ndarray, np.ndarray]:
+        """Coordinates of the cell centres, each of shape (nx, ny)."""
+        axes = [
+            start + (np.arange(n) + 0.5) * step
+            for n, step, start in zip(self.gap.shape, self.spacing, self.origin, strict=True)
+        ]
+        x, y = np.meshgrid(*axes, indexing="ij")
+        return x, y
+
+
+def indenter_shape(geometry: IndenterGeometry, resolution: int) -> tuple[int, int]:
+    """Return the number of cells in x and y that cover the geometric overlap."""
+    cell = geometry.contact_radius / resolution
+    half_x, half_y = (max(1, int(np.ceil(half / cell - 1e-9))) for half in geometry.reach)
+    return 2 * half_x, 2 * half_y
+
+
+def make_grid(geometry: Geometry, resolution: int, realisation: int = 0) -> Grid:
+    """Return the grid of a scene: cells where contact is possible, and none beyond.
+
+    The surface never rises above its undeformed level, so contact stays inside the region where
+    the shape overlaps the half-space. Under a flat punch the cells fit the box around its face.
+    """
+    if isinstance(geometry, RoughGeometry):
+        heights = geometry.heights(realisation, resolution)
+        return Grid(heights.max() - heights, geometry.spacing(heights), (0.0, 0.0))
+    shape = indenter_shape(geometry, resolution)
+    cell = geometry.contact_radius / resolution
+    spacing = (cell, cell)
+    if geometry.indenter.flat:
+        spacing = tuple(2 * r / n for r, n in zip(geometry.reach, shape, strict=True))
+    origin = tuple(-n * step / 2 for n, step in zip(shape, spacing, strict=True))
+    empty = Grid(np.zeros(shape), spacing, origin)
+    return Grid(geometry.indenter.gap(*empty.centres), spacing, origin)
+
+
+def cells(geometry: Geometry, resolution: int) -> int:
+    """Return the number of grid cells of a resolution."""
+    if isinstance(geometry, RoughGeometry):
+        return round(resolution**2 * geometry.points[1] / geometry.points[0])
+    nx, ny = indenter_shape(geometry, resolution)
+    return nx * ny
+
+
+def contact_cells(task: Task) -> float:
+    """Estimate the number of cells in contact at the largest load."""
+    geometry, load = task.geometry, float(task.loads.values[-1])
+    total = cells(geometry, task.resolution)
+    if isinstance(geometry, IndenterGeometry):
+        return float(np.pi * task.resolution**2)
+    if task.loads.control == "force":
+        # A/A0 is about 2 F / (E* A0 h') at small loads, and never above it.
+        nominal = task.scene.effective_modulus * geometry.area * geometry.rms_slope
+        return total * min(1.0, 2 * load / nominal)
+    heights = geometry.heights(0, geometry.points[0])
+    level = heights.max() - load if task.loads.control == "penetration" else heights.mean() - load
+    return float(total * np.mean(heights > level))
+
+
+def rough_resolutions(geometry: RoughGeometry) -> tuple[int, ...]:
+    """Return three grids: refined for a synthetic surface, coarsened for a measured map."""
+    n = geometry.points[0]
+    if geometry.recipe is not None:
+        return (n, 2 * n, 4 * n)
+    steps = [s for s in (4, 2, 1) if all(p % s == 0 and p // s >= 16 for p in geometry.points)]
+    return tuple(n // s for s in steps or [1])
+
+
+class GridMethod(Method):
+    """A solver of the half-space on a grid of rectangular cells."""
+
+    def operator(
+        self, task: Task, shape: tuple[int, int], spacing: tuple[float, float]
+    ) -> Operator:
+        """Return the operator from pressure to displacement."""
+        raise NotImplementedError
+
+    def sweep(
+        self, task: Task, operator: Operator, gap: np.ndarray
+    ) -> Callable[[np.ndarray], Iterator[Contact]]:
+        """Return the solver as a function of the loads still to do."""
+        raise NotImplementedError
+
+    def solve(self, task: Task) -> Solution:
+        """Solve every realisation on the same operator."""
+        solution = Solution.empty(task)
+        operator = None
+        for row, realisation in enumerate(task.realisations):
+            with solution.setup():
+                grid = make_grid(task.geometry, task.resolution, realisation)
+                if operator is None:
+                    operator = self.operator(task, grid.gap.shape, grid.spacing)
+                    solution.unknowns = int(np.isfinite(grid.gap).sum())
+            solver = self.sweep(task, operator, grid.gap)
+            for step, outcome in enumerate(outcomes(solver, task.loads.values, ConvergenceError)):
+                if isinstance(outcome, ConvergenceError):
+                    solution.fail((row, step), outcome.reason)
+                    continue
+                solution.put((row, step), contact_quantities(task, operator, outcome, grid))
+                solution.iterations[row, step] = outcome.iterations
+                solution.violation[row, step] = outcome.violation
+                if row == 0 and step == len(task.loads.values) - 1:
+                    solution.fields = contact_fields(task, outcome, grid)
+        return solution
+
+
+def contact_quantities(
+    task: Task, operator: Operator, contact: Contact, grid: Grid
+) -> dict[str, float]:
+    """Return the quantities of one load step; the costly ones only if asked for."""
+    mask = contact.pressure > 0
+    asked = set(task.quantities)
+    periodic = operator.periodic
+    raw = float(area_measures.raw_area(mask, grid.spacing))
+    area = float(area_measures.corrected_area(mask, grid.spacing, periodic=periodic))
+    if isinstance(task.geometry, IndenterGeometry) and task.geometry.indenter.flat:
+        area = raw  # a face that fits the cells has no ragged edge to correct
+    values = {
+        "penetration": contact.penetration,
+        "force": contact.force,
+        "contact_area_raw": raw,
+        "contact_area": area,
+        "equivalent_radius": float(np.sqrt(area / np.pi)),
+    }
+    if isinstance(task.geometry, RoughGeometry):
+        values["mean_gap"] = contact.mean_gap
+        values["penetration_mean_plane"] = contact.penetration - float(grid.gap.mean())
+        values |= _patch_quantities(mask, grid, periodic, asked)
+    elif task.geometry.indenter.axisymmetric:
+        values["contact_radius"] = values["equivalent_radius"]
+    if asked & {"stiffness", "contact_length_stiffness"}:
+        stiffness = float(area_measures.contact_stiffness(operator, mask))
+        values["stiffness"] = stiffness
+        values["contact_length_stiffness"] = stiffness / operator.effective_modulus
+    if "energy" in asked:
+        values["energy"] = float(area_measures.elastic_energy(operator, contact.pressure))
+    return values
+
+
+def _patch_quantities(
+    mask: np.ndarray, grid: Grid, periodic: bool, asked: set[str]
+) -> dict[str, float]:
+    if not asked & {"contact_count", "contact_length"}:
+        return {}
+    _, patch_areas = area_measures.patches(mask, grid.spacing, periodic=periodic)
+    length = float(np.sqrt(4 * np.asarray(patch_areas) / np.pi).sum())
+    return {"contact_count": float(len(patch_areas)), "contact_length": length}
+
+
+def contact_fields(task: Task, contact: Contact, grid: Grid) -> dict[str, np.ndarray]:
+    """Return the arrays that plots and pictures use."""
+    fields: dict[str, np.ndarray] = {"penetration": np.array(contact.penetration)}
+    x, y = grid.centres
+    if task.wants_pressure:
+        fields |= {
+            "pressure_x": x.ravel(),
+            "pressure_y": y.ravel(),
+            "pressure": contact.pressure.ravel(),
+            "pressure_weight": np.full(x.size, grid.spacing[0] * grid.spacing[1]),
+            "pressure_shape": np.array(x.shape),
+        }
+    if isinstance(task.geometry, RoughGeometry):
+        fields["heights"] = task.geometry.heights(task.realisations[0], task.resolution)
+        fields["size"] = np.array(task.geometry.size)
+        fields["contact"] = contact.pressure > 0
+    return fields

@@ -1,0 +1,257 @@
+"""The method `reduced`: the model under test, a profile or a rough line on independent springs."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from comparisons.geometry import (
+    Geometry,
+    IndenterGeometry,
+    RoughGeometry,
+    equivalent_profile,
+)
+from comparisons.methods.base import Method, Solution, Support, Task
+from comparisons.options import ReducedOptions
+from comparisons.scene import Scene
+from comparisons.shapes import Indenter
+from reduced import foundation, profiles, rough_line, spectrum, stress
+from reduced.errors import ConvergenceError
+
+# Points of a pressure profile from the Abel inversion; they only set how smooth a plot is.
+PROFILE_POINTS = 200
+
+
+class Reduced(Method):
+    """Method of dimensionality reduction (chapter 19; Popov & Hess 2015)."""
+
+    name = "reduced"
+    title = "reduced model"
+    dimension = 1
+
+    def supports(self, scene: Scene) -> Support:
+        """Every scene; the rule used is the reason."""
+        if scene.indenter is None:
+            return Support(True, "rough line with C1D = pi q C2D (19.26), area rule (19.29)")
+        options = scene.methods.reduced
+        if options.rule == "half_radius" and equivalent_profile(scene.indenter).section is None:
+            return Support(False, "the half-radius rule needs an axisymmetric section")
+        return Support(True, _rule(scene.indenter, options))
+
+    def resolutions(self, scene: Scene, geometry: Geometry) -> tuple[int, ...]:
+        """Springs per contact radius, or points of the line per side L."""
+        if isinstance(geometry, RoughGeometry):
+            points = scene.methods.reduced.line_points
+            if points is not None:
+                return (points,)
+            n = max(geometry.points)
+            return (n, 2 * n, 4 * n)
+        finest = int(np.clip(40 * np.sqrt(0.01 / scene.compare.tolerance), 40, 1000))
+        return finest // 4, finest // 2, finest
+
+    def memory(self, task: Task) -> float:
+        """Bytes of the lines of one block with their sorted copies and running sums."""
+        if isinstance(task.geometry, RoughGeometry):
+            return 80.0 * len(task.realisations) * _line_points(task)
+        return 0.0
+
+    def model(self, scene: Scene, geometry: Geometry) -> str:
+        """Name the line."""
+        if isinstance(geometry, RoughGeometry):
+            source = "prescribed" if geometry.recipe is not None else "measured"
+            return f"a rough line from the {source} 2-D spectrum, on springs of stiffness E* dx"
+        return f"an equivalent 1-D profile on springs of stiffness E* dx; {_rule_of(scene)}"
+
+    def warm_up(self, task: Task) -> None:
+        """Compile the walk down the sorted line."""
+        if isinstance(task.geometry, RoughGeometry):
+            line = np.cos(np.arange(16.0))[None, :]
+            options = _options(task)
+            for periodic in (True, False):
+                rough_line.press(
+                    line, 1.0, 1.0, force=np.ones(1), edges=options.edges, periodic=periodic
+                )
+
+    def solve(self, task: Task) -> Solution:
+        """Solve all loads at once, from one profile or one set of lines."""
+        solution = Solution.empty(task)
+        try:
+            if isinstance(task.geometry, RoughGeometry):
+                _solve_lines(task, task.geometry, solution)
+            else:
+                _solve_profile(task, task.geometry, solution)
+        except ConvergenceError as error:
+            for index in np.ndindex(solution.converged.shape):
+                solution.fail((index[0], index[1]), error.reason)
+        return solution
+
+
+def _options(task: Task) -> ReducedOptions:
+    assert isinstance(task.options, ReducedOptions)
+    return task.options
+
+
+def _rule_of(scene: Scene) -> str:
+    assert scene.indenter is not None
+    return _rule(scene.indenter, scene.methods.reduced)
+
+
+def _rule(indenter: Indenter, options: ReducedOptions) -> str:
+    if options.rule == "half_radius":
+        return "half the radius of curvature (19.17), for any shape"
+    if indenter.axisymmetric:
+        return "exact transform (MDR) of the axisymmetric profile"
+    if indenter.flat:
+        return "circle of equal area, D = (4 A/pi)^(1/2)"
+    return "Gaussian radius of curvature sqrt(Rx Ry)"
+
+
+def _solve_profile(task: Task, geometry: IndenterGeometry, solution: Solution) -> None:
+    options, modulus = _options(task), task.scene.effective_modulus
+    with solution.setup():
+        profile = equivalent_profile(geometry.indenter)
+        if options.rule == "half_radius":
+            assert profile.section is not None
+            profile = profiles.half_radius(profile.section)
+    load: dict[str, Any] = task.loads.keyword
+    contact = foundation.indent(
+        profile, modulus, **load, springs=task.resolution, edges=options.edges
+    )
+    radius = np.asarray(contact.contact_radius)
+    area = np.pi * radius**2
+    curves = {
+        "penetration": contact.penetration,
+        "force": contact.force,
+        "contact_area": area,
+        "contact_area_raw": area,
+        "equivalent_radius": radius,
+        "contact_length": 2 * radius,
+        "stiffness": contact.stiffness,
+        "contact_length_stiffness": contact.stiffness / modulus,
+        "energy": contact.energy,
+    }
+    if geometry.indenter.axisymmetric:
+        curves["contact_radius"] = radius
+    solution.quantities = {k: np.array(v, dtype=float)[None, :] for k, v in curves.items()}
+    solution.converged[:] = True
+    solution.unknowns = int(contact.springs)
+    solution.fields = _profile_fields(task, geometry, profile, contact)
+
+
+def _profile_fields(
+    task: Task,
+    geometry: IndenterGeometry,
+    profile: profiles.Profile,
+    contact: foundation.Indentation,
+) -> dict[str, np.ndarray]:
+    depth, radius = float(contact.penetration[-1]), float(contact.contact_radius[-1])
+    x = np.linspace(-1.5, 1.5, 301) * radius
+    x = x[np.abs(x) <= profile.edge]
+    fields = {
+        "penetration": np.array(depth),
+        "profile_x": x,
+        "profile_height": np.asarray(profile.height(np.abs(x))),
+        "profile_spacing": np.array(contact.spacing),
+    }
+    # A map from 1-D to a pressure over the surface exists for axisymmetric bodies only.
+    if not task.wants_pressure or not geometry.indenter.axisymmetric:
+        return fields
+    node, weight = np.polynomial.legendre.leggauss(PROFILE_POINTS)
+    angle = np.pi / 4 * (node + 1)
+    r = radius * np.sin(angle)
+    ring = np.pi / 4 * weight * np.cos(angle) * radius * 2 * np.pi * r
+    pressure = _pressure(task, profile, depth, r)
+    return fields | {
+        "pressure_x": r,
+        "pressure_y": np.zeros_like(r),
+        "pressure": pressure,
+        "pressure_weight": ring,
+    }
+
+
+def _pressure(task: Task, profile: profiles.Profile, depth: float, r: np.ndarray) -> np.ndarray:
+    modulus = task.scene.effective_modulus
+    if _options(task).stress == "abel":
+        return np.asarray(stress.abel(profile, modulus, depth, r))
+    pressure, valid = stress.local_rule(profile, modulus, depth, r)
+    # Where the rule has no real value there is no pressure to show: NaN, and the report counts it.
+    return np.where(valid, pressure, np.nan)
+
+
+def _line_points(task: Task) -> int:
+    return max(8, round(task.resolution * _options(task).line_length))
+
+
+def _solve_lines(task: Task, geometry: RoughGeometry, solution: Solution) -> None:
+    options, modulus = _options(task), task.scene.effective_modulus
+    side = float(np.sqrt(geometry.area))
+    length = options.line_length * side
+    points = _line_points(task)
+    with solution.setup():
+        source = line_spectrum(geometry, options)
+        seed = _seed(task.scene)
+        lines = np.stack(
+            [
+                spectrum.synthesise(source, points, _stream(seed, k), length=length)
+                for k in task.realisations
+            ]
+        )
+    loads = task.loads.values
+    if task.loads.control == "force":
+        # The patch carries F = p L^2, the line p L per unit length (theory, 19.29).
+        loads = loads * options.line_length
+    load: dict[str, Any] = {task.loads.control: loads}
+    contact = rough_line.press(
+        lines, length / points, modulus, **load, edges=options.edges, periodic=True
+    )
+    per_side = 1 / options.line_length
+    peak = lines.max(axis=1) - lines.mean(axis=1)
+    solution.quantities = {
+        "penetration": contact.penetration,
+        "penetration_mean_plane": contact.penetration - peak[:, None],
+        "force": contact.force * per_side,
+        "contact_area": contact.contact_area * per_side,
+        "contact_area_raw": contact.contact_area * per_side,
+        "equivalent_radius": np.sqrt(contact.contact_area * per_side / np.pi),
+        "contact_length": contact.contact_length * per_side,
+        "contact_count": contact.contact_count * per_side,
+        "mean_gap": contact.mean_gap,
+        "stiffness": contact.stiffness * per_side,
+        "contact_length_stiffness": contact.stiffness * per_side / modulus,
+    }
+    solution.converged[:] = True
+    solution.unknowns = points
+    solution.fields = {
+        "penetration": np.array(contact.penetration[0, -1]),
+        "line_x": np.arange(points) * (length / points),
+        "line_height": lines[0],
+        "line_penetration": np.array(contact.penetration[0, -1]),
+    }
+
+
+def line_spectrum(geometry: RoughGeometry, options: ReducedOptions) -> spectrum.LineSpectrum:
+    """Return the spectrum of the line: from the recipe of the surface, or from the measured map."""
+    recipe = geometry.recipe
+    if recipe is not None:
+        names = ("hurst", "power", "rms_slope", "rms_height", "long_cutoff", "short_cutoff")
+        return spectrum.prescribed(
+            recipe.points,
+            recipe.size,
+            **{name: getattr(recipe, name) for name in names},
+            rule=options.spectrum,
+        )
+    return spectrum.ring_sums(
+        geometry.heights(0, geometry.points[0]), geometry.size, periodic=geometry.periodic
+    )
+
+
+def _seed(scene: Scene) -> int:
+    assert scene.surface is not None
+    seed: int = scene.surface.seed
+    return seed
+
+
+def _stream(seed: int, line: int) -> np.random.Generator:
+    """Return the random stream of one line: reproducible whatever the number of workers."""
+    return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(1, line)))

@@ -1,0 +1,96 @@
+"""Measures of how far two solutions are apart; one definition each, as the report prints them."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.interpolate import PchipInterpolator, RegularGridInterpolator
+
+# A ring of this share of the contact radius is left out on either side of a singular edge or tip.
+SINGULAR_RING = 0.1
+
+
+def relative_error(value: np.ndarray, reference: np.ndarray) -> np.ndarray:
+    """Return value / reference - 1, NaN where either is missing or the reference is zero."""
+    value, reference = np.asarray(value, dtype=float), np.asarray(reference, dtype=float)
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.where(reference != 0, value / reference - 1, np.nan)
+
+
+def at_equal(x: np.ndarray, reference_x: np.ndarray, reference_y: np.ndarray) -> np.ndarray:
+    """Return the reference curve y(x) at the points x: interpolated, never extrapolated.
+
+    Monotone cubic interpolation of log y against log x: exact for power laws, which indentation
+    curves are or nearly are.
+
+    Examples
+    --------
+    >>> d = np.array([1.0, 2.0, 4.0])
+    >>> bool(np.isclose(at_equal(np.array([3.0]), d, d**1.5)[0], 3**1.5, rtol=1e-14))
+    True
+    """
+    good = (
+        np.isfinite(reference_x) & np.isfinite(reference_y) & (reference_x > 0) & (reference_y > 0)
+    )
+    known_x, known_y = reference_x[good], reference_y[good]
+    result = np.full(np.shape(x), np.nan)
+    if len(known_x) < 2 or np.any(np.diff(known_x) <= 0):
+        return result
+    curve = PchipInterpolator(np.log(known_x), np.log(known_y))
+    # A last digit beyond the end of the reference is still the end.
+    edge = 1e-12 * known_x
+    inside = np.isfinite(x) & (x >= known_x[0] - edge[0]) & (x <= known_x[-1] + edge[-1])
+    points = np.clip(x[inside], known_x[0], known_x[-1])
+    result[inside] = np.exp(curve(np.log(points)))
+    return result
+
+
+def rms_and_maximum(errors: np.ndarray) -> tuple[float, float]:
+    """Return the rms and the largest absolute value over the load steps (NaN where none)."""
+    finite = errors[np.isfinite(errors)]
+    if not len(finite):
+        return float("nan"), float("nan")
+    return float(np.sqrt(np.mean(finite**2))), float(np.abs(finite).max())
+
+
+def pressure_difference(
+    pressure: np.ndarray, weight: np.ndarray, reference: np.ndarray, keep: np.ndarray
+) -> float:
+    """Return the area-weighted relative L2 difference over the reference's contact.
+
+    Parameters
+    ----------
+    pressure, weight, reference : ndarray, shape (n,)
+        Pressures at the same points, and the area that each point stands for.
+    keep : ndarray of bool
+        False where a ring around a singularity is left out.
+    """
+    inside = keep & (reference > 0) & np.isfinite(reference)
+    norm = float(np.sum(weight[inside] * reference[inside] ** 2))
+    if norm == 0:
+        return float("nan")
+    difference = weight[inside] * (pressure[inside] - reference[inside]) ** 2
+    return float(np.sqrt(np.sum(difference) / norm))
+
+
+def grid_pressure_at(
+    fields: dict[str, np.ndarray], x: np.ndarray, y: np.ndarray, shape: tuple[int, ...] | None
+) -> np.ndarray:
+    """Return a gridded reference pressure at other points.
+
+    Where the points are a grid that is coarser by a whole number, the cells of the reference are
+    averaged (both then mean the pressure on the same cell); else bilinear interpolation.
+    """
+    nx, ny = (int(n) for n in fields["pressure_shape"])
+    values = fields["pressure"].reshape(nx, ny)
+    if shape is not None and nx % shape[0] == 0 and ny % shape[1] == 0:
+        fx, fy = nx // shape[0], ny // shape[1]
+        same_extent = np.isclose(
+            float(np.ptp(x)) * shape[0] / max(shape[0] - 1, 1),
+            float(np.ptp(fields["pressure_x"])) * nx / max(nx - 1, 1),
+            rtol=1e-6,
+        )
+        if same_extent:
+            return values.reshape(shape[0], fx, shape[1], fy).mean(axis=(1, 3)).ravel()
+    axes = (fields["pressure_x"].reshape(nx, ny)[:, 0], fields["pressure_y"].reshape(nx, ny)[0])
+    look_up = RegularGridInterpolator(axes, values, bounds_error=False, fill_value=0.0)
+    return np.asarray(look_up(np.stack([x, y], axis=-1)))

@@ -1,0 +1,280 @@
+"""Planning: what a scene needs, which resolutions, and the reason for each thing left out.
+
+A scene becomes one plan, or two: a measured map too large for the dense and finite-element
+solvers gets a second, smaller scene - a patch of the same map, named and repeatable - on which
+all methods meet.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from typing import Any, Literal
+
+import numpy as np
+import psutil
+
+from comparisons.geometry import Geometry, IndenterGeometry, Loads, RoughGeometry, prepare
+from comparisons.methods import METHODS, Task
+from comparisons.scene import MeasuredMap, Scene, SceneError, SelfAffine
+
+Effort = Literal["quick", "full"]
+QUICK_REALISATIONS = 20
+# Realisations of one task: small enough to resume and to bound memory, large enough to share
+# the set-up of an operator.
+BLOCK = 25
+PATCH_POINTS = 24
+MEMORY_SHARE = 0.8
+
+
+@dataclass(frozen=True)
+class MethodPlan:
+    """What one method will do for a scene, or why it will not."""
+
+    method: str
+    supported: bool
+    reason: str
+    resolutions: tuple[int, ...] = ()
+    modelled: str = ""
+
+
+@dataclass(frozen=True)
+class Plan:
+    """All solves of one scene, and what was left out."""
+
+    scene: Scene
+    geometry: Geometry
+    loads: Loads
+    methods: tuple[MethodPlan, ...]
+    left_out: tuple[tuple[str, str], ...]
+    notes: tuple[str, ...]
+    realisations: int
+
+    def tasks(self) -> list[Task]:
+        """Return the independent solves, cheap methods first."""
+        return [
+            task_of(self, planned.method, resolution, block)
+            for planned in self.methods
+            for resolution in planned.resolutions
+            for block in self.blocks(planned.method)
+        ]
+
+    def blocks(self, method: str) -> list[tuple[int, ...]]:
+        """Return the realisations of a method in blocks of one task each."""
+        count = realisation_count(self.scene, method, self.realisations)
+        return [tuple(range(k, min(k + BLOCK, count))) for k in range(0, count, BLOCK)]
+
+    def document(self) -> dict[str, Any]:
+        """Return the plan as plain data for study.json."""
+        return {
+            "methods": [
+                {
+                    "method": m.method,
+                    "supported": m.supported,
+                    "reason": m.reason,
+                    "resolutions": list(m.resolutions),
+                    "modelled": m.modelled,
+                }
+                for m in self.methods
+            ],
+            "left_out": [{"what": what, "why": why} for what, why in self.left_out],
+            "notes": list(self.notes),
+        }
+
+
+def plan_scene(scene: Scene, effort: Effort = "quick") -> list[Plan]:
+    """Plan a scene; a large measured map yields a second plan, for a patch of it.
+
+    Raises
+    ------
+    SceneError
+        If the geometry cannot be prepared, or the scene does not fit into memory.
+    """
+    _check_size(scene)
+    plans = [_plan(scene, effort)]
+    patch = _patch_of(scene, plans[0])
+    if patch is not None:
+        plans.append(_plan(patch, effort))
+        plans[0] = replace(
+            plans[0],
+            notes=(
+                *plans[0].notes,
+                f"bem_dense and fem run on the scene {patch.name}: "
+                f"the patch crop = {list(patch.surface.crop)} of the same map",  # type: ignore[union-attr]
+            ),
+        )
+    return plans
+
+
+def task_of(plan: Plan, method: str, resolution: int, realisations: tuple[int, ...] = (0,)) -> Task:
+    """Return the task of one method at one resolution."""
+    return Task(
+        scene=plan.scene,
+        geometry=plan.geometry,
+        loads=plan.loads,
+        method=method,
+        resolution=resolution,
+        options=plan.scene.methods.of(method),
+        quantities=plan.scene.compare.quantities,
+        realisations=realisations,
+    )
+
+
+def realisation_count(scene: Scene, method: str, limit: int) -> int:
+    """Return how many realisations a method solves: on a measured map only lines are drawn."""
+    if scene.surface is None:
+        return 1
+    if isinstance(scene.surface, MeasuredMap) and METHODS[method].dimension == 3:
+        return 1
+    return min(scene.surface.realisations, limit)
+
+
+def _plan(scene: Scene, effort: Effort) -> Plan:
+    geometry, loads = prepare(scene)
+    asked = scene.surface.realisations if scene.surface is not None else 1
+    realisations = min(asked, QUICK_REALISATIONS) if effort == "quick" else asked
+    draft = Plan(scene, geometry, loads, (), (), (), realisations)
+    methods = tuple(_plan_method(draft, name, effort) for name in METHODS)
+    notes = list(geometry.treatment) if isinstance(geometry, RoughGeometry) else []
+    if realisations < asked:
+        notes.append(f"quick: {realisations} of {asked} realisations (--full runs all of them)")
+    if scene.half_space.poisson_ratio is None:
+        notes.append(
+            "only E* is given: fem takes nu = 0.3; frictionless contact depends on E* alone"
+        )
+    return replace(
+        draft, methods=methods, left_out=tuple(_left_out(scene, geometry)), notes=tuple(notes)
+    )
+
+
+def _plan_method(draft: Plan, name: str, effort: Effort) -> MethodPlan:
+    scene, method = draft.scene, METHODS[name]
+    if scene.compare.methods is not None and name not in scene.compare.methods:
+        return MethodPlan(name, False, "not asked for")
+    support = method.supports(scene)
+    if not support.ok:
+        return MethodPlan(name, False, support.reason)
+    planned = method.resolutions(scene, draft.geometry)
+    if scene.compare.resolutions is not None and len(planned) > 1:
+        planned = scene.compare.resolutions
+    elif effort == "full" and len(planned) > 1 and isinstance(draft.geometry, IndenterGeometry):
+        planned = (*planned, 2 * planned[-1])
+    refusals = {n: _refusal(draft, name, n) for n in planned}
+    kept = tuple(n for n in planned if not refusals[n])
+    dropped = [f"{n}: {why}" for n, why in refusals.items() if why]
+    if not kept:
+        return MethodPlan(name, False, dropped[0].partition(": ")[2])
+    reason = support.reason if not dropped else "left out " + "; ".join(dropped)
+    return MethodPlan(name, True, reason, kept, method.model(scene, draft.geometry))
+
+
+def _refusal(draft: Plan, name: str, resolution: int) -> str:
+    """Return why a resolution is not run, or an empty text."""
+    geometry = draft.geometry
+    if isinstance(geometry, RoughGeometry):
+        problem = _grid_problem(geometry, resolution)
+        if problem:
+            return problem
+    task = task_of(draft, name, resolution)
+    need, free = METHODS[name].memory(task), psutil.virtual_memory().available
+    if need > MEMORY_SHARE * free:
+        return f"needs about {need / 1e9:.1f} GB, and {free / 1e9:.1f} GB are free"
+    return METHODS[name].refused(task)
+
+
+def _grid_problem(geometry: RoughGeometry, resolution: int) -> str:
+    own = geometry.points[0]
+    finer = resolution % own == 0 and geometry.recipe is not None
+    coarser = own % resolution == 0 and all(n % (own // resolution) == 0 for n in geometry.points)
+    if resolution == own or finer or coarser:
+        return ""
+    if resolution > own and geometry.recipe is None:
+        return f"the map has {own} points per side, and no information beyond them"
+    return f"neither a multiple nor a divisor of the surface's own {own} points per side"
+
+
+def _check_size(scene: Scene) -> None:
+    """Refuse what cannot fit before any memory is taken."""
+    problems = []
+    free = psutil.virtual_memory().available
+    if isinstance(scene.surface, SelfAffine):
+        nx, ny = scene.surface.points
+        need = 8.0 * 12 * nx * ny
+        if need > MEMORY_SHARE * free:
+            problems.append(
+                f"surface.points: expected arrays that fit into {MEMORY_SHARE:.0%} of the free "
+                f"memory ({free / 1e9:.1f} GB), got {nx} x {ny} points, "
+                f"which need about {need / 1e9:.1f} GB"
+            )
+    rows = len(scene.loading.range.values) * (scene.surface.realisations if scene.surface else 1)
+    if rows > 20_000_000:
+        problems.append(
+            "surface.realisations: expected at most 20 million realisations times load steps, "
+            f"got {rows}"
+        )
+    if problems:
+        raise SceneError(scene.name, problems)
+
+
+def _patch_of(scene: Scene, plan: Plan) -> Scene | None:
+    """Return the scene of a patch around the highest point, small enough for every method."""
+    geometry = plan.geometry
+    surface = scene.surface
+    if not isinstance(surface, MeasuredMap) or not isinstance(geometry, RoughGeometry):
+        return None
+    if geometry.periodic or max(geometry.points) <= PATCH_POINTS or min(geometry.points) < 8:
+        return None
+    wanted = scene.compare.methods
+    if wanted is not None and not {"fem", "bem_dense"} & set(wanted):
+        return None
+    assert geometry.measured is not None
+    crop = _crop_around_peak(geometry.measured, surface.crop)
+    share = (crop[2] * crop[3]) / (geometry.points[0] * geometry.points[1])
+    data = scene.model_dump(exclude_defaults=True, by_alias=True)
+    data["directory"] = scene.directory
+    data["name"] = f"{scene.name[:90]}-patch"
+    data["title"] = f"{scene.heading}: patch of {crop[2]} x {crop[3]} points"
+    data["surface"] |= {"crop": crop}
+    data.get("compare", {}).pop("resolutions", None)
+    if scene.loading.range.relative_to is None and scene.loading.control == "force":
+        values = [share * each for each in scene.loading.range.values]
+        data["loading"] = {"force": {"values": values}}
+    return Scene.model_validate(data)
+
+
+def _crop_around_peak(
+    heights: np.ndarray, crop: tuple[int, int, int, int] | None
+) -> tuple[int, int, int, int]:
+    peak = np.unravel_index(int(np.argmax(heights)), heights.shape)
+    size = [min(PATCH_POINTS, n) for n in heights.shape]
+    start = [
+        int(np.clip(p - s // 2, 0, n - s))
+        for p, s, n in zip(peak, size, heights.shape, strict=True)
+    ]
+    origin = (0, 0) if crop is None else crop[:2]
+    return origin[0] + start[0], origin[1] + start[1], size[0], size[1]
+
+
+def _left_out(scene: Scene, geometry: Geometry) -> Iterable[tuple[str, str]]:
+    """Yield what is not modelled, with the reason."""
+    asked = set(scene.compare.quantities)
+    if "pressure" not in asked:
+        yield "pressure fields", 'not asked for (add "pressure" to compare.quantities)'
+    if not asked & {"stiffness", "contact_length_stiffness"}:
+        yield "contact stiffness", "not asked for; it costs one more linear solve per load"
+    yield "memory of the material", "the scene is elastic: nothing relaxes"
+    yield "tangential displacements at the surface", "no friction in the scene"
+    if isinstance(geometry, IndenterGeometry):
+        yield (
+            "the surface beyond the geometric overlap",
+            "contact cannot reach it: without adhesion the surface never rises",
+        )
+        if geometry.indenter.axisymmetric and not geometry.indenter.flat:
+            yield "three dimensions, in the reduced model", "a line carries the same force"
+        if geometry.indenter.quarter_symmetric:
+            yield "three quarters of the finite-element mesh", "x = 0 and y = 0 are symmetry planes"
+    else:
+        yield (
+            "the body below the surface, in the half-space methods",
+            "its answer to a pressure is known in closed form (kernel)",
+        )
