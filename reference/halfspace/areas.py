@@ -40,10 +40,10 @@ def corrected_area(mask: ArrayLike, spacing: tuple[float, float], periodic: bool
         A = A_cells - ((pi - 1 + ln 2)/24) S dx,
 
     S the perimeter counted along cell edges (V. A. Yastrebov, G. Anciaux and J.-F. Molinari,
-    Tribol. Int. 114 (2017) 161). On rectangular cells each edge counts with its length times the cell size
-    across it, so that S dx becomes (number of edges) dx dy. Edges on the rim of a free patch are
-    not counted: the contact ends exactly there, no cell is cut. A cell has at most four edges, so
-    the result is at least 0.52 of the raw area and never negative.
+    Tribol. Int. 114 (2017) 161). On rectangular cells each edge counts with its length times the
+    cell size across it, so that S dx becomes (number of edges) dx dy. Edges on the rim of a free
+    patch are not counted: the contact ends exactly there, no cell is cut. A cell has at most four
+    edges, so the result is at least 0.52 of the raw area and never negative.
 
     Parameters
     ----------

@@ -1,8 +1,8 @@
 """The chapter's contact iteration (19.5-19.8) with dense matrices: the oracle for small contacts.
 
 Solve inside the contact, drop cells in tension, add cells that overlap, repeat. The matrix of the
-contact cells alone is built, by looking Love's coefficients up in a table of offsets, and factorised
-(Cholesky): residuals are near rounding. For some thousand contact cells use `fft` instead.
+contact cells alone is built, by looking Love's coefficients up in a table of offsets, and
+factorised (Cholesky): residuals are near rounding. For some thousand contact cells use `fft`.
 """
 
 from __future__ import annotations
@@ -76,8 +76,8 @@ def solve(
     >>> gap = np.full((3, 3), 10.0)
     >>> gap[1, 1] = 0.0
     >>> contact = solve(K, gap, penetration=1.0)
-    >>> int(contact.mask.sum()), round(contact.force * 4 * np.log(1 + np.sqrt(2)) / np.pi, 12)
-    (1, 1.0)
+    >>> int(contact.mask.sum()), bool(np.isclose(contact.force, np.pi / 4 / np.log(1 + np.sqrt(2))))
+    (1, True)
     """
     kind, values = check_load(penetration=penetration, force=force)
     if values.size != 1:
@@ -148,14 +148,8 @@ class _Cells:
 
     def displacement(self, contact: NDArray[np.intp], pressures: Field) -> Field:
         """Displacement of every candidate cell, (19.8)."""
-        return _displacement(
-            self.rows,
-            self.columns,
-            self.rows[contact],
-            self.columns[contact],
-            pressures,
-            self.table,
-        )
+        rows, columns = self.rows[contact], self.columns[contact]
+        return _displacement(self.rows, self.columns, rows, columns, pressures, self.table)
 
 
 @njit(cache=True)
@@ -179,11 +173,11 @@ def _solve(
     start: NDArray[np.bool_] | None,
     max_iterations: int,
 ) -> Contact:
+    if kind == "penetration" and gap.min() >= value:
+        return assemble(operator, gap, np.zeros(operator.shape), value, 0, [0.0])
     reach = value if kind == "penetration" else 1.5 * overlap_depth(operator, gap, value)
     while True:
         cells = _Cells.of(operator, gap, reach)
-        if cells.gaps.size == 0:
-            return assemble(operator, gap, np.zeros(operator.shape), value, 0, [0.0])
         active = np.ones(cells.gaps.size, dtype=bool)
         if start is not None and start[cells.rows, cells.columns].any():
             active = start[cells.rows, cells.columns]

@@ -1,8 +1,8 @@
-"""Contact on the half-space by FFT and projected conjugate gradients: the reference for large grids.
+"""Contact on the half-space by FFT and projected conjugate gradients, for large grids.
 
-The inside is in stages that hand each other a pressure: a starting pressure (overlap, or the previous
-loads extrapolated), a window that can hold all contact, the conjugate gradients, and a final
-evaluation on the whole grid. Callers see only operator, gap and load in, `Contact` out.
+The inside is in stages that hand each other a pressure: a starting pressure (overlap, or the
+previous loads extrapolated), a window that can hold all contact, the conjugate gradients, and a
+final evaluation on the whole grid. Callers see only operator, gap and load in, `Contact` out.
 """
 
 from __future__ import annotations
@@ -102,8 +102,8 @@ def sweep(
 ) -> Iterator[Contact]:
     """Solve a strictly increasing list of loads, each started from the ones before.
 
-    Arguments as for `solve`; arguments are checked at the call, not at the first `next`. The start is
-    the last pressure, extrapolated linearly in the load from the last two.
+    Arguments as for `solve`, checked at the call, not at the first `next`. The start is the last
+    pressure, extrapolated linearly in the load from the last two.
 
     Yields
     ------
@@ -145,7 +145,6 @@ def _extrapolate(pressures: list[Field], loads: NDArray[np.float64], load: float
         return pressures[0]
     earlier, last = pressures
     guess = last + (last - earlier) * ((load - loads[-1]) / (loads[-1] - loads[-2]))
-    # a cell that has just come into contact has no slope worth extrapolating downwards
     return np.maximum(guess, 0.0) if (guess > 0).any() else last
 
 
@@ -175,10 +174,7 @@ def _solve(
         window = _window(operator, gap, reach, start)
         part = _restricted(operator, window)
         problem = _problem(part, gap[window], kind, value)
-        if start is None:
-            first = overlap_pressure(part, gap[window], reach)
-        else:
-            first = start[window]
+        first = overlap_pressure(part, gap[window], reach) if start is None else start[window]
         state = minimise(problem, first, tolerance, max_iterations)
         pressure = np.zeros(operator.shape)
         pressure[window] = state.pressure
@@ -191,8 +187,9 @@ def _solve(
 def _refuse_closed_gap(operator: HalfSpace, gap: Field, depth: float) -> None:
     if operator.periodic and np.isfinite(gap).all() and depth >= gap.mean():
         raise ValueError(
-            f"penetration {depth!r} reaches the mean gap {gap.mean()!r}: the periodic half-space is in "
-            "full contact there and the force is not determined by the penetration; give the force"
+            f"penetration {depth!r} reaches the mean gap {gap.mean()!r}: the periodic "
+            "half-space is in full contact there and the penetration does not set the force; "
+            "give the force"
         )
 
 

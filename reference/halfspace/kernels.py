@@ -31,8 +31,10 @@ def love(
 
     With the edges a, b = (i +- 1/2) dx and c, d = (j +- 1/2) dy of the loaded cell,
 
-        pi E* K = a ln[(c+sqrt(a^2+c^2))/(d+sqrt(a^2+d^2))] + b ln[(d+sqrt(b^2+d^2))/(c+sqrt(b^2+c^2))]
-                + c ln[(a+sqrt(a^2+c^2))/(b+sqrt(b^2+c^2))] + d ln[(b+sqrt(b^2+d^2))/(a+sqrt(a^2+d^2))],
+        pi E* K = a ln[(c + sqrt(a^2+c^2)) / (d + sqrt(a^2+d^2))]
+                + b ln[(d + sqrt(b^2+d^2)) / (c + sqrt(b^2+c^2))]
+                + c ln[(a + sqrt(a^2+c^2)) / (b + sqrt(b^2+c^2))]
+                + d ln[(b + sqrt(b^2+d^2)) / (a + sqrt(a^2+d^2))],
 
     A. E. H. Love, Phil. Trans. R. Soc. A 228 (1929) 377; K. L. Johnson, Contact Mechanics (1985),
     eq. (3.25); the chapter's (19.3). The chapter prints sqrt(a^2+b^2) in the first term, which
@@ -94,7 +96,7 @@ def _log_ratio(
     side: float,
     centre: NDArray[np.float64],
 ) -> NDArray[np.float64]:
-    """Return ln[(upper + hypot(upper, across))/(lower + hypot(lower, across))] without cancellation.
+    """Return ln[(upper + hypot(upper, across))/(lower + hypot(lower, across))] to all digits.
 
     upper - lower = side and upper + lower = 2 centre are passed in because they are known exactly.
     """

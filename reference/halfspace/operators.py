@@ -1,7 +1,7 @@
 """The half-space as a linear operator from cell pressures to cell displacements.
 
-Solvers see only `HalfSpace`: shape, spacing, `apply`. What the half-space looks like beyond the grid
-(free, or the periodic images of the grid) is the operator's business.
+Solvers see only `HalfSpace`: shape, spacing, `apply`. What the half-space looks like beyond the
+grid (free, or the periodic images of the grid) is the operator's business.
 """
 
 from __future__ import annotations

@@ -1,4 +1,4 @@
-"""Where a contact may lie: the geometric overlap of shape and undeformed half-space, as a first guess."""
+"""Where a contact may lie: the geometric overlap of shape and undeformed half-space."""
 
 from __future__ import annotations
 

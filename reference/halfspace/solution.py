@@ -107,8 +107,7 @@ def check_gap(operator: HalfSpace, gap: ArrayLike) -> NDArray[np.float64]:
 def check_load(**loads: float | ArrayLike | None) -> tuple[str, NDArray[np.float64]]:
     """Return (kind, values) of the one load given; values are positive and strictly increasing.
 
-    A mean gap closes as the load grows, so its list is strictly decreasing... or increasing: either
-    order is a sweep; a zero mean gap is full contact, which has no unique pressure, and is refused.
+    A zero mean gap is full contact, which does not set the force, and is refused like any zero.
     """
     given = {kind: value for kind, value in loads.items() if value is not None}
     if len(given) != 1:
