@@ -66,7 +66,7 @@ def sphere(radius: float, effective_modulus: float) -> ClosedForm:
     """Contact of the exact spherical profile f(r) = R - sqrt(R^2 - r^2).
 
     d = (a/2) ln((R+a)/(R-a)),  F = E* [(R^2+a^2)/2 ln((R+a)/(R-a)) - a R]
-    (Segedin 1957; Popov, Hess & Willert 2019, section 2.5.3), within linear elasticity of the
+    (Segedin 1957; Popov, Hess & Willert 2019, chapter 2), within linear elasticity of the
     half-space. With a = R tanh(b) this is d = R b tanh(b) and
     F = E* R^2 [b - tanh(b) + b tanh(b)^2], free of cancellation. The pressure is
 
@@ -124,7 +124,7 @@ def sphere(radius: float, effective_modulus: float) -> ClosedForm:
 
     return build(
         "sphere",
-        "Segedin 1957; Popov, Hess & Willert 2019, section 2.5.3",
+        "Segedin 1957; Popov, Hess & Willert 2019, chapter 2",
         force=lambda d: E * R * R * force_law(edge(d))[0],
         penetration=penetration,
         semi_axes=lambda d: (R * np.tanh(edge(d)),) * 2,
@@ -157,7 +157,7 @@ def cone(slope: float, effective_modulus: float) -> ClosedForm:
     """Contact of the cone f(r) = s r, s the slope of the flank against the surface.
 
     d = (pi/2) s a,  F = E* a d,  p = (E* s/2) arcosh(a/r),  U = F d/3
-    (Love 1939; Sneddon 1965, section 5). The pressure is infinite at the tip, logarithmically.
+    (Love 1939; Sneddon 1965). The pressure is infinite at the tip, logarithmically.
 
     Parameters
     ----------
@@ -187,7 +187,7 @@ def cone(slope: float, effective_modulus: float) -> ClosedForm:
 
     return build(
         "cone",
-        "Love 1939; Sneddon 1965, section 5",
+        "Love 1939; Sneddon 1965",
         force=lambda d: E * contact_radius(d) * d,
         penetration=lambda F: np.sqrt(0.5 * np.pi * s * (F / E)),
         semi_axes=lambda d: (contact_radius(d),) * 2,
@@ -202,7 +202,7 @@ def power_law(exponent: float, coefficient: float, effective_modulus: float) -> 
     """Contact of the body of revolution f(r) = c r^n, for any n > 0.
 
     d = kappa c a^n, kappa = (sqrt(pi)/2) n Gamma(n/2)/Gamma((n+1)/2),  F = 2 E* n/(n+1) d a
-    (Galin 1946; Sneddon 1965, section 6), U = n/(2n+1) F d, and
+    (Galin 1946; Sneddon 1965), U = n/(2n+1) F d, and
 
     p(r) = (E*/pi) n (d/a) int_{r/a}^1 y^(n-1)/sqrt(y^2 - (r/a)^2) dy.
 
@@ -236,13 +236,14 @@ def power_law(exponent: float, coefficient: float, effective_modulus: float) -> 
     n, c, E = float(exponent), float(coefficient), float(effective_modulus)
     kappa = 0.5 * math.sqrt(math.pi) * n / poch(0.5 * n, 0.5)
     lever = 2 * E * n / (n + 1)
+    reach = (kappa * c) ** (1 / n)  # apart from d, as c may be 1e+-300 for large n
 
     def contact_radius(d: Array) -> Array:
-        return (d / (kappa * c)) ** (1 / n)
+        return d ** (1 / n) / reach
 
     return build(
         "power_law",
-        "Galin 1946; Sneddon 1965, section 6",
+        "Galin 1946; Sneddon 1965",
         force=lambda d: lever * contact_radius(d) * d,
         penetration=lambda F: (F / lever) ** (n / (n + 1)) * (kappa * c) ** (1 / (n + 1)),
         semi_axes=lambda d: (contact_radius(d),) * 2,

@@ -16,7 +16,7 @@ from reference.closed_form.form import checked_load, require_positive
 def boussinesq(force: float, distance: ArrayLike, effective_modulus: float) -> Any:
     """Return the normal displacement u = F/(pi E* r) of a point force.
 
-    (Boussinesq 1885; Johnson 1985, (3.22a).) The far field of every contact on a half-space.
+    (Boussinesq 1885; Johnson 1985, section 3.2.) The far field of every contact on a half-space.
 
     Parameters
     ----------
@@ -77,7 +77,7 @@ def westergaard(amplitude: float, wavelength: float, effective_modulus: float) -
     p(x) = (2 p cos(psi)/sin(psi_a)^2) sqrt(sin(psi_a)^2 - sin(psi)^2),  psi = pi x/l,
     penetration = D s (1 - ln s)
 
-    (Westergaard 1939; Johnson 1985, section 13.2, (13.7)-(13.9)). The penetration follows by
+    (Westergaard 1939; Johnson 1985, section 13.2). The penetration follows by
     integrating the stiffness of the row of flat strips, dp/d(penetration) =
     -pi E*/(2 l ln sin(psi_a)). In full contact the pressure is p + p* cos(2 psi).
 
@@ -121,7 +121,7 @@ def westergaard(amplitude: float, wavelength: float, effective_modulus: float) -
         return 2 * full * np.abs(np.cos(psi)) * root + excess
 
     return WavyForm(
-        source="Westergaard 1939; Johnson 1985, (13.7)-(13.9)",
+        source="Westergaard 1939; Johnson 1985, section 13.2",
         full_contact_pressure=full,
         contact_fraction=lambda p: 2 / np.pi * np.arcsin(np.sqrt(share(p))),
         penetration=penetration,

@@ -12,7 +12,7 @@ def cylinder(radius: float, effective_modulus: float) -> ClosedForm:
     """Flat-ended circular punch of radius a.
 
     F = 2 E* a d,  p = F/(2 pi a sqrt(a^2 - r^2)),  U = E* a d^2
-    (Boussinesq 1885; Johnson 1985, (3.34)-(3.36)). The pressure is infinite at the edge; the
+    (Boussinesq 1885; Johnson 1985, section 3.4). The pressure is infinite at the edge; the
     contact area is pi a^2 from the first touch on.
 
     Parameters
@@ -34,7 +34,7 @@ def cylinder(radius: float, effective_modulus: float) -> ClosedForm:
     a, E = float(radius), float(effective_modulus)
     return build(
         "cylinder",
-        "Boussinesq 1885; Johnson 1985, (3.34)-(3.36)",
+        "Boussinesq 1885; Johnson 1985, section 3.4",
         force=lambda d: 2 * E * a * d,
         penetration=lambda F: F / (2 * E * a),
         semi_axes=lambda d: (np.full_like(d, a)[()],) * 2,
@@ -54,7 +54,7 @@ def rounded_punch(flat_radius: float, edge_radius: float, effective_modulus: flo
     d = (b^2/R) sqrt(1+t^2) (t - arctan t),  F = (E* b^3/R) [t^3/3 + (1+t^2)(t - arctan t)],
     p(r) = (E*/(pi R)) int_max(b,r)^a (2 s - b arctan(s/b))/sqrt(x^2 - r^2) dx
 
-    (Schubert 1942; Ejike 1981; Popov, Hess & Willert 2019, section 2.5.6, there in the angle
+    (Schubert 1942; Ejike 1981; Popov, Hess & Willert 2019, chapter 2, there in the angle
     phi = arctan t, whose terms cancel while d << b^2/R; here all terms are positive). The
     pressure integral is taken by Gauss quadrature in the logarithmic variable that removes the
     near-singularity at r = b (relative accuracy 1e-12).
@@ -110,7 +110,7 @@ def rounded_punch(flat_radius: float, edge_radius: float, effective_modulus: flo
 
     return build(
         "rounded_punch",
-        "Schubert 1942; Ejike 1981; Popov, Hess & Willert 2019, section 2.5.6",
+        "Schubert 1942; Ejike 1981; Popov, Hess & Willert 2019, chapter 2",
         force=lambda d: E * depth * b * _rounded_force(edge(d))[0],
         penetration=penetration,
         semi_axes=lambda d: (contact_radius(d),) * 2,

@@ -1,0 +1,448 @@
+"""Closed forms, checked by the laws they must obey and not by repeating their formulas."""
+
+from __future__ import annotations
+
+import math
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.integrate import quad
+from scipy.special import hyp2f1
+
+from reference import closed_form
+
+E_STAR = 1.7
+# One of each shape, with lengths of order one, and its gap f(r) for the axisymmetric ones.
+SHAPES = {
+    "paraboloid": (closed_form.paraboloid, {"radius": 1.3}),
+    "sphere": (closed_form.sphere, {"radius": 1.3}),
+    "cone": (closed_form.cone, {"slope": 0.4}),
+    "power_law_0.7": (closed_form.power_law, {"exponent": 0.7, "coefficient": 0.6}),
+    "power_law_1.5": (closed_form.power_law, {"exponent": 1.5, "coefficient": 0.6}),
+    "power_law_4": (closed_form.power_law, {"exponent": 4, "coefficient": 0.6}),
+    "power_law_12": (closed_form.power_law, {"exponent": 12, "coefficient": 0.6}),
+    "cylinder": (closed_form.cylinder, {"radius": 0.8}),
+    "rounded_punch": (closed_form.rounded_punch, {"flat_radius": 0.5, "edge_radius": 1.3}),
+    "ellipsoid": (closed_form.ellipsoid, {"radius_x": 0.7, "radius_y": 2.9}),
+    "elliptic_punch": (closed_form.elliptic_punch, {"semi_axis_x": 1.4, "semi_axis_y": 0.5}),
+}
+GAPS = {
+    "paraboloid": lambda r: r**2 / 2.6,
+    "sphere": lambda r: 1.3 - math.sqrt(1.3**2 - r**2),
+    "cone": lambda r: 0.4 * r,
+    "power_law_0.7": lambda r: 0.6 * r**0.7,
+    "power_law_1.5": lambda r: 0.6 * r**1.5,
+    "power_law_4": lambda r: 0.6 * r**4,
+    "power_law_12": lambda r: 0.6 * r**12,
+    "cylinder": lambda r: 0.0,
+    "rounded_punch": lambda r: max(r - 0.5, 0.0) ** 2 / 2.6,
+}
+DEPTH = 0.31
+every_shape = pytest.mark.parametrize("shape", SHAPES)
+axisymmetric = pytest.mark.parametrize("shape", GAPS)
+
+
+def make(shape: str, length: float = 1.0, modulus: float = 1.0) -> closed_form.ClosedForm:
+    """Build a shape in units of length and modulus that differ by these factors."""
+    constructor, parameters = SHAPES[shape]
+    scaled = {
+        name: value * length
+        for name, value in parameters.items()
+        if name not in ("exponent", "coefficient", "slope")
+    }
+    if "exponent" in parameters:
+        n = parameters["exponent"]
+        scaled |= {"exponent": n, "coefficient": parameters["coefficient"] * length ** (1 - n)}
+    if "slope" in parameters:
+        scaled |= {"slope": parameters["slope"]}
+    return constructor(**scaled, effective_modulus=E_STAR * modulus)
+
+
+def breaks(shape: str, a: float) -> list[float]:
+    """Radii at which the pressure is not smooth, centre and edge included."""
+    return [0.0, 0.5, a] if shape == "rounded_punch" else [0.0, a]
+
+
+def radial_integral(integrand, radii: list[float]) -> float:
+    """Integrate over [0, a] piece by piece, end-point singularities removed by x = sin(q)^2."""
+
+    def piece(low: float, high: float) -> float:
+        width = high - low
+        return quad(
+            lambda q: (
+                integrand(low + width * math.sin(q) ** 2) * (2 * width * math.sin(q) * math.cos(q))
+            ),
+            0,
+            math.pi / 2,
+            epsabs=0,
+            epsrel=1e-11,
+            limit=400,
+        )[0]
+
+    return sum(piece(low, high) for low, high in pairwise(radii))
+
+
+@every_shape
+def test_pressure_carries_the_force(shape):
+    """The integral of p over the contact is F: quadrature of elliptic rings to 1e-9."""
+    form = make(shape)
+    half_x, half_y = form.semi_axes(DEPTH)
+    angles = np.linspace(0, 2 * np.pi, 7)[:-1] + 0.2
+
+    def ring(rho: float) -> float:
+        p = form.pressure(half_x * rho * np.cos(angles), half_y * rho * np.sin(angles), DEPTH)
+        return 2 * math.pi * rho * float(np.mean(p))
+
+    radii = [radius / half_x for radius in breaks(shape, half_x)]
+    force = half_x * half_y * radial_integral(ring, radii)
+    # The pressure near a singular edge is known to sqrt(rounding) only, hence not 1e-11.
+    assert force == pytest.approx(form.force(DEPTH), rel=2e-8)
+
+
+@every_shape
+@pytest.mark.parametrize("depth", [0.02, 0.31, 1.9])
+def test_stiffness_is_the_slope_of_the_force(shape, depth):
+    """Sixth-order differences with a step of 1 %: 1e-12 truncation, 1e-13 rounding."""
+    form = make(shape)
+    step = 0.01 * depth
+    slope = sum(
+        weight * (form.force(depth + k * step) - form.force(depth - k * step))
+        for k, weight in ((1, 45 / 60), (2, -9 / 60), (3, 1 / 60))
+    )
+    assert slope / step == pytest.approx(form.stiffness(depth), rel=1e-10)
+
+
+@every_shape
+def test_energy_is_the_work_of_the_force(shape):
+    form = make(shape)
+    work = quad(
+        lambda q: form.force(DEPTH * q**6) * 6 * DEPTH * q**5, 0, 1, epsabs=0, epsrel=1e-12
+    )[0]  # d = D q^6 makes every root of d at zero smooth
+    assert form.energy(DEPTH) == pytest.approx(work, rel=1e-10)
+
+
+@every_shape
+def test_penetration_inverts_the_force(shape):
+    """Over sixteen decades, to a few roundings (the force itself is good to 1e-15)."""
+    form = make(shape)
+    depth = np.geomspace(1e-14, 10.0, 97)
+    assert np.allclose(form.penetration(form.force(depth)), depth, rtol=4e-15, atol=0)
+
+
+@axisymmetric
+@pytest.mark.parametrize("fraction", [0.0, 0.3, 0.8])
+def test_pressed_surface_follows_the_indenter(shape, fraction):
+    """The deflection under p, u = (4/(pi E*)) int p s K(m)/(r+s) ds, is d - f(r) in the contact.
+
+    Love's ring solution; K(m) by the arithmetic-geometric mean, which needs no library.
+    """
+    form = make(shape)
+    a = float(form.contact_radius(DEPTH))
+    r = fraction * a
+
+    def ring(s: float) -> float:
+        mean = arithmetic_geometric_mean(r + s, abs(r - s)) if r != s else math.inf
+        return 2 / E_STAR * s * float(form.pressure(s, 0.0, DEPTH)) / mean
+
+    radii = sorted({*breaks(shape, a), r})
+    deflection = radial_integral(ring, radii)
+    # Logarithm at s = r, and singular edge pressures known to sqrt(rounding) only.
+    assert deflection == pytest.approx(DEPTH - GAPS[shape](r), rel=1e-7)
+
+
+def arithmetic_geometric_mean(x: float, y: float) -> float:
+    """Return M(x, y); K(m) = pi/(2 M(1, sqrt(1-m)))."""
+    for _ in range(40):
+        x, y = (x + y) / 2, math.sqrt(x * y)
+    return x
+
+
+@pytest.mark.parametrize("ratio", [1.0, 1 + 1e-9, 3.0, 1e3, 1e6, 1e-6])
+def test_ellipsoid_deflection_by_the_potential_integral(ratio):
+    """It is u = p0 a b/(2E*) int_0^inf (1 - x^2/(a^2+w) - y^2/(b^2+w)) dw/s, s^2 = (a^2+w)(b^2+w)w.
+
+    (Johnson 1985, section 3.5.) In w = a b e^t the integrand decays exponentially: the trapezoidal
+    rule converges geometrically, so all three of d, 1/(2Rx), 1/(2Ry) must come out to 1e-12.
+    """
+    form = closed_form.ellipsoid(ratio, 1.0, E_STAR)
+    half_x, half_y = (float(axis) for axis in form.semi_axes(DEPTH))
+    p0 = float(form.pressure(0, 0, DEPTH))
+    t, step = np.linspace(-120, 120, 4001, retstep=True)
+    w = half_x * half_y * np.exp(t)
+    base = np.sqrt(w) / np.sqrt((half_x**2 + w) * (half_y**2 + w)) * step
+    lever = p0 * half_x * half_y / (2 * E_STAR)
+    assert lever * base.sum() == pytest.approx(DEPTH, rel=1e-12)
+    assert lever * (base / (half_x**2 + w)).sum() == pytest.approx(1 / (2 * ratio), rel=1e-12)
+    assert lever * (base / (half_y**2 + w)).sum() == pytest.approx(1 / 2, rel=1e-12)
+
+
+def test_elliptic_punch_sinks_as_a_flat_by_the_potential_integral():
+    """At any interior point u = F/(2 pi E*) int_0^inf dw/sqrt((a^2+w)(b^2+w)w) (Johnson 3.5)."""
+    form = make("elliptic_punch")
+    t, step = np.linspace(-90, 90, 3001, retstep=True)
+    w = np.exp(t)
+    integral = step * (np.sqrt(w) / np.sqrt((1.4**2 + w) * (0.5**2 + w))).sum()
+    depth = form.force(DEPTH) / (2 * np.pi * E_STAR) * integral
+    assert depth == pytest.approx(DEPTH, rel=1e-12)
+
+
+def test_circular_limits_of_the_elliptic_contacts():
+    points = np.array([0.0, 0.2, 0.4]), np.array([0.1, 0.3, 0.0])
+    for flat, elliptic in (
+        (closed_form.cylinder(0.8, E_STAR), closed_form.elliptic_punch(0.8, 0.8, E_STAR)),
+        (closed_form.paraboloid(1.3, E_STAR), closed_form.ellipsoid(1.3, 1.3, E_STAR)),
+    ):
+        assert elliptic.force(DEPTH) == pytest.approx(flat.force(DEPTH), rel=4e-15)
+        assert elliptic.contact_area(DEPTH) == pytest.approx(flat.contact_area(DEPTH), rel=4e-15)
+        assert elliptic.energy(DEPTH) == pytest.approx(flat.energy(DEPTH), rel=4e-15)
+        assert np.allclose(
+            elliptic.pressure(*points, DEPTH), flat.pressure(*points, DEPTH), rtol=1e-14
+        )
+
+
+def test_ellipsoid_does_not_care_which_axis_is_which():
+    along_x = closed_form.ellipsoid(5.0, 0.7, E_STAR)
+    along_y = closed_form.ellipsoid(0.7, 5.0, E_STAR)
+    assert along_x.force(DEPTH) == along_y.force(DEPTH)
+    assert along_x.semi_axes(DEPTH) == along_y.semi_axes(DEPTH)[::-1]
+    assert along_x.semi_axes(DEPTH)[0] > along_x.semi_axes(DEPTH)[1]
+    assert along_x.pressure(0.3, 0.1, DEPTH) == along_y.pressure(0.1, 0.3, DEPTH)
+
+
+@pytest.mark.parametrize(
+    ("general", "special"),
+    [
+        (closed_form.power_law(2, 1 / 2.6, E_STAR), closed_form.paraboloid(1.3, E_STAR)),
+        (closed_form.power_law(1, 0.4, E_STAR), closed_form.cone(0.4, E_STAR)),
+        # A flat of 1e-9 of the contact radius changes the paraboloid by about 1e-9.
+        (closed_form.rounded_punch(1e-10, 1.3, E_STAR), closed_form.paraboloid(1.3, E_STAR)),
+    ],
+    ids=["n = 2", "n = 1", "no flat"],
+)
+def test_limits(general, special):
+    rtol = 1e-8 if general.name == "rounded_punch" else 1e-13
+    depth = np.geomspace(1e-3, 1.0, 7)
+    for quantity in ("force", "contact_area", "contact_radius", "stiffness", "energy"):
+        assert np.allclose(
+            getattr(general, quantity)(depth), getattr(special, quantity)(depth), rtol=rtol, atol=0
+        )
+    r = 0.99 * np.linspace(0.01, 1, 50) * special.contact_radius(DEPTH)
+    assert np.allclose(
+        general.pressure(r, 0, DEPTH), special.pressure(r, 0, DEPTH), rtol=10 * rtol, atol=0
+    )
+
+
+def test_sphere_departs_from_the_paraboloid_by_a_tenth_of_the_relative_depth():
+    """F/F_Hertz = 1 - d/(10 R) + O(d^2): the deviation converges at first order.
+
+    From d = a^2 + a^4/3 and F = (4/3) a^3 + (8/15) a^5 (R = E* = 1), the series of the source.
+    """
+    depth = 1.3 * 2.0 ** -np.arange(3, 11)
+    sphere, hertz = (make(shape).force(depth) for shape in ("sphere", "paraboloid"))
+    deviation = (sphere / hertz - 1) / (depth / 1.3) + 0.1
+    rate = np.log2(np.abs(deviation[:-1] / deviation[1:]))
+    assert np.abs(deviation[-1]) < 1e-4
+    assert rate[-1] == pytest.approx(1.0, abs=0.01)
+
+
+def test_rounded_punch_starts_as_a_flat_one():
+    """At small depth F tends to 2 E* b d, and a - b to zero, without losing digits.
+
+    a - b is of order (3 d R/b^2)^(2/3)/2, 1e-7 of b at the smallest depth.
+    """
+    form = make("rounded_punch")
+    depth = np.geomspace(1e-12, 1e-6, 13)
+    excess = form.force(depth) / (2 * E_STAR * 0.5 * depth) - 1
+    assert (excess > 0).all()
+    rate = np.diff(np.log(excess)) / np.diff(np.log(depth))
+    assert rate == pytest.approx(2 / 3, abs=2e-3)
+
+
+@pytest.mark.parametrize("exponent", [1.2, 2, 3, 5.5, 9])
+def test_power_law_pressure_by_the_hypergeometric_function(exponent):
+    """Independent evaluation p = (E*/pi) n (d/a) s 2F1(1, 1-n/2; 3/2; s^2), s^2 = 1 - (r/a)^2."""
+    form = closed_form.power_law(exponent, 0.6, E_STAR)
+    a = form.contact_radius(DEPTH)
+    rho = np.array([0.0, 1e-4, 0.1, 0.5, 0.9])
+    s = np.sqrt(1 - rho**2)
+    shape = s * hyp2f1(1.0, 1 - exponent / 2, 1.5, s**2)
+    expected = E_STAR / np.pi * exponent * DEPTH / a * shape
+    # 2F1 near its singular argument 1 is the weaker of the two.
+    assert np.allclose(form.pressure(rho * a, 0, DEPTH), expected, rtol=1e-11)
+
+
+@every_shape
+def test_pressure_vanishes_outside_and_diverges_only_where_announced(shape):
+    form = make(shape)
+    half_x, half_y = form.semi_axes(DEPTH)
+    assert form.pressure(1.001 * half_x, 0, DEPTH) == 0
+    assert form.pressure(0, 1.001 * half_y, DEPTH) == 0
+    assert form.pressure(half_x, 0, 0.0) == 0
+    edge = form.pressure(np.array([half_x, 0.0]), np.array([0.0, half_y]), DEPTH)
+    centre = form.pressure(0, 0, DEPTH)
+    assert np.isinf(edge).all() == (form.singular_at == "edge")
+    assert np.isinf(centre) == (form.singular_at == "centre")
+    assert form.pressure_is_singular == bool(np.isinf(edge).any() or np.isinf(centre))
+    assert form.relative_radius(0, half_y, DEPTH) == 1
+    if form.singular_at == "edge":
+        assert form.singular_edge == (half_x, half_y)
+    elif form.singular_at is None:
+        # Approaches zero like the root of the distance to the edge: 1e-12 gives about 1e-6.
+        assert 0 < form.pressure(half_x * (1 - 1e-12), 0, DEPTH) < 1e-4 * (1 + centre)
+
+
+@every_shape
+@given(length=st.integers(-40, 40), modulus=st.integers(-40, 40))
+def test_units_do_not_matter(shape, length, modulus):
+    """In units that differ by powers of two every digit is the same.
+
+    Except for the power law, whose coefficient carries a fractional power of the unit of length.
+    """
+    unit, stress = 2.0**length, 2.0**modulus
+    form, scaled = make(shape), make(shape, unit, stress)
+    tolerance = 1e-12 if "power_law" in shape else 0.0
+    x, y = np.linspace(-1, 1, 5), np.linspace(-0.3, 0.6, 5)
+    pairs = [
+        (scaled.force(DEPTH * unit) / (stress * unit**2), form.force(DEPTH)),
+        (scaled.penetration(0.2 * stress * unit**2) / unit, form.penetration(0.2)),
+        (scaled.contact_area(DEPTH * unit) / unit**2, form.contact_area(DEPTH)),
+        (scaled.stiffness(DEPTH * unit) / (stress * unit), form.stiffness(DEPTH)),
+        (scaled.energy(DEPTH * unit) / (stress * unit**3), form.energy(DEPTH)),
+        (scaled.pressure(x * unit, y * unit, DEPTH * unit) / stress, form.pressure(x, y, DEPTH)),
+    ]
+    for value, expected in pairs:
+        assert np.allclose(value, expected, rtol=tolerance, atol=0)
+
+
+@every_shape
+@given(unit=st.floats(1e-9, 1e9))
+def test_any_other_unit_costs_rounding_only(shape, unit):
+    form, scaled = make(shape), make(shape, unit)
+    assert scaled.force(DEPTH * unit) / unit**2 == pytest.approx(form.force(DEPTH), rel=1e-12)
+    ratio = scaled.penetration(0.2 * unit**2) / unit
+    assert ratio == pytest.approx(form.penetration(0.2), rel=1e-12)
+
+
+@every_shape
+@given(first=st.floats(1e-9, 10.0), second=st.floats(1e-9, 10.0))
+def test_load_grows_with_depth(shape, first, second):
+    low, high = sorted((first, second))
+    form = make(shape)
+    for quantity in (form.force, form.contact_area, form.energy):
+        assert quantity(low) <= quantity(high)
+
+
+@every_shape
+def test_arrays_numbers_and_nothing(shape):
+    form = make(shape)
+    depth = np.array([[0.0, 0.1], [0.2, 0.3]])
+    for quantity in (form.force, form.contact_area, form.stiffness, form.energy):
+        assert quantity(depth).shape == depth.shape
+        assert quantity(depth)[1, 0] == quantity(0.2)
+        assert isinstance(quantity(0.2), float)
+    assert form.force(0.0) == form.energy(0.0) == form.penetration(0.0) == 0
+    assert form.pressure(np.zeros((3, 1)), np.zeros(4), DEPTH).shape == (3, 4)
+    assert (form.contact_radius is None) == (shape in ("ellipsoid", "elliptic_punch"))
+
+
+def test_bad_parameters_are_all_named():
+    with pytest.raises(ValueError, match=r"flat_radius.*-1\.0.*edge_radius.*nan.*modulus.*'1'"):
+        closed_form.rounded_punch(-1.0, math.nan, "1")
+    for constructor, parameters in SHAPES.values():
+        with pytest.raises(ValueError, match="effective_modulus"):
+            constructor(**parameters, effective_modulus=0.0)
+    with pytest.raises(ValueError, match="1e15"):
+        closed_form.ellipsoid(1e16, 1.0, 1.0)
+
+
+@every_shape
+@pytest.mark.parametrize("bad", [-1e-9, math.nan, math.inf, "1"])
+def test_bad_loads_are_refused(shape, bad):
+    form = make(shape)
+    for function in (form.force, form.penetration, form.contact_area):
+        with pytest.raises(ValueError, match=r"penetration|force"):
+            function([0.1, bad] if not isinstance(bad, str) else bad)
+
+
+def test_sphere_is_refused_where_the_contact_reaches_its_radius():
+    form = make("sphere")
+    assert form.contact_radius(1.3 * 13) < 1.3
+    with pytest.raises(ValueError, match="radius of the sphere"):
+        form.force(1.3 * 15)
+    with pytest.raises(ValueError, match="radius of the sphere"):
+        form.penetration(100.0)
+
+
+@pytest.mark.parametrize("share", [0.03, 0.5, 0.97])
+def test_wavy_surface_is_followed_in_the_contact(share):
+    """Its u(x) = -(2/(pi E*)) int p(s) ln|2 sin(pi (x-s)/l)| ds has zero mean and equals d - gap.
+
+    At the crest and half-way to the edge; the mean of p must be the load. The integrals are taken
+    with s = a sin(q) and, for the logarithm, split at x.
+    """
+    amplitude, wavelength = 0.03, 2.2
+    wave = closed_form.westergaard(amplitude, wavelength, E_STAR)
+    load = share * wave.full_contact_pressure
+    a = 0.5 * wavelength * float(wave.contact_fraction(load))
+    assert float(wave.pressure(1.0001 * a, load)) == 0
+
+    def mean(weight, split: float) -> float:
+        def integrand(q: float) -> float:
+            s = a * math.sin(q)
+            return weight(s) * float(wave.pressure(s, load)) * a * math.cos(q)
+
+        middle = math.asin(split / a)
+        parts = (-math.pi / 2, middle), (middle, math.pi / 2)
+        return sum(quad(integrand, *part, epsabs=0, epsrel=1e-10, limit=200)[0] for part in parts)
+
+    assert mean(lambda s: 1.0, 0.0) / wavelength == pytest.approx(load, rel=1e-9)
+    for x in (0.0, 0.5 * a):
+        deflection = mean(
+            lambda s, x=x: (
+                -2
+                / (np.pi * E_STAR)
+                * math.log(abs(2 * math.sin(math.pi * (x - s) / wavelength)) or 1.0)
+            ),
+            x,
+        )
+        gap = amplitude * (1 - math.cos(2 * math.pi * x / wavelength))
+        assert deflection == pytest.approx(wave.penetration(load) - gap, rel=1e-8)
+    assert wave.mean_gap(load) == pytest.approx(amplitude - wave.penetration(load), rel=1e-15)
+
+
+def test_wavy_surface_in_full_contact():
+    """Beyond p* the pressure is the load plus p* cos(2 pi x/l), and the gap is closed."""
+    wave = closed_form.westergaard(0.03, 2.2, E_STAR)
+    load = 1.7 * wave.full_contact_pressure
+    x = np.linspace(-2, 2, 41)
+    expected = load + wave.full_contact_pressure * np.cos(2 * np.pi * x / 2.2)
+    assert np.allclose(wave.pressure(x, load), expected, rtol=1e-12, atol=1e-12 * load)
+    assert wave.contact_fraction(load) == 1
+    assert wave.mean_gap(load) == 0
+    assert wave.penetration(0.0) == 0
+
+
+@every_shape
+def test_boussinesq_is_the_far_field_of_the_contact_stiffness(shape):
+    """By Betti, a punch far from a point force follows its u: reciprocity needs u = F/(pi E* r)."""
+    form = make(shape)
+    half_x, half_y = form.semi_axes(DEPTH)
+    far = 1e4
+    rho, weights = np.polynomial.legendre.leggauss(400)
+    q = 0.25 * np.pi * (rho + 1)
+    angle = np.linspace(0, 2 * np.pi, 9)[:-1, None]
+    x, y = half_x * np.sin(q) * np.cos(angle), half_y * np.sin(q) * np.sin(angle)
+    area = half_x * half_y * np.sin(q) * np.cos(q) * 0.25 * np.pi * weights * 2 * np.pi / 8
+    forces = form.pressure(x, y, DEPTH) * area
+    field = (forces / (np.pi * E_STAR * np.hypot(far - x, y))).sum()
+    # The quadrupole is of order (a/r)^2 = 1e-8; kinks and singularities cost the quadrature 1e-4.
+    point = closed_form.boussinesq(float(form.force(DEPTH)), far, E_STAR)
+    assert field == pytest.approx(point, rel=1e-4)
+
+
+def test_boussinesq_refuses_its_own_point():
+    with pytest.raises(ValueError, match="distance must be positive"):
+        closed_form.boussinesq(1.0, [1.0, 0.0], E_STAR)
