@@ -1,0 +1,484 @@
+"""Measured maps: what is read, how it is treated, and what is refused."""
+
+from __future__ import annotations
+
+import pickle
+import sys
+from pathlib import Path
+from types import SimpleNamespace
+
+import numpy as np
+import psutil
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from comparisons.topography import MapError, read_map
+
+DATA = Path(__file__).parents[2].parent / "shared" / "data"
+SIZE = (3e-6, 2e-6)
+
+
+def measured(name: str) -> Path:
+    """Return a real measurement, which lies beside the repository and is never copied."""
+    pytest.importorskip("SurfaceTopography")
+    if not (DATA / name).is_file():
+        pytest.skip(f"no {DATA / name}")
+    return DATA / name
+
+
+@pytest.fixture
+def rough():
+    """Heights in nm with no symmetry at all: any mistaken axis or sign shows."""
+    return np.random.default_rng(7).normal(size=(12, 9)) + np.linspace(0, 3, 12)[:, None]
+
+
+@pytest.fixture
+def store(tmp_path):
+    """Save an array as .npy and return its path."""
+
+    def save(array, name="map.npy"):
+        np.save(tmp_path / name, array)
+        return tmp_path / name
+
+    return save
+
+
+def plain(path, **options):
+    """Read a plain table in nm."""
+    return read_map(path, **({"size": SIZE, "height_unit": "nm"} | options))
+
+
+def problems_of(path, **options):
+    """Return the problems that a plain table is refused for."""
+    with pytest.raises(MapError) as caught:
+        plain(path, **options)
+    assert str(path) in str(caught.value)
+    return caught.value.problems
+
+
+# --- what is read ---------------------------------------------------------------------------
+
+
+def test_first_index_is_x_and_up_is_towards_the_half_space(store, rough):
+    surface = plain(store(rough), detrend="none")
+    assert surface.heights.shape == (12, 9)
+    assert np.array_equal(surface.heights, rough / 1e9)
+    assert surface.size == SIZE
+    assert surface.spacing == pytest.approx((0.25e-6, 2e-6 / 9), rel=1e-15)
+    assert surface.heights.flags.c_contiguous
+    assert not surface.heights.flags.writeable
+    assert not surface.periodic
+    assert surface.undefined_fraction == 0
+
+
+@pytest.mark.parametrize(
+    ("name", "delimiter"), [("m.csv", ","), ("m.csv", ";"), ("m.txt", "\t"), ("m.TXT", " ")]
+)
+def test_text_tables_hold_the_same_heights(tmp_path, rough, name, delimiter):
+    path = tmp_path / name
+    np.savetxt(path, rough, delimiter=delimiter, header="made by hand", fmt="%.17g")
+    assert np.array_equal(plain(path, detrend="none").heights, rough / 1e9)
+
+
+def test_byte_order_mark_of_spreadsheets_is_no_number(tmp_path):
+    path = tmp_path / "m.csv"
+    path.write_text("1,2\n3,5\n", encoding="utf-8-sig")
+    assert np.array_equal(plain(path, detrend="none").heights * 1e9, [[1, 2], [3, 5]])
+
+
+@pytest.mark.parametrize("dtype", ["int16", "uint8", "float32", ">f8", "float16"])
+def test_any_real_type_becomes_float64(store, dtype):
+    numbers = np.array([[1, 2, 3], [4, 5, 7]], dtype)
+    surface = plain(store(numbers), detrend="none")
+    assert surface.heights.dtype == np.float64
+    assert np.array_equal(surface.heights, numbers.astype(float) / 1e9)
+
+
+def test_column_major_files_are_not_transposed(store, rough):
+    surface = plain(store(np.asfortranarray(rough)), detrend="none")
+    assert np.array_equal(surface.heights, rough / 1e9)
+    assert surface.heights.flags.c_contiguous
+
+
+@pytest.mark.parametrize(
+    ("unit", "metres"), [("m", 1), ("mm", 1e-3), ("um", 1e-6), ("µm", 1e-6), ("pm", 1e-12)]
+)
+def test_units(store, rough, unit, metres):
+    surface = plain(store(rough), height_unit=unit, detrend="none")
+    assert np.allclose(surface.heights, rough * metres, rtol=1e-15)
+
+
+def test_one_side_length_means_a_square(store, rough):
+    assert plain(store(rough), size=5e-6).size == (5e-6, 5e-6)
+
+
+# --- how it is treated ----------------------------------------------------------------------
+
+
+def test_crop_keeps_the_spacing_and_is_counted_in_points_of_the_file(store, rough):
+    whole = plain(store(rough), detrend="none")
+    part = plain(store(rough), detrend="none", crop=(2, 3, 6, 4))
+    assert np.array_equal(part.heights, whole.heights[2:8, 3:7])
+    assert part.spacing == pytest.approx(whole.spacing, rel=1e-15)
+    assert any("cropped to 6 x 4 points from (2, 3)" in each for each in part.treatment)
+
+
+def test_inversion_turns_valleys_into_peaks(store, rough):
+    upright, inverted = (plain(store(rough), invert=flag) for flag in (False, True))
+    assert np.array_equal(inverted.heights, -upright.heights)
+    assert any("inverted" in each for each in inverted.treatment)
+
+
+TERMS = {
+    "mean": ((0, 0),),
+    "tilt": ((0, 0), (1, 0), (0, 1)),
+    "curvature": ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2)),
+}
+
+
+@pytest.mark.parametrize("detrend", TERMS)
+@given(seed=st.integers(0, 2**32 - 1), steepness=st.floats(-1e4, 1e4))
+def test_trend_leaves_no_trace(tmp_path_factory, detrend, seed, steepness):
+    """Whatever trend is added beforehand, the same heights come out, orthogonal to every term.
+
+    To 1e-14 of the trend's own size: its subtraction cannot do better than the file's rounding.
+    """
+    rng = np.random.default_rng(seed)
+    heights = rng.normal(size=(11, 14))
+    x, y = np.meshgrid(np.arange(11) / 11, np.arange(14) / 14, indexing="ij")
+    trend = sum(rng.normal() * x**a * y**b for a, b in TERMS[detrend]) * steepness
+    path = tmp_path_factory.mktemp("trend") / "map.npy"
+    np.save(path, heights)
+    bare = plain(path, detrend=detrend, height_unit="m").heights
+    np.save(path, heights + trend)
+    steep = plain(path, detrend=detrend, height_unit="m").heights
+    size = 1 + np.abs(trend).max()
+    assert np.abs(steep - bare).max() < 1e-14 * size
+    for a, b in TERMS[detrend]:
+        assert abs((bare * x**a * y**b).mean()) < 1e-14
+
+
+def test_trend_is_fitted_to_defined_points_only(store):
+    """A plane with a hole and one spike beside it: the hole's content must not tilt the fit."""
+    x, y = np.meshgrid(np.arange(10.0), np.arange(8.0), indexing="ij")
+    heights = 3 * x - 2 * y
+    rough = np.where((x + y) % 2 == 0, 1.0, -1.0)
+    holes = (x > 6) & (y > 5)
+    level = plain(store(np.where(holes, np.nan, rough)), undefined="lowest")
+    tilted = plain(store(np.where(holes, np.nan, rough + heights)), undefined="lowest")
+    # 30 is the size of the plane in nm.
+    assert np.allclose(tilted.heights, level.heights, rtol=0, atol=30e-9 * 1e-14)
+
+
+def test_order_of_the_treatment(store, rough):
+    surface = plain(
+        store(np.where(rough > 3, np.nan, rough)),
+        crop=(1, 1, 10, 7),
+        invert=True,
+        undefined="lowest",
+    )
+    steps = [each.split()[0] for each in surface.treatment]
+    assert steps == ["heights", "cropped", "inverted:", "least-squares", steps[-1]]
+    assert "set to the lowest" in surface.treatment[-1]
+
+
+def test_lowest_is_what_touches_last_also_when_inverted(store, rough):
+    rough[4, 5] = np.nan
+    for invert in (False, True):
+        surface = plain(store(rough), undefined="lowest", invert=invert)
+        assert surface.heights[4, 5] == surface.heights.min()
+
+
+@given(seed=st.integers(0, 2**32 - 1), share=st.floats(0.02, 0.9))
+def test_interpolation_invents_no_peak(tmp_path_factory, seed, share):
+    """Each filled point is the weighted mean of its neighbours, hence never above them."""
+    rng = np.random.default_rng(seed)
+    heights = rng.normal(size=(9, 13))
+    holes = rng.random(heights.shape) < share
+    holes[0, 0], holes[2, 2], holes[8, 12] = True, False, False
+    heights[2, 2], heights[8, 12] = -5.0, 5.0
+    path = tmp_path_factory.mktemp("holes") / "map.npy"
+    np.save(path, np.where(holes, np.nan, heights))
+    surface = plain(path, detrend="none", height_unit="m", undefined="interpolate")
+    assert surface.undefined_fraction == holes.mean()
+    filled = surface.heights
+    assert np.array_equal(filled[~holes], heights[~holes])
+    weight_x, weight_y = (1 / step**2 for step in surface.spacing)
+    padded = np.pad(filled, 1, constant_values=np.nan)
+    for i, j in np.argwhere(holes):
+        around = padded[[i, i + 2, i + 1, i + 1], [j + 1, j + 1, j, j + 2]]
+        weights = np.array([weight_x, weight_x, weight_y, weight_y])[~np.isnan(around)]
+        mean = np.average(around[~np.isnan(around)], weights=weights)
+        assert filled[i, j] == pytest.approx(mean, rel=0, abs=1e-11)
+
+
+def test_interpolation_continues_a_plane(store):
+    """A plane is harmonic: inside the map its holes are restored exactly, on any spacing."""
+    x, y = np.meshgrid(np.arange(20.0), np.arange(15.0), indexing="ij")
+    heights = 3 * x - 2 * y
+    holes = np.zeros(heights.shape, bool)
+    holes[5:9, 4:11] = holes[12, 7] = True
+    surface = plain(
+        store(np.where(holes, np.nan, heights)), detrend="none", undefined="interpolate"
+    )
+    assert np.allclose(surface.heights * 1e9, heights, rtol=0, atol=1e-12 * 60)
+    assert surface.treatment[-1] == (
+        "29 of 300 points (9.67 %) undefined: interpolated from their neighbours"
+    )
+
+
+# --- what is refused ------------------------------------------------------------------------
+
+
+def test_all_problems_of_the_options_come_at_once(tmp_path):
+    problems = problems_of(
+        tmp_path / "absent.csv",
+        size=-1.0,
+        height_unit="furlong",
+        channel="Height",
+        detrend="cubic",
+        crop=(0, 0, 1, 5),
+        undefined="ignore",
+    )
+    words = ("no such file", "-1.0", "furlong", "Height", "cubic", "(0, 0, 1, 5)", "ignore")
+    assert len(problems) == len(words)
+    for word, problem in zip(words, problems, strict=True):
+        assert word in problem
+
+
+def test_plain_tables_need_size_and_unit(store, rough):
+    with pytest.raises(MapError, match=r"size is needed.*height_unit is needed"):
+        read_map(store(rough))
+
+
+@pytest.mark.parametrize("size", [0.0, (1e-6, np.nan), (1, 2, 3), "1 um", True, (1e-6, "x")])
+def test_bad_sizes(store, rough, size):
+    assert "size must be" in problems_of(store(rough), size=size)[0]
+
+
+@pytest.mark.parametrize("crop", [(0, 0, 5), (0.0, 0, 5, 5), (-1, 0, 5, 5), "0055", 3])
+def test_bad_crops(store, rough, crop):
+    assert "crop must be" in problems_of(store(rough), crop=crop)[0]
+
+
+def test_crop_beyond_the_map(store, rough):
+    (problem,) = problems_of(store(rough), crop=(4, 0, 9, 9))
+    assert "[4, 0, 9, 9]" in problem
+    assert "12 x 9" in problem
+
+
+@pytest.mark.parametrize(
+    ("array", "message"),
+    [
+        (np.ones(5), "two dimensions"),
+        (np.ones((3, 4, 2)), "two dimensions"),
+        (np.ones((1, 7)), "at least 2 x 2"),
+        (np.ones((0, 7)), "at least 2 x 2"),
+        (np.ones((3, 3), complex), "complex128"),
+        (np.ones((3, 3), bool), "bool"),
+        (np.array([["a", "b"], ["c", "d"]]), "<U1"),
+        (np.full((4, 4), 3.7), "flat"),
+        (np.arange(6.0)[:, None] * np.ones(5), "flat"),  # nothing is left of a plane
+    ],
+)
+def test_arrays_that_are_no_map(store, array, message):
+    (problem,) = problems_of(store(array))
+    assert message in problem
+
+
+def test_objects_are_never_unpickled(tmp_path):
+    path = tmp_path / "map.npy"
+    np.save(path, np.array([[1, None], [2, 3]], object), allow_pickle=True)
+    assert "object" in problems_of(path)[0]
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "message"),
+    [
+        ("m.npy", b"", "empty"),
+        ("m.npy", b"no header at all", "not a readable .npy"),
+        ("m.csv", b"\n# nothing\n", "no numbers"),
+        ("m.csv", b"x,y\n1,2\n", "not a plain table"),
+        ("m.csv", b"1,2\n3\n", "not a plain table"),
+        ("m.txt", b"\xff\xfe\x00", "not a plain table"),
+        ("m.csv", b"1,2,3\n", "at least 2 x 2"),
+    ],
+)
+def test_damaged_files(tmp_path, name, content, message):
+    path = tmp_path / name
+    path.write_bytes(content)
+    (problem,) = problems_of(path)
+    assert message in problem
+
+
+def test_truncated_npy(store, rough):
+    path = store(rough)
+    path.write_bytes(path.read_bytes()[:-8])
+    assert "not a readable .npy" in problems_of(path)[0]
+
+
+def test_a_folder_is_no_map(tmp_path):
+    assert problems_of(tmp_path, size=None, height_unit=None) == ("is a folder",)
+
+
+def test_nan_in_a_plain_table_is_a_mistake_unless_said_otherwise(store, rough):
+    rough[3, 4] = rough[7, 1] = np.nan
+    (problem,) = problems_of(store(rough))
+    assert problem.startswith("2 NaN in the map, the first at index (3, 4)")
+    (problem,) = problems_of(store(rough), crop=(5, 0, 5, 5))
+    assert problem.startswith("1 NaN in the map, the first at index (7, 1)")
+    assert "2 of 108" in problems_of(store(rough), undefined="refuse")[0]
+    assert np.isfinite(plain(store(rough), undefined="interpolate").heights).all()
+
+
+def test_infinite_heights_are_always_a_mistake(store, rough):
+    rough[2, 2], rough[3, 3] = np.inf, -np.inf
+    for undefined in (None, "interpolate", "lowest"):
+        (problem,) = problems_of(store(rough), undefined=undefined)
+        assert problem == "2 infinite heights, the first at index (2, 2)"
+
+
+def test_a_map_without_any_defined_point(store):
+    message = problems_of(store(np.full((4, 4), np.nan)), undefined="lowest")[0]
+    assert message == "no point of the map is defined"
+
+
+@pytest.mark.parametrize("name", ["m.npy", "m.csv"])
+def test_maps_beyond_the_memory_are_refused_before_they_are_read(
+    tmp_path, monkeypatch, rough, name
+):
+    """With 1 kB free, 108 points do not fit, and of an .npy a crop of 2 x 2 does."""
+    path = tmp_path / name
+    (np.save if name == "m.npy" else np.savetxt)(
+        path, rough, **({"delimiter": ","} if "csv" in name else {})
+    )
+    monkeypatch.setattr(psutil, "virtual_memory", lambda: SimpleNamespace(available=1000))
+    monkeypatch.setattr(np, "loadtxt", lambda *_, **__: pytest.fail("read all the same"))
+    assert "GB of memory" in problems_of(path)[0]
+    if name == "m.npy":
+        assert plain(path, crop=(0, 0, 2, 2), detrend="none").heights.shape == (2, 2)
+
+
+def test_a_header_that_promises_too_much_is_refused(tmp_path):
+    """The shape in the header counts, not the length of the file."""
+    path = tmp_path / "map.npy"
+    with path.open("wb") as file:
+        header = {"descr": "<f8", "fortran_order": False, "shape": (10**8, 10**8)}
+        np.lib.format.write_array_header_1_0(file, header)
+    assert "10000000000000000 points need 3.2e+08 GB of memory" in problems_of(path)[0]
+
+
+def test_error_survives_the_way_back_from_a_worker(tmp_path):
+    with pytest.raises(MapError) as caught:
+        plain(tmp_path / "no: such.csv", size=0)
+    copy = pickle.loads(pickle.dumps(caught.value))
+    assert str(copy) == str(caught.value)
+    assert copy.problems == caught.value.problems
+
+
+# --- instruments ----------------------------------------------------------------------------
+
+
+def test_without_the_optional_package_the_message_names_it(tmp_path, monkeypatch):
+    path = tmp_path / "scan.di"
+    path.write_bytes(b"anything")
+    monkeypatch.setitem(sys.modules, "SurfaceTopography", None)
+    with pytest.raises(MapError, match=r"pip install roughline\[topography\]"):
+        read_map(path)
+
+
+def test_unknown_formats_say_what_was_tried(tmp_path):
+    pytest.importorskip("SurfaceTopography")
+    path = tmp_path / "scan.di"
+    path.write_bytes(b"no scan at all")
+    with pytest.raises(MapError, match=r"unknown or damaged.*formats of SurfaceTopography.* opd,"):
+        read_map(path)
+
+
+def test_truncated_instrument_file(tmp_path, capfd):
+    """The reader that the suffix promises is quoted, on one line, and prints nothing."""
+    path = tmp_path / "scan.opd"
+    path.write_bytes(measured("opd-1.opd").read_bytes()[:100_000])
+    with pytest.raises(MapError, match="as opd: ") as caught:
+        read_map(path)
+    assert len(str(caught.value)) < 1000
+    assert capfd.readouterr() == ("", "")
+
+
+def test_atomic_force_microscope_map_is_the_scan_it_was():
+    """Against the file's own numbers: 16 bit, line by line, after 40960 bytes of text.
+
+    The lines run along x, the first one is the top of the picture and y points up.
+    """
+    path = measured("di-2.di")
+    surface = read_map(path, detrend="none")
+    assert surface.heights.shape == (512, 512)
+    assert surface.size == pytest.approx((300e-9, 300e-9), rel=1e-12)
+    raw = np.frombuffer(path.read_bytes(), "<i2", 512 * 512, offset=40960).reshape(512, 512)
+    slope, offset = np.polyfit(raw.ravel(), np.rot90(surface.heights).ravel(), 1)
+    assert slope > 0  # peaks stay peaks
+    misfit = np.abs(np.rot90(surface.heights) - slope * raw - offset).max()
+    turned = [np.abs(np.rot90(surface.heights, k) - slope * raw - offset).max() for k in (0, 2, 3)]
+    assert misfit < 1e-12 * np.ptp(surface.heights) < min(turned)
+    assert "'Deflection'" in surface.treatment[0]
+
+
+def test_interferometer_map_with_undefined_points():
+    path = measured("opd-1.opd")
+    surface = read_map(path)
+    assert surface.heights.shape == (640, 480)
+    assert surface.spacing[0] == pytest.approx(surface.spacing[1], rel=1e-6)
+    assert surface.undefined_fraction == 116 / 307200
+    assert surface.treatment[-1] == (
+        "116 of 307200 points (0.04 %) undefined: interpolated from their neighbours"
+    )
+    assert np.isfinite(surface.heights).all()
+    assert abs(surface.heights.mean()) < 1e-3 * surface.heights.std()
+    # No invented peak: the highest point is one that was measured.
+    lowest = read_map(path, undefined="lowest")
+    assert surface.heights.max() == lowest.heights.max()
+    with pytest.raises(MapError, match=r"116 of 307200 points \(0\.04 %\) are undefined"):
+        read_map(path, undefined="refuse")
+
+
+def test_a_crop_full_of_undefined_points_is_refused_by_default():
+    path = measured("opd-1.opd")
+    with pytest.raises(MapError, match=r"37 of 80 points \(46\.25 %, 5 % or more\)"):
+        read_map(path, crop=(80, 435, 8, 10))
+    surface = read_map(path, crop=(80, 435, 8, 10), undefined="interpolate")
+    assert surface.undefined_fraction == 37 / 80
+
+
+def test_channels():
+    path = measured("di-6.di")
+    first = read_map(path)
+    assert np.array_equal(first.heights, read_map(path, channel="Height").heights)
+    second = read_map(path, channel="1")
+    assert np.array_equal(second.heights, read_map(path, channel=1).heights)
+    assert not np.array_equal(first.heights, second.heights)
+    for signal in ("Phase", "AmplitudeError", 2):
+        with pytest.raises(MapError, match="does not hold heights"):
+            read_map(path, channel=signal)
+    with pytest.raises(MapError, match=r"no channel 'Current'.*0 'Height', 1 'Height', 2 'Phase'"):
+        read_map(path, channel="Current")
+    with pytest.raises(MapError, match="'Deflection'"):  # nm in the file, and no height
+        read_map(measured("di-2.di"), channel="Deflection")
+
+
+def test_what_the_file_states_is_not_stated_again():
+    path = measured("di-2.di")
+    with pytest.raises(MapError, match=r"own unit \(nm\).*own size \(300 x 300 nm\)"):
+        read_map(path, size=1e-6, height_unit="um")
+
+
+def test_what_the_file_leaves_open_is_asked_for(tmp_path, rough):
+    """An ASCII export without a header: its lines are rows along x, as SurfaceTopography reads."""
+    pytest.importorskip("SurfaceTopography")
+    path = tmp_path / "scan.asc"
+    np.savetxt(path, rough)
+    with pytest.raises(MapError, match=r"no unit: give height_unit; .* no size: give size"):
+        read_map(path)
+    surface = read_map(path, size=SIZE, height_unit="nm", detrend="none")
+    assert np.allclose(surface.heights, rough.T * 1e-9, rtol=1e-12)
+    assert surface.size == SIZE
