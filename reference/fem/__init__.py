@@ -11,6 +11,18 @@ True
 
 from reference.fem.body import CondensedBody, ball_body, tensor_body
 from reference.fem.contact import Contact, press
+from reference.fem.contact_area import contact_radius
 from reference.fem.recovery import Fields, recover
+from reference.fem.single_contact import indent
 
-__all__ = ["CondensedBody", "Contact", "Fields", "ball_body", "press", "recover", "tensor_body"]
+__all__ = [
+    "CondensedBody",
+    "Contact",
+    "Fields",
+    "ball_body",
+    "contact_radius",
+    "indent",
+    "press",
+    "recover",
+    "tensor_body",
+]

@@ -9,17 +9,17 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve
-from skfem import FacetBasis
-from skfem.element import ElementHex1, ElementHex2
 
-from reference.fem.elasticity import element_order, lame_parameters, stiffness_matrices
+from reference.fem.elasticity import lame_parameters, stiffness_matrices
 from reference.fem.far_field import exterior_stiffness, group_field, source_groups
 from reference.fem.mesh import (
     GradedMesh,
     facet_nodes,
+    facet_quadrature,
     graded_lines,
     growing_lines,
     ring_mesh,
+    stretched,
     tensor_mesh,
 )
 from reference.fem.nested_dissection import LinearSystem, condense
@@ -49,6 +49,10 @@ class CondensedBody:
         What the mesh coordinates lack to `scaled_points` (the mesh is centred).
     spacing_scaled : float
         Size of the surface elements in the contact / length.
+    ring : float or None
+        Radius of the mesh circle / length before stretching; None for a tensor body.
+    stretch : (float, float)
+        Semi-axes of the mesh ellipse over the radius of the circle.
     unknowns : int
         Free displacements of the mesh and far-field unknowns.
     solver : str
@@ -71,6 +75,8 @@ class CondensedBody:
     symmetry: int
     offset: NDArray[np.float64]
     spacing_scaled: float
+    ring: float | None
+    stretch: tuple[float, float]
     unknowns: int
     solver: str
     seconds: dict[str, float]
@@ -98,6 +104,16 @@ class CondensedBody:
         """Size of the surface elements in the contact."""
         return self.spacing_scaled * self.length
 
+    @cached_property
+    def scaled_radii(self) -> NDArray[np.float64]:
+        """Distance (n,) of the candidates from the centre / length, before stretching."""
+        return np.hypot(*(self.scaled_points / np.asarray(self.stretch)).T)
+
+    @property
+    def inside_ring(self) -> NDArray[np.bool_]:
+        """Which candidates (n,) lie within or on the mesh circle; none for a tensor body."""
+        return self.scaled_radii <= (0.0 if self.ring is None else self.ring * (1.0 + 1e-9))
+
     @property
     def effective_modulus(self) -> float:
         """``E* = E/(1 - nu^2)``; the indenter is rigid."""
@@ -119,12 +135,12 @@ def ball_body(
     youngs_modulus: float,
     poisson_ratio: float,
     *,
-    elements: int = 4,
+    elements: int = 6,
     symmetry: str = "quarter",
     edge: float | None = None,
     stretch: tuple[float, float] = (1.0, 1.0),
     far_field: str = "boussinesq",
-    extent: float = 5.0,
+    extent: float = 4.0,
     reduced_integration: bool = True,
 ) -> CondensedBody:
     """Build a half-space for one contact inside a circle or ellipse.
@@ -173,23 +189,24 @@ def ball_body(
     )
     started = time.perf_counter()
     ring = 1.0 if edge is None else edge / contact_radius
-    rings, core, cells = _rings(elements, ring, edge is not None, extent)
-    depths = _depths(elements, edge is not None, extent)
+    rings, depths, cells = _rings(elements, ring, edge is not None, extent, stretch)
     quarter = symmetry == "quarter"
     grid = ring_mesh(
         rings,
         depths,
-        core=core,
         core_cells=cells,
         round_from=ring,
         stretch=stretch,
         quarter=quarter,
     )
-    limit = rings[np.searchsorted(rings, 1.3 - 1e-9)] if edge is None or ring < 1 else 1.0
+    limit = rings[np.searchsorted(rings, 1.2 - 1e-9)]
+    limits = stretched(np.diag([limit, limit]), np.asarray(stretch), extent).diagonal()
     return _condensed(
         grid,
-        lambda x, y: np.hypot(x / stretch[0], y / stretch[1]) <= limit * (1 + 1e-9),
+        lambda x, y: np.hypot(x / limits[0], y / limits[1]) <= 1.0 + 1e-9,
         (0.6 * stretch[0], 0.6 * stretch[1]),
+        ring=ring,
+        stretch=stretch,
         length=contact_radius,
         modulus=youngs_modulus,
         poisson_ratio=poisson_ratio,
@@ -201,23 +218,24 @@ def ball_body(
 
 
 def _rings(
-    elements: int, ring: float, sharp: bool, extent: float
-) -> tuple[NDArray[np.float64], float, int]:
-    """Mesh circles in units of the contact radius, core half-width and core cells."""
+    elements: int, ring: float, graded: bool, extent: float, stretch: tuple[float, float]
+) -> tuple[NDArray[np.float64], NDArray[np.float64], int]:
+    """Mesh circles and depths in units of the contact radius, and the cells of the core.
+
+    Towards an edge the cells shrink with the square root of the distance, which suits both the
+    vanishing pressure of a smooth shape and the singular one of a punch; without one they are even.
+    """
     cells = max(1, round(0.5 * elements))
+    growth = 1.0 + 1.2 / np.sqrt(elements)
     core = 0.5 * ring
-    size = 1.0 / elements
-    inside = graded_lines(core, ring, max(1, round(0.5 * elements)), 0.5 if sharp else 0.0)
-    first = inside[-1] - inside[-2]
-    middle = growing_lines(ring, 1.0, min(first, size), 1.5) if ring < 1.0 else np.array([1.0])
-    last = first if ring == 1.0 else middle[-1] - middle[-2]
-    outside = growing_lines(1.0, extent, last, 1.6)
-    return np.concatenate([inside, middle[1:], outside[1:]]), core, cells
-
-
-def _depths(elements: int, sharp: bool, extent: float) -> NDArray[np.float64]:
-    first = (0.4 if sharp else 0.8) / elements
-    return growing_lines(0.0, extent, first, 1.6)
+    inside = graded_lines(core, ring, elements if graded else cells, 0.5 if graded else 0.0)
+    size = inside[-1] - inside[-2]
+    between = growing_lines(ring, 1.0, min(size, 1.0 / elements), growth)
+    last = between[-1] - between[-2] if ring < 1.0 else size
+    outside = growing_lines(1.0, extent, last, growth)
+    rings = np.concatenate([inside, between[1:] if ring < 1.0 else [], outside[1:]])
+    first = min(stretch) * (size if graded else 0.8 * size)
+    return rings, growing_lines(0.0, extent * max(stretch), first, growth), cells
 
 
 def tensor_body(
@@ -275,6 +293,8 @@ def tensor_body(
         grid,
         lambda px, py: (px >= x0) & (px <= x1) & (py >= y0) & (py <= y1),
         (0.5 * x1, 0.5 * y1),
+        ring=None,
+        stretch=(1.0, 1.0),
         length=length,
         modulus=youngs_modulus,
         poisson_ratio=poisson_ratio,
@@ -303,6 +323,8 @@ def _condensed(
     candidate: object,
     sources: tuple[float, float],
     *,
+    ring: float | None,
+    stretch: tuple[float, float],
     length: float,
     modulus: float,
     poisson_ratio: float,
@@ -335,6 +357,8 @@ def _condensed(
         scaled_compliance=0.5 * (compliance + compliance.T),
         symmetry=4 if grid.quarter else 1,
         offset=np.zeros(2),
+        ring=ring,
+        stretch=stretch,
         spacing_scaled=spacing,
         unknowns=system.first + len(groups),
         solver="nested dissection",
@@ -350,12 +374,9 @@ def _candidates(
 ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
     """Surface nodes that may touch, ordered by x then y, and their tributary areas."""
     mesh = grid.mesh
-    element = ElementHex2() if element_order(mesh) == 2 else ElementHex1()
-    basis = FacetBasis(mesh, element, facets=grid.surface, intorder=4)
-    weights = np.zeros(mesh.p.shape[1])
-    for numbers, function in zip(basis.element_dofs, basis.basis, strict=True):
-        area = (np.asarray(function[0]) * basis.dx).sum(axis=1)
-        weights += np.bincount(numbers, area, minlength=len(weights))
+    numbers, shapes, _, areas = facet_quadrature(mesh, grid.surface, 3)
+    shares = np.abs(areas[..., 2]) @ shapes.T
+    weights = np.bincount(numbers.ravel(), shares.ravel(), minlength=mesh.p.shape[1])
     nodes = facet_nodes(mesh, grid.surface)
     nodes = nodes[candidate(mesh.p[0, nodes], mesh.p[1, nodes])]
     place = np.round(mesh.p[:2, nodes], 9)

@@ -11,6 +11,7 @@ from scipy.linalg import cho_factor, cho_solve
 
 from reference.errors import ConvergenceError
 from reference.fem.body import CondensedBody
+from reference.fem.contact_area import best_area
 
 METHODS = ("active_set", "penalty", "augmented_lagrangian")
 
@@ -36,7 +37,7 @@ class Contact:
     contact_area_raw : float
         Tributary area of the active points.
     contact_area : float
-        Best estimate, see `contact_area`.
+        Best estimate, see `reference.fem.contact_area.best_area`.
     iterations : int
     violation : float
         The larger of overlap outside the contact over penetration, and tension inside it over mean
@@ -253,6 +254,7 @@ class _Problem:
         reactions[self.possible] = step.reactions * unit
         active[self.possible] = step.active
         displacement = body.scaled_compliance[:, self.possible] @ step.reactions * body.length
+        stiffness = step.slope * body.symmetry * body.youngs_modulus * body.length
         total = body.symmetry * reactions.sum()
         raw = float(body.symmetry * body.weights[active].sum())
         return Contact(
@@ -262,9 +264,11 @@ class _Problem:
             pressure=reactions / body.weights,
             displacement=displacement,
             active=active,
-            stiffness=step.slope * body.symmetry * body.youngs_modulus * body.length,
+            stiffness=stiffness,
             energy=float(0.5 * body.symmetry * reactions @ displacement),
-            contact_area=raw,
+            contact_area=best_area(
+                body, reactions, active, stiffness, sharp=len(self.possible) < count
+            ),
             contact_area_raw=raw,
             iterations=step.iterations,
             violation=self._violation(step),

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from skfem import MeshHex, MeshHex2
-from skfem.element import ElementHex1, ElementHex2
+from skfem.element import ElementHex1, ElementHex2, ElementQuad1, ElementQuad2
 
 
 @dataclass(frozen=True)
@@ -41,6 +41,41 @@ def facet_nodes(mesh: MeshHex, facets: NDArray[np.int64]) -> NDArray[np.int64]:
     return np.asarray(mesh.dofs.get_facet_dofs(facets).flatten(), dtype=np.int64)
 
 
+def facet_quadrature(
+    mesh: MeshHex, facets: NDArray[np.int64], per_direction: int
+) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Gauss points on facets.
+
+    Returns
+    -------
+    nodes : (facets, n)
+        Node numbers of each facet.
+    shapes : (n, points)
+        Values of their shape functions.
+    points : (facets, points, 3)
+    areas : (facets, points, 3)
+        Gauss weight times the normal area vector, of either sign.
+    """
+    nodes = mesh.facets[:, facets]
+    element = ElementQuad1()
+    if mesh.elem is ElementHex2:
+        element = ElementQuad2()
+        dofs = mesh.dofs
+        nodes = np.vstack(
+            [nodes, dofs.edge_dofs[0, mesh.f2e[:, facets]], dofs.facet_dofs[:, facets]]
+        )
+    line, weight = np.polynomial.legendre.leggauss(per_direction)
+    X = 0.5 * (np.stack(np.meshgrid(line, line)).reshape(2, -1) + 1.0)
+    values = [element.lbasis(X, i) for i in range(len(nodes))]
+    shapes = np.array([value for value, _ in values])
+    slopes = np.array([slope for _, slope in values])
+    corners = mesh.p.T[nodes.T]
+    points = np.einsum("fni,nq->fqi", corners, shapes)
+    tangents = np.einsum("fni,ndq->dfqi", corners, slopes)
+    areas = np.cross(tangents[0], tangents[1]) * np.outer(weight, weight).reshape(-1, 1) / 4.0
+    return nodes.T, shapes, points, areas
+
+
 def growing_lines(start: float, end: float, first: float, growth: float) -> NDArray[np.float64]:
     """Lines from `start` to `end`, the first cell near `first`, each next one `growth` times wider.
 
@@ -66,7 +101,6 @@ def ring_mesh(
     rings: NDArray[np.float64],
     depths: NDArray[np.float64],
     *,
-    core: float,
     core_cells: int,
     round_from: float,
     stretch: tuple[float, float] = (1.0, 1.0),
@@ -77,27 +111,28 @@ def ring_mesh(
     Parameters
     ----------
     rings : (m + 1,)
-        Radii of the mesh circles; the first is only nominal, it is the square core.
+        Radii of the mesh circles; the first is the half-width of the core along the axes.
     depths : (k + 1,)
         Depths of the mesh planes, from 0.
-    core : float
-        Half-width of the core along the axes.
     core_cells : int
         Cells per half-width of the core and per 45 degrees of the rings.
     round_from : float
         Radius of the first true circle (one of `rings`).
     stretch : (float, float)
-        Factors on x and y that turn the circles into ellipses.
+        Factors on x and y that turn the circles up to radius 1 into ellipses; further out they
+        become round again, so that the outer boundary is equally far from every part of the load.
     quarter : bool
         Only the quadrant x, y >= 0.
     """
-    points, cells = _quadrant(rings, core, core_cells, round_from)
+    points, cells = _quadrant(rings, core_cells, round_from)
     if not quarter:
         points, cells = _mirrored(points, cells)
-    points, cells = _merged(points * np.asarray(stretch), cells)
+    points, cells = _merged(points, cells)
+    points = stretched(points, np.asarray(stretch), rings[-1])
     mesh = _extruded(points, cells, depths)
-    radius = np.hypot(mesh.p[0] / stretch[0], mesh.p[1] / stretch[1])
-    return _with_boundaries(mesh, radius > rings[-1] * (1 - 1e-9), depths[-1], quarter)
+    radius = np.hypot(mesh.p[0], mesh.p[1])
+    rim = radius > rings[-1] * max(stretch) * (1 - 1e-9)
+    return _with_boundaries(mesh, rim, depths[-1], quarter)
 
 
 def tensor_mesh(
@@ -119,9 +154,10 @@ def tensor_mesh(
 
 
 def _quadrant(
-    rings: NDArray[np.float64], core: float, cells: int, round_from: float
+    rings: NDArray[np.float64], cells: int, round_from: float
 ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
     """Points and 3 x 3 node blocks of a quarter disc: the core, and rings of two sectors."""
+    core = rings[0]
     corner = 0.85 * core
     s = np.linspace(0.0, 1.0, 2 * cells + 1)
     u, v = np.meshgrid(s, s, indexing="ij")
@@ -137,6 +173,15 @@ def _quadrant(
     sector = (1.0 - fraction) * inner + fraction * circle
     blocks += [sector, sector[..., ::-1]]
     return _stacked(blocks)
+
+
+def stretched(
+    points: NDArray[np.float64], stretch: NDArray[np.float64], reach: float
+) -> NDArray[np.float64]:
+    """Ellipses within radius 1, turning into circles at `reach`."""
+    radius = np.hypot(points[:, 0], points[:, 1])
+    rounding = np.clip((radius - 1.0) / (reach - 1.0), 0.0, 1.0)[:, None]
+    return points * (stretch + (stretch.max() - stretch) * rounding)
 
 
 def _stacked(

@@ -1,0 +1,78 @@
+"""Contact area and radius from nodal results."""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import ellipk
+
+from reference.fem.body import CondensedBody
+
+
+def best_area(
+    body: CondensedBody,
+    reactions: NDArray[np.float64],
+    active: NDArray[np.bool_],
+    *,
+    sharp: bool,
+) -> float:
+    """Best estimate of the contact area on a fixed mesh, all symmetric parts together.
+
+    - Exactly the nodes of the mesh circle touch and the shape is cut off there (`sharp`): the area
+      of the circle.
+    - One round or elliptic contact: from `contact_radius`.
+    - Else the tributary area of the active nodes, uncertain by half a node spacing all round.
+    """
+    raw = float(body.symmetry * body.weights[active].sum())
+    if body.ring is None or not active.any():
+        return raw
+    if sharp and np.array_equal(active, body.inside_ring):
+        return _ellipse(body, body.ring * body.length)
+    radius = contact_radius(body, reactions, active)
+    return raw if radius is None else _ellipse(body, radius)
+
+
+def fitted_area(body: CondensedBody, stiffness: float) -> float:
+    """Area of a smooth contact whose edge is on the mesh circle.
+
+    The area of the flat punch with the stiffness ``pi E* a / K(1 - b^2/a^2)`` (Johnson 1985) of
+    the contact set: nodes on the circle support a little beyond it, 0.2 % in the radius.
+    """
+    minor, major = sorted(body.stretch)
+    radius = body.ring * body.length
+    exact = np.pi * body.effective_modulus * major * radius / ellipk(1.0 - (minor / major) ** 2)
+    return _ellipse(body, radius * stiffness / exact)
+
+
+def _ellipse(body: CondensedBody, radius: float) -> float:
+    return float(np.pi * body.stretch[0] * body.stretch[1] * radius**2)
+
+
+def contact_radius(
+    body: CondensedBody, reactions: NDArray[np.float64], active: NDArray[np.bool_]
+) -> float | None:
+    """Edge radius of a round contact from the moments of its pressure.
+
+    With ``p = sqrt(a^2 - r^2) (c_0 + c_1 r^2)``, exact for a paraboloid (Hertz) and for
+    ``f = c r^4`` (Johnson 1985, sec. 5.3), the force-weighted means of r^2 and r^4 give
+    ``a^2 = (7 <r^2> - sqrt(49 <r^2>^2 - 63/2 <r^4>)) / 2``. Moments are as accurate as the force,
+    while the set of active nodes jumps by whole spacings.
+
+    Returns
+    -------
+    float or None
+        Before stretching. None for a tensor body, and where the pressure is not of this form: the
+        contact is no full disc, or the result misses the active nodes by more than a spacing (cone,
+        flat punch).
+    """
+    if body.ring is None or not active.any():
+        return None
+    radii = body.scaled_radii
+    reach = radii[active].max()
+    second, fourth = (reactions @ radii**k / reactions.sum() for k in (2, 4))
+    root = 49.0 * second**2 - 31.5 * fourth
+    if root < 0.0 or not active[radii < 0.8 * reach].all():
+        return None
+    radius = np.sqrt(0.5 * (7.0 * second - np.sqrt(root)))
+    spacing = body.spacing_scaled / np.sqrt(body.stretch[0] * body.stretch[1])
+    return float(radius * body.length) if abs(radius - reach) < spacing else None

@@ -1,0 +1,169 @@
+"""One contact at any load on one condensed body: the mesh grows and shrinks with the contact.
+
+A half-space has no length, so a mesh scaled by s has its compliance divided by s, and the mesh
+circle can be laid on the contact edge at every load without condensing again. The contact area is
+the one that carries the largest force at a given penetration (Barber 1974, *Int. J. Eng. Sci.* 12,
+813), which gives s; the active set on the scaled body then confirms or corrects it.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import cho_factor, cho_solve
+from scipy.optimize import minimize_scalar
+
+from reference.errors import ConvergenceError
+from reference.fem.body import CondensedBody
+from reference.fem.contact import Contact, press
+from reference.fem.contact_area import fitted_area
+
+Shape = Callable[[NDArray[np.float64], NDArray[np.float64]], NDArray[np.float64]]
+
+
+def indent(
+    body: CondensedBody,
+    shape: Shape,
+    *,
+    penetration: float | Sequence[float] | None = None,
+    force: float | Sequence[float] | None = None,
+    contact: str = "active_set",
+    penalty: float = 1e3,
+) -> Iterator[tuple[CondensedBody, Contact]]:
+    """Press a shape with a single convex contact, the mesh fitted to the contact at each load.
+
+    Parameters
+    ----------
+    body : CondensedBody
+        From `ball_body`, best with ``edge=contact_radius``; its size does not matter, but its
+        `stretch` fixes the aspect of the contact.
+    shape : callable
+        Initial gap ``g(x, y)`` of arrays; +inf outside a sharp edge.
+    penetration, force : float or sequence
+        Exactly one of them, positive.
+    contact, penalty
+        As in `press`.
+
+    Yields
+    ------
+    (CondensedBody, Contact)
+        The body at the size fitted to this load, whose `points` the nodal values belong to.
+        ``contact_area`` is that of the fitted ellipse when the active set agrees with it.
+
+    Raises
+    ------
+    ValueError
+        For wrong loads, or a body without rings.
+    ConvergenceError
+        If no size of the mesh carries the load.
+
+    Examples
+    --------
+    >>> from reference.fem import ball_body
+    >>> body = ball_body(1.0, 1.0, 0.3, edge=1.0)
+    >>> _, step = next(indent(body, lambda x, y: 0.5 * (x**2 + y**2), penetration=1e-6))
+    >>> hertz = 4.0 / 3.0 * body.effective_modulus * 1e-9
+    >>> bool(abs(step.force / hertz - 1.0) < 5e-4)
+    True
+    """
+    if body.ring is None:
+        raise ValueError("indent needs a body from ball_body: a tensor body has no mesh circle")
+    if (penetration is None) == (force is None):
+        raise ValueError("exactly one of penetration and force must be given")
+    values = np.atleast_1d(np.asarray(force if penetration is None else penetration, dtype=float))
+    if values.ndim != 1 or not (np.isfinite(values).all() and (values > 0.0).all()):
+        raise ValueError(f"loads must be positive and finite, got {values!r}")
+    return _steps(body, shape, values, penetration is None, contact, penalty)
+
+
+def _steps(
+    body: CondensedBody,
+    shape: Shape,
+    values: NDArray[np.float64],
+    by_force: bool,
+    contact: str,
+    penalty: float,
+) -> Iterator[tuple[CondensedBody, Contact]]:
+    ring = _Ring(body, shape)
+    for value in values:
+        size = ring.size_for_force(value) if by_force else ring.size_for_penetration(value)
+        fitted = body.scaled(size)
+        load = {"force": value} if by_force else {"penetration": value}
+        gap = ring.gap(size, fitted.points)
+        step = next(press(fitted, gap, contact=contact, penalty=penalty, **load))
+        if np.isfinite(gap).all() and np.array_equal(step.active, fitted.inside_ring):
+            step = replace(step, contact_area=fitted_area(fitted, step.stiffness))
+        yield fitted, step
+
+
+class _Ring:
+    """Force and penetration if contact fills the mesh circle, as functions of the mesh size."""
+
+    def __init__(self, body: CondensedBody, shape: Shape) -> None:
+        inside = body.inside_ring
+        compliance = body.scaled_compliance[np.ix_(inside, inside)]
+        ones = np.ones(len(compliance))
+        self.shape = shape
+        self.points = body.points[inside]
+        self.forces = cho_solve(cho_factor(compliance), ones) * body.symmetry
+        self.modulus = body.youngs_modulus * body.length
+
+    def gap(self, size: float, points: NDArray[np.float64] | None = None) -> NDArray[np.float64]:
+        x, y = (self.points * size if points is None else points).T
+        return np.asarray(self.shape(x, y), dtype=float)
+
+    def size_for_penetration(self, penetration: float) -> float:
+        """Maximise ``F(s) = E s (d sum v - v . g(s x))``."""
+
+        def loss(size: float) -> float:
+            return -size * float(self.forces @ (penetration - self.gap(size)))
+
+        return self._minimum(loss)
+
+    def size_for_force(self, force: float) -> float:
+        """Minimise ``d(s) = (F/(E s) + v . g(s x)) / sum v``."""
+
+        def loss(size: float) -> float:
+            return force / (self.modulus * size) + float(self.forces @ self.gap(size))
+
+        return self._minimum(loss)
+
+    def _minimum(self, loss: Callable[[float], float]) -> float:
+        low, high = self._bracket(loss)
+        edge = self._largest_finite(low, high)
+        found = minimize_scalar(
+            lambda power: loss(2.0**power),
+            bounds=(np.log2(low), np.log2(edge)),
+            method="bounded",
+            options={"xatol": 1e-9},
+        )
+        return min((2.0**found.x, edge), key=loss)
+
+    def _bracket(self, loss: Callable[[float], float]) -> tuple[float, float]:
+        """Walk in factors of two to the lowest, from a size at which the gap is known."""
+        powers = [p for k in range(200) for p in (k, -k) if self._finite(2.0**p)]
+        if not powers:
+            raise ConvergenceError("the gap is infinite at every size of the contact")
+        power, step = powers[0], 1
+        value = loss(2.0**power)
+        for step in (1, -1):
+            for _ in range(400):
+                trial = power + step
+                if not self._finite(2.0**trial) or (new := loss(2.0**trial)) >= value:
+                    break
+                power, value = trial, new
+        return 2.0 ** (power - 1), 2.0 ** (power + 1)
+
+    def _finite(self, size: float) -> bool:
+        return bool(np.isfinite(self.gap(size)).all())
+
+    def _largest_finite(self, low: float, high: float) -> float:
+        """Largest size at which no point inside the circle lies beyond a sharp edge."""
+        if self._finite(high):
+            return high
+        while low < (middle := 0.5 * (low + high)) < high:
+            low, high = (middle, high) if self._finite(middle) else (low, middle)
+        return low
