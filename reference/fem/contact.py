@@ -266,9 +266,7 @@ class _Problem:
             active=active,
             stiffness=stiffness,
             energy=float(0.5 * body.symmetry * reactions @ displacement),
-            contact_area=best_area(
-                body, reactions, active, stiffness, sharp=len(self.possible) < count
-            ),
+            contact_area=best_area(body, reactions, active, sharp=len(self.possible) < count),
             contact_area_raw=raw,
             iterations=step.iterations,
             violation=self._violation(step),
