@@ -1,0 +1,153 @@
+"""A rigid rough line on independent springs: connected contacts and the area rule (19.29)."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from .errors import ConvergenceError
+from .line_walk import COUNT, ENERGY, FORCE, LENGTH, LONGEST, SQUARES
+from .line_inversion import CONVERGED, press_line
+from .loads import one_load_list
+
+_CONTROLS = {"penetration": 0, "force": 1, "mean_gap": 2}
+
+
+@dataclass(frozen=True)
+class LineContact:
+    """Contact of m lines at k loads; every array has shape (m, k).
+
+    Attributes
+    ----------
+    penetration : ndarray
+        Approach d after first touch of the line's own highest peak; below zero where a prescribed
+        mean gap leaves the line out of contact.
+    force : ndarray
+        F = E* int (h - z)_+ dx on the whole line, springs of stiffness E* dx (19.14).
+    contact_area : ndarray
+        A = (pi/4) sum l_j^2 over the connected contacts (19.29); (pi/4) L^2 when they are one.
+    contact_length : ndarray
+        sum l_j.
+    contact_count : ndarray of int
+        Number of connected contacts.
+    longest_contact : ndarray
+        max l_j.
+    mean_gap : ndarray
+        Mean of the open gap (z - h)_+ over the line.
+    stiffness : ndarray
+        dF/dd on the fixed contact set, E* sum l_j.
+    energy : ndarray
+        Elastic energy, the integral of F over d.
+    """
+
+    penetration: np.ndarray
+    force: np.ndarray
+    contact_area: np.ndarray
+    contact_length: np.ndarray
+    contact_count: np.ndarray
+    longest_contact: np.ndarray
+    mean_gap: np.ndarray
+    stiffness: np.ndarray
+    energy: np.ndarray
+
+
+def press(
+    lines: np.ndarray,
+    spacing: float,
+    effective_modulus: float,
+    *,
+    force: Sequence[float] | np.ndarray | None = None,
+    penetration: Sequence[float] | np.ndarray | None = None,
+    mean_gap: Sequence[float] | np.ndarray | None = None,
+    edges: str = "sub_cell",
+    periodic: bool = True,
+) -> LineContact:
+    """Press rigid rough lines onto independent springs, all loads in a few walks along the line.
+
+    With ``edges="sub_cell"`` the line is straight between its points and a contact ends where it
+    meets the surface; ``"nodal"`` takes the chapter's sums over whole springs with h_i > z. A load
+    in force or mean gap is inverted exactly: both discrete laws are convex and piecewise quadratic
+    (linear) in d, so Newton's method ends on the root.
+
+    A contact across the seam of a periodic line is one contact. A free line of n points is n dx
+    long, half a cell beyond its outer points, where its contacts end sharply. Every operation is
+    homogeneous in heights, spacing and modulus, every tolerance relative: units do not matter.
+
+    Parameters
+    ----------
+    lines : ndarray, shape (m, n) or (n,)
+        Heights, positive towards the half-space, n >= 2.
+    spacing : float
+        dx.
+    effective_modulus : float
+        E*.
+    force, penetration, mean_gap : array_like, shape (k,)
+        Exactly one: positive, strictly increasing; the same for every line. `force` is the force on
+        the line. A mean gap larger than that of the line at first touch leaves it out of contact.
+    edges : {"sub_cell", "nodal"}
+        The discrete law.
+    periodic : bool
+        Whether the line continues itself.
+
+    Returns
+    -------
+    LineContact
+
+    Raises
+    ------
+    ValueError
+        Listing every argument that is wrong.
+    ConvergenceError
+        If a load could not be inverted.
+
+    Examples
+    --------
+    >>> tent = np.array([0.0, 1.0, 0.0, 0.0])  # slopes of 1 at both sides of one peak
+    >>> contact = press(tent, 1.0, 1.0, penetration=[0.5])
+    >>> contact.contact_length, contact.force
+    (array([[1.]]), array([[0.25]]))
+    """
+    heights = np.atleast_2d(np.ascontiguousarray(lines, dtype=float))
+    _check(heights, spacing, effective_modulus, edges)
+    name, loads = one_load_list(force=force, penetration=penetration, mean_gap=mean_gap)
+    shape = (heights.shape[0], loads.size)
+    goals = loads / (effective_modulus * spacing) if name == "force" else loads
+    penetrations, gaps = np.empty(shape), np.empty(shape)
+    measures = np.empty((shape[0], 6, shape[1]))
+    for row, line in enumerate(heights):
+        penetrations[row], measures[row], gaps[row], residual = press_line(
+            line, goals, _CONTROLS[name], edges == "sub_cell", periodic
+        )
+        if not residual <= CONVERGED:
+            raise ConvergenceError(f"{name} of line {row} could not be inverted", [residual])
+    length = measures[:, LENGTH] * spacing
+    forces = measures[:, FORCE] * (effective_modulus * spacing)
+    return LineContact(
+        penetration=penetrations,
+        force=np.broadcast_to(loads, shape).copy() if name == "force" else forces,
+        contact_area=np.pi / 4 * spacing**2 * measures[:, SQUARES],
+        contact_length=length,
+        contact_count=measures[:, COUNT].astype(np.int64),
+        longest_contact=measures[:, LONGEST] * spacing,
+        mean_gap=np.broadcast_to(loads, shape).copy() if name == "mean_gap" else gaps,
+        stiffness=effective_modulus * length,
+        energy=measures[:, ENERGY] * (effective_modulus * spacing),
+    )
+
+
+def _check(heights: np.ndarray, spacing: float, effective_modulus: float, edges: str) -> None:
+    """Raise one ValueError for everything wrong."""
+    wrong = []
+    if heights.ndim != 2 or heights.shape[1] < 2 or heights.shape[0] < 1:
+        wrong.append(f"lines must have shape (m, n) or (n,), n >= 2, got {heights.shape}")
+    elif not np.all(np.isfinite(heights)):
+        wrong.append("lines must be finite")
+    for name, value in (("spacing", spacing), ("effective_modulus", effective_modulus)):
+        if not (np.isfinite(value) and value > 0):
+            wrong.append(f"{name} must be finite and positive, got {value!r}")
+    if edges not in ("sub_cell", "nodal"):
+        wrong.append(f"edges must be 'sub_cell' or 'nodal', got {edges!r}")
+    if wrong:
+        raise ValueError("; ".join(wrong))
