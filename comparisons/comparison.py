@@ -1,0 +1,316 @@
+"""From solutions to rows, errors and measures: everything that is said about one scene."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from comparisons.geometry import IndenterGeometry
+from comparisons.methods import METHODS, Solution
+from comparisons.methods.closed_form import form_of
+from comparisons.metrics import (
+    SINGULAR_RING,
+    at_equal,
+    grid_pressure_at,
+    pressure_difference,
+    relative_error,
+    rms_and_maximum,
+)
+from comparisons.planning import Plan
+from comparisons.reference import (
+    Reference,
+    Solved,
+    choose_reference,
+    finest,
+    mean_curves,
+    own_discretisation,
+)
+from comparisons.scene import QUANTITIES
+from comparisons.uncertainty import combined, ensemble_uncertainty, standard_error
+
+# The load that is compared at besides the prescribed one.
+OTHER_AXIS = {"penetration": "force", "force": "penetration", "mean_gap": "force"}
+SCALARS = tuple(name for name in QUANTITIES if name != "pressure")
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """What was found for one scene, as tables."""
+
+    reference: Reference | None
+    rows: pd.DataFrame
+    measures: pd.DataFrame
+
+
+def compare(plan: Plan, solved: Solved, constants: dict[str, Any]) -> Comparison:
+    """Compare all solutions of a scene with its best reference.
+
+    Parameters
+    ----------
+    plan : Plan
+    solved : dict
+        (method, resolution) -> Solution.
+    constants : dict
+        Columns that are the same in every row (threads, versions, machine).
+    """
+    reference = choose_reference(solved, plan.scene.compare.quantities)
+    rows = [
+        row
+        for (method, resolution), solution in solved.items()
+        for row in _solution_rows(plan, method, resolution, solution, reference)
+    ]
+    rows += [
+        _refusal_row(plan, planned.method, planned.reason)
+        for planned in plan.methods
+        if not planned.supported
+    ]
+    measures = [
+        row
+        for (method, resolution), solution in solved.items()
+        for row in _measure_rows(plan, solved, method, resolution, solution, reference)
+    ]
+    return Comparison(reference, pd.DataFrame(rows).assign(**constants), pd.DataFrame(measures))
+
+
+def errors_of(
+    control: str, curves: dict[str, np.ndarray], reference: Reference, name: str, at: str
+) -> np.ndarray:
+    """Return the signed relative error of a quantity at equal `at`, per load step.
+
+    At the prescribed load the values are compared step by step; at the other one the reference
+    is interpolated (`metrics.at_equal`).
+    """
+    if name not in reference.curves or name not in curves:
+        return np.full(len(next(iter(reference.curves.values()))), np.nan)
+    if at == control:
+        return relative_error(curves[name], reference.curves[name])
+    truth = at_equal(curves[at], reference.curves[at], reference.curves[name])
+    return relative_error(curves[name], truth)
+
+
+def uncertainty_of(control: str, reference: Reference, name: str, at: str) -> np.ndarray:
+    """Return the reference's uncertainty of a quantity at equal `at`, (k,).
+
+    At the other load, the uncertainty of that load enters through the slope of the curve.
+    """
+    own = reference.uncertainty[name]
+    if at == control:
+        return own
+    x, y = reference.curves[at], reference.curves[name]
+    if len(x) < 2 or not (np.all(x > 0) and np.all(y > 0)):
+        return own
+    slope = np.gradient(np.log(y), np.log(x)) if np.all(np.diff(x) > 0) else np.ones(len(x))
+    return combined(own, slope * reference.uncertainty[at])
+
+
+def main_axis(control: str, name: str) -> str:
+    """Return the load at which the column error_NAME of results.csv is taken."""
+    return OTHER_AXIS[control] if name == control else control
+
+
+def _solution_rows(
+    plan: Plan, method: str, resolution: int, solution: Solution, reference: Reference | None
+) -> list[dict[str, Any]]:
+    rows = []
+    count = len(solution.converged)
+    common = _common(plan, method, resolution, solution)
+    for k in range(count):
+        curves = {name: values[k] for name, values in solution.quantities.items()}
+        rows += _curve_rows(plan, curves, common | {"realisation": str(k)}, reference)
+        for step, row in enumerate(rows[-len(plan.loads.values) :]):
+            row["iterations"] = int(solution.iterations[k, step])
+            row["violation"] = float(solution.violation[k, step])
+            row["converged"] = bool(solution.converged[k, step])
+            row["reason"] = solution.reasons.get((k, step), "")
+    if count > 1:
+        mean = _curve_rows(plan, mean_curves(solution), common | {"realisation": "mean"}, reference)
+        for step, row in enumerate(mean):
+            row["converged"] = bool(solution.converged[:, step].all())
+            for name, values in solution.quantities.items():
+                row[f"stderr_{name}"] = float(standard_error(values)[step])
+        rows += mean
+    return rows
+
+
+def _common(plan: Plan, method: str, resolution: int, solution: Solution) -> dict[str, Any]:
+    return {
+        "scene": plan.scene.name,
+        "method": method,
+        "options": plan.scene.methods.of(method).changed(),
+        "resolution": resolution,
+        "seconds": solution.seconds,
+        "setup_seconds": solution.setup_seconds,
+        "compile_seconds": solution.compile_seconds,
+        "unknowns": solution.unknowns,
+        "memory": solution.memory,
+    }
+
+
+def _curve_rows(
+    plan: Plan,
+    curves: dict[str, np.ndarray],
+    common: dict[str, Any],
+    reference: Reference | None,
+) -> list[dict[str, Any]]:
+    control = plan.loads.control
+    steps = len(plan.loads.values)
+    rows = [common | {"step": step} for step in range(steps)]
+    own = reference is not None and (
+        (reference.method, reference.resolution) == (common["method"], common["resolution"])
+    )
+    for step, row in enumerate(rows):
+        row[control] = float(plan.loads.values[step])
+        for name, values in curves.items():
+            row[name] = float(values[step])
+        row["reference"] = "" if reference is None else reference.label
+    if reference is None:
+        return rows
+    asked = [n for n in plan.scene.compare.quantities if n in reference.curves]
+    for name in SCALARS:
+        if name not in curves or name not in reference.curves:
+            continue
+        at = main_axis(control, name)
+        bar = uncertainty_of(control, reference, name, at)
+        error = errors_of(control, curves, reference, name, at)
+        for step, row in enumerate(rows):
+            row[f"error_{name}"] = float("nan") if own else float(error[step])
+            row[f"reference_uncertainty_{name}"] = float(bar[step])
+    for row in rows:
+        bars = [row.get(f"reference_uncertainty_{name}", np.nan) for name in asked]
+        row["reference_uncertainty"] = max((b for b in bars if np.isfinite(b)), default=np.nan)
+    return rows
+
+
+def _refusal_row(plan: Plan, method: str, reason: str) -> dict[str, Any]:
+    return {
+        "scene": plan.scene.name,
+        "method": method,
+        "options": "",
+        "converged": False,
+        "reason": reason,
+    }
+
+
+def _measure_rows(
+    plan: Plan,
+    solved: Solved,
+    method: str,
+    resolution: int,
+    solution: Solution,
+    reference: Reference | None,
+) -> list[dict[str, Any]]:
+    if reference is None or (method, resolution) == (reference.method, reference.resolution):
+        return []
+    control = plan.loads.control
+    curves = mean_curves(solution)
+    common = _common(plan, method, resolution, solution)
+    del common["compile_seconds"], common["options"]
+    common["converged"] = bool(solution.converged.all())
+    rows = []
+    for name in plan.scene.compare.quantities:
+        if name == "pressure":
+            rows += _pressure_rows(plan, solved, solution, reference)
+            continue
+        if name not in curves or name not in reference.curves:
+            continue
+        for at in (control, OTHER_AXIS[control]):
+            if name == at:
+                continue
+            error = errors_of(control, curves, reference, name, at)
+            rms, maximum = rms_and_maximum(error)
+            bar = _total_bar(plan, solved, method, resolution, reference, name, at)
+            usual = rms_and_maximum(bar[np.isfinite(error)])[0]
+            rows.append(
+                {"quantity": name, "at": at, "rms": rms, "maximum": maximum, "uncertainty": usual}
+            )
+    return [common | row for row in rows]
+
+
+def _total_bar(
+    plan: Plan,
+    solved: Solved,
+    method: str,
+    resolution: int,
+    reference: Reference,
+    name: str,
+    at: str,
+) -> np.ndarray:
+    """Return the bar of an error: the reference's, the ensemble's, the method's own grid's.
+
+    3-D methods solve the very same surfaces as the reference, so their spread over realisations
+    is not an uncertainty of the difference.
+    """
+    sources = [uncertainty_of(plan.loads.control, reference, name, at)]
+    solution = solved[method, resolution]
+    if METHODS[method].dimension == 1:
+        sources.append(ensemble_uncertainty(solution.quantities[name]))
+        if resolution == finest(solved, method):
+            own = own_discretisation(solved, method, name)
+            sources.append(np.nan_to_num(own, nan=0.0))
+    return combined(*sources)
+
+
+def _pressure_rows(
+    plan: Plan, solved: Solved, solution: Solution, reference: Reference
+) -> list[dict[str, Any]]:
+    """Return L2 difference, integral and peak of the pressure at the last load."""
+    fields = solution.fields
+    if "pressure" not in fields or not solution.converged[0, -1]:
+        return []
+    truth, keep = _true_pressure(plan, solved, reference, fields)
+    nan = float("nan")
+    rows = []
+    if truth is not None:
+        real = np.isfinite(fields["pressure"])
+        distance = pressure_difference(
+            fields["pressure"], fields["pressure_weight"], truth, keep & real
+        )
+        rows.append(("pressure", distance))
+        inside = keep & real
+        if inside.all():
+            peak = float(np.max(fields["pressure"]) / np.max(truth) - 1)
+            rows.append(("pressure_peak", peak))
+    force = solution.quantities["force"][0, -1]
+    whole = float(np.sum(fields["pressure"] * fields["pressure_weight"]) / force - 1)
+    rows.append(("pressure_integral", whole))
+    return [
+        {
+            "quantity": name,
+            "at": "last load",
+            "rms": abs(value),
+            "maximum": abs(value),
+            "uncertainty": 0.0 if reference.method == "closed_form" else nan,
+        }
+        for name, value in rows
+    ]
+
+
+def _true_pressure(
+    plan: Plan, solved: Solved, reference: Reference, fields: dict[str, np.ndarray]
+) -> tuple[np.ndarray | None, np.ndarray]:
+    """Return the reference's pressure at a method's points, and the points to compare.
+
+    Where the closed form is singular, a ring of SINGULAR_RING contact radii on either side of the
+    singular edge (or around the tip) is left out.
+    """
+    x, y = fields["pressure_x"], fields["pressure_y"]
+    everywhere = np.ones(len(x), dtype=bool)
+    if reference.method == "closed_form":
+        assert isinstance(plan.geometry, IndenterGeometry)
+        form = form_of(plan.geometry.indenter, plan.scene.effective_modulus)
+        assert form is not None
+        depth = float(reference.curves["penetration"][-1])
+        truth = np.asarray(form.pressure(x, y, depth))
+        if not form.pressure_is_singular:
+            return truth, everywhere
+        rho = form.relative_radius(x, y, depth)
+        centre = 1.0 if form.singular_at == "edge" else 0.0
+        return truth, np.abs(rho - centre) > SINGULAR_RING
+    stored = solved[reference.method, reference.resolution].fields
+    if "pressure_shape" not in stored:
+        return None, everywhere
+    shape = tuple(int(n) for n in fields["pressure_shape"]) if "pressure_shape" in fields else None
+    return grid_pressure_at(stored, x, y, shape), everywhere

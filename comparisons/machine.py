@@ -1,0 +1,61 @@
+"""Where and with what a study ran: machine, versions, threads."""
+
+from __future__ import annotations
+
+import os
+import platform
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+import psutil
+
+PACKAGES = (
+    *("roughline", "numpy", "scipy", "numba", "scikit-fem", "pyamg", "meshio", "pyvista"),
+    *("pandas", "plotly", "SurfaceTopography", "pypardiso"),
+)
+
+
+def versions() -> dict[str, str]:
+    """Return the versions of Python and of the packages that results depend on."""
+    found = {"python": platform.python_version()}
+    for name in PACKAGES:
+        try:
+            found[name] = metadata.version(name)
+        except metadata.PackageNotFoundError:
+            continue
+    return found
+
+
+def machine(threads: int) -> dict[str, Any]:
+    """Describe this machine without naming it."""
+    return {
+        "system": f"{platform.system()} {platform.machine()}",
+        "processor": _processor(),
+        "cores": os.cpu_count() or 1,
+        "memory": int(psutil.virtual_memory().total),
+        "threads": threads,
+    }
+
+
+def machine_text(described: dict[str, Any]) -> str:
+    """Return the machine in one short text for the rows of a table."""
+    memory = described["memory"] / 2**30
+    return (
+        f"{described['processor']}, {described['cores']} cores, {memory:.0f} GiB, "
+        f"{described['system']}"
+    )
+
+
+def versions_text(found: dict[str, str]) -> str:
+    """Return the versions in one short text for the rows of a table."""
+    return " ".join(f"{name}={version}" for name, version in found.items())
+
+
+def _processor() -> str:
+    try:
+        lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
+    except OSError:
+        return platform.processor() or "unknown processor"
+    named = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
+    return named[0] if named else platform.processor() or "unknown processor"

@@ -1,0 +1,181 @@
+"""Which solution counts as the truth of a scene, how well it is known, and who disagrees."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from comparisons.formatting import relative
+from comparisons.methods import METHODS, Solution
+from comparisons.metrics import relative_error
+from comparisons.uncertainty import combined, ensemble_uncertainty, grid_uncertainty
+
+# Closed forms are evaluated to some ten last digits.
+EXACT = 1e-12
+PREFERENCE = ("closed_form", "bem_fft", "fem", "bem_dense")
+Solved = dict[tuple[str, int], Solution]
+
+
+@dataclass(frozen=True)
+class Reference:
+    """The truth of a scene: one method's finest solution, with its uncertainty.
+
+    Attributes
+    ----------
+    method, resolution : str, int
+    curves : dict
+        Quantity -> (k,) mean over realisations.
+    uncertainty : dict
+        Quantity -> (k,) relative 95 % half-width; NaN where it is not known.
+    text : str
+        One sentence for the report.
+    """
+
+    method: str
+    resolution: int
+    curves: dict[str, np.ndarray]
+    uncertainty: dict[str, np.ndarray]
+    text: str
+
+    @property
+    def label(self) -> str:
+        """Method and resolution, as in results.csv."""
+        return self.method if self.method == "closed_form" else f"{self.method} {self.resolution}"
+
+
+def mean_curves(solution: Solution) -> dict[str, np.ndarray]:
+    """Return each quantity's mean over the realisations that converged, (k,)."""
+    curves = {}
+    for name, values in solution.quantities.items():
+        count = np.isfinite(values).sum(axis=0)
+        total = np.nansum(values, axis=0)
+        curves[name] = np.divide(
+            total, count, out=np.full(values.shape[1], np.nan), where=count > 0
+        )
+    return curves
+
+
+def finest(solved: Solved, method: str) -> int | None:
+    """Return the finest resolution of a method with an answer at every load step."""
+    complete = [
+        resolution
+        for (name, resolution), solution in solved.items()
+        if name == method and solution.converged.any(axis=0).all()
+    ]
+    return max(complete, default=None)
+
+
+def choose_reference(solved: Solved, quantities: tuple[str, ...]) -> Reference | None:
+    """Return the best reference: the closed form, else the 3-D method known best.
+
+    Among 3-D methods the one whose compared quantities have the smallest bar wins; equal or
+    unknown bars follow the order of PREFERENCE.
+    """
+    candidates = references(solved, quantities)
+    if not candidates:
+        return None
+    if candidates[0].method == "closed_form":
+        return candidates[0]
+
+    def widest(reference: Reference) -> float:
+        bars = [u for q, u in reference.uncertainty.items() if q in quantities]
+        finite = [float(np.nanmax(u)) for u in bars if np.isfinite(u).any()]
+        return max(finite, default=np.inf)
+
+    return min(candidates, key=widest)
+
+
+def references(solved: Solved, quantities: tuple[str, ...]) -> list[Reference]:
+    """Return every 3-D method's finest solution as a candidate, in order of preference."""
+    names = [name for name in PREFERENCE if name in METHODS]
+    names += [n for n, m in METHODS.items() if m.dimension == 3 and n not in names]
+    found = []
+    for name in names:
+        resolution = finest(solved, name)
+        if resolution is not None:
+            found.append(_reference(solved, name, resolution, quantities))
+    return found
+
+
+def own_discretisation(solved: Solved, method: str, name: str) -> np.ndarray:
+    """Return the grid uncertainty of a quantity of a method's finest solution, (k,)."""
+    levels = sorted(resolution for (m, resolution) in solved if m == method)
+    curves = [mean_curves(solved[method, n]).get(name) for n in levels]
+    kept = [(n, c) for n, c in zip(levels, curves, strict=True) if c is not None]
+    if not kept:
+        return np.full(next(iter(solved.values())).converged.shape[1], np.nan)
+    return grid_uncertainty(np.array([n for n, _ in kept]), np.array([c for _, c in kept]))
+
+
+def _reference(
+    solved: Solved, method: str, resolution: int, quantities: tuple[str, ...]
+) -> Reference:
+    solution = solved[method, resolution]
+    curves = mean_curves(solution)
+    uncertainty = {}
+    for name in curves:
+        if method == "closed_form":
+            uncertainty[name] = np.full(len(curves[name]), EXACT)
+            continue
+        residual = np.nan_to_num(np.nanmax(solution.violation, axis=0), nan=0.0)
+        uncertainty[name] = combined(
+            own_discretisation(solved, method, name),
+            residual,
+            ensemble_uncertainty(solution.quantities[name]),
+        )
+    text = _sentence(method, resolution, len(solution.converged), uncertainty, quantities)
+    return Reference(method, resolution, curves, uncertainty, text)
+
+
+def _sentence(
+    method: str,
+    resolution: int,
+    realisations: int,
+    uncertainty: dict[str, np.ndarray],
+    quantities: tuple[str, ...],
+) -> str:
+    if method == "closed_form":
+        return "The truth is the closed form, exact to round-off."
+    known = {
+        name: float(np.nanmax(uncertainty[name]))
+        for name in quantities
+        if name in uncertainty and np.isfinite(uncertainty[name]).any()
+    }
+    known = {name: bar for name, bar in known.items() if bar > EXACT}
+    what = f"The truth is the finest solution of {METHODS[method].title} (resolution {resolution}"
+    what += f", mean of {realisations} realisations)" if realisations > 1 else ")"
+    if not known:
+        return what + "; only one resolution was run, so its error is not known."
+    bars = ", ".join(f"{name.replace('_', ' ')} {relative(bar)}" for name, bar in known.items())
+    return what + f", known to (95 %, largest over the loads): {bars}."
+
+
+def disagreements(
+    solved: Solved, chosen: Reference | None, quantities: tuple[str, ...]
+) -> tuple[str, ...]:
+    """Return a sentence for each quantity in which two references differ by more than their bars.
+
+    Only prescribed-load curves are compared; a reference whose bar is unknown cannot disagree.
+    """
+    if chosen is None:
+        return ()
+    found = []
+    for other in references(solved, quantities):
+        if other.method == chosen.method:
+            continue
+        for name in quantities:
+            if name not in other.curves or name not in chosen.curves:
+                continue
+            difference = np.abs(relative_error(other.curves[name], chosen.curves[name]))
+            allowed = combined(other.uncertainty[name], chosen.uncertainty[name])
+            if not np.isfinite(difference - allowed).any():
+                continue
+            step = int(np.nanargmax(difference - allowed))
+            if difference[step] > allowed[step] + EXACT:
+                found.append(
+                    f"{METHODS[other.method].title} and {METHODS[chosen.method].title} differ by "
+                    f"{relative(difference[step])} in {name.replace('_', ' ')} "
+                    f"(load step {step + 1}), more than their bars of {relative(allowed[step])}."
+                )
+    return tuple(found)

@@ -1,0 +1,227 @@
+"""A study: plans in, a results folder out. Killed, it resumes; interrupted, it keeps its work."""
+
+from __future__ import annotations
+
+import datetime
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from joblib import Parallel, delayed
+
+from comparisons.answer import answer
+from comparisons.archive import joined, load_solution, save_solution
+from comparisons.comparison import compare
+from comparisons.execution import THREADS, execute
+from comparisons.machine import machine, machine_text, versions, versions_text
+from comparisons.methods import Solution, Task
+from comparisons.planning import Plan
+from comparisons.reference import Solved, disagreements
+from comparisons.store import FIELDS, ResultsError, SceneRecord, StudyRecord, save_study
+from comparisons.vtu import write_fields
+
+Progress = Callable[[int, int, Task | None], None]
+
+
+@dataclass
+class Study:
+    """All plans of a run, and where the results go.
+
+    Parameters
+    ----------
+    plans : list of Plan
+    directory : Path
+        Created when the run starts. A folder with results needs `resume` or `overwrite`.
+    command : str
+        The command line, for the report.
+    effort : str
+        "quick" or "full".
+    workers : int
+        Processes; each solves on one thread.
+    resume, overwrite : bool
+        Go on with what is there; or start anew.
+    progress : callable, optional
+        Called with (done, total, task just finished).
+    """
+
+    plans: list[Plan]
+    directory: Path
+    command: str = ""
+    effort: str = "quick"
+    workers: int = 1
+    resume: bool = False
+    overwrite: bool = False
+    progress: Progress | None = None
+    _solutions: dict[str, Solution] = field(default_factory=dict)
+
+    def run(self) -> StudyRecord:
+        """Solve what is not solved yet, compare, and write the folder.
+
+        Raises
+        ------
+        ResultsError
+            If the folder is used and neither `resume` nor `overwrite` was said.
+        KeyboardInterrupt
+            After writing what was done.
+        """
+        start = time.perf_counter()
+        created = datetime.datetime.now(datetime.UTC).astimezone().isoformat(timespec="seconds")
+        self._open_directory()
+        interrupted: KeyboardInterrupt | None = None
+        try:
+            self._solve()
+        except KeyboardInterrupt as error:
+            interrupted = error
+        described, found = machine(THREADS), versions()
+        record = StudyRecord(
+            directory=self.directory,
+            created=created,
+            command=self.command,
+            effort=self.effort,
+            seconds=time.perf_counter() - start,
+            machine=described,
+            versions=found,
+            scenes=tuple(
+                self._scene_record(plan, described, found)
+                for plan in self.plans
+                if self._solved(plan)
+            ),
+            interrupted=interrupted is not None,
+        )
+        save_study(record)
+        if interrupted is not None:
+            raise interrupted
+        return record
+
+    def lost(self) -> list[tuple[Task, str]]:
+        """Return the planned solves that have no complete answer, with the first reason."""
+        missing = []
+        for plan in self.plans:
+            for task in plan.tasks():
+                solution = self._solutions.get(task.key)
+                if solution is None:
+                    missing.append((task, "not done"))
+                elif not solution.converged.all():
+                    missing.append((task, next(iter(solution.reasons.values()), "no answer")))
+        return missing
+
+    def _open_directory(self) -> None:
+        used = self.directory.exists() and any(self.directory.iterdir())
+        if used and not (self.resume or self.overwrite):
+            raise ResultsError(
+                f"{self.directory} is in use: say --resume to go on with it, --overwrite to start "
+                "anew, or --out for another folder"
+            )
+        fields = self.directory / FIELDS
+        fields.mkdir(parents=True, exist_ok=True)
+        if self.overwrite and not self.resume:
+            for old in [*fields.glob("*.npz"), *fields.glob("*.vtu")]:
+                old.unlink()
+
+    def _solve(self) -> None:
+        tasks = [task for plan in self.plans for task in plan.tasks()]
+        todo = [task for task in tasks if not self._restore(task)]
+        done = len(tasks) - len(todo)
+        self._report(done, len(tasks), None)
+        for task, solution in self._executed(todo):
+            save_solution(self._path(task), solution)
+            self._solutions[task.key] = solution
+            done += 1
+            self._report(done, len(tasks), task)
+
+    def _executed(self, todo: list[Task]) -> Iterator[tuple[Task, Solution]]:
+        if self.workers == 1:
+            yield from ((task, execute(task)) for task in todo)
+            return
+        pool = Parallel(n_jobs=self.workers, return_as="generator_unordered", batch_size=1)
+        yield from pool(delayed(_with_task)(task) for task in todo)
+
+    def _restore(self, task: Task) -> bool:
+        """Take a solution from the folder if a whole one is there."""
+        path = self._path(task)
+        if not self.resume or not path.exists():
+            return False
+        try:
+            self._solutions[task.key] = load_solution(path)
+        except (ResultsError, KeyError, ValueError):
+            return False
+        return True
+
+    def _path(self, task: Task) -> Path:
+        return self.directory / FIELDS / f"{task.key}.npz"
+
+    def _report(self, done: int, total: int, task: Task | None) -> None:
+        if self.progress is not None:
+            self.progress(done, total, task)
+
+    def _solved(self, plan: Plan) -> Solved:
+        """Return the solutions of a plan whose blocks of realisations are all done."""
+        solved: Solved = {}
+        for planned in plan.methods:
+            for resolution in planned.resolutions:
+                tasks = [
+                    t
+                    for t in plan.tasks()
+                    if (t.method, t.resolution) == (planned.method, resolution)
+                ]
+                parts = [self._solutions.get(task.key) for task in tasks]
+                complete = [part for part in parts if part is not None]
+                if complete and len(complete) == len(parts):
+                    solved[planned.method, resolution] = joined(complete)
+        return solved
+
+    def _scene_record(
+        self, plan: Plan, described: dict[str, Any], found: dict[str, str]
+    ) -> SceneRecord:
+        solved = self._solved(plan)
+        scene = plan.scene
+        constants = {
+            "threads": THREADS,
+            "versions": versions_text(found),
+            "machine": machine_text(described),
+        }
+        result = compare(plan, solved, constants)
+        asked, control = scene.compare.quantities, plan.loads.control
+        reference = result.reference
+        fields = {
+            (task.method, task.resolution): self._path(task)
+            for task in plan.tasks()
+            if task.realisations[0] == 0 and task.key in self._solutions
+        }
+        for path in fields.values():
+            write_fields(path.with_suffix(".vtu"), self._solutions[path.stem].fields)
+        return SceneRecord(
+            name=scene.name,
+            title=scene.heading,
+            text=scene.text,
+            control=control,
+            quantities=asked,
+            tolerance=scene.compare.tolerance,
+            plan=plan.document(),
+            reference={} if reference is None else _reference_document(reference, asked),
+            answer=answer(asked, control, scene.compare.tolerance, result.measures, reference),
+            disagreements=disagreements(solved, reference, asked),
+            rows=result.rows,
+            measures=result.measures,
+            fields=fields,
+        )
+
+
+def _with_task(task: Task) -> tuple[Task, Solution]:
+    return task, execute(task)
+
+
+def _reference_document(reference: Any, asked: tuple[str, ...]) -> dict[str, Any]:
+    bars = {}
+    for name in asked:
+        values = reference.uncertainty.get(name)
+        known = values is not None and bool((values == values).any())
+        bars[name] = float(values[values == values].max()) if known else None
+    return {
+        "method": reference.method,
+        "resolution": reference.resolution,
+        "text": reference.text,
+        "uncertainty": bars,
+    }

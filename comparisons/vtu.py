@@ -1,0 +1,55 @@
+"""Fields as VTU files for ParaView, through meshio."""
+
+from __future__ import annotations
+
+import os
+import tempfile
+from pathlib import Path
+
+import meshio
+import numpy as np
+
+
+def mesh_of(fields: dict[str, np.ndarray]) -> meshio.Mesh | None:
+    """Return the mesh of a solution's fields: the body of a FEM solve, the surface of a grid.
+
+    None where there is neither (lines, closed forms, or pressure not asked for).
+    """
+    if "mesh_points" in fields:
+        return meshio.Mesh(
+            fields["mesh_points"],
+            [("hexahedron", fields["mesh_cells"])],
+            point_data={
+                "displacement": fields["mesh_displacement"],
+                "von_mises": fields["mesh_von_mises"],
+            },
+        )
+    if "pressure_shape" not in fields:
+        return None
+    nx, ny = (int(n) for n in fields["pressure_shape"])
+    if nx < 2 or ny < 2:
+        return None
+    number = np.arange(nx * ny).reshape(nx, ny)
+    corners = (number[:-1, :-1], number[1:, :-1], number[1:, 1:], number[:-1, 1:])
+    quads = np.stack([corner.ravel() for corner in corners], axis=-1)
+    height = fields["heights"].ravel() if "heights" in fields else np.zeros(nx * ny)
+    points = np.stack([fields["pressure_x"], fields["pressure_y"], height], axis=-1)
+    return meshio.Mesh(points, [("quad", quads)], point_data={"pressure": fields["pressure"]})
+
+
+def write_fields(path: Path, fields: dict[str, np.ndarray]) -> bool:
+    """Write a VTU file atomically; return False where the fields have no mesh."""
+    mesh = mesh_of(fields)
+    if mesh is None:
+        return False
+    path.parent.mkdir(parents=True, exist_ok=True)
+    handle, temporary = tempfile.mkstemp(suffix=".vtu", prefix=".", dir=path.parent)
+    os.close(handle)
+    try:
+        mesh.write(temporary)
+        Path(temporary).chmod(0o644)
+        Path(temporary).replace(path)
+    except BaseException:
+        Path(temporary).unlink(missing_ok=True)
+        raise
+    return True
