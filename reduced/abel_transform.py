@@ -3,17 +3,15 @@
 With r = x sin(t) the transform and its derivatives lose their singular kernel:
 
     g(x)   = x int_0^(pi/2) f'(r) dt
-    g'(x)  =   int_0^(pi/2) m(r) dt + sum_b [f']_b b / sqrt(x^2 - b^2),         m = (r f')' = f' + r f''
+    g'(x)  =   int_0^(pi/2) m(r) dt + sum_b [f']_b b / sqrt(x^2 - b^2),   m = (r f')' = f' + r f''
     g''(x) =   int_0^(pi/2) m'(r) sin(t) dt + sum_b { [m]_b b / (x sqrt(x^2 - b^2))
                                                      - [f']_b b x / (x^2 - b^2)^(3/2) }
 
-where [.]_b is a jump at the breakpoint b < x (Popov & Hess 2015, ch. 3). Integrals run panel by panel
-between the breakpoints, so a kink costs no digits.
+where [.]_b is a jump at the breakpoint b < x (Popov & Hess 2015, ch. 3). Integrals run panel by
+panel between the breakpoints, so a kink costs no digits.
 """
 
 from __future__ import annotations
-
-from collections.abc import Callable
 
 import numpy as np
 
@@ -120,7 +118,7 @@ def _jump(function: Curve, b: float) -> float:
 
 
 def _relative_difference(function: Curve, nodes: np.ndarray) -> Curve:
-    """Derivative by central differences with a step relative to the nearest breakpoint."""
+    """Differentiate by central differences with a step relative to the nearest breakpoint."""
 
     def derivative(x: np.ndarray) -> np.ndarray:
         x = np.asarray(x, dtype=float)

@@ -1,10 +1,10 @@
 """Penetrations of one rough line at prescribed forces or mean gaps.
 
-In units of E* dx and of dx the force Phi(d) of a line is convex with slope l(d), the contact length.
-A prescribed force asks for Phi(d) = F; a prescribed mean gap g, with the mean depth ybar below the
-highest peak and n cells, for Phi(d) = n (g - ybar) + n d. Both are zeros of a convex function
-Phi(d) - t - s d with s = 0 or n, to which Newton's method comes monotonically from the side where the
-function is positive. A walk over a ladder of levels brackets all roots first.
+In units of E* dx and of dx the force Phi(d) of a line is convex with slope l(d), the contact
+length. A prescribed force asks for Phi(d) = F; a prescribed mean gap g, with the mean depth ybar
+below the highest peak and n cells, for Phi(d) = n (g - ybar) + n d. Both are zeros of a convex
+function Phi(d) - t - s d with s = 0 or n, to which Newton's method comes monotonically from the side
+where the function is positive. A walk over a ladder of levels brackets all roots first.
 """
 
 from __future__ import annotations
@@ -44,18 +44,15 @@ def press_line(heights, goals, control, sub_cell, periodic):
         d (k,), measures (6, k), mean gap (k,), residual (float).
     """
     n, k = heights.size, goals.size
-    depth = heights.max() - heights
-    start = np.argmax(depth) if periodic else 0
-    mean = depth.mean()
+    depth, deepest, mean = _depths(heights)
+    start = deepest if periodic else 0
     residual = 0.0
     if control == PENETRATION:
         d = goals.copy()
         measures = walk(depth, start, d, sub_cell, periodic)
     elif control == FORCE_CONTROL:
         low, high = goals / n, mean + goals / n
-        d, measures, residual = _invert(
-            depth, start, goals, 0.0, low, high, sub_cell, periodic
-        )
+        d, measures, residual = _invert(depth, start, goals, 0.0, low, high, sub_cell, periodic)
     else:
         d = mean - goals
         measures = np.zeros((MEASURES, k))
@@ -72,6 +69,22 @@ def press_line(heights, goals, control, sub_cell, periodic):
                 measures[row][touching] = part[row]
     gaps = np.maximum(mean - d + measures[FORCE] / n, 0.0)
     return d, measures, gaps, residual
+
+
+@njit(cache=True)
+def _depths(heights):
+    """Depths below the highest peak, the place of the deepest and the mean, in two passes."""
+    top = heights[0]
+    for h in heights:
+        top = max(top, h)
+    depth = np.empty_like(heights)
+    deepest, total = 0, 0.0
+    for i in range(heights.size):
+        depth[i] = top - heights[i]
+        total += depth[i]
+        if depth[i] > depth[deepest]:
+            deepest = i
+    return depth, deepest, total / heights.size
 
 
 @njit(cache=True)
@@ -106,29 +119,45 @@ def _invert(depth, start, offset, slope, low, high, sub_cell, periodic):
 
 @njit(cache=True)
 def _first_guess(depth, start, offset, slope, low, high, sub_cell, periodic):
-    """Penetrations near the zeros, by a power law between the rungs of a ladder of levels.
+    """Penetrations near the zeros, interpolated between the rungs of a ladder of levels.
 
-    Where the lower rung carries nothing yet, the rung on the positive side, from which Newton's
-    method comes down.
+    The walk gives Phi and its slope on every rung: a cubic through both (in logarithms for a force,
+    which is nearly a power of d) leaves Newton's method two or three steps.
     """
     bottom, top = np.log(low.min()), np.log(high.max())
     rungs = np.exp(bottom + (top - bottom) * np.arange(_LADDER) / (_LADDER - 1))
     rungs[0], rungs[-1] = low.min(), high.max()
-    ladder = walk(depth, start, rungs, sub_cell, periodic)[FORCE]
-    d = np.empty(offset.size)
-    for i in range(d.size):
+    ladder = walk(depth, start, rungs, sub_cell, periodic)
+    value, rate = ladder[FORCE] - slope * rungs, ladder[LENGTH] - slope
+    guess = np.empty(offset.size)
+    for i in range(offset.size):
         j = 1
-        while j < _LADDER - 1:
-            excess = ladder[j] - offset[i] - slope * rungs[j]
-            if (excess >= 0.0) if slope == 0.0 else (excess <= 0.0):
-                break
+        while j < _LADDER - 1 and (value[j] < offset[i]) == (slope == 0.0):
             j += 1
-        if slope == 0.0 and ladder[j - 1] > 0.0:
-            power = np.log(rungs[j] / rungs[j - 1]) / np.log(ladder[j] / ladder[j - 1])
-            guess = rungs[j - 1] * (offset[i] / ladder[j - 1]) ** power
-        elif slope == 0.0:
-            guess = rungs[j]
+        a, b = rungs[j - 1], rungs[j]
+        if slope > 0.0:
+            span = value[j] - value[j - 1]
+            part = (offset[i] - value[j - 1]) / span if span != 0.0 else 0.0
+            guess[i] = a + (b - a) * _cubic(part, span / (b - a), rate[j - 1], rate[j])
+        elif value[j - 1] > 0.0:
+            span, width = np.log(value[j] / value[j - 1]), np.log(b / a)
+            part = np.log(offset[i] / value[j - 1]) / span if span > 0.0 else 0.0
+            begin, end = rate[j - 1] * a / value[j - 1], rate[j] * b / value[j]
+            guess[i] = a * np.exp(width * _cubic(part, span / width, begin, end))
         else:
-            guess = rungs[j - 1]
-        d[i] = min(max(guess, low[i]), high[i])
-    return d
+            guess[i] = b
+        guess[i] = min(max(guess[i], low[i]), high[i])
+    return guess
+
+
+@njit(cache=True)
+def _cubic(part, secant, begin, end):
+    """Inverse of a monotone function across a cell of width 1, by a cubic Hermite polynomial.
+
+    `part` is the share of the rise, `secant` the mean slope, `begin` and `end` the slopes at the
+    ends; inverse slopes beyond three times the mean would let the cubic turn back.
+    """
+    start = min(secant / begin, 3.0) if begin != 0.0 else 3.0
+    stop = min(secant / end, 3.0) if end != 0.0 else 3.0
+    t = min(max(part, 0.0), 1.0)
+    return t * (start + t * (3.0 - 2.0 * start - stop + t * (start + stop - 2.0)))

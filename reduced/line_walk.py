@@ -1,12 +1,12 @@
 """One walk along a rough line for all contact levels at once.
 
-The line is given by its depths y_i >= 0 below its highest peak, the levels by increasing penetrations
-d_k: point i is in contact at level k when y_i < d_k. Walking from point to point, the number of levels
-that leave a point out of contact changes only where the line crosses a level, and every crossing is
-one edge of one contact. So a walk costs one step per point and one per contact edge, whatever the
-number of levels; what lies fully inside a contact is added once, at the shallowest level that
-contains it, and summed over levels at the end. Nothing is subtracted that was added before, so no
-digits are lost to running sums.
+The line is given by its depths y_i >= 0 below its highest peak, the levels by increasing
+penetrations d_k: point i is in contact at level k when y_i < d_k. Walking from point to point, the
+number of levels that leave a point out of contact changes only where the line crosses a level, and
+every crossing is one edge of one contact. So a walk costs one step per point and one per contact
+edge, and needs no sorting; what lies fully inside a contact is added once, at the shallowest level
+that contains it, and summed over levels at the end. Nothing is subtracted that was added before, so
+no digits are lost to running sums.
 
 Lengths are in units of the spacing. Free lines end half a cell beyond their outer points.
 """

@@ -250,7 +250,7 @@ def half_radius(section: Section) -> Profile:
 
 
 def _power_section(name: str, n: float, c: float, length: float) -> Section:
-    """Cross-section c r^n with its derivatives; one-sided at the tip, where they may be infinite."""
+    """Cross-section c r^n with its derivatives, which may be infinite at the tip."""
 
     def scaled_power(r: np.ndarray, factor: float, exponent: float) -> np.ndarray:
         if factor == 0 or exponent == 0:

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from .errors import ConvergenceError
-from .line_walk import COUNT, ENERGY, FORCE, LENGTH, LONGEST, SQUARES
 from .line_inversion import CONVERGED, press_line
+from .line_walk import COUNT, ENERGY, FORCE, LENGTH, LONGEST, SQUARES
 from .loads import one_load_list
 
 _CONTROLS = {"penetration": 0, "force": 1, "mean_gap": 2}

@@ -138,8 +138,9 @@ def prescribed(
 
     The surface has fixed amplitudes B2D with C2D ~ q^-power for q_l <= q <= q_s, a plateau below
     q_l = 2 pi/long_cutoff, nothing beyond q_s = 2 pi/short_cutoff, self-conjugate Nyquist modes
-    zero; cutoffs are circles in q (a mode on the circle is kept). `rms_slope` is the rms of the full
-    gradient summed over the modes of the surface.
+    zero; cutoffs are circles in q (a mode on the circle is kept). `rms_slope` is the rms of the
+    full gradient summed over the modes of the surface; the line's own differs by what the rings
+    round off (2 % low for 64 points without roll-off, where a mode (1, 1) counts as ring 1).
 
     Parameters
     ----------
@@ -278,7 +279,7 @@ def _sample_rule(density: np.ndarray, mode: np.ndarray, length: float) -> LineSp
 
 
 def _whole_rings(shape: tuple[int, int], lengths: tuple[float, float]) -> int:
-    """Number of rings below the Nyquist wavenumber of the coarser direction."""
+    """Count the rings below the Nyquist wavenumber of the coarser direction."""
     length = max(lengths)
     return (
         min(int(np.ceil(n / 2 * length / side)) for n, side in zip(shape, lengths, strict=True)) - 1
@@ -335,7 +336,7 @@ def _power_law(q: np.ndarray, exponent: float, low: float, high: float) -> np.nd
 
 
 def _pair(value, kind: type) -> tuple:
-    """A number twice, or a pair."""
+    """Turn a number into a pair, or leave a pair."""
     return (kind(value), kind(value)) if np.ndim(value) == 0 else (kind(value[0]), kind(value[1]))
 
 

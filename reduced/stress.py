@@ -79,10 +79,10 @@ def local_rule(
 ) -> tuple[np.ndarray, np.ndarray]:
     """Pressure by the chapter's local rule (19.37), sigma = f sqrt(2)/(pi dx sqrt(delta R1)).
 
-    f = E* dx delta is the spring force, delta = d - g(r) its deflection and R1 = 1/g''(r) the radius
-    of curvature of the one-dimensional profile at the spring. Exact for the paraboloid only; for
-    f ~ r^4 it gives 0.18 of the pressure at r = 0.05 a and 1.7 times it at 0.9 a. Where the profile
-    is straight, hollow or has no curvature the rule says nothing.
+    f = E* dx delta is the spring force, delta = d - g(r) its deflection and R1 = 1/g''(r) the
+    radius of curvature of the one-dimensional profile at the spring. Exact for the paraboloid only;
+    for f ~ r^4 it gives 0.18 of the pressure at r = 0.05 a and 1.7 times it at 0.9 a. Where the
+    profile is straight, hollow or has no curvature the rule says nothing.
 
     Parameters
     ----------
