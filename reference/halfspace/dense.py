@@ -122,12 +122,17 @@ def _checked(operator: FreeOperator, gap: ArrayLike) -> Field:
 
 @dataclass
 class _Cells:
-    """The candidate cells: their places on the grid, gaps, and the table of coefficients."""
+    """The candidate cells: their places on the grid, gaps, and the table of coefficients.
+
+    The table is divided by `unit`, a power of two, so that the square roots of the factorisation
+    round alike in all units; pressures are multiplied by it.
+    """
 
     rows: NDArray[np.intp]
     columns: NDArray[np.intp]
     gaps: Field
     table: Field
+    unit: float
 
     @classmethod
     def of(cls, operator: FreeOperator, gap: Field, reach: float) -> _Cells:
@@ -137,7 +142,8 @@ class _Cells:
         table = kernels.love(
             spans[0][:, None], spans[1][None, :], operator.spacing, operator.effective_modulus
         )
-        return cls(rows, columns, gap[rows, columns], table)
+        unit = 2.0 ** np.round(np.log2(table[0, 0]))
+        return cls(rows, columns, gap[rows, columns], table / unit, unit)
 
     def matrix(self, contact: NDArray[np.intp]) -> Field:
         """Coefficients among the contact cells."""
@@ -181,10 +187,10 @@ def _solve(
         active = np.ones(cells.gaps.size, dtype=bool)
         if start is not None and start[cells.rows, cells.columns].any():
             active = start[cells.rows, cells.columns]
-        total = None if kind == "penetration" else value / operator.cell_area
+        total = None if kind == "penetration" else value / operator.cell_area * cells.unit
         pressures, depth, history = _pivot(cells, active, value, total, max_iterations)
         pressure = np.zeros(operator.shape)
-        pressure[cells.rows, cells.columns] = pressures
+        pressure[cells.rows, cells.columns] = pressures / cells.unit
         if depth <= reach:
             return assemble(operator, gap, pressure, depth, len(history), history)
         # the depth was only estimated: start again with all cells below the one found

@@ -169,6 +169,8 @@ def _solve(
         _refuse_closed_gap(operator, gap, value)
         if gap.min() >= value:
             return assemble(operator, gap, np.zeros(operator.shape), value, 0, [0.0])
+    elif operator.periodic and not gap.any():
+        return _flat_on_flat(operator, value)
     reach = value if kind == "penetration" else 1.5 * overlap_depth(operator, gap, value)
     while True:
         window = _window(operator, gap, reach, start)
@@ -179,9 +181,17 @@ def _solve(
         pressure = np.zeros(operator.shape)
         pressure[window] = state.pressure
         if state.depth <= reach or part is operator:
-            return assemble(operator, gap, pressure, state.depth, len(state.history), state.history)
+            history = state.history
+            return assemble(operator, gap, pressure, state.depth, len(history), history)
         # under force control the depth was only estimated: cells outside might overlap
         reach, start = 1.2 * state.depth, pressure
+
+
+def _flat_on_flat(operator: HalfSpace, force: float) -> Contact:
+    """Uniform pressure of a periodic flat: no penetration to which a violation could be relative."""
+    nothing = np.zeros(operator.shape)
+    pressure = nothing + force / (nothing.size * operator.cell_area)
+    return Contact(0.0, force, 0.0, pressure, nothing, 0, 0.0, [0.0])
 
 
 def _refuse_closed_gap(operator: HalfSpace, gap: Field, depth: float) -> None:

@@ -46,8 +46,9 @@ def love(
 
     Parameters
     ----------
-    i, j : array_like of int
-        Offsets in cells along x and y, broadcast against each other; either sign.
+    i, j : array_like
+        Offsets in cells along x and y, broadcast against each other; either sign. Fractions give
+        points between the centres (not on the edges of the loaded cell).
     spacing : (float, float)
         Cell sides (dx, dy).
     effective_modulus : float

@@ -1,0 +1,130 @@
+"""Counted and corrected areas, patches across seams, stiffness and energy of contacts."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.special import ellipk
+
+from reference.halfspace import FreeOperator, PeriodicOperator, areas, dense, fft
+
+MASKS = st.integers(0, 2**32).map(lambda seed: np.random.default_rng(seed).random((7, 9)) < 0.5)
+
+
+def test_perimeter_correction_formula_on_single_cells_and_blocks():
+    """S counts cell edges: 4 for a cell, 2 (a + b) for an a x b block, 0 inside."""
+    factor = (np.pi - 1 + np.log(2)) / 24
+    block = np.zeros((8, 8), dtype=bool)
+    block[2:4, 3:6] = True
+    expected = 6 * 0.25 - factor * 10 * 0.25
+    assert areas.corrected_area(block, (0.5, 0.5)) == pytest.approx(expected, rel=1e-14)
+
+
+def test_perimeter_correction_halves_the_area_error_of_hertz_contacts_at_least():
+    """Yastrebov et al. (2017), on contacts of 3 to 8 cells radius: rms over random grids."""
+    rng = np.random.default_rng(21)
+    raw, corrected = [], []
+    for cells in rng.uniform(3, 8, 40):
+        n = 2 * int(cells + 3)
+        x, y = (np.arange(n) - n / 2 + rng.uniform(0, 1, (2, 1))) / cells
+        operator = FreeOperator((n, n), (1 / cells, 1 / cells), 1.0)
+        gap = (x[:, None] ** 2 + y[None, :] ** 2) / 2
+        mask = dense.solve(operator, gap, penetration=1.0).mask
+        raw.append(areas.raw_area(mask, operator.spacing) / np.pi - 1)
+        corrected.append(areas.corrected_area(mask, operator.spacing) / np.pi - 1)
+    assert np.mean(raw) > 0.02
+    assert np.sqrt(np.mean(np.square(corrected))) < 0.5 * np.sqrt(np.mean(np.square(raw)))
+
+
+def test_rectangular_cells_are_a_stretched_grid():
+    """Stretching one axis multiplies raw and corrected areas alike."""
+    mask = np.random.default_rng(22).random((6, 5)) < 0.5
+    square = areas.corrected_area(mask, (1.0, 1.0))
+    assert areas.corrected_area(mask, (1.0, 3.0)) == pytest.approx(3 * square)
+
+
+@settings(max_examples=30, deadline=None)
+@given(mask=MASKS, shift=st.tuples(st.integers(0, 6), st.integers(0, 8)))
+def test_periodic_areas_and_patches_do_not_depend_on_the_origin(mask, shift):
+    moved = np.roll(mask, shift, axis=(0, 1))
+    before, after = (areas.patches(m, (1.0, 2.0), periodic=True) for m in (mask, moved))
+    assert before.count == after.count
+    assert sorted(before.areas) == sorted(after.areas)
+    assert areas.corrected_area(mask, (1.0, 1.0), True) == pytest.approx(
+        areas.corrected_area(moved, (1.0, 1.0), True)
+    )
+
+
+@settings(max_examples=30, deadline=None)
+@given(mask=MASKS)
+def test_corrected_area_lies_between_half_and_all_of_the_raw_area(mask):
+    raw = areas.raw_area(mask, (1.0, 0.5))
+    corrected = areas.corrected_area(mask, (1.0, 0.5), periodic=True)
+    assert 0.52 * raw <= corrected <= raw
+
+
+def test_patches_meet_across_edges_not_corners_and_across_seams_when_periodic():
+    mask = np.array([[1, 0, 0, 1], [0, 1, 0, 0], [0, 0, 0, 0], [1, 0, 0, 0]], dtype=bool)
+    free = areas.patches(mask)
+    assert free.count == 4
+    assert free.areas.tolist() == [1.0, 1.0, 1.0, 1.0]
+    periodic = areas.patches(mask, (0.5, 0.5), periodic=True)
+    assert periodic.count == 2
+    assert sorted(periodic.areas) == [0.25, 0.75]
+    assert periodic.labels[0, 0] == periodic.labels[0, 3] == periodic.labels[3, 0]
+    assert areas.patches(np.zeros((3, 3)), periodic=True).count == 0
+
+
+def test_stiffness_is_the_slope_of_the_load_curve():
+    """dF/dd at fixed contact: exact between two depths with the same contact set (F is linear)."""
+    height = np.random.default_rng(23).standard_normal((20, 20))
+    operator = FreeOperator((20, 20), (1.0, 1.0), 3.0)
+    low, high = dense.sweep(operator, height.max() - height, penetration=[0.8, 0.8 + 1e-6])
+    np.testing.assert_array_equal(low.mask, high.mask)
+    slope = (high.force - low.force) / (high.penetration - low.penetration)
+    assert areas.contact_stiffness(operator, low.mask) == pytest.approx(slope, rel=1e-7)
+
+
+def test_elliptic_punch_stiffness_on_rectangular_cells():
+    """Factor pi sqrt(a/b)/(2 K(m)) to the disc of equal area, m = 1 - b^2/a^2 (Johnson 1985).
+
+    Rectangular cells see the ellipse as a disc; about 0.34/n low for n = 60 cells across.
+    """
+    n, a, b = 60, 3.0, 1.0
+    x = (np.arange(n + 2) - (n + 1) / 2) / (n / 2)
+    mask = np.hypot(x[:, None], x[None, :]) < 1
+    operator = FreeOperator(mask.shape, (2 * a / n, 2 * b / n), 1.0)
+    factor = np.pi * np.sqrt(a / b) / (2 * ellipk(1 - (b / a) ** 2))
+    expected = factor * 2 * np.sqrt(areas.raw_area(mask, operator.spacing) / np.pi)
+    assert areas.contact_stiffness(operator, mask) == pytest.approx(expected, rel=0.01)
+
+
+def test_stiffness_of_nearly_full_periodic_contact_diverges():
+    """One open strip of Westergaard's wave: stiffer without bound as the strip closes."""
+    operator = PeriodicOperator((256, 1), (1 / 256, 1.0), 1.0)
+    stiffness = [
+        areas.contact_stiffness(operator, (np.arange(256) >= width)[:, None])
+        for width in (64, 16, 4, 1)
+    ]
+    assert (np.diff(stiffness) > 0).all()
+    assert stiffness[-1] > 100 * stiffness[0]
+    with pytest.raises(ValueError, match="infinite"):
+        areas.contact_stiffness(operator, np.ones((256, 1), dtype=bool))
+
+
+def test_stiffness_refuses_other_grids_and_vanishes_without_contact():
+    operator = FreeOperator((4, 4), (1.0, 1.0), 1.0)
+    assert areas.contact_stiffness(operator, np.zeros((4, 4), dtype=bool)) == 0.0
+    with pytest.raises(ValueError, match=r"shape \(3, 4\)"):
+        areas.contact_stiffness(operator, np.ones((3, 4), dtype=bool))
+
+
+def test_hertz_energy_is_two_fifths_of_force_times_depth():
+    """U = int F dd = (2/5) F d for F ~ d^1.5; second order like the force (20 cells: 3e-4)."""
+    x = (np.arange(60) - 29.7) / 20
+    operator = FreeOperator((60, 60), (1 / 20, 1 / 20), 1.0)
+    contact = fft.solve(operator, (x[:, None] ** 2 + x**2) / 2, penetration=1.0)
+    energy = areas.elastic_energy(operator, contact.pressure)
+    assert energy == pytest.approx(0.4 * 4 / 3, rel=1e-3)

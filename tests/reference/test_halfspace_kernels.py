@@ -1,0 +1,147 @@
+"""Influence coefficients against 50 digits, lattice sums and Boussinesq's point load."""
+
+from __future__ import annotations
+
+import mpmath
+import numpy as np
+import pytest
+
+from reference.halfspace import FreeOperator, PeriodicOperator, kernels
+
+
+def love_with_50_digits(i: int, j: int, dx: float, dy: float):
+    """Love's integral of 1/r over a cell from its antiderivative at the corners."""
+    with mpmath.workdps(50):
+        half = mpmath.mpf(1) / 2
+        a, b, c, d = (i + half) * dx, (i - half) * dx, (j + half) * dy, (j - half) * dy
+
+        def corner(x, y):
+            return x * mpmath.asinh(y / abs(x)) + y * mpmath.asinh(x / abs(y))
+
+        return (corner(a, c) - corner(b, c) - corner(a, d) + corner(b, d)) / mpmath.pi
+
+
+@pytest.mark.parametrize("spacing", [(1.0, 1.0), (1.0, 3.0), (10.0, 1.0), (0.25, 16.0)])
+def test_love_keeps_twelve_digits_from_the_own_cell_to_a_hundred_thousand_cells(spacing):
+    """Also on the axes and just beside them, where the printed logarithms cancel."""
+    rng = np.random.default_rng(7)
+    for reach in (1, 3, 15, 17, 100, 10_000, 100_000):
+        offsets = rng.integers(-reach, reach + 1, size=(12, 2))
+        offsets[0, 0] = offsets[1, 1] = 0
+        offsets[2] = -reach, reach
+        for i, j in offsets.tolist():
+            exact = love_with_50_digits(i, j, *spacing)
+            value = float(kernels.love(i, j, spacing, 1.0))
+            assert abs(value / exact - 1) < 1e-12, (i, j)
+
+
+def test_own_cell_moves_by_four_log_one_plus_root_two():
+    dx, modulus = 0.3, 7.0
+    expected = 4 * np.log(1 + np.sqrt(2)) * dx / (np.pi * modulus)
+    assert float(kernels.love(0, 0, (dx, dx), modulus)) == pytest.approx(expected, rel=1e-15)
+
+
+def test_far_cells_act_as_point_loads_with_a_quadrupole_correction():
+    """Boussinesq u = F/(pi E* r); the first correction of a square cell is r^-2/24 of it."""
+    for i, j in ((40, 0), (30, 40), (1000, 7)):
+        r = np.hypot(i, j)
+        excess = float(kernels.love(i, j, (1.0, 1.0), 1.0)) * np.pi * r - 1
+        assert excess == pytest.approx(1 / (24 * r**2), rel=0.02, abs=1e-14)
+
+
+def test_kernel_as_printed_in_the_chapter_fails_at_far_offsets_only():
+    """(19.3) prints sqrt(a^2+b^2) in the first term: +466 % at offset (5, 7), invisible next door."""
+
+    def printed(i, j):
+        a, b, c, d = i + 0.5, i - 0.5, j + 0.5, j - 0.5
+        root = np.hypot
+        return (
+            a * np.log((c + root(a, c)) / (d + root(a, b)))
+            + b * np.log((d + root(b, d)) / (c + root(b, c)))
+            + c * np.log((a + root(a, c)) / (b + root(b, c)))
+            + d * np.log((b + root(b, d)) / (a + root(a, d)))
+        ) / np.pi
+
+    offsets = ((5, 7), (0, 0))
+    error = [printed(i, j) / float(kernels.love(i, j, (1.0, 1.0), 1.0)) - 1 for i, j in offsets]
+    assert error[0] == pytest.approx(4.66, abs=0.01)
+    assert abs(error[1]) < 1e-14
+
+
+def test_free_operator_is_the_double_sum_of_the_chapter():
+    """(19.2) summed cell by cell over the primed indices; FFT rounding is near 1e-15."""
+    rng = np.random.default_rng(1)
+    shape, spacing = (5, 8), (0.7, 0.4)
+    pressure = rng.standard_normal(shape)
+    i, j = np.meshgrid(np.arange(5), np.arange(8), indexing="ij")
+    direct = np.array(
+        [
+            (kernels.love(i - k, j - m, spacing, 2.0) * pressure).sum()
+            for k in range(5)
+            for m in range(8)
+        ]
+    ).reshape(shape)
+    result = FreeOperator(shape, spacing, 2.0).apply(pressure)
+    np.testing.assert_allclose(result, direct, rtol=0, atol=1e-14 * np.abs(direct).max())
+
+
+def test_free_operator_does_not_see_periodic_images():
+    """A point load in one corner reaches the opposite corner once, at the full distance."""
+    operator = FreeOperator((16, 9), (1.0, 1.0), 1.0)
+    pressure = np.zeros((16, 9))
+    pressure[0, 0] = 1.0
+    u = operator.apply(pressure)
+    assert u[-1, -1] == pytest.approx(float(kernels.love(15, 8, (1.0, 1.0), 1.0)), rel=1e-12)
+
+
+@pytest.mark.parametrize("mode", [(1, 0), (3, 5), (0, 4)])
+def test_cosine_pressure_gives_johnsons_cosine_displacement(mode):
+    """Displacement 2 p/(E* q) for p = cos(q.x) (Johnson 1985, sec. 13.2)."""
+    shape, spacing, modulus = (12, 16), (0.5, 0.25), 3.0
+    x = np.arange(12)[:, None] * 0.5
+    y = np.arange(16)[None, :] * 0.25
+    qx, qy = 2 * np.pi * mode[0] / 6.0, 2 * np.pi * mode[1] / 4.0
+    p = np.cos(qx * x + qy * y)
+    u = PeriodicOperator(shape, spacing, modulus).apply(p)
+    np.testing.assert_allclose(u, 2 * p / (modulus * np.hypot(qx, qy)), atol=1e-14)
+
+
+def test_cell_kernel_is_loves_kernel_summed_over_all_periodic_images():
+    """Independent lattice sum: a loaded cell and its images on a uniform opposite pressure.
+
+    With the load in the centre of its period the tail of the sum is that of quadrupoles, so the
+    part that varies over the period falls as n^-3 in the number n of periods each way: 4e-7 of the
+    largest value at n = 20. The mean is a matter of datum and subtracted.
+    """
+    shape, spacing, n = (6, 4), (1.0, 1.3), 20
+    i = (np.arange(6)[:, None] + 3) % 6 - 3
+    j = (np.arange(4)[None, :] + 2) % 4 - 2
+    lengths = 6 * spacing[0] * (2 * n + 1), 4 * spacing[1] * (2 * n + 1)
+    total = (
+        -kernels.love(i * spacing[0] / lengths[0], j * spacing[1] / lengths[1], lengths, 1.0) / 24
+    )
+    for k in range(-n, n + 1):
+        for m in range(-n, n + 1):
+            total += kernels.love(i + 6 * k, j + 4 * m, spacing, 1.0)
+    unit = np.zeros(shape)
+    unit[0, 0] = 1.0
+    result = PeriodicOperator(shape, spacing, 1.0, kernel="cells").apply(unit)
+    np.testing.assert_allclose(result, total - total.mean(), atol=2e-6 * result.max())
+
+
+def test_cell_and_continuum_kernels_agree_for_long_waves():
+    """They differ by the cell's own form factor, 1 - (q dx)^2/24 and smaller, for long waves."""
+    shape = (64, 64)
+    continuum = kernels.periodic(shape, (1.0, 1.0), 1.0, "continuum")
+    cells = kernels.periodic(shape, (1.0, 1.0), 1.0, "cells")
+    ratio = cells[1:4, 0] / continuum[1:4, 0]
+    q = 2 * np.pi * np.arange(1, 4) / 64
+    assert np.all(np.abs(ratio - 1) < 0.05 * q)
+    assert cells[0, 0] == continuum[0, 0] == 0
+
+
+def test_operators_list_all_wrong_arguments():
+    with pytest.raises(ValueError, match=r"shape.*spacing.*effective_modulus"):
+        FreeOperator((0, 4), (1.0, -1.0), float("nan"))
+    with pytest.raises(ValueError, match="kernel"):
+        PeriodicOperator((4, 4), (1.0, 1.0), 1.0, kernel="spline")

@@ -1,0 +1,297 @@
+"""Dense and FFT solvers against each other, and what must hold for any contact."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.ndimage import gaussian_filter
+
+from reference.errors import ConvergenceError
+from reference.halfspace import FreeOperator, PeriodicOperator, areas, dense, fft
+
+SHAPES = st.sampled_from(["white noise", "smooth", "plateaus", "punches", "islands"])
+
+
+def random_gap(kind: str, shape: tuple[int, int], seed: int):
+    """Gaps with single peaks, ties, flat tops and cells that can never touch."""
+    rng = np.random.default_rng(seed)
+    height = rng.standard_normal(shape)
+    if kind == "smooth":
+        height = gaussian_filter(height, 1.5, mode="wrap")
+    if kind == "plateaus":
+        height = np.minimum(np.round(2 * height), 0)
+    if kind == "punches":
+        height = np.where(rng.random(shape) < 0.5, 0.0, -np.inf)
+        height[0, 0] = 0.0
+    if kind == "islands":
+        height[rng.random(shape) < 0.3] = -np.inf
+        height[0, 0] = 0.0
+    return height.max() - height
+
+
+@settings(max_examples=40, deadline=None)
+@given(
+    kind=SHAPES,
+    shape=st.tuples(st.integers(1, 20), st.integers(1, 20)),
+    ratio=st.sampled_from([0.3, 1.0, 4.0]),
+    load=st.floats(-3, 1),
+    control=st.sampled_from(["penetration", "force"]),
+    seed=st.integers(0, 10_000),
+)
+def test_fft_and_dense_solvers_agree(kind, shape, ratio, load, control, seed):
+    """Two methods that share only Love's coefficients: pressures to 1e-9 of the peak.
+
+    The FFT runs to a violation of 1e-12; the condition number of the grids turns that into some
+    1e-11 in pressure. Depth, force and pressure must agree; the dense result is exact to rounding.
+    """
+    operator = FreeOperator(shape, (1.0, ratio), 2.0)
+    gap = random_gap(kind, shape, seed)
+    arguments = {control: 10.0**load}
+    exact = dense.solve(operator, gap, **arguments)
+    found = fft.solve(operator, gap, tolerance=1e-12, **arguments)
+    assert exact.violation < 1e-13
+    assert found.violation <= 1e-12
+    assert found.force == pytest.approx(exact.force, rel=1e-10)
+    assert found.penetration == pytest.approx(exact.penetration, rel=1e-10)
+    np.testing.assert_allclose(found.pressure, exact.pressure, atol=1e-9 * exact.pressure.max())
+
+
+@settings(max_examples=30, deadline=None)
+@given(
+    kind=SHAPES,
+    shape=st.tuples(st.integers(2, 24), st.integers(2, 24)),
+    kernel=st.sampled_from(["continuum", "cells"]),
+    load=st.floats(-3, 2),
+    seed=st.integers(0, 10_000),
+)
+def test_periodic_contact_satisfies_its_conditions_under_any_force(kind, shape, kernel, load, seed):
+    """The problem is convex: p >= 0, u >= d - g, and equality under pressure are the solution.
+
+    They are recomputed here; there is no dense solver to compare with.
+    """
+    operator = PeriodicOperator(shape, (1.0, 0.7), 1.0, kernel=kernel)
+    gap = random_gap(kind, shape, seed)
+    contact = fft.solve(operator, gap, force=10.0**load, tolerance=1e-11)
+    finite = np.isfinite(gap)
+    clearance = operator.apply(contact.pressure)[finite] + gap[finite] - contact.penetration
+    scale = max(contact.penetration, 1e-300)
+    assert contact.pressure.min() >= 0
+    assert not contact.pressure[~finite].any()
+    assert clearance.min() >= -1.1e-11 * scale
+    assert np.abs(clearance[contact.pressure[finite] > 0]).max() <= 1.1e-11 * scale
+    assert contact.force == pytest.approx(10.0**load, rel=1e-13)
+
+
+@pytest.mark.parametrize("operator_class", [FreeOperator, PeriodicOperator])
+@pytest.mark.parametrize("fraction", [0.9, 0.3, 1e-2, 1e-4])
+def test_mean_gap_control_gives_the_mean_gap(operator_class, fraction):
+    """Down to nearly full contact, where a uniform pressure costs almost no energy (periodic).
+
+    Sixty iterations are plenty with the zero mode of the preconditioner matched to the contact, and
+    ten times too few without.
+    """
+    gap = random_gap("smooth", (48, 48), 3)
+    operator = operator_class((48, 48), (1.0, 1.0), 1.0)
+    wanted = fraction * gap.mean()
+    contact = fft.solve(operator, gap, mean_gap=wanted, max_iterations=60)
+    clearance = gap - contact.penetration + operator.apply(contact.pressure)
+    assert contact.mean_gap == pytest.approx(clearance.mean(), rel=1e-9)
+    assert abs(contact.mean_gap - wanted) <= 2e-8 * gap.mean()
+
+
+def test_periodic_penetration_and_mean_gap_add_up_to_the_highest_peak():
+    """The mean displacement is zero: d + mean gap = max(h) - <h> at every load."""
+    gap = random_gap("smooth", (32, 32), 4)
+    operator = PeriodicOperator((32, 32), (1.0, 1.0), 1.0)
+    for contact in fft.sweep(operator, gap, force=[0.1, 1.0, 10.0, 100.0]):
+        assert contact.penetration + contact.mean_gap == pytest.approx(gap.mean(), rel=1e-12)
+        assert abs(contact.displacement.mean()) < 1e-12 * gap.mean()
+
+
+@pytest.mark.parametrize("solver", [dense, fft])
+def test_force_control_inverts_penetration_control(solver):
+    operator = FreeOperator((24, 24), (1.0, 1.0), 1.0)
+    gap = random_gap("smooth", (24, 24), 5)
+    for depth in (0.05, 0.3, 0.9):
+        by_depth = solver.solve(operator, gap, penetration=depth)
+        by_force = solver.solve(operator, gap, force=by_depth.force)
+        assert by_force.penetration == pytest.approx(depth, rel=1e-7)
+        np.testing.assert_array_equal(by_force.mask, by_depth.mask)
+
+
+@pytest.mark.parametrize(
+    ("solver", "operator_class"),
+    [(dense, FreeOperator), (fft, FreeOperator), (fft, PeriodicOperator)],
+)
+@pytest.mark.parametrize("control", ["penetration", "force"])
+def test_sweeps_equal_single_solves(solver, operator_class, control):
+    """A warm start changes the way to the solution, not the solution: the energy is convex."""
+    operator = operator_class((24, 20), (1.0, 1.2), 1.0)
+    gap = random_gap("smooth", (24, 20), 6)
+    loads = np.linspace(0.05, 0.9, 7) * (1.0 if control == "force" else gap.mean())
+    for load, swept in zip(loads, solver.sweep(operator, gap, **{control: loads}), strict=True):
+        single = solver.solve(operator, gap, **{control: load})
+        assert swept.force == pytest.approx(single.force, rel=1e-6)
+        assert swept.penetration == pytest.approx(single.penetration, rel=1e-6)
+        np.testing.assert_allclose(
+            swept.pressure, single.pressure, atol=1e-5 * single.pressure.max()
+        )
+
+
+def test_force_control_widens_a_window_that_was_too_small():
+    """A small tip on a wide plateau: the depth estimated from the overlap misses the plateau.
+
+    The window has to grow until all cells below the depth found are inside.
+    """
+    gap = np.full((40, 40), 1.0)
+    gap[5, 5] = 0.0
+    gap[30:, 30:] = 1e-3
+    operator = FreeOperator((40, 40), (1.0, 1.0), 1.0)
+    for force in (1e-3, 1e-2, 10.0, 100.0):
+        found = fft.solve(operator, gap, force=force, tolerance=1e-11)
+        exact = dense.solve(operator, gap, force=force)
+        assert found.penetration == pytest.approx(exact.penetration, rel=1e-9)
+        assert found.violation <= 1e-11
+
+
+@pytest.mark.parametrize("solver", [dense, fft])
+@pytest.mark.parametrize("control", ["penetration", "force"])
+def test_units_that_differ_by_powers_of_two_change_no_digit(solver, control):
+    """No absolute tolerance anywhere: lengths times 2^-30 and moduli times 2^37, bit for bit."""
+    gap = random_gap("smooth", (20, 20), 8)
+    length, modulus = 2.0**-30, 2.0**37
+    small = solver.solve(FreeOperator((20, 20), (1.0, 1.5), 1.0), gap, **{control: 0.5})
+    operator = FreeOperator((20, 20), (length, 1.5 * length), modulus)
+    load = 0.5 * length * (1.0 if control == "penetration" else modulus * length)
+    scaled = solver.solve(operator, gap * length, **{control: load})
+    np.testing.assert_array_equal(scaled.pressure, small.pressure * modulus)
+    assert scaled.penetration == small.penetration * length
+    assert scaled.iterations == small.iterations
+
+
+@pytest.mark.parametrize("operator_class", [FreeOperator, PeriodicOperator])
+def test_nanometres_and_metres_give_the_same_contact(operator_class):
+    """Units nm with GPa against m with Pa: the factors are no powers of two, so only rounding differs."""
+    gap = random_gap("smooth", (32, 32), 9)
+    nano = fft.solve(operator_class((32, 32), (1.0, 1.0), 1.0), gap, force=2.0, tolerance=1e-11)
+    metre = fft.solve(
+        operator_class((32, 32), (1e-9, 1e-9), 1e9), gap * 1e-9, force=2e-9, tolerance=1e-11
+    )
+    np.testing.assert_allclose(
+        metre.pressure, nano.pressure * 1e9, atol=1e-9 * metre.pressure.max()
+    )
+    assert metre.penetration == pytest.approx(nano.penetration * 1e-9, rel=1e-10)
+
+
+@settings(max_examples=15, deadline=None)
+@given(kind=SHAPES, seed=st.integers(0, 10_000))
+def test_deeper_means_more_force_more_pressure_and_stiffer(kind, seed):
+    """On the half-space contact only grows with depth, and F(d) is convex (Barber 1974)."""
+    operator = FreeOperator((16, 16), (1.0, 1.0), 1.0)
+    gap = random_gap(kind, (16, 16), seed)
+    depths = np.linspace(0.2, 2.0, 5)
+    contacts = list(dense.sweep(operator, gap, penetration=depths))
+    forces = np.array([contact.force for contact in contacts])
+    assert (np.diff(forces) > 0).all()
+    assert (np.diff(forces, 2) > -1e-12 * forces[-1]).all()
+    for lower, upper in pairwise(contacts):
+        assert not (lower.mask & ~upper.mask).any()
+
+
+def test_force_is_the_derivative_of_the_elastic_energy():
+    """dU/dd = F (Castigliano); central difference of U, exact to O(step^2)."""
+    operator = FreeOperator((32, 32), (1.0, 1.0), 1.0)
+    gap = random_gap("smooth", (32, 32), 10)
+    low, middle, high = dense.sweep(operator, gap, penetration=[0.499, 0.5, 0.501])
+    energies = [areas.elastic_energy(operator, contact.pressure) for contact in (low, high)]
+    assert (energies[1] - energies[0]) / 0.002 == pytest.approx(middle.force, rel=1e-5)
+
+
+def test_no_cell_within_reach_means_no_force():
+    """First touch may lie between grid points: a smaller depth loads nothing."""
+    operator = FreeOperator((8, 8), (1.0, 1.0), 1.0)
+    for solver in (dense, fft):
+        contact = solver.solve(operator, np.full((8, 8), 0.2), penetration=0.1)
+        assert contact.force == 0
+        assert contact.mean_gap == pytest.approx(0.1)
+
+
+def test_too_few_iterations_are_an_error_with_their_history():
+    operator = FreeOperator((32, 32), (1.0, 1.0), 1.0)
+    gap = random_gap("smooth", (32, 32), 11)
+    with pytest.raises(ConvergenceError, match="3 iterations") as caught:
+        fft.solve(operator, gap, force=5.0, max_iterations=3)
+    assert len(caught.value.history) == 3
+    with pytest.raises(ConvergenceError) as caught:
+        dense.solve(operator, gap, force=5.0, max_iterations=1)
+    assert caught.value.history[0] > 0
+
+
+def test_an_unreachable_tolerance_is_an_error_and_not_an_endless_loop():
+    operator = FreeOperator((32, 32), (1.0, 1.0), 1.0)
+    with pytest.raises(ConvergenceError, match="violation"):
+        fft.solve(operator, random_gap("smooth", (32, 32), 12), force=5.0, tolerance=1e-18)
+
+
+def test_a_sweep_may_start_again_after_a_load_that_failed():
+    operator = FreeOperator((32, 32), (1.0, 1.0), 1.0)
+    gap = random_gap("smooth", (32, 32), 13)
+    with pytest.raises(ConvergenceError):
+        list(fft.sweep(operator, gap, force=[1.0, 2.0], max_iterations=3))
+    assert next(fft.sweep(operator, gap, force=[2.0])).force == pytest.approx(2.0)
+
+
+@pytest.mark.parametrize(
+    ("arguments", "complaint"),
+    [
+        ({}, "exactly one of penetration, force"),
+        ({"penetration": 1.0, "force": 1.0}, "exactly one.*came: penetration, force"),
+        ({"penetration": -1.0}, "positive and finite, not -1.0"),
+        ({"force": float("nan")}, "positive and finite, not nan"),
+        ({"force": [1.0, 2.0]}, "use sweep"),
+    ],
+)
+def test_senseless_loads_are_refused(arguments, complaint):
+    operator = FreeOperator((4, 4), (1.0, 1.0), 1.0)
+    for solver in (dense, fft):
+        with pytest.raises(ValueError, match=complaint):
+            solver.solve(operator, np.zeros((4, 4)), **arguments)
+
+
+def test_senseless_gaps_and_sweeps_are_refused_at_the_call():
+    operator = FreeOperator((4, 4), (1.0, 1.0), 1.0)
+    for solver in (dense, fft):
+        with pytest.raises(ValueError, match=r"shape \(3, 4\)"):
+            solver.solve(operator, np.zeros((3, 4)), force=1.0)
+        with pytest.raises(ValueError, match="negative"):
+            solver.solve(operator, np.full((4, 4), -1.0), force=1.0)
+        with pytest.raises(ValueError, match="NaN"):
+            solver.sweep(operator, np.full((4, 4), np.nan), force=[1.0])
+        with pytest.raises(ValueError, match="infinite everywhere"):
+            solver.sweep(operator, np.full((4, 4), np.inf), force=[1.0])
+        with pytest.raises(ValueError, match="strictly increasing"):
+            solver.sweep(operator, np.zeros((4, 4)), force=[2.0, 1.0])
+    with pytest.raises(ValueError, match=r"tolerance.*max_iterations"):
+        fft.solve(operator, np.zeros((4, 4)), force=1.0, tolerance=0.0, max_iterations=0)
+
+
+def test_the_dense_solver_names_the_right_tool_for_large_and_periodic_contacts():
+    operator = FreeOperator((80, 80), (1.0, 1.0), 1.0)
+    with pytest.raises(ValueError, match=r"6400 cells.*fft"):
+        dense.solve(operator, np.zeros((80, 80)), penetration=1.0)
+    with pytest.raises(ValueError, match="fft"):
+        dense.solve(PeriodicOperator((4, 4), (1.0, 1.0), 1.0), np.zeros((4, 4)), force=1.0)
+
+
+def test_periodic_penetration_beyond_full_contact_is_refused():
+    """Full contact has d = <g> whatever the force: the penetration says nothing about it."""
+    gap = random_gap("smooth", (8, 8), 14)
+    operator = PeriodicOperator((8, 8), (1.0, 1.0), 1.0)
+    with pytest.raises(ValueError, match="give the force"):
+        fft.solve(operator, gap, penetration=1.01 * gap.mean())
+    with pytest.raises(ValueError, match="first touch"):
+        fft.solve(operator, gap, mean_gap=1.01 * gap.mean())
