@@ -1,0 +1,455 @@
+"""The plots of a scene: load curves, errors against load, and what the reduced model sees.
+
+Every function takes a SceneRecord and returns figures, or none where there is nothing to draw:
+a page never shows an empty plot.
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from comparisons.store import SceneRecord
+from reports import formatting as fmt
+from reports import selection
+from reports.figure_style import (
+    CONTACT,
+    INK,
+    MUTED,
+    Figure,
+    axis,
+    band,
+    drawing_order,
+    inert,
+    layout,
+    log_ticks,
+    numbers,
+    style,
+    value_axis,
+    wants_log,
+)
+
+ROUND_OFF = 1e-15  # errors below this are the arithmetic's and are drawn at the lower edge
+MOST_LINE_POINTS = 1500
+
+
+def curves(scene: SceneRecord) -> list[Figure]:
+    """Return each quantity against the prescribed load, all methods at their finest resolution."""
+    first = "penetration" if scene.control == "force" else "force"
+    names = dict.fromkeys([first, "contact_area", *scene.quantities])
+    drawable = [name for name in names if name != scene.control and "pressure" not in name]
+    found = [_curve_figure(scene, name) for name in drawable]
+    return [figure for figure in found if figure is not None]
+
+
+def _curve_figure(scene: SceneRecord, name: str) -> Figure | None:
+    tables = {m: selection.curve(scene, m) for m in drawing_order(selection.methods(scene))}
+    tables = {
+        method: rows
+        for method, rows in tables.items()
+        if np.isfinite(selection.column(rows, name)).any()
+    }
+    if not tables:
+        return None
+    loads = np.concatenate([selection.column(rows, scene.control) for rows in tables.values()])
+    values = np.concatenate([selection.column(rows, name) for rows in tables.values()])
+    across = fmt.prefix_for(loads, fmt.quantity(scene.control).unit)
+    up = fmt.prefix_for(values, fmt.quantity(name).unit)
+    log = wants_log(loads)
+    data: list[dict[str, Any]] = []
+    for method, rows in tables.items():
+        data += _uncertainty_band(scene, method, rows, name, across.factor, up.factor)
+        data += _ensemble_bands(scene, method, rows, name, across.factor, up.factor)
+    data += [_curve_trace(scene, method, rows, name, across, up) for method, rows in tables.items()]
+    spec = {
+        "data": data,
+        "layout": layout(
+            value_axis(fmt.axis_title(scene.control, across.unit), loads * across.factor, log),
+            value_axis(fmt.axis_title(name, up.unit), values * up.factor, log),
+        ),
+    }
+    title = f"{fmt.quantity(name).words} against {fmt.quantity(scene.control).words}"
+    return Figure(f"curve-{name}", title[0].upper() + title[1:], _curve_caption(scene, name), spec)
+
+
+def _curve_trace(
+    scene: SceneRecord,
+    method: str,
+    rows: pd.DataFrame,
+    name: str,
+    across: fmt.Scale,
+    up: fmt.Scale,
+) -> dict[str, Any]:
+    look = style(method)
+    level = selection.column(rows, "resolution")[0]
+    mode = "lines" if method == "closed_form" else "lines+markers"
+    label = inert(f"{look.label}, N = {fmt.number(level, 6)}" if mode != "lines" else look.label)
+    units = {"x": across.unit, "y": up.unit}
+    return {
+        "type": "scatter",
+        "mode": mode,
+        "name": inert(look.label),
+        "x": numbers(selection.column(rows, scene.control), across.factor),
+        "y": numbers(selection.column(rows, name), up.factor),
+        "line": {"color": look.colour, "dash": look.dash, "width": 2},
+        "marker": {"color": look.colour, "symbol": look.symbol, "size": look.size},
+        "hovertemplate": f"{label}<br>%{{x:.3g}} {units['x']}<br>"
+        f"%{{y:.3g}} {units['y']}<extra></extra>",
+    }
+
+
+def _uncertainty_band(
+    scene: SceneRecord, method: str, rows: pd.DataFrame, name: str, across: float, up: float
+) -> list[dict[str, Any]]:
+    if method != selection.reference(scene)[0]:
+        return []
+    bar = selection.column(rows, f"reference_uncertainty_{name}")
+    value = selection.column(rows, name)
+    x = numbers(selection.column(rows, scene.control), across)
+    low, high = numbers(value * (1 - bar), up), numbers(value * (1 + bar), up)
+    return band(x, low, high, "@truth", 0.3)
+
+
+def _ensemble_bands(
+    scene: SceneRecord, method: str, rows: pd.DataFrame, name: str, across: float, up: float
+) -> list[dict[str, Any]]:
+    """Realisations from the 5 % to the 95 % quantile, faint; the mean's standard error, stronger.
+
+    Both stand at the mean's loads: the prescribed load is the same for every realisation.
+    """
+    level = selection.column(rows, "resolution")[0]
+    single = selection.realisations(scene, method, level)
+    if single.empty:
+        return []
+    x = numbers(selection.column(rows, scene.control), across)
+    colour = style(method).colour
+    mean, deviation = (selection.column(rows, column) for column in (name, f"stderr_{name}"))
+    steps = selection.column(rows, "step")
+    low, high = _quantiles(single, name, steps)
+    return [
+        *band(x, numbers(low, up), numbers(high, up), colour, 0.10),
+        *band(x, numbers(mean - deviation, up), numbers(mean + deviation, up), colour, 0.28),
+    ]
+
+
+def _quantiles(single: pd.DataFrame, name: str, steps: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    grouped = pd.Series(selection.column(single, name)).groupby(selection.column(single, "step"))
+    low, high = grouped.quantile(0.05), grouped.quantile(0.95)
+    return low.reindex(steps).to_numpy(), high.reindex(steps).to_numpy()
+
+
+def _curve_caption(scene: SceneRecord, name: str) -> str:
+    parts = ["Each method at its finest resolution."]
+    bar = (scene.reference.get("uncertainty") or {}).get(name)
+    if fmt.finite(bar) and float(bar) > 0:
+        hidden = " (thinner than its line)" if float(bar) < 2e-3 else ""
+        parts.append(
+            f"Light band: the reference's uncertainty, at most {fmt.relative(bar)}{hidden}."
+        )
+    several = [
+        m
+        for m in selection.methods(scene)
+        if not selection.realisations(scene, m, _finest(scene, m)).empty
+    ]
+    if several:
+        parts.append(
+            "Lines: means over the realisations, with one standard error; "
+            "faint: 5 % to 95 % of the realisations."
+        )
+    return " ".join(parts)
+
+
+def _finest(scene: SceneRecord, method: str) -> float:
+    levels = selection.resolutions(scene, method)
+    return levels[-1] if levels else float("nan")
+
+
+# --- errors against load ----------------------------------------------------------------------
+
+
+def errors(scene: SceneRecord) -> list[Figure]:
+    """Return the size of each compared quantity's error at every load step."""
+    found = [_error_figure(scene, name) for name in scene.quantities]
+    return [figure for figure in found if figure is not None]
+
+
+def _error_tables(scene: SceneRecord, name: str) -> dict[str, pd.DataFrame]:
+    tables = {}
+    for method in drawing_order(selection.methods(scene)):
+        levels = [
+            level
+            for level in selection.resolutions(scene, method)
+            if not selection.is_reference(scene, method, level)
+        ]
+        rows = selection.curve(scene, method, levels[-1]) if levels else pd.DataFrame()
+        if np.isfinite(selection.column(rows, f"error_{name}")).any():
+            tables[method] = rows
+    return tables
+
+
+def _error_figure(scene: SceneRecord, name: str) -> Figure | None:
+    tables = _error_tables(scene, name)
+    if not tables:
+        return None
+    stacked = {
+        method: (
+            selection.column(rows, scene.control),
+            selection.column(rows, f"error_{name}"),
+            selection.column(rows, f"reference_uncertainty_{name}"),
+        )
+        for method, rows in tables.items()
+    }
+    loads = np.concatenate([item[0] for item in stacked.values()])
+    sizes = np.abs(np.concatenate([item[1] for item in stacked.values()]))
+    across = fmt.prefix_for(loads, fmt.quantity(scene.control).unit)
+    low, high = error_range(sizes, scene.tolerance)
+    data = _truth_floor(stacked, across.factor, low)
+    for method, (x, error, _) in stacked.items():
+        level = selection.column(tables[method], "resolution")[0]
+        data.append(_error_trace(method, level, x, error, across, low))
+    data += _lost_steps(scene, across, high)
+    spec = {
+        "data": data,
+        "layout": layout(
+            value_axis(
+                fmt.axis_title(scene.control, across.unit),
+                loads * across.factor,
+                wants_log(loads),
+            ),
+            error_axis(low, high, "relative error |e|"),
+            shapes=[tolerance_line(scene.tolerance)],
+            annotations=[tolerance_note(scene.tolerance)],
+        ),
+    }
+    equal = {"force": "penetration", "penetration": "force"}.get(name, scene.control)
+    caption = (
+        f"At equal {fmt.quantity(equal).words}; filled markers: above the reference, hollow: "
+        "below. Horizontal line: the tolerance asked for. Shaded: below what the reference itself "
+        "is sure of."
+    )
+    return Figure(f"error-{name}", f"Error of {fmt.quantity(name).words}", caption, spec)
+
+
+def error_range(sizes: np.ndarray, tolerance: float) -> tuple[float, float]:
+    """Return whole decades that hold all errors and the tolerance, at least two of them."""
+    known = sizes[np.isfinite(sizes) & (sizes > ROUND_OFF)]
+    low = min(float(known.min()) if len(known) else tolerance, tolerance) / 1.5
+    high = max(float(known.max()) if len(known) else tolerance, tolerance) * 1.5
+    low, high = 10.0 ** np.floor(np.log10(low)), 10.0 ** np.ceil(np.log10(high))
+    return float(max(low, 1e-16)), float(max(high, 100 * low))
+
+
+def error_axis(low: float, high: float, title: str) -> dict[str, Any]:
+    """Return a logarithmic axis of relative errors, labelled in per cent and ppm."""
+    ticks = log_ticks(low, high, lambda value: fmt.tolerance(value))
+    limits = [float(np.log10(low)), float(np.log10(high))]
+    return axis(title, log=True, range=limits, **ticks)
+
+
+def tolerance_line(tolerance: float) -> dict[str, Any]:
+    """Return the horizontal line at the asked tolerance."""
+    return {
+        "type": "line",
+        "xref": "paper",
+        "x0": 0,
+        "x1": 1,
+        "y0": tolerance,
+        "y1": tolerance,
+        "line": {"color": INK, "width": 1},
+    }
+
+
+def tolerance_note(tolerance: float) -> dict[str, Any]:
+    """Return the tolerance line's label, inside the plot at its left end."""
+    return {
+        "xref": "paper",
+        "x": 0.01,
+        "y": float(np.log10(tolerance)),
+        "text": f"asked: {fmt.tolerance(tolerance)}",
+        "showarrow": False,
+        "xanchor": "left",
+        "yanchor": "bottom",
+        "font": {"size": 11, "color": INK},
+    }
+
+
+def _truth_floor(
+    stacked: dict[str, tuple[np.ndarray, np.ndarray, np.ndarray]], factor: float, low: float
+) -> list[dict[str, Any]]:
+    """Shade what lies below the reference's uncertainty (taken from the method with most steps)."""
+    loads, _, bars = max(stacked.values(), key=lambda item: np.isfinite(item[2]).sum())
+    bars = np.where(bars > low, bars, np.nan)
+    return band(numbers(loads, factor), [low] * len(loads), numbers(bars), "@truth", 0.3)
+
+
+def _error_trace(
+    method: str, level: float, x: np.ndarray, error: np.ndarray, across: fmt.Scale, low: float
+) -> dict[str, Any]:
+    look = style(method)
+    size = np.maximum(np.abs(error), low)
+    above = error >= 0
+    return {
+        "type": "scatter",
+        "mode": "lines+markers",
+        "name": inert(look.label),
+        "x": numbers(x, across.factor),
+        "y": numbers(size),
+        "text": [fmt.relative(value) for value in error],
+        "line": {"color": look.colour, "dash": look.dash, "width": 1.5},
+        "marker": {
+            "color": look.colour,
+            "size": max(look.size - 1, 7),
+            "symbol": [look.symbol if up else f"{look.symbol}-open" for up in above],
+            "line": {"width": 1.5, "color": look.colour},
+        },
+        "cliponaxis": False,
+        "hovertemplate": f"{inert(look.label)}, N = {fmt.number(level, 6)}<br>"
+        f"%{{x:.3g}} {across.unit}<br>error %{{text}}<extra></extra>",
+    }
+
+
+def _lost_steps(scene: SceneRecord, across: fmt.Scale, high: float) -> list[dict[str, Any]]:
+    """Load steps without a result: hollow crosses at the upper edge, the reason on hover."""
+    lost = [item for item in selection.failures(scene) if np.isfinite(item.load)]
+    return [
+        failure_trace(
+            method,
+            numbers([item.load for item in lost if item.method == method], across.factor),
+            high,
+            [_reason(item) for item in lost if item.method == method],
+        )
+        for method in dict.fromkeys(item.method for item in lost)
+    ]
+
+
+def failure_trace(
+    method: str, x: list[float | None], edge: float, reasons: list[str]
+) -> dict[str, Any]:
+    """Return hollow crosses at the upper edge of a plot."""
+    look = style(method)
+    return {
+        "type": "scatter",
+        "mode": "markers",
+        "name": inert(f"{look.label}: failed"),
+        "x": x,
+        "y": [edge] * len(x),
+        "text": reasons,
+        "marker": {"symbol": "x-open", "size": 11, "color": look.colour, "line": {"width": 1.5}},
+        "cliponaxis": False,
+        "hovertemplate": "%{text}<extra></extra>",
+    }
+
+
+def _reason(item: selection.Failure) -> str:
+    return inert(f"{style(item.method).label}, N = {fmt.number(item.resolution, 6)}: {item.reason}")
+
+
+# --- what the reduced model sees --------------------------------------------------------------
+
+
+def reduced_picture(scene: SceneRecord) -> Figure | None:
+    """Return the one-dimensional model itself: the profile or the rough line, and its springs."""
+    fields = (
+        scene.load_fields("reduced", int(_finest(scene, "reduced")))
+        if (np.isfinite(_finest(scene, "reduced")))
+        else {}
+    )
+    if {"line_x", "line_height", "line_penetration"} <= fields.keys():
+        return _line_figure(fields)
+    if {"profile_x", "profile_height", "penetration"} <= fields.keys():
+        return _profile_figure(fields)
+    return None
+
+
+def _line_figure(fields: dict[str, np.ndarray]) -> Figure | None:
+    x, height = _thinned(np.ravel(fields["line_x"]), np.ravel(fields["line_height"]))
+    level = float(np.max(fields["line_height"])) - float(fields["line_penetration"])
+    across, up = fmt.prefix_for(x, "m"), fmt.prefix_for(height, "m")
+    touching = np.where(height >= level, height, np.nan)
+    scaled = numbers(x, across.factor)
+    data = [
+        _plain_trace("line of the model", scaled, numbers(height, up.factor), MUTED, 1.0),
+        _plain_trace("in contact", scaled, numbers(touching, up.factor), CONTACT, 3.0),
+    ]
+    spec = {
+        "data": data,
+        "layout": layout(
+            axis(f"along the line x / {across.unit}"),
+            axis(f"height h / {up.unit}"),
+            shapes=[_level(level * up.factor)],
+        ),
+    }
+    share = np.mean(np.ravel(fields["line_height"]) >= level)
+    caption = (
+        "The first rough line of the reduced model at the last load. Each point above the "
+        f"dashed level compresses a spring ({fmt.relative(share)} of the line)."
+    )
+    return Figure("reduced-line", "What the reduced model presses", caption, spec)
+
+
+def _profile_figure(fields: dict[str, np.ndarray]) -> Figure | None:
+    x, height = np.ravel(fields["profile_x"]), np.ravel(fields["profile_height"])
+    depth = float(fields["penetration"])
+    keep = np.isfinite(height) & (height <= 2 * depth)
+    if keep.sum() < 2:
+        return None
+    x, height = x[keep], height[keep]
+    both = np.concatenate([-x[::-1], x])
+    mirrored = np.concatenate([height[::-1], height])
+    across, up = fmt.prefix_for(x, "m"), fmt.prefix_for([depth], "m")
+    inside = mirrored <= depth
+    scaled = numbers(both[inside], across.factor)
+    bottom = numbers(mirrored[inside], up.factor)
+    data = band(scaled, bottom, [depth * up.factor] * len(bottom), CONTACT, 0.35)
+    data.append(
+        _plain_trace(
+            "equivalent profile g(x)",
+            numbers(both, across.factor),
+            numbers(mirrored, up.factor),
+            INK,
+            2.0,
+        )
+    )
+    spec = {
+        "data": data,
+        "layout": layout(
+            axis(f"along the line x / {across.unit}"),
+            axis(f"profile g / {up.unit}"),
+            shapes=[_level(depth * up.factor)],
+            showlegend=False,
+        ),
+    }
+    caption = (
+        "The equivalent one-dimensional profile, pressed to the dashed level at the last load "
+        f"({fmt.with_unit(depth, 'm')}). The shaded height is what each spring is compressed by."
+    )
+    return Figure("reduced-profile", "What the reduced model presses", caption, spec)
+
+
+def _level(height: float) -> dict[str, Any]:
+    shape = tolerance_line(height)
+    return shape | {"line": shape["line"] | {"dash": "dash"}}
+
+
+def _plain_trace(name: str, x: list, y: list, colour: str, width: float) -> dict[str, Any]:
+    return {
+        "type": "scatter",
+        "mode": "lines",
+        "name": name,
+        "x": x,
+        "y": y,
+        "line": {"color": colour, "width": width},
+        "hovertemplate": "%{x:.3g}, %{y:.3g}<extra></extra>",
+    }
+
+
+def _thinned(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Keep the highest point of each bin: peaks make the contact and must not be lost."""
+    if len(x) <= MOST_LINE_POINTS:
+        return x, y
+    edges = np.linspace(0, len(x), MOST_LINE_POINTS + 1).astype(int)
+    keep = np.array([a + int(np.argmax(y[a:b])) for a, b in pairwise(edges)])
+    return x[keep], y[keep]

@@ -1,0 +1,264 @@
+"""Numbers and units as a reader wants them: few digits, prefixes, per cent, a true minus.
+
+Values keep three significant digits and errors two. A relative error is written in per cent down
+to 0.01 %, in ppm below that, and as a power of ten where even ppm would be a row of zeros.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+
+THIN = "\u202f"  # narrow no-break space: a number never parts from its unit
+MINUS = "\u2212"
+MISSING = "–"
+_SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+_PREFIXES = {
+    -5: "f",
+    -4: "p",
+    -3: "n",
+    -2: "µ",
+    -1: "m",
+    0: "",
+    1: "k",
+    2: "M",
+    3: "G",
+    4: "T",
+}
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """How a column is called on axes and in tables."""
+
+    words: str
+    symbol: str
+    unit: str  # base SI: "m", "m2", "N", "N/m", "J", "Pa", "s", "B" or "" for a pure number
+
+
+QUANTITIES = {
+    "penetration": Quantity("penetration depth", "d", "m"),
+    "penetration_mean_plane": Quantity("penetration from the mean plane", "d_mean", "m"),
+    "force": Quantity("force", "F", "N"),
+    "contact_area": Quantity("contact area", "A", "m2"),
+    "contact_area_raw": Quantity("contact area, cells counted", "A_raw", "m2"),
+    "contact_radius": Quantity("contact radius", "a", "m"),
+    "equivalent_radius": Quantity("equivalent radius", "√(A/π)", "m"),
+    "stiffness": Quantity("contact stiffness", "k", "N/m"),
+    "mean_gap": Quantity("mean gap", "ū", "m"),
+    "contact_length": Quantity("contact length", "l", "m"),
+    "contact_length_stiffness": Quantity("contact length from stiffness", "k/E*", "m"),
+    "contact_count": Quantity("number of contacts", "n", ""),
+    "energy": Quantity("elastic energy", "U", "J"),
+    "pressure": Quantity("contact pressure", "p", "Pa"),
+    "pressure_peak": Quantity("peak pressure", "p_max", "Pa"),
+    "pressure_integral": Quantity("integrated pressure", "∫p dA", "N"),
+}
+
+
+@dataclass(frozen=True)
+class Scale:
+    """A prefixed unit: ``value * factor`` is the number to print before `unit`."""
+
+    factor: float
+    unit: str
+
+
+def quantity(name: str) -> Quantity:
+    """Return words, symbol and unit of a column; unknown columns keep their name.
+
+    >>> quantity("force").unit
+    'N'
+    >>> quantity("pull_off_force").words
+    'pull off force'
+    """
+    return QUANTITIES.get(name, Quantity(name.replace("_", " "), "", ""))
+
+
+def finite(value: object) -> bool:
+    """Tell whether a value is a finite number (None, text and NaN are not).
+
+    >>> [finite(v) for v in (0, 1.5, None, float("nan"), "a")]
+    [True, True, False, False, False]
+    """
+    try:
+        return math.isfinite(value)  # type: ignore[arg-type]
+    except (TypeError, ValueError):
+        return False
+
+
+def number(value: object, digits: int = 3) -> str:
+    """Write a pure number with `digits` significant digits.
+
+    >>> number(1234.5678), number(-0.012345), number(0), number(None)
+    ('1\u202f230', '−0.0123', '0', '–')
+    >>> number(6.02214e23)
+    '6.02×10²³'
+    """
+    if not finite(value):
+        return MISSING
+    value = float(value)  # type: ignore[arg-type]
+    if value == 0.0:
+        return "0"
+    mantissa, exponent = f"{abs(value):.{digits - 1}e}".split("e")
+    power = int(exponent)
+    if not -4 < power < 6:
+        text = f"{mantissa}×10{str(power).translate(_SUPERSCRIPTS)}"
+    else:
+        rounded = float(f"{mantissa}e{power}")
+        text = f"{rounded:,.{max(digits - 1 - power, 0)}f}".replace(",", THIN)
+    return (MINUS if value < 0 else "") + text
+
+
+def count(value: object) -> str:
+    """Write an integer in full, in groups of three.
+
+    >>> count(1048576)
+    '1\u202f048\u202f576'
+    """
+    return f"{round(float(value)):,}".replace(",", THIN) if finite(value) else MISSING  # type: ignore[arg-type]
+
+
+def prefix_for(values: Iterable[object] | object, unit: str) -> Scale:
+    """Choose one engineering prefix for a set of values: the largest lies between 1 and 1000.
+
+    Areas take the prefix with its square (1 µm² is 1e-12 m²), so they reach from 0.1 to 10⁵.
+
+    >>> prefix_for([1e-6, 5e-6], "m")
+    Scale(factor=1000000.0, unit='µm')
+    >>> prefix_for(3.1e-8, "m2").unit
+    'µm²'
+    >>> prefix_for([0.0, float("nan")], "N")
+    Scale(factor=1.0, unit='N')
+    """
+    items = np.asarray(values, dtype=object).ravel()
+    largest = max((abs(float(item)) for item in items if finite(item)), default=0.0)
+    if not unit or largest == 0.0:
+        return Scale(1.0, _superscript(unit))
+    dimension = 2 if unit == "m2" else 1
+    # 0.3 mm² reads better than 300 000 µm²: areas may start at a tenth.
+    slack = 1 if dimension == 2 else 0
+    # The prefix must fit what is printed: 999.9996 is written as 1000.
+    printed = float(f"{largest:.2e}")
+    step = math.floor((round(math.log10(printed), 9) + slack) / (3 * dimension))
+    step = min(max(step, min(_PREFIXES)), max(_PREFIXES))
+    if unit in {"s", "B"}:
+        step = min(step, 0) if unit == "s" else max(step, 0)
+    return Scale(10.0 ** (-3 * dimension * step), _PREFIXES[step] + _superscript(unit))
+
+
+def with_unit(value: object, unit: str, digits: int = 3) -> str:
+    """Write a value with its own prefix.
+
+    >>> with_unit(5e-6, "m"), with_unit(2.1e11, "Pa"), with_unit(None, "m")
+    ('5.00\u202fµm', '210\u202fGPa', '–')
+    """
+    if not finite(value):
+        return MISSING
+    scale = prefix_for(value, unit)
+    return _join(number(float(value) * scale.factor, digits), scale.unit)  # type: ignore[arg-type]
+
+
+def relative(value: object, digits: int = 2) -> str:
+    """Write a relative error: per cent, ppm, or a power of ten.
+
+    >>> relative(0.0123), relative(-1e-5), relative(0.0), relative(None)
+    ('1.2\u202f%', '−10\u202fppm', '0\u202f%', '–')
+    >>> relative(3e-15)
+    '3.0×10⁻¹⁵'
+    """
+    text, unit = _relative_parts(value, digits)
+    return _join(text, unit)
+
+
+def tolerance(value: object) -> str:
+    """Write a tolerance as it was asked for, without padding zeros.
+
+    >>> tolerance(0.01), tolerance(0.025), tolerance(5e-6)
+    ('1\u202f%', '2.5\u202f%', '5\u202fppm')
+    """
+    text, unit = _relative_parts(value, 3)
+    return _join(text.rstrip("0").rstrip(".") if "." in text else text, unit)
+
+
+def plus_minus(error: object, uncertainty: object) -> str:
+    """Write an error with the half-width of its bar, sharing the unit where it is the same.
+
+    >>> plus_minus(0.0123, 0.0004)
+    '1.2 ± 0.040\u202f%'
+    >>> plus_minus(0.02, None)
+    '2.0\u202f% ± ?'
+    """
+    if not finite(error):
+        return MISSING
+    text, unit = _relative_parts(error, 2)
+    if not finite(uncertainty):
+        return f"{_join(text, unit)} ± ?"
+    if float(uncertainty) == 0.0:  # type: ignore[arg-type]
+        return _join(text, unit)  # the truth is exact: there is no bar
+    bar, bar_unit = _relative_parts(uncertainty, 2)
+    if unit == bar_unit:
+        return _join(f"{text} ± {bar}", unit)
+    return f"{_join(text, unit)} ± {_join(bar, bar_unit)}"
+
+
+def duration(value: object) -> str:
+    """Write a time: two digits below two minutes, then minutes and hours.
+
+    >>> duration(3.21e-6), duration(0.95), duration(125), duration(7320)
+    ('3.2\u202fµs', '950\u202fms', '2\u202fmin\u202f5\u202fs', '2\u202fh\u202f2\u202fmin')
+    """
+    if not finite(value):
+        return MISSING
+    seconds = float(value)  # type: ignore[arg-type]
+    if seconds < 100:
+        return with_unit(seconds, "s", 2)
+    minutes, rest = divmod(round(seconds), 60)
+    hours, minutes_left = divmod(minutes, 60)
+    if hours:
+        return _join(f"{hours}{THIN}h{THIN}{minutes_left}", "min")
+    return _join(f"{minutes}{THIN}min{THIN}{rest}", "s")
+
+
+def memory(value: object) -> str:
+    """Write bytes with a decimal prefix.
+
+    >>> memory(1.5e9), memory(512)
+    ('1.50\u202fGB', '512\u202fB')
+    """
+    return with_unit(value, "B")
+
+
+def axis_title(name: str, unit: str) -> str:
+    """Return "words symbol / unit" for an axis.
+
+    >>> axis_title("penetration", "µm")
+    'penetration depth d / µm'
+    """
+    known = quantity(name)
+    title = f"{known.words} {known.symbol}".strip()
+    return f"{title} / {unit}" if unit else title
+
+
+def _relative_parts(value: object, digits: int) -> tuple[str, str]:
+    if not finite(value):
+        return MISSING, ""
+    size = abs(float(value))  # type: ignore[arg-type]
+    if size == 0.0:
+        return "0", "%"
+    if size >= 0.9995e-4:
+        return number(float(value) * 100, digits), "%"  # type: ignore[arg-type]
+    if size >= 0.9995e-8:
+        return number(float(value) * 1e6, digits), "ppm"  # type: ignore[arg-type]
+    return number(value, digits), ""
+
+
+def _join(text: str, unit: str) -> str:
+    return f"{text}{THIN}{unit}" if unit else text
+
+
+def _superscript(unit: str) -> str:
+    return unit.replace("m2", "m²")

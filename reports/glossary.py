@@ -1,0 +1,125 @@
+"""The terms of the field, each explained once, and the definitions of what is measured."""
+
+from __future__ import annotations
+
+TERMS = {
+    "reduced": (
+        "reduced model",
+        "The method of dimensionality reduction: the three-dimensional contact is replaced by a "
+        "row of independent springs under an equivalent one-dimensional profile. This is the "
+        "model under test.",
+    ),
+    "bem": (
+        "BEM",
+        "Boundary element method: only the surface of an elastic half-space is divided into cells "
+        "of uniform pressure. 'Dense' keeps every influence coefficient; 'FFT' multiplies by fast "
+        "Fourier transforms.",
+    ),
+    "fem": ("FEM", "Finite element method: the whole body is divided into small bricks."),
+    "closed-form": (
+        "closed form",
+        "A formula that solves the contact problem exactly, such as that of Hertz.",
+    ),
+    "half-space": (
+        "half-space",
+        "An elastic body that fills everything below a plane: a good picture of any body that is "
+        "large compared with the contact.",
+    ),
+    "penetration": (
+        "penetration depth",
+        "How far the rigid indenter has come nearer since it first touched the surface.",
+    ),
+    "effective-modulus": (
+        "effective modulus E*",
+        "E/(1 − ν²) for one elastic body; 1/E* adds for two.",
+    ),
+    "contact-area": (
+        "contact area",
+        "The area that really carries pressure. Counting cells overestimates it; the value shown "
+        "is corrected for the perimeter, the counted one is kept as 'raw'.",
+    ),
+    "stiffness": (
+        "contact stiffness",
+        "The change of force per change of penetration at a contact area held fixed.",
+    ),
+    "mean-gap": ("mean gap", "The distance between the two surfaces, averaged over the area."),
+    "resolution": (
+        "resolution N",
+        "Springs, cells or elements per contact radius at the largest load; on rough surfaces the "
+        "number of points per side.",
+    ),
+    "realisation": (
+        "realisation",
+        "One random rough surface out of many with the same statistics.",
+    ),
+    "standard-error": (
+        "standard error",
+        "How far a mean over a few realisations is likely to be from the mean over all.",
+    ),
+    "reference": (
+        "reference",
+        "The most trustworthy solution of a scene, against which all others are measured.",
+    ),
+    "uncertainty": (
+        "uncertainty",
+        "The 95 % half-width of an error: scatter of the realisations, discretisation of the "
+        "reference and of the reduced model taken together.",
+    ),
+    "tolerance": ("tolerance", "The relative error the user of the scene can accept."),
+    "von-mises": (
+        "von Mises stress",
+        "One number for how close a material is to yielding under stresses in all directions.",
+    ),
+    "set-up": (
+        "set-up",
+        "The part of the time that another list of loads on the same scene would not need again.",
+    ),
+    "unknowns": ("unknowns", "How many numbers a method solves for."),
+    "singular": (
+        "singular pressure",
+        "Under a sharp edge or a tip the pressure of linear elasticity grows without bound.",
+    ),
+}
+
+MEASURES = (
+    (
+        "Relative error",
+        "(value − reference) / reference, step by step at the same prescribed load: force, area "
+        "and others at equal penetration; penetration, area and others at equal force.",
+    ),
+    (
+        "Largest and rms error",
+        "The largest size and the root mean square of the relative error over all load steps. "
+        "Never one depth alone.",
+    ),
+    (
+        "Pressure error",
+        "Root of the area-weighted mean square difference over the contact of the reference, "
+        "divided by that of the reference's pressure. Where the reference is singular, a ring is "
+        "left out and its width stated.",
+    ),
+    (
+        "Ensembles",
+        "The ratio of the means over the realisations, with its standard error.",
+    ),
+    (
+        "Verdict",
+        "With the error e, its uncertainty u and the tolerance t: within if |e| + u ≤ t; outside "
+        "if |e| − u > t; otherwise not resolved. e is the largest error over all load steps.",
+    ),
+    (
+        "Time",
+        "Everything a method does for the scene on warm code, the mesh or the spectrum and all "
+        "load steps included, compilation and imports left out; the median of repeats. The set-up "
+        "is the part another list of loads could reuse.",
+    ),
+)
+
+
+def explain(term: str) -> str:
+    """Return the explanation of a term (its key in TERMS).
+
+    >>> explain("tolerance")
+    'The relative error the user of the scene can accept.'
+    """
+    return TERMS[term][1]

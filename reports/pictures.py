@@ -1,0 +1,415 @@
+"""Three-dimensional pictures: the body cut open, the rough surface with its contacts.
+
+Rendering runs in a process of its own with a time limit (``python -m reports.pictures IN.npz
+OUT.png ...``): graphics drivers may crash or hang, and a study must survive that. Where nothing
+can be rendered, a note says so in place of the picture.
+"""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+import tempfile
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from comparisons.store import SceneRecord
+from reports import formatting as fmt
+from reports import selection
+from reports.figure_style import style
+
+WINDOW = (960, 640)
+CONTACT_COLOUR = "#E69F00"
+STARTUP_SECONDS, PICTURE_SECONDS = 60.0, 30.0
+MOST_SURFACE_POINTS = 400
+RENDERER_MISSING = "No picture: this machine has no working renderer."
+
+
+@dataclass(frozen=True)
+class ColourBar:
+    """A colour bar, drawn by the page itself so that its text follows light and dark."""
+
+    label: str
+    low: str
+    high: str
+    palette: str  # "viridis" or "cividis"
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A picture, or the note that stands in its place where `png` is empty."""
+
+    png: bytes = b""
+    caption: str = ""
+    bar: ColourBar | None = None
+    note: str = ""
+
+
+@dataclass(frozen=True)
+class Job:
+    """What the rendering process gets, and the picture to complete with its PNG."""
+
+    arrays: dict[str, np.ndarray]
+    caption: str
+    bar: ColourBar
+
+
+def draw(scenes: Sequence[SceneRecord]) -> list[Picture]:
+    """Return one picture, or a note, per scene. Never raises because of a renderer."""
+    jobs = [_job(scene) for scene in scenes]
+    wanted = [job for job in jobs if isinstance(job, Job)]
+    images = iter(render([job.arrays for job in wanted]))
+    found = []
+    for job in jobs:
+        if isinstance(job, str):
+            found.append(Picture(note=job))
+            continue
+        png = next(images)
+        note = "" if png else RENDERER_MISSING
+        found.append(Picture(png, job.caption, job.bar, note))
+    return found
+
+
+def render(jobs: Sequence[dict[str, np.ndarray]], command: Sequence[str] = ()) -> list[bytes]:
+    """Render jobs in another process; empty bytes where that failed.
+
+    After a crash the job that was at work is dropped and the rest is tried once more; two crashes
+    without a single picture mean that there is no renderer.
+    """
+    images = [b""] * len(jobs)
+    todo = list(range(len(jobs)))
+    barren = 0
+    with tempfile.TemporaryDirectory(prefix="roughline-pictures-") as folder:
+        for index, job in enumerate(jobs):
+            np.savez(Path(folder) / f"{index}.npz", **job)
+        while todo and barren < 2:
+            _run([Path(folder) / f"{index}.npz" for index in todo], command)
+            done = [index for index in todo if (Path(folder) / f"{index}.png").exists()]
+            for index in done:
+                images[index] = (Path(folder) / f"{index}.png").read_bytes()
+            barren = 0 if done else barren + 1
+            # The first job without a picture is the one that was at work.
+            todo = [index for index in todo if index not in done][1:]
+    return images
+
+
+def _run(inputs: list[Path], command: Sequence[str]) -> None:
+    start = list(command) or [sys.executable, "-m", "reports.pictures"]
+    pairs = [str(path) for one in inputs for path in (one, one.with_suffix(".png"))]
+    root = str(Path(__file__).resolve().parents[1])
+    environment = {name: value for name, value in os.environ.items() if name != "DISPLAY"}
+    environment["PYTHONPATH"] = os.pathsep.join(
+        filter(None, [root, environment.get("PYTHONPATH", "")])
+    )
+    environment["PYVISTA_OFF_SCREEN"] = "true"
+    limit = STARTUP_SECONDS + PICTURE_SECONDS * len(inputs)
+    # A crash or a missing interpreter leaves no files, which is all the caller looks at; the
+    # drivers' own warnings would only alarm the reader of a terminal.
+    try:
+        subprocess.run(  # noqa: S603
+            start + pairs,
+            env=environment,
+            cwd=inputs[0].parent,
+            timeout=limit,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+            check=False,
+        )
+    except (subprocess.TimeoutExpired, OSError):
+        return
+
+
+# --- what to draw -----------------------------------------------------------------------------
+
+
+def _job(scene: SceneRecord) -> Job | str:
+    """Choose the picture of a scene: rough surface, body cut open, or the pressure as a hill."""
+    finest: dict[str, int] = {}
+    for method, level in scene.fields:
+        finest[method] = max(level, finest.get(method, level))
+    order = ["bem_fft", "bem_dense", "fem"]
+    order += [name for name in selection.methods(scene) if name not in order]
+    stored = {m: scene.load_fields(m, finest[m]) for m in order if m in finest}
+    for build in (_rough_job, _body_job, _hill_job):
+        for method, fields in stored.items():
+            job = build(method, finest[method], fields)
+            if job is not None:
+                return job
+    return "No picture: no method stored a surface or a body for this scene."
+
+
+def _touching(fields: dict[str, np.ndarray], shape: tuple[int, ...]) -> np.ndarray | None:
+    pressure = np.ravel(fields.get("pressure", []))
+    if len(pressure) != np.prod(shape):
+        return None
+    return pressure.reshape(shape) > 0
+
+
+def _rough_job(method: str, level: int, fields: dict[str, np.ndarray]) -> Job | None:
+    if not {"heights", "size", "pressure"} <= fields.keys():
+        return None
+    heights = np.asarray(fields["heights"], dtype=float)
+    touching = _touching(fields, heights.shape)
+    if touching is None or np.ptp(heights) == 0:
+        return None
+    size = np.ravel(fields["size"]) * np.ones(2)
+    exaggeration = _rounded(0.12 * size.max() / np.ptp(heights))
+    scale = fmt.prefix_for(heights, "m")
+    arrays = {
+        "kind": np.array("rough"),
+        "heights": heights,
+        "touching": touching,
+        "size": size,
+        "exaggeration": np.array(exaggeration),
+    }
+    caption = (
+        f"The rough surface, peaks up ({fmt.with_unit(size[0], 'm')} × "
+        f"{fmt.with_unit(size[1], 'm')}); its contacts at the last load in orange "
+        f"({fmt.relative(touching.mean())} of the cells, {style(method).label}, N = {level}). "
+        f"{_exaggerated('Heights', exaggeration)}"
+    )
+    bar = ColourBar(
+        f"height h / {scale.unit}",
+        fmt.number(heights.min() * scale.factor),
+        fmt.number(heights.max() * scale.factor),
+        "cividis",
+    )
+    return Job(arrays, caption, bar)
+
+
+def _body_job(method: str, level: int, fields: dict[str, np.ndarray]) -> Job | None:
+    needed = {"mesh_points", "mesh_cells", "mesh_displacement", "mesh_von_mises", "pressure"}
+    if not needed <= fields.keys():
+        return None
+    x, y, pressure = (np.ravel(fields[f"pressure{end}"]) for end in ("_x", "_y", ""))
+    patch = np.hypot(x, y)[pressure > 0]
+    if not len(patch) or patch.max() == 0:
+        return None
+    reach = float(3 * patch.max())
+    points = np.asarray(fields["mesh_points"], dtype=float)
+    near = np.abs(points).max(axis=1) <= reach
+    if not near.any():
+        return None
+    deepest = np.abs(fields["mesh_displacement"][near]).max()
+    exaggeration = _rounded(0.12 * reach / deepest) if deepest > 0 else 1.0
+    stress = np.asarray(fields["mesh_von_mises"], dtype=float)
+    # Under sharp edges a few nodes tower over all others; they would leave the rest dark.
+    highest = float(np.quantile(stress[near], 0.995))
+    scale = fmt.prefix_for(highest, "Pa")
+    arrays = {name: np.asarray(fields[name]) for name in sorted(needed)}
+    arrays |= {
+        "kind": np.array("body"),
+        "pressure_x": x,
+        "pressure_y": y,
+        "reach": np.array(reach),
+        "highest": np.array(highest),
+        "exaggeration": np.array(exaggeration),
+    }
+    caption = (
+        f"The body cut open ({style(method).label}, N = {level}) at the last load; the line "
+        f"surrounds the contact. {_exaggerated('Displacements', exaggeration)} "
+        f"The piece shown is {fmt.with_unit(2 * reach, 'm')} wide."
+    )
+    top = fmt.number(highest * scale.factor)
+    bar = ColourBar(f"von Mises stress / {scale.unit}", "0", top, "viridis")
+    return Job(arrays, caption, bar)
+
+
+def _hill_job(method: str, level: int, fields: dict[str, np.ndarray]) -> Job | None:
+    sides = [int(side) for side in np.ravel(fields.get("pressure_shape", []))]
+    pressure = np.ravel(fields.get("pressure", []))
+    if len(sides) != 2 or len(pressure) != sides[0] * sides[1] or not (pressure > 0).any():
+        return None
+    x, y, p = (np.ravel(fields[f"pressure{end}"]).reshape(sides) for end in ("_x", "_y", ""))
+    highest = float(min(np.max(p), 4 * np.mean(p[p > 0])))
+    scale = fmt.prefix_for(highest, "Pa")
+    arrays = {
+        "kind": np.array("hill"),
+        "x": x,
+        "y": y,
+        "pressure": np.minimum(p, highest),
+        "highest": np.array(highest),
+    }
+    caption = (
+        f"The contact pressure as a hill at the last load ({style(method).label}, N = {level})."
+    )
+    top = fmt.number(highest * scale.factor)
+    return Job(arrays, caption, ColourBar(f"pressure p / {scale.unit}", "0", top, "viridis"))
+
+
+def _rounded(factor: float) -> float:
+    """Round an exaggeration to one digit: nobody wants to read 'exaggerated 13.7 times'."""
+    return max(1.0, float(f"{factor:.0e}"))
+
+
+def _exaggerated(what: str, factor: float) -> str:
+    return f"{what} drawn {fmt.number(factor, 1)} times too large." if factor > 1 else "To scale."
+
+
+# --- drawing, in the other process ------------------------------------------------------------
+
+
+def _plotter():
+    import pyvista
+
+    plotter = pyvista.Plotter(off_screen=True, window_size=list(WINDOW), lighting="light kit")
+    plotter.enable_anti_aliasing("ssaa")
+    plotter.enable_parallel_projection()
+    return plotter
+
+
+def _look(plotter, centre: tuple[float, float, float], extent: float) -> None:
+    """Set the camera that all pictures share: from the front right, from above."""
+    direction = np.array([1.0, -1.25, 0.95])
+    plotter.camera.focal_point = centre
+    plotter.camera.position = tuple(np.array(centre) + 5 * extent * direction)
+    plotter.camera.up = (0.0, 0.0, 1.0)
+    plotter.camera.parallel_scale = extent
+    plotter.reset_camera_clipping_range()
+
+
+def _draw_rough(job: dict[str, np.ndarray], output: Path) -> None:
+    import pyvista
+
+    heights, touching = job["heights"], job["touching"]
+    step = int(np.ceil(max(heights.shape) / MOST_SURFACE_POINTS))
+    size = job["size"] / job["size"].max()
+    axes = [(np.arange(n) + 0.5) / n * side for n, side in zip(heights.shape, size, strict=True)]
+    x, y = np.meshgrid(axes[0][::step], axes[1][::step], indexing="ij")
+    h, contact = heights[::step, ::step], touching[::step, ::step]
+    z = (h - h.mean()) * float(job["exaggeration"]) / job["size"].max()
+    surface = pyvista.StructuredGrid(x, y, z)
+    shown = np.where(contact, np.nan, h)
+    plotter = _plotter()
+    plotter.add_mesh(
+        surface,
+        scalars=shown.ravel(order="F"),
+        cmap="cividis",
+        clim=[heights.min(), heights.max()],
+        nan_color=CONTACT_COLOUR,
+        show_scalar_bar=False,
+        smooth_shading=True,
+        interpolate_before_map=False,
+        specular=0.0,
+    )
+    _look(plotter, (size[0] / 2, size[1] / 2, 0.0), 0.53)
+    plotter.screenshot(output, transparent_background=True)
+
+
+def _draw_hill(job: dict[str, np.ndarray], output: Path) -> None:
+    import pyvista
+
+    x, y, p = job["x"], job["y"], job["pressure"]
+    inside = p > 0
+    side = max(np.ptp(x[inside]), np.ptp(y[inside])) * 1.3 or 1.0
+    centre = (x[inside].mean(), y[inside].mean())
+    rows = np.abs(x[:, 0] - centre[0]) <= side / 2
+    columns = np.abs(y[0, :] - centre[1]) <= side / 2
+    box = np.ix_(rows, columns)
+    scaled = [(axis[box] - c) / side for axis, c in zip((x, y), centre, strict=True)]
+    hill = pyvista.StructuredGrid(*scaled, 0.4 * p[box] / float(job["highest"]))
+    plotter = _plotter()
+    plotter.add_mesh(
+        hill,
+        scalars=p[box].ravel(order="F"),
+        cmap="viridis",
+        clim=[0, float(job["highest"])],
+        show_scalar_bar=False,
+        specular=0.0,
+    )
+    _look(plotter, (0.0, 0.0, 0.12), 0.53)
+    plotter.screenshot(output, transparent_background=True)
+
+
+def _draw_body(job: dict[str, np.ndarray], output: Path) -> None:
+    body = _deformed_body(job)
+    reach, big = 1.0, 1e3
+    body = body.clip_box((-reach, reach, -reach, reach, -0.9 * reach, big), invert=False)
+    opened = body.clip_box((0, big, -big, 0, -big, big), invert=True)
+    plotter = _plotter()
+    plotter.add_mesh(
+        opened,
+        scalars="stress",
+        cmap="viridis",
+        clim=[0, float(job["highest"])],
+        show_scalar_bar=False,
+        lighting=False,  # shading would tell other stresses than the colour bar
+    )
+    edges = opened.extract_feature_edges(feature_angle=40, boundary_edges=False)
+    plotter.add_mesh(edges, color="#808080", line_width=1.5)
+    rim = _contact_rim(opened)
+    if rim is not None:
+        plotter.add_mesh(rim, color=CONTACT_COLOUR, line_width=5, lighting=False)
+    _look(plotter, (0.0, 0.0, -0.36), 1.32)
+    plotter.screenshot(output, transparent_background=True)
+
+
+def _deformed_body(job: dict[str, np.ndarray]):
+    """Return the whole body near the contact, deformed, below z = 0, lengths in reaches."""
+    import pyvista
+    from scipy.spatial import cKDTree
+
+    reach = float(job["reach"])
+    points = job["mesh_points"] / reach
+    moved = points + job["mesh_displacement"] / reach * float(job["exaggeration"])
+    tree = cKDTree(np.column_stack([job["pressure_x"], job["pressure_y"]]) / reach)
+    distance, nearest = tree.query(points[:, :2])
+    on_top = (np.abs(points[:, 2]) <= 1e-9) & (distance < 1e-6)
+    data = {
+        "pressure": np.where(on_top, job["pressure"][nearest], 0.0),
+        "stress": job["mesh_von_mises"],
+    }
+    cells = job["mesh_cells"]
+    cells = cells[np.abs(points[cells]).min(axis=1).max(axis=1) <= 1.1]
+    if points[:, 2].mean() > 0:
+        moved, cells = _mirrored(moved, cells, 2)
+    for side in (0, 1):
+        if points[:, side].min() >= -1e-9:  # half of a symmetric body: complete it
+            image, image_cells = _mirrored(moved, cells, side)
+            cells = np.vstack([cells, image_cells + len(moved)])
+            moved = np.vstack([moved, image])
+            data = {name: np.concatenate([values, values]) for name, values in data.items()}
+    table = np.hstack([np.full((len(cells), 1), 8), cells]).ravel()
+    kinds = np.full(len(cells), pyvista.CellType.HEXAHEDRON)
+    grid = pyvista.UnstructuredGrid(table, kinds, moved)
+    for name, values in data.items():
+        grid[name] = values
+    return grid.clean(tolerance=1e-9)  # sews the mirror images together: no seam in the picture
+
+
+def _mirrored(points: np.ndarray, cells: np.ndarray, side: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return the mirror image; corners are renumbered so that volumes stay positive."""
+    image = points.copy()
+    image[:, side] *= -1
+    return image, cells[:, [1, 0, 3, 2, 5, 4, 7, 6]]
+
+
+def _contact_rim(opened):
+    top = opened.extract_surface(algorithm="dataset_surface")
+    highest = float(np.max(top["pressure"], initial=0.0))
+    if highest <= 0:
+        return None
+    rim = top.contour([0.02 * highest], scalars="pressure")
+    return rim if rim.n_points else None
+
+
+DRAWERS = {"rough": _draw_rough, "body": _draw_body, "hill": _draw_hill}
+
+
+def main(arguments: Sequence[str]) -> None:
+    """Render every IN.npz to its OUT.png; a picture appears under its name only when whole."""
+    for source, target in zip(arguments[::2], arguments[1::2], strict=True):
+        with np.load(source, allow_pickle=False) as archive:
+            job = {name: archive[name] for name in archive.files}
+        unfinished = Path(target).with_suffix(".part.png")
+        DRAWERS[str(job["kind"])](job, unfinished)
+        unfinished.replace(target)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])

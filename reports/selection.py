@@ -1,0 +1,158 @@
+"""What plots and tables take out of a scene's rows: curves, settings, failures.
+
+Rows come from results.csv, where a column may be missing, empty or read back as another type;
+everything here tolerates that, so that the drawing code does not have to.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+
+from comparisons.store import SceneRecord
+
+METHOD_ORDER = ("closed_form", "reduced", "bem_dense", "bem_fft", "fem")
+MEAN = "mean"
+
+
+@dataclass(frozen=True)
+class Failure:
+    """A solve that was planned and lost."""
+
+    method: str
+    resolution: float
+    reason: str
+    load: float
+    seconds: float
+
+
+def column(rows: pd.DataFrame, name: str) -> np.ndarray:
+    """Return a column as floats, NaN where it is missing or not a number."""
+    if name not in rows:
+        return np.full(len(rows), np.nan)
+    values = pd.to_numeric(rows[name], errors="coerce").to_numpy(dtype=float)
+    return np.where(np.isfinite(values), values, np.nan)
+
+
+def words(rows: pd.DataFrame, name: str) -> list[str]:
+    """Return a column as text, empty where it is missing."""
+    if name not in rows:
+        return [""] * len(rows)
+    return ["" if pd.isna(value) else str(value) for value in rows[name]]
+
+
+def _is_true(value: object) -> bool:
+    return str(value).strip().lower() in {"true", "1", "1.0"}
+
+
+def converged(rows: pd.DataFrame) -> np.ndarray:
+    """Return which rows converged (the column may come back as text)."""
+    if "converged" not in rows:
+        return np.ones(len(rows), dtype=bool)
+    return np.array([_is_true(value) for value in rows["converged"]], dtype=bool)
+
+
+def methods(scene: SceneRecord) -> list[str]:
+    """Return the methods that appear in the plan or the rows, in the order of every legend."""
+    seen = [str(item.get("method", "")) for item in scene.plan.get("methods", [])]
+    seen += words(scene.rows, "method")
+    known = [name for name in METHOD_ORDER if name in seen]
+    return known + [name for name in dict.fromkeys(seen) if name and name not in METHOD_ORDER]
+
+
+def unsupported(scene: SceneRecord) -> dict[str, str]:
+    """Return the methods that cannot do the scene, each with its reason."""
+    found = {
+        str(item.get("method", "")): str(item.get("reason", ""))
+        for item in scene.plan.get("methods", [])
+        if not item.get("supported", True)
+    }
+    reasons = dict(zip(words(scene.rows, "method"), words(scene.rows, "reason"), strict=True))
+    return {name: reason or reasons.get(name, "") for name, reason in found.items()}
+
+
+def solved(scene: SceneRecord) -> pd.DataFrame:
+    """Return the rows that hold a converged load step."""
+    keep = converged(scene.rows) & np.isfinite(column(scene.rows, "step"))
+    return scene.rows[keep]
+
+
+def solved_rows(scene: SceneRecord, method: str) -> pd.DataFrame:
+    """Return the converged load steps of one method."""
+    rows = solved(scene)
+    return rows[[name == method for name in words(rows, "method")]]
+
+
+def resolutions(scene: SceneRecord, method: str) -> list[float]:
+    """Return the resolutions at which a method solved anything, ascending."""
+    return sorted(set(column(solved_rows(scene, method), "resolution")))
+
+
+def curve(scene: SceneRecord, method: str, resolution: float | None = None) -> pd.DataFrame:
+    """Return one row per load step: ensemble means, or the only realisation; finest by default.
+
+    Where a method ran with several options, the first set is taken.
+    """
+    rows = solved_rows(scene, method)
+    if rows.empty:
+        return rows
+    level = column(rows, "resolution")
+    wanted = np.nanmax(level) if resolution is None else resolution
+    rows = rows[level == wanted] if np.isfinite(wanted) else rows
+    options = words(rows, "options")
+    rows = rows[[text == options[0] for text in options]]
+    names = words(rows, "realisation")
+    chosen = MEAN if MEAN in names else names[0]
+    return rows[[name == chosen for name in names]].sort_values("step")
+
+
+def realisations(scene: SceneRecord, method: str, resolution: float) -> pd.DataFrame:
+    """Return the single realisations of an ensemble (empty where there is one surface only)."""
+    rows = solved_rows(scene, method)
+    rows = rows[column(rows, "resolution") == resolution]
+    single = rows[[name != MEAN for name in words(rows, "realisation")]]
+    return single if len(set(words(single, "realisation"))) > 1 else single.iloc[:0]
+
+
+def failures(scene: SceneRecord) -> list[Failure]:
+    """Return the planned solves that were lost (methods that cannot do the scene are none)."""
+    rows = scene.rows[~converged(scene.rows)]
+    lost = pd.DataFrame(
+        {
+            "method": words(rows, "method"),
+            "resolution": column(rows, "resolution"),
+            "reason": words(rows, "reason"),
+            "load": column(rows, scene.control),
+            "seconds": column(rows, "seconds"),
+        }
+    )
+    lost = lost[~lost["method"].isin(list(unsupported(scene)))]
+    # An ensemble that fails for one reason is one failure, not hundreds.
+    lost = lost.drop_duplicates(["method", "resolution", "reason", "load"])
+    return [Failure(*row) for row in lost.itertuples(index=False)]
+
+
+def reference(scene: SceneRecord) -> tuple[str, float]:
+    """Return method and resolution of the reference ("" and NaN where there is none)."""
+    method = str(scene.reference.get("method") or "")
+    value = pd.to_numeric(scene.reference.get("resolution"), errors="coerce")
+    return method, float(value) if value is not None and np.isfinite(value) else float("nan")
+
+
+def is_reference(scene: SceneRecord, method: str, resolution: float) -> bool:
+    """Tell whether a setting is the reference itself."""
+    name, level = reference(scene)
+    return method == name and (not np.isfinite(level) or level == resolution)
+
+
+def compared_measures(scene: SceneRecord, method: str | None = None) -> pd.DataFrame:
+    """Return the measures of the quantities that were asked for, of one method or of all."""
+    table = scene.measures
+    if "quantity" not in table or table.empty:
+        return pd.DataFrame(columns=["method", "resolution", "quantity", "at"])
+    keep = table["quantity"].isin(scene.quantities)
+    if method is not None:
+        keep &= table["method"] == method
+    return table[keep]

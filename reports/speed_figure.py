@@ -1,0 +1,299 @@
+"""Speed against error: what an answer of a given accuracy costs with each method."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from comparisons.store import SceneRecord
+from reports import formatting as fmt
+from reports import selection
+from reports.figure_style import (
+    INK,
+    MUTED,
+    Figure,
+    axis,
+    drawing_order,
+    inert,
+    layout,
+    log_ticks,
+    numbers,
+    style,
+)
+from reports.figures import (
+    error_axis,
+    error_range,
+    failure_trace,
+    tolerance_line,
+    tolerance_note,
+)
+
+GUIDES = ((1e-3, "1 ms"), (1.0, "1 s"), (60.0, "1 min"))
+CAPTION = (
+    "Largest relative error over all load steps against the time for the whole scene: down and "
+    "left is better. One marker per resolution N; hollow: without the set-up that another list of "
+    "loads could reuse. Dashed: the front that no method beats. Horizontal line: the tolerance "
+    "asked for."
+)
+
+
+def speed(scene: SceneRecord) -> list[Figure]:
+    """Return error against time, one figure per compared quantity (and load that was equal)."""
+    table = selection.compared_measures(scene)
+    pairs = dict.fromkeys(zip(table["quantity"], _text(table, "at"), strict=True))
+    both = [name for name, _ in pairs]
+    found = []
+    for name, at in pairs:
+        part = table[(table["quantity"] == name) & (np.array(_text(table, "at")) == at)]
+        suffix = f" at equal {at}" if both.count(name) > 1 else ""
+        found.append(_figure(scene, part, name, suffix))
+    return [figure for figure in found if figure is not None]
+
+
+def _text(table: pd.DataFrame, name: str) -> list[str]:
+    return selection.words(table, name)
+
+
+def _figure(scene: SceneRecord, part: pd.DataFrame, name: str, suffix: str) -> Figure | None:
+    known = np.isfinite(selection.column(part, "seconds"))
+    known &= np.isfinite(selection.column(part, "maximum"))
+    points = part[known]
+    truth = np.array(
+        [
+            selection.is_reference(scene, method, level)
+            for method, level in zip(
+                points["method"], selection.column(points, "resolution"), strict=True
+            )
+        ],
+        dtype=bool,
+    )
+    points = points[~truth]
+    if points.empty:
+        return None
+    times = selection.column(points, "seconds")
+    low, high = error_range(selection.column(points, "maximum"), scene.tolerance)
+    span = _time_range(scene, points)
+    data: list[dict[str, Any]] = [
+        *_floor(scene, points, span, low),
+        _front(times, selection.column(points, "maximum"), span[1], low),
+    ]
+    for method in drawing_order(dict.fromkeys(points["method"])):
+        data += _method_traces(method, points[points["method"] == method], low)
+    data += _failure_traces(scene, span, high)
+    spec = {"data": data, "layout": _layout(scene, span, low, high)}
+    title = f"Speed against error of {fmt.quantity(name).words}{suffix}"
+    return Figure(f"speed-{name}{suffix.replace(' ', '-')}", title, CAPTION, spec)
+
+
+def _time_range(scene: SceneRecord, points: pd.DataFrame) -> tuple[float, float]:
+    lost = [item.seconds for item in selection.failures(scene)]
+    total = selection.column(points, "seconds")
+    rest = total - np.nan_to_num(selection.column(points, "setup_seconds"))
+    times = np.concatenate([total, rest, lost, _reference_cost(scene)])
+    times = times[np.isfinite(times) & (times > 0)]
+    if not len(times):
+        return 1e-3, 1.0
+    low, high = np.log10(times.min()), np.log10(times.max())
+    margin = max(0.06 * (high - low), 0.3)
+    return float(10 ** (low - margin)), float(10 ** (high + margin))
+
+
+def _layout(
+    scene: SceneRecord, span: tuple[float, float], low: float, high: float
+) -> dict[str, Any]:
+    inside = [(value, text) for value, text in GUIDES if span[0] < value < span[1]]
+    shapes = [tolerance_line(scene.tolerance)] + [
+        {
+            "type": "line",
+            "yref": "paper",
+            "y0": 0,
+            "y1": 1,
+            "x0": value,
+            "x1": value,
+            "layer": "below",
+            "line": {"color": MUTED, "width": 1, "dash": "dot"},
+        }
+        for value, _ in inside
+    ]
+    notes = [tolerance_note(scene.tolerance)] + [
+        {
+            "x": float(np.log10(value)),
+            "yref": "paper",
+            "y": 1.0,
+            "yanchor": "bottom",
+            "text": text,
+            "showarrow": False,
+            "font": {"size": 11, "color": MUTED},
+        }
+        for value, text in inside
+    ]
+    ticks = log_ticks(*span, lambda value: fmt.with_unit(value, "s", 1), most=7)
+    limits = [float(np.log10(edge)) for edge in span]
+    return layout(
+        axis("time for the whole scene", log=True, range=limits, **ticks),
+        error_axis(low, high, "largest relative error |e|"),
+        shapes=shapes,
+        annotations=notes,
+    )
+
+
+def _method_traces(method: str, points: pd.DataFrame, low: float) -> list[dict[str, Any]]:
+    points = points.sort_values("resolution")
+    look = style(method)
+    total = selection.column(points, "seconds")
+    setup = np.nan_to_num(selection.column(points, "setup_seconds"))
+    shown = numbers(np.maximum(selection.column(points, "maximum"), low))
+    hover = [_hover(look.label, row) for row in points.to_dict("records")]
+    base = {
+        "type": "scatter",
+        "text": hover,
+        "hovertemplate": "%{text}<extra></extra>",
+        "cliponaxis": False,
+        "legendgroup": inert(method),
+    }
+    filled = base | {
+        "mode": "lines+markers",
+        "name": inert(look.label),
+        "x": numbers(total),
+        "y": shown,
+        "line": {"color": look.colour, "dash": look.dash, "width": 1.5},
+        "marker": {"color": look.colour, "symbol": look.symbol, "size": 9},
+    }
+    if not (setup > 0).any():
+        return [filled]
+    rest = np.where((setup > 0) & (total > setup), total - setup, np.nan)
+    hollow = base | {
+        "mode": "markers",
+        "name": inert(f"{look.label}, without set-up"),
+        "showlegend": False,
+        "x": numbers(rest),
+        "y": shown,
+        "marker": {
+            "color": look.colour,
+            "symbol": f"{look.symbol}-open",
+            "size": 8,
+            "line": {"width": 1.3},
+        },
+    }
+    return [hollow, filled]
+
+
+def _hover(label: str, row: dict[str, Any]) -> str:
+    parts = [
+        inert(f"{label}, N = {fmt.number(row.get('resolution'), 6)}"),
+        f"largest error {fmt.plus_minus(row.get('maximum'), row.get('uncertainty'))}",
+        f"rms {fmt.relative(row.get('rms'))}",
+        f"time {fmt.duration(row.get('seconds'))}, "
+        f"of which set-up {fmt.duration(row.get('setup_seconds'))}",
+        f"unknowns {fmt.count(row.get('unknowns'))}",
+    ]
+    return "<br>".join(parts)
+
+
+def _front(times: np.ndarray, errors: np.ndarray, end: float, low: float) -> dict[str, Any]:
+    """Return the Pareto front as steps: the least error that a given time buys."""
+    order = np.lexsort((errors, times))
+    best, x, y = np.inf, [], []
+    for index in order:
+        if errors[index] < best:
+            best = errors[index]
+            x.append(float(times[index]))
+            y.append(float(max(best, low)))
+    return {
+        "type": "scatter",
+        "mode": "lines",
+        "name": "front",
+        "x": numbers([*x, end]),
+        "y": numbers([*y, y[-1]]),
+        "line": {"color": MUTED, "width": 1.5, "dash": "dash", "shape": "hv"},
+        "hoverinfo": "skip",
+    }
+
+
+def _floor(
+    scene: SceneRecord, points: pd.DataFrame, span: tuple[float, float], low: float
+) -> list[dict[str, Any]]:
+    """Shade the errors that the reference cannot tell from zero, and mark what it cost."""
+    bars = selection.column(points, "uncertainty")
+    bar = float(np.nanmax(bars)) if np.isfinite(bars).any() else 0.0
+    if bar <= low:
+        return []
+    shade = {
+        "type": "scatter",
+        "mode": "lines",
+        "x": [span[0], span[1], span[1], span[0]],
+        "y": [low, low, bar, bar],
+        "fill": "toself",
+        "fillcolor": "@truth-band",
+        "line": {"width": 0},
+        "hoverinfo": "skip",
+        "showlegend": False,
+    }
+    return [shade, *_reference_marker(scene, span, bar)]
+
+
+def _reference_marker(
+    scene: SceneRecord, span: tuple[float, float], bar: float
+) -> list[dict[str, Any]]:
+    method, level = selection.reference(scene)
+    cost = _reference_cost(scene)
+    if not len(cost) or not span[0] < cost[0] < span[1]:
+        return []
+    look = style(method)
+    return [
+        {
+            "type": "scatter",
+            "mode": "markers",
+            "name": inert(f"reference ({look.label})"),
+            "x": numbers(cost),
+            "y": [bar],
+            "text": [
+                inert(
+                    f"the reference, N = {fmt.number(level, 6)}: {fmt.duration(cost[0])}, "
+                    f"known to {fmt.relative(bar)}"
+                )
+            ],
+            "hovertemplate": "%{text}<extra></extra>",
+            "marker": {
+                "color": look.colour,
+                "symbol": look.symbol,
+                "size": 9,
+                "line": {"color": INK, "width": 2},
+            },
+        }
+    ]
+
+
+def _reference_cost(scene: SceneRecord) -> np.ndarray:
+    method, level = selection.reference(scene)
+    rows = selection.curve(scene, method, level if np.isfinite(level) else None)
+    return selection.column(rows, "seconds")[:1]
+
+
+def _failure_traces(
+    scene: SceneRecord, span: tuple[float, float], high: float
+) -> list[dict[str, Any]]:
+    """Crosses at the top: at their time where it is known, else at the right edge, side by side."""
+    lost = selection.failures(scene)
+    unplaced, found = 0, []
+    for method in dict.fromkeys(item.method for item in lost):
+        own = [item for item in lost if item.method == method]
+        x, reasons = [], []
+        for item in own:
+            if np.isfinite(item.seconds) and span[0] < item.seconds < span[1]:
+                x.append(item.seconds)
+            else:
+                x.append(span[1] / (span[1] / span[0]) ** (0.04 * unplaced))
+                unplaced += 1
+            step = f" at {fmt.with_unit(item.load, fmt.quantity(scene.control).unit)}"
+            where = step if np.isfinite(item.load) else ""
+            reasons.append(
+                inert(
+                    f"{style(method).label}, N = {fmt.number(item.resolution, 6)}{where}: "
+                    f"{item.reason}"
+                )
+            )
+        found.append(failure_trace(method, numbers(x), high, reasons))
+    return found

@@ -1,0 +1,189 @@
+"""The tables of a scene: one row per setting (cost and errors), one per load step."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from comparisons.store import SceneRecord
+from reports import formatting as fmt
+from reports import selection
+from reports.figure_style import style
+
+MOST_ROWS = 400
+
+
+@dataclass(frozen=True)
+class Cell:
+    """What is printed, and what it is sorted by."""
+
+    text: str
+    key: float | str = ""
+    kind: str = "number"  # "number", "text", "method" or "failed"
+    method: str = ""
+
+
+@dataclass(frozen=True)
+class Table:
+    """A sortable table: headers with an optional glossary term, rows of cells, a note below."""
+
+    headers: tuple[tuple[str, str], ...]
+    rows: tuple[tuple[Cell, ...], ...]
+    note: str = ""
+
+
+def settings(scene: SceneRecord) -> Table:
+    """Return cost and largest errors of every method and resolution, failures included."""
+    table = selection.compared_measures(scene)
+    pairs = list(dict.fromkeys(zip(table["quantity"], selection.words(table, "at"), strict=True)))
+    names = [name for name, _ in pairs]
+    headers = [("method", ""), ("N", "resolution"), ("unknowns", "unknowns")]
+    headers += [("time", ""), ("set-up", "set-up"), ("memory", "")]
+    for name, at in pairs:
+        suffix = f", equal {at}" if names.count(name) > 1 else ""
+        headers.append((f"error of {fmt.quantity(name).words}{suffix}", "uncertainty"))
+    headers.append(("outcome", ""))
+    rows = [
+        _setting_row(scene, method, level, table, pairs) for method, level in _all_settings(scene)
+    ]
+    note = "Errors: the largest over all load steps ± its uncertainty."
+    return Table(tuple(headers), tuple(rows), note)
+
+
+def _all_settings(scene: SceneRecord) -> list[tuple[str, float]]:
+    refused = selection.unsupported(scene)
+    names = selection.words(scene.rows, "method")
+    levels = selection.column(scene.rows, "resolution")
+    pairs = {
+        (name, level)
+        for name, level in zip(names, levels, strict=True)
+        if name not in refused and np.isfinite(level)
+    }
+    order = selection.methods(scene)
+    return sorted(pairs, key=lambda pair: (order.index(pair[0]), pair[1]))
+
+
+def _setting_row(
+    scene: SceneRecord,
+    method: str,
+    level: float,
+    measures: pd.DataFrame,
+    pairs: list[tuple[str, str]],
+) -> tuple[Cell, ...]:
+    names = np.array(selection.words(scene.rows, "method"))
+    own = scene.rows[(names == method) & (selection.column(scene.rows, "resolution") == level)]
+    first = {
+        name: next((v for v in selection.column(own, name) if np.isfinite(v)), np.nan)
+        for name in ("unknowns", "seconds", "setup_seconds", "memory")
+    }
+    cells = [
+        Cell(style(method).label, style(method).label, "method", method),
+        Cell(fmt.count(level), level),
+        Cell(fmt.count(first["unknowns"]), first["unknowns"]),
+        Cell(fmt.duration(first["seconds"]), first["seconds"]),
+        Cell(fmt.duration(first["setup_seconds"]), first["setup_seconds"]),
+        Cell(fmt.memory(first["memory"]), first["memory"]),
+    ]
+    mine = measures[measures["method"] == method]
+    mine = mine[selection.column(mine, "resolution") == level]
+    truth = selection.is_reference(scene, method, level)
+    cells += [_error_cell(mine, pair, truth) for pair in pairs]
+    return (*cells, _outcome(own, truth))
+
+
+def _error_cell(measures: pd.DataFrame, pair: tuple[str, str], truth: bool) -> Cell:
+    if truth:
+        return Cell("reference", 0.0)
+    at = np.array(selection.words(measures, "at"))
+    row = measures[(measures["quantity"] == pair[0]) & (at == pair[1])].head(1)
+    error = selection.column(row, "maximum")
+    if not len(error):
+        return Cell(fmt.MISSING, float("nan"))
+    bar = selection.column(row, "uncertainty")[0]
+    return Cell(fmt.plus_minus(error[0], bar), float(error[0]))
+
+
+def _outcome(rows: pd.DataFrame, truth: bool) -> Cell:
+    good = selection.converged(rows)
+    if good.all():
+        text = "reference" if truth else "converged"
+        return Cell(text, text, "text")
+    reason = next((text for text in selection.words(rows[~good], "reason") if text), "")
+    failed = "failed" if not good.any() else f"{int((~good).sum())} of {len(good)} failed"
+    return Cell(f"{failed}: {reason}" if reason else failed, "failed", "failed")
+
+
+def load_steps(scene: SceneRecord) -> Table:
+    """Return every load step of every setting (means of ensembles), at most 400 rows."""
+    tables = [
+        selection.curve(scene, method, level)
+        for method in selection.methods(scene)
+        for level in selection.resolutions(scene, method)
+    ]
+    rows = pd.concat(tables, ignore_index=True) if tables else scene.rows.iloc[:0]
+    total = len(rows)
+    rows = rows.head(MOST_ROWS)
+    names = list(dict.fromkeys([scene.control, "penetration", "force", "contact_area"]))
+    names += [name for name in scene.quantities if name not in names]
+    names = [name for name in names if np.isfinite(selection.column(rows, name)).any()]
+    errors = [
+        name
+        for name in scene.quantities
+        if np.isfinite(selection.column(rows, f"error_{name}")).any()
+    ]
+    scales = {
+        name: fmt.prefix_for(selection.column(rows, name), fmt.quantity(name).unit)
+        for name in names
+    }
+    headers = [("method", ""), ("N", "resolution"), ("step", "")]
+    headers += [(fmt.axis_title(name, scales[name].unit), "") for name in names]
+    headers += [(f"error of {fmt.quantity(name).words}", "") for name in errors]
+    headers += [("iterations", "")]
+    note = f"The first {MOST_ROWS} of {total} rows; " if total > MOST_ROWS else ""
+    note += "all rows, realisations and columns are in results.csv."
+    body = tuple(_step_rows(rows, names, scales, errors))
+    return Table(tuple(headers), body, note[0].upper() + note[1:])
+
+
+def _step_rows(
+    rows: pd.DataFrame, names: list[str], scales: dict[str, fmt.Scale], errors: list[str]
+) -> list[tuple[Cell, ...]]:
+    columns: list[list[Cell]] = [
+        [
+            Cell(style(method).label, style(method).label, "method", method)
+            for method in selection.words(rows, "method")
+        ],
+        [Cell(fmt.count(v), v) for v in selection.column(rows, "resolution")],
+        [Cell(fmt.count(v + 1), v + 1) for v in selection.column(rows, "step")],
+    ]
+    for name in names:
+        values = selection.column(rows, name)
+        columns.append([Cell(fmt.number(v * scales[name].factor), v) for v in values])
+    for name in errors:
+        values = selection.column(rows, f"error_{name}")
+        columns.append([Cell(fmt.relative(v), v) for v in values])
+    columns.append([Cell(fmt.count(v), v) for v in selection.column(rows, "iterations")])
+    return list(zip(*columns, strict=True))
+
+
+def plan_rows(scene: SceneRecord) -> list[dict[str, Any]]:
+    """Return what each method models and at which resolutions, or why it cannot."""
+    refused = selection.unsupported(scene)
+    planned = {str(item.get("method", "")): item for item in scene.plan.get("methods", [])}
+    found = []
+    for method in selection.methods(scene):
+        item = planned.get(method, {})
+        levels = item.get("resolutions") or selection.resolutions(scene, method)
+        found.append(
+            {
+                "method": method,
+                "label": style(method).label,
+                "supported": method not in refused,
+                "text": refused.get(method) or str(item.get("modelled") or ""),
+                "resolutions": ", ".join(fmt.count(level) for level in levels),
+            }
+        )
+    return found

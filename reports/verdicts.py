@@ -1,0 +1,113 @@
+"""The verdict on the reduced model: whether it holds the tolerance that was asked for."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+import numpy as np
+
+from comparisons.store import SceneRecord
+from reports import selection
+
+WITHIN, OUTSIDE, NOT_RESOLVED, NO_RESULT = "within", "outside", "not resolved", "no result"
+MODEL = "reduced"
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """One compared quantity of one scene.
+
+    Attributes
+    ----------
+    quantity, at : str
+        What was compared, and what was equal when it was ("penetration", "force", "last load").
+    error, rms : float
+        Largest and root mean square relative error over the load steps (NaN: no result).
+    uncertainty : float
+        95 % half-width of that error (NaN where it is not known).
+    tolerance : float
+    word : str
+        "within", "outside", "not resolved" or "no result".
+    reason : str
+        Why there is no result.
+    resolution : float
+        The resolution of the reduced model.
+    """
+
+    quantity: str
+    at: str
+    error: float
+    rms: float
+    uncertainty: float
+    tolerance: float
+    word: str
+    reason: str = ""
+    resolution: float = math.nan
+
+
+def judge(error: float, uncertainty: float, tolerance: float) -> str:
+    """Return the verdict word: |e| + u <= t holds, |e| - u > t fails, else it is not resolved.
+
+    An unknown uncertainty resolves nothing.
+
+    >>> judge(0.004, 0.001, 0.01), judge(-0.02, 0.001, 0.01), judge(0.0095, 0.001, 0.01)
+    ('within', 'outside', 'not resolved')
+    """
+    if not math.isfinite(error):
+        return NO_RESULT
+    if abs(error) + uncertainty <= tolerance:
+        return WITHIN
+    if abs(error) - uncertainty > tolerance:
+        return OUTSIDE
+    return NOT_RESOLVED
+
+
+def verdicts(scene: SceneRecord) -> list[Verdict]:
+    """Return a verdict per compared quantity, from the reduced model's finest resolution."""
+    table = selection.compared_measures(scene, MODEL)
+    levels = selection.column(table, "resolution")
+    finest = table[levels == np.nanmax(levels)] if np.isfinite(levels).any() else table
+    found = [_verdict(scene, row) for row in finest.to_dict("records")]
+    judged = {item.quantity for item in found if item.word != NO_RESULT}
+    reason = _why_missing(scene)
+    lost = [name for name in scene.quantities if name not in judged]
+    kept = [item for item in found if item.word != NO_RESULT]
+    nan = math.nan
+    return kept + [
+        Verdict(name, "", nan, nan, nan, scene.tolerance, NO_RESULT, reason) for name in lost
+    ]
+
+
+def _verdict(scene: SceneRecord, row: dict) -> Verdict:
+    error, rms = _float(row.get("maximum")), _float(row.get("rms"))
+    bar = _float(row.get("uncertainty"))
+    return Verdict(
+        quantity=str(row["quantity"]),
+        at=str(row.get("at", "") or ""),
+        error=error,
+        rms=rms,
+        uncertainty=bar,
+        tolerance=scene.tolerance,
+        word=judge(error, bar, scene.tolerance),
+        resolution=_float(row.get("resolution")),
+    )
+
+
+def _why_missing(scene: SceneRecord) -> str:
+    refused = selection.unsupported(scene)
+    if MODEL in refused:
+        return refused[MODEL]
+    lost = [item.reason for item in selection.failures(scene) if item.method == MODEL]
+    if lost:
+        return lost[0]
+    if MODEL not in selection.methods(scene):
+        return "the reduced model was not asked for"
+    return "there is nothing to compare this with"
+
+
+def _float(value: object) -> float:
+    try:
+        return float(value)  # type: ignore[arg-type]
+    except (TypeError, ValueError):
+        return math.nan

@@ -1,0 +1,386 @@
+"""A synthetic study: numbers of the right size from Hertz, so that reports can be tested alone.
+
+One axisymmetric scene (five methods, three resolutions, six loads, one lost solve, one method
+that cannot do it, a hostile title) and one rough ensemble (five realisations and their means).
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from comparisons.store import SceneRecord, StudyRecord, save_study, write_arrays
+
+RADIUS, MODULUS = 0.01, 231e9
+DEPTHS = np.array([1e-6, 2e-6, 3e-6, 5e-6, 7e-6, 1e-5])
+# (resolutions, seconds at the coarsest, growth of time, error at the coarsest, rate)
+SPHERE_METHODS = {
+    "closed_form": ((1,), 2e-6, 1.0, 0.0, 0.0),
+    "reduced": ((10, 20, 40), 2e-6, 1.4, 2e-4, 2.0),
+    "bem_dense": ((5, 10, 20), 4e-3, 16.0, 1.2e-2, 1.2),
+    "bem_fft": ((16, 32, 64), 8e-3, 4.5, 6e-3, 1.2),
+    "fem": ((4, 8, 16), 0.9, 6.0, 2.5e-2, 1.1),
+}
+HOSTILE = "Ball <script>alert(1)</script> & 'quotes' on a half-space"
+
+
+def hertz(depth: np.ndarray) -> dict[str, np.ndarray]:
+    """Hertz' solution for a paraboloid (Johnson 1985, eq. 4.22-4.24)."""
+    a = np.sqrt(RADIUS * depth)
+    return {
+        "force": 4 / 3 * MODULUS * np.sqrt(RADIUS) * depth**1.5,
+        "contact_radius": a,
+        "contact_area": np.pi * a**2,
+        "stiffness": 2 * MODULUS * a,
+    }
+
+
+def sphere_rows(rng: np.random.Generator) -> pd.DataFrame:
+    rows = []
+    exact = hertz(DEPTHS)
+    for method, (resolutions, seconds, growth, error, rate) in SPHERE_METHODS.items():
+        for level, resolution in enumerate(resolutions):
+            common = {
+                "scene": "steel-ball",
+                "method": method,
+                "options": "contact=penalty" if method == "fem" else "",
+                "resolution": resolution,
+                "realisation": "0",
+                "seconds": seconds * growth**level,
+                "setup_seconds": 0.7 * seconds * growth**level if method != "closed_form" else 0.0,
+                "compile_seconds": 0.4,
+                "unknowns": resolution ** (1 if method == "reduced" else 2),
+                "memory": 1e6 * growth**level,
+                "threads": 1,
+                "reference": "closed_form",
+            }
+            if method == "bem_dense" and level == 2:
+                reason = "active set cycled after 30 rounds: [<b>residual</b> 1e-3]"
+                rows.append(common | {"converged": False, "reason": reason, "step": np.nan})
+                continue
+            signed = error / 2 ** (rate * level) * (-1.0 if method == "fem" else 1.0)
+            wiggle = 1 + 0.3 * rng.standard_normal(len(DEPTHS))
+            for step, depth in enumerate(DEPTHS):
+                e_force, e_area = signed * wiggle[step], 3 * signed * wiggle[-step - 1]
+                rows.append(
+                    common
+                    | {
+                        "step": step,
+                        "penetration": depth,
+                        "force": exact["force"][step] * (1 + e_force),
+                        "contact_area": exact["contact_area"][step] * (1 + e_area),
+                        "contact_area_raw": exact["contact_area"][step] * (1 + 2 * e_area),
+                        "contact_radius": exact["contact_radius"][step],
+                        "stiffness": exact["stiffness"][step],
+                        "error_force": e_force,
+                        "error_contact_area": e_area,
+                        "reference_uncertainty": 0.0,
+                        "reference_uncertainty_force": 0.0,
+                        "reference_uncertainty_contact_area": 0.0,
+                        "iterations": 12 + step,
+                        "violation": 1e-9,
+                        "converged": True,
+                    }
+                )
+    reason = "the surface is smooth: ContactMechanics takes rough maps only"
+    rows.append(
+        {"scene": "steel-ball", "method": "contactmechanics", "converged": False, "reason": reason}
+    )
+    return pd.DataFrame(rows)
+
+
+def measures_of(rows: pd.DataFrame, quantities: dict[str, str]) -> pd.DataFrame:
+    """Root mean square and largest error per method and resolution."""
+    kept = rows[rows["step"].notna() & ~rows["realisation"].isin(["0", "1", "2", "3", "4"])]
+    if kept.empty:
+        kept = rows[rows["step"].notna()]
+    measures = []
+    for (method, resolution), group in kept.groupby(["method", "resolution"], sort=False):
+        for name, at in quantities.items():
+            error = group[f"error_{name}"].to_numpy()
+            measures.append(
+                {
+                    "scene": group["scene"].iloc[0],
+                    "method": method,
+                    "resolution": resolution,
+                    "quantity": name,
+                    "at": at,
+                    "rms": np.sqrt(np.mean(error**2)),
+                    "maximum": np.abs(error).max(),
+                    "uncertainty": group[f"reference_uncertainty_{name}"].max(),
+                    "seconds": group["seconds"].iloc[0],
+                    "setup_seconds": group["setup_seconds"].iloc[0],
+                    "unknowns": group["unknowns"].iloc[0],
+                    "converged": True,
+                }
+            )
+    return pd.DataFrame(measures)
+
+
+def hertz_pressure(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    a = np.sqrt(RADIUS * DEPTHS[-1])
+    peak = 2 * MODULUS * a / (np.pi * RADIUS)
+    return peak * np.sqrt(np.maximum(1 - (x**2 + y**2) / a**2, 0.0))
+
+
+def quarter_block(divisions: int = 8) -> dict[str, np.ndarray]:
+    """Return a graded quarter block of hexahedra in VTK order, surface at z = 0, body below."""
+    a = np.sqrt(RADIUS * DEPTHS[-1])
+    side = 6 * a * np.linspace(0, 1, divisions + 1) ** 1.5
+    x, y, z = np.meshgrid(side, side, -side[::-1], indexing="ij")
+    points = np.column_stack([x.ravel(), y.ravel(), z.ravel()])
+    index = np.arange(points.shape[0]).reshape(x.shape)
+    corners = [(0, 0, 0), (1, 0, 0), (1, 1, 0), (0, 1, 0)]
+    corners += [(i, j, 1) for i, j, _ in corners]
+    n = divisions
+    cells = np.stack([index[i : n + i, j : n + j, k : n + k].ravel() for i, j, k in corners], 1)
+    distance = np.hypot(np.hypot(points[:, 0], points[:, 1]), points[:, 2] + 0.48 * a)
+    displacement = np.zeros_like(points)
+    displacement[:, 2] = -DEPTHS[-1] / (1 + (distance / a) ** 2)
+    on_top = points[:, 2] == 0
+    return {
+        "mesh_points": points,
+        "mesh_cells": cells,
+        "mesh_displacement": displacement,
+        "mesh_von_mises": 0.62 * hertz_pressure(0, 0) / (1 + (distance / a) ** 2),
+        "pressure_x": points[on_top, 0],
+        "pressure_y": points[on_top, 1],
+        "pressure": hertz_pressure(points[on_top, 0], points[on_top, 1]),
+    }
+
+
+def sphere_fields(folder: Path) -> dict[tuple[str, int], Path]:
+    a = np.sqrt(RADIUS * DEPTHS[-1])
+    r = np.linspace(0, 1.4 * a, 60)
+    line = {"pressure_x": r, "pressure_y": 0 * r, "pressure": hertz_pressure(r, 0 * r)}
+    side = (np.arange(64) + 0.5) / 64 * 2.6 * a - 1.3 * a
+    x, y = (axis.ravel() for axis in np.meshgrid(side, side, indexing="ij"))
+    grid = {"pressure_x": x, "pressure_y": y, "pressure": 0.99 * hertz_pressure(x, y)}
+    profile_x = np.linspace(0, 1.5 * a, 80)
+    profile = {"profile_x": profile_x, "profile_height": profile_x**2 / RADIUS}
+    arrays = {
+        ("closed_form", 1): line,
+        ("reduced", 40): line | profile,
+        ("bem_fft", 64): grid | {"pressure_shape": np.array([64, 64])},
+        ("fem", 16): quarter_block(),
+    }
+    return written(folder, "ball", arrays)
+
+
+def written(folder: Path, stem: str, arrays: dict) -> dict[tuple[str, int], Path]:
+    paths = {}
+    for (method, resolution), content in arrays.items():
+        path = folder / "fields" / f"{stem}-{method}-{resolution}.npz"
+        write_arrays(path, content | {"penetration": np.float64(DEPTHS[-1])})
+        paths[method, resolution] = path
+    return paths
+
+
+def sphere_scene(folder: Path, rng: np.random.Generator) -> SceneRecord:
+    rows = sphere_rows(rng)
+    measures = measures_of(rows, {"force": "penetration", "contact_area": "penetration"})
+    methods = [
+        {
+            "method": name,
+            "supported": True,
+            "reason": "",
+            "resolutions": list(spec[0]),
+            "modelled": {
+                "closed_form": "Hertz' paraboloid on an elastic half-space",
+                "reduced": "a row of independent springs under the profile g(x) = x²/R",
+                "fem": "a quarter of a block, eight-node bricks, penalty contact",
+            }.get(name, "an elastic half-space with uniform pressure on square cells"),
+        }
+        for name, spec in SPHERE_METHODS.items()
+    ]
+    reason = "the surface is smooth: ContactMechanics takes rough maps only"
+    methods.append({"method": "contactmechanics", "supported": False, "reason": reason})
+    return SceneRecord(
+        name="steel-ball",
+        title=HOSTILE,
+        text='name = "steel-ball"\n[half_space]\neffective_modulus = 231e9 # </script><b>&\n',
+        control="penetration",
+        quantities=("force", "contact_area"),
+        tolerance=0.01,
+        plan={
+            "methods": methods,
+            "left_out": [
+                {"what": "friction", "why": "identical materials: no slip in normal contact"}
+            ],
+            "notes": ["The block is 12 contact radii wide; its far field is matched."],
+        },
+        reference={
+            "method": "closed_form",
+            "resolution": 1,
+            "text": "Hertz (Johnson 1985, eq. 4.22-4.24), exact.",
+            "uncertainty": {"force": 0.0, "contact_area": 0.0},
+        },
+        answer="For 1 % in force: reduced, 10 springs, 2 µs (BEM 20 ms, FEM 5 s); exact truth.",
+        disagreements=(),
+        rows=rows,
+        measures=measures,
+        fields=sphere_fields(folder),
+    )
+
+
+ROUGH_METHODS = {
+    "reduced": ((32, 64, 128), 4e-4, 2.1, 0.09, 0.1),
+    "bem_fft": ((32, 64, 128), 0.2, 4.4, 0.05, 1.0),
+}
+
+
+def rough_rows(rng: np.random.Generator) -> pd.DataFrame:
+    rows = []
+    forces = np.geomspace(1e-7, 1e-5, 8)
+    gap = 3e-8 * np.log(5e-5 / forces)
+    for method, (resolutions, seconds, growth, error, rate) in ROUGH_METHODS.items():
+        for level, resolution in enumerate(resolutions):
+            signed = error / 2 ** (rate * level)
+            scatter = 1 + 0.15 * rng.standard_normal((5, 1))
+            area = 9e-9 * (forces / 1e-5) ** 0.95 * scatter * (1 + signed) * 1e-4
+            depth = (2e-7 - gap) * scatter * (1 + 0.5 * signed)
+            for realisation in [*range(5), "mean"]:
+                for step, force in enumerate(forces):
+                    is_mean = realisation == "mean"
+                    pick = slice(None) if is_mean else realisation
+                    rows.append(
+                        {
+                            "scene": "rough-patch",
+                            "method": method,
+                            "options": "",
+                            "resolution": resolution,
+                            "realisation": str(realisation),
+                            "step": step,
+                            "force": force,
+                            "penetration": np.mean(depth[pick, step]),
+                            "contact_area": np.mean(area[pick, step]),
+                            "mean_gap": gap[step],
+                            "stderr_penetration": 0.03 * gap[step] if is_mean else np.nan,
+                            "stderr_contact_area": 0.06 * np.mean(area[:, step])
+                            if is_mean
+                            else np.nan,
+                            "error_penetration": 0.5 * signed if is_mean else np.nan,
+                            "error_contact_area": signed if is_mean else np.nan,
+                            "reference": "bem_fft 128",
+                            "reference_uncertainty": 0.02,
+                            "reference_uncertainty_penetration": 0.01,
+                            "reference_uncertainty_contact_area": 0.02,
+                            "seconds": seconds * growth**level,
+                            "setup_seconds": 0.2 * seconds * growth**level,
+                            "unknowns": resolution ** (1 if method == "reduced" else 2),
+                            "iterations": 40,
+                            "violation": 1e-10,
+                            "converged": True,
+                        }
+                    )
+    table = pd.DataFrame(rows)
+    truth = (table["method"] == "bem_fft") & (table["resolution"] == 128)
+    table.loc[truth, ["error_penetration", "error_contact_area"]] = np.nan
+    return table
+
+
+def rough_fields(folder: Path, rng: np.random.Generator) -> dict[tuple[str, int], Path]:
+    points, size = 64, 1e-6
+    wave = np.fft.fftfreq(points, 1 / points)
+    q = np.hypot(*np.meshgrid(wave, wave, indexing="ij"))
+    power = np.where((q > 1) & (q < 24), np.maximum(q, 1.0) ** -1.8, 0.0)
+    noise = np.fft.fft2(rng.standard_normal((points, points)))
+    heights = np.fft.ifft2(noise * power).real
+    heights *= 1e-8 / heights.std()
+    line = heights[:, 5]
+    side = (np.arange(points) + 0.5) * size / points
+    x, y = (axis.ravel() for axis in np.meshgrid(side, side, indexing="ij"))
+    overlap = np.maximum(heights - np.quantile(heights, 0.93), 0.0)
+    surface = {
+        "heights": heights,
+        "size": np.array([size, size]),
+        "pressure_x": x,
+        "pressure_y": y,
+        "pressure": 3e17 * overlap.ravel(),
+        "pressure_shape": np.array([points, points]),
+    }
+    reduced = {
+        "line_x": side,
+        "line_height": line,
+        "line_penetration": np.float64(0.35 * np.ptp(line)),
+        "heights": heights,
+        "size": np.array([size, size]),
+    }
+    return written(folder, "rough", {("bem_fft", 128): surface, ("reduced", 128): reduced})
+
+
+def rough_scene(folder: Path, rng: np.random.Generator) -> SceneRecord:
+    rows = rough_rows(rng)
+    kept = measures_of(rows, {"penetration": "force", "contact_area": "force"})
+    methods = [
+        {
+            "method": name,
+            "supported": True,
+            "reason": "",
+            "resolutions": [32, 64, 128],
+            "modelled": "five realisations",
+        }
+        for name in ROUGH_METHODS
+    ]
+    methods.append(
+        {
+            "method": "fem",
+            "supported": False,
+            "reason": "a rough patch of 64 x 64 points needs 10⁸ unknowns",
+        }
+    )
+    return SceneRecord(
+        name="rough-patch",
+        title="Self-affine patch, H = 0.8, five realisations",
+        text='name = "rough-patch"\n[surface]\nkind = "self_affine"\nseed = 1\n',
+        control="force",
+        quantities=("penetration", "contact_area"),
+        tolerance=0.05,
+        plan={"methods": methods, "left_out": [], "notes": []},
+        reference={
+            "method": "bem_fft",
+            "resolution": 128,
+            "text": "BEM (FFT) on 128 x 128 points, five surfaces.",
+            "uncertainty": {"penetration": 0.01, "contact_area": 0.02},
+        },
+        answer="For 5 % in contact area: no setting of the reduced model (best 8 %).",
+        disagreements=(
+            "Contact area at the lowest load: bem_fft 64 and 128 differ by 4.1 %, bars 2 %.",
+        ),
+        rows=rows,
+        measures=kept[~((kept["method"] == "bem_fft") & (kept["resolution"] == 128))],
+        fields=rough_fields(folder, rng),
+    )
+
+
+def synthetic_study(folder: Path, copies: int = 1) -> StudyRecord:
+    """Write a study folder and return its record."""
+    rng = np.random.default_rng(7)
+    scenes = (sphere_scene(folder, rng), rough_scene(folder, rng)) * copies
+    record = StudyRecord(
+        directory=folder,
+        created="2026-01-31T12:00:00+00:00",
+        command="roughline run steel-ball.toml rough-patch.toml --quick",
+        effort="quick",
+        seconds=93.0,
+        machine={
+            "system": "Linux 6.1",
+            "processor": "AMD EPYC",
+            "cores": 2,
+            "memory": 8_000_000_000,
+            "threads": 2,
+        },
+        versions={"roughline": "0.1.0", "numpy": "2.1.0", "scipy": "1.14.1"},
+        scenes=scenes,
+    )
+    save_study(record)
+    return record
+
+
+@pytest.fixture(scope="session")
+def study(tmp_path_factory) -> StudyRecord:
+    """Write the synthetic study that several tests render."""
+    return synthetic_study(tmp_path_factory.mktemp("study"))
