@@ -8,12 +8,10 @@ import numpy as np
 
 from comparisons.geometry import Geometry, IndenterGeometry
 from comparisons.methods.base import Method, Solution, Support, Task
+from comparisons.methods.radial import profile_fields, unit_rings
 from comparisons.scene import Scene
 from comparisons.shapes import Indenter
 from reference import closed_form as forms
-
-# Points of a pressure profile; exact at each of them, so this only sets how smooth a plot is.
-PROFILE_POINTS = 200
 
 
 def form_of(indenter: Indenter, modulus: float) -> forms.ClosedForm | None:
@@ -84,20 +82,7 @@ class ClosedForm(Method):
 
 
 def _profile(form: forms.ClosedForm, depth: float) -> dict[str, np.ndarray]:
-    """Pressure along the x axis, at Gauss points so that weights of rings integrate it well.
-
-    With r = a sin(t) the points crowd towards the edge, where the pressure falls or rises
-    steeply; the weights are areas of similar elliptic rings.
-    """
+    """Pressure along the x axis."""
     half_x, half_y = (float(each) for each in form.semi_axes(depth))
-    node, weight = np.polynomial.legendre.leggauss(PROFILE_POINTS)
-    angle = np.pi / 4 * (node + 1)
-    rho = np.sin(angle)
-    ring = np.pi / 4 * weight * np.cos(angle) * 2 * np.pi * rho * half_x * half_y
-    x = rho * half_x
-    return {
-        "pressure_x": x,
-        "pressure_y": np.zeros_like(x),
-        "pressure": np.asarray(form.pressure(x, 0.0, depth)),
-        "pressure_weight": ring,
-    }
+    x = half_x * unit_rings()[0]
+    return profile_fields(half_x, half_y, x, np.asarray(form.pressure(x, 0.0, depth)))

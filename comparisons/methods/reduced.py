@@ -13,14 +13,12 @@ from comparisons.geometry import (
     equivalent_profile,
 )
 from comparisons.methods.base import Method, Solution, Support, Task
+from comparisons.methods.radial import profile_fields, unit_rings
 from comparisons.options import ReducedOptions
 from comparisons.scene import Scene
 from comparisons.shapes import Indenter
 from reduced import foundation, profiles, rough_line, spectrum, stress
 from reduced.errors import ConvergenceError
-
-# Points of a pressure profile from the Abel inversion; they only set how smooth a plot is.
-PROFILE_POINTS = 200
 
 
 class Reduced(Method):
@@ -46,9 +44,18 @@ class Reduced(Method):
             if points is not None:
                 return (points,)
             n = max(geometry.points)
-            return (n, 2 * n, 4 * n)
+            return (2 * n, 4 * n, 8 * n)
         finest = int(np.clip(40 * np.sqrt(0.01 / scene.compare.tolerance), 40, 1000))
         return finest // 4, finest // 2, finest
+
+    def refused(self, task: Task) -> str:
+        """Refuse lines too coarse for their own shortest wave."""
+        if not isinstance(task.geometry, RoughGeometry):
+            return ""
+        waves = highest_mode(task.geometry, _options(task))
+        if _line_points(task) > 2 * waves * _options(task).line_length:
+            return ""
+        return f"the shortest of {waves} waves per side needs more than {2 * waves} points"
 
     def memory(self, task: Task) -> float:
         """Bytes of the lines of one block with their sorted copies and running sums."""
@@ -157,17 +164,8 @@ def _profile_fields(
     # A map from 1-D to a pressure over the surface exists for axisymmetric bodies only.
     if not task.wants_pressure or not geometry.indenter.axisymmetric:
         return fields
-    node, weight = np.polynomial.legendre.leggauss(PROFILE_POINTS)
-    angle = np.pi / 4 * (node + 1)
-    r = radius * np.sin(angle)
-    ring = np.pi / 4 * weight * np.cos(angle) * radius * 2 * np.pi * r
-    pressure = _pressure(task, profile, depth, r)
-    return fields | {
-        "pressure_x": r,
-        "pressure_y": np.zeros_like(r),
-        "pressure": pressure,
-        "pressure_weight": ring,
-    }
+    r = radius * unit_rings()[0]
+    return fields | profile_fields(radius, radius, r, _pressure(task, profile, depth, r))
 
 
 def _pressure(task: Task, profile: profiles.Profile, depth: float, r: np.ndarray) -> np.ndarray:
@@ -255,3 +253,11 @@ def _seed(scene: Scene) -> int:
 def _stream(seed: int, line: int) -> np.random.Generator:
     """Return the random stream of one line: reproducible whatever the number of workers."""
     return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(1, line)))
+
+
+def highest_mode(geometry: RoughGeometry, options: ReducedOptions) -> int:
+    """Return the number of the shortest wave per side that the surface's spectrum holds."""
+    source = line_spectrum(geometry, options)
+    present = source.wavenumber[np.asarray(source.power) > 0]
+    side = float(np.sqrt(geometry.area))
+    return int(np.ceil(float(present.max()) * side / (2 * np.pi) * (1 - 1e-12)))
