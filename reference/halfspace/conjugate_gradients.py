@@ -31,6 +31,10 @@ Field = NDArray[np.float64]
 # iterations; where it works it gains a digit in five or fewer.
 _PATIENCE = 60
 
+# Empty cells that keep opposite rims of a free patch apart in the preconditioner. |q| reaches only
+# as r^-3, so that a few are as good as doubling the grid; none cost half as many iterations again.
+_RIM = 8
+
 
 @dataclass
 class Problem:
@@ -89,7 +93,10 @@ class WavenumberPreconditioner:
 
     def __init__(self, operator: HalfSpace) -> None:
         self._operator = operator
-        qx, qy = kernels.wavenumbers(operator.shape, operator.spacing)
+        self._padded = operator.shape
+        if not operator.periodic:
+            self._padded = tuple(fft.next_fast_len(n + _RIM, real=True) for n in operator.shape)
+        qx, qy = kernels.wavenumbers(self._padded, operator.spacing)
         self._wavenumber = np.hypot(qx, qy)
         self._wavenumber[0, 0] = 1 / max(operator.spacing)
         self._wavenumber[0, 0] = self._wavenumber.min() / 2
@@ -97,9 +104,10 @@ class WavenumberPreconditioner:
 
     def __call__(self, residual: Field) -> Field:
         """Return the preconditioned residual."""
-        spectrum = fft.rfft2(residual, workers=1)
+        spectrum = fft.rfft2(residual, s=self._padded, workers=1)
         spectrum *= self._wavenumber
-        return fft.irfft2(spectrum, s=self._operator.shape, overwrite_x=True, workers=1)
+        whole = fft.irfft2(spectrum, s=self._padded, overwrite_x=True, workers=1)
+        return np.ascontiguousarray(whole[: residual.shape[0], : residual.shape[1]])
 
     def settle(self, mask: NDArray[np.bool_]) -> None:
         """Match the zero mode to the energy of a uniform pressure on the mask, when that moved."""

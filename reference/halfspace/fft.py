@@ -188,7 +188,7 @@ def _solve(
 
 
 def _flat_on_flat(operator: HalfSpace, force: float) -> Contact:
-    """Uniform pressure of a periodic flat: no penetration to which a violation could be relative."""
+    """Uniform pressure of a periodic flat: no penetration that violations could be relative to."""
     nothing = np.zeros(operator.shape)
     pressure = nothing + force / (nothing.size * operator.cell_area)
     return Contact(0.0, force, 0.0, pressure, nothing, 0, 0.0, [0.0])

@@ -50,7 +50,7 @@ def test_far_cells_act_as_point_loads_with_a_quadrupole_correction():
 
 
 def test_kernel_as_printed_in_the_chapter_fails_at_far_offsets_only():
-    """(19.3) prints sqrt(a^2+b^2) in the first term: +466 % at offset (5, 7), invisible next door."""
+    """(19.3) prints sqrt(a^2+b^2) in the first term: +466 % at offset (5, 7), none at (0, 0)."""
 
     def printed(i, j):
         a, b, c, d = i + 0.5, i - 0.5, j + 0.5, j - 0.5

@@ -175,7 +175,7 @@ def test_units_that_differ_by_powers_of_two_change_no_digit(solver, control):
 
 @pytest.mark.parametrize("operator_class", [FreeOperator, PeriodicOperator])
 def test_nanometres_and_metres_give_the_same_contact(operator_class):
-    """Units nm with GPa against m with Pa: the factors are no powers of two, so only rounding differs."""
+    """Units nm with GPa against m with Pa: no powers of two, so the rounding differs."""
     gap = random_gap("smooth", (32, 32), 9)
     nano = fft.solve(operator_class((32, 32), (1.0, 1.0), 1.0), gap, force=2.0, tolerance=1e-11)
     metre = fft.solve(
@@ -218,6 +218,19 @@ def test_no_cell_within_reach_means_no_force():
         contact = solver.solve(operator, np.full((8, 8), 0.2), penetration=0.1)
         assert contact.force == 0
         assert contact.mean_gap == pytest.approx(0.1)
+
+
+@pytest.mark.parametrize("control", ["penetration", "force"])
+def test_single_changes_reach_the_same_contact_as_block_changes(control, monkeypatch):
+    """The fallback against cycling (Murty 1974), made to work from the first round."""
+    operator = FreeOperator((14, 14), (1.0, 1.0), 1.0)
+    gap = random_gap("white noise", (14, 14), 15)
+    blocks = dense.solve(operator, gap, **{control: 1.0})
+    monkeypatch.setattr(dense, "_PATIENCE", -1)
+    singles = dense.solve(operator, gap, **{control: 1.0})
+    assert singles.iterations > 3 * blocks.iterations
+    assert singles.force == pytest.approx(blocks.force, rel=1e-12)
+    np.testing.assert_array_equal(singles.mask, blocks.mask)
 
 
 def test_too_few_iterations_are_an_error_with_their_history():
