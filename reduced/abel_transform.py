@@ -80,11 +80,13 @@ def from_function(
     def height(x: np.ndarray) -> np.ndarray:
         x = np.asarray(x, dtype=float)
         inside = np.minimum(x, edge)
-        return np.where(x <= edge, inside * transform(f_prime, inside), np.inf)
+        regular = np.where(x > 0, inside * transform(f_prime, inside), 0.0)
+        return np.where(x <= edge, regular, np.inf)
 
     def slope(x: np.ndarray) -> np.ndarray:
         x = np.minimum(np.asarray(x, dtype=float), edge)
         regular = transform(lambda r: f_prime(r) + r * second(r), x)
+        regular = np.where(x > 0, regular, np.pi / 2 * f_prime(np.zeros(1)))
         return regular + sum(_kink(x, b) * jump for b, jump in zip(marks, jumps, strict=True))
 
     curvature = _relative_difference(slope, nodes)
@@ -92,7 +94,7 @@ def from_function(
 
 
 def _transform(function: Curve, x: np.ndarray, marks: np.ndarray) -> np.ndarray:
-    """Integral of function(x sin t) over t from 0 to pi/2, panels ending at the breakpoints."""
+    """Integral of function(x sin t), t from 0 to pi/2, in panels between breakpoints; 0 at x = 0."""
     safe = np.where(x > 0, x, 1.0)
     inner = np.arcsin(np.minimum(marks / safe[:, None], 1.0))
     ends = np.column_stack([np.zeros(x.size), inner, np.full(x.size, np.pi / 2)])

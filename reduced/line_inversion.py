@@ -3,8 +3,8 @@
 In units of E* dx and of dx the force Phi(d) of a line is convex with slope l(d), the contact
 length. A prescribed force asks for Phi(d) = F; a prescribed mean gap g, with the mean depth ybar
 below the highest peak and n cells, for Phi(d) = n (g - ybar) + n d. Both are zeros of a convex
-function Phi(d) - t - s d with s = 0 or n, to which Newton's method comes monotonically from the side
-where the function is positive. A walk over a ladder of levels brackets all roots first.
+function Phi(d) - t - s d with s = 0 or n, to which Newton's method comes monotonically from the
+side where it is positive. A walk over a ladder of levels brackets all roots first.
 """
 
 from __future__ import annotations

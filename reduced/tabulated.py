@@ -103,7 +103,7 @@ def _profile(curve: PPoly, r: np.ndarray) -> Profile:
 
     def curvature(x: np.ndarray) -> np.ndarray:
         x = np.minimum(x, end)
-        _, of_second, of_third = _transform([slope, second, third], x, r, power=1)
+        of_second, of_third = _transform([second, third], x, r, power=1)
         kinks = _per_node(x, nodes, lambda x, b, root: b / (x * root)) @ moment_jump
         kinks -= _per_node(x, nodes, lambda x, b, root: b * x / root**3) @ slope_jump
         return 2 * of_second + x * of_third + kinks
@@ -155,8 +155,7 @@ def _transform(functions: list[PPoly], x: np.ndarray, r: np.ndarray, power: int 
     nodes, weights = gauss_legendre(_GAUSS_ORDER)
     for start in range(0, flat.size, _ROWS):
         block = flat[start : start + _ROWS, None]
-        positive = block > 0
-        ends = np.where(positive, np.minimum(r / np.where(positive, block, 1.0), 1.0), r > 0)
+        ends = r / np.where(block > r, block, np.where(r > 0, r, 1.0))  # at most 1
         ends = np.arctan2(ends, np.sqrt((1 - ends) * (1 + ends)))
         width = np.diff(ends, axis=1)[..., None]
         sine = np.sin(ends[:, :-1, None] + width * nodes)
