@@ -34,6 +34,7 @@ from reports.figure_style import (
 
 ROUND_OFF = 1e-15  # errors below this are the arithmetic's and are drawn at the lower edge
 MOST_LINE_POINTS = 1500
+NOTE_MARGIN = {"l": 60, "r": 52, "t": 30, "b": 50}  # room for "asked 1 %" on the right
 
 
 def curves(scene: SceneRecord) -> list[Figure]:
@@ -222,6 +223,7 @@ def _error_figure(scene: SceneRecord, name: str) -> Figure | None:
             error_axis(low, high, "relative error |e|"),
             shapes=[tolerance_line(scene.tolerance)],
             annotations=[tolerance_note(scene.tolerance)],
+            margin=NOTE_MARGIN,
         ),
     }
     equal = {"force": "penetration", "penetration": "force"}.get(name, scene.control)
@@ -263,15 +265,16 @@ def tolerance_line(tolerance: float) -> dict[str, Any]:
 
 
 def tolerance_note(tolerance: float) -> dict[str, Any]:
-    """Return the tolerance line's label, inside the plot at its left end."""
+    """Return the tolerance line's label, in the right margin where no marker can cover it."""
     return {
         "xref": "paper",
-        "x": 0.01,
+        "x": 1.01,
         "y": float(np.log10(tolerance)),
-        "text": f"asked: {fmt.tolerance(tolerance)}",
+        "text": f"asked<br>{fmt.tolerance(tolerance)}",
         "showarrow": False,
         "xanchor": "left",
-        "yanchor": "bottom",
+        "yanchor": "middle",
+        "align": "left",
         "font": {"size": 11, "color": INK},
     }
 
@@ -335,7 +338,8 @@ def failure_trace(
         "mode": "markers",
         "name": inert(f"{look.label}: failed"),
         "x": x,
-        "y": [edge] * len(x),
+        # A hair inside: rounding in the logarithm must not push them out of the plot.
+        "y": [0.995 * edge] * len(x),
         "text": reasons,
         "marker": {"symbol": "x-open", "size": 11, "color": look.colour, "line": {"width": 1.5}},
         "cliponaxis": False,

@@ -198,7 +198,9 @@ def _spent(scene: SceneRecord) -> float:
 def _columns(views: list[SceneView]) -> list[str]:
     """Return the compared quantities, the most frequent first."""
     tally = Counter(name for view in views for name in view.verdicts)
-    return [name for name, _ in tally.most_common()]
+    order = list(fmt.QUANTITIES)
+    place = {name: order.index(name) if name in order else len(order) for name in tally}
+    return sorted(tally, key=lambda name: (-tally[name], place[name]))
 
 
 def _tally(views: list[SceneView]) -> list[tuple[str, int]]:

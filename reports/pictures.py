@@ -340,7 +340,9 @@ def _draw_body(job: dict[str, np.ndarray], output: Path) -> None:
         show_scalar_bar=False,
         lighting=False,  # shading would tell other stresses than the colour bar
     )
-    edges = opened.extract_feature_edges(feature_angle=40, boundary_edges=False)
+    edges = opened.extract_feature_edges(
+        feature_angle=40, boundary_edges=False, non_manifold_edges=False, manifold_edges=False
+    )
     plotter.add_mesh(edges, color="#808080", line_width=1.5)
     rim = _contact_rim(opened)
     if rim is not None:

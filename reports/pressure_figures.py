@@ -109,13 +109,13 @@ def _radial(fields: list[Field], radius: float, mean: float) -> Figure:
         "data": data,
         "layout": layout(
             axis("distance from the axis r / a", range=[0, 1.5]),
-            axis("pressure / mean pressure p / (F/πa²)", range=[0, top]),
+            axis("pressure p / mean pressure", range=[0, top]),
         ),
     }
     cut = highest > LARGEST_SHOWN
     caption = (
         f"Contact pressure at the last load: a = {fmt.with_unit(radius, 'm')}, mean pressure "
-        f"{fmt.with_unit(mean, 'Pa')}, both of the reference. "
+        f"F/(πa²) = {fmt.with_unit(mean, 'Pa')}, both of the reference. "
         + ("The pressure is singular; the plot ends at four times the mean." if cut else "")
     )
     return Figure("pressure-radial", "Pressure along a radius", caption.strip(), spec)

@@ -23,6 +23,7 @@ from reports.figure_style import (
     style,
 )
 from reports.figures import (
+    NOTE_MARGIN,
     error_axis,
     error_range,
     failure_trace,
@@ -123,19 +124,21 @@ def _layout(
             "yref": "paper",
             "y": 1.0,
             "yanchor": "bottom",
+            "yshift": 5,
             "text": text,
             "showarrow": False,
             "font": {"size": 11, "color": MUTED},
         }
         for value, text in inside
     ]
-    ticks = log_ticks(*span, lambda value: fmt.with_unit(value, "s", 1), most=7)
+    ticks = log_ticks(*span, lambda value: fmt.with_unit(value, "s", 1), most=6)
     limits = [float(np.log10(edge)) for edge in span]
     return layout(
-        axis("time for the whole scene", log=True, range=limits, **ticks),
-        error_axis(low, high, "largest relative error |e|"),
+        axis("time for the whole scene", log=True, range=limits, tickangle=0, **ticks),
+        error_axis(low, high, "largest error |e|"),
         shapes=shapes,
         annotations=notes,
+        margin=NOTE_MARGIN,
     )
 
 

@@ -2,7 +2,8 @@
 (() => {
   const dark = window.matchMedia("(prefers-color-scheme: dark)");
   const coarse = window.matchMedia("(pointer: coarse)").matches;
-  const PRINT_WIDTH = 330, PRINT_HEIGHT = 290;
+  const hovering = window.matchMedia("(hover: hover)").matches;
+  const PRINT_WIDTH = 330, PRINT_HEIGHT = 320;
   const THEMES = {
     light: { ink: "#1a1a1a", muted: "#6b7075", grid: "#e3e5e8", paper: "#ffffff", peer: "#767676",
       "ink-band": "rgba(0,0,0,0.16)", "peer-band": "rgba(118,118,118,0.2)", "truth-band": "rgba(90,100,110,0.22)" },
@@ -31,7 +32,7 @@
       font: { family: "system-ui, 'Segoe UI', 'Liberation Sans', Arial, sans-serif", size: 13, color: theme.ink },
       paper_bgcolor: theme.paper, plot_bgcolor: theme.paper, separators: ".\u202f",
       margin: { l: 60, r: 14, t: 30, b: 50 }, xaxis: axis, yaxis: axis,
-      legend: { orientation: "h", y: -0.2, yanchor: "top", x: 0, xanchor: "left", bgcolor: "rgba(0,0,0,0)", font: { size: 12 } },
+      legend: { orientation: "h", yref: "container", y: 0, yanchor: "bottom", traceorder: "normal", xref: "container", x: 0.01, xanchor: "left", bgcolor: "rgba(0,0,0,0)", font: { size: 11.5 } },
       hoverlabel: { bgcolor: theme.paper, bordercolor: theme.muted, font: { color: theme.ink, size: 12 }, align: "left" },
       hovermode: "closest",
     } };
@@ -44,7 +45,7 @@
     if (coarse) spec.layout.dragmode = false;
     return spec;
   };
-  const CONFIG = { displaylogo: false, responsive: true, displayModeBar: coarse ? false : "hover", scrollZoom: false,
+  const CONFIG = { displaylogo: false, responsive: true, displayModeBar: hovering ? "hover" : false, scrollZoom: false,
     modeBarButtonsToRemove: ["select2d", "lasso2d", "autoScale2d"] };
 
   const draw = (canvas, size) => {
