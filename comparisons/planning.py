@@ -157,8 +157,6 @@ def _plan_method(draft: Plan, name: str, effort: Effort) -> MethodPlan:
     planned = method.resolutions(scene, draft.geometry)
     if scene.compare.resolutions is not None and len(planned) > 1:
         planned = scene.compare.resolutions
-    elif effort == "full" and len(planned) > 1 and isinstance(draft.geometry, IndenterGeometry):
-        planned = (*planned, 2 * planned[-1])
     refusals = {n: _refusal(draft, name, n) for n in planned}
     kept = tuple(n for n in planned if not refusals[n])
     dropped = [f"{n}: {why}" for n, why in refusals.items() if why]
@@ -171,7 +169,7 @@ def _plan_method(draft: Plan, name: str, effort: Effort) -> MethodPlan:
 def _refusal(draft: Plan, name: str, resolution: int) -> str:
     """Return why a resolution is not run, or an empty text."""
     geometry = draft.geometry
-    if isinstance(geometry, RoughGeometry):
+    if isinstance(geometry, RoughGeometry) and METHODS[name].dimension == 3:
         problem = _grid_problem(geometry, resolution)
         if problem:
             return problem
@@ -184,12 +182,9 @@ def _refusal(draft: Plan, name: str, resolution: int) -> str:
 
 def _grid_problem(geometry: RoughGeometry, resolution: int) -> str:
     own = geometry.points[0]
-    finer = resolution % own == 0 and geometry.recipe is not None
-    coarser = own % resolution == 0 and all(n % (own // resolution) == 0 for n in geometry.points)
-    if resolution == own or finer or coarser:
+    step = own // resolution if own % resolution == 0 else 0
+    if resolution % own == 0 or (step and all(n % step == 0 for n in geometry.points)):
         return ""
-    if resolution > own and geometry.recipe is None:
-        return f"the map has {own} points per side, and no information beyond them"
     return f"neither a multiple nor a divisor of the surface's own {own} points per side"
 
 

@@ -11,7 +11,6 @@ import re
 import tomllib
 from collections.abc import Mapping
 from functools import cached_property
-from importlib import resources
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -27,6 +26,7 @@ from pydantic import (
     model_validator,
 )
 
+from comparisons.errors import InputError
 from comparisons.loading import Loading
 from comparisons.options import METHOD_NAMES, MethodOptions
 from comparisons.quantities import Length, Modulus, Positive, fail, shown
@@ -42,13 +42,16 @@ FEM_DEFAULT_POISSON = 0.3
 LARGEST_FILE = 10_000_000
 
 
-class SceneError(ValueError):
+class SceneError(InputError):
     """A scene file is wrong; ``problems`` lists every one of them."""
 
     def __init__(self, source: str, problems: list[str]) -> None:
         self.source = source
         self.problems = problems
         super().__init__(f"{source}:\n" + "\n".join(f"  {each}" for each in problems))
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (self.source, self.problems)
 
 
 class _Table(BaseModel):
@@ -281,30 +284,34 @@ def _inline(value: Any) -> str:
     return json.dumps(value)
 
 
+def builtin_folder() -> Path:
+    """Return the folder of the built-in scenes."""
+    return Path(__file__).parent / "scenes"
+
+
 def builtin_names() -> list[str]:
     """Return the names of the built-in scenes, in alphabetical order."""
-    folder = resources.files("comparisons") / "scenes"
-    return sorted(f.name[:-5] for f in folder.iterdir() if f.name.endswith(".toml"))
+    return sorted(path.stem for path in builtin_folder().glob("*.toml"))
 
 
-def load_scene(source: str | Path) -> Scene:
+def load_scene(source: str | Path, overrides: Mapping[str, Any] | None = None) -> Scene:
     """Read a scene from a file, or by the name of a built-in one.
 
     Parameters
     ----------
     source : str or Path
         Path of a TOML file, or a name from ``builtin_names()``.
+    overrides : mapping, optional
+        Dotted path of a key -> value, put in before validation: {"methods.fem.penalty": 10}.
 
     Raises
     ------
     SceneError
         Listing every problem of the file.
     """
-    if str(source) in builtin_names():
-        folder = resources.files("comparisons") / "scenes"
-        text = (folder / f"{source}.toml").read_text(encoding="utf-8")
-        return parse_scene(text, str(source), Path.cwd())
     path = Path(source)
+    if str(source) in builtin_names():
+        path = builtin_folder() / f"{source}.toml"
     if not path.is_file():
         what = "a folder, not a scene file" if path.is_dir() else "no such file or built-in scene"
         hint = "" if path.suffix or path.is_dir() else "; `roughline list scenes` names them"
@@ -315,16 +322,30 @@ def load_scene(source: str | Path) -> Scene:
         text = path.read_bytes().decode("utf-8")
     except (OSError, UnicodeDecodeError) as error:
         raise SceneError(str(source), [f"not a readable text file ({error})"]) from error
-    return parse_scene(text, str(source), path.parent.resolve())
+    return parse_scene(text, str(source), path.parent.resolve(), overrides)
 
 
-def parse_scene(text: str, source: str, directory: Path) -> Scene:
+def parse_scene(
+    text: str, source: str, directory: Path, overrides: Mapping[str, Any] | None = None
+) -> Scene:
     """Read a scene from TOML text; files it names are relative to `directory`."""
     try:
         data = tomllib.loads(text)
     except (tomllib.TOMLDecodeError, RecursionError, ValueError) as error:
         raise SceneError(source, [f"not valid TOML: {error}"]) from error
+    for path, value in (overrides or {}).items():
+        _override(data, path.split("."), value)
     return make_scene(data, source, directory)
+
+
+def _override(data: dict[str, Any], path: list[str], value: Any) -> None:
+    """Set a nested key; where a table is expected and something else stands, validation says so."""
+    for key in path[:-1]:
+        below = data.setdefault(key, {})
+        if not isinstance(below, dict):
+            return
+        data = below
+    data[path[-1]] = value
 
 
 def make_scene(data: dict[str, Any], source: str, directory: Path) -> Scene:

@@ -25,6 +25,8 @@ from typing import Any, BinaryIO
 import numpy as np
 import pandas as pd
 
+from comparisons.errors import InputError
+
 RESULTS = "results.csv"
 MEASURES = "measures.csv"
 STUDY = "study.json"
@@ -34,7 +36,7 @@ SCENE_KEYS = ("name", "title", "text", "control", "quantities", "tolerance", "pl
 SCENE_KEYS += ("reference", "answer", "disagreements")
 
 
-class ResultsError(ValueError):
+class ResultsError(InputError):
     """A results folder cannot be read or written as asked."""
 
 

@@ -59,7 +59,9 @@ def grid_uncertainty(resolutions: np.ndarray, curves: np.ndarray) -> np.ndarray:
         else:
             previous = np.where(finest > 0, (curves[-2] - curves[-3]) / finest, np.nan)
             order, factor = _order(last, previous, ratio, resolutions[-2] / resolutions[-3])
-        difference = np.maximum(np.abs(last), 0.5 * _rms(last))
+            predicted = np.abs(previous) / ratio**order
+            last = np.fmax(np.abs(last), predicted)
+        difference = np.fmax(np.abs(last), 0.5 * _rms(last))
     return factor * difference / (ratio**order - 1)
 
 

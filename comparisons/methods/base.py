@@ -16,7 +16,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from comparisons.geometry import Geometry, Loads
+from comparisons.geometry import Geometry, Loads, RoughGeometry
 from comparisons.options import Options
 from comparisons.scene import Scene
 
@@ -155,6 +155,14 @@ class Method:
     def resolutions(self, scene: Scene, geometry: Geometry) -> tuple[int, ...]:
         """Return the resolutions that the scene's tolerance asks for, coarse to fine."""
         raise NotImplementedError
+
+    def usual(self, planned: tuple[int, ...], geometry: Geometry) -> int:
+        """Return the one resolution that a single solve uses: a synthetic surface's own points.
+
+        Else the finest planned, which is the one that aims at the tolerance.
+        """
+        synthetic = isinstance(geometry, RoughGeometry) and geometry.recipe is not None
+        return planned[0] if synthetic else planned[-1]
 
     def refused(self, task: Task) -> str:
         """Return why this resolution is out of reach ("" where it is not)."""

@@ -15,10 +15,11 @@ from comparisons.scene import Scene
 from comparisons.shapes import Ellipsoid, Indenter, PolygonPunch, RoundedPunch, SquarePunch
 from reference import fem
 from reference.errors import ConvergenceError
+from reference.halfspace.areas import corrected_area
 
 LARGEST_POISSON = 0.4999
 # Surface points per side of a rough patch: 32 take 2 s, and the cost grows as the fourth power.
-LARGEST_PATCH = 32
+LARGEST_PATCH = 48
 # Condensed compliance, elimination fronts and mesh, per unknown: measured peak over 20 000 to
 # 60 000 unknowns, rounded up.
 BYTES_PER_UNKNOWN = 20_000
@@ -47,7 +48,8 @@ class Fem(Method):
     def resolutions(self, scene: Scene, geometry: Geometry) -> tuple[int, ...]:
         """Elements per contact radius; a rough patch takes the points of its map."""
         if isinstance(geometry, RoughGeometry):
-            return (geometry.points[0],)
+            n, most = geometry.points[0], max(geometry.points)
+            return tuple(f * n for f in (1, 2, 3) if f * most <= LARGEST_PATCH) or (n,)
         if geometry.indenter.flat or _edge(geometry.indenter, geometry.contact_radius):
             # Elements crowd towards the edge, so each resolution costs several times more.
             return (3, 4, 5) if scene.compare.tolerance >= 0.003 else (4, 6, 8)
@@ -194,11 +196,7 @@ def _gap(task: Task, body: fem.CondensedBody, realisation: int) -> np.ndarray:
 def _quantities(
     task: Task, body: fem.CondensedBody, gap: np.ndarray, contact: fem.Contact
 ) -> dict[str, float]:
-    area = contact.contact_area
-    if isinstance(task.geometry, IndenterGeometry) and isinstance(
-        task.geometry.indenter, SquarePunch
-    ):
-        area = task.geometry.indenter.area
+    area = _area(task.geometry, contact)
     values = {
         "penetration": contact.penetration,
         "force": contact.force,

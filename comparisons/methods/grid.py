@@ -15,6 +15,8 @@ from reference.halfspace import Contact, FreeOperator, PeriodicOperator
 from reference.halfspace import areas as area_measures
 
 Operator = FreeOperator | PeriodicOperator
+# Cells of the finest grid planned after refining by a factor: a 512 x 512 map is refined once.
+LARGEST_REFINED = {1: 2**24, 2: 1400**2, 4: 512**2}
 
 
 @dataclass(frozen=True)
@@ -87,12 +89,10 @@ def contact_cells(task: Task) -> float:
 
 
 def rough_resolutions(geometry: RoughGeometry) -> tuple[int, ...]:
-    """Return three grids: refined for a synthetic surface, coarsened for a measured map."""
+    """Return the surface's own points and finer grids of the same surface, as far as affordable."""
     n = geometry.points[0]
-    if geometry.recipe is not None:
-        return (n, 2 * n, 4 * n)
-    steps = [s for s in (4, 2, 1) if all(p % s == 0 and p // s >= 16 for p in geometry.points)]
-    return tuple(n // s for s in steps or [1])
+    finer = [f * n for f in (1, 2, 4) if cells(geometry, f * n) <= LARGEST_REFINED[f]]
+    return tuple(finer or [n])
 
 
 class GridMethod(Method):

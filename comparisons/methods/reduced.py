@@ -239,9 +239,8 @@ def line_spectrum(geometry: RoughGeometry, options: ReducedOptions) -> spectrum.
             **{name: getattr(recipe, name) for name in names},
             rule=options.spectrum,
         )
-    return spectrum.ring_sums(
-        geometry.heights(0, geometry.points[0]), geometry.size, periodic=geometry.periodic
-    )
+    rule = spectrum.ring_sums if options.spectrum == "rings" else spectrum.printed_rule
+    return rule(geometry.heights(0, geometry.points[0]), geometry.size, periodic=geometry.periodic)
 
 
 def _seed(scene: Scene) -> int:

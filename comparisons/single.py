@@ -1,0 +1,167 @@
+"""One scene, one method, one resolution: what ``roughline solve`` does."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from comparisons.archive import joined
+from comparisons.errors import InputError
+from comparisons.execution import execute
+from comparisons.geometry import IndenterGeometry
+from comparisons.methods import METHODS, Solution
+from comparisons.planning import Plan, plan_scene, task_of
+from comparisons.reference import mean_curves
+from comparisons.scene import load_scene
+from comparisons.store import write_table
+from comparisons.uncertainty import standard_error
+from comparisons.vtu import write_fields
+
+
+@dataclass(frozen=True)
+class SingleResult:
+    """A solution with its plan, ready to be written."""
+
+    plan: Plan
+    method: str
+    resolution: int
+    solution: Solution
+
+    @property
+    def converged(self) -> bool:
+        """Whether every load step of every realisation has an answer."""
+        return bool(self.solution.converged.all())
+
+    @property
+    def reasons(self) -> list[str]:
+        """Why steps failed, each reason once."""
+        return [
+            f"{self.method} at resolution {self.resolution}: {why}"
+            for why in dict.fromkeys(self.solution.reasons.values())
+        ]
+
+    def columns(self) -> dict[str, np.ndarray]:
+        """Return each quantity over the load steps: means, and standard errors of ensembles."""
+        found = {}
+        curves = mean_curves(self.solution)
+        found[self.plan.loads.control] = curves.pop(self.plan.loads.control, self.plan.loads.values)
+        for name, values in curves.items():
+            found[name] = values
+            if len(self.solution.converged) > 1:
+                found[f"{name}_stderr"] = standard_error(self.solution.quantities[name])
+        return found
+
+    def to_json(self) -> str:
+        """Return one JSON object, as the contract of the command line describes."""
+        solution = self.solution
+        document: dict[str, Any] = {
+            "scene": self.plan.scene.name,
+            "method": self.method,
+            "resolution": self.resolution,
+            "unknowns": solution.unknowns,
+            "realisations": len(solution.converged),
+            "seconds": solution.seconds,
+            "setup_seconds": solution.setup_seconds,
+            "compile_seconds": solution.compile_seconds,
+            "converged": self.converged,
+            "reasons": self.reasons,
+            "iterations": solution.iterations.max(axis=0),
+            "violation": _largest(solution.violation),
+        }
+        document |= self.columns()
+        if "pressure" in solution.fields:
+            document["pressure"] = self._pressure()
+        return json.dumps(_plain(document), indent=1, allow_nan=False)
+
+    def _pressure(self) -> dict[str, np.ndarray]:
+        fields, geometry = self.solution.fields, self.plan.geometry
+        x, y, p = (fields[name] for name in ("pressure_x", "pressure_y", "pressure"))
+        if isinstance(geometry, IndenterGeometry) and geometry.indenter.axisymmetric:
+            r = np.hypot(x, y)
+            order = np.argsort(r, kind="stable")
+            return {"r": r[order], "p": p[order]}
+        return {"x": x, "y": y, "p": p}
+
+    def write_csv(self, path: Path) -> None:
+        """Write the load steps as a table."""
+        table = pd.DataFrame(self.columns())
+        table.insert(0, "step", range(len(table)))
+        write_table(path, table)
+
+    def write_vtu(self, path: Path) -> None:
+        """Write the fields at the last load.
+
+        Raises
+        ------
+        InputError
+            If the method has no fields on a surface or in a body.
+        """
+        if not write_fields(path, self.solution.fields):
+            raise InputError(f"--vtu: {self.method} has no field on a mesh for this scene")
+
+
+def solve_scene(
+    source: str,
+    method: str,
+    resolution: int | None = None,
+    overrides: Mapping[str, Any] | None = None,
+    *,
+    with_fields: bool = False,
+) -> SingleResult:
+    """Solve a scene with one method.
+
+    Raises
+    ------
+    InputError
+        If the scene, the method or the resolution cannot be done; with the reason.
+    """
+    if method not in METHODS:
+        raise InputError(f"--method: expected one of {', '.join(METHODS)}, got {method!r}")
+    changes = dict(overrides or {}) | {"compare.methods": [method]}
+    scene = load_scene(source, changes)
+    if with_fields and "pressure" not in scene.compare.quantities:
+        wanted = [*scene.compare.quantities, "pressure"]
+        scene = load_scene(source, changes | {"compare.quantities": wanted})
+    if resolution is not None:
+        if resolution < 2 and method != "closed_form":
+            raise InputError(f"--resolution: expected at least 2, got {resolution}")
+        scene = load_scene(source, changes | {"compare.resolutions": [max(resolution, 2)]})
+    plan = plan_scene(scene, "full")[0]
+    chosen = _chosen(plan, method, resolution)
+    blocks = plan.blocks(method)
+    solution = joined([execute(task_of(plan, method, chosen, block)) for block in blocks])
+    return SingleResult(plan, method, chosen, solution)
+
+
+def _chosen(plan: Plan, method: str, resolution: int | None) -> int:
+    """Return the resolution: as asked, else the one that aims at the scene's tolerance."""
+    (planned,) = [each for each in plan.methods if each.method == method]
+    if not planned.supported:
+        at = "" if resolution is None else f" at resolution {resolution}"
+        raise InputError(f"{plan.scene.name}: {method} cannot do this scene{at}: {planned.reason}")
+    return METHODS[method].usual(planned.resolutions, plan.geometry)
+
+
+def _largest(violation: np.ndarray) -> np.ndarray:
+    """Return the largest violation over realisations, NaN where a method has none."""
+    filled = np.where(np.isnan(violation), -np.inf, violation).max(axis=0)
+    return np.where(np.isfinite(filled), filled, np.nan)
+
+
+def _plain(value: Any) -> Any:
+    """Return JSON's types; NaN and inf, which JSON does not know, become null."""
+    if isinstance(value, dict):
+        return {key: _plain(each) for key, each in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [_plain(each) for each in value]
+    if isinstance(value, np.ndarray):
+        return _plain(value.tolist())
+    if isinstance(value, float) and not np.isfinite(value):
+        return None
+    return value

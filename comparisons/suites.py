@@ -1,0 +1,15 @@
+"""Named sets of built-in scenes."""
+
+from __future__ import annotations
+
+SINGLE = (
+    *("paraboloid", "sphere", "cone", "power-law-3", "power-law-4", "rounded-punch"),
+    *("ellipsoid-2", "ellipsoid-5", "cylinder", "elliptic-punch", "square-punch"),
+    "triangle-punch",
+)
+ROUGH = ("rough-patch", "rough-free", "rough-periodic", "measured-map")
+SUITES: dict[str, tuple[str, ...]] = {
+    "quick": (*SINGLE, *ROUGH),
+    "single": SINGLE,
+    "rough": ROUGH,
+}

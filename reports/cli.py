@@ -1,0 +1,289 @@
+"""The command line ``roughline``; ``python -m reports`` is the same program.
+
+Heavy packages are imported inside the commands, so that help and errors come at once.
+"""
+
+from __future__ import annotations
+
+import shlex
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+from cyclopts import App, CycloptsError, Parameter
+
+from reports.house import foreign_packages
+
+if TYPE_CHECKING:
+    from comparisons.planning import Plan
+    from comparisons.scene import Scene
+
+FINE, LOST, WRONG_INPUT, INTERRUPTED = 0, 1, 2, 3
+DEFAULT_FOLDER = Path("roughline-results")
+
+app = App(
+    name="roughline",
+    help="Is the fast contact model accurate? Run it against 3-D solvers, on the same scene.",
+    version_flags=["--version"],
+)
+
+
+def main(arguments: list[str] | None = None) -> None:
+    """Run a command and exit with its code (0 fine, 1 lost, 2 wrong input, 3 interrupted)."""
+    sys.exit(run_command(sys.argv[1:] if arguments is None else arguments))
+
+
+def run_command(arguments: list[str]) -> int:
+    """Run a command and return its exit code; every expected error becomes one clear message."""
+    shadows = foreign_packages()
+    if shadows:
+        return _complain("roughline's packages are shadowed by others:", shadows)
+    from comparisons.errors import InputError
+
+    try:
+        result = app(arguments, exit_on_error=False, print_error=True, result_action="return_value")
+    except CycloptsError:
+        return WRONG_INPUT
+    except InputError as error:
+        return _complain(str(error), [])
+    except KeyboardInterrupt:
+        return _interrupted()
+    except BrokenPipeError:
+        # The reader went away (roughline ... | head): nothing is left to say.
+        sys.stderr.close()
+        return FINE
+    return result if isinstance(result, int) else FINE
+
+
+def _complain(heading: str, lines: list[str]) -> int:
+    print("\n  ".join([heading, *lines]), file=sys.stderr)
+    return WRONG_INPUT
+
+
+def _interrupted() -> int:
+    print("interrupted; what is done is kept, --resume goes on with it", file=sys.stderr)
+    return INTERRUPTED
+
+
+@app.command
+def run(
+    *scenes: str,
+    methods: str | None = None,
+    option: tuple[str, ...] = (),
+    full: Annotated[bool, Parameter(name="--full", negative="--quick")] = False,
+    plan: Annotated[bool, Parameter(negative=())] = False,
+    out: Path | None = None,
+    overwrite: Annotated[bool, Parameter(negative=())] = False,
+    workers: int = 1,
+    resume: Annotated[bool, Parameter(negative=())] = False,
+    pictures: bool = True,
+) -> int:
+    """Solve scenes with all methods, compare them, and write a report.
+
+    Parameters
+    ----------
+    scenes
+        Scene files, names of built-in scenes, or suites (quick, single, rough); default: quick.
+    methods
+        Only these methods, separated by commas.
+    option
+        METHOD.KEY=VALUE, an option of a method; may be repeated.
+    full
+        Every realisation and one resolution more; --quick: at most 20 realisations.
+    plan
+        Print what would be modelled, and what is left out and why; solve nothing.
+    out
+        Folder for the results; default roughline-results/NAME.
+    overwrite
+        Start anew in a folder that has results.
+    workers
+        Processes, each on one thread; times are cleanest with 1.
+    resume
+        Go on with an interrupted run.
+    pictures
+        Render 3-D pictures for the report.
+    """
+    from comparisons.errors import InputError
+    from comparisons.study import Study
+    from reports import terminal
+
+    if workers < 1:
+        raise InputError(f"--workers: expected at least 1, got {workers}")
+    plans = _plans(scenes or ("quick",), _overrides(methods, option), full)
+    if plan:
+        terminal.print_plans(plans)
+        return FINE
+    directory = out or DEFAULT_FOLDER / _folder_name(scenes, plans)
+    with terminal.progress() as report:
+        study = Study(
+            plans,
+            directory,
+            command=shlex.join(["roughline", *sys.argv[1:]]),
+            effort="full" if full else "quick",
+            workers=workers,
+            resume=resume,
+            overwrite=overwrite,
+            progress=report,
+        )
+        try:
+            record = study.run()
+        except KeyboardInterrupt:
+            _write_report(directory, pictures=False)
+            raise
+    _write_report(directory, pictures)
+    lost = study.lost()
+    terminal.print_study(record, lost)
+    return LOST if lost else FINE
+
+
+@app.command
+def solve(
+    scene: str,
+    *,
+    method: str,
+    resolution: int | None = None,
+    option: tuple[str, ...] = (),
+    json: Annotated[bool, Parameter(negative=())] = False,
+    csv: Path | None = None,
+    vtu: Path | None = None,
+) -> int:
+    """Solve one scene with one method.
+
+    Parameters
+    ----------
+    scene
+        A scene file or the name of a built-in scene.
+    method
+        The method; `roughline list methods` names them.
+    resolution
+        Springs, cells or elements per contact radius; points per side of a rough surface.
+    option
+        KEY=VALUE, an option of the method; may be repeated.
+    json
+        Print one JSON object.
+    csv
+        Write the load steps as a table.
+    vtu
+        Write the fields at the last load for ParaView.
+    """
+    from comparisons.single import solve_scene
+    from reports import terminal
+
+    if json and csv is not None:
+        return _complain("--json and --csv: expected at most one of them", [])
+    options = tuple(
+        each if "." in each.partition("=")[0] else f"{method}.{each}" for each in option
+    )
+    overrides = _overrides(method, options)
+    result = solve_scene(scene, method, resolution, overrides, with_fields=vtu is not None)
+    if vtu is not None:
+        result.write_vtu(vtu)
+    if json:
+        print(result.to_json())
+    elif csv is not None:
+        result.write_csv(csv)
+    else:
+        terminal.print_solution(result)
+    if not result.converged:
+        print("\n".join(result.reasons), file=sys.stderr)
+    return FINE if result.converged else LOST
+
+
+@app.command(name="list")
+def list_(what: str) -> int:
+    """List what is built in.
+
+    Parameters
+    ----------
+    what
+        "scenes" or "methods".
+    """
+    from comparisons.errors import InputError
+    from reports import terminal
+
+    lists = {"scenes": terminal.print_scenes, "methods": terminal.print_methods}
+    if what not in lists:
+        raise InputError(f"list: expected one of {', '.join(lists)}, got {what!r}")
+    lists[what]()
+    return FINE
+
+
+@app.command
+def report(directory: Path, *, pictures: bool = True) -> int:
+    """Write the report of a results folder anew.
+
+    Parameters
+    ----------
+    directory
+        A folder that `roughline run` has written.
+    pictures
+        Render 3-D pictures.
+    """
+    print(_write_report(directory, pictures))
+    return FINE
+
+
+def _write_report(directory: Path, pictures: bool) -> Path:
+    from comparisons.store import load_study
+    from reports.html import write_report
+
+    path = directory / "report.html"
+    write_report(load_study(directory), path, pictures=pictures)
+    return path
+
+
+def _overrides(methods: str | None, options: tuple[str, ...]) -> dict[str, Any]:
+    """Turn --methods and --option into keys of the scene, to be validated with it."""
+    import tomllib
+
+    from comparisons.errors import InputError
+
+    overrides: dict[str, Any] = {}
+    if methods is not None:
+        overrides["compare.methods"] = [each.strip() for each in methods.split(",")]
+    for text in options:
+        key, equals, value = text.partition("=")
+        if not equals or key.count(".") != 1:
+            raise InputError(f"--option: expected METHOD.KEY=VALUE, got {text!r}")
+        try:
+            parsed = tomllib.loads(f"value = {value}")["value"]
+        except tomllib.TOMLDecodeError:
+            parsed = value
+        overrides[f"methods.{key}"] = parsed
+    return overrides
+
+
+def _plans(names: tuple[str, ...], overrides: dict[str, Any], full: bool) -> list[Plan]:
+    """Load and plan all scenes; problems of all files are told at once."""
+    from comparisons.errors import InputError
+    from comparisons.planning import plan_scene
+    from comparisons.scene import load_scene
+    from comparisons.suites import SUITES
+
+    sources = [each for name in names for each in SUITES.get(name, (name,))]
+    plans: list[Plan] = []
+    problems: list[str] = []
+    for source in sources:
+        try:
+            scene: Scene = load_scene(source, overrides)
+            plans += plan_scene(scene, "full" if full else "quick")
+        except InputError as error:
+            problems.append(str(error))
+    seen = [each.scene.name for each in plans]
+    problems += [
+        f"{name}: expected different names, two scenes have this one"
+        for name in sorted({n for n in seen if seen.count(n) > 1})
+    ]
+    if problems:
+        raise InputError("\n".join(problems))
+    return plans
+
+
+def _folder_name(scenes: tuple[str, ...], plans: list[Plan]) -> str:
+    from comparisons.suites import SUITES
+
+    if not scenes:
+        return "quick"
+    if len(scenes) == 1:
+        return scenes[0] if scenes[0] in SUITES else plans[0].scene.name
+    return "+".join(dict.fromkeys(each.scene.name for each in plans))[:100]

@@ -1,0 +1,153 @@
+"""What the command line prints: tables for people, and progress where someone watches."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+from rich.console import Console
+from rich.markup import escape
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
+from rich.table import Table
+
+if TYPE_CHECKING:
+    from comparisons.methods import Task
+    from comparisons.planning import Plan
+    from comparisons.single import SingleResult
+    from comparisons.store import StudyRecord
+    from comparisons.study import Progress as Callback
+
+MANY = 12
+
+
+@contextmanager
+def progress() -> Iterator[Callback]:
+    """Give a study something to report to: a bar on a terminal, silence elsewhere."""
+    console = Console(stderr=True)
+    if not console.is_terminal:
+        yield lambda done, total, task: None
+        return
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn())
+    with Progress(*columns, TimeElapsedColumn(), console=console, transient=True) as bar:
+        line = bar.add_task("solving", total=None)
+
+        def report(done: int, total: int, task: Task | None) -> None:
+            name = "" if task is None else f" {task.scene.name} {task.method} {task.resolution}"
+            bar.update(line, completed=done, total=total, description=f"solved{name}")
+
+        yield report
+
+
+def print_plans(plans: list[Plan]) -> None:
+    """Print what would be modelled, and what is left out and why."""
+    console = _console()
+    for plan in plans:
+        table = _table(f"{plan.scene.heading} ({plan.scene.name})", "method", "resolutions", "plan")
+        for planned in plan.methods:
+            if planned.supported:
+                levels = ", ".join(str(n) for n in planned.resolutions)
+                reason = f" [{planned.reason}]" if planned.reason.startswith("left out") else ""
+                table.add_row(planned.method, levels, escape(planned.modelled + reason))
+            else:
+                table.add_row(planned.method, "–", escape(f"not run: {planned.reason}"))
+        console.print(table)
+        for what, why in plan.left_out:
+            console.print(f"  left out: {what} – {why}", markup=False, highlight=False)
+        for note in plan.notes:
+            console.print(f"  note: {note}", markup=False, highlight=False)
+        console.print()
+
+
+def print_study(record: StudyRecord, lost: list[tuple[Task, str]]) -> None:
+    """Print the verdicts, each scene's answer, and where the report is."""
+    from comparisons.formatting import duration, plus_minus, tolerance
+    from reports.verdicts import verdicts
+
+    console = _console()
+    for scene in record.scenes:
+        for sentence in scene.disagreements:
+            console.print(f"{scene.name}: {sentence}", style="bold", markup=False)
+    table = _table("The reduced model", "scene", "quantity", "error (largest)", "verdict")
+    for scene in record.scenes:
+        for index, found in enumerate(verdicts(scene)):
+            words = found.quantity.replace("_", " ")
+            at = f" at equal {found.at}" if found.at in ("force", "penetration") else ""
+            number = plus_minus(found.error, found.uncertainty)
+            verdict = f"{found.word} {tolerance(found.tolerance)}"
+            if found.word == "no result":
+                number, verdict = "–", f"no result: {found.reason}"
+            name = scene.name if index == 0 else ""
+            table.add_row(name, words + at, number, escape(verdict))
+    console.print(table)
+    for scene in record.scenes:
+        console.print(f"{scene.name}: {scene.answer}", markup=False, highlight=False)
+    for task, reason in lost[:MANY]:
+        where = f"{task.scene.name} {task.method} {task.resolution}"
+        console.print(f"lost: {where}: {reason}", style="bold", markup=False)
+    if len(lost) > MANY:
+        console.print(f"... and {len(lost) - MANY} more lost solves", style="bold")
+    console.print(
+        f"\n{record.directory / 'report.html'}  ({duration(record.seconds)})", markup=False
+    )
+
+
+def print_solution(result: SingleResult) -> None:
+    """Print the load steps of one solve."""
+    from comparisons.formatting import duration, prefix_for, quantity
+
+    solution = result.solution
+    control = result.plan.loads.control
+    asked = (control, *(q for q in result.plan.scene.compare.quantities if q != control))
+    found = result.columns()
+    columns = {name: found[name] for name in asked if name in found}
+    headings, texts = [], []
+    for name, values in columns.items():
+        scale = prefix_for(values, quantity(name).unit)
+        unit = f" / {scale.unit}" if scale.unit else ""
+        headings.append(name.replace("_", " ") + unit)
+        texts.append([f"{value * scale.factor:.6g}" for value in values])
+    table = _table(f"{result.plan.scene.heading}: {result.method}", *headings)
+    for row in zip(*texts, strict=True):
+        table.add_row(*row)
+    console = _console()
+    console.print(table)
+    console.print(
+        f"resolution {result.resolution}, {solution.unknowns} unknowns, "
+        f"{duration(solution.seconds)} (set-up {duration(solution.setup_seconds)})",
+        highlight=False,
+    )
+
+
+def print_scenes() -> None:
+    """Print the built-in scenes and the suites."""
+    from comparisons.scene import builtin_names, load_scene
+    from comparisons.suites import SUITES
+
+    table = _table("Built-in scenes", "name", "title", "suites")
+    for name in builtin_names():
+        suites = ", ".join(suite for suite, members in SUITES.items() if name in members)
+        table.add_row(name, escape(load_scene(name).heading), suites)
+    _console().print(table)
+
+
+def print_methods() -> None:
+    """Print the methods."""
+    from comparisons.methods import METHODS
+
+    table = _table("Methods", "name", "what", "solves")
+    for name, method in METHODS.items():
+        solves = "a line" if method.dimension == 1 else "the 3-D contact"
+        table.add_row(name, method.title, solves)
+    _console().print(table)
+
+
+def _console() -> Console:
+    return Console()
+
+
+def _table(title: str, *headings: str) -> Table:
+    table = Table(title=escape(title), title_justify="left", box=None, pad_edge=False)
+    for heading in headings:
+        table.add_column(heading, overflow="fold")
+    return table
