@@ -43,7 +43,8 @@ def corrected_area(mask: ArrayLike, spacing: tuple[float, float], periodic: bool
     Tribol. Int. 114 (2017) 161). On rectangular cells each edge counts with its length times the
     cell size across it, so that S dx becomes (number of edges) dx dy. Edges on the rim of a free
     patch are not counted: the contact ends exactly there, no cell is cut. A cell has at most four
-    edges, so the result is at least 0.52 of the raw area and never negative.
+    edges, so the result is at least 0.52 of the raw area and never negative. Contacts whose outline
+    is given, like flat punches, are not overestimated by counting: do not correct them.
 
     Parameters
     ----------

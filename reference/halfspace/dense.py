@@ -151,15 +151,31 @@ class _Cells:
 
     def matrix(self, contact: NDArray[np.intp]) -> Field:
         """Coefficients among the contact cells."""
-        rows, columns = self.rows[contact], self.columns[contact]
-        return self.table[
-            np.abs(rows[:, None] - rows[None, :]), np.abs(columns[:, None] - columns[None, :])
-        ]
+        return _matrix(self.rows[contact], self.columns[contact], self.table)
+
+    def overlapping(self) -> NDArray[np.bool_]:
+        """All candidates, or the deepest of them if they are more than can be factorised.
+
+        About half of a geometric overlap stays in contact, so this may still end below the limit.
+        """
+        active = np.zeros(self.gaps.size, dtype=bool)
+        active[np.argsort(self.gaps, kind="stable")[:CELL_LIMIT]] = True
+        return active
 
     def displacement(self, contact: NDArray[np.intp], pressures: Field) -> Field:
         """Displacement of every candidate cell, (19.8)."""
         rows, columns = self.rows[contact], self.columns[contact]
         return _displacement(self.rows, self.columns, rows, columns, pressures, self.table)
+
+
+@njit(cache=True)
+def _matrix(rows, columns, table):
+    """Look the coefficients of all pairs of cells up by their offsets."""
+    result = np.empty((rows.size, rows.size))
+    for i in range(rows.size):
+        for k in range(rows.size):
+            result[i, k] = table[abs(rows[i] - rows[k]), abs(columns[i] - columns[k])]
+    return result
 
 
 @njit(cache=True)
@@ -188,7 +204,7 @@ def _solve(
     reach = value if kind == "penetration" else 1.5 * overlap_depth(operator, gap, value)
     while True:
         cells = _Cells.of(operator, gap, reach)
-        active = np.ones(cells.gaps.size, dtype=bool)
+        active = cells.overlapping()
         if start is not None and start[cells.rows, cells.columns].any():
             active = start[cells.rows, cells.columns]
         total = None if kind == "penetration" else value / operator.cell_area * cells.unit

@@ -8,6 +8,7 @@ final evaluation on the whole grid. Callers see only operator, gap and load in, 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -276,16 +277,19 @@ def _search_depth(
     tolerance: float,
     start: Field | None,
 ) -> Contact:
-    """Regula falsi with secant steps on mean gap(d), which falls from `widest` at d = 0."""
+    """Secant steps, bisected where they leave the bracket; mean gap(d) falls from `widest` at 0.
+
+    The mean gap is met to the tolerance times the penetration, as every clearance is.
+    """
     depth, low, high = widest - mean_gap, 0.0, np.inf
     previous = (0.0, widest)
     history: list[float] = []
     for _ in range(60):
         contact = at(depth, start)
         error = contact.mean_gap - mean_gap
-        history.append(abs(error) / mean_gap)
-        if abs(error) <= tolerance * widest:
-            return contact
+        history += contact.history
+        if abs(error) <= tolerance * depth:
+            return replace(contact, iterations=len(history), history=history)
         low, high = (depth, high) if error > 0 else (low, depth)
         slope = (contact.mean_gap - previous[1]) / (depth - previous[0])
         previous, start = (depth, contact.mean_gap), contact.pressure

@@ -9,7 +9,7 @@ from __future__ import annotations
 from typing import Protocol
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from scipy import fft
 
 from reference.halfspace import kernels
@@ -30,7 +30,7 @@ class HalfSpace(Protocol):
     def cell_area(self) -> float:
         """Area of one cell."""
 
-    def apply(self, pressure: NDArray[np.float64]) -> NDArray[np.float64]:
+    def apply(self, pressure: ArrayLike) -> NDArray[np.float64]:
         """Displacement of the cell centres under the given cell pressures."""
 
 
@@ -47,6 +47,14 @@ def check_grid(
         faults.append(f"effective_modulus must be positive and finite, not {effective_modulus!r}")
     if faults:
         raise ValueError("; ".join(faults))
+
+
+def check_pressure(pressure: ArrayLike, shape: tuple[int, int]) -> NDArray[np.float64]:
+    """Return the pressure as a double array of the operator's shape, or raise ValueError."""
+    pressure = np.asarray(pressure, dtype=float)
+    if pressure.shape != shape:
+        raise ValueError(f"pressure has shape {pressure.shape}, the operator {shape}")
+    return pressure
 
 
 class FreeOperator:
@@ -107,8 +115,9 @@ class FreeOperator:
         )
         return fft.rfft2(quarter[np.ix_(*offsets)], workers=_WORKERS).real.copy()
 
-    def apply(self, pressure: NDArray[np.float64]) -> NDArray[np.float64]:
+    def apply(self, pressure: ArrayLike) -> NDArray[np.float64]:
         """Displacement of all cell centres under cell pressures of shape `shape`."""
+        pressure = check_pressure(pressure, self.shape)
         nx, ny = self.shape
         # rows of zeros need no transform along y, and rows of no interest need none on the way back
         rows = fft.rfft(pressure, n=self._padded[1], axis=1, workers=_WORKERS)
@@ -170,8 +179,9 @@ class PeriodicOperator:
         """Area of one cell, dx dy."""
         return self.spacing[0] * self.spacing[1]
 
-    def apply(self, pressure: NDArray[np.float64]) -> NDArray[np.float64]:
+    def apply(self, pressure: ArrayLike) -> NDArray[np.float64]:
         """Displacement (mean zero) of all cell centres under one period of pressures."""
+        pressure = check_pressure(pressure, self.shape)
         spectrum = fft.rfft2(pressure, workers=_WORKERS)
         spectrum *= self._transfer
         return fft.irfft2(spectrum, s=self.shape, overwrite_x=True, workers=_WORKERS)

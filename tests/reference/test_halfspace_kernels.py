@@ -143,5 +143,7 @@ def test_cell_and_continuum_kernels_agree_for_long_waves():
 def test_operators_list_all_wrong_arguments():
     with pytest.raises(ValueError, match=r"shape.*spacing.*effective_modulus"):
         FreeOperator((0, 4), (1.0, -1.0), float("nan"))
+    with pytest.raises(ValueError, match=r"pressure has shape \(4, 5\)"):
+        FreeOperator((4, 4), (1.0, 1.0), 1.0).apply(np.ones((4, 5)))
     with pytest.raises(ValueError, match="kernel"):
         PeriodicOperator((4, 4), (1.0, 1.0), 1.0, kernel="spline")
