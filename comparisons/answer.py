@@ -8,6 +8,7 @@ import pandas as pd
 from comparisons.comparison import main_axis
 from comparisons.formatting import duration, relative, tolerance
 from comparisons.methods import METHODS
+from comparisons.metrics import rms_and_maximum
 from comparisons.reference import EXACT, Reference
 
 
@@ -80,7 +81,7 @@ def _sentence(name: str, wanted: float, table: pd.DataFrame, reference: Referenc
     bar = reference.uncertainty.get(name)
     if bar is None or not np.isfinite(bar).any():
         return text + f"; truth: {reference.label}, its error is not known."
-    largest = float(np.nanmax(bar))
-    if largest <= EXACT:
+    usual, _ = rms_and_maximum(bar)
+    if usual <= EXACT:
         return text + "; truth: closed form."
-    return text + f"; truth: {reference.label}, known to {relative(largest)}."
+    return text + f"; truth: {reference.label}, known to {relative(usual)}."

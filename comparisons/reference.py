@@ -8,7 +8,7 @@ import numpy as np
 
 from comparisons.formatting import relative
 from comparisons.methods import METHODS, Solution
-from comparisons.metrics import relative_error
+from comparisons.metrics import relative_error, rms_and_maximum
 from comparisons.uncertainty import combined, ensemble_uncertainty, grid_uncertainty
 
 # Closed forms are evaluated to some ten last digits.
@@ -138,7 +138,7 @@ def _sentence(
     if method == "closed_form":
         return "The truth is the closed form, exact to round-off."
     known = {
-        name: float(np.nanmax(uncertainty[name]))
+        name: rms_and_maximum(uncertainty[name])[0]
         for name in quantities
         if name in uncertainty and np.isfinite(uncertainty[name]).any()
     }
@@ -148,7 +148,7 @@ def _sentence(
     if not known:
         return what + "; only one resolution was run, so its error is not known."
     bars = ", ".join(f"{name.replace('_', ' ')} {relative(bar)}" for name, bar in known.items())
-    return what + f", known to (95 %, largest over the loads): {bars}."
+    return what + f", known to (95 %, rms over the loads): {bars}."
 
 
 def disagreements(

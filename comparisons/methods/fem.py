@@ -215,6 +215,22 @@ def _quantities(
     return values
 
 
+def _area(geometry: Geometry, contact: fem.Contact) -> float:
+    """Return the best estimate of the contact area.
+
+    The nodes of a rough patch form a grid, so the perimeter correction of grids applies. The face
+    of a punch whose edges are mesh lines is known.
+    """
+    if isinstance(geometry, RoughGeometry):
+        points = round(np.sqrt(contact.active.size * geometry.points[0] / geometry.points[1]))
+        mask = contact.active.reshape(points, -1)
+        spacing = geometry.spacing(mask)
+        return float(corrected_area(mask, spacing))
+    if isinstance(geometry.indenter, SquarePunch):
+        return geometry.indenter.area
+    return contact.contact_area
+
+
 def _fields(task: Task, body: fem.CondensedBody, contact: fem.Contact) -> dict[str, np.ndarray]:
     """Return pressure and, with it, the body's displacement and stress for pictures and VTU."""
     fields = {"penetration": np.array(contact.penetration)}
