@@ -12,6 +12,7 @@ True
 from reference.fem.body import CondensedBody, ball_body, tensor_body
 from reference.fem.contact import Contact, press
 from reference.fem.contact_area import contact_radius
+from reference.fem.mesh import graded_lines
 from reference.fem.recovery import Fields, recover
 from reference.fem.single_contact import indent
 
@@ -21,6 +22,7 @@ __all__ = [
     "Fields",
     "ball_body",
     "contact_radius",
+    "graded_lines",
     "indent",
     "press",
     "recover",

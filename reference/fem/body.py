@@ -248,7 +248,7 @@ def tensor_body(
     order: int = 1,
     far_field: str = "boussinesq",
     extent: float = 3.0,
-    growth: float = 1.6,
+    growth: float = 1.5,
     reduced_integration: bool = True,
 ) -> CondensedBody:
     """Build a half-space with a rectangular grid of candidate contact points.

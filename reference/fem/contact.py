@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -141,34 +141,25 @@ class _Problem:
             yield self._contact(step, value, None)
 
     def by_force(self, values: NDArray[np.float64]) -> Iterator[Contact]:
-        """Newton on F(d): exact when the set stays, since F is linear in d on a fixed set."""
-        step, depth = None, None
+        touching = self.gap == self.gap.min()
+        step = self._fixed(touching, self.gap.min(), np.zeros_like(self.gap))
         for value in values:
-            target = value / self.force_unit
-            if step is None:
-                first = self.gap.min() + 1e-9 * np.ptp(self.gap)
-                active = self.gap <= first
-                step = self._fixed(active, self.gap.min() + 1.0, np.zeros_like(self.gap))
-                depth = self._depth_at(step, target, np.inf)
-            step, depth = self._reach(target, step)
-            yield self._contact(step, depth * self.body.length, value)
+            step = self._reach(value / self.force_unit, step)
+            yield self._contact(step, step.depth * self.body.length, value)
 
-    def _depth_at(self, step: _Step, target: float, _: float) -> float:
-        return step.depth + (target - step.reactions.sum()) / step.slope
-
-    def _reach(self, target: float, step: _Step) -> tuple[_Step, float]:
-        low, high, total, history = self.gap.min(), np.inf, 0, []
+    def _reach(self, target: float, step: _Step) -> _Step:
+        """Newton on F(d), kept inside a bracket; exact when the set stays, F being linear then."""
+        low, high, iterations, history = self.gap.min(), np.inf, 0, []
         for _ in range(self.limit):
-            depth = self._depth_at(step, target, 0.0)
+            depth = step.depth + (target - step.reactions.sum()) / step.slope
             if not low < depth < high:
                 depth = 0.5 * (low + high) if np.isfinite(high) else low + 2 * (step.depth - low)
             found = self._solve(depth, step.active)
-            total += found.iterations
+            iterations += found.iterations
             history += found.history
             force = found.reactions.sum()
-            same = found.iterations == 1 and np.array_equal(found.active, step.active)
-            if same and abs(force - target) <= 1e-9 * target:
-                return found.after(total, history), depth
+            if np.array_equal(found.active, step.active) and abs(force - target) <= 1e-9 * target:
+                return found.after(iterations, history)
             low, high = (max(low, depth), high) if force < target else (low, min(high, depth))
             step = found
         raise ConvergenceError(
@@ -185,8 +176,9 @@ class _Problem:
             return step
         iterations, history = step.iterations, list(step.history)
         for _ in range(self.limit):
-            if step.overlap(self.gap) <= 1e-12 * depth:
-                return step.after(iterations, history)
+            if step.overlap(self.gap) <= 1e-10 * depth:
+                slope = self._slope(step.active, np.zeros_like(self.softness))
+                return replace(step.after(iterations, history), slope=slope)
             offset = np.where(step.active, step.reactions * self.softness, 0.0)
             step = self._settle(depth, step.active, offset)
             iterations += step.iterations
@@ -200,14 +192,15 @@ class _Problem:
     ) -> _Step:
         seen: set[bytes] = set()
         history: list[int] = []
-        one_by_one = False
-        for iteration in range(1, self.limit * (1 + one_by_one * len(self.gap)) + 1):
+        budget, one_by_one = self.limit, False
+        while len(history) < budget:
             step = self._fixed(active, depth, offset)
             wanted = self._wanted(step, offset)
             history.append(int(active.sum()))
             if np.array_equal(wanted, active):
-                return step.after(iteration, history)
-            one_by_one = one_by_one or wanted.tobytes() in seen
+                return step.after(len(history), history)
+            if wanted.tobytes() in seen and not one_by_one:
+                one_by_one, budget = True, budget + 10 * len(self.gap)
             seen.add(wanted.tobytes())
             if one_by_one:
                 # Murty's least-index pivoting: the compliance is positive definite, so it ends
@@ -216,7 +209,7 @@ class _Problem:
                 wanted[change] = ~active[change]
             active = wanted
         raise ConvergenceError(
-            f"the contact set did not settle in {self.limit} iterations at penetration "
+            f"the contact set did not settle in {budget} iterations at penetration "
             f"{depth * self.body.length:.6g}",
             history,
         )
@@ -227,16 +220,22 @@ class _Problem:
         inside = np.flatnonzero(active)
         slope = 0.0
         if len(inside):
-            matrix = self.compliance[np.ix_(inside, inside)]
-            matrix[np.diag_indices(len(inside))] += self.softness[inside]
-            right = np.stack(
-                [depth - self.gap[inside] + offset[inside], np.ones(len(inside))], axis=1
-            )
-            solved = cho_solve(cho_factor(matrix, lower=True, overwrite_a=True), right)
-            reactions[inside] = solved[:, 0]
-            slope = solved[:, 1].sum()
+            right = np.stack([depth - self.gap + offset, np.ones_like(offset)], axis=1)[inside]
+            solved = self._forces(inside, self.softness, right)
+            reactions[inside], slope = solved[:, 0], float(solved[:, 1].sum())
         displacement = self.compliance[:, inside] @ reactions[inside]
-        return _Step(depth, active, reactions, displacement, float(slope))
+        return _Step(depth, active, reactions, displacement, slope)
+
+    def _forces(
+        self, inside: NDArray[np.int64], softness: NDArray[np.float64], right: NDArray[np.float64]
+    ) -> NDArray[np.float64]:
+        matrix = self.compliance[np.ix_(inside, inside)]
+        matrix[np.diag_indices(len(inside))] += softness[inside]
+        return cho_solve(cho_factor(matrix, lower=True, overwrite_a=True), right)
+
+    def _slope(self, active: NDArray[np.bool_], softness: NDArray[np.float64]) -> float:
+        inside = np.flatnonzero(active)
+        return float(self._forces(inside, softness, np.ones(len(inside))).sum())
 
     def _wanted(self, step: _Step, offset: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Who should touch: pushing points stay, overlapping points join."""
@@ -293,15 +292,7 @@ class _Step:
     history: list[int] = field(default_factory=list)
 
     def after(self, iterations: int, history: list[int]) -> _Step:
-        return _Step(
-            self.depth,
-            self.active,
-            self.reactions,
-            self.displacement,
-            self.slope,
-            iterations,
-            history,
-        )
+        return replace(self, iterations=iterations, history=history)
 
     def overlap(self, gap: NDArray[np.float64]) -> float:
         return float(np.max(self.depth - gap - self.displacement, initial=0.0))

@@ -164,7 +164,7 @@ class _Dissection:
     ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
         """Schur complement after elimination of the first `count` unknowns."""
         if count == 0:
-            return names, matrix
+            return _sorted(names, matrix)
         factor = cholesky(matrix[:count, :count], lower=True, check_finite=False)
         coupling = solve_triangular(factor, matrix[:count, count:], lower=True, check_finite=False)
         if self.fronts is not None:

@@ -1,0 +1,397 @@
+"""Contact of rigid shapes with the finite-element half-space, against closed forms."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.special import ellipe, ellipk
+
+from reference.errors import ConvergenceError
+from reference.fem import (
+    ball_body,
+    contact_radius,
+    graded_lines,
+    indent,
+    press,
+    recover,
+    tensor_body,
+)
+
+
+@cache
+def default_body(nu=0.3):
+    return ball_body(1.0, 1.0, nu)
+
+
+@cache
+def fitted_body(nu=0.3, elements=4):
+    return ball_body(1.0, 1.0, nu, edge=1.0, elements=elements)
+
+
+def paraboloid(body):
+    return 0.5 * (body.points**2).sum(axis=1)
+
+
+def hertz_error(body, step):
+    """Relative error against F = 4/3 E* sqrt(R) d^1.5 (Johnson 1985, eq. 4.23), R = 1."""
+    return step.force / (4.0 / 3.0 * body.effective_modulus * step.penetration**1.5) - 1.0
+
+
+@pytest.mark.parametrize("nu", [-0.5, 0.0, 0.3, 0.49, 0.499])
+def test_hertz_force_on_the_default_mesh(nu):
+    """Measured at ten depths, a/R from 0.6 to 1 contact radius: below 0.3 % for every nu.
+
+    The error is the jump of the contact set from node to node; 0.5 % leaves room for it, and is
+    half of what the method promises.
+    """
+    body = default_body(nu)
+    steps = press(body, paraboloid(body), penetration=np.linspace(0.36, 1.0, 10))
+    assert max(abs(hertz_error(body, step)) for step in steps) < 5e-3
+
+
+@pytest.mark.parametrize("nu", [0.0, 0.3, 0.49, 0.499])
+def test_hertz_on_a_fitted_mesh_at_any_depth(nu):
+    """Measured 1.2e-4 (nu = 0) to 1.6e-4 (nu = 0.499) in force, 2.5e-4 to 3.2e-4 in area."""
+    body = fitted_body(nu)
+    for depth, (fitted, step) in zip(
+        (1e-6, 0.2, 7.0),
+        indent(body, lambda x, y: 0.5 * (x**2 + y**2), penetration=[1e-6, 0.2, 7.0]),
+        strict=True,
+    ):
+        assert abs(hertz_error(fitted, step)) < 3e-4
+        assert step.contact_area == pytest.approx(np.pi * depth, rel=6e-4)
+        assert step.stiffness == pytest.approx(
+            2 * body.effective_modulus * np.sqrt(depth), rel=6e-4
+        )
+        # U = 2/5 F d for a paraboloid
+        assert step.energy == pytest.approx(0.4 * step.force * depth, rel=6e-4)
+
+
+def test_force_converges_with_nearly_the_square_of_the_cell():
+    """Fitted mesh, 2 to 5 elements per radius: measured order 1.85.
+
+    The growth of the outer cells shrinks only with the square root of the cell size, to keep the
+    number of unknowns proportional to the cube of the resolution.
+    """
+    sizes, errors = np.array([2, 3, 4, 5]), []
+    for elements in sizes:
+        fitted, step = next(
+            indent(
+                fitted_body(0.3, int(elements)),
+                lambda x, y: 0.5 * (x**2 + y**2),
+                penetration=1.0,
+            )
+        )
+        errors.append(abs(hertz_error(fitted, step)))
+    order = -np.polyfit(np.log(sizes), np.log(errors), 1)[0]
+    assert order > 1.6
+    assert errors[-1] < 1e-4
+
+
+def test_cone_and_fourth_power_force():
+    """Love 1939: F = 2 E* d^2/(pi tan) ; F = 2 E* n/(n+1) d a with d = 8/3 c a^4 (n = 4).
+
+    Measured 8e-5 and 1.1e-4; the kink of the cone's tip costs nothing because it is a node.
+    """
+    body = fitted_body()
+    _, cone = next(indent(body, lambda x, y: 0.1 * np.hypot(x, y), penetration=0.02))
+    assert cone.force == pytest.approx(
+        2.0 / np.pi * body.effective_modulus * 0.02**2 / 0.1, rel=3e-4
+    )
+    _, flat = next(indent(body, lambda x, y: 3.0 * np.hypot(x, y) ** 4, penetration=0.02))
+    radius = (0.02 * 3.0 / 8.0 / 3.0) ** 0.25
+    assert flat.force == pytest.approx(1.6 * body.effective_modulus * 0.02 * radius, rel=3e-4)
+    assert flat.contact_area == pytest.approx(np.pi * radius**2, rel=2e-3)
+
+
+@pytest.mark.parametrize("aspect", [1.0, 2.0, 5.0])
+def test_flat_elliptic_punch_stiffness(aspect):
+    """Exact dF/dd = pi E* a / K(1 - b^2/a^2) (Johnson 1985, sec. 3.8).
+
+    Measured +0.2 to +0.25 %: the ring element cannot bend like sqrt(distance) at the edge.
+    It halves from 4 to 6 elements.
+    """
+    body = ball_body(1.0, 1.0, 0.3, edge=1.0, elements=4, stretch=(aspect, 1.0))
+    x, y = body.points.T
+    gap = np.where(np.hypot(x / aspect, y) <= 1.0 + 1e-9, 0.0, np.inf)
+    (step,) = press(body, gap, penetration=0.01)
+    exact = np.pi * body.effective_modulus * aspect / ellipk(1.0 - aspect**-2)
+    assert 0.0 < step.stiffness / exact - 1.0 < 3.5e-3
+    assert step.force == pytest.approx(step.stiffness * 0.01, rel=1e-12)
+    assert step.contact_area == pytest.approx(np.pi * aspect, rel=1e-12)
+
+
+def test_square_punch_with_mesh_lines_on_its_edge():
+    """Stiffness 1.0212 times that of the disc of equal area (recomputed by boundary elements).
+
+    Cells shrink towards the edge with the root of the distance; measured +0.55 % with 4 of them,
+    +0.36 % with 5, +0.24 % with 6.
+    """
+    lines = graded_lines(0.0, 1.0, 4, 0.5)
+    body = tensor_body(lines, lines, 1.0, 0.3, symmetry="quarter", order=2)
+    (step,) = press(body, np.zeros(len(body.weights)), penetration=1.0)
+    disc = 2.0 * body.effective_modulus * np.sqrt(4.0 / np.pi)
+    assert 0.0 < step.stiffness / disc / 1.0212 - 1.0 < 8e-3
+
+
+def test_elliptic_paraboloid_and_curvature_ratio():
+    """Aspect 2 contact of a paraboloid with the curvature ratio that belongs to it.
+
+    Johnson 1985, eqs. 4.26-4.32, by the complete elliptic integrals; measured 2e-4.
+    """
+    major, minor = 2.0, 1.0
+    m = 1.0 - (minor / major) ** 2
+    k, e = ellipk(m), ellipe(m)
+    # p0 from A, B: with p = p0 sqrt(1 - x^2/a^2 - y^2/b^2), u = p0/(E*) [..] (eqs. 3.41)
+    body = ball_body(1.0, 1.0, 0.3, edge=1.0, elements=4, stretch=(major, minor))
+    p0 = 1.0
+    scale = p0 * minor / (body.effective_modulus * m * major**2)
+    curve_x = scale * (k - e)
+    curve_y = scale * ((major / minor) ** 2 * e - k)
+    depth = p0 * minor * k / body.effective_modulus
+    force = 2.0 / 3.0 * p0 * np.pi * major * minor
+    fitted, step = next(
+        indent(body, lambda x, y: curve_x * x**2 + curve_y * y**2, penetration=depth)
+    )
+    assert step.force == pytest.approx(force, rel=1e-3)
+    assert step.contact_area == pytest.approx(np.pi * major * minor, rel=2e-3)
+    assert fitted.length == pytest.approx(1.0, rel=5e-3)
+
+
+def test_pressure_is_that_of_hertz():
+    """Nodal forces over tributary areas: L2 1.2 % and peak 0.8 % with 4 elements.
+
+    With 6 elements 0.6 % and 0.4 %.
+    """
+    fitted, step = next(indent(fitted_body(), lambda x, y: 0.5 * (x**2 + y**2), penetration=1.0))
+    radius = np.hypot(*fitted.points.T)
+    peak = 2.0 * fitted.effective_modulus / np.pi
+    exact = peak * np.sqrt(np.clip(1.0 - radius**2, 0.0, None))
+    error = fitted.weights @ (step.pressure - exact) ** 2 / (fitted.weights @ exact**2)
+    assert np.sqrt(error) < 0.018
+    assert step.pressure[radius == 0.0][0] == pytest.approx(peak, rel=0.012)
+
+
+def test_contact_radius_from_moments_beats_counting():
+    """Measured rms 0.7 % against 3 % for the counted nodes."""
+    body = default_body()
+    fitted, counted = [], []
+    for step in press(body, paraboloid(body), penetration=np.linspace(0.4, 0.95, 12)):
+        exact = np.sqrt(step.penetration)
+        fitted.append(contact_radius(body, step.reactions, step.active) / exact - 1.0)
+        counted.append(np.sqrt(step.contact_area_raw / np.pi) / exact - 1.0)
+    assert np.std(fitted) < 0.015
+    assert np.linalg.norm(fitted) < 0.5 * np.linalg.norm(counted)
+
+
+def test_without_reduced_integration_nearly_incompressible_elements_lock():
+    """At nu = 0.499 trilinear elements lock by tens of per cent, with it they do not."""
+    lines = np.linspace(0.0, 1.2, 7)
+    errors = {}
+    for reduced in (True, False):
+        body = tensor_body(
+            lines, lines, 1.0, 0.499, symmetry="quarter", reduced_integration=reduced
+        )
+        (step,) = press(body, paraboloid(body), penetration=0.9)
+        errors[reduced] = hertz_error(body, step)
+    assert abs(errors[True]) < 0.03
+    assert errors[False] > 0.25
+
+
+def test_a_fixed_boundary_is_too_stiff_and_boussinesq_does_not_depend_on_the_extent():
+    """Fixed at 10 a: about +10 % in F; Boussinesq between 3 a and 8 a: 3e-4 (mesh growth)."""
+    errors = {}
+    for far_field, extent in (("fixed", 10.0), ("boussinesq", 3.0), ("boussinesq", 8.0)):
+        body = ball_body(1.0, 1.0, 0.3, elements=4, edge=1.0, far_field=far_field, extent=extent)
+        (step,) = press(body, paraboloid(body), penetration=0.99)
+        errors[far_field, extent] = hertz_error(body, step)
+    assert 0.06 < errors["fixed", 10.0] < 0.16
+    assert abs(errors["boussinesq", 3.0] - errors["boussinesq", 8.0]) < 5e-4
+
+
+def test_quarter_and_full_models_agree():
+    """The full mesh is the mirrored quarter: the same forces to rounding (1e-9)."""
+    quarter = ball_body(1.0, 1.0, 0.3, elements=3)
+    full = ball_body(1.0, 1.0, 0.3, elements=3, symmetry="none")
+    (a,), (b,) = (press(body, paraboloid(body), penetration=0.8) for body in (quarter, full))
+    assert a.force == pytest.approx(b.force, rel=1e-9)
+    assert a.contact_area_raw == pytest.approx(b.contact_area_raw, rel=1e-9)
+    lines = np.linspace(-1.0, 1.0, 9)
+    full = tensor_body(lines, lines, 1.0, 0.3)
+    quarter = tensor_body(lines[4:], lines[4:], 1.0, 0.3, symmetry="quarter")
+    (a,), (b,) = (press(body, paraboloid(body), force=0.4) for body in (quarter, full))
+    assert a.penetration == pytest.approx(b.penetration, rel=1e-9)
+
+
+def test_linear_and_quadratic_elements_agree_on_two_bumps():
+    """Two bumps of different height, off centre: no symmetry to hide behind; measured 0.8 %."""
+
+    def gap(x, y):
+        first = (x - 0.35) ** 2 + (y + 0.2) ** 2
+        second = (x + 0.4) ** 2 + (y - 0.25) ** 2 + 0.02
+        return np.minimum(first, second)
+
+    forces = []
+    for order, count in ((1, 25), (2, 11)):
+        lines = np.linspace(-1.0, 1.0, count)
+        body = tensor_body(lines, lines, 1.0, 0.3, order=order)
+        (step,) = press(body, gap(*body.points.T), penetration=0.15)
+        forces.append(step.force)
+    assert forces[0] == pytest.approx(forces[1], rel=0.02)
+
+
+@settings(max_examples=20, deadline=None)
+@given(
+    depth=st.floats(0.05, 1.0),
+    length=st.sampled_from([2.0**-30, 2.0**-3, 1.0, 2.0**10]),
+    modulus=st.sampled_from([1.0, 2.0**37, 2.0**-5]),
+)
+def test_scaling_by_powers_of_two_changes_no_bit(depth, length, modulus):
+    body = small_body(1.0, 1.0)
+    (plain,) = press(body, paraboloid(body), penetration=depth)
+    twin = small_body(length, modulus)
+    gap = length * paraboloid(body)
+    (scaled,) = press(twin, gap, penetration=depth * length)
+    assert scaled.force == plain.force * modulus * length**2
+    assert np.array_equal(scaled.active, plain.active)
+
+
+@cache
+def small_body(length, modulus):
+    return ball_body(length, modulus, 0.3, elements=3)
+
+
+def test_nanometres_and_metres_give_the_same_digits():
+    """Lengths in contact radii inside: 1e-12 is the rounding of the gap itself."""
+    forces = []
+    for length, modulus in ((1e-9, 70e9), (1.0, 1.0), (1e-3, 210e9)):
+        body = small_body(length, modulus)
+        (step,) = press(body, paraboloid(body) / length, penetration=0.8 * length)
+        forces.append(step.force / (modulus * length**2))
+    np.testing.assert_allclose(forces, forces[0], rtol=1e-12)
+
+
+@settings(max_examples=25, deadline=None)
+@given(load=st.floats(1e-4, 3.0), exponent=st.floats(1.0, 6.0))
+def test_force_control_inverts_penetration_control(load, exponent):
+    body = default_body()
+    gap = np.hypot(*body.points.T) ** exponent
+    (by_force,) = press(body, gap, force=load)
+    (by_depth,) = press(body, gap, penetration=by_force.penetration)
+    assert by_depth.force == pytest.approx(load, rel=1e-9)
+    assert np.array_equal(by_depth.active, by_force.active)
+
+
+@settings(max_examples=25, deadline=None)
+@given(seed=st.integers(0, 2**32 - 1))
+def test_contact_laws_hold_on_random_gaps(seed):
+    """No overlap, no tension, force rises with penetration, stiffness is the slope, balance."""
+    body = default_body()
+    rng = np.random.default_rng(seed)
+    gap = rng.uniform(0.0, 1.0, len(body.weights)) ** 2
+    gap[rng.random(len(gap)) < 0.1] = np.inf
+    steps = list(press(body, gap, penetration=[0.1, 0.2, 0.4]))
+    for step in steps:
+        assert step.violation < 1e-10
+        assert np.all(step.pressure >= 0.0)
+        overlap = step.penetration - gap - step.displacement
+        assert np.all(overlap < 1e-10)
+        np.testing.assert_allclose(overlap[step.active], 0.0, atol=1e-10)
+        assert step.force == pytest.approx(4.0 * step.reactions.sum(), rel=1e-12)
+        assert 0.0 < step.energy < 0.5 * step.force * step.penetration * (1 + 1e-9)
+    forces = [step.force for step in steps]
+    assert forces == sorted(forces)
+    near = steps[1].penetration * (1 + 1e-9)
+    (moved,) = press(body, gap, penetration=near)
+    slope = (moved.force - steps[1].force) / (near - steps[1].penetration)
+    assert slope == pytest.approx(steps[1].stiffness, rel=1e-4)
+
+
+def test_warm_and_cold_starts_agree():
+    body = default_body()
+    depths = np.linspace(0.05, 1.0, 8)
+    warm = [step.force for step in press(body, paraboloid(body), penetration=depths)]
+    cold = [next(press(body, paraboloid(body), penetration=depth)).force for depth in depths]
+    np.testing.assert_allclose(warm, cold, rtol=1e-12)
+    down = [step.force for step in press(body, paraboloid(body), penetration=depths[::-1])]
+    np.testing.assert_allclose(down[::-1], cold, rtol=1e-12)
+
+
+def test_penalty_approaches_the_active_set_in_proportion_to_its_softness():
+    """-1 %, -0.1 %, -0.01 % at eps h/E* = 10, 100, 1000: order 1, never too stiff."""
+    body = default_body()
+    (exact,) = press(body, paraboloid(body), penetration=1.0)
+    penalties = np.array([10.0, 100.0, 1000.0])
+    errors = np.array(
+        [
+            next(
+                press(body, paraboloid(body), penetration=1.0, contact="penalty", penalty=value)
+            ).force
+            / exact.force
+            - 1.0
+            for value in penalties
+        ]
+    )
+    assert np.all(errors < 0.0)
+    assert np.polyfit(np.log(penalties), np.log(-errors), 1)[0] == pytest.approx(-1.0, abs=0.05)
+
+
+def test_augmented_lagrangian_ends_at_the_active_set():
+    body = default_body()
+    for load in ({"penetration": 0.7}, {"force": 0.8}):
+        (exact,) = press(body, paraboloid(body), **load)
+        (step,) = press(
+            body, paraboloid(body), contact="augmented_lagrangian", penalty=100.0, **load
+        )
+        assert step.force == pytest.approx(exact.force, rel=1e-8)
+        assert step.penetration == pytest.approx(exact.penetration, rel=1e-8)
+        assert step.stiffness == pytest.approx(exact.stiffness, rel=1e-8)
+
+
+def test_von_mises_maximum_lies_below_the_surface():
+    """Johnson 1985, sec. 4.2(a): 0.620 p0 at z = 0.481 a for nu = 0.3.
+
+    From averaged nodal stresses on elements of a/6: 3 % in value, half an element
+    (0.13 at this depth) in place.
+    """
+    body = default_body()
+    (step,) = press(body, paraboloid(body), penetration=1.0)
+    fields = recover(body, step.reactions)
+    top = np.argmax(fields.von_mises)
+    peak = 2.0 * body.effective_modulus / np.pi
+    assert fields.von_mises[top] / peak == pytest.approx(0.620, rel=0.03)
+    np.testing.assert_allclose(fields.points[top], [0.0, 0.0, 0.481], atol=0.13)
+
+
+def test_fixed_meshes_refuse_and_report():
+    body = default_body()
+    gap = paraboloid(body)
+    with pytest.raises(ConvergenceError, match="did not settle") as caught:
+        next(press(body, gap, penetration=1.0, max_iterations=1))
+    assert caught.value.history
+    soft = {"contact": "augmented_lagrangian", "penalty": 1e-2, "max_iterations": 20}
+    with pytest.raises(ConvergenceError, match="overlap did not vanish"):
+        list(press(body, gap, penetration=1.0, **soft))
+    with pytest.raises(ValueError, match=r"gap.*exactly one.*contact.*penalty"):
+        press(body, gap[:-1], contact="lagrange", penalty=-1.0)
+    with pytest.raises(ValueError, match="penetration must be positive"):
+        press(body, gap, penetration=[0.1, -1.0])
+    with pytest.raises(ValueError, match="finite somewhere"):
+        press(body, np.full_like(gap, np.inf), penetration=0.1)
+    lines = np.linspace(0.0, 1.0, 3)
+    box = tensor_body(lines, lines, 1.0, 0.3)
+    with pytest.raises(ValueError, match="mesh circle"):
+        indent(box, lambda x, y: x**2, penetration=1.0)
+    with pytest.raises(ConvergenceError, match="infinite at every size"):
+        next(indent(body, lambda x, y: np.full_like(x, np.inf), penetration=1.0))
+
+
+@pytest.mark.slow
+def test_fitted_mesh_reaches_a_few_parts_in_a_hundred_thousand():
+    """With 8 elements per radius: measured 3e-5 in the Hertz force at 78 000 unknowns."""
+    fitted, step = next(indent(fitted_body(0.3, 8), lambda x, y: 0.5 * (x**2 + y**2), force=1.0))
+    assert abs(hertz_error(fitted, step)) < 6e-5

@@ -1,0 +1,244 @@
+"""The elements, the exterior fields and the condensation, before any contact."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from reference.fem import ball_body, recover, tensor_body
+from reference.fem.elasticity import lame_parameters, shape_gradients, stiffness_matrices
+from reference.fem.far_field import boussinesq, exterior_stiffness
+from reference.fem.mesh import facet_quadrature, growing_lines, ring_mesh, tensor_mesh
+from reference.fem.nested_dissection import LinearSystem, condense
+
+DISTORTED = 0.3
+
+
+def distorted_mesh(order):
+    """Unequal bricks, or stretched curved rings for the triquadratic elements."""
+    if order == 2:
+        rings = np.array([0.5, 0.8, 1.0, 1.7])
+        return ring_mesh(
+            rings, np.array([0.0, 0.3, 1.0]), core_cells=2, round_from=1.0, stretch=(1.5, 1.0)
+        )
+    lines = np.array([0.0, 0.4, 1.0, 2.1])
+    return tensor_mesh(lines, lines, lines, order=1, quarter=True)
+
+
+def internal_forces(grid, displacement, nu):
+    mesh = grid.mesh
+    numbers = mesh.dofs.element_dofs.T
+    forces = np.einsum(
+        "eij,ej->ei",
+        stiffness_matrices(mesh, nu),
+        displacement[numbers].reshape(len(numbers), -1),
+    )
+    total = np.zeros_like(displacement)
+    np.add.at(total, numbers.reshape(-1), forces.reshape(-1, 3))
+    return total
+
+
+@pytest.mark.parametrize("order", [1, 2])
+@pytest.mark.parametrize("nu", [-0.5, 0.0, 0.3, 0.499])
+def test_linear_displacement_leaves_inner_nodes_free_of_force(order, nu):
+    """Patch test: exact up to rounding (1e-10 covers the lambda/mu = 500 of nu = 0.499).
+
+    Only for straight cells is a linear field's stress integral exact on *every* face; inside the
+    body it is exact on curved cells too, because shape functions reproduce the coordinates.
+    """
+    grid = distorted_mesh(order)
+    gradient = np.array([[0.3, -0.2, 0.5], [0.1, 0.7, -0.4], [-0.6, 0.2, -0.9]])
+    points = grid.mesh.p.T
+    forces = internal_forces(grid, points @ gradient.T, nu)
+    boundary = np.unique(facet_quadrature(grid.mesh, grid.mesh.boundary_facets(), 2)[0])
+    inner = np.setdiff1d(np.arange(len(points)), boundary)
+    assert len(inner) > 0
+    assert np.abs(forces[inner]).max() <= 1e-10 * np.abs(forces).max()
+    # and the outer forces are those of the uniform stress: virtual work over the volume
+    _, volumes = shape_gradients(grid.mesh, 3)
+    lame, shear = lame_parameters(nu)
+    strain = 0.5 * (gradient + gradient.T)
+    stress = 2 * shear * strain + lame * np.trace(strain) * np.eye(3)
+    np.testing.assert_allclose(forces.T @ points, stress * volumes.sum(), atol=1e-10)
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_element_null_space_is_the_six_rigid_motions(order):
+    """With selective reduced integration there are no more (no hourglass modes)."""
+    matrix = stiffness_matrices(distorted_mesh(order).mesh, DISTORTED)[0]
+    values = np.linalg.eigvalsh(matrix)
+    assert np.all(np.abs(values[:6]) < 1e-12 * values[-1])
+    assert values[6] > 1e-4 * values[-1]
+
+
+@pytest.mark.parametrize("nu", [-0.9, -0.3, 0.0, 0.4999])
+def test_elements_are_positive_semidefinite_for_every_poisson_ratio(nu):
+    for matrix in stiffness_matrices(distorted_mesh(2).mesh, nu)[::5]:
+        values = np.linalg.eigvalsh(matrix)
+        assert values[0] > -1e-12 * values[-1]
+        # the largest is 1e4 times stiffer in compression than in shear at nu = 0.4999
+        assert values[6] > 1e-7 * values[-1]
+
+
+@pytest.mark.parametrize("nu", [-0.3, 0.0, 0.3, 0.49])
+def test_boussinesq_field_is_in_equilibrium_and_carries_the_force(nu):
+    """Gradient against central differences (1e-7), force through a hemisphere by quadrature."""
+    rng = np.random.default_rng(2)
+    points = rng.uniform([-2, -2, 0.3], [2, 2, 3], (20, 3))
+    _, gradient = boussinesq(points, nu)
+    step = 1e-5
+    for axis in range(3):
+        shift = step * np.eye(3)[axis]
+        slope = (boussinesq(points + shift, nu)[0] - boussinesq(points - shift, nu)[0]) / (2 * step)
+        np.testing.assert_allclose(gradient[..., axis], slope, atol=1e-7)
+    lame, shear = lame_parameters(nu)
+    grid = distorted_mesh(2)
+    _, _, points, areas = facet_quadrature(grid.mesh, grid.outer, 8)
+    areas = areas * np.sign((areas * points).sum(-1))[..., None]
+    _, du = boussinesq(points, nu)
+    stress = shear * (du + np.swapaxes(du, -1, -2))
+    stress += lame * np.trace(du, axis1=-2, axis2=-1)[..., None, None] * np.eye(3)
+    force = 4.0 * np.einsum("fqj,fqj->", stress[..., 2, :], areas)
+    assert force == pytest.approx(-1.0, rel=2e-4)  # the mesh's outer circle is piecewise quadratic
+
+
+def test_exterior_energy_does_not_depend_on_the_reference_surface():
+    """Work theorem: energy outside a region falls as 1/size (the field has no length)."""
+    energies = []
+    for size in (1.0, 2.0):
+        lines = size * np.array([0.0, 0.5, 1.0])
+        grid = tensor_mesh(lines, lines, lines, order=2, quarter=True)
+        energies.append(exterior_stiffness(grid.mesh, grid.outer, [np.zeros((1, 2))], 0.3)[0, 0])
+    assert energies[0] > 0.0
+    assert energies[0] / energies[1] == pytest.approx(2.0, rel=1e-12)
+
+
+@settings(max_examples=15, deadline=None)
+@given(seed=st.integers(0, 2**32 - 1), count=st.integers(1, 12))
+def test_nested_dissection_equals_the_dense_schur_complement(seed, count):
+    """On random positive definite elements with fixed, free, retained and following unknowns."""
+    rng = np.random.default_rng(seed)
+    elements, size, free, following, modes = 40, 9, 60, 12, 2
+    half = rng.normal(size=(elements, size, size))
+    matrices = half @ half.transpose(0, 2, 1)
+    total = free + following
+    unknowns = np.array([rng.choice(total, size, replace=False) for _ in range(elements)])
+    unknowns[: total // size + 1].flat[:total] = np.arange(total)
+    unknowns[rng.random(unknowns.shape) < 0.05] = -1
+    # repeated unknowns within an element would be another problem: keep only distinct ones
+    for row in unknowns:
+        _, first = np.unique(row, return_index=True)
+        row[np.setdiff1d(np.arange(size), first)] = -1
+    used = np.intersect1d(np.arange(free), unknowns)
+    renumber = np.full(total + 1, -1)
+    renumber[used] = np.arange(len(used))
+    renumber[free:total] = len(used) + np.arange(following)
+    unknowns = renumber[unknowns]
+    boundary = rng.normal(size=(following, modes))
+    retained = rng.choice(len(used), count, replace=False)
+    system = LinearSystem(
+        matrices, unknowns, boundary, len(used), retained, rng.normal(size=(elements, 3))
+    )
+    exterior = np.eye(modes)
+    dense = np.zeros((len(used) + following + 1,) * 2)
+    for matrix, row in zip(matrices, unknowns, strict=True):
+        dense[np.ix_(row, row)] += matrix
+    shape = np.zeros((len(used) + following, len(used) + modes))
+    shape[: len(used), : len(used)] = np.eye(len(used))
+    shape[len(used) :, len(used) :] = boundary
+    dense = shape.T @ dense[:-1, :-1] @ shape
+    dense[len(used) :, len(used) :] += exterior
+    expected = np.linalg.inv(np.linalg.inv(dense)[np.ix_(retained, retained)])
+    scale = np.abs(expected).max() * np.linalg.cond(dense)
+    np.testing.assert_allclose(condense(system, exterior), expected, atol=1e-14 * scale)
+
+
+def test_growing_lines_end_where_asked_and_grow_evenly():
+    lines = growing_lines(1.0, 9.0, 0.3, 1.4)
+    cells = np.diff(lines)
+    assert (lines[0], lines[-1]) == (1.0, 9.0)
+    np.testing.assert_allclose(cells[1:] / cells[:-1], 1.4)
+    # rounding to a whole number of cells moves the first by less than the growth
+    assert 0.3 / 1.4 < cells[0] < 0.3 * 1.4
+
+
+def test_point_force_compliance_far_away_is_boussinesq():
+    """Between nodes three elements apart the mesh reproduces 1/(pi E* r).
+
+    3 %: concentrated nodal forces act like pressure on a patch of one cell (quadrupole (h/r)^2).
+    """
+    body = tensor_body(np.linspace(-1, 1, 13), np.linspace(-1, 1, 13), 1.0, 0.3)
+    i, j = (np.argmin(np.hypot(*(body.points - p).T)) for p in ([-0.5, 0.0], [0.5, 0.0]))
+    assert body.compliance[i, j] * np.pi * body.effective_modulus == pytest.approx(1.0, rel=0.03)
+
+
+@pytest.mark.parametrize(("order", "counts", "rate"), [(1, (4, 8, 16), 1.9), (2, (2, 4), 2.5)])
+def test_displacement_under_a_smooth_pressure_converges(order, counts, rate):
+    """Pressure (1 - r^2)^2 in r < 1: u(0) = (2/E*) int p dr = 16/(15 E*) (superposed Boussinesq).
+
+    Cells and their growth refine together. Second order for trilinear elements, nearly third for
+    triquadratic ones, whose nodal areas integrate the pressure to that order.
+    """
+    errors = []
+    for count in counts:
+        lines = np.linspace(0.0, 1.0, count + 1)
+        body = tensor_body(
+            lines,
+            lines,
+            1.0,
+            0.3,
+            symmetry="quarter",
+            order=order,
+            growth=2.25 ** (counts[0] / count),
+        )
+        pressure = np.clip(1.0 - (body.points**2).sum(axis=1), 0.0, None) ** 2
+        centre = np.argmin(np.hypot(*body.points.T))
+        u = body.compliance[centre] @ (pressure * body.weights)
+        errors.append(abs(u * body.effective_modulus * 15.0 / 16.0 - 1.0))
+    assert -np.polyfit(np.log(counts), np.log(errors), 1)[0] > rate
+
+
+def test_recovered_displacement_matches_compliance_and_balances_the_load():
+    """The interior solution returns the condensed displacements; the stress meets the pressure.
+
+    Averaged stress is extrapolated half an element to the surface: 5 % there at 4 elements.
+    """
+    body = ball_body(2.0, 5.0, 0.3, elements=4)
+    reactions = np.where(np.hypot(*body.points.T) < 1.0, body.weights, 0.0)
+    fields = recover(body, reactions)
+    displacement = body.compliance @ reactions
+    for point, value in zip(body.points[::7], displacement[::7], strict=True):
+        node = np.flatnonzero(np.all(np.isclose(fields.points, [*point, 0.0]), axis=1))
+        assert fields.displacement[node[0], 2] == pytest.approx(value, rel=1e-9)
+    centre = np.all(fields.points == 0.0, axis=1)
+    assert fields.stress[centre, 2][0] == pytest.approx(-1.0, rel=0.07)
+    assert np.all(fields.von_mises >= 0.0)
+
+
+def test_recovered_cells_have_positive_volume_and_fill_the_body():
+    """Eight straight sub-cells for each curved element: chords of 11 degrees miss 0.6 %."""
+    body = ball_body(1.0, 1.0, 0.3, elements=4, extent=3.0)
+    fields = recover(body, np.zeros(len(body.weights)))
+    corners = fields.points[fields.hexahedra]
+    edges = corners[:, [1, 3, 4]] - corners[:, [0]]
+    assert np.all(np.linalg.det(edges) > 0.0)
+    # a hexahedron as six tetrahedra around its diagonal 0-6
+    rim = [1, 2, 3, 7, 4, 5, 1]
+    a = corners - corners[:, [0]]
+    volume = sum(np.linalg.det(a[:, [rim[k], rim[k + 1], 6]]).sum() / 6.0 for k in range(6))
+    assert abs(volume) == pytest.approx(0.25 * np.pi * 27.0, rel=0.008)
+
+
+def test_refused_bodies_name_every_fault():
+    with pytest.raises(ValueError, match=r"0\.4999.*incompressible") as caught:
+        ball_body(-1.0, 0.0, 0.5, elements=1, symmetry="half", far_field="none", edge=3.0)
+    for name in ("contact_radius", "youngs_modulus", "elements", "symmetry", "far_field", "edge"):
+        assert name in str(caught.value)
+    with pytest.raises(ValueError, match=r"x_nodes.*y_nodes.*order"):
+        tensor_body(
+            np.array([1.0, 0.0]), np.array([1.0, 2.0]), 1.0, 0.3, symmetry="quarter", order=3
+        )
+    with pytest.raises(ValueError, match="reactions"):
+        recover(ball_body(1.0, 1.0, 0.3, elements=2), np.zeros(3))
