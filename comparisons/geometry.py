@@ -104,7 +104,7 @@ class RoughGeometry:
 
     def spacing(self, heights: np.ndarray) -> tuple[float, float]:
         """Return the size of a cell of a height map on this surface."""
-        return self.size[0] / heights.shape[0], self.size[1] / heights.shape[1]
+        return _spacing(self.size, heights)
 
     @property
     def area(self) -> float:
@@ -120,6 +120,10 @@ class RoughGeometry:
 
 
 Geometry = IndenterGeometry | RoughGeometry
+
+
+def _spacing(size: tuple[float, float], heights: np.ndarray) -> tuple[float, float]:
+    return size[0] / heights.shape[0], size[1] / heights.shape[1]
 
 
 def prepare(scene: Scene) -> tuple[Geometry, Loads]:
@@ -151,7 +155,7 @@ def _synthetic(surface: SelfAffine) -> RoughGeometry:
         heights = surfaces.self_affine(
             surface.points, surface.size, **_recipe_arguments(surface), seed=0, realisation=0
         )
-        slope = surfaces.rms_gradient_spectral(heights, surface.size)
+        slope = surfaces.rms_gradient_spectral(heights, _spacing(surface.size, heights))
     return RoughGeometry(surface.size, surface.points, surface.periodic, slope, recipe=surface)
 
 
@@ -168,7 +172,7 @@ def _measured(scene: Scene, surface: MeasuredMap) -> RoughGeometry:
         size=result.size,
         points=result.heights.shape,
         periodic=surface.periodic,
-        rms_slope=surfaces.rms_gradient_differences(result.heights, result.size),
+        rms_slope=surfaces.rms_gradient_differences(result.heights, result.spacing),
         measured=result.heights,
         treatment=tuple(result.treatment),
     )
