@@ -103,7 +103,10 @@ def _invert(depth, start, offset, slope, low, high, sub_cell, periodic):
         for i, load in enumerate(open_loads):
             excess = now[FORCE, i] - offset[load] - slope * at[i]
             tilt = now[LENGTH, i] - slope
-            step = excess / tilt if tilt != 0.0 else 0.0
+            if tilt != 0.0:
+                step = excess / tilt
+            else:  # a level in full contact says nothing about a gap: start from the open side
+                step = at[i] - low[load]
             size = abs(step) / at[i]
             if size <= _FINISHED or (size <= CONVERGED and size >= 0.5 * last[load]):
                 measures[:, load] = now[:, i]
@@ -124,9 +127,10 @@ def _first_guess(depth, start, offset, slope, low, high, sub_cell, periodic):
     The walk gives Phi and its slope on every rung: a cubic through both (in logarithms for a force,
     which is nearly a power of d) leaves Newton's method two or three steps.
     """
-    bottom, top = np.log(low.min()), np.log(high.max())
-    rungs = np.exp(bottom + (top - bottom) * np.arange(_LADDER) / (_LADDER - 1))
-    rungs[0], rungs[-1] = low.min(), high.max()
+    # Only ratios enter logarithms, so that other units of length give the same digits.
+    bottom, top = low.min(), high.max()
+    rungs = bottom * np.exp(np.log(top / bottom) * np.arange(_LADDER) / (_LADDER - 1))
+    rungs[-1] = top
     ladder = walk(depth, start, rungs, sub_cell, periodic)
     value, rate = ladder[FORCE] - slope * rungs, ladder[LENGTH] - slope
     guess = np.empty(offset.size)

@@ -108,8 +108,9 @@ def printed_rule(
     """Line spectrum of a height map by the steps of Problem 1: ring averages, C1D = pi q C2D.
 
     C2D(q) is the mean over each ring of (L/2 pi)^2 |B2D|^2 and C1D is sampled at the modes, which
-    inflates <h^2> (the count of modes in a ring is not the circumference). Modes end below the
-    Nyquist wavenumber of the coarser direction, where rings cease to be complete.
+    does not keep <h^2>: a ring of k holds not 2 pi k modes but 8 for k = 1, and a steep spectrum
+    varies across it. Modes end below the Nyquist wavenumber of the coarser direction, where rings
+    cease to be complete.
 
     Parameters and errors are those of `ring_sums`.
     """

@@ -55,6 +55,8 @@ def abel(
     inside = r < a
     pressure = np.zeros(r.shape)
     radii = r[inside]
+    if not _bounded_at_tip(profile, radii).all():
+        raise ValueError("the pressure is unbounded at r = 0 (a sharp tip): ask beside it")
     if profile.abel_integral is not None:
         integral = profile.abel_integral(radii, a)
     else:
@@ -63,9 +65,9 @@ def abel(
     if np.isfinite(profile.edge) and a == profile.edge:
         rest = penetration - float(profile.height(np.array(a)))
         integral += rest / np.sqrt((a - radii) * (a + radii))
-    bounded = np.isfinite(integral) & _finite_at_axis(profile, radii)
-    if not np.all(bounded):
-        raise ValueError(f"the pressure is unbounded at r = {radii[~bounded]}: ask beside it")
+    if not np.all(np.isfinite(integral)):
+        at = radii[~np.isfinite(integral)]
+        raise ValueError(f"the pressure is unbounded at r = {at} (a kink): ask beside it")
     pressure[inside] = effective_modulus / np.pi * integral
     return pressure
 
@@ -136,7 +138,7 @@ def _check(
     return r, float(profile.contact_radius(penetration))
 
 
-def _finite_at_axis(profile: Profile, r: np.ndarray) -> np.ndarray:
+def _bounded_at_tip(profile: Profile, r: np.ndarray) -> np.ndarray:
     """Where the pressure is bounded as far as the tip decides: p(0) needs g'(0) = 0."""
     return (r > 0) | (profile.slope(np.zeros(r.shape)) == 0)
 

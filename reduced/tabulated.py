@@ -218,6 +218,8 @@ def _pressure_integral(
     inner = r[1:-1]
     kinks = (slope_jump != 0) & (inner < a)
     b = inner[kinks]
+    if np.any(b == s):
+        return np.inf
     return total + float((slope_jump[kinks] * b * _kernel(b, s, a, np.abs(b - s))).sum())
 
 

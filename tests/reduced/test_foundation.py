@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+
 from reduced.foundation import indent
 from reduced.profiles import cone, cylinder, paraboloid, power_law, rounded_punch, sphere, tabulated
 
@@ -161,24 +162,32 @@ def test_force_control_inverts_the_same_discrete_law(profile, edges):
     assert np.all(secant >= contact.stiffness[:-1] * (1 - 1e-9))
 
 
+@pytest.mark.parametrize("edges", ["sub_cell", "nodal"])
 @pytest.mark.parametrize("profile", PROFILES, ids=lambda p: p.name)
-@settings(max_examples=20)
+@settings(max_examples=15)
 @given(offset=st.floats(0, 0.99), springs=st.integers(1, 20))
-def test_round_trip_through_the_force(profile, offset, springs):
-    """Penetration -> force -> penetration on one line. The spacing follows the continuum radius at
-    the largest force, so the line differs by the discretisation error of that force."""
-    options = {"offset": offset, "springs": springs}
-    there = indent(profile, 1.0, penetration=D, **options)
-    back = indent(profile, 1.0, force=there.force, **options)
-    same_line = abs(back.spacing / there.spacing - 1) < 1e-13
-    np.testing.assert_allclose(back.penetration, D, rtol=1e-12 if same_line else 0.2)
+def test_pressing_again_to_the_penetrations_found_gives_the_forces(profile, edges, offset, springs):
+    """Same line, both controls: the line is fixed by its spacing, hence by a largest penetration
+    whose contact radius is `springs` spacings. Left is the rounding of that spacing.
+    """
+    options = {"offset": offset, "springs": springs, "edges": edges}
+    forces = np.geomspace(1e-2, 0.3, 7)
+    found = indent(profile, 1.0, force=forces, **options)
+    top = float(profile.height(np.array(found.spacing * springs)))
+    below = found.penetration < (top if top > 0 else np.inf)
+    loads = [*found.penetration[below], top] if top > 0 else found.penetration
+    again = indent(profile, 1.0, penetration=loads, **options)
+    assert again.spacing == pytest.approx(found.spacing, rel=1e-14)
+    count = np.count_nonzero(below)
+    np.testing.assert_allclose(again.force[:count], forces[:count], rtol=1e-11)
 
 
 @pytest.mark.parametrize("edges", ["sub_cell", "nodal"])
 @pytest.mark.parametrize("profile", PROFILES, ids=lambda p: p.name)
 def test_energy_is_the_work_of_the_force(profile, edges):
     """U(d) = int F dd on the discrete law: trapezoid between 4000 loads, second order in their step
-    (relative 1e-7), the part below the first load bounded by F d."""
+    (relative 1e-7), the part below the first load bounded by F d.
+    """
     d = np.linspace(1e-4, 0.4, 4001)
     contact = indent(profile, 3.0, penetration=d, springs=15, edges=edges, offset=0.37)
     work = np.sum((contact.force[1:] + contact.force[:-1]) / 2 * np.diff(d))

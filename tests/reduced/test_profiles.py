@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+
 from reduced.profiles import (
     cone,
     cylinder,
@@ -54,7 +55,7 @@ def test_sphere_and_rounded_punch_are_the_textbook_functions():
 
 @pytest.mark.parametrize("profile", SMOOTH, ids=lambda p: f"{p.name}-{p.length:.3g}")
 def test_transform_by_quadrature_equals_closed_forms(profile):
-    """g by quadrature of f' alone; g' with f'' or with differences of f' (1e-10 by their step)."""
+    """G by quadrature of f' alone; g' with f'' or with differences of f' (1e-10 by their step)."""
     section = profile.section
     edge = min(section.edge, 1.95)
     shared = {"length": 1.0, "breakpoints": section.breakpoints, "edge": edge}
@@ -143,8 +144,9 @@ def test_table_equals_quadrature_of_its_own_section(interpolation):
 
 @pytest.mark.parametrize(("interpolation", "rate"), [("linear", 1.4), ("pchip", 1.9)])
 def test_tables_converge_to_the_shape(interpolation, rate):
-    """g of a tabulated cubic: order 3/2 by linear segments (f' is a staircase, and the kernel is an
-    inverse square root at r = x), at least 2 by pchip."""
+    """G of a tabulated cubic: order 3/2 by linear segments (f' is a staircase, and the kernel is an
+    inverse square root at r = x), at least 2 by pchip.
+    """
     errors, sizes = [], np.array([10, 20, 40, 80])
     x = np.random.default_rng(3).uniform(0.3, 1.9, 200)
     for n in sizes:
