@@ -94,7 +94,7 @@ def from_function(
 
 
 def _transform(function: Curve, x: np.ndarray, marks: np.ndarray) -> np.ndarray:
-    """Integral of function(x sin t), t from 0 to pi/2, in panels between breakpoints; 0 at x = 0."""
+    """Integral of function(x sin t), t from 0 to pi/2, between breakpoints; 0 at x = 0."""
     safe = np.where(x > 0, x, 1.0)
     inner = np.arcsin(np.minimum(marks / safe[:, None], 1.0))
     ends = np.column_stack([np.zeros(x.size), inner, np.full(x.size, np.pi / 2)])

@@ -103,10 +103,8 @@ def _invert(depth, start, offset, slope, low, high, sub_cell, periodic):
         for i, load in enumerate(open_loads):
             excess = now[FORCE, i] - offset[load] - slope * at[i]
             tilt = now[LENGTH, i] - slope
-            if tilt != 0.0:
-                step = excess / tilt
-            else:  # a level in full contact says nothing about a gap: start from the open side
-                step = at[i] - low[load]
+            # A level in full contact says nothing about a gap: back to the open side then.
+            step = excess / tilt if tilt != 0.0 else at[i] - low[load]
             size = abs(step) / at[i]
             if size <= _FINISHED or (size <= CONVERGED and size >= 0.5 * last[load]):
                 measures[:, load] = now[:, i]

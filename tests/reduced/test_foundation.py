@@ -15,7 +15,7 @@ EXACT = 1e-14
 
 
 def power_force(n, c, d):
-    """F = 2 E* n/(n+1) d a with d = kappa_n c a^n (Galin; Popov & Hess 2015), kappa from the book."""
+    """F = 2 E* n/(n+1) d a with d = kappa_n c a^n; kappa from Popov & Hess 2015."""
     kappa = {1: np.pi / 2, 2: 2.0, 3: 3 * np.pi / 4, 4: 8 / 3}[n]
     a = (d / (kappa * c)) ** (1 / n)
     return 2 * n / (n + 1) * d * a, a
@@ -24,7 +24,7 @@ def power_force(n, c, d):
 @pytest.mark.parametrize("n", [1, 2, 3])
 @given(offset=st.floats(0, 0.999), springs=st.integers(1, 90))
 def test_cone_paraboloid_and_cubic_are_exact_for_any_alignment(n, offset, springs):
-    """Monotone cubics through heights and slopes hold x, x^2, x^3 exactly: only rounding is left."""
+    """Monotone cubics through heights and slopes hold x, x^2, x^3: only rounding is left."""
     force, radius = power_force(n, 0.3, D)
     contact = indent(power_law(n, 0.3), 1.0, penetration=D, springs=springs, offset=offset)
     np.testing.assert_allclose(contact.force, force, rtol=EXACT * 10)
@@ -32,7 +32,7 @@ def test_cone_paraboloid_and_cubic_are_exact_for_any_alignment(n, offset, spring
 
 
 def test_hertz():
-    """F = (4/3) E* sqrt(R) d^1.5, a = sqrt(R d), stiffness 2 E* a, energy (8/15) E* sqrt(R) d^2.5."""
+    """F = (4/3) E* sqrt(R) d^1.5, a = sqrt(R d), stiffness 2 E* a, energy (2/5) F d."""
     modulus, radius = 7e10, 0.01
     d = np.array([1e-6, 3e-6, 8e-6])
     contact = indent(paraboloid(radius), modulus, penetration=d)
@@ -55,7 +55,7 @@ def test_flat_punch_is_exact_for_any_alignment(offset, springs):
 
 
 def rounded_force(b, radius, a):
-    """F of the rounded punch (Popov, Hess & Willert 2019), integrated by parts: 2 E* int x g' dx."""
+    """F of the rounded punch (Popov, Hess & Willert 2019) by parts: 2 E* int x g' dx."""
     nodes, weights = np.polynomial.legendre.leggauss(40)
     t = (nodes + 1) / 2
     w = np.sqrt(a**2 - b**2) * t  # x dx = w dw makes the integrand smooth
@@ -167,8 +167,10 @@ def test_force_control_inverts_the_same_discrete_law(profile, edges):
 @settings(max_examples=15)
 @given(offset=st.floats(0, 0.99), springs=st.integers(1, 20))
 def test_pressing_again_to_the_penetrations_found_gives_the_forces(profile, edges, offset, springs):
-    """Same line, both controls: the line is fixed by its spacing, hence by a largest penetration
-    whose contact radius is `springs` spacings. Left is the rounding of that spacing.
+    """Same line, both controls.
+
+    The line is fixed by its spacing, hence by a largest penetration whose contact radius is
+    `springs` spacings. What is left is the rounding of that spacing.
     """
     options = {"offset": offset, "springs": springs, "edges": edges}
     forces = np.geomspace(1e-2, 0.3, 7)
@@ -185,8 +187,10 @@ def test_pressing_again_to_the_penetrations_found_gives_the_forces(profile, edge
 @pytest.mark.parametrize("edges", ["sub_cell", "nodal"])
 @pytest.mark.parametrize("profile", PROFILES, ids=lambda p: p.name)
 def test_energy_is_the_work_of_the_force(profile, edges):
-    """U(d) = int F dd on the discrete law: trapezoid between 4000 loads, second order in their step
-    (relative 1e-7), the part below the first load bounded by F d.
+    """U(d) = int F dd on the discrete law.
+
+    Trapezoid between 4000 loads, second order in their step (relative 1e-7); the part below the
+    first load is bounded by F d.
     """
     d = np.linspace(1e-4, 0.4, 4001)
     contact = indent(profile, 3.0, penetration=d, springs=15, edges=edges, offset=0.37)

@@ -30,7 +30,7 @@ SMOOTH += [power_law(4.0, 0.3), rounded_punch(1.0, 3.0), rounded_punch(0.3, 3.0)
 
 
 def test_textbook_contact_radii():
-    """Hertz a^2 = R d; Sneddon's cone d = (pi/2) a tan t; Galin's power law; a punch keeps its b."""
+    """Hertz a^2 = R d; Sneddon's cone d = (pi/2) a tan t; power law; a punch keeps its b."""
     d = np.array([0.01, 0.5])
     np.testing.assert_allclose(paraboloid(3.0).contact_radius(d), np.sqrt(3 * d), rtol=ROUNDING)
     np.testing.assert_allclose(cone(0.2).contact_radius(d), d / (np.pi / 2 * 0.2), rtol=ROUNDING)
@@ -144,8 +144,9 @@ def test_table_equals_quadrature_of_its_own_section(interpolation):
 
 @pytest.mark.parametrize(("interpolation", "rate"), [("linear", 1.4), ("pchip", 1.9)])
 def test_tables_converge_to_the_shape(interpolation, rate):
-    """G of a tabulated cubic: order 3/2 by linear segments (f' is a staircase, and the kernel is an
-    inverse square root at r = x), at least 2 by pchip.
+    """Order 3/2 by linear segments, at least 2 by pchip.
+
+    The slope of linear segments is a staircase, and the kernel an inverse square root at r = x.
     """
     errors, sizes = [], np.array([10, 20, 40, 80])
     x = np.random.default_rng(3).uniform(0.3, 1.9, 200)

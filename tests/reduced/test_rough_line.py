@@ -94,8 +94,10 @@ LINES = st.lists(st.integers(-40, 40), min_size=2, max_size=40).filter(lambda v:
 @settings(max_examples=80, deadline=None)
 @given(values=LINES, seed=st.integers(0, 1000))
 def test_all_loads_equal_the_naive_sums(edges, periodic, values, seed):
-    """Lines with many equal heights (flats, ties) and loads up to full contact; levels are kept off
-    the heights themselves, where a touching point decides which of two equal sums is counted.
+    """Lines with many equal heights (flats, ties) and loads up to full contact.
+
+    Levels are kept off the heights themselves, where a merely touching point may or may not join
+    two contacts.
     """
     line = np.array(values, dtype=float)
     rng = np.random.default_rng(seed)
@@ -149,8 +151,9 @@ def test_ensemble_equals_line_by_line(edges):
 @settings(max_examples=25, deadline=None)
 @given(shift=st.integers(0, 255), raised=st.integers(-30, 30), seed=st.integers(0, 50))
 def test_shift_reversal_and_raised_height_change_nothing(edges, shift, raised, seed):
-    """A rigid shift along a periodic line, its mirror image, and a constant added to the heights
-    (a power of two times an integer grid, so that the sum is exact).
+    """A shift along a periodic line, its mirror image, and a constant added to the heights.
+
+    Heights lie on a binary grid, so that the sum is exact.
     """
     line = np.round(rough(256, np.random.default_rng(seed))[0] * 2**20) / 2**20
     force = np.geomspace(1e-4, 30, 12)
@@ -240,8 +243,9 @@ def test_a_gap_wider_than_at_first_touch_is_no_contact():
 
 @pytest.mark.parametrize("edges", EDGES)
 def test_fine_line_through_a_parabola_converges_to_hertz(edges):
-    """One paraboloid as a free line: F of order 2 with either edge, a (from the area rule) of order
-    2 by sub-cell edges and 1 by whole springs, over random alignments.
+    """F of order 2 with either edge; a (area rule) of order 2 by sub-cell edges, 1 nodal.
+
+    One paraboloid as a free line, over random alignments.
     """
     rng = np.random.default_rng(6)
     cells, errors = np.array([20, 40, 80, 160]), []

@@ -30,7 +30,7 @@ def test_ring_sums_keep_the_mean_square_height(nx, ny, aspect, periodic, seed):
 
 
 def test_single_waves_land_in_their_rings():
-    """H = cos(qx x) + cos(q (x + y)/sqrt 2 ...): half of each mean square, rings 3 and round(|q|)."""
+    """Half the mean square of each wave, in ring 3 and in the ring nearest to 5 sqrt 2."""
     x = np.arange(32) / 32
     h = 0.3 * np.cos(2 * np.pi * 3 * x)[:, None] + 0.2 * np.cos(
         2 * np.pi * (5 * x[:, None] + 5 * x[None, :])
@@ -79,8 +79,9 @@ def test_parameters_and_map_give_the_same_spectrum(long):
 
 @pytest.mark.parametrize(("points", "tolerance"), [(128, 1e-2), (512, 3e-3)])
 def test_line_slope_and_curvature_are_those_of_the_surface(points, tolerance):
-    """<h'^2> = <|grad h|^2> and <h''^2> = <(lap h)^2>, spectral sums over the map; what is left is
-    the rounding of |q| to rings, which falls with the size of the roll-off in rings (sixteen).
+    """<h'^2> = <|grad h|^2> and <h''^2> = <(lap h)^2>, spectral sums over the map.
+
+    What is left is the rounding of |q| to rings; most power sits sixteen rings out.
     """
     h = synthetic_map(points, 1.0, 2, long=1 / 16)
     k = 2 * np.pi * np.fft.fftfreq(points, 1 / points)
@@ -92,16 +93,14 @@ def test_line_slope_and_curvature_are_those_of_the_surface(points, tolerance):
 
 
 def test_printed_rule_inflates_the_rms_height():
-    """Sampling C1D = pi q C2D at the modes: 4-10 % too high, says the theory page, for steep spectra
-    without roll-off.
-    """
+    """Sampling C1D = pi q C2D at the modes: 4-10 % too high (theory page), without roll-off."""
     for hurst in (0.2, 0.5, 0.8):
         spectrum = prescribed(64, 1.0, hurst=hurst, rms_height=1.0, rule="printed")
         assert 1.04 <= round(spectrum.rms_height, 2) <= 1.10
 
 
 def test_printed_steps_average_over_rings():
-    """Problem 1, steps 3 and 4, mode by mode: B1D^2 = pi k times the mean of |B2D|^2 on the ring."""
+    """Problem 1, steps 3 and 4: B1D^2 = pi k times the mean of |B2D|^2 on the ring."""
     h = synthetic_map(32, 1.5, 3)
     k = np.fft.fftfreq(32, 1 / 32)
     ring = np.rint(np.hypot(k[:, None], k))
@@ -176,8 +175,9 @@ def test_phases_are_random_and_heights_gaussian_like():
 
 @pytest.mark.parametrize("ratio", [2.0, 2.5, 7.3])
 def test_longer_lines_keep_density_height_and_slope(ratio):
-    """Power integrates over bands: <h^2> exactly; slopes differ by the width of a band over q, and
-    least above a roll-off (1 % without, as most of the slope sits in low modes).
+    """Power integrates over bands: <h^2> is exact, the slope up to the width of a band over q.
+
+    Least above a roll-off (1 % without, as much of the slope then sits in the lowest modes).
     """
     spectrum = prescribed(128, 1.0, hurst=0.5, rms_slope=0.1, long_cutoff=0.25)
     longer = resample(spectrum, ratio)
