@@ -9,9 +9,10 @@
 True
 """
 
-from reference.fem.body import CondensedBody, ball_body, tensor_body
+from reference.fem.body import CondensedBody
 from reference.fem.contact import Contact, press
 from reference.fem.contact_area import contact_radius
+from reference.fem.half_space import ball_body, tensor_body
 from reference.fem.mesh import graded_lines
 from reference.fem.recovery import Fields, recover
 from reference.fem.single_contact import indent

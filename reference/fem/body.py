@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -10,22 +11,15 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve
 
-from reference.fem.elasticity import lame_parameters, stiffness_matrices
+from reference.fem.elasticity import stiffness_matrices
 from reference.fem.far_field import exterior_stiffness, group_field, source_groups
-from reference.fem.mesh import (
-    GradedMesh,
-    facet_nodes,
-    facet_quadrature,
-    graded_lines,
-    growing_lines,
-    ring_mesh,
-    stretched,
-    tensor_mesh,
-)
+from reference.fem.mesh import GradedMesh, facet_nodes, facet_quadrature
 from reference.fem.nested_dissection import LinearSystem, condense
 
+Region = Callable[[NDArray[np.float64], NDArray[np.float64]], NDArray[np.bool_]]
 
-@dataclass(frozen=True)
+
+@dataclass(frozen=True, eq=False)
 class CondensedBody:
     """A half-space known only through the flexibility between its candidate contact points.
 
@@ -130,197 +124,9 @@ class CondensedBody:
         return replace(self, length=self.length * factor)
 
 
-def ball_body(
-    contact_radius: float,
-    youngs_modulus: float,
-    poisson_ratio: float,
-    *,
-    elements: int = 6,
-    symmetry: str = "quarter",
-    edge: float | None = None,
-    stretch: tuple[float, float] = (1.0, 1.0),
-    far_field: str = "boussinesq",
-    extent: float = 4.0,
-    reduced_integration: bool = True,
-) -> CondensedBody:
-    """Build a half-space for one contact inside a circle or ellipse.
-
-    27-node hexahedra in rings around a square core, with a mesh circle exactly at the contact
-    radius (or at `edge`), in a cylinder of radius and depth ``extent`` contact radii; outside it
-    Boussinesq fields (see `reference.fem.far_field`).
-
-    Parameters
-    ----------
-    contact_radius : float
-        Contact radius at the largest load; candidates reach 1.3 times as far.
-    youngs_modulus, poisson_ratio : float
-        ``-1 < nu <= 0.4999``.
-    elements : int
-        Elements per contact radius (each has two node spacings).
-    symmetry : {"quarter", "none"}
-        "quarter" for gaps that are even in x and in y: a fourth of the work.
-    edge : float, optional
-        Radius of a sharp edge or a kink of the indenter, at most `contact_radius`. The mesh has a
-        circle there, towards which the elements crowd.
-    stretch : (float, float)
-        Factors on x and y: contact ellipse with semi-axes ``contact_radius * stretch``.
-    far_field : {"boussinesq", "fixed"}
-        "fixed" clamps the outer boundary; for comparisons with published models only.
-    extent : float
-        Radius and depth of the mesh in contact radii.
-    reduced_integration : bool
-        False shows locking.
-
-    Raises
-    ------
-    ValueError
-        For every argument out of range, with the value that came.
-    """
-    _check_ball(
-        contact_radius,
-        youngs_modulus,
-        poisson_ratio,
-        elements,
-        symmetry,
-        edge,
-        stretch,
-        far_field,
-        extent,
-    )
-    started = time.perf_counter()
-    ring = 1.0 if edge is None else edge / contact_radius
-    rings, depths, cells = _rings(elements, ring, edge is not None, extent, stretch)
-    quarter = symmetry == "quarter"
-    grid = ring_mesh(
-        rings,
-        depths,
-        core_cells=cells,
-        round_from=ring,
-        stretch=stretch,
-        quarter=quarter,
-    )
-    limit = rings[np.searchsorted(rings, 1.2 - 1e-9)]
-    limits = stretched(np.diag([limit, limit]), np.asarray(stretch), extent).diagonal()
-    return _condensed(
-        grid,
-        lambda x, y: np.hypot(x / limits[0], y / limits[1]) <= 1.0 + 1e-9,
-        (0.6 * stretch[0], 0.6 * stretch[1]),
-        ring=ring,
-        stretch=stretch,
-        length=contact_radius,
-        modulus=youngs_modulus,
-        poisson_ratio=poisson_ratio,
-        spacing=float(np.sqrt(stretch[0] * stretch[1])) / elements,
-        fixed=far_field == "fixed",
-        reduced_integration=reduced_integration,
-        started=started,
-    )
-
-
-def _rings(
-    elements: int, ring: float, graded: bool, extent: float, stretch: tuple[float, float]
-) -> tuple[NDArray[np.float64], NDArray[np.float64], int]:
-    """Mesh circles and depths in units of the contact radius, and the cells of the core.
-
-    Towards an edge the cells shrink with the square root of the distance, which suits both the
-    vanishing pressure of a smooth shape and the singular one of a punch; without one they are even.
-    """
-    cells = max(1, round(0.5 * elements))
-    growth = 1.0 + 1.2 / np.sqrt(elements)
-    core = 0.5 * ring
-    inside = graded_lines(core, ring, elements if graded else cells, 0.5 if graded else 0.0)
-    size = inside[-1] - inside[-2]
-    between = growing_lines(ring, 1.0, min(size, 1.0 / elements), growth)
-    last = between[-1] - between[-2] if ring < 1.0 else size
-    outside = growing_lines(1.0, extent, last, growth)
-    rings = np.concatenate([inside, between[1:] if ring < 1.0 else [], outside[1:]])
-    first = min(stretch) * (size if graded else 0.8 * size)
-    return rings, growing_lines(0.0, extent * max(stretch), first, growth), cells
-
-
-def tensor_body(
-    x_nodes: NDArray[np.float64],
-    y_nodes: NDArray[np.float64],
-    youngs_modulus: float,
-    poisson_ratio: float,
-    *,
-    symmetry: str = "none",
-    order: int = 1,
-    far_field: str = "boussinesq",
-    extent: float = 3.0,
-    growth: float = 1.5,
-    reduced_integration: bool = True,
-) -> CondensedBody:
-    """Build a half-space with a rectangular grid of candidate contact points.
-
-    The grid lines go straight down; beyond the grid and with depth the cells grow.
-
-    Parameters
-    ----------
-    x_nodes, y_nodes : (nx,), (ny,)
-        Strictly increasing mesh lines. All their crossings are candidates (and with ``order=2``
-        the mid-points too). With quarter symmetry they start at 0.
-    youngs_modulus, poisson_ratio : float
-    symmetry : {"none", "quarter"}
-    order : {1, 2}
-        8-node or 27-node hexahedra.
-    far_field : {"boussinesq", "fixed"}
-    extent : float
-        Distance of the outer boundary from the centre, in half-widths of the grid.
-    growth : float
-        Ratio of neighbouring cells outside the grid.
-
-    Returns
-    -------
-    CondensedBody
-        Candidates in C order: index ``i * ny + j`` for ``(x_i, y_j)``.
-    """
-    x, y = np.asarray(x_nodes, dtype=float), np.asarray(y_nodes, dtype=float)
-    _check_tensor(x, y, youngs_modulus, poisson_ratio, symmetry, order, far_field, extent, growth)
-    started = time.perf_counter()
-    quarter = symmetry == "quarter"
-    half = 0.5 * max(np.ptp(x), np.ptp(y)) * (2.0 if quarter else 1.0)
-    length = 2.0 ** round(np.log2(half))
-    centre = (0.0, 0.0) if quarter else (0.5 * (x[0] + x[-1]), 0.5 * (y[0] + y[-1]))
-    lines = [(x - centre[0]) / length, (y - centre[1]) / length]
-    reach = extent * half / length
-    wide = [_extended(line, reach, growth, quarter) for line in lines]
-    finest = min(np.min(np.diff(line)) for line in lines)
-    z = growing_lines(0.0, reach, finest, growth)
-    grid = tensor_mesh(wide[0], wide[1], z, order=order, quarter=quarter)
-    (x0, x1), (y0, y1) = [(line[0], line[-1]) for line in lines]
-    body = _condensed(
-        grid,
-        lambda px, py: (px >= x0) & (px <= x1) & (py >= y0) & (py <= y1),
-        (0.5 * x1, 0.5 * y1),
-        ring=None,
-        stretch=(1.0, 1.0),
-        length=length,
-        modulus=youngs_modulus,
-        poisson_ratio=poisson_ratio,
-        spacing=float(np.sqrt(np.mean(np.diff(lines[0])) * np.mean(np.diff(lines[1])))),
-        fixed=far_field == "fixed",
-        reduced_integration=reduced_integration,
-        started=started,
-    )
-    offset = np.array(centre) / length
-    return replace(body, scaled_points=body.scaled_points + offset, offset=offset)
-
-
-def _extended(
-    line: NDArray[np.float64], reach: float, growth: float, quarter: bool
-) -> NDArray[np.float64]:
-    """Grid lines with growing cells out to the boundary of the mesh."""
-    right = growing_lines(line[-1], reach, growth * (line[-1] - line[-2]), growth)[1:]
-    if quarter:
-        return np.concatenate([line, right])
-    left = -growing_lines(-line[0], reach, growth * (line[1] - line[0]), growth)[1:]
-    return np.concatenate([left[::-1], line, right])
-
-
-def _condensed(
+def condensed_body(
     grid: GradedMesh,
-    candidate: object,
+    candidate: Region,
     sources: tuple[float, float],
     *,
     ring: float | None,
@@ -333,7 +139,23 @@ def _condensed(
     reduced_integration: bool,
     started: float,
 ) -> CondensedBody:
-    """Assemble and condense a graded mesh."""
+    """Assemble a mesh (lengths in units of `length`) and condense it onto surface nodes.
+
+    Parameters
+    ----------
+    grid : GradedMesh
+    candidate : callable
+        Which surface nodes (x, y) may touch.
+    sources : (float, float)
+        Distances in x and y of the outer point forces of the far field from the centre.
+    ring, stretch, length, modulus, poisson_ratio, spacing
+        Recorded in the body.
+    fixed : bool
+        Clamp the outer boundary in place of the Boussinesq far field.
+    reduced_integration : bool
+    started : float
+        `time.perf_counter()` before the mesh was made.
+    """
     seconds = {"mesh": time.perf_counter() - started}
     mark = time.perf_counter()
     nodes, weights = _candidates(grid, candidate)
@@ -370,7 +192,7 @@ def _condensed(
 
 
 def _candidates(
-    grid: GradedMesh, candidate: object
+    grid: GradedMesh, candidate: Region
 ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
     """Surface nodes that may touch, ordered by x then y, and their tributary areas."""
     mesh = grid.mesh
@@ -421,75 +243,3 @@ def _linear_system(
         retained=number[candidates, 2],
         centres=mesh.p[:, mesh.t].mean(axis=1).T,
     )
-
-
-def _check_ball(
-    contact_radius: float,
-    youngs_modulus: float,
-    poisson_ratio: float,
-    elements: int,
-    symmetry: str,
-    edge: float | None,
-    stretch: tuple[float, float],
-    far_field: str,
-    extent: float,
-) -> None:
-    wrong = _common_faults(youngs_modulus, poisson_ratio, symmetry, far_field)
-    if not (np.isfinite(contact_radius) and contact_radius > 0.0):
-        wrong.append(f"contact_radius must be positive and finite, got {contact_radius!r}")
-    if int(elements) != elements or elements < 2:
-        wrong.append(f"elements must be an integer of at least 2, got {elements!r}")
-    if edge is not None and not 0.2 * contact_radius <= edge <= contact_radius:
-        wrong.append(
-            f"edge must lie between 0.2 and 1 contact_radius ({contact_radius!r}), got {edge!r}"
-        )
-    if len(stretch) != 2 or not all(np.isfinite(s) and s > 0.0 for s in stretch):
-        wrong.append(f"stretch must be two positive factors, got {stretch!r}")
-    if not (np.isfinite(extent) and extent >= 2.0):
-        wrong.append(f"extent must be at least 2 contact radii, got {extent!r}")
-    if wrong:
-        raise ValueError("; ".join(wrong))
-
-
-def _check_tensor(
-    x: NDArray[np.float64],
-    y: NDArray[np.float64],
-    youngs_modulus: float,
-    poisson_ratio: float,
-    symmetry: str,
-    order: int,
-    far_field: str,
-    extent: float,
-    growth: float,
-) -> None:
-    wrong = _common_faults(youngs_modulus, poisson_ratio, symmetry, far_field)
-    for name, line in (("x_nodes", x), ("y_nodes", y)):
-        if line.ndim != 1 or len(line) < 2 or not np.all(np.diff(line) > 0.0):
-            wrong.append(f"{name} must be strictly increasing, at least 2 values, got {line!r}")
-        elif symmetry == "quarter" and line[0] != 0.0:
-            wrong.append(f"{name} must start at 0 with quarter symmetry, got {line[0]!r}")
-    if order not in (1, 2):
-        wrong.append(f"order must be 1 or 2, got {order!r}")
-    if not (np.isfinite(extent) and extent >= 1.5):
-        wrong.append(f"extent must be at least 1.5 half-widths, got {extent!r}")
-    if not 1.0 < growth <= 4.0:
-        wrong.append(f"growth must lie in (1, 4], got {growth!r}")
-    if wrong:
-        raise ValueError("; ".join(wrong))
-
-
-def _common_faults(
-    youngs_modulus: float, poisson_ratio: float, symmetry: str, far_field: str
-) -> list[str]:
-    wrong = []
-    if not (np.isfinite(youngs_modulus) and youngs_modulus > 0.0):
-        wrong.append(f"youngs_modulus must be positive and finite, got {youngs_modulus!r}")
-    try:
-        lame_parameters(poisson_ratio)
-    except ValueError as fault:
-        wrong.append(str(fault))
-    if symmetry not in ("quarter", "none"):
-        wrong.append(f"symmetry must be 'quarter' or 'none', got {symmetry!r}")
-    if far_field not in ("boussinesq", "fixed"):
-        wrong.append(f"far_field must be 'boussinesq' or 'fixed', got {far_field!r}")
-    return wrong

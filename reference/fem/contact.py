@@ -16,7 +16,7 @@ from reference.fem.contact_area import best_area
 METHODS = ("active_set", "penalty", "augmented_lagrangian")
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Contact:
     """One converged load step; forces and energy of all symmetric parts together.
 
@@ -281,7 +281,7 @@ class _Problem:
         return float(max(overlap, 0.0, -pressure.min() / mean))
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class _Step:
     depth: float
     active: NDArray[np.bool_]

@@ -15,7 +15,7 @@ from skfem import MeshHex, MeshHex2
 from skfem.element import ElementHex1, ElementHex2, ElementQuad1, ElementQuad2
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class GradedMesh:
     """A mesh and the parts of its boundary.
 

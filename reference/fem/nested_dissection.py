@@ -20,7 +20,7 @@ from scipy.linalg import cholesky, solve_triangular
 LEAF_UNKNOWNS = 600
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class LinearSystem:
     """Element matrices with their unknowns.
 
@@ -48,7 +48,7 @@ class LinearSystem:
     centres: NDArray[np.float64]
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Front:
     """One elimination: ``u[eliminated] = -L^-T W u[kept]``."""
 

@@ -23,7 +23,7 @@ VTK_CORNERS = np.array(
 )
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class Fields:
     """Nodal fields of the meshed part, in consistent units.
 

@@ -174,7 +174,7 @@ def test_point_force_compliance_far_away_is_boussinesq():
     assert body.compliance[i, j] * np.pi * body.effective_modulus == pytest.approx(1.0, rel=0.03)
 
 
-@pytest.mark.parametrize(("order", "counts", "rate"), [(1, (4, 8, 16), 1.9), (2, (2, 4), 2.5)])
+@pytest.mark.parametrize(("order", "counts", "rate"), [(1, (4, 8, 12), 1.9), (2, (2, 4), 2.5)])
 def test_displacement_under_a_smooth_pressure_converges(order, counts, rate):
     """Pressure (1 - r^2)^2 in r < 1: u(0) = (2/E*) int p dr = 16/(15 E*) (superposed Boussinesq).
 
