@@ -24,7 +24,9 @@ _NEWTON = 100
 
 
 @njit(cache=True)
-def press_line(heights, goals, control, sub_cell, periodic):
+def press_line(
+    heights: np.ndarray, goals: np.ndarray, control: int, sub_cell: bool, periodic: bool
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
     """Penetrations, measures, mean gaps of one line, and the last relative step of the inversion.
 
     Parameters

@@ -21,7 +21,9 @@ MEASURES = 6
 
 
 @njit(cache=True)
-def walk(depth, start, levels, sub_cell, periodic):
+def walk(
+    depth: np.ndarray, start: int, levels: np.ndarray, sub_cell: bool, periodic: bool
+) -> np.ndarray:
     """Measures of the contact at every level.
 
     Parameters

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from reduced.errors import ConvergenceError
 from reduced.profiles import (
     cone,
     cylinder,
@@ -171,6 +172,19 @@ def test_tables_converge_to_the_shape(interpolation, rate):
 def test_tables_that_are_no_compact_bodies_are_refused(r, f, interpolation, words):
     with pytest.raises(ValueError, match=words):
         tabulated(r, f, interpolation)
+
+
+def test_unmarked_kinks_are_noticed():
+    """A step of f' that is no breakpoint: the quadrature says so instead of returning 3 digits."""
+
+    def flank(r):
+        return np.where(r > 0.5, 1.0, 0.2)
+
+    with pytest.raises(ConvergenceError, match="breakpoints") as caught:
+        from_function(flank, 1.0).height(np.array([1.0]))
+    assert len(caught.value.history) > 1
+    marked = from_function(flank, 1.0, (0.5,)).height(np.array([1.0]))
+    assert marked[0] == pytest.approx(0.2 * np.pi / 2 + 0.8 * np.arccos(0.5), rel=QUADRATURE)
 
 
 def test_bad_parameters_are_all_named():
