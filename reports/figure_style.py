@@ -21,7 +21,7 @@ from reports import formatting as fmt
 BLACK, ORANGE, SKY, GREEN = "#000000", "#E69F00", "#56B4E9", "#009E73"
 YELLOW, BLUE, VERMILION, PURPLE = "#F0E442", "#0072B2", "#D55E00", "#CC79A7"
 INK, MUTED, GRID, CONTACT = "@ink", "@muted", "@grid", ORANGE
-LOG_SPAN = 25.0  # loads spread wider than this are drawn on logarithmic axes
+LOG_SPAN = 15.0  # loads spread wider than this are drawn on logarithmic axes
 
 
 @dataclass(frozen=True)

@@ -32,8 +32,12 @@ from reports.figure_style import (
     wants_log,
 )
 
-ROUND_OFF = 1e-15  # errors below this are the arithmetic's and are drawn at the lower edge
 MOST_LINE_POINTS = 1500
+ERROR_CAPTION = (
+    "Each method at its finest resolution. Filled markers: above the reference, hollow: below; on "
+    "the lower edge: smaller than the axis shows. Horizontal line: the tolerance asked for. "
+    "Shaded: below what the reference itself is sure of."
+)
 NOTE_MARGIN = {"l": 60, "r": 52, "t": 30, "b": 50}  # room for "asked 1 %" on the right
 
 
@@ -145,7 +149,7 @@ def _quantiles(single: pd.DataFrame, name: str, steps: np.ndarray) -> tuple[np.n
 def _curve_caption(scene: SceneRecord, name: str) -> str:
     parts = ["Each method at its finest resolution."]
     bar = (scene.reference.get("uncertainty") or {}).get(name)
-    if fmt.finite(bar) and float(bar) > 0:
+    if fmt.finite(bar) and float(bar) > fmt.ROUND_OFF:
         hidden = " (thinner than its line)" if float(bar) < 2e-3 else ""
         parts.append(
             f"Light band: the reference's uncertainty, at most {fmt.relative(bar)}{hidden}."
@@ -227,17 +231,13 @@ def _error_figure(scene: SceneRecord, name: str) -> Figure | None:
         ),
     }
     equal = {"force": "penetration", "penetration": "force"}.get(name, scene.control)
-    caption = (
-        f"At equal {fmt.quantity(equal).words}; filled markers: above the reference, hollow: "
-        "below. Horizontal line: the tolerance asked for. Shaded: below what the reference itself "
-        "is sure of."
-    )
-    return Figure(f"error-{name}", f"Error of {fmt.quantity(name).words}", caption, spec)
+    title = f"Error of {fmt.quantity(name).words} at equal {fmt.quantity(equal).words}"
+    return Figure(f"error-{name}", title, ERROR_CAPTION, spec)
 
 
 def error_range(sizes: np.ndarray, tolerance: float) -> tuple[float, float]:
     """Return whole decades that hold all errors and the tolerance, at least two of them."""
-    known = sizes[np.isfinite(sizes) & (sizes > ROUND_OFF)]
+    known = sizes[np.isfinite(sizes) & (sizes > fmt.ROUND_OFF)]
     low = min(float(known.min()) if len(known) else tolerance, tolerance) / 1.5
     high = max(float(known.max()) if len(known) else tolerance, tolerance) * 1.5
     low, high = 10.0 ** np.floor(np.log10(low)), 10.0 ** np.ceil(np.log10(high))
@@ -316,15 +316,18 @@ def _error_trace(
 
 def _lost_steps(scene: SceneRecord, across: fmt.Scale, high: float) -> list[dict[str, Any]]:
     """Load steps without a result: hollow crosses at the upper edge, the reason on hover."""
-    lost = [item for item in selection.failures(scene) if np.isfinite(item.load)]
+    lost: dict[str, dict[float, list[str]]] = {}
+    for item in selection.failures(scene):
+        if np.isfinite(item.load):
+            lost.setdefault(item.method, {}).setdefault(item.load, []).append(_reason(item))
     return [
         failure_trace(
             method,
-            numbers([item.load for item in lost if item.method == method], across.factor),
+            numbers(reasons, across.factor),
             high,
-            [_reason(item) for item in lost if item.method == method],
+            ["<br>".join(texts) for texts in reasons.values()],
         )
-        for method in dict.fromkeys(item.method for item in lost)
+        for method, reasons in lost.items()
     ]
 
 
@@ -401,8 +404,9 @@ def _profile_figure(fields: dict[str, np.ndarray]) -> Figure | None:
     if keep.sum() < 2:
         return None
     x, height = x[keep], height[keep]
-    both = np.concatenate([-x[::-1], x])
-    mirrored = np.concatenate([height[::-1], height])
+    half = x.min() >= 0
+    both = np.concatenate([-x[::-1], x]) if half else x
+    mirrored = np.concatenate([height[::-1], height]) if half else height
     across, up = fmt.prefix_for(x, "m"), fmt.prefix_for([depth], "m")
     inside = mirrored <= depth
     scaled = numbers(both[inside], across.factor)

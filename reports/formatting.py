@@ -15,6 +15,7 @@ import numpy as np
 THIN = "\u202f"  # narrow no-break space: a number never parts from its unit
 MINUS = "\u2212"
 MISSING = "–"
+ROUND_OFF = 1e-9  # relative differences below this are the arithmetic's, not the models'
 _SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 _PREFIXES = {
     -5: "f",
@@ -191,14 +192,19 @@ def plus_minus(error: object, uncertainty: object) -> str:
     '1.2 ± 0.040\u202f%'
     >>> plus_minus(0.02, None)
     '2.0\u202f% ± ?'
+    >>> plus_minus(4e-16, 1e-12)
+    'round-off'
     """
     if not finite(error):
         return MISSING
     text, unit = _relative_parts(error, 2)
     if not finite(uncertainty):
         return f"{_join(text, unit)} ± ?"
-    if float(uncertainty) == 0.0:  # type: ignore[arg-type]
-        return _join(text, unit)  # the truth is exact: there is no bar
+    size, half = abs(float(error)), float(uncertainty)  # type: ignore[arg-type]
+    if size + half < ROUND_OFF:
+        return "round-off"
+    if half < 0.005 * size:
+        return _join(text, unit)  # a bar below the last digit printed
     bar, bar_unit = _relative_parts(uncertainty, 2)
     if unit == bar_unit:
         return _join(f"{text} ± {bar}", unit)

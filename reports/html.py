@@ -25,7 +25,7 @@ from comparisons.store import SceneRecord, StudyRecord, write_text
 from reports import figures, glossary, pictures, pressure_figures, selection, speed_figure, tables
 from reports import formatting as fmt
 from reports.figure_style import Figure, style
-from reports.verdicts import NO_RESULT, NOT_RESOLVED, OUTSIDE, WITHIN, Verdict, verdicts
+from reports.verdicts import NO_RESULT, NOT_RESOLVED, OUTSIDE, WITHIN, Verdict, verdicts, worst
 
 TEMPLATES = Path(__file__).with_name("templates")
 STRIP_DECADES = (-6.0, 0.0)  # the small error scale beside a verdict: 1 ppm to 100 %
@@ -37,14 +37,14 @@ class SceneView:
 
     record: SceneRecord
     anchor: str
-    verdicts: dict[str, list[Verdict]]
+    verdicts: dict[str, Verdict]
     plan: list[dict[str, Any]]
     figures: dict[str, list[Figure]]
     picture: pictures.Picture
     settings: tables.Table
     steps: tables.Table
     seconds: float
-    known_to: str
+    lost: list[str]
 
 
 def write_report(record: StudyRecord, path: Path, *, pictures: bool = True) -> None:
@@ -152,11 +152,12 @@ def _view(scene: SceneRecord, anchor: str, picture: pictures.Picture) -> SceneVi
     found: dict[str, list[Verdict]] = {}
     for verdict in verdicts(scene):
         found.setdefault(verdict.quantity, []).append(verdict)
+    decisive = {name: worst(items) for name, items in found.items()}
     reduced = figures.reduced_picture(scene)
     return SceneView(
         record=scene,
         anchor=anchor,
-        verdicts=found,
+        verdicts=decisive,
         plan=tables.plan_rows(scene),
         figures={
             "model": [reduced] if reduced else [],
@@ -169,23 +170,8 @@ def _view(scene: SceneRecord, anchor: str, picture: pictures.Picture) -> SceneVi
         settings=tables.settings(scene),
         steps=tables.load_steps(scene),
         seconds=_spent(scene),
-        known_to=_known_to(scene),
+        lost=tables.lost_solves(scene),
     )
-
-
-def _known_to(scene: SceneRecord) -> str:
-    """Return how well the reference is known, as a sentence; empty where it is exact."""
-    bars = {
-        name: bar
-        for name, bar in (scene.reference.get("uncertainty") or {}).items()
-        if not fmt.finite(bar) or float(bar) > 0
-    }
-    parts = [
-        f"{fmt.relative(bar) if fmt.finite(bar) else 'an unknown error'} in "
-        f"{fmt.quantity(name).words}"
-        for name, bar in bars.items()
-    ]
-    return f"Known to {', '.join(parts)}." if parts else ""
 
 
 def _spent(scene: SceneRecord) -> float:
@@ -204,9 +190,7 @@ def _columns(views: list[SceneView]) -> list[str]:
 
 
 def _tally(views: list[SceneView]) -> list[tuple[str, int]]:
-    words = Counter(
-        item.word for view in views for group in view.verdicts.values() for item in group
-    )
+    words = Counter(item.word for view in views for item in view.verdicts.values())
     return [(word, words[word]) for word in (OUTSIDE, NOT_RESOLVED, WITHIN, NO_RESULT)]
 
 

@@ -144,14 +144,15 @@ def _job(scene: SceneRecord) -> Job | str:
 
 
 def _touching(fields: dict[str, np.ndarray], shape: tuple[int, ...]) -> np.ndarray | None:
-    pressure = np.ravel(fields.get("pressure", []))
-    if len(pressure) != np.prod(shape):
+    """Return the contact cells: stored as such, or where pressure is stored and positive."""
+    contact = fields.get("contact", fields.get("pressure"))
+    if contact is None or np.size(contact) != np.prod(shape):
         return None
-    return pressure.reshape(shape) > 0
+    return np.reshape(contact, shape) > 0
 
 
 def _rough_job(method: str, level: int, fields: dict[str, np.ndarray]) -> Job | None:
-    if not {"heights", "size", "pressure"} <= fields.keys():
+    if not {"heights", "size"} <= fields.keys():
         return None
     heights = np.asarray(fields["heights"], dtype=float)
     touching = _touching(fields, heights.shape)

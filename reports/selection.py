@@ -147,12 +147,19 @@ def is_reference(scene: SceneRecord, method: str, resolution: float) -> bool:
     return method == name and (not np.isfinite(level) or level == resolution)
 
 
-def compared_measures(scene: SceneRecord, method: str | None = None) -> pd.DataFrame:
-    """Return the measures of the quantities that were asked for, of one method or of all."""
+def compared_measures(
+    scene: SceneRecord, method: str | None = None, *, details: bool = False
+) -> pd.DataFrame:
+    """Return the measures of the quantities that were asked for, of one method or of all.
+
+    With `details`, a comparison of pressures brings its peak and its integral with it.
+    """
     table = scene.measures
     if "quantity" not in table or table.empty:
         return pd.DataFrame(columns=["method", "resolution", "quantity", "at"])
     keep = table["quantity"].isin(scene.quantities)
+    if details and "pressure" in scene.quantities:
+        keep |= table["quantity"].astype(str).str.startswith("pressure_")
     if method is not None:
         keep &= table["method"] == method
     return table[keep]

@@ -41,23 +41,23 @@ CAPTION = (
 
 
 def speed(scene: SceneRecord) -> list[Figure]:
-    """Return error against time, one figure per compared quantity (and load that was equal)."""
+    """Return error against time, one figure per compared quantity.
+
+    Where a quantity was compared at equal penetration and at equal force, the load that the scene
+    prescribes is the one held equal.
+    """
     table = selection.compared_measures(scene)
-    pairs = dict.fromkeys(zip(table["quantity"], _text(table, "at"), strict=True))
-    both = [name for name, _ in pairs]
+    at = np.array(selection.words(table, "at"))
     found = []
-    for name, at in pairs:
-        part = table[(table["quantity"] == name) & (np.array(_text(table, "at")) == at)]
-        suffix = f" at equal {at}" if both.count(name) > 1 else ""
-        found.append(_figure(scene, part, name, suffix))
+    for name in dict.fromkeys(table["quantity"]):
+        own = (table["quantity"] == name).to_numpy()
+        loads = list(dict.fromkeys(at[own]))
+        chosen = scene.control if scene.control in loads else loads[0]
+        found.append(_figure(scene, table[own & (at == chosen)], name, chosen))
     return [figure for figure in found if figure is not None]
 
 
-def _text(table: pd.DataFrame, name: str) -> list[str]:
-    return selection.words(table, name)
-
-
-def _figure(scene: SceneRecord, part: pd.DataFrame, name: str, suffix: str) -> Figure | None:
+def _figure(scene: SceneRecord, part: pd.DataFrame, name: str, at: str) -> Figure | None:
     known = np.isfinite(selection.column(part, "seconds"))
     known &= np.isfinite(selection.column(part, "maximum"))
     points = part[known]
@@ -77,15 +77,16 @@ def _figure(scene: SceneRecord, part: pd.DataFrame, name: str, suffix: str) -> F
     low, high = error_range(selection.column(points, "maximum"), scene.tolerance)
     span = _time_range(scene, points)
     data: list[dict[str, Any]] = [
-        *_floor(scene, points, span, low),
+        *_floor(scene, name, points, span, low),
         _front(times, selection.column(points, "maximum"), span[1], low),
     ]
     for method in drawing_order(dict.fromkeys(points["method"])):
         data += _method_traces(method, points[points["method"] == method], low)
     data += _failure_traces(scene, span, high)
     spec = {"data": data, "layout": _layout(scene, span, low, high)}
-    title = f"Speed against error of {fmt.quantity(name).words}{suffix}"
-    return Figure(f"speed-{name}{suffix.replace(' ', '-')}", title, CAPTION, spec)
+    equal = f" at equal {fmt.quantity(at).words}" if at in fmt.QUANTITIES else ""
+    title = f"Error of {fmt.quantity(name).words}{equal}"
+    return Figure(f"speed-{name}", title, CAPTION, spec)
 
 
 def _time_range(scene: SceneRecord, points: pd.DataFrame) -> tuple[float, float]:
@@ -216,11 +217,13 @@ def _front(times: np.ndarray, errors: np.ndarray, end: float, low: float) -> dic
 
 
 def _floor(
-    scene: SceneRecord, points: pd.DataFrame, span: tuple[float, float], low: float
+    scene: SceneRecord, name: str, points: pd.DataFrame, span: tuple[float, float], low: float
 ) -> list[dict[str, Any]]:
     """Shade the errors that the reference cannot tell from zero, and mark what it cost."""
     bars = selection.column(points, "uncertainty")
+    known = (scene.reference.get("uncertainty") or {}).get(name)
     bar = float(np.nanmax(bars)) if np.isfinite(bars).any() else 0.0
+    bar = float(known) if fmt.finite(known) else bar
     if bar <= low:
         return []
     shade = {
@@ -282,21 +285,17 @@ def _failure_traces(
     lost = selection.failures(scene)
     unplaced, found = 0, []
     for method in dict.fromkeys(item.method for item in lost):
-        own = [item for item in lost if item.method == method]
+        # One cross per setting: the load steps it lost all cost the same time.
+        own = {item.resolution: item for item in lost if item.method == method}
         x, reasons = [], []
-        for item in own:
+        for item in own.values():
             if np.isfinite(item.seconds) and span[0] < item.seconds < span[1]:
                 x.append(item.seconds)
             else:
                 x.append(span[1] / (span[1] / span[0]) ** (0.04 * unplaced))
                 unplaced += 1
-            step = f" at {fmt.with_unit(item.load, fmt.quantity(scene.control).unit)}"
-            where = step if np.isfinite(item.load) else ""
             reasons.append(
-                inert(
-                    f"{style(method).label}, N = {fmt.number(item.resolution, 6)}{where}: "
-                    f"{item.reason}"
-                )
+                inert(f"{style(method).label}, N = {fmt.number(item.resolution, 6)}: {item.reason}")
             )
         found.append(failure_trace(method, numbers(x), high, reasons))
     return found

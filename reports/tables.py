@@ -37,15 +37,14 @@ class Table:
 
 def settings(scene: SceneRecord) -> Table:
     """Return cost and largest errors of every method and resolution, failures included."""
-    table = selection.compared_measures(scene)
+    table = selection.compared_measures(scene, details=True)
     pairs = list(dict.fromkeys(zip(table["quantity"], selection.words(table, "at"), strict=True)))
     names = [name for name, _ in pairs]
     headers = [("method", ""), ("N", "resolution"), ("unknowns", "unknowns")]
-    headers += [("time", ""), ("set-up", "set-up"), ("memory", "")]
+    headers += [("time", ""), ("set-up", "set-up"), ("memory", ""), ("outcome", "")]
     for name, at in pairs:
         suffix = f", equal {at}" if names.count(name) > 1 else ""
         headers.append((f"error of {fmt.quantity(name).words}{suffix}", "uncertainty"))
-    headers.append(("outcome", ""))
     rows = [
         _setting_row(scene, method, level, table, pairs) for method, level in _all_settings(scene)
     ]
@@ -86,12 +85,13 @@ def _setting_row(
         Cell(fmt.duration(first["seconds"]), first["seconds"]),
         Cell(fmt.duration(first["setup_seconds"]), first["setup_seconds"]),
         Cell(fmt.memory(first["memory"]), first["memory"]),
+        _outcome(own, selection.is_reference(scene, method, level)),
     ]
     mine = measures[measures["method"] == method]
     mine = mine[selection.column(mine, "resolution") == level]
     truth = selection.is_reference(scene, method, level)
     cells += [_error_cell(mine, pair, truth) for pair in pairs]
-    return (*cells, _outcome(own, truth))
+    return tuple(cells)
 
 
 def _error_cell(measures: pd.DataFrame, pair: tuple[str, str], truth: bool) -> Cell:
@@ -111,9 +111,22 @@ def _outcome(rows: pd.DataFrame, truth: bool) -> Cell:
     if good.all():
         text = "reference" if truth else "converged"
         return Cell(text, text, "text")
-    reason = next((text for text in selection.words(rows[~good], "reason") if text), "")
     failed = "failed" if not good.any() else f"{int((~good).sum())} of {len(good)} failed"
-    return Cell(f"{failed}: {reason}" if reason else failed, "failed", "failed")
+    return Cell(failed, "failed", "failed")
+
+
+def lost_solves(scene: SceneRecord) -> list[str]:
+    """Return one line per setting that failed, with its reason and how many steps it lost."""
+    found: dict[tuple[str, float, str], int] = {}
+    for item in selection.failures(scene):
+        key = (item.method, item.resolution, item.reason)
+        found[key] = found.get(key, 0) + int(np.isfinite(item.load))
+    return [
+        f"{style(method).label}, N = {fmt.count(level)}"
+        + (f", {steps} load step{'s' if steps > 1 else ''}" if steps else "")
+        + f": {reason or 'no reason given'}"
+        for (method, level, reason), steps in found.items()
+    ]
 
 
 def load_steps(scene: SceneRecord) -> Table:

@@ -70,13 +70,19 @@ def verdicts(scene: SceneRecord) -> list[Verdict]:
     finest = table[levels == np.nanmax(levels)] if np.isfinite(levels).any() else table
     found = [_verdict(scene, row) for row in finest.to_dict("records")]
     judged = {item.quantity for item in found if item.word != NO_RESULT}
-    reason = _why_missing(scene)
     lost = [name for name in scene.quantities if name not in judged]
     kept = [item for item in found if item.word != NO_RESULT]
     nan = math.nan
     return kept + [
-        Verdict(name, "", nan, nan, nan, scene.tolerance, NO_RESULT, reason) for name in lost
+        Verdict(name, "", nan, nan, nan, scene.tolerance, NO_RESULT, _why_missing(scene, name))
+        for name in lost
     ]
+
+
+def worst(items: list[Verdict]) -> Verdict:
+    """Return the verdict that decides: outside before not resolved before within."""
+    order = (OUTSIDE, NOT_RESOLVED, WITHIN, NO_RESULT)
+    return min(items, key=lambda item: (order.index(item.word), -abs(item.error)))
 
 
 def _verdict(scene: SceneRecord, row: dict) -> Verdict:
@@ -94,7 +100,7 @@ def _verdict(scene: SceneRecord, row: dict) -> Verdict:
     )
 
 
-def _why_missing(scene: SceneRecord) -> str:
+def _why_missing(scene: SceneRecord, name: str) -> str:
     refused = selection.unsupported(scene)
     if MODEL in refused:
         return refused[MODEL]
@@ -103,7 +109,10 @@ def _why_missing(scene: SceneRecord) -> str:
         return lost[0]
     if MODEL not in selection.methods(scene):
         return "the reduced model was not asked for"
-    return "there is nothing to compare this with"
+    table = selection.compared_measures(scene)
+    if (table["quantity"] == name).any():
+        return "the reduced model does not give it"
+    return "there is nothing to compare it with"
 
 
 def _float(value: object) -> float:

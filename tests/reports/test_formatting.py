@@ -79,8 +79,10 @@ def test_one_prefix_serves_all_values_of_a_plot(values, unit, scale):
 
 def test_bars_share_the_unit_only_where_it_is_the_same():
     assert f.plus_minus(0.0052, 0.0003) == f"0.52 ± 0.030{T}%"
-    assert f.plus_minus(0.0052, 3e-6) == f"0.52{T}% ± 3.0{T}ppm"
+    assert f.plus_minus(0.0002, 3e-6) == f"0.020{T}% ± 3.0{T}ppm"
     assert f.plus_minus(0.0052, 0.0) == f"0.52{T}%"  # exact truth: no bar
+    assert f.plus_minus(0.0052, 1e-12) == f"0.52{T}%"  # a bar below the last digit
+    assert f.plus_minus(2e-16, 1e-12) == "round-off"
     assert f.plus_minus(0.0052, math.nan).endswith("± ?")
     assert f.plus_minus(None, 0.1) == "–"
 

@@ -211,7 +211,7 @@ def test_a_reduced_model_without_a_result_says_why(study):
     scene = study.scenes[0]
     lost = replace(scene, measures=scene.measures[scene.measures["method"] != "reduced"])
     assert {item.word for item in verdicts(lost)} == {"no result"}
-    assert "nothing to compare" in verdicts(lost)[0].reason
+    assert "the reduced model does not give it" in verdicts(lost)[0].reason
 
 
 def bare(study, **changes):
