@@ -8,7 +8,7 @@ A number is taken as SI; a text is a number and a unit: ``"1 mm"``, ``"210 GPa"`
 from __future__ import annotations
 
 import re
-from decimal import Decimal, InvalidOperation
+from decimal import Context, Decimal, InvalidOperation
 from typing import NamedTuple
 
 
@@ -63,6 +63,8 @@ _QUANTITY = re.compile(rf"\s*({_NUMBER_TEXT})\s*(.*?)\s*", re.DOTALL)
 _FACTOR = re.compile(r"([A-Za-zµμ%]+)(?:\^?([+-]?\d{1,2}))?")
 # Beyond this a decimal exponent is no measurement, and would make the arithmetic slow.
 _LARGEST_EXPONENT = 400
+# More digits than a text may have: the default 28 would round once before the float rounds.
+_ALL_DIGITS = Context(prec=100)
 
 
 def to_si(value: object, dimension: Dimension) -> float:
@@ -120,7 +122,7 @@ def _parse(text: str, dimension: Dimension) -> float:
         raise ValueError(f"expected a unit of {dimension}, got one of {found}")
     if abs(number.adjusted()) > _LARGEST_EXPONENT:
         raise ValueError("expected a number within the range of floats")
-    return float(number.scaleb(exponent))
+    return float(number.scaleb(exponent, _ALL_DIGITS))
 
 
 def _unit(text: str, dimension: Dimension) -> tuple[int, Dimension]:

@@ -1,0 +1,54 @@
+"""Scenes in one line, for tests that need one."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from comparisons.scene import Scene, make_scene
+
+STEEL = {"youngs_modulus": "210 GPa", "poisson_ratio": 0.3}
+BALL = {"shape": "paraboloid", "radius": "10 mm"}
+ROUGH = {
+    "kind": "self_affine",
+    "hurst": 0.8,
+    "size": "1 um",
+    "points": 16,
+    "rms_slope": 0.1,
+    "seed": 3,
+}
+
+
+@pytest.fixture
+def scene():
+    """Return a maker of scenes: a steel half-space under a ball, and what is said otherwise."""
+
+    def make(directory: Path = Path(), **tables) -> Scene:
+        data = {
+            "name": "test",
+            "half_space": STEEL,
+            "loading": {"penetration": [1e-6, 2e-6, 4e-6]},
+        }
+        if "surface" not in tables:
+            data["indenter"] = BALL
+        return make_scene(data | tables, "test.toml", directory)
+
+    return make
+
+
+@pytest.fixture
+def rough(scene):
+    """Return a maker of small rough scenes under relative forces."""
+
+    def make(loading=None, compare=None, methods=None, **surface) -> Scene:
+        force = {"values": [0.01, 0.05], "relative_to": "E* A0 h'"}
+        tables = {"compare": compare} if compare else {}
+        tables |= {"methods": methods} if methods else {}
+        return scene(
+            surface={k: v for k, v in (ROUGH | surface).items() if v is not None},
+            loading=loading or {"force": force},
+            **tables,
+        )
+
+    return make
