@@ -40,13 +40,13 @@ class ReducedOptions(Options):
     edges: Literal["sub_cell", "nodal"] = "sub_cell"
     spectrum: Literal["rings", "printed"] = "rings"
     line_length: Annotated[Positive, Field(le=1e4)] = 1.0
-    line_points: Annotated[int, Field(ge=8, le=2**26)] | None = None
+    line_points: Annotated[int, Field(strict=True, ge=8, le=2**26)] | None = None
 
 
 class DenseOptions(Options):
     """Options of the dense half-space solver: the largest contact it accepts, in cells."""
 
-    max_cells: Annotated[int, Field(ge=1, le=20_000)] = 5000
+    max_cells: Annotated[int, Field(strict=True, ge=1, le=20_000)] = 5000
 
 
 class FftOptions(Options):
@@ -56,7 +56,7 @@ class FftOptions(Options):
     kernel: of the periodic half-space: "continuum" |q|, or that of uniform pressure on "cells".
     """
 
-    tolerance: Annotated[float, Field(gt=1e-13, lt=1e-2)] = 1e-8
+    tolerance: Annotated[Positive, Field(gt=1e-13, lt=1e-2)] = 1e-8
     kernel: Literal["continuum", "cells"] = "continuum"
 
 

@@ -20,6 +20,7 @@ from pydantic import (
     ConfigDict,
     Discriminator,
     Field,
+    StrictBool,
     Tag,
     ValidationError,
     field_validator,
@@ -29,8 +30,8 @@ from pydantic import (
 from comparisons.errors import InputError
 from comparisons.loading import Loading
 from comparisons.options import METHOD_NAMES, MethodOptions
-from comparisons.quantities import Length, Modulus, Positive, fail, shown
-from comparisons.shapes import AnyIndenter
+from comparisons.quantities import Finite, Length, Modulus, Positive, fail, shown
+from comparisons.shapes import SHAPES, AnyIndenter
 
 QUANTITIES = (
     *("force", "penetration", "penetration_mean_plane", "contact_area", "contact_area_raw"),
@@ -111,7 +112,12 @@ def _pair(value: Any) -> Any:
     return tuple(value) if isinstance(value, (list, tuple)) else (value, value)
 
 
-Points = Annotated[int, Field(ge=4, le=2**20)]
+# TOML has whole numbers and switches of its own: "64", 64.0 or true in their place are mistakes.
+Points = Annotated[int, Field(strict=True, ge=4, le=2**20)]
+Seed = Annotated[int, Field(strict=True, ge=0, lt=2**63)]
+Count = Annotated[int, Field(strict=True, ge=1, le=1_000_000)]
+Index = Annotated[int, Field(strict=True, ge=0)]
+Window = Annotated[int, Field(strict=True, ge=2)]
 PointsPair = Annotated[tuple[Points, Points], BeforeValidator(_pair)]
 SizePair = Annotated[tuple[Length, Length], BeforeValidator(_pair)]
 
@@ -122,15 +128,15 @@ class SelfAffine(_Table):
     kind: Literal["self_affine"]
     size: SizePair
     points: PointsPair
-    hurst: Annotated[float, Field(ge=-1, le=2)] | None = None
-    power: Annotated[float, Field(ge=0, le=8)] | None = None
+    hurst: Annotated[Finite, Field(ge=-1, le=2)] | None = None
+    power: Annotated[Finite, Field(ge=0, le=8)] | None = None
     rms_slope: Positive | None = None
     rms_height: Length | None = None
     long_cutoff: Length | None = None
     short_cutoff: Length | None = None
-    periodic: bool = False
-    seed: Annotated[int, Field(ge=0, lt=2**63)] = 0
-    realisations: Annotated[int, Field(ge=1, le=1_000_000)] = 1
+    periodic: StrictBool = False
+    seed: Seed = 0
+    realisations: Count = 1
 
     @model_validator(mode="after")
     def _complete(self) -> SelfAffine:
@@ -165,20 +171,12 @@ class MeasuredMap(_Table):
     height_unit: Annotated[str, Field(max_length=20)] | None = None
     channel: Annotated[str, Field(max_length=200)] | None = None
     detrend: Literal["none", "mean", "tilt", "curvature"] = "tilt"
-    crop: (
-        tuple[
-            Annotated[int, Field(ge=0)],
-            Annotated[int, Field(ge=0)],
-            Annotated[int, Field(ge=2)],
-            Annotated[int, Field(ge=2)],
-        ]
-        | None
-    ) = None
-    invert: bool = False
+    crop: tuple[Index, Index, Window, Window] | None = None
+    invert: StrictBool = False
     undefined: Literal["interpolate", "lowest", "refuse"] | None = None
-    periodic: bool = False
-    seed: Annotated[int, Field(ge=0, lt=2**63)] = 0
-    realisations: Annotated[int, Field(ge=1, le=1_000_000)] = 100
+    periodic: StrictBool = False
+    seed: Seed = 0
+    realisations: Count = 100
 
 
 def _kind(value: Any) -> str | None:
@@ -196,7 +194,7 @@ class Compare(_Table):
 
     quantities: tuple[Literal[QUANTITIES], ...] = DEFAULT_QUANTITIES  # type: ignore[valid-type]
     tolerance: Positive = 0.01
-    resolutions: tuple[Annotated[int, Field(ge=2, le=2**20)], ...] | None = None
+    resolutions: tuple[Annotated[int, Field(strict=True, ge=2, le=2**20)], ...] | None = None
     methods: tuple[Literal[METHOD_NAMES], ...] | None = None  # type: ignore[valid-type]
 
     @field_validator("tolerance")
@@ -279,8 +277,9 @@ def _inline(value: Any) -> str:
     if isinstance(value, (list, tuple)):
         return "[" + ", ".join(_inline(each) for each in value) + "]"
     if isinstance(value, str):
-        # JSON's escapes are TOML's, but for DEL, which JSON leaves as it is.
-        return json.dumps(value).replace("\x7f", "\\u007F")
+        # JSON's escapes are TOML's, but for DEL, which JSON leaves as it is, and for what lies
+        # beyond 16 bits, which JSON would escape as two surrogates: it stands as it is.
+        return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007F")
     return json.dumps(value)
 
 
@@ -380,9 +379,22 @@ def _table_problems(data: dict[str, Any]) -> list[str]:
     return problems
 
 
+# What pydantic says in the language of Python, in the language of scene files.
+_PLAIN = {
+    "model_type": "expected a table",
+    "tuple_type": "expected a list",
+    "too_long": "expected a shorter list",
+    "string_type": "expected a text",
+    "string_too_short": "expected a text that is not empty",
+    "int_type": "expected a whole number",
+    "int_from_float": "expected a whole number",
+    "bool_type": "expected true or false",
+}
+
+
 def _readable(error: Mapping[str, Any]) -> str:
     """Turn one of pydantic's errors into ``path: expected ..., got ...``."""
-    tags = {"self_affine", "map"}
+    tags = ("self_affine", "map")
     location = [each for each in error["loc"] if each not in tags]
     if len(location) > 1 and location[0] == "indenter":
         # The tag of the discriminated union stands second: indenter.cone.slope.
@@ -394,12 +406,12 @@ def _readable(error: Mapping[str, Any]) -> str:
     if kind == "missing":
         return f"{path}: expected, but missing"
     if kind in ("union_tag_invalid", "union_tag_not_found"):
-        key = "shape" if path == "indenter" else "kind"
-        expected = context.get("expected_tags", "'self_affine', 'map'")
+        key, known = ("shape", SHAPES) if path == "indenter" else ("kind", tags)
         tag = context.get("tag")
-        return f"{path}.{key}: expected one of {expected}, got {shown(tag)}"
+        came = "nothing" if tag is None else shown(tag)
+        return f"{path}.{key}: expected one of {', '.join(known)}, got {came}"
     if kind == "scene":
         return f"{path}: {error['msg']}" if path else error["msg"]
-    message = error["msg"].replace("Input should be", "expected")
+    message = _PLAIN.get(kind, error["msg"]).replace("Input should be", "expected")
     message = message[0].lower() + message[1:]
     return f"{path}: {message}, got {shown(came)}"

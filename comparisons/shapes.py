@@ -8,15 +8,16 @@ forms build their own description from the same parameters, so they share no for
 
 from __future__ import annotations
 
+import sys
 from functools import cached_property
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, get_args
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
 from scipy.interpolate import PchipInterpolator
 
 from comparisons.quantities import FiniteLength, Length, Positive, fail
-from comparisons.units import Dimension, to_si
+from comparisons.units import NUMBER, Dimension, to_si
 
 
 class Indenter(BaseModel):
@@ -162,10 +163,10 @@ class PowerLaw(_Axisymmetric):
         """Convert the coefficient here, because its unit depends on the exponent."""
         if not isinstance(data, dict) or not isinstance(data.get("coefficient"), str):
             return data
-        exponent = data.get("exponent")
-        if not isinstance(exponent, (int, float)) or exponent != int(exponent):
-            return data
         try:
+            exponent = to_si(data.get("exponent"), NUMBER)
+            if not exponent.is_integer():
+                return data
             dimension = Dimension(length=1 - int(exponent))
             return data | {"coefficient": to_si(data["coefficient"], dimension)}
         except ValueError:
@@ -175,7 +176,7 @@ class PowerLaw(_Axisymmetric):
     @classmethod
     def _positive_coefficient(cls, value: Any) -> float:
         number = isinstance(value, (int, float)) and not isinstance(value, bool)
-        if not number or not np.isfinite(value) or value <= 0:
+        if not number or not 0 < value < sys.float_info.max:
             raise fail(
                 "expected a positive number in m^(1 - exponent), or a text with that unit"
                 ' (for an integer exponent) such as "1e6 m^-2" for exponent 3',
@@ -479,6 +480,11 @@ AnyIndenter = Annotated[
     | Profile,
     Field(discriminator="shape"),
 ]
+
+SHAPES = tuple(
+    get_args(each.model_fields["shape"].annotation)[0]
+    for each in get_args(get_args(AnyIndenter)[0])
+)
 
 
 def _signed_area(corners: np.ndarray) -> float:
