@@ -182,11 +182,10 @@ def _spent(scene: SceneRecord) -> float:
 
 
 def _columns(views: list[SceneView]) -> list[str]:
-    """Return the compared quantities, the most frequent first."""
-    tally = Counter(name for view in views for name in view.verdicts)
-    order = list(fmt.QUANTITIES)
-    place = {name: order.index(name) if name in order else len(order) for name in tally}
-    return sorted(tally, key=lambda name: (-tally[name], place[name]))
+    """Return the compared quantities of all scenes, known ones first and in their usual order."""
+    found = list(dict.fromkeys(name for view in views for name in view.verdicts))
+    known = [name for name in fmt.QUANTITIES if name in found]
+    return known + [name for name in found if name not in known]
 
 
 def _tally(views: list[SceneView]) -> list[tuple[str, int]]:

@@ -191,8 +191,10 @@ def _body_job(method: str, level: int, fields: dict[str, np.ndarray]) -> Job | N
     patch = np.hypot(x, y)[pressure > 0]
     if not len(patch) or patch.max() == 0:
         return None
-    reach = float(3 * patch.max())
     points = np.asarray(fields["mesh_points"], dtype=float)
+    # Three contact radii, or what a mesh in the form of a ball can fill to the corners.
+    filled = np.linalg.norm(points, axis=1).max() / 1.7
+    reach = float(min(3 * patch.max(), max(filled, 1.5 * patch.max())))
     near = np.abs(points).max(axis=1) <= reach
     if not near.any():
         return None
@@ -347,7 +349,7 @@ def _draw_body(job: dict[str, np.ndarray], output: Path) -> None:
     plotter.add_mesh(edges, color="#808080", line_width=1.5)
     rim = _contact_rim(opened)
     if rim is not None:
-        plotter.add_mesh(rim, color=CONTACT_COLOUR, line_width=5, lighting=False)
+        plotter.add_mesh(rim, color=CONTACT_COLOUR, line_width=8, lighting=False)
     _look(plotter, (0.0, 0.0, -0.36), 1.32)
     plotter.screenshot(output, transparent_background=True)
 

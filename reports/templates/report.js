@@ -55,17 +55,26 @@
     return Plotly.react(canvas, spec.data, spec.layout, CONFIG);
   };
 
+  // One plot at a time, so that scrolling stays smooth while many come into sight at once.
+  const queue = [];
+  const drawNext = () => {
+    const canvas = queue.shift();
+    if (canvas && !drawn.has(canvas)) draw(canvas);
+    if (queue.length) setTimeout(drawNext, 0);
+  };
+  const enqueue = (canvas) => { if (queue.push(canvas) === 1) setTimeout(drawNext, 0); };
+
   const canvases = [...document.querySelectorAll("[data-figure]")];
   if ("IntersectionObserver" in window) {
     const watcher = new IntersectionObserver((entries) => {
       for (const entry of entries) {
         if (!entry.isIntersecting) continue;
         watcher.unobserve(entry.target);
-        if (!drawn.has(entry.target)) draw(entry.target);
+        enqueue(entry.target);
       }
     }, { rootMargin: "600px 0px" });
     canvases.forEach((canvas) => watcher.observe(canvas));
-  } else canvases.forEach((canvas) => draw(canvas));
+  } else canvases.forEach(enqueue);
 
   const redraw = () => { theme = dark.matches ? THEMES.dark : THEMES.light; drawn.forEach((canvas) => draw(canvas)); };
   dark.addEventListener("change", redraw);
