@@ -192,8 +192,8 @@ def _body_job(method: str, level: int, fields: dict[str, np.ndarray]) -> Job | N
     if not len(patch) or patch.max() == 0:
         return None
     points = np.asarray(fields["mesh_points"], dtype=float)
-    # Three contact radii, or what a mesh in the form of a ball can fill to the corners.
-    filled = np.linalg.norm(points, axis=1).max() / 1.7
+    # Three contact radii, or what a ball of coarse facets can fill to the corners.
+    filled = np.linalg.norm(points, axis=1).max() / 2.1
     reach = float(min(3 * patch.max(), max(filled, 1.5 * patch.max())))
     near = np.abs(points).max(axis=1) <= reach
     if not near.any():

@@ -48,9 +48,13 @@
   const CONFIG = { displaylogo: false, responsive: true, displayModeBar: hovering ? "hover" : false, scrollZoom: false,
     modeBarButtonsToRemove: ["select2d", "lasso2d", "autoScale2d"] };
 
-  const draw = (canvas, size) => {
+  const draw = (canvas, print) => {
     const spec = specOf(canvas);
-    Object.assign(spec.layout, size);
+    if (print) {
+      Object.assign(spec.layout, { autosize: false, width: PRINT_WIDTH, height: PRINT_HEIGHT });
+      spec.layout.template.layout.font.size = 10;
+      spec.layout.template.layout.legend.font.size = 9;
+    }
     drawn.add(canvas);
     return Plotly.react(canvas, spec.data, spec.layout, CONFIG);
   };
@@ -73,7 +77,11 @@
         enqueue(entry.target);
       }
     }, { rootMargin: "600px 0px" });
-    canvases.forEach((canvas) => watcher.observe(canvas));
+    // What is in sight from the start need not wait for the watcher.
+    for (const canvas of canvases) {
+      if (canvas.getBoundingClientRect().top < window.innerHeight + 600) enqueue(canvas);
+      else watcher.observe(canvas);
+    }
   } else canvases.forEach(enqueue);
 
   const redraw = () => { theme = dark.matches ? THEMES.dark : THEMES.light; drawn.forEach((canvas) => draw(canvas)); };
@@ -82,7 +90,7 @@
   // Paper is always light and has a width of its own.
   window.addEventListener("beforeprint", () => {
     theme = THEMES.light;
-    canvases.forEach((canvas) => draw(canvas, { autosize: false, width: PRINT_WIDTH, height: PRINT_HEIGHT }));
+    canvases.forEach((canvas) => draw(canvas, true));
   });
   window.addEventListener("afterprint", redraw);
 

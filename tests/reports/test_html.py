@@ -13,8 +13,8 @@ from html.parser import HTMLParser
 import pandas as pd
 import pytest
 
-from reports import html
-from reports.verdicts import judge, verdicts
+from reports import html, tables
+from reports.verdicts import judge, verdicts, worst
 
 SECTIONS = ("picture", "plan", "curves", "errors", "pressure", "speed", "table", "repeat")
 
@@ -287,3 +287,26 @@ def test_a_browser_draws_every_plot_without_a_complaint(study, tmp_path):
     drawn = [a for _, a in page.tags if "js-plotly-plot" in a.get("class", "").split()]
     assert len(drawn) == len(page.figures)
     assert "CONSOLE" not in run.stderr
+
+
+def test_the_worse_of_two_loads_held_equal_decides(study):
+    """Contact area is compared at equal penetration and at equal force: one cell, the worse."""
+    scene = study.scenes[0]
+    area = scene.measures[scene.measures["quantity"] == "contact_area"]
+    other = area.assign(at="force", maximum=0.5)
+    both = replace(scene, measures=pd.concat([scene.measures, other], ignore_index=True))
+    found = [item for item in verdicts(both) if item.quantity == "contact_area"]
+    assert {(item.at, item.word) for item in found} == {
+        ("penetration", "within"),
+        ("force", "outside"),
+    }
+    assert worst(found).word == "outside"
+
+
+def test_lost_solves_are_listed_once_with_their_steps(study):
+    scene = study.scenes[0]
+    lost = scene.rows[scene.rows["step"].isna() & (scene.rows["method"] == "bem_dense")]
+    steps = pd.concat([lost.assign(step=n, penetration=1e-6 * n) for n in (1, 2, 3)])
+    rows = pd.concat([scene.rows[~scene.rows.index.isin(lost.index)], steps])
+    (line,) = tables.lost_solves(replace(scene, rows=rows))
+    assert line.startswith("BEM, dense, N = 20, 3 load steps: active set cycled")
