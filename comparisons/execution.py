@@ -48,6 +48,9 @@ def execute(task: Task) -> Solution:
                 again = method.solve(task)
                 times.append(time.perf_counter() - start)
                 setups.append(again.setup_seconds)
+            if solution.body_fields is not None:
+                solution.fields |= solution.body_fields()
+                solution.body_fields = None
     except Exception as error:  # the study carries on
         return failed(task, _reason(error))
     solution.seconds = statistics.median(times)

@@ -52,8 +52,15 @@ class Plan:
 
     def tasks(self) -> list[Task]:
         """Return the independent solves, cheap methods first."""
+        pictured = "pressure" in self.scene.compare.quantities
         return [
-            task_of(self, planned.method, resolution, block)
+            task_of(
+                self,
+                planned.method,
+                resolution,
+                block,
+                with_body=pictured and block[0] == 0 and resolution == planned.resolutions[-1],
+            )
             for planned in self.methods
             for resolution in planned.resolutions
             for block in self.blocks(planned.method)
@@ -106,7 +113,14 @@ def plan_scene(scene: Scene, effort: Effort = "quick") -> list[Plan]:
     return plans
 
 
-def task_of(plan: Plan, method: str, resolution: int, realisations: tuple[int, ...] = (0,)) -> Task:
+def task_of(
+    plan: Plan,
+    method: str,
+    resolution: int,
+    realisations: tuple[int, ...] = (0,),
+    *,
+    with_body: bool = False,
+) -> Task:
     """Return the task of one method at one resolution."""
     return Task(
         scene=plan.scene,
@@ -117,6 +131,7 @@ def task_of(plan: Plan, method: str, resolution: int, realisations: tuple[int, .
         options=plan.scene.methods.of(method),
         quantities=plan.scene.compare.quantities,
         realisations=realisations,
+        with_body=with_body,
     )
 
 

@@ -14,6 +14,7 @@ from comparisons.uncertainty import combined, ensemble_uncertainty, grid_uncerta
 # Closed forms are evaluated to some ten last digits.
 EXACT = 1e-12
 PREFERENCE = ("closed_form", "bem_fft", "fem", "bem_dense")
+GRIDS = ("bem_fft", "bem_dense")
 Solved = dict[tuple[str, int], Solution]
 
 
@@ -70,9 +71,15 @@ def choose_reference(solved: Solved, quantities: tuple[str, ...]) -> Reference |
     """Return the best reference: the closed form, else the 3-D method known best.
 
     Among 3-D methods the one whose compared quantities have the smallest bar wins; equal or
-    unknown bars follow the order of PREFERENCE.
+    unknown bars follow the order of PREFERENCE. The dense half-space solver has the same error
+    as the FFT one on the same grid: of the two only the finer grid is a candidate, lest a bar
+    that is small by chance on coarse grids wins.
     """
     candidates = references(solved, quantities)
+    grids = {each.method: each.resolution for each in candidates if each.method in GRIDS}
+    if len(grids) == len(GRIDS):
+        worse = "bem_dense" if grids["bem_fft"] >= grids["bem_dense"] else "bem_fft"
+        candidates = [each for each in candidates if each.method != worse]
     if not candidates:
         return None
     if candidates[0].method == "closed_form":

@@ -382,6 +382,7 @@ def _table_problems(data: dict[str, Any]) -> list[str]:
 # What pydantic says in the language of Python, in the language of scene files.
 _PLAIN = {
     "model_type": "expected a table",
+    "model_attributes_type": "expected a table",
     "tuple_type": "expected a list",
     "too_long": "expected a shorter list",
     "string_type": "expected a text",

@@ -135,7 +135,11 @@ def solve_scene(
     plan = plan_scene(scene, "full")[0]
     chosen = _chosen(plan, method, resolution)
     blocks = plan.blocks(method)
-    solution = joined([execute(task_of(plan, method, chosen, block)) for block in blocks])
+    tasks = [
+        task_of(plan, method, chosen, block, with_body=with_fields and block[0] == 0)
+        for block in blocks
+    ]
+    solution = joined([execute(task) for task in tasks])
     return SingleResult(plan, method, chosen, solution)
 
 

@@ -10,9 +10,10 @@ from scipy import stats
 
 # Roache's safety factors: 1.25 where three grids converge with a credible order, 3 otherwise.
 SAFE, UNSAFE = 1.25, 3.0
-# Contact edges that move in jumps of a cell make the observed order noisy. It is not trusted
-# beyond second order, nor below half an order.
-LOWEST_ORDER, HIGHEST_ORDER = 0.5, 2.0
+# Contact edges move in jumps of a cell, so the observed order is noisy: nothing beyond first order
+# is trusted (areas and sharp edges have no more), and below half an order convergence is not
+# credible at all.
+LOWEST_ORDER, HIGHEST_ORDER = 0.5, 1.0
 
 
 def grid_uncertainty(resolutions: np.ndarray, curves: np.ndarray) -> np.ndarray:
@@ -61,7 +62,7 @@ def grid_uncertainty(resolutions: np.ndarray, curves: np.ndarray) -> np.ndarray:
             order, factor = _order(last, previous, ratio, resolutions[-2] / resolutions[-3])
             predicted = np.abs(previous) / ratio**order
             last = np.fmax(np.abs(last), predicted)
-        difference = np.fmax(np.abs(last), 0.5 * _rms(last))
+        difference = np.fmax(np.abs(last), 0.5 * _typical(last))
     return factor * difference / (ratio**order - 1)
 
 
@@ -69,20 +70,22 @@ def _order(
     last: np.ndarray, previous: np.ndarray, ratio: float, before: float
 ) -> tuple[float, float]:
     """Return the order used and the safety factor that its credibility deserves."""
-    fine, coarse = _rms(last), _rms(previous)
-    if not np.isfinite(fine) or not np.isfinite(coarse) or fine == 0 or coarse == 0:
-        return 1.0, UNSAFE if fine else SAFE
+    fine, coarse = _typical(last), _typical(previous)
+    if fine == 0 or not np.isfinite(fine * coarse):
+        return HIGHEST_ORDER, SAFE
     # Equal ratios solve for the order directly; for unequal ones the mean ratio is close enough
-    # for a number that is clipped to [0.5, 2].
-    observed = np.log(coarse / fine) / np.log(np.sqrt(ratio * before))
+    # for a number that is clipped.
+    observed = np.log(coarse / fine) / np.log(np.sqrt(ratio * before)) if coarse else -np.inf
     monotone = np.nansum(last * previous) > 0
-    credible = monotone and observed >= LOWEST_ORDER
-    return float(np.clip(observed, LOWEST_ORDER, HIGHEST_ORDER)), SAFE if credible else UNSAFE
+    if monotone and observed >= LOWEST_ORDER:
+        return float(min(observed, HIGHEST_ORDER)), SAFE
+    return HIGHEST_ORDER, UNSAFE
 
 
-def _rms(values: np.ndarray) -> float:
-    finite = values[np.isfinite(values)]
-    return float(np.sqrt(np.mean(finite**2))) if len(finite) else float("nan")
+def _typical(values: np.ndarray) -> float:
+    """Median absolute value: small loads, with their few cells, must not speak for all."""
+    finite = np.abs(values[np.isfinite(values)])
+    return float(np.median(finite)) if len(finite) else float("nan")
 
 
 def standard_error(samples: np.ndarray) -> np.ndarray:

@@ -10,7 +10,7 @@ from __future__ import annotations
 import hashlib
 import json
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 
@@ -34,7 +34,8 @@ class Task:
     """One independent solve: a method, a resolution, all loads, a block of realisations.
 
     Tasks are picklable and know their own key, which is what makes resuming, workers and
-    clusters simple.
+    clusters simple. `with_body` asks for displacement and stress in the body at the last load
+    (pictures, VTU); they are computed outside the clock.
     """
 
     scene: Scene
@@ -45,6 +46,7 @@ class Task:
     options: Options
     quantities: tuple[str, ...]
     realisations: tuple[int, ...] = (0,)
+    with_body: bool = False
 
     @property
     def wants_pressure(self) -> bool:
@@ -58,19 +60,15 @@ class Task:
             "scene": self.scene.model_dump(mode="json", exclude={"title", "compare", "methods"}),
             "geometry": self.geometry.digest,
             "loads": [float(v).hex() for v in self.loads.values],
-            "options": asdict_of(self.options),
+            "options": self.options.model_dump(mode="json"),
             "quantities": sorted(self.quantities),
+            "with_body": self.with_body,
             "realisations": list(self.realisations),
         }
         text = json.dumps(identity, sort_keys=True)
         digest = hashlib.sha256(text.encode()).hexdigest()[:12]
         first = self.realisations[0]
         return f"{self.scene.name}-{self.method}-{self.resolution}-{first}-{digest}"
-
-
-def asdict_of(options: Options) -> dict[str, object]:
-    """Return options as plain values."""
-    return options.model_dump(mode="json")
 
 
 @dataclass
@@ -89,6 +87,8 @@ class Solution:
         Solver iterations, and the largest relative overlap or tension (NaN for direct methods).
     fields : dict
         Arrays of realisation 0 at the last load: ``pressure``, ``pressure_x``, ...
+    body_fields : callable or None
+        Computes the fields in the body, where a task asks for them; not part of the solve.
     unknowns : int
     seconds, setup_seconds, compile_seconds, memory : float
         Everything done for the task on warm code; the part another list of loads could reuse;
@@ -102,6 +102,7 @@ class Solution:
     unknowns: int
     reasons: dict[tuple[int, int], str] = field(default_factory=dict)
     fields: dict[str, np.ndarray] = field(default_factory=dict)
+    body_fields: Callable[[], dict[str, np.ndarray]] | None = None
     seconds: float = float("nan")
     setup_seconds: float = 0.0
     compile_seconds: float = 0.0

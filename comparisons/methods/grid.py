@@ -181,9 +181,9 @@ def _patch_quantities(
 ) -> dict[str, float]:
     if not asked & {"contact_count", "contact_length"}:
         return {}
-    _, patch_areas = area_measures.patches(mask, grid.spacing, periodic=periodic)
-    length = float(np.sqrt(4 * np.asarray(patch_areas) / np.pi).sum())
-    return {"contact_count": float(len(patch_areas)), "contact_length": length}
+    found = area_measures.patches(mask, grid.spacing, periodic=periodic)
+    length = float(np.sqrt(4 * np.asarray(found.areas) / np.pi).sum())
+    return {"contact_count": float(found.count), "contact_length": length}
 
 
 def contact_fields(task: Task, contact: Contact, grid: Grid) -> dict[str, np.ndarray]:

@@ -25,8 +25,9 @@ def ground_surface(points: int = POINTS, side: float = SIDE, seed: int = 7) -> n
     # Grooves along y: waves across them are longer-lived than waves along them.
     q = np.hypot(qx, 3 * qy)
     roll_off = 2 * np.pi / (side / 4)
-    shape = np.where(np.hypot(qx, qy) < np.pi * points / (2 * side), 1.0, 0.0)
-    spectrum = shape * np.maximum(q, roll_off) ** -1.8 * (q > 0)
+    # The optics blur what is shorter than four pixels.
+    blur = np.exp(-((np.hypot(qx, qy) * 4 * side / points / (2 * np.pi)) ** 2))
+    spectrum = blur * np.maximum(q, roll_off) ** -1.8 * (q > 0)
     heights = np.fft.ifft2(spectrum * np.fft.fft2(rng.standard_normal((points, points)))).real
     heights *= 40 / heights.std()
     tilt = np.linspace(0, 120, points)
