@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from itertools import pairwise
 from typing import Annotated, Any, Literal
 
@@ -114,7 +115,7 @@ def _spaced(table: dict[str, Any], unit: Dimension, problems: list[str]) -> list
         )
     if spacing not in ("linear", "log"):
         problems.append(f'spacing: expected "linear" or "log", got {shown(spacing)}')
-    if not problems and not 0 < first < last:
+    if not problems and not 0 < first < last < math.inf:
         problems.append(f"expected 0 < from < to, got from = {first:g}, to = {last:g}")
     if problems:
         return []

@@ -1,0 +1,119 @@
+"""Load lists: ranges, relative forces, and what is refused."""
+
+from __future__ import annotations
+
+import math
+from fractions import Fraction
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from pydantic_core import PydanticCustomError
+
+from comparisons.loading import RELATIVE_FORCE, read_range
+from comparisons.units import FORCE, LENGTH
+
+
+def values(given_loads, dimension=LENGTH):
+    return read_range(given_loads, dimension).values
+
+
+def refusal(given_loads, dimension=LENGTH) -> str:
+    with pytest.raises(PydanticCustomError) as caught:
+        read_range(given_loads, dimension)
+    return str(caught.value)
+
+
+def test_numbers_lists_and_tables_of_values():
+    assert values(2e-6) == (2e-6,)
+    assert values("2 um") == (2e-6,)
+    assert values(["1 um", 2e-6, "5 um"]) == (1e-6, 2e-6, 5e-6)
+    assert values({"values": [1, 2]}) == (1.0, 2.0)
+    assert values({"values": "3 mm"}) == (3e-3,)
+
+
+def test_linear_ranges_are_the_default_and_have_both_ends():
+    assert values({"from": "1 mm", "to": "5 mm", "steps": 5}) == pytest.approx(
+        (1e-3, 2e-3, 3e-3, 4e-3, 5e-3), rel=1e-15
+    )
+    loads = values({"from": 0.1, "to": 0.7, "steps": 7})
+    assert (loads[0], loads[-1]) == (0.1, 0.7)
+
+
+def test_logarithmic_ranges_have_equal_ratios_and_both_ends():
+    loads = values({"from": "1 um", "to": "1 mm", "steps": 4, "spacing": "log"})
+    assert loads == pytest.approx((1e-6, 1e-5, 1e-4, 1e-3), rel=1e-14)
+    assert (loads[0], loads[-1]) == (1e-6, 1e-3)
+
+
+@given(
+    first=st.floats(1e-9, 1.0),
+    ratio=st.floats(1.1, 1e6),
+    steps=st.integers(2, 30),
+    spacing=st.sampled_from(["linear", "log"]),
+    power=st.integers(-60, 60),
+)
+def test_ranges_scaled_by_a_power_of_two_have_the_same_digits(first, ratio, steps, spacing, power):
+    """So that a scene in other units by powers of two is bit-identical all the way."""
+    table = {"from": first, "to": first * ratio, "steps": steps, "spacing": spacing}
+    scale = 2.0**power
+    scaled = table | {"from": first * scale, "to": first * ratio * scale}
+    assert [v * scale for v in values(table)] == list(values(scaled))
+
+
+@given(first=st.floats(1e-9, 1.0), ratio=st.floats(1.1, 1e6), steps=st.integers(3, 30))
+def test_linear_ranges_match_rational_arithmetic(first, ratio, steps):
+    loads = values({"from": first, "to": first * ratio, "steps": steps})
+    low, high = Fraction(first), Fraction(first * ratio)
+    exact = [float(low + (high - low) * i / (steps - 1)) for i in range(steps)]
+    np.testing.assert_allclose(loads, exact, rtol=1e-15 * steps)
+
+
+def test_relative_forces_are_plain_numbers():
+    loads = read_range({"values": [0.01, "5 %"], "relative_to": RELATIVE_FORCE}, FORCE)
+    assert loads.values == (0.01, 0.05)
+    assert loads.relative_to == RELATIVE_FORCE
+    spaced = {"from": 1e-3, "to": 1e-1, "steps": 3, "spacing": "log", "relative_to": RELATIVE_FORCE}
+    assert values(spaced, FORCE) == pytest.approx((1e-3, 1e-2, 1e-1), rel=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("loads", "expected"),
+    [
+        ([], "at least one load, got an empty list"),
+        ({"values": []}, "at least one load, got an empty list"),
+        ([1, 1], "strictly increasing loads, got [1.0, 1.0]"),
+        ([2, 1], "strictly increasing"),
+        ([0, 1], "positive finite loads"),
+        ([-1, 1], "positive finite loads"),
+        ([1, math.inf], "positive finite loads"),
+        ([1, math.nan], "positive finite loads"),
+        ([1, "2 N", True], "load 2: expected a unit of m, got one of N, got '2 N'; load 3: expec"),
+        ([[1]], "load 1: expected a number in m"),
+        ({}, "expected values, or from, to and steps; from, to, steps missing"),
+        ({"from": 1}, "to, steps missing"),
+        ({"from": 1, "to": 2, "steps": 1}, "steps: expected a whole number from 2 to 10000, got 1"),
+        ({"from": 1, "to": 2, "steps": True}, "steps: expected a whole number"),
+        ({"from": 1, "to": 2, "steps": 2.0}, "steps: expected a whole number"),
+        ({"from": 1, "to": 2, "steps": 10**6}, "steps: expected a whole number"),
+        ({"from": 2, "to": 1, "steps": 3}, "expected 0 < from < to, got from = 2, to = 1"),
+        ({"from": 0, "to": 1, "steps": 3}, "expected 0 < from < to"),
+        ({"from": math.nan, "to": 1, "steps": 3}, "expected 0 < from < to"),
+        ({"from": 1, "to": math.inf, "steps": 3}, "expected 0 < from < to, got from = 1, to = inf"),
+        ({"from": 1, "to": 2, "steps": 3, "spacing": "cubic"}, "spacing: expected"),
+        ({"from": 1, "to": 2, "steps": 3, "step": 1}, "step: unknown key here"),
+        ({"values": [1], "steps": 3}, "steps: unknown key here"),
+        ({"values": [1], "relative_to": "A0"}, 'relative_to: expected "E* A0 h\'", of a force'),
+        ({"values": [1], "relative_to": RELATIVE_FORCE}, "of a force"),  # these are lengths
+        ([1.0] * 10_001, "expected at most 10000 loads, got 10001"),
+    ],
+)
+def test_each_wrong_list_is_named(loads, expected):
+    assert expected in refusal(loads)
+
+
+def test_all_problems_of_a_range_come_at_once():
+    message = refusal({"from": "1 N", "to": "x", "steps": 0, "spacing": "cubic", "colour": 1})
+    for part in ("colour: unknown key", "from: expected", "to: expected", "steps: ", "spacing: "):
+        assert part in message

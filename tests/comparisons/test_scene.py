@@ -1,0 +1,490 @@
+"""Scene files: everything the contract allows is read, everything else is named, all at once."""
+
+from __future__ import annotations
+
+import math
+import pickle
+import tomllib
+from pathlib import Path
+
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from comparisons.scene import (
+    SceneError,
+    builtin_names,
+    load_scene,
+    make_scene,
+    parse_scene,
+)
+
+MODULUS = {"effective_modulus": 1e9}
+BALL = {"shape": "paraboloid", "radius": 1.0}
+DEPTHS = {"penetration": [1e-3]}
+PATCH = {"kind": "self_affine", "hurst": 0.8, "size": "1 um", "points": 64, "rms_slope": 0.1}
+GOOD = {"name": "x", "half_space": MODULUS, "indenter": BALL, "loading": DEPTHS}
+
+
+def made(**changes):
+    """Return the good scene with changed tables; a table that is None is left out."""
+    data = {key: value for key, value in (GOOD | changes).items() if value is not None}
+    return make_scene(data, "x.toml", Path())
+
+
+def problems(**changes) -> list[str]:
+    with pytest.raises(SceneError) as caught:
+        made(**changes)
+    return caught.value.problems
+
+
+def rough(**changes):
+    return {"indenter": None, "surface": PATCH | changes}
+
+
+# --- what is read ---------------------------------------------------------------------------
+
+SHAPES = {
+    "paraboloid": {"radius": "10 mm"},
+    "sphere": {"radius": "10 mm"},
+    "cone": {"slope": "10 %"},
+    "power_law": {"exponent": 3, "coefficient": "2e4 m^-2"},
+    "cylinder": {"radius": "1 mm"},
+    "rounded_punch": {"flat_radius": "1 mm", "edge_radius": "10 mm"},
+    "ellipsoid": {"radius_x": "20 mm", "radius_y": "10 mm"},
+    "elliptic_punch": {"semi_axes": ["2 mm", "1 mm"]},
+    "square_punch": {"side": "2 mm"},
+    "polygon_punch": {"vertices": [["0 mm", 0], ["2 mm", 0], ["1 mm", "1 mm"]]},
+    "profile": {"r": [0, "1 mm", "2 mm"], "f": [0, "1 um", "3 um"], "interpolation": "linear"},
+}
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+def test_every_shape_of_the_contract_is_read(shape):
+    indenter = made(indenter={"shape": shape} | SHAPES[shape]).indenter
+    assert indenter.shape == shape
+    assert indenter.size > 0
+
+
+def test_lengths_with_units_are_si_inside():
+    """Exactly the float of the SI number, so that both files are the same scene."""
+    scene = made(
+        half_space={"youngs_modulus": "210 GPa", "poisson_ratio": 0.3},
+        indenter={"shape": "rounded_punch", "flat_radius": "3.3 um", "edge_radius": "10 nm"},
+        loading={"force": ["1 mN", "2 mN"]},
+    )
+    same = made(
+        half_space={"youngs_modulus": 210e9, "poisson_ratio": 0.3},
+        indenter={"shape": "rounded_punch", "flat_radius": 3.3e-6, "edge_radius": 1e-8},
+        loading={"force": [1e-3, 2e-3]},
+    )
+    assert scene == same
+    assert scene.text == same.text
+
+
+@pytest.mark.parametrize(
+    ("half_space", "modulus"),
+    [
+        ({"youngs_modulus": 210e9, "poisson_ratio": 0.3}, 210e9 / (1 - 0.3**2)),
+        ({"shear_modulus": "1 MPa", "poisson_ratio": 0.5}, 4e6),
+        ({"effective_modulus": "1 GPa"}, 1e9),
+        ({"youngs_modulus": 1e9, "poisson_ratio": 0}, 1e9),
+    ],
+)
+def test_effective_modulus(half_space, modulus):
+    """E* = E/(1 - nu^2) = 2 G/(1 - nu) (Johnson 1985, eq. 4.18 for a rigid indenter)."""
+    assert made(half_space=half_space).effective_modulus == pytest.approx(modulus, rel=1e-15)
+
+
+@pytest.mark.parametrize("nu", [-0.5, 0.0, 0.3, 0.5])
+def test_elastic_constants_give_back_the_effective_modulus(nu):
+    """E/(1 - nu^2) again, whatever pair the file gave; E* alone stands for nu = 0.3."""
+    shear = made(half_space={"shear_modulus": 1e6, "poisson_ratio": nu})
+    young, ratio = shear.half_space.elastic_constants
+    assert ratio == nu
+    assert young == pytest.approx(2 * 1e6 * (1 + nu), rel=1e-14)  # E = 2 G (1 + nu)
+    young, ratio = made().half_space.elastic_constants
+    assert ratio == 0.3
+    assert young / (1 - ratio**2) == pytest.approx(1e9, rel=1e-15)
+
+
+def test_surfaces_of_the_contract_are_read():
+    synthetic = made(**rough(points=[64, 32], size=["2 um", "1 um"], power=4, hurst=None))
+    assert synthetic.surface.points == (64, 32)
+    assert synthetic.surface.size == (2e-6, 1e-6)
+    assert (synthetic.surface.realisations, synthetic.surface.seed) == (1, 0)
+    assert synthetic.surface.periodic is False
+    measured = made(
+        indenter=None,
+        surface={"kind": "map", "file": "a.npy", "size": "1 um", "crop": [1, 2, 30, 40]},
+    )
+    assert measured.surface.size == (1e-6, 1e-6)
+    assert measured.surface.detrend == "tilt"
+    assert measured.surface.realisations == 100
+
+
+def test_defaults_are_those_of_the_contract():
+    scene = made()
+    assert scene.compare.quantities == ("force", "penetration", "contact_area")
+    assert scene.compare.tolerance == 0.01
+    assert scene.compare.resolutions is None
+    assert scene.compare.methods is None
+    assert scene.methods.reduced.stress == "abel"
+    assert scene.methods.fem.contact == "active_set"
+    assert scene.heading == "x"
+
+
+def test_resolutions_are_sorted_and_tolerances_may_be_per_cent():
+    scene = made(compare={"resolutions": [20, 5, 10], "tolerance": "5%"})
+    assert scene.compare.resolutions == (5, 10, 20)
+    assert scene.compare.tolerance == 0.05
+
+
+def test_every_built_in_scene_is_valid_and_named_like_its_file():
+    assert len(builtin_names()) >= 15
+    for name in builtin_names():
+        assert load_scene(name).name == name
+
+
+# --- what is refused ------------------------------------------------------------------------
+
+
+def test_all_problems_of_a_file_come_at_once():
+    """Each with its path in the file, what was expected and what came."""
+    found = problems(
+        name="Not A Slug",
+        half_space={"youngs_modulus": "1 mm", "poisson_ratio": 0.6, "density": 1},
+        indenter={"shape": "paraboloid", "radius": "-1 mm", "colour": "red"},
+        loading={"force": [2, 1]},
+        compare={"tolerance": 0, "quantities": ["temperature"]},
+        methods={"fem": {"contact": "glue"}, "magic": {}},
+        extra={"key": 1},
+    )
+    text = "\n".join(found)
+    for expected in (
+        "name: expected a slug of a-z, 0-9 and -, at most 100 characters, got 'Not A Slug'",
+        "half_space.youngs_modulus: expected a unit of Pa, got one of m, got '1 mm'",
+        "half_space.poisson_ratio: expected a number with -1 < nu <= 0.5, got 0.6",
+        "half_space.density: unknown key",
+        "indenter.radius: expected a positive finite length, got '-1 mm'",
+        "indenter.colour: unknown key",
+        "loading.force: expected strictly increasing loads, got [2.0, 1.0]",
+        "compare.tolerance: expected a positive finite number, got 0",
+        "compare.quantities.0: expected 'force',",
+        "methods.fem.contact: expected 'active_set' or 'penalty', got 'glue'",
+        "methods.magic: unknown key",
+        "extra: unknown key",
+    ):
+        assert expected in text
+    assert len(found) == 12
+
+
+@pytest.mark.parametrize(
+    ("changes", "expected"),
+    [
+        ({"name": None}, "name: expected, but missing"),
+        ({"name": "x" * 101}, "name: expected a slug"),
+        ({"name": "../x"}, "name: expected a slug"),
+        ({"title": 3}, "title: expected a text, got 3"),
+        ({"half_space": None}, "half_space: expected, but missing"),
+        ({"half_space": 3}, "half_space: expected a table, got 3"),
+        ({"loading": None}, "loading: expected, but missing"),
+        ({"loading": {}}, "exactly one of penetration, force and mean_gap, got none"),
+        (
+            {"loading": {"penetration": 1e-3, "force": 1}},
+            "exactly one of penetration, force and mean_gap, got penetration and force",
+        ),
+        ({"loading": {"mean_gap": 1e-3}}, "loading.mean_gap: expected a [surface]"),
+        (
+            {"loading": {"force": {"values": [1], "relative_to": "E* A0 h'"}}},
+            "loading.force.relative_to: expected a [surface]",
+        ),
+        ({"indenter": None}, "expected exactly one of [indenter] and [surface], got none"),
+        ({"surface": PATCH}, "[indenter] and [surface], got [indenter] and [surface]"),
+        ({"indenter": 3}, "indenter: expected a table, got 3"),
+        ({"indenter": {"radius": 1}}, "indenter.shape: expected one of paraboloid, sphere,"),
+        ({"indenter": {"shape": "egg"}}, "got 'egg'"),
+        ({"indenter": {"shape": "cone"}}, "indenter.slope: expected, but missing"),
+        ({"directory": "/"}, "directory: unknown key"),
+        ({"compare": {"resolutions": [10, 10]}}, "compare.resolutions: expected a list without"),
+        ({"compare": {"resolutions": 10}}, "compare.resolutions: expected a list, got 10"),
+        ({"compare": {"resolutions": [1]}}, "compare.resolutions.0: expected greater than or"),
+        ({"compare": {"resolutions": [8.5]}}, "compare.resolutions.0: expected a"),
+        ({"compare": {"quantities": []}}, "compare.quantities: expected a list without"),
+        ({"compare": {"methods": ["fem", "fem"]}}, "compare.methods: expected a list without"),
+        ({"compare": {"tolerance": 1.0}}, "expected a relative tolerance below 1, got 1.0"),
+        ({"methods": {"fem": {"penalty": 0}}}, "methods.fem.penalty: expected a positive"),
+        ({"methods": {"bem_dense": {"max_cells": 0.5}}}, "methods.bem_dense.max_cells: expected"),
+    ],
+)
+def test_each_wrong_table_is_named(changes, expected):
+    assert expected in "\n".join(problems(**changes))
+
+
+@pytest.mark.parametrize("nu", [0.6, -1, -1.5, math.nan, math.inf, True, "0.3", None, [0.3]])
+def test_poisson_ratio_outside_its_range(nu):
+    found = problems(half_space={"youngs_modulus": 1e9, "poisson_ratio": nu})
+    assert found[0].startswith("half_space.poisson_ratio: expected a number with -1 < nu <= 0.5")
+
+
+@pytest.mark.parametrize(
+    "half_space",
+    [
+        {},
+        {"youngs_modulus": 1e9},
+        {"poisson_ratio": 0.3},
+        {"youngs_modulus": 1e9, "shear_modulus": 1e9, "poisson_ratio": 0.3},
+        {"effective_modulus": 1e9, "poisson_ratio": 0.3},
+    ],
+)
+def test_elastic_constants_come_in_one_of_three_ways(half_space):
+    (found,) = problems(half_space=half_space)
+    assert "youngs_modulus and poisson_ratio, or shear_modulus and poisson_ratio" in found
+    assert ", ".join(sorted(half_space)) or "nothing" in found
+
+
+@pytest.mark.parametrize(
+    ("indenter", "expected"),
+    [
+        ({"shape": "sphere", "radius": 0}, "indenter.radius: expected a positive finite length"),
+        ({"shape": "sphere", "radius": math.inf}, "indenter.radius: expected a positive finite"),
+        ({"shape": "sphere", "radius": True}, "indenter.radius: expected a number in m"),
+        ({"shape": "cone", "slope": "1 mm"}, "indenter.slope: expected a unit of a plain number"),
+        ({"shape": "power_law", "exponent": 0, "coefficient": 1}, "indenter.exponent: expected"),
+        ({"shape": "power_law", "exponent": 101, "coefficient": 1}, "from 0.1 to 100, got 101"),
+        (
+            {"shape": "power_law", "exponent": math.inf, "coefficient": "1 m"},
+            "indenter.exponent: expected a positive finite number, got inf",
+        ),
+        (
+            {"shape": "power_law", "exponent": 3, "coefficient": "1 m^-3"},
+            "indenter.coefficient: expected a positive number in m^(1 - exponent)",
+        ),
+        (
+            {"shape": "power_law", "exponent": 2.5, "coefficient": "1 m^-1"},
+            "indenter.coefficient: expected a positive number in m^(1 - exponent)",
+        ),
+        (
+            {"shape": "power_law", "exponent": 2, "coefficient": 10**400},
+            "indenter.coefficient: expected a positive number",
+        ),
+        ({"shape": "elliptic_punch", "semi_axes": [1]}, "indenter.semi_axes.1: expected, but"),
+        ({"shape": "elliptic_punch", "semi_axes": [1, 2, 3]}, "indenter.semi_axes: expected a sh"),
+        ({"shape": "profile", "r": 3, "f": [0, 1]}, "indenter.r: expected a list, got 3"),
+        ({"shape": "profile", "r": [0, 1], "f": [0, 1, 2]}, "r and f of the same length"),
+        ({"shape": "profile", "r": [], "f": []}, "at least 2, got 0, 0"),
+        ({"shape": "profile", "r": [0, 2, 1], "f": [0, 1, 2]}, "r strictly increasing from 0"),
+        ({"shape": "profile", "r": [1, 2], "f": [0, 1]}, "r strictly increasing from 0"),
+        ({"shape": "profile", "r": [0, 1], "f": [1, 2]}, "f = 0 at r = 0"),
+        (
+            {"shape": "profile", "r": [0, 1, 2], "f": [0, 2, 1]},
+            "hollow profiles have no reduced model (f falls after r = 1 m)",
+        ),
+        ({"shape": "polygon_punch", "vertices": [[0, 0], [1, 0]]}, "at least 3 vertices, got 2"),
+        ({"shape": "polygon_punch", "vertices": [[0, 0], [1, 1], [2, 2]]}, "with an area"),
+        (
+            {"shape": "polygon_punch", "vertices": [[0, 0], [1, 0], [3]]},
+            "indenter.vertices.2.1: expected, but missing",
+        ),
+    ],
+)
+def test_each_wrong_shape_is_named(indenter, expected):
+    assert expected in "\n".join(problems(indenter=indenter))
+
+
+@pytest.mark.parametrize(
+    ("changes", "expected"),
+    [
+        ({"kind": "fractal"}, "surface.kind: expected one of self_affine, map, got 'fractal'"),
+        ({"kind": None}, "surface.kind: expected one of self_affine, map, got nothing"),
+        ({"points": 2}, "surface.points.0: expected greater than or equal to 4, got 2"),
+        ({"points": "64"}, "surface.points.0: expected a whole number, got '64'"),
+        ({"points": 64.5}, "surface.points.0: expected a whole number, got 64.5"),
+        ({"points": True}, "surface.points.0: expected a whole number, got True"),
+        ({"points": 2**21}, "surface.points.0: expected less than or equal to 1048576"),
+        ({"points": [64]}, "surface.points.1: expected, but missing"),
+        ({"size": "1 N"}, "surface.size.0: expected a unit of m, got one of N"),
+        ({"hurst": 3}, "surface.hurst: expected less than or equal to 2, got 3"),
+        ({"hurst": math.nan}, "surface.hurst: expected a finite number, got nan"),
+        ({"power": 4}, "surface: expected exactly one of hurst and power"),
+        ({"rms_height": "1 nm"}, "surface: expected exactly one of rms_slope and rms_height"),
+        ({"rms_slope": None}, "surface: expected exactly one of rms_slope and rms_height"),
+        ({"short_cutoff": "1 nm"}, "short_cutoff: expected at least 2 cells = 3.125e-08 m"),
+        ({"long_cutoff": "2 um"}, "long_cutoff: expected from short_cutoff"),
+        ({"periodic": 1}, "surface.periodic: expected true or false, got 1"),
+        ({"seed": -1}, "surface.seed: expected greater than or equal to 0, got -1"),
+        ({"seed": True}, "surface.seed: expected a whole number, got True"),
+        ({"realisations": 0}, "surface.realisations: expected greater than or equal to 1, got 0"),
+        ({"file": "x.npy"}, "surface.file: unknown key"),
+    ],
+)
+def test_each_wrong_surface_is_named(changes, expected):
+    surface = {key: value for key, value in (PATCH | changes).items() if value is not None}
+    assert expected in "\n".join(problems(indenter=None, surface=surface))
+
+
+@pytest.mark.parametrize(
+    ("changes", "expected"),
+    [
+        ({"file": None}, "surface.file: expected, but missing"),
+        ({"file": ""}, "surface.file: expected a text that is not empty"),
+        ({"crop": [0, 0, 1, 8]}, "surface.crop.2: expected greater than or equal to 2, got 1"),
+        ({"crop": [-1, 0, 8, 8]}, "surface.crop.0: expected greater than or equal to 0, got -1"),
+        ({"crop": [0, 0, 8]}, "surface.crop.3: expected, but missing"),
+        ({"detrend": "wiggle"}, "surface.detrend: expected 'none', 'mean', 'tilt' or 'curvature'"),
+        ({"undefined": "zero"}, "surface.undefined: expected 'interpolate', 'lowest' or 'refuse'"),
+        ({"invert": "yes"}, "surface.invert: expected true or false, got 'yes'"),
+        ({"hurst": 0.8}, "surface.hurst: unknown key"),
+    ],
+)
+def test_each_wrong_map_is_named(changes, expected):
+    base = {"kind": "map", "file": "a.npy"}
+    surface = {key: value for key, value in (base | changes).items() if value is not None}
+    assert expected in "\n".join(problems(indenter=None, surface=surface))
+
+
+# --- files ----------------------------------------------------------------------------------
+
+
+def refusal(source) -> str:
+    with pytest.raises(SceneError) as caught:
+        load_scene(source)
+    return str(caught.value)
+
+
+def test_files_that_are_no_scene(tmp_path):
+    text, binary, huge = (tmp_path / name for name in ("a.toml", "b.toml", "c.toml"))
+    text.write_text("this is = = not TOML")
+    binary.write_bytes(b"\x80\x81\xff\x00")
+    huge.write_bytes(b"#" * 10_000_001)
+    assert "not valid TOML" in refusal(text)
+    assert "not a readable text file" in refusal(binary)
+    assert "expected at most 10000000 bytes" in refusal(huge)
+    assert "a folder, not a scene file" in refusal(tmp_path)
+    assert "no such file" in refusal(tmp_path / "missing.toml")
+    assert "`roughline list scenes` names them" in refusal("no-such-scene")
+    deep = tmp_path / "deep.toml"
+    deep.write_text("x = " + "[" * 50_000)
+    assert "not valid TOML" in refusal(deep)
+
+
+def test_a_scene_error_names_file_and_problems_and_survives_a_pickle(tmp_path):
+    """Workers send their errors home by pickle."""
+    file = tmp_path / "bad.toml"
+    file.write_text("name = 3")
+    with pytest.raises(SceneError) as caught:
+        load_scene(file)
+    assert str(caught.value).splitlines()[0] == f"{file}:"
+    assert all(line.startswith("  ") for line in str(caught.value).splitlines()[1:])
+    assert str(pickle.loads(pickle.dumps(caught.value))) == str(caught.value)
+
+
+def test_files_are_found_beside_the_scene_from_anywhere(tmp_path, monkeypatch):
+    folder = tmp_path / "scenes"
+    folder.mkdir()
+    scene = made(indenter=None, surface={"kind": "map", "file": "map.npy", "size": "1 um"})
+    (folder / "s.toml").write_text(scene.text)
+    monkeypatch.chdir(tmp_path)
+    assert Path(load_scene("scenes/s.toml").directory) == folder
+
+
+# --- overrides ------------------------------------------------------------------------------
+
+TEXT = made().text
+
+
+def test_overrides_are_validated_with_the_file():
+    changes = {"methods.fem.contact": "penalty", "methods.fem.penalty": 10, "compare.methods": None}
+    changes["compare.methods"] = ["fem", "reduced"]
+    scene = parse_scene(TEXT, "x.toml", Path(), changes)
+    assert scene.methods.fem.contact == "penalty"
+    assert scene.methods.fem.penalty == 10
+    assert scene.compare.methods == ("fem", "reduced")
+    with pytest.raises(SceneError) as caught:
+        parse_scene(TEXT, "x.toml", Path(), {"methods.fem.glue": 1, "compare.methods": ["mem"]})
+    assert any("compare.methods.0: expected" in each for each in caught.value.problems)
+    assert "methods.fem.glue: unknown key" in caught.value.problems
+
+
+def test_an_override_below_something_that_is_no_table():
+    with pytest.raises(SceneError) as caught:
+        parse_scene("methods = 3\n" + TEXT, "x.toml", Path(), {"methods.fem.contact": "penalty"})
+    assert caught.value.problems == ["methods: expected a table, got 3"]
+
+
+# --- the scene as text ----------------------------------------------------------------------
+
+positive = st.floats(1e-12, 1e12)
+shapes = st.one_of(
+    st.builds(lambda r: {"shape": "paraboloid", "radius": r}, positive),
+    st.builds(lambda s: {"shape": "cone", "slope": s}, positive),
+    st.builds(
+        lambda n, c: {"shape": "power_law", "exponent": n, "coefficient": c},
+        st.floats(0.1, 100),
+        positive,
+    ),
+    st.builds(lambda a, b: {"shape": "elliptic_punch", "semi_axes": [a, b]}, positive, positive),
+    st.builds(
+        lambda r: {"shape": "profile", "r": [0, *sorted(r)], "f": [0, *sorted(r)]},
+        st.lists(positive, min_size=1, max_size=5, unique=True),
+    ),
+    st.builds(
+        lambda s: {"shape": "polygon_punch", "vertices": [[0, 0], [s, 0], [0, s / 3]]}, positive
+    ),
+)
+rough_surfaces = st.builds(
+    lambda hurst, slope, points, seed, periodic: {
+        "kind": "self_affine",
+        "hurst": hurst,
+        "rms_slope": slope,
+        "points": points,
+        "size": 1e-6,
+        "seed": seed,
+        "periodic": periodic,
+    },
+    st.floats(0, 1),
+    positive,
+    st.integers(4, 4096),
+    st.integers(0, 2**63 - 1),
+    st.booleans(),
+)
+# What may stand in a TOML text: any Unicode character but lone surrogates.
+titles = st.text(st.characters(exclude_categories=["Cs"]), max_size=40)
+
+
+@settings(max_examples=150)
+@given(
+    body=st.one_of(
+        shapes.map(lambda table: {"indenter": table}),
+        rough_surfaces.map(lambda table: {"surface": table, "indenter": None}),
+    ),
+    title=titles,
+    loads=st.lists(positive, min_size=1, max_size=4, unique=True),
+    tolerance=st.floats(1e-9, 0.9),
+)
+def test_the_text_of_a_scene_is_the_same_scene(body, title, loads, tolerance):
+    scene = made(
+        **body,
+        title=title,
+        loading={"force": sorted(loads)},
+        compare={"tolerance": tolerance, "quantities": ["force", "pressure"]},
+        methods={"reduced": {"stress": "local"}},
+    )
+    assert parse_scene(scene.text, "x.toml", Path()) == scene
+
+
+@pytest.mark.parametrize("name", builtin_names())
+def test_the_text_of_every_built_in_scene_is_the_same_scene(name):
+    scene = load_scene(name)
+    again = parse_scene(scene.text, name, Path(scene.directory))
+    assert again == scene
+    assert again.text == scene.text
+
+
+@pytest.mark.parametrize(
+    "title", ["\U0001f600", '"; [x]\n', "\\u0000", "\x7f\x00\x85\u2028", "'''"]
+)
+def test_hostile_titles_stay_titles(title):
+    data = tomllib.loads(made(title=title).text)
+    assert data["title"] == title
+    assert set(data) == {"name", "title", "half_space", "indenter", "loading"}
