@@ -22,7 +22,16 @@ from markupsafe import Markup
 from plotly.offline import get_plotlyjs
 
 from comparisons.store import SceneRecord, StudyRecord, write_text
-from reports import figures, glossary, pictures, pressure_figures, selection, speed_figure, tables
+from reports import (
+    figures,
+    glossary,
+    model_figure,
+    pictures,
+    pressure_figures,
+    selection,
+    speed_figure,
+    tables,
+)
 from reports import formatting as fmt
 from reports.figure_style import Figure, style
 from reports.verdicts import NO_RESULT, NOT_RESOLVED, OUTSIDE, WITHIN, Verdict, verdicts, worst
@@ -153,7 +162,7 @@ def _view(scene: SceneRecord, anchor: str, picture: pictures.Picture) -> SceneVi
     for verdict in verdicts(scene):
         found.setdefault(verdict.quantity, []).append(verdict)
     decisive = {name: worst(items) for name, items in found.items()}
-    reduced = figures.reduced_picture(scene)
+    reduced = model_figure.reduced_picture(scene)
     return SceneView(
         record=scene,
         anchor=anchor,

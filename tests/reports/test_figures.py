@@ -7,7 +7,7 @@ import json
 import numpy as np
 import pytest
 
-from reports import figures, pressure_figures, selection, speed_figure
+from reports import figures, model_figure, pressure_figures, selection, speed_figure
 from reports.figure_style import STYLES, log_ticks, style
 
 TOKENS = {
@@ -22,7 +22,7 @@ TOKENS = {
 def all_figures(scene):
     found = [*figures.curves(scene), *figures.errors(scene), *speed_figure.speed(scene)]
     found += pressure_figures.pressures(scene)
-    return [*found, figures.reduced_picture(scene)]
+    return [*found, model_figure.reduced_picture(scene)]
 
 
 def traces(figure, name):
@@ -169,8 +169,8 @@ def test_long_lines_keep_their_peaks():
     x = np.linspace(0, 1, 20000)
     y = np.zeros_like(x)
     y[12345] = 1.0
-    short_x, short_y = figures._thinned(x, y)
-    assert len(short_x) <= figures.MOST_LINE_POINTS
+    short_x, short_y = model_figure._thinned(x, y)
+    assert len(short_x) <= model_figure.MOST_LINE_POINTS
     assert short_y.max() == 1.0
     assert np.all(np.diff(short_x) > 0)
 

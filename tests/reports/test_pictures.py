@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from reports import pictures
+from reports import pictures, rendering
 
 JOBS = [{"kind": np.array("hill")}, {"kind": np.array("hill")}, {"kind": np.array("hill")}]
 
@@ -72,7 +72,7 @@ def test_mirrored_bricks_keep_a_positive_volume():
         dtype=float,
     )
     for side in range(3):
-        image, cells = pictures._mirrored(points, np.arange(8)[None], side)
+        image, cells = rendering._mirrored(points, np.arange(8)[None], side)
         corner = image[cells[0]]
         edges = corner[[1, 3, 4]] - corner[0]
         assert np.linalg.det(edges) > 0

@@ -1,0 +1,181 @@
+"""Drawing of three-dimensional pictures, in a process that may crash without harm.
+
+Run as ``python -m reports.rendering IN.npz OUT.png [IN.npz OUT.png ...]``; what an input holds is
+decided by `reports.pictures`.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+
+from reports.figure_style import CONTACT
+
+WINDOW = (960, 640)
+MOST_SURFACE_POINTS = 400
+
+
+def _plotter():
+    import pyvista
+
+    plotter = pyvista.Plotter(off_screen=True, window_size=list(WINDOW), lighting="light kit")
+    plotter.enable_anti_aliasing("ssaa")
+    plotter.enable_parallel_projection()
+    return plotter
+
+
+def _look(plotter, centre: tuple[float, float, float], extent: float) -> None:
+    """Set the camera that all pictures share: from the front right, from above."""
+    direction = np.array([1.0, -1.25, 0.95])
+    plotter.camera.focal_point = centre
+    plotter.camera.position = tuple(np.array(centre) + 5 * extent * direction)
+    plotter.camera.up = (0.0, 0.0, 1.0)
+    plotter.camera.parallel_scale = extent
+    plotter.reset_camera_clipping_range()
+
+
+def _draw_rough(job: dict[str, np.ndarray], output: Path) -> None:
+    import pyvista
+
+    heights, touching = job["heights"], job["touching"]
+    step = int(np.ceil(max(heights.shape) / MOST_SURFACE_POINTS))
+    size = job["size"] / job["size"].max()
+    axes = [(np.arange(n) + 0.5) / n * side for n, side in zip(heights.shape, size, strict=True)]
+    x, y = np.meshgrid(axes[0][::step], axes[1][::step], indexing="ij")
+    h, contact = heights[::step, ::step], touching[::step, ::step]
+    z = (h - h.mean()) * float(job["exaggeration"]) / job["size"].max()
+    surface = pyvista.StructuredGrid(x, y, z)
+    shown = np.where(contact, np.nan, h)
+    plotter = _plotter()
+    plotter.add_mesh(
+        surface,
+        scalars=shown.ravel(order="F"),
+        cmap="cividis",
+        clim=[heights.min(), heights.max()],
+        nan_color=CONTACT,
+        show_scalar_bar=False,
+        smooth_shading=True,
+        interpolate_before_map=False,
+        specular=0.0,
+    )
+    _look(plotter, (size[0] / 2, size[1] / 2, 0.0), 0.53)
+    plotter.screenshot(output, transparent_background=True)
+
+
+def _draw_hill(job: dict[str, np.ndarray], output: Path) -> None:
+    import pyvista
+
+    x, y, p = job["x"], job["y"], job["pressure"]
+    inside = p > 0
+    side = max(np.ptp(x[inside]), np.ptp(y[inside])) * 1.3 or 1.0
+    centre = (x[inside].mean(), y[inside].mean())
+    rows = np.abs(x[:, 0] - centre[0]) <= side / 2
+    columns = np.abs(y[0, :] - centre[1]) <= side / 2
+    box = np.ix_(rows, columns)
+    scaled = [(axis[box] - c) / side for axis, c in zip((x, y), centre, strict=True)]
+    hill = pyvista.StructuredGrid(*scaled, 0.4 * p[box] / float(job["highest"]))
+    plotter = _plotter()
+    plotter.add_mesh(
+        hill,
+        scalars=p[box].ravel(order="F"),
+        cmap="viridis",
+        clim=[0, float(job["highest"])],
+        show_scalar_bar=False,
+        specular=0.0,
+    )
+    _look(plotter, (0.0, 0.0, 0.12), 0.53)
+    plotter.screenshot(output, transparent_background=True)
+
+
+def _draw_body(job: dict[str, np.ndarray], output: Path) -> None:
+    body = _deformed_body(job)
+    reach, big = 1.0, 1e3
+    body = body.clip_box((-reach, reach, -reach, reach, -0.9 * reach, big), invert=False)
+    opened = body.clip_box((0, big, -big, 0, -big, big), invert=True)
+    plotter = _plotter()
+    plotter.add_mesh(
+        opened,
+        scalars="stress",
+        cmap="viridis",
+        clim=[0, float(job["highest"])],
+        show_scalar_bar=False,
+        lighting=False,  # shading would tell other stresses than the colour bar
+    )
+    edges = opened.extract_feature_edges(
+        feature_angle=40, boundary_edges=False, non_manifold_edges=False, manifold_edges=False
+    )
+    plotter.add_mesh(edges, color="#808080", line_width=1.5)
+    rim = _contact_rim(opened)
+    if rim is not None:
+        plotter.add_mesh(rim, color=CONTACT, line_width=8, lighting=False)
+    _look(plotter, (0.0, 0.0, -0.36), 1.32)
+    plotter.screenshot(output, transparent_background=True)
+
+
+def _deformed_body(job: dict[str, np.ndarray]):
+    """Return the whole body near the contact, deformed, below z = 0, lengths in reaches."""
+    import pyvista
+    from scipy.spatial import cKDTree
+
+    reach = float(job["reach"])
+    points = job["mesh_points"] / reach
+    moved = points + job["mesh_displacement"] / reach * float(job["exaggeration"])
+    tree = cKDTree(np.column_stack([job["pressure_x"], job["pressure_y"]]) / reach)
+    distance, nearest = tree.query(points[:, :2])
+    on_top = (np.abs(points[:, 2]) <= 1e-9) & (distance < 1e-6)
+    data = {
+        "pressure": np.where(on_top, job["pressure"][nearest], 0.0),
+        "stress": job["mesh_von_mises"],
+    }
+    cells = job["mesh_cells"]
+    cells = cells[np.abs(points[cells]).min(axis=1).max(axis=1) <= 1.1]
+    if points[:, 2].mean() > 0:
+        moved, cells = _mirrored(moved, cells, 2)
+    for side in (0, 1):
+        if points[:, side].min() >= -1e-9:  # half of a symmetric body: complete it
+            image, image_cells = _mirrored(moved, cells, side)
+            cells = np.vstack([cells, image_cells + len(moved)])
+            moved = np.vstack([moved, image])
+            data = {name: np.concatenate([values, values]) for name, values in data.items()}
+    table = np.hstack([np.full((len(cells), 1), 8), cells]).ravel()
+    kinds = np.full(len(cells), pyvista.CellType.HEXAHEDRON)
+    grid = pyvista.UnstructuredGrid(table, kinds, moved)
+    for name, values in data.items():
+        grid[name] = values
+    return grid.clean(tolerance=1e-9)  # sews the mirror images together: no seam in the picture
+
+
+def _mirrored(points: np.ndarray, cells: np.ndarray, side: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return the mirror image; corners are renumbered so that volumes stay positive."""
+    image = points.copy()
+    image[:, side] *= -1
+    return image, cells[:, [1, 0, 3, 2, 5, 4, 7, 6]]
+
+
+def _contact_rim(opened):
+    top = opened.extract_surface(algorithm="dataset_surface")
+    highest = float(np.max(top["pressure"], initial=0.0))
+    if highest <= 0:
+        return None
+    rim = top.contour([0.02 * highest], scalars="pressure")
+    return rim if rim.n_points else None
+
+
+DRAWERS = {"rough": _draw_rough, "body": _draw_body, "hill": _draw_hill}
+
+
+def main(arguments: Sequence[str]) -> None:
+    """Render every IN.npz to its OUT.png; a picture appears under its name only when whole."""
+    for source, target in zip(arguments[::2], arguments[1::2], strict=True):
+        with np.load(source, allow_pickle=False) as archive:
+            job = {name: archive[name] for name in archive.files}
+        unfinished = Path(target).with_suffix(".part.png")
+        DRAWERS[str(job["kind"])](job, unfinished)
+        unfinished.replace(target)
+
+
+if __name__ == "__main__":
+    main(sys.argv[1:])
