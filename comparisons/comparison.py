@@ -83,7 +83,8 @@ def errors_of(
     At the prescribed load the values are compared step by step; at the other one the reference
     is interpolated (`metrics.at_equal`).
     """
-    if name not in reference.curves or name not in curves:
+    needed = {name} if at == control else {name, at}
+    if not (needed <= set(reference.curves) and needed <= set(curves)):
         return np.full(len(next(iter(reference.curves.values()))), np.nan)
     if at == control:
         return relative_error(curves[name], reference.curves[name])
@@ -97,7 +98,7 @@ def uncertainty_of(control: str, reference: Reference, name: str, at: str) -> np
     At the other load, the uncertainty of that load enters through the slope of the curve.
     """
     own = reference.uncertainty[name]
-    if at == control:
+    if at == control or at not in reference.curves:
         return own
     x, y = reference.curves[at], reference.curves[name]
     if len(x) < 2 or not (np.all(x > 0) and np.all(y > 0)):

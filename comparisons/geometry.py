@@ -113,10 +113,11 @@ class RoughGeometry:
 
     @cached_property
     def digest(self) -> str:
-        """What identifies the geometry beside the scene's text: the measured heights."""
+        """What identifies the geometry beside the scene's text: the map as it was read."""
         if self.measured is None:
             return ""
-        return hashlib.sha256(self.measured.tobytes()).hexdigest()
+        frame = np.array([*self.size, *self.points])
+        return hashlib.sha256(frame.tobytes() + self.measured.tobytes()).hexdigest()
 
 
 Geometry = IndenterGeometry | RoughGeometry

@@ -108,6 +108,8 @@ class Study:
         return missing
 
     def _open_directory(self) -> None:
+        if self.directory.exists() and not self.directory.is_dir():
+            raise ResultsError(f"{self.directory}: expected a folder for the results, got a file")
         used = self.directory.exists() and any(self.directory.iterdir())
         if used and not (self.resume or self.overwrite):
             raise ResultsError(

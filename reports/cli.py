@@ -52,6 +52,8 @@ def run_command(arguments: list[str]) -> int:
         # The reader went away (roughline ... | head): nothing is left to say.
         sys.stderr.close()
         return FINE
+    except OSError as error:
+        return _complain(f"cannot read or write: {error}", [])
     return result if isinstance(result, int) else FINE
 
 
