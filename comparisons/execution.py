@@ -11,6 +11,7 @@ import traceback
 from collections.abc import Callable
 from pathlib import Path
 
+import numpy as np
 import psutil
 from threadpoolctl import threadpool_limits
 
@@ -34,7 +35,7 @@ def execute(task: Task) -> Solution:
     elsewhere).
 
     A method that raises anything but a keyboard interrupt costs only its own rows: every step is
-    marked as failed with the reason.
+    marked as failed with the reason. So is a step that comes back with NaN or inf.
     """
     method = METHODS[task.method]
     try:
@@ -48,6 +49,7 @@ def execute(task: Task) -> Solution:
                 again = method.solve(task)
                 times.append(time.perf_counter() - start)
                 setups.append(again.setup_seconds)
+            _refuse_nan(solution)
             if solution.body_fields is not None:
                 solution.fields |= solution.body_fields()
                 solution.body_fields = None
@@ -58,6 +60,17 @@ def execute(task: Task) -> Solution:
     solution.compile_seconds = compile_seconds
     solution.memory = memory
     return solution
+
+
+def _refuse_nan(solution: Solution) -> None:
+    """A step with a quantity that is no number has no answer, whatever its method says."""
+    for name, values in solution.quantities.items():
+        for row, step in np.argwhere(solution.converged & ~np.isfinite(values)):
+            solution.fail((int(row), int(step)), f"{name} came out as {values[row, step]}")
+    for index in solution.reasons:
+        solution.converged[index] = False
+        for values in solution.quantities.values():
+            values[index] = np.nan
 
 
 def failed(task: Task, reason: str) -> Solution:

@@ -217,6 +217,7 @@ def _solve_lines(task: Task, geometry: RoughGeometry, solution: Solution) -> Non
         "mean_gap": contact.mean_gap,
         "stiffness": contact.stiffness * per_side,
         "contact_length_stiffness": contact.stiffness * per_side / modulus,
+        "energy": contact.energy * per_side,
     }
     solution.converged[:] = True
     solution.unknowns = points
