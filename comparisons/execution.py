@@ -63,7 +63,7 @@ def execute(task: Task) -> Solution:
 
 
 def _refuse_nan(solution: Solution) -> None:
-    """A step with a quantity that is no number has no answer, whatever its method says."""
+    """Take away the answer of each step with a quantity that is no number."""
     for name, values in solution.quantities.items():
         for row, step in np.argwhere(solution.converged & ~np.isfinite(values)):
             solution.fail((int(row), int(step)), f"{name} came out as {values[row, step]}")
