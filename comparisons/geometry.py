@@ -17,10 +17,11 @@ from scipy.ndimage import zoom
 
 from comparisons.loading import Control, Loading
 from comparisons.scene import MeasuredMap, Scene, SceneError, SelfAffine
-from comparisons.shapes import Indenter
+from comparisons.shapes import Indenter, Sphere
 from comparisons.topography import MapError, read_map
 from reduced import foundation, profiles
 from reference import surfaces
+from reference.closed_form import sphere
 
 
 @dataclass(frozen=True)
@@ -215,6 +216,9 @@ def _press_estimate(scene: Scene, loads: Loads) -> IndenterGeometry:
             scene.effective_modulus,
             **{loads.control: loads.values[-1:]},
         )
+        if isinstance(scene.indenter, Sphere):
+            # Springs have no limit; the closed form raises where the contact would reach R.
+            sphere(scene.indenter.radius, scene.effective_modulus).force(contact.penetration)
     except (ValueError, RuntimeError) as error:
         raise SceneError(scene.name, [f"loading.{loads.control}: {error}"]) from error
     return IndenterGeometry(
