@@ -30,6 +30,7 @@ from comparisons.reference import (
 )
 from comparisons.scene import QUANTITIES
 from comparisons.uncertainty import combined, ensemble_uncertainty, standard_error
+from comparisons.verdicts import judge
 
 # The load that is compared at besides the prescribed one.
 OTHER_AXIS = {"penetration": "force", "force": "penetration", "mean_gap": "force"}
@@ -221,13 +222,22 @@ def _measure_rows(
             if name == at:
                 continue
             error = errors_of(control, curves, reference, name, at)
-            rms, maximum = rms_and_maximum(error)
             bar = _total_bar(plan, solved, method, resolution, reference, name, at)
-            usual = rms_and_maximum(bar[np.isfinite(error)])[0]
-            rows.append(
-                {"quantity": name, "at": at, "rms": rms, "maximum": maximum, "uncertainty": usual}
-            )
+            rows.append({"quantity": name, "at": at} | _measure(plan, error, bar))
     return [common | row for row in rows]
+
+
+def _measure(plan: Plan, error: np.ndarray, bar: np.ndarray) -> dict[str, Any]:
+    """Return rms and maximum of an error, the bar of that maximum, and the verdict of all steps."""
+    rms, maximum = rms_and_maximum(error)
+    known = np.isfinite(error)
+    worst = int(np.argmax(np.where(known, np.abs(error), -1.0)))
+    return {
+        "rms": rms,
+        "maximum": maximum,
+        "uncertainty": float(bar[worst]) if known.any() else float("nan"),
+        "verdict": judge(error, bar, plan.scene.compare.tolerance),
+    }
 
 
 def _total_bar(
@@ -262,7 +272,6 @@ def _pressure_rows(
     if "pressure" not in fields or not solution.converged[0, -1]:
         return []
     truth, keep = _true_pressure(plan, solved, reference, fields)
-    nan = float("nan")
     rows = []
     if truth is not None:
         real = np.isfinite(fields["pressure"])
@@ -277,14 +286,9 @@ def _pressure_rows(
     force = solution.quantities["force"][0, -1]
     whole = float(np.sum(fields["pressure"] * fields["pressure_weight"]) / force - 1)
     rows.append(("pressure_integral", whole))
+    bar = np.array([0.0 if reference.method == "closed_form" else float("nan")])
     return [
-        {
-            "quantity": name,
-            "at": "last load",
-            "rms": abs(value),
-            "maximum": abs(value),
-            "uncertainty": 0.0 if reference.method == "closed_form" else nan,
-        }
+        {"quantity": name, "at": "last load"} | _measure(plan, np.array([value]), bar)
         for name, value in rows
     ]
 

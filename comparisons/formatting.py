@@ -15,6 +15,7 @@ import numpy as np
 THIN = "\u202f"  # narrow no-break space: a number never parts from its unit
 MINUS = "\u2212"
 MISSING = "–"
+ROUND_OFF = 1e-9  # relative differences below this are the arithmetic's, not the models'
 _SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 _PREFIXES = {
     -5: "f",
@@ -125,7 +126,7 @@ def count(value: object) -> str:
 def prefix_for(values: Iterable[object] | object, unit: str) -> Scale:
     """Choose one engineering prefix for a set of values: the largest lies between 1 and 1000.
 
-    Areas take the prefix with its square (1 µm² is 1e-12 m²), so they reach up to 10⁶.
+    Areas take the prefix with its square (1 µm² is 1e-12 m²), so they reach from 0.1 to 10⁵.
 
     >>> prefix_for([1e-6, 5e-6], "m")
     Scale(factor=1000000.0, unit='µm')
@@ -139,9 +140,11 @@ def prefix_for(values: Iterable[object] | object, unit: str) -> Scale:
     if not unit or largest == 0.0:
         return Scale(1.0, _superscript(unit))
     dimension = 2 if unit == "m2" else 1
+    # 0.3 mm² reads better than 300 000 µm²: areas may start at a tenth.
+    slack = 1 if dimension == 2 else 0
     # The prefix must fit what is printed: 999.9996 is written as 1000.
     printed = float(f"{largest:.2e}")
-    step = math.floor(round(math.log10(printed), 9) / (3 * dimension))
+    step = math.floor((round(math.log10(printed), 9) + slack) / (3 * dimension))
     step = min(max(step, min(_PREFIXES)), max(_PREFIXES))
     if unit in {"s", "B"}:
         step = min(step, 0) if unit == "s" else max(step, 0)
@@ -189,14 +192,21 @@ def plus_minus(error: object, uncertainty: object) -> str:
     '1.2 ± 0.040\u202f%'
     >>> plus_minus(0.02, None)
     '2.0\u202f% ± ?'
+    >>> plus_minus(4e-16, 1e-12)
+    'round-off'
     """
     if not finite(error):
         return MISSING
     text, unit = _relative_parts(error, 2)
     if not finite(uncertainty):
         return f"{_join(text, unit)} ± ?"
+    size, half = abs(float(error)), float(uncertainty)  # type: ignore[arg-type]
+    if size + half < ROUND_OFF:
+        return "round-off"
+    if half < 0.005 * size:
+        return _join(text, unit)  # a bar below the last digit printed
     bar, bar_unit = _relative_parts(uncertainty, 2)
-    if unit == bar_unit or float(uncertainty) == 0.0:  # type: ignore[arg-type]
+    if unit == bar_unit:
         return _join(f"{text} ± {bar}", unit)
     return f"{_join(text, unit)} ± {_join(bar, bar_unit)}"
 

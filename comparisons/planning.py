@@ -23,7 +23,7 @@ QUICK_REALISATIONS = 20
 # Realisations of one task: small enough to resume and to bound memory, large enough to share
 # the set-up of an operator.
 BLOCK = 25
-PATCH_POINTS = 24
+PATCH_POINTS = 20
 MEMORY_SHARE = 0.8
 
 
@@ -189,10 +189,13 @@ def _refusal(draft: Plan, name: str, resolution: int) -> str:
         if problem:
             return problem
     task = task_of(draft, name, resolution)
+    refused = METHODS[name].refused(task)
+    if refused:
+        return refused
     need, free = METHODS[name].memory(task), psutil.virtual_memory().available
     if need > MEMORY_SHARE * free:
         return f"needs about {need / 1e9:.1f} GB, and {free / 1e9:.1f} GB are free"
-    return METHODS[name].refused(task)
+    return ""
 
 
 def _grid_problem(geometry: RoughGeometry, resolution: int) -> str:

@@ -15,7 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from reports import formatting as fmt
+from comparisons import formatting as fmt
 
 # Okabe & Ito, "Color Universal Design" (2008): told apart with any kind of colour vision.
 BLACK, ORANGE, SKY, GREEN = "#000000", "#E69F00", "#56B4E9", "#009E73"

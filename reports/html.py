@@ -21,6 +21,7 @@ from jinja2 import Environment, FileSystemLoader, StrictUndefined, select_autoes
 from markupsafe import Markup
 from plotly.offline import get_plotlyjs
 
+from comparisons import formatting as fmt
 from comparisons.store import SceneRecord, StudyRecord, write_text
 from reports import (
     figures,
@@ -32,7 +33,6 @@ from reports import (
     speed_figure,
     tables,
 )
-from reports import formatting as fmt
 from reports.figure_style import Figure, style
 from reports.verdicts import NO_RESULT, NOT_RESOLVED, OUTSIDE, WITHIN, Verdict, verdicts, worst
 

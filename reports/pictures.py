@@ -17,8 +17,8 @@ from pathlib import Path
 
 import numpy as np
 
+from comparisons import formatting as fmt
 from comparisons.store import SceneRecord
-from reports import formatting as fmt
 from reports import selection
 from reports.figure_style import style
 

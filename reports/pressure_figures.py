@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
+from comparisons import formatting as fmt
 from comparisons.store import SceneRecord
-from reports import formatting as fmt
 from reports import selection
 from reports.figure_style import (
     Figure,

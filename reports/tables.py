@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from comparisons import formatting as fmt
 from comparisons.store import SceneRecord
-from reports import formatting as fmt
 from reports import selection
 from reports.figure_style import style
 

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from comparisons.single import SingleResult
     from comparisons.store import StudyRecord
     from comparisons.study import Progress as Callback
+    from reports.verdicts import Verdict
 
 MANY = 12
 
@@ -61,24 +62,20 @@ def print_plans(plans: list[Plan]) -> None:
 
 def print_study(record: StudyRecord, lost: list[tuple[Task, str]]) -> None:
     """Print the verdicts, each scene's answer, and where the report is."""
-    from comparisons.formatting import duration, plus_minus, tolerance
-    from reports.verdicts import verdicts
+    from comparisons.formatting import duration
+    from reports.verdicts import verdicts, worst
 
     console = _console()
     for scene in record.scenes:
         for sentence in scene.disagreements:
             console.print(f"{scene.name}: {sentence}", style="bold", markup=False)
-    table = _table("The reduced model", "scene", "quantity", "error (largest)", "verdict")
+    table = _table("The reduced model", "scene", "quantity", "largest error", "verdict")
     for scene in record.scenes:
-        for index, found in enumerate(verdicts(scene)):
-            words = found.quantity.replace("_", " ")
-            at = f" at equal {found.at}" if found.at in ("force", "penetration") else ""
-            number = plus_minus(found.error, found.uncertainty)
-            verdict = f"{found.word} {tolerance(found.tolerance)}"
-            if found.word == "no result":
-                number, verdict = "–", f"no result: {found.reason}"
-            name = scene.name if index == 0 else ""
-            table.add_row(name, words + at, number, escape(verdict))
+        found = verdicts(scene)
+        names = list(dict.fromkeys(each.quantity for each in found))
+        for index, name in enumerate(names):
+            deciding = worst([each for each in found if each.quantity == name])
+            table.add_row(scene.name if index == 0 else "", *_verdict_cells(deciding))
     console.print(table)
     for scene in record.scenes:
         console.print(f"{scene.name}: {scene.answer}", markup=False, highlight=False)
@@ -90,6 +87,16 @@ def print_study(record: StudyRecord, lost: list[tuple[Task, str]]) -> None:
     console.print(
         f"\n{record.directory / 'report.html'}  ({duration(record.seconds)})", markup=False
     )
+
+
+def _verdict_cells(verdict: Verdict) -> tuple[str, str, str]:
+    from comparisons.formatting import plus_minus, tolerance
+
+    words = verdict.quantity.replace("_", " ")
+    if verdict.word == "no result":
+        return words, "–", escape(f"no result: {verdict.reason}")
+    number = plus_minus(verdict.error, verdict.uncertainty)
+    return words, number, escape(f"{verdict.word} {tolerance(verdict.tolerance)}")
 
 
 def print_solution(result: SingleResult) -> None:

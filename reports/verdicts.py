@@ -8,9 +8,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from comparisons.store import SceneRecord
+from comparisons.verdicts import NO_RESULT, NOT_RESOLVED, OUTSIDE, WITHIN
 from reports import selection
 
-WITHIN, OUTSIDE, NOT_RESOLVED, NO_RESULT = "within", "outside", "not resolved", "no result"
 MODEL = "reduced"
 
 
@@ -46,23 +46,6 @@ class Verdict:
     resolution: float = math.nan
 
 
-def judge(error: float, uncertainty: float, tolerance: float) -> str:
-    """Return the verdict word: |e| + u <= t holds, |e| - u > t fails, else it is not resolved.
-
-    An unknown uncertainty resolves nothing.
-
-    >>> judge(0.004, 0.001, 0.01), judge(-0.02, 0.001, 0.01), judge(0.0095, 0.001, 0.01)
-    ('within', 'outside', 'not resolved')
-    """
-    if not math.isfinite(error):
-        return NO_RESULT
-    if abs(error) + uncertainty <= tolerance:
-        return WITHIN
-    if abs(error) - uncertainty > tolerance:
-        return OUTSIDE
-    return NOT_RESOLVED
-
-
 def verdicts(scene: SceneRecord) -> list[Verdict]:
     """Return a verdict per compared quantity, from the reduced model's finest resolution."""
     table = selection.compared_measures(scene, MODEL)
@@ -95,7 +78,7 @@ def _verdict(scene: SceneRecord, row: dict) -> Verdict:
         rms=rms,
         uncertainty=bar,
         tolerance=scene.tolerance,
-        word=judge(error, bar, scene.tolerance),
+        word=str(row["verdict"]),
         resolution=_float(row.get("resolution")),
     )
 

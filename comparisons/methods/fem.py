@@ -54,7 +54,7 @@ class Fem(Method):
             return tuple(f * n for f in (1, 2, 3) if f * most <= LARGEST_PATCH) or (n,)
         fine = scene.compare.tolerance < 0.003
         if isinstance(geometry.indenter, PolygonPunch):
-            return (6, 9, 13)  # trilinear cells, and a staircase along oblique edges
+            return (6, 8, 11)  # trilinear cells, and a staircase along oblique edges
         if isinstance(geometry.indenter, SquarePunch):
             return (4, 6, 8) if fine else (3, 4, 6)
         return (3, 4, 6) if fine else (2, 3, 4)

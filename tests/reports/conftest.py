@@ -13,6 +13,7 @@ import pandas as pd
 import pytest
 
 from comparisons.store import SceneRecord, StudyRecord, save_study, write_arrays
+from comparisons.verdicts import judge
 
 RADIUS, MODULUS = 0.01, 231e9
 DEPTHS = np.array([1e-6, 2e-6, 3e-6, 5e-6, 7e-6, 1e-5])
@@ -92,7 +93,7 @@ def sphere_rows(rng: np.random.Generator) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
-def measures_of(rows: pd.DataFrame, quantities: dict[str, str]) -> pd.DataFrame:
+def measures_of(rows: pd.DataFrame, quantities: dict[str, str], tolerance: float) -> pd.DataFrame:
     """Root mean square and largest error per method and resolution."""
     kept = rows[rows["step"].notna() & ~rows["realisation"].isin(["0", "1", "2", "3", "4"])]
     if kept.empty:
@@ -111,6 +112,7 @@ def measures_of(rows: pd.DataFrame, quantities: dict[str, str]) -> pd.DataFrame:
                     "rms": np.sqrt(np.mean(error**2)),
                     "maximum": np.abs(error).max(),
                     "uncertainty": group[f"reference_uncertainty_{name}"].max(),
+                    "verdict": judge(error, group[f"reference_uncertainty_{name}"], tolerance),
                     "seconds": group["seconds"].iloc[0],
                     "setup_seconds": group["setup_seconds"].iloc[0],
                     "unknowns": group["unknowns"].iloc[0],
@@ -181,7 +183,7 @@ def written(folder: Path, stem: str, arrays: dict) -> dict[tuple[str, int], Path
 
 def sphere_scene(folder: Path, rng: np.random.Generator) -> SceneRecord:
     rows = sphere_rows(rng)
-    measures = measures_of(rows, {"force": "penetration", "contact_area": "penetration"})
+    measures = measures_of(rows, {"force": "penetration", "contact_area": "penetration"}, 0.01)
     methods = [
         {
             "method": name,
@@ -314,7 +316,7 @@ def rough_fields(folder: Path, rng: np.random.Generator) -> dict[tuple[str, int]
 
 def rough_scene(folder: Path, rng: np.random.Generator) -> SceneRecord:
     rows = rough_rows(rng)
-    kept = measures_of(rows, {"penetration": "force", "contact_area": "force"})
+    kept = measures_of(rows, {"penetration": "force", "contact_area": "force"}, 0.05)
     methods = [
         {
             "method": name,

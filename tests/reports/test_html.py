@@ -13,8 +13,9 @@ from html.parser import HTMLParser
 import pandas as pd
 import pytest
 
+from comparisons.verdicts import judge
 from reports import html, tables
-from reports.verdicts import judge, verdicts, worst
+from reports.verdicts import verdicts, worst
 
 SECTIONS = ("picture", "plan", "curves", "errors", "pressure", "speed", "table", "repeat")
 
@@ -293,7 +294,7 @@ def test_the_worse_of_two_loads_held_equal_decides(study):
     """Contact area is compared at equal penetration and at equal force: one cell, the worse."""
     scene = study.scenes[0]
     area = scene.measures[scene.measures["quantity"] == "contact_area"]
-    other = area.assign(at="force", maximum=0.5)
+    other = area.assign(at="force", maximum=0.5, verdict="outside")
     both = replace(scene, measures=pd.concat([scene.measures, other], ignore_index=True))
     found = [item for item in verdicts(both) if item.quantity == "contact_area"]
     assert {(item.at, item.word) for item in found} == {
