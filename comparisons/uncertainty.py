@@ -21,9 +21,9 @@ def grid_uncertainty(resolutions: np.ndarray, curves: np.ndarray) -> np.ndarray:
 
     The grid convergence index of Roache (J. Fluids Eng. 116 (1994) 405): with f3 the finest of
     three values, r the ratio of resolutions and p the observed order,
-    u = Fs |f3 - f2| / (r^p - 1). The order comes from the norms of the differences over all load
+    u = Fs |f3 - f2| / (r^p - 1). The order comes from the median differences over all load
     steps, because single steps can agree by chance; for the same reason a step's own difference
-    counts no less than half the rms over the steps.
+    counts no less than half the median over the steps.
 
     Parameters
     ----------

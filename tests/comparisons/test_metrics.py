@@ -1,0 +1,145 @@
+"""Measures of how far two solutions are apart."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from comparisons.metrics import (
+    at_equal,
+    grid_pressure_at,
+    pressure_difference,
+    relative_error,
+    rms_and_maximum,
+)
+
+
+def test_relative_errors_are_signed_and_missing_where_undefined():
+    error = relative_error(
+        np.array([1.1, 0.9, 1.0, np.nan, 0.0]), np.array([1.0, 1.0, 0.0, 1.0, -2.0])
+    )
+    np.testing.assert_allclose(error[[0, 1, 4]], [0.1, -0.1, -1.0], rtol=1e-14)
+    assert np.isnan(error[[2, 3]]).all()
+
+
+# --- curves at equal abscissa ---------------------------------------------------------------
+
+
+@given(
+    exponent=st.floats(0.2, 4),
+    factor=st.floats(1e-6, 1e6),
+    depths=st.lists(st.floats(1e-9, 1e-3), min_size=2, max_size=12, unique=True),
+    share=st.lists(st.floats(0, 1), min_size=1, max_size=8),
+)
+def test_power_laws_are_interpolated_exactly(exponent, factor, depths, share):
+    """A straight line in logarithms stays straight: round-off alone, whatever the load steps."""
+    depths = np.sort(depths)
+    x = depths[0] * (depths[-1] / depths[0]) ** np.array(share)
+    y = at_equal(x, depths, factor * depths**exponent)
+    np.testing.assert_allclose(y, factor * x**exponent, rtol=1e-9)
+
+
+def test_nothing_is_extrapolated():
+    d = np.array([1.0, 2.0, 4.0])
+    x = np.array([0.999999, 1.0, 4.0, 4.000001, -1.0, np.nan, np.inf])
+    y = at_equal(x, d, d**1.5)
+    np.testing.assert_allclose(y[[1, 2]], [1.0, 8.0], rtol=1e-14)
+    assert np.isnan(y[[0, 3, 4, 5, 6]]).all()
+
+
+def test_a_last_digit_beyond_the_end_is_still_the_end():
+    d = np.array([1.0, 2.0, 4.0])
+    x = np.array([np.nextafter(1.0, 0), np.nextafter(4.0, 5)])
+    np.testing.assert_allclose(at_equal(x, d, d), [1, 4], rtol=1e-14)
+
+
+def test_failed_steps_are_left_out_and_too_few_leave_nothing():
+    d = np.array([1.0, 2.0, np.nan, 8.0])
+    y = at_equal(np.array([4.0]), d, np.array([1.0, 4.0, 16.0, 64.0]))
+    assert y[0] == pytest.approx(16.0, rel=1e-14)
+    assert np.isnan(at_equal(np.array([1.0]), np.array([1.0]), np.array([1.0])))[0]
+    # A curve that turns back has no single value.
+    back = np.array([1.0, 3.0, 2.0])
+    assert np.isnan(at_equal(np.array([1.5]), back, back))[0]
+
+
+def test_between_load_steps_a_smooth_curve_is_met_to_third_order():
+    """A sphere's curve is no power law: errors fall at least as h^2.5 in the step of log d."""
+    exact = lambda d: d**1.5 * (1 + d)  # noqa: E731
+    errors = []
+    for n in (5, 9, 17):
+        d = np.geomspace(0.01, 1, n)
+        x = np.sqrt(d[:-1] * d[1:])
+        errors.append(np.abs(at_equal(x, d, exact(d)) / exact(x) - 1).max())
+    rates = np.log2(np.array(errors[:-1]) / errors[1:])
+    assert rates.min() > 2.5
+
+
+def test_rms_and_maximum_skip_what_is_missing():
+    rms, maximum = rms_and_maximum(np.array([3.0, -4.0, np.nan]))
+    assert rms == pytest.approx(math.sqrt(12.5))
+    assert maximum == 4
+    assert all(math.isnan(value) for value in rms_and_maximum(np.array([np.nan])))
+
+
+# --- pressures ------------------------------------------------------------------------------
+
+
+def test_pressure_difference_is_weighted_by_area_and_relative():
+    """Twice the points with half the area each say the same."""
+    truth = np.array([1.0, 2.0, 3.0])
+    weight = np.array([1.0, 2.0, 0.5])
+    keep = np.ones(3, dtype=bool)
+    assert pressure_difference(1.1 * truth, weight, truth, keep) == pytest.approx(0.1)
+    p = truth + np.array([1.0, 0.0, -1.0])
+    expected = math.sqrt((1 * 1 + 0 + 0.5 * 1) / (1 * 1 + 2 * 4 + 0.5 * 9))
+    assert pressure_difference(p, weight, truth, keep) == pytest.approx(expected)
+    twice = [np.repeat(array, 2) for array in (p, weight / 2, truth, keep)]
+    assert pressure_difference(*twice) == pytest.approx(expected)
+
+
+def test_pressure_is_compared_inside_the_contact_and_outside_the_ring_only():
+    truth = np.array([1.0, 0.0, np.inf, 1.0])
+    p = np.array([1.2, 5.0, 7.0, 9.0])
+    keep = np.array([True, True, True, False])
+    assert pressure_difference(p, np.ones(4), truth, keep) == pytest.approx(0.2)
+    assert math.isnan(pressure_difference(p, np.ones(4), np.zeros(4), keep))
+
+
+def grid(n, function):
+    centres = (np.arange(n) + 0.5) / n
+    x, y = np.meshgrid(centres, centres, indexing="ij")
+    return {
+        "pressure_x": x.ravel(),
+        "pressure_y": y.ravel(),
+        "pressure": function(x, y).ravel(),
+        "pressure_shape": np.array([n, n]),
+    }
+
+
+def test_a_finer_reference_is_averaged_over_the_coarse_cells():
+    """The mean of a bilinear function over a cell is its value at the centre."""
+    fine, coarse = grid(24, lambda x, y: 1 + x * y), grid(8, lambda x, y: 1 + x * y)
+    found = grid_pressure_at(fine, coarse["pressure_x"], coarse["pressure_y"], (8, 8))
+    np.testing.assert_allclose(found, coarse["pressure"], rtol=1e-13)
+    # and it is a mean, not a look-up: a checkerboard of the fine cells averages to its mean
+    fine["pressure"] = (np.indices((24, 24)).sum(axis=0) % 2).ravel().astype(float)
+    found = grid_pressure_at(fine, coarse["pressure_x"], coarse["pressure_y"], (8, 8))
+    np.testing.assert_allclose(found, 0.5, atol=1 / 18 + 1e-12)
+    assert np.mean(found) == pytest.approx(0.5)
+
+
+def test_elsewhere_a_reference_is_interpolated():
+    fine = grid(24, lambda x, y: 1 + 2 * x - y)
+    x, y = np.array([0.31, 0.7]), np.array([0.77, 0.2])
+    found = grid_pressure_at(fine, x, y, None)
+    np.testing.assert_allclose(found, 1 + 2 * x - y, rtol=1e-13)
+    # A grid of another extent is no refinement, even if its numbers of points divide.
+    other = {k: v / 2 for k, v in grid(8, lambda x, y: x).items()}
+    found = grid_pressure_at(fine, other["pressure_x"], other["pressure_y"], (8, 8))
+    np.testing.assert_allclose(found, 1 + 2 * other["pressure_x"] - other["pressure_y"], rtol=0.02)
+    assert grid_pressure_at(fine, np.array([3.0]), np.array([0.0]), None)[0] == 0

@@ -1,0 +1,156 @@
+"""How well a truth is known: grid convergence, standard errors, their combination."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from hypothesis.extra.numpy import arrays
+
+from comparisons.uncertainty import (
+    combined,
+    ensemble_uncertainty,
+    grid_uncertainty,
+    standard_error,
+)
+
+N = np.array([10, 20, 40])
+
+
+def column(*values):
+    """Return one load step at several resolutions."""
+    return np.array(values, dtype=float)[:, None]
+
+
+# --- grids ----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("order", [0.6, 0.8, 1.0])
+def test_monotone_convergence_has_the_index_of_roache(order):
+    """1.25 |f3 - f2|/(r^p - 1), which for f = 1 + c n^-p is 1.25 times the true error."""
+    curves = 1 + 0.3 * N[:, None] ** -order
+    error = abs(curves[-1, 0] - 1) / curves[-1, 0]
+    assert grid_uncertainty(N, curves)[0] == pytest.approx(1.25 * error, rel=1e-9)
+
+
+@pytest.mark.parametrize("order", [0.51, 1.0, 1.5, 2.0, 4.0])
+@pytest.mark.parametrize("resolutions", [(10, 20, 40), (4, 6, 9), (8, 16, 48), (5, 10, 20, 40)])
+def test_the_bar_encloses_the_true_error_of_every_credible_order(order, resolutions):
+    """Faster convergence than the first order is not relied upon, so the bar only grows."""
+    n = np.array(resolutions)
+    for sign in (1, -1):
+        curves = 2 + sign * 0.1 * n[:, None] ** -float(order) * np.array([1.0, 2.0, 3.0])
+        error = np.abs(curves[-1] - 2) / curves[-1]
+        assert np.all(grid_uncertainty(n, curves) >= error)
+
+
+def test_oscillating_values_get_the_unsafe_factor():
+    """Differences +2 and -1 in 100: 3 times the last difference (order one, ratio two)."""
+    bar = grid_uncertainty(N, column(99, 101, 100))
+    assert bar[0] == pytest.approx(3 * 0.01, rel=1e-12)
+
+
+def test_diverging_values_get_the_unsafe_factor():
+    """Differences 1 and 4 in 105."""
+    bar = grid_uncertainty(N, column(100, 101, 105))
+    assert bar[0] == pytest.approx(3 * 4 / 105, rel=1e-12)
+
+
+def test_two_finest_grids_that_agree_by_chance_are_not_believed():
+    """At first order the last difference would be half the one before: 1 in 100, times 1.25."""
+    bar = grid_uncertainty(N, column(98, 100, 100))
+    assert bar[0] == pytest.approx(1.25 * 0.01, rel=1e-12)
+
+
+def test_a_load_step_that_agrees_by_chance_has_half_the_typical_bar():
+    """First-order convergence at four steps, and one whose grids happen to agree."""
+    curves = np.array([[1.04] * 4 + [1.0], [1.02] * 4 + [1.0], [1.01] * 4 + [1.0]])
+    bars = grid_uncertainty(N, curves)
+    assert bars[-1] == pytest.approx(bars[0] / 2, rel=1e-9)
+
+
+def test_a_constant_is_known_exactly():
+    assert grid_uncertainty(N, column(7, 7, 7))[0] == 0
+    assert grid_uncertainty(N[:2], column(7, 7))[0] == 0
+
+
+def test_two_grids_have_first_order_and_the_unsafe_factor():
+    """3 |f2 - f1|/(r - 1)."""
+    assert grid_uncertainty(N[:2], column(102, 100))[0] == pytest.approx(0.06, rel=1e-12)
+    threefold = grid_uncertainty(np.array([10, 30]), column(102, 100))
+    assert threefold[0] == pytest.approx(0.03, rel=1e-12)
+
+
+def test_one_grid_says_nothing():
+    assert np.isnan(grid_uncertainty(N[:1], column(7))).all()
+    lost = np.array([[1.0, 2.0], [np.nan, np.nan]])
+    assert np.isnan(grid_uncertainty(N[:2], lost)).all()
+
+
+def test_a_lost_grid_is_passed_over():
+    """A resolution without any answer leaves the other two."""
+    lost = column(102, np.nan, 100)
+    expected = grid_uncertainty(N[[0, 2]], column(102, 100))
+    np.testing.assert_array_equal(grid_uncertainty(N, lost), expected)
+
+
+values = st.floats(1e-6, 1e6) | st.floats(-1e6, -1e-6)
+
+
+@given(
+    curves=st.tuples(st.integers(2, 5), st.integers(1, 6)).flatmap(
+        lambda shape: arrays(float, shape, elements=values)
+    ),
+    start=st.integers(2, 30),
+    growth=st.sampled_from([1.2, 1.5, 2.0, 4.0]),
+    power=st.integers(-40, 40),
+)
+def test_bars_are_numbers_never_negative_and_know_no_units(curves, start, growth, power):
+    n = np.ceil(start * growth ** np.arange(len(curves))) + np.arange(len(curves))
+    bars = grid_uncertainty(n, curves)
+    assert np.isfinite(bars).all()
+    assert (bars >= 0).all()
+    np.testing.assert_array_equal(grid_uncertainty(n, curves * 2.0**power), bars)
+    np.testing.assert_array_equal(grid_uncertainty(n, -curves), bars)
+    # No less than the last two grids differ at that step, whatever the branch.
+    last = np.abs(curves[-1] - curves[-2]) / np.abs(curves[-1])
+    ratio = n[-1] / n[-2]
+    assert (bars >= 1.25 * last / max(ratio - 1, 1) * (1 - 1e-12)).all()
+
+
+# --- ensembles ------------------------------------------------------------------------------
+
+
+def test_standard_error_of_the_mean():
+    """1, 2, 3: standard deviation 1, standard error 1/sqrt(3)."""
+    samples = np.array([[1.0, 5.0], [2.0, np.nan], [3.0, np.nan]])
+    error = standard_error(samples)
+    assert error[0] == pytest.approx(1 / math.sqrt(3), rel=1e-14)
+    assert np.isnan(error[1])
+
+
+def test_student_t_of_few_samples():
+    """Two degrees of freedom: t = 4.30265 (two-sided 95 %, any table)."""
+    bar = ensemble_uncertainty(np.array([[1.0], [2.0], [3.0]]))
+    assert bar[0] == pytest.approx(4.30265 / math.sqrt(3) / 2, rel=1e-5)
+    lost = ensemble_uncertainty(np.array([[1.0], [np.nan], [2.0], [3.0]]))
+    assert lost[0] == pytest.approx(bar[0], rel=1e-12)
+
+
+def test_one_sample_is_the_value_itself():
+    assert ensemble_uncertainty(np.array([[3.0, 4.0]])).tolist() == [0, 0]
+
+
+def test_ensemble_bars_hold_the_truth_95_times_in_100():
+    """4000 normal ensembles of five: the coverage has a standard error of 0.34 %."""
+    samples = np.random.default_rng(1).normal(10, 1, size=(5, 4000))
+    held = np.abs(samples.mean(axis=0) - 10) <= ensemble_uncertainty(samples) * samples.mean(axis=0)
+    assert abs(held.mean() - 0.95) < 4 * 0.0034
+
+
+def test_independent_sources_add_as_squares():
+    assert combined(np.array([3.0]), np.array([4.0]))[0] == 5
+    assert np.isnan(combined(np.array([np.nan]), np.array([4.0])))[0]
