@@ -25,6 +25,8 @@ QUICK_REALISATIONS = 20
 BLOCK = 25
 PATCH_POINTS = 20
 MEMORY_SHARE = 0.8
+# What a method without a discretisation plans: nothing can refine it.
+EXACT = (1,)
 
 
 @dataclass(frozen=True)
@@ -170,7 +172,7 @@ def _plan_method(draft: Plan, name: str, effort: Effort) -> MethodPlan:
     if not support.ok:
         return MethodPlan(name, False, support.reason)
     planned = method.resolutions(scene, draft.geometry)
-    if scene.compare.resolutions is not None and len(planned) > 1:
+    if scene.compare.resolutions is not None and planned != EXACT:
         planned = scene.compare.resolutions
     refusals = {n: _refusal(draft, name, n) for n in planned}
     kept = tuple(n for n in planned if not refusals[n])
@@ -188,7 +190,7 @@ def _refusal(draft: Plan, name: str, resolution: int) -> str:
         problem = _grid_problem(geometry, resolution)
         if problem:
             return problem
-    task = task_of(draft, name, resolution)
+    task = task_of(draft, name, resolution, draft.blocks(name)[0])
     refused = METHODS[name].refused(task)
     if refused:
         return refused

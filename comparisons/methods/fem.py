@@ -63,7 +63,7 @@ class Fem(Method):
         """Refuse patches whose elimination would take minutes."""
         if not isinstance(task.geometry, RoughGeometry):
             return ""
-        points = max(task.geometry.heights(0, task.resolution).shape)
+        points = max(task.geometry.points) * task.resolution // task.geometry.points[0]
         if points <= LARGEST_PATCH:
             return ""
         return f"{points} points per side, more than {LARGEST_PATCH}: the mesh would be too large"

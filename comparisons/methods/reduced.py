@@ -42,7 +42,7 @@ class Reduced(Method):
         if isinstance(geometry, RoughGeometry):
             points = scene.methods.reduced.line_points
             if points is not None:
-                return (points,)
+                return (max(1, round(points / scene.methods.reduced.line_length)),)
             n = max(geometry.points)
             return (2 * n, 4 * n, 8 * n)
         finest = int(np.clip(40 * np.sqrt(0.01 / scene.compare.tolerance), 40, 1000))
@@ -178,7 +178,8 @@ def _pressure(task: Task, profile: profiles.Profile, depth: float, r: np.ndarray
 
 
 def _line_points(task: Task) -> int:
-    return max(8, round(task.resolution * _options(task).line_length))
+    options = _options(task)
+    return options.line_points or max(8, round(task.resolution * options.line_length))
 
 
 def _solve_lines(task: Task, geometry: RoughGeometry, solution: Solution) -> None:
