@@ -1,0 +1,334 @@
+"""Plans: what each method will do, in which resolutions, and the reason for what is left out."""
+
+from __future__ import annotations
+
+import pickle
+from types import SimpleNamespace
+
+import numpy as np
+import psutil
+import pytest
+
+from comparisons.execution import execute
+from comparisons.methods import METHODS
+from comparisons.planning import (
+    BLOCK,
+    PATCH_POINTS,
+    QUICK_REALISATIONS,
+    plan_scene,
+    task_of,
+)
+from comparisons.scene import SceneError, load_scene
+
+
+def planned(scene, method, effort="quick"):
+    (plan, *_) = plan_scene(scene, effort)
+    (found,) = [each for each in plan.methods if each.method == method]
+    return found
+
+
+@pytest.fixture
+def map_scene(scene, tmp_path):
+    """Return a scene over a 40 x 32 map whose highest point is near a corner, without detrending."""
+    x, y = np.meshgrid(np.arange(40.0), np.arange(32.0), indexing="ij")
+    heights = 1e-9 * (np.cos(x) + np.cos(0.7 * y))
+    heights[37, 5] = 9e-9
+    np.save(tmp_path / "map.npy", heights)
+
+    def make(loading=None, compare=None, **surface):
+        table = {"kind": "map", "file": "map.npy", "height_unit": "m", "detrend": "none"}
+        tables = {"compare": compare} if compare else {}
+        return scene(
+            tmp_path,
+            surface=table | {"size": ["40 nm", "32 nm"]} | surface,
+            loading=loading or {"force": {"values": [0.1], "relative_to": "E* A0 h'"}},
+            **tables,
+        )
+
+    return make
+
+
+# --- which methods, which resolutions -------------------------------------------------------
+
+
+def test_every_method_is_planned_or_refused_with_a_reason(scene, rough):
+    for each in (scene(), rough(), rough(periodic=True), rough(loading={"mean_gap": ["1 nm"]})):
+        (plan, *_) = plan_scene(each)
+        assert [m.method for m in plan.methods] == list(METHODS)
+        for method in plan.methods:
+            assert bool(method.resolutions) == method.supported
+            assert method.supported or len(method.reason) > 10
+            assert not method.supported or len(method.modelled) > 10
+
+
+def test_at_least_three_resolutions_by_default_coarse_to_fine(scene):
+    for method in ("reduced", "bem_dense", "bem_fft", "fem"):
+        levels = planned(scene(), method).resolutions
+        assert len(levels) >= 3
+        assert list(levels) == sorted(set(levels))
+    assert planned(scene(), "closed_form").resolutions == (1,)
+
+
+def test_a_stricter_tolerance_plans_finer_grids(scene):
+    for method in ("reduced", "bem_fft", "fem"):
+        strict = planned(scene(compare={"tolerance": 0.001}), method)
+        assert strict.resolutions[-1] > planned(scene(), method).resolutions[-1]
+
+
+def test_resolutions_of_the_scene_go_before_the_plan(scene, rough):
+    own = scene(compare={"resolutions": [7, 3]})
+    for method in ("reduced", "bem_dense", "bem_fft", "fem"):
+        assert planned(own, method).resolutions == (3, 7)
+    assert planned(own, "closed_form").resolutions == (1,)
+    # Also where the plan would have only one.
+    large = rough(points=[40, 16], compare={"resolutions": [20]})
+    assert planned(large, "fem").resolutions == (20,)
+
+
+def test_only_the_methods_asked_for(scene):
+    asked = scene(compare={"methods": ["reduced", "fem"]})
+    (plan,) = plan_scene(asked)
+    assert [m.method for m in plan.methods if m.supported] == ["reduced", "fem"]
+    assert planned(asked, "bem_fft").reason == "not asked for"
+
+
+@pytest.mark.parametrize(
+    ("method", "change", "reason"),
+    [
+        ("closed_form", {"shape": "square_punch", "side": 1e-3}, "no closed form is known for a"),
+        ("fem", 0.5, "nu = 0.5"),
+    ],
+)
+def test_refusals_say_why(scene, method, change, reason):
+    if isinstance(change, dict):
+        made = scene(indenter=change)
+    else:
+        made = scene(half_space={"shear_modulus": "1 MPa", "poisson_ratio": change})
+    found = planned(made, method)
+    assert not found.supported
+    assert reason in found.reason
+
+
+def test_refusals_of_rough_scenes(rough):
+    assert "rough surface has no closed form" in planned(rough(), "closed_form").reason
+    periodic = rough(periodic=True)
+    assert "free half-space" in planned(periodic, "bem_dense").reason
+    assert "periodic" in planned(periodic, "fem").reason
+    gap = rough(loading={"mean_gap": ["1 nm"]})
+    assert "mean-gap" in planned(gap, "fem").reason
+    assert planned(gap, "bem_fft").supported
+
+
+def test_a_resolution_that_is_no_multiple_of_the_points_is_left_out_with_its_reason(rough):
+    found = planned(rough(compare={"resolutions": [8, 11, 32]}), "bem_fft")
+    assert found.resolutions == (8, 32)
+    assert "11: neither a multiple nor a divisor of the surface's own 16 points" in found.reason
+    # Along y, 4 of 16 would need every fourth of 18 points.
+    found = planned(rough(points=[16, 18], compare={"resolutions": [4, 8]}), "bem_fft")
+    assert found.resolutions == (8,)
+
+
+def test_what_needs_too_much_memory_is_left_out_before_any_is_taken(scene, rough, monkeypatch):
+    """The same scene on a machine with 10 MB free; then one whose own arrays do not fit."""
+    fine = scene(compare={"resolutions": [10, 2000]})
+    assert 2000 in planned(fine, "bem_fft").resolutions
+    monkeypatch.setattr(psutil, "virtual_memory", lambda: SimpleNamespace(available=1e7))
+    found = planned(fine, "bem_fft")
+    assert found.resolutions == (10,)
+    assert "2000: needs about" in found.reason
+    with pytest.raises(SceneError, match=r"surface.points: expected arrays that fit into 80%"):
+        plan_scene(rough(points=4096))
+
+
+def test_memory_is_that_of_a_whole_block_of_realisations(rough, monkeypatch):
+    """25 lines are held at once: a task of one line would fit where the block does not."""
+    lines = rough(realisations=BLOCK, compare={"resolutions": [2**16]})
+    task = task_of(plan_scene(lines)[0], "reduced", 2**16, tuple(range(BLOCK)))
+    need = METHODS["reduced"].memory(task)
+    monkeypatch.setattr(psutil, "virtual_memory", lambda: SimpleNamespace(available=need))
+    found = planned(lines, "reduced", "full")
+    assert not found.supported
+    assert "needs about" in found.reason
+
+
+def test_more_rows_than_anyone_can_read_are_refused(rough):
+    steps = {"from": 0.01, "to": 0.1, "steps": 30, "relative_to": "E* A0 h'"}
+    with pytest.raises(SceneError, match="at most 20 million realisations times load steps"):
+        plan_scene(rough(realisations=1_000_000, loading={"force": steps}))
+
+
+# --- what is left out -----------------------------------------------------------------------
+
+
+def left_out(scene) -> dict[str, str]:
+    return dict(plan_scene(scene)[0].left_out)
+
+
+def test_what_is_not_asked_for_is_left_out_and_said(scene, rough):
+    plain = left_out(scene())
+    assert 'add "pressure" to compare.quantities' in plain["pressure fields"]
+    assert "contact stiffness" in plain
+    assert "the surface beyond the geometric overlap" in plain
+    assert "three quarters of the finite-element mesh" in plain
+    asked = left_out(scene(compare={"quantities": ["pressure", "stiffness"]}))
+    assert "pressure fields" not in asked
+    assert "contact stiffness" not in asked
+    assert "the surface beyond the geometric overlap" not in left_out(rough())
+    polygon = {"shape": "polygon_punch", "vertices": [[0, 0], [1e-3, 0], [0, 2e-3]]}
+    assert "three quarters of the finite-element mesh" not in left_out(scene(indenter=polygon))
+
+
+def test_pressures_are_computed_only_if_asked_for(scene):
+    for quantities, present in ((["force"], False), (["force", "pressure"], True)):
+        (plan,) = plan_scene(scene(compare={"quantities": quantities, "resolutions": [4]}))
+        for method in ("closed_form", "reduced", "bem_dense", "bem_fft"):
+            level = 1 if method == "closed_form" else 4
+            fields = execute(task_of(plan, method, level)).fields
+            assert ("pressure" in fields) == present
+
+
+def test_notes_on_the_half_space_and_on_realisations(rough):
+    many = rough(realisations=QUICK_REALISATIONS + 30)
+    (quick, *_), (full, *_) = plan_scene(many), plan_scene(many, "full")
+    assert quick.realisations == QUICK_REALISATIONS
+    assert full.realisations == QUICK_REALISATIONS + 30
+    assert any("--full" in note for note in quick.notes)
+    assert not any("--full" in note for note in full.notes)
+    only_modulus = load_scene("rough-free")
+    assert any("fem takes nu = 0.3" in note for note in plan_scene(only_modulus)[0].notes)
+
+
+# --- tasks ----------------------------------------------------------------------------------
+
+
+def test_realisations_are_dealt_in_blocks_that_cover_them_once(rough):
+    (plan, *_) = plan_scene(rough(realisations=2 * BLOCK + 3), "full")
+    for method in ("reduced", "bem_fft"):
+        blocks = plan.blocks(method)
+        assert [k for block in blocks for k in block] == list(range(2 * BLOCK + 3))
+        assert max(len(block) for block in blocks) == BLOCK
+
+
+def test_on_a_map_only_lines_are_drawn(map_scene):
+    (plan, *_) = plan_scene(map_scene(realisations=30), "full")
+    assert sum(len(block) for block in plan.blocks("reduced")) == 30
+    assert plan.blocks("bem_fft") == [(0,)]
+
+
+def test_keys_tell_different_tasks_apart_and_equal_ones_not(scene, rough):
+    def key(made, method="bem_fft", resolution=8, realisations=(0,)):
+        return task_of(plan_scene(made)[0], method, resolution, realisations).key
+
+    same = key(scene())
+    assert key(scene()) == same
+    assert key(scene(title="another title", compare={"tolerance": 0.2})) == same
+    others = [
+        key(scene(), resolution=9),
+        key(scene(), method="fem"),
+        key(scene(name="other")),
+        key(scene(loading={"penetration": [1e-6, 2e-6, np.nextafter(4e-6, 1)]})),
+        key(scene(indenter={"shape": "paraboloid", "radius": 0.02})),
+        key(scene(half_space={"effective_modulus": 1e9})),
+        key(scene(methods={"bem_fft": {"tolerance": 1e-9}})),
+        key(scene(compare={"quantities": ["force", "pressure"]})),
+        key(rough()),
+        key(rough(seed=4)),
+        key(rough(), realisations=(0, 1)),
+    ]
+    assert len({same, *others}) == len(others) + 1
+    # An option of another method does not touch this one.
+    assert key(scene(methods={"fem": {"contact": "penalty"}})) == same
+
+
+def test_tasks_travel_by_pickle_with_their_key(rough):
+    (plan, *_) = plan_scene(rough(realisations=2))
+    for task in plan.tasks():
+        again = pickle.loads(pickle.dumps(task))
+        assert again.key == task.key
+
+
+def test_length_and_points_of_a_line_are_what_the_options_say(rough):
+    """Points of the line, not per side; without them, the resolution is points per side."""
+    line = {"line_length": 3.0, "line_points": 900}
+    (plan,) = plan_scene(rough(methods={"reduced": line}))
+    (level,) = planned(plan.scene, "reduced").resolutions
+    assert level == 300
+    assert METHODS["reduced"].solve(task_of(plan, "reduced", level)).unknowns == 900
+    (plan,) = plan_scene(rough(methods={"reduced": {"line_length": 3.0}}))
+    assert METHODS["reduced"].solve(task_of(plan, "reduced", 64)).unknowns == 192
+
+
+@pytest.mark.parametrize("method", ["reduced", "bem_fft"])
+def test_streams_do_not_depend_on_the_blocks(rough, method):
+    """Thirty realisations in blocks or one by one, bit for bit the same."""
+    made = rough(realisations=30, points=8)
+    (plan, *_) = plan_scene(made, "full")
+    blocks = [plan.blocks(method), [(k,) for k in range(30)]]
+    together, singly = (
+        np.concatenate(
+            [
+                METHODS[method].solve(task_of(plan, method, 16, block)).quantities["penetration"]
+                for block in dealt
+            ]
+        )
+        for dealt in blocks
+    )
+    assert together.shape == (30, 2)
+    assert len(np.unique(together[:, 1])) == 30
+    np.testing.assert_array_equal(together, singly)
+
+
+# --- patches of maps ------------------------------------------------------------------------
+
+
+def test_a_large_map_gets_a_patch_around_its_highest_point(map_scene):
+    whole, patch = plan_scene(map_scene())
+    x0, y0, nx, ny = patch.scene.surface.crop
+    assert (nx, ny) == (PATCH_POINTS, PATCH_POINTS)
+    assert 0 <= x0 <= 40 - nx
+    assert 0 <= y0 <= 32 - ny
+    # The peak at (37, 5) is too near to two sides for the middle: the patch stops at the border.
+    assert (x0, y0) == (40 - nx, 0)
+    assert patch.geometry.measured.max() == whole.geometry.measured[37, 5]
+    np.testing.assert_array_equal(
+        patch.geometry.measured, whole.geometry.measured[x0 : x0 + nx, y0 : y0 + ny]
+    )
+    # Cells keep their size, and the relative load is relative to the patch.
+    assert patch.geometry.size == pytest.approx((nx * 1e-9, ny * 1e-9))
+    share = patch.loads.values / (
+        patch.scene.effective_modulus * patch.geometry.area * patch.geometry.rms_slope
+    )
+    assert share == pytest.approx([0.1])
+
+
+def test_the_patch_is_named_repeatable_and_where_all_methods_meet(map_scene):
+    whole, patch = plan_scene(map_scene())
+    assert patch.scene.name == "test-patch"
+    assert any("test-patch" in note and "crop" in note for note in whole.notes)
+    assert {m.method for m in patch.methods if m.supported} >= {"bem_dense", "bem_fft", "fem"}
+    (again,) = plan_scene(patch.scene)
+    assert [t.key for t in again.tasks()] == [t.key for t in patch.tasks()]
+
+
+def test_a_patch_of_a_crop_is_cut_from_the_same_file(map_scene):
+    """Within a crop that starts at (10, 2), indices of the patch still count from the file."""
+    whole, patch = plan_scene(map_scene(crop=[10, 2, 30, 28]))
+    x0, y0, nx, ny = patch.scene.surface.crop
+    assert (x0, y0) == (40 - nx, 2)
+    peak = patch.geometry.measured.max()
+    assert peak == whole.geometry.measured.max()
+    assert np.argwhere(patch.geometry.measured == peak).tolist() == [[37 - x0, 5 - y0]]
+
+
+def test_an_absolute_force_is_shared_by_area(map_scene):
+    _, patch = plan_scene(map_scene(loading={"force": [1e-6, 2e-6]}))
+    share = PATCH_POINTS**2 / (40 * 32)
+    np.testing.assert_allclose(patch.loads.values, [1e-6 * share, 2e-6 * share], rtol=1e-14)
+    _, patch = plan_scene(map_scene(loading={"penetration": ["1 nm"]}))
+    assert patch.loads.values.tolist() == [1e-9]
+
+
+def test_no_patch_where_none_is_needed(map_scene):
+    assert len(plan_scene(map_scene(crop=[0, 0, PATCH_POINTS, PATCH_POINTS]))) == 1
+    assert len(plan_scene(map_scene(compare={"methods": ["reduced", "bem_fft"]}))) == 1
+    assert len(plan_scene(map_scene(periodic=True))) == 1
