@@ -29,7 +29,7 @@ def planned(scene, method, effort="quick"):
 
 @pytest.fixture
 def map_scene(scene, tmp_path):
-    """Return a scene over a 40 x 32 map whose highest point is near a corner, without detrending."""
+    """Return a maker of scenes over a 40 x 32 map whose highest point is near a corner."""
     x, y = np.meshgrid(np.arange(40.0), np.arange(32.0), indexing="ij")
     heights = 1e-9 * (np.cos(x) + np.cos(0.7 * y))
     heights[37, 5] = 9e-9
@@ -313,7 +313,7 @@ def test_the_patch_is_named_repeatable_and_where_all_methods_meet(map_scene):
 def test_a_patch_of_a_crop_is_cut_from_the_same_file(map_scene):
     """Within a crop that starts at (10, 2), indices of the patch still count from the file."""
     whole, patch = plan_scene(map_scene(crop=[10, 2, 30, 28]))
-    x0, y0, nx, ny = patch.scene.surface.crop
+    x0, y0, nx, _ = patch.scene.surface.crop
     assert (x0, y0) == (40 - nx, 2)
     peak = patch.geometry.measured.max()
     assert peak == whole.geometry.measured.max()
