@@ -12,28 +12,36 @@ from comparisons.metrics import rms_and_maximum
 from comparisons.reference import EXACT, Reference
 
 
-def time_at_error(seconds: np.ndarray, errors: np.ndarray, wanted: float) -> float:
+def time_at_error(
+    seconds: np.ndarray, errors: np.ndarray, wanted: float
+) -> tuple[float, int | None]:
     """Return the least time at which a method's own time-error curve reaches an error.
 
     Points are joined in the order given (coarse to fine), straight in logarithms; nothing is
     extrapolated: a method that never reaches the error gives NaN.
 
+    Returns
+    -------
+    (float, int or None)
+        The time, and the index of the setting that reaches the error.
+
     Examples
     --------
     >>> t, e = np.array([1.0, 10.0]), np.array([0.1, 0.001])
-    >>> round(time_at_error(t, e, 0.01), 6)
-    3.162278
+    >>> seconds, index = time_at_error(t, e, 0.01)
+    >>> round(seconds, 6), index
+    (3.162278, 1)
     >>> time_at_error(t, e, 1e-4)
-    nan
+    (nan, None)
     """
-    best = [float(s) for s, e in zip(seconds, errors, strict=True) if e <= wanted]
+    found = [(float(seconds[i]), i) for i in range(len(errors)) if errors[i] <= wanted]
     for i in range(len(errors) - 1):
         high, low = errors[i], errors[i + 1]
         if high > wanted > low > 0:
             share = np.log(high / wanted) / np.log(high / low)
             crossing = np.log(seconds[i]) + share * np.log(seconds[i + 1] / seconds[i])
-            best.append(float(np.exp(crossing)))
-    return min(best, default=float("nan"))
+            found.append((float(np.exp(crossing)), i + 1))
+    return min(found, default=(float("nan"), None))
 
 
 def answer(
@@ -45,8 +53,8 @@ def answer(
 ) -> str:
     """Return the sentence for the first compared quantity that has an error.
 
-    For example: "For 1 % in force: reduced 3 µs, bem_fft 5 ms, fem 0.9 s; not reached by ...;
-    truth known to 0.03 %."
+    For example: "For 1 % in force: reduced model 0.7 ms (N = 10), FFT BEM 16 ms (N = 16); not
+    reached by ...; truth: ..., known to 0.03 %." N is the resolution.
     """
     if reference is None:
         return "No 3-D method finished: there is no truth to compare with."
@@ -68,9 +76,10 @@ def _sentence(name: str, wanted: float, table: pd.DataFrame, reference: Referenc
         if own.empty:
             continue
         errors = own["rms"].to_numpy()
-        seconds = time_at_error(own["seconds"].to_numpy(), errors, wanted)
-        if np.isfinite(seconds):
-            reached.append((seconds, f"{METHODS[method].title} {duration(seconds)}"))
+        seconds, index = time_at_error(own["seconds"].to_numpy(), errors, wanted)
+        if index is not None:
+            level = int(own["resolution"].iloc[index])
+            reached.append((seconds, f"{METHODS[method].title} {duration(seconds)} (N = {level})"))
         else:
             missed.append(f"{METHODS[method].title} (best {relative(float(errors.min()))})")
     words = name.replace("_", " ")

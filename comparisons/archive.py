@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from comparisons.methods import Solution
-from comparisons.store import read_arrays, write_arrays
+from comparisons.store import ResultsError, read_arrays, write_arrays
 
 _PREFIX = "solution."
 _ARRAYS = ("converged", "iterations", "violation")
@@ -32,9 +32,15 @@ def load_solution(path: Path) -> Solution:
     Raises
     ------
     comparisons.store.ResultsError
-        If the file cannot be read.
+        If the file cannot be read, or holds something else.
     """
-    arrays = read_arrays(path)
+    try:
+        return _solution(read_arrays(path))
+    except (KeyError, TypeError, ValueError) as error:
+        raise ResultsError(f"{path}: not the arrays of a solved task ({error})") from error
+
+
+def _solution(arrays: dict[str, np.ndarray]) -> Solution:
     document = json.loads(str(arrays.pop(f"{_PREFIX}json")))
     own = {name: arrays.pop(name) for name in list(arrays) if name.startswith(_PREFIX)}
     start = len(_PREFIX) + 2

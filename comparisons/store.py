@@ -26,6 +26,7 @@ import numpy as np
 import pandas as pd
 
 from comparisons.errors import InputError
+from comparisons.study_form import parse_study
 
 RESULTS = "results.csv"
 MEASURES = "measures.csv"
@@ -195,9 +196,8 @@ def load_study(directory: str | Path) -> StudyRecord:
     """
     root = Path(directory)
     try:
-        document = json.loads((root / STUDY).read_text(encoding="utf-8"))
-        rows = pd.read_csv(root / RESULTS, low_memory=False, keep_default_na=True)
-        measures = pd.read_csv(root / MEASURES)
+        document = parse_study((root / STUDY).read_text(encoding="utf-8"))
+        rows, measures = _read_table(root / RESULTS), _read_table(root / MEASURES)
         scenes = tuple(_scene_record(item, root, rows, measures) for item in document["scenes"])
         return StudyRecord(
             directory=root,
@@ -208,8 +208,13 @@ def load_study(directory: str | Path) -> StudyRecord:
         raise ResultsError(
             f"{root}: no results of roughline here ({Path(error.filename).name} is missing)"
         ) from error
-    except (ValueError, KeyError, TypeError) as error:
+    except (ValueError, KeyError, TypeError, OSError) as error:
         raise ResultsError(f"{root}: damaged results ({error})") from error
+
+
+def _read_table(path: Path) -> pd.DataFrame:
+    # The default parser of floats may lose the last digit.
+    return pd.read_csv(path, low_memory=False, float_precision="round_trip")
 
 
 def _stacked(frames: list[pd.DataFrame]) -> pd.DataFrame:

@@ -147,7 +147,7 @@ class Study:
             return False
         try:
             self._solutions[task.key] = load_solution(path)
-        except (ResultsError, KeyError, ValueError):
+        except ResultsError:
             return False
         return True
 

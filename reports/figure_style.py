@@ -38,8 +38,8 @@ class MethodStyle:
 STYLES = {
     "closed_form": MethodStyle("closed form", INK, "star", "solid", 9),
     "reduced": MethodStyle("reduced model", VERMILION, "circle", "dash", 6),
-    "bem_dense": MethodStyle("BEM, dense", SKY, "square", "dot", 10),
-    "bem_fft": MethodStyle("BEM, FFT", BLUE, "diamond", "dashdot", 9),
+    "bem_dense": MethodStyle("dense BEM", SKY, "square", "dot", 10),
+    "bem_fft": MethodStyle("FFT BEM", BLUE, "diamond", "dashdot", 9),
     "fem": MethodStyle("FEM", GREEN, "triangle-up", "longdash", 12),
 }
 PEER_SYMBOLS = ("pentagon", "triangle-down", "hexagon", "bowtie")

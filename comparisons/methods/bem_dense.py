@@ -18,7 +18,7 @@ class BemDense(GridMethod):
     """Exact to round-off on its grid, with work that grows as the cube of the contact cells."""
 
     name = "bem_dense"
-    title = "boundary elements, dense"
+    title = "dense BEM"
 
     def supports(self, scene: Scene) -> Support:
         """Free half-space under force or penetration control."""

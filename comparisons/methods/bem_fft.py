@@ -23,7 +23,7 @@ class BemFft(GridMethod):
     """Free (zero-padded) or periodic half-space; every scene."""
 
     name = "bem_fft"
-    title = "boundary elements, FFT"
+    title = "FFT BEM"
 
     def supports(self, scene: Scene) -> Support:
         """Every scene."""

@@ -32,7 +32,7 @@ class Fem(Method):
     """Elastic body of hexahedra with a Boussinesq far field, condensed onto the surface."""
 
     name = "fem"
-    title = "finite elements"
+    title = "FEM"
 
     def supports(self, scene: Scene) -> Support:
         """Free half-space, nu up to 0.4999, force or penetration control."""

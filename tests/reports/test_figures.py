@@ -85,7 +85,7 @@ def test_ensembles_show_the_mean_between_its_bands(study):
 
 def test_errors_show_their_sign_by_the_filling(study):
     figure = figures.errors(study.scenes[0])[0]
-    (fem,), (bem,) = traces(figure, "FEM"), traces(figure, "BEM, FFT")
+    (fem,), (bem,) = traces(figure, "FEM"), traces(figure, "FFT BEM")
     assert set(fem["marker"]["symbol"]) == {"triangle-up-open"}  # the fixture's FEM is too soft
     assert set(bem["marker"]["symbol"]) == {"diamond"}
     assert all(value > 0 for value in fem["y"])
@@ -95,13 +95,13 @@ def test_the_reference_is_not_compared_with_itself(study):
     for figure in figures.errors(study.scenes[0]):
         assert not traces(figure, "closed form")
     for figure in figures.errors(study.scenes[1]):
-        (trace,) = traces(figure, "BEM, FFT")
+        (trace,) = traces(figure, "FFT BEM")
         assert "N = 64" in trace["hovertemplate"]
 
 
 def test_a_lost_solve_is_a_hollow_cross_at_the_upper_edge(study):
     figure = speed_figure.speed(study.scenes[0])[0]
-    (cross,) = traces(figure, "BEM, dense: failed")
+    (cross,) = traces(figure, "dense BEM: failed")
     edge = 10 ** figure.spec["layout"]["yaxis"]["range"][1]
     assert cross["marker"]["symbol"] == "x-open"
     assert cross["y"] == pytest.approx([edge], rel=0.01)
@@ -133,7 +133,7 @@ def test_no_setting_lies_below_the_front(study):
 
 def test_the_reference_is_marked_at_its_own_uncertainty(study):
     figure = speed_figure.speed(study.scenes[1])[0]
-    (mark,) = traces(figure, "reference (BEM, FFT)")
+    (mark,) = traces(figure, "reference (FFT BEM)")
     assert mark["y"] == [0.01]
 
 

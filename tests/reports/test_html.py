@@ -310,4 +310,4 @@ def test_lost_solves_are_listed_once_with_their_steps(study):
     steps = pd.concat([lost.assign(step=n, penetration=1e-6 * n) for n in (1, 2, 3)])
     rows = pd.concat([scene.rows[~scene.rows.index.isin(lost.index)], steps])
     (line,) = tables.lost_solves(replace(scene, rows=rows))
-    assert line.startswith("BEM, dense, N = 20, 3 load steps: active set cycled")
+    assert line.startswith("dense BEM, N = 20, 3 load steps: active set cycled")

@@ -61,7 +61,7 @@ def test_captions_name_method_load_and_exaggeration(study):
     assert "FEM, N = 16" in body.caption
     assert "9 times too large" in body.caption
     assert body.bar.label == "von Mises stress / GPa"
-    assert "BEM, FFT, N = 128" in rough.caption
+    assert "FFT BEM, N = 128" in rough.caption
     assert rough.bar.label == "height h / nm"
 
 

@@ -1,0 +1,87 @@
+"""The form of study.json, checked when it is read: a results folder may come from strangers."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pydantic import BaseModel, ConfigDict, TypeAdapter, ValidationError
+
+
+class _Form(BaseModel):
+    """Types as JSON has them; keys that a later version adds are kept."""
+
+    model_config = ConfigDict(strict=True, extra="allow", allow_inf_nan=False)
+
+
+class _Method(_Form):
+    method: str
+    supported: bool
+    reason: str = ""
+    resolutions: list[int] = []
+    modelled: str = ""
+
+
+class _LeftOut(_Form):
+    what: str
+    why: str
+
+
+class _Plan(_Form):
+    methods: list[_Method]
+    left_out: list[_LeftOut]
+    notes: list[str]
+
+
+class _Reference(_Form):
+    """Empty where a scene has no truth."""
+
+    method: str = ""
+    resolution: int = 0
+    text: str = ""
+    uncertainty: dict[str, float | None] = {}
+
+
+class _Scene(_Form):
+    name: str
+    title: str
+    text: str
+    control: str
+    quantities: list[str]
+    tolerance: float
+    plan: _Plan
+    reference: _Reference
+    answer: str
+    disagreements: list[str]
+    fields: list[tuple[str, int, str]]
+
+
+class _Study(_Form):
+    created: str
+    command: str
+    effort: str
+    seconds: float
+    machine: dict[str, str | int | float | None]
+    versions: dict[str, str]
+    interrupted: bool
+    scenes: list[_Scene]
+
+
+_FORM = TypeAdapter(_Study)
+
+
+def parse_study(text: str) -> dict[str, Any]:
+    """Read study.json.
+
+    Raises
+    ------
+    ValueError
+        Naming the first few places that are not as they should be.
+    """
+    try:
+        return _FORM.validate_json(text).model_dump(exclude_unset=True)
+    except ValidationError as error:
+        places = [
+            f"{'.'.join(str(key) for key in each['loc']) or 'study.json'}: {each['msg']}"
+            for each in error.errors(include_url=False, include_input=False)[:3]
+        ]
+        raise ValueError("; ".join(places)) from error
