@@ -34,8 +34,9 @@ def load_solution(path: Path) -> Solution:
     comparisons.store.ResultsError
         If the file cannot be read, or holds something else.
     """
+    arrays = read_arrays(path)
     try:
-        return _solution(read_arrays(path))
+        return _solution(arrays)
     except (KeyError, TypeError, ValueError) as error:
         raise ResultsError(f"{path}: not the arrays of a solved task ({error})") from error
 

@@ -197,7 +197,8 @@ def load_study(directory: str | Path) -> StudyRecord:
     root = Path(directory)
     try:
         document = parse_study((root / STUDY).read_text(encoding="utf-8"))
-        rows, measures = _read_table(root / RESULTS), _read_table(root / MEASURES)
+        rows = pd.read_csv(root / RESULTS, low_memory=False)
+        measures = pd.read_csv(root / MEASURES)
         scenes = tuple(_scene_record(item, root, rows, measures) for item in document["scenes"])
         return StudyRecord(
             directory=root,
@@ -210,11 +211,6 @@ def load_study(directory: str | Path) -> StudyRecord:
         ) from error
     except (ValueError, KeyError, TypeError, OSError) as error:
         raise ResultsError(f"{root}: damaged results ({error})") from error
-
-
-def _read_table(path: Path) -> pd.DataFrame:
-    # The default parser of floats may lose the last digit.
-    return pd.read_csv(path, low_memory=False, float_precision="round_trip")
 
 
 def _stacked(frames: list[pd.DataFrame]) -> pd.DataFrame:

@@ -1,0 +1,307 @@
+"""Results folders: whole files or none, every digit, and nothing trusted on the way back."""
+
+from __future__ import annotations
+
+import json
+import os
+import pickle
+import stat
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from comparisons.store import (
+    FIELDS,
+    MEASURES,
+    RESULTS,
+    STUDY,
+    ResultsError,
+    SceneRecord,
+    StudyRecord,
+    load_study,
+    read_arrays,
+    save_study,
+    write_arrays,
+    write_atomically,
+    write_table,
+    write_text,
+)
+
+THIRD = 1 / 3
+
+
+@pytest.fixture
+def record(tmp_path):
+    """Return a small study whose one field file exists."""
+    folder = tmp_path / "study"
+    path = folder / FIELDS / "a-bem_fft-8-0-abc.npz"
+    write_arrays(path, {"pressure": np.arange(6.0)})
+    rows = pd.DataFrame(
+        {
+            "scene": ["a"] * 3,
+            "method": ["bem_fft", "bem_fft", "fem"],
+            "resolution": [8.0, 8.0, np.nan],
+            "step": [0.0, 1.0, np.nan],
+            "force": [THIRD, 0.1 + 0.2, np.nan],
+            "converged": [True, True, False],
+            "reason": ["", "", 'says "no", at length;\nand twice'],
+        }
+    )
+    scene = SceneRecord(
+        name="a",
+        title="Ball, <b>bold</b> \U0001f600",
+        text='name = "a"',
+        control="force",
+        quantities=("penetration", "contact_area"),
+        tolerance=0.01,
+        plan={
+            "methods": [
+                {
+                    "method": "bem_fft",
+                    "supported": True,
+                    "reason": "",
+                    "resolutions": [8],
+                    "modelled": "the surface",
+                }
+            ],
+            "left_out": [{"what": "pressure fields", "why": "not asked for"}],
+            "notes": ["one"],
+        },
+        reference={
+            "method": "bem_fft",
+            "resolution": 8,
+            "text": "the finest",
+            "uncertainty": {"penetration": 0.1, "contact_area": None},
+        },
+        answer="No method got there.",
+        disagreements=("a and b differ",),
+        rows=rows,
+        measures=pd.DataFrame({"scene": ["a"], "rms": [THIRD]}),
+        fields={("bem_fft", 8): path},
+    )
+    return StudyRecord(
+        directory=folder,
+        created="2026-01-31T12:00:00+00:00",
+        command="roughline run a.toml",
+        effort="quick",
+        seconds=1.5,
+        machine={"system": "Linux", "cores": 2, "memory": 8_000_000_000},
+        versions={"numpy": "2.1"},
+        scenes=(scene,),
+        interrupted=True,
+    )
+
+
+# --- there and back -------------------------------------------------------------------------
+
+
+def test_a_study_comes_back_as_it_was(record):
+    save_study(record)
+    again = load_study(record.directory)
+    for name in ("created", "command", "effort", "seconds", "machine", "versions", "interrupted"):
+        assert getattr(again, name) == getattr(record, name)
+    (old,), (new,) = record.scenes, again.scenes
+    for name in ("name", "title", "text", "control", "quantities", "tolerance", "plan"):
+        assert getattr(new, name) == getattr(old, name)
+    assert new.reference == old.reference
+    assert (new.answer, new.disagreements) == (old.answer, old.disagreements)
+    np.testing.assert_array_equal(
+        new.load_fields("bem_fft", 8)["pressure"], old.load_fields("bem_fft", 8)["pressure"]
+    )
+    assert new.load_fields("fem", 8) == {}
+
+
+def test_numbers_come_back_to_the_last_digit(record):
+    save_study(record)
+    (scene,) = load_study(record.directory).scenes
+    np.testing.assert_array_equal(scene.rows["force"], record.scenes[0].rows["force"])
+    assert scene.measures["rms"][0] == THIRD
+    assert scene.rows["reason"][2] == 'says "no", at length;\nand twice'
+
+
+def test_tables_are_plain_comma_separated_text(record):
+    """results.csv is read by others: first line names, numbers in full, one line end."""
+    save_study(record)
+    text = (record.directory / RESULTS).read_bytes()
+    assert text.startswith(b"scene,method,resolution,step,force,converged,reason\n")
+    assert b"0.30000000000000004" in text
+    assert b"\r" not in text
+
+
+def test_a_study_without_any_scene_comes_back(record, tmp_path):
+    """What an interrupt before the first solve leaves."""
+    empty = StudyRecord(
+        **{name: getattr(record, name) for name in ("created", "command", "effort", "seconds")},
+        directory=tmp_path / "empty",
+        machine={},
+        versions={},
+        scenes=(),
+    )
+    save_study(empty)
+    assert load_study(empty.directory).scenes == ()
+
+
+# --- whole files or none --------------------------------------------------------------------
+
+
+def test_a_failure_while_writing_leaves_the_old_file_and_no_other(tmp_path):
+    path = tmp_path / "file.txt"
+    write_text(path, "old")
+
+    def half(stream):
+        stream.write(b"half of the new")
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        write_atomically(path, half)
+    assert path.read_text() == "old"
+    assert os.listdir(tmp_path) == ["file.txt"]
+
+
+def test_files_are_readable_by_others(tmp_path):
+    """Temporary files are private; results follow the umask, like any other file."""
+    reference = tmp_path / "reference"
+    reference.write_text("")
+    write_text(tmp_path / "deep" / "down" / "file.txt", "\u00e9")
+    written = tmp_path / "deep" / "down" / "file.txt"
+    assert written.read_text(encoding="utf-8") == "\u00e9"
+    assert stat.S_IMODE(written.stat().st_mode) == stat.S_IMODE(reference.stat().st_mode)
+
+
+def test_a_table_is_replaced_whole(tmp_path):
+    path = tmp_path / "t.csv"
+    write_table(path, pd.DataFrame({"a": range(1000)}))
+    write_table(path, pd.DataFrame({"a": [1]}))
+    assert path.read_text() == "a\n1\n"
+
+
+# --- strangers' folders ---------------------------------------------------------------------
+
+
+class Bomb:
+    """Raises a flag when unpickled."""
+
+    def __reduce__(self):
+        return os.putenv, ("ROUGHLINE_BOMB", "exploded")
+
+
+def test_arrays_are_never_unpickled(tmp_path):
+    """Neither a pickle with the name of an array file, nor an object array inside one."""
+    plain = tmp_path / "plain.npz"
+    plain.write_bytes(pickle.dumps(Bomb()))
+    hidden = tmp_path / "hidden.npz"
+    np.savez(hidden, a=np.array([Bomb()], dtype=object))
+    for path in (plain, hidden):
+        with pytest.raises(ResultsError, match="not a readable array file"):
+            read_arrays(path)
+
+
+def test_torn_and_foreign_array_files_are_refused(tmp_path):
+    whole = tmp_path / "whole.npz"
+    write_arrays(whole, {"a": np.arange(1000.0)})
+    torn = tmp_path / "torn.npz"
+    torn.write_bytes(whole.read_bytes()[:-200])
+    single = tmp_path / "single.npz"
+    with single.open("wb") as stream:
+        np.save(stream, np.arange(3))
+    (tmp_path / "empty.npz").write_bytes(b"")
+    for name in ("torn.npz", "single.npz", "empty.npz", "missing.npz"):
+        with pytest.raises(ResultsError, match="not a readable array file"):
+            read_arrays(tmp_path / name)
+
+
+@pytest.mark.parametrize("name", ["../secret.npz", "/etc/passwd", "fields/../../secret.npz"])
+def test_field_files_outside_the_folder_are_refused(record, name):
+    save_study(record)
+    study = record.directory / STUDY
+    document = json.loads(study.read_text())
+    document["scenes"][0]["fields"] = [["bem_fft", 8, name]]
+    study.write_text(json.dumps(document))
+    with pytest.raises(ResultsError, match="leads out of"):
+        load_study(record.directory)
+
+
+def test_a_link_that_leads_outside_is_refused(record, tmp_path):
+    save_study(record)
+    (tmp_path / "secret.npz").write_bytes(b"x")
+    link = record.directory / FIELDS / "a-bem_fft-8-0-abc.npz"
+    link.unlink()
+    link.symlink_to(tmp_path / "secret.npz")
+    with pytest.raises(ResultsError, match="leads out of"):
+        load_study(record.directory)
+
+
+WRONG = {
+    "a list": lambda d: [],
+    "no scenes": lambda d: {k: v for k, v in d.items() if k != "scenes"},
+    "scenes as text": lambda d: d | {"scenes": "abc"},
+    "seconds as text": lambda d: d | {"seconds": "1"},
+    "seconds not a number": lambda d: d | {"seconds": float("nan")},
+    "unknown key": lambda d: d | {"colour": "red"},
+    "machine as list": lambda d: d | {"machine": [1]},
+    "nested machine": lambda d: d | {"machine": {"system": {"a": 1}}},
+    "title as number": lambda d: scene(d, title=3),
+    "text missing": lambda d: scene(d, text=None),
+    "tolerance as text": lambda d: scene(d, tolerance="1 %"),
+    "quantities as text": lambda d: scene(d, quantities="force"),
+    "plan as list": lambda d: scene(d, plan=[]),
+    "method as text": lambda d: scene(d, plan={"methods": ["fem"], "left_out": [], "notes": []}),
+    "reference as text": lambda d: scene(d, reference="fem"),
+    "bar as text": lambda d: scene(d, reference={"uncertainty": {"force": "1 %"}}),
+    "field without resolution": lambda d: scene(d, fields=[["fem", "a.npz"]]),
+    "resolution as text": lambda d: scene(d, fields=[["fem", "x", "a.npz"]]),
+    "file as number": lambda d: scene(d, fields=[["fem", 8, 3]]),
+    "unknown key of a scene": lambda d: scene(d, colour="red"),
+}
+
+
+def scene(document, **changes):
+    document["scenes"][0] |= changes
+    return document
+
+
+@pytest.mark.parametrize("damage", WRONG)
+def test_a_study_of_the_wrong_form_is_refused(record, damage):
+    save_study(record)
+    study = record.directory / STUDY
+    study.write_text(json.dumps(WRONG[damage](json.loads(study.read_text()))))
+    with pytest.raises(ResultsError, match="damaged results"):
+        load_study(record.directory)
+
+
+@pytest.mark.parametrize(
+    ("file", "content"),
+    [
+        (STUDY, b""),
+        (STUDY, b"{"),
+        (STUDY, b"\xff\xfe"),
+        (STUDY, b"[" * 100_000),
+        (RESULTS, b""),
+        (RESULTS, b"\xff\xfe\x00"),
+        (RESULTS, b"method\nfem\n"),
+        (RESULTS, b'scene,method\n"a,b\n'),
+        (MEASURES, b""),
+    ],
+)
+def test_damaged_files_are_refused(record, file, content):
+    save_study(record)
+    (record.directory / file).write_bytes(content)
+    with pytest.raises(ResultsError, match="damaged results"):
+        load_study(record.directory)
+
+
+@pytest.mark.parametrize("file", [STUDY, RESULTS, MEASURES])
+def test_a_missing_file_is_named(record, file):
+    save_study(record)
+    (record.directory / file).unlink()
+    with pytest.raises(ResultsError, match=f"no results of roughline here \\({file} is missing"):
+        load_study(record.directory)
+
+
+def test_what_is_no_folder_is_refused(tmp_path):
+    file = tmp_path / "file"
+    file.write_text("x")
+    for path in (file, tmp_path / "nowhere", tmp_path):
+        with pytest.raises(ResultsError):
+            load_study(path)
