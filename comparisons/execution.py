@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import ctypes
-import gc
 import statistics
 import sys
 import time
@@ -122,7 +121,6 @@ def _reset_peak() -> float:
     """
     if sys.platform != "linux":
         return float("nan")
-    gc.collect()
     trim = getattr(ctypes.CDLL(None), "malloc_trim", None)
     if trim is not None:
         trim(0)

@@ -19,7 +19,7 @@ from comparisons.methods import METHODS, Task
 from comparisons.scene import MeasuredMap, Scene, SceneError, SelfAffine
 
 Effort = Literal["quick", "full"]
-QUICK_REALISATIONS = 20
+QUICK_REALISATIONS = 10
 # Realisations of one task: small enough to resume and to bound memory, large enough to share
 # the set-up of an operator.
 BLOCK = 25

@@ -91,7 +91,7 @@ def run(
     option
         METHOD.KEY=VALUE, an option of a method; may be repeated.
     full
-        Every realisation and one resolution more; --quick: at most 20 realisations.
+        Every realisation and one resolution more; --quick: at most 10 realisations.
     plan
         Print what would be modelled, and what is left out and why; solve nothing.
     out
