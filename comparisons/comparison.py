@@ -164,9 +164,11 @@ def _curve_rows(
         (reference.method, reference.resolution) == (common["method"], common["resolution"])
     )
     for step, row in enumerate(rows):
-        row[control] = float(plan.loads.values[step])
         for name, values in curves.items():
             row[name] = float(values[step])
+        # The prescribed load stands in the row of a step that failed, too.
+        if not np.isfinite(row.get(control, np.nan)):
+            row[control] = float(plan.loads.values[step])
         row["reference"] = "" if reference is None else reference.label
     if reference is None:
         return rows

@@ -125,7 +125,7 @@ def _reference(
         if method == "closed_form":
             uncertainty[name] = np.full(len(curves[name]), EXACT)
             continue
-        residual = np.nan_to_num(np.nanmax(solution.violation, axis=0), nan=0.0)
+        residual = np.nan_to_num(np.fmax.reduce(solution.violation, axis=0), nan=0.0)
         uncertainty[name] = combined(
             own_discretisation(solved, method, name),
             residual,
