@@ -1,0 +1,389 @@
+"""From solutions to errors: planted deviations must come out with their size and their sign."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from comparisons.comparison import compare, main_axis
+from comparisons.methods import METHODS, Solution
+from comparisons.planning import plan_scene
+from comparisons.reference import choose_reference, disagreements, references
+
+DEPTHS = np.array([1e-6, 2e-6, 4e-6, 8e-6])
+CONSTANTS = {"threads": 1, "versions": "a=1", "machine": "box"}
+ASKED = ("force", "penetration", "contact_area")
+
+
+def hertz(depths=DEPTHS, modulus=210e9 / 0.91, radius=0.01):
+    """Johnson 1985, (4.22)-(4.24)."""
+    return {
+        "penetration": depths,
+        "force": 4 / 3 * modulus * np.sqrt(radius) * depths**1.5,
+        "contact_area": np.pi * radius * depths,
+    }
+
+
+def solution(curves, *, seconds=1.0, violation=1e-9, fields=None):
+    """Return a solution of curves (k,) or (realisations, k); NaN is a failed step."""
+    table = {name: np.atleast_2d(np.array(values, dtype=float)) for name, values in curves.items()}
+    shape = next(iter(table.values())).shape
+    good = np.all([np.isfinite(values) for values in table.values()], axis=0)
+    return Solution(
+        quantities=table,
+        converged=good,
+        iterations=np.full(shape, 7),
+        violation=np.where(good, violation, np.nan),
+        unknowns=100,
+        reasons={(int(i), int(j)): "planted" for i, j in np.argwhere(~good)},
+        fields=fields or {},
+        seconds=seconds,
+    )
+
+
+def scaled(curves, **factors):
+    return {name: values * factors.get(name, 1.0) for name, values in curves.items()}
+
+
+@pytest.fixture
+def plan(scene):
+    return plan_scene(scene(loading={"penetration": list(DEPTHS)}))[0]
+
+
+def rows_of(result, method, resolution=None):
+    rows = result.rows[result.rows["method"] == method]
+    return rows if resolution is None else rows[rows["resolution"] == resolution]
+
+
+def measure_of(result, method, quantity, at):
+    table = result.measures
+    (row,) = table[
+        (table["method"] == method) & (table["quantity"] == quantity) & (table["at"] == at)
+    ].to_dict("records")
+    return row
+
+
+# --- errors ---------------------------------------------------------------------------------
+
+
+def test_too_large_a_force_is_a_positive_error_at_equal_penetration(plan):
+    exact = solution(hertz())
+    stiff = solution(scaled(hertz(), force=1.02, contact_area=0.97))
+    result = compare(plan, {("closed_form", 1): exact, ("fem", 4): stiff}, CONSTANTS)
+    rows = rows_of(result, "fem")
+    np.testing.assert_allclose(rows["error_force"], 0.02, rtol=1e-9)
+    np.testing.assert_allclose(rows["error_contact_area"], -0.03, rtol=1e-9)
+    assert set(rows["reference"]) == {"closed_form"}
+    assert set(rows["realisation"]) == {"0"}
+    assert rows["step"].tolist() == [0, 1, 2, 3]
+
+
+def test_too_large_a_force_is_too_small_a_penetration_at_equal_force(plan):
+    """F' = 1.02 c d^(3/2): at equal force the method's d is 1.02^(-2/3) of the true one.
+
+    Exact, for power laws are interpolated exactly; at the last step the method's force is beyond
+    the reference, and nothing is extrapolated.
+    """
+    stiff = solution(scaled(hertz(), force=1.02))
+    solved = {("closed_form", 1): solution(hertz()), ("fem", 4): stiff}
+    result = compare(plan, solved, CONSTANTS)
+    error = rows_of(result, "fem")["error_penetration"].to_numpy()
+    np.testing.assert_allclose(error[:-1], 1.02 ** (-2 / 3) - 1, rtol=1e-9)
+    assert np.isnan(error[-1])
+    # A, equal to pi R d: at equal force it is too small by the same factor.
+    measure = measure_of(result, "fem", "contact_area", "force")
+    assert measure["rms"] == pytest.approx(1 - 1.02 ** (-2 / 3), rel=1e-9)
+    assert measure["maximum"] == pytest.approx(1 - 1.02 ** (-2 / 3), rel=1e-9)
+
+
+def test_measures_are_rms_and_maximum_over_the_steps(plan):
+    deviation = 1 + np.array([0.01, -0.02, 0.01, 0.0])
+    wrong = hertz() | {"force": hertz()["force"] * deviation}
+    solved = {("closed_form", 1): solution(hertz()), ("reduced", 10): solution(wrong)}
+    measure = measure_of(compare(plan, solved, CONSTANTS), "reduced", "force", "penetration")
+    assert measure["rms"] == pytest.approx(np.sqrt((1e-4 + 4e-4 + 1e-4) / 4), rel=1e-9)
+    assert measure["maximum"] == pytest.approx(0.02, rel=1e-9)
+    assert measure["verdict"] == "outside"  # of the default tolerance of 1 %
+
+
+def test_the_reference_itself_has_no_error(plan):
+    solved = {("closed_form", 1): solution(hertz()), ("fem", 4): solution(hertz())}
+    result = compare(plan, solved, CONSTANTS)
+    assert rows_of(result, "closed_form")["error_force"].isna().all()
+    assert "closed_form" not in set(result.measures["method"])
+
+
+@pytest.mark.parametrize(
+    ("control", "name", "axis"),
+    [
+        ("penetration", "force", "penetration"),
+        ("penetration", "penetration", "force"),
+        ("force", "force", "penetration"),
+        ("force", "contact_area", "force"),
+        ("mean_gap", "mean_gap", "force"),
+        ("mean_gap", "contact_area", "mean_gap"),
+    ],
+)
+def test_a_prescribed_load_has_its_error_at_the_other_one(control, name, axis):
+    assert main_axis(control, name) == axis
+
+
+def test_failed_steps_stand_in_their_row_and_nowhere_else(plan):
+    broken = {name: values.copy() for name, values in hertz().items()}
+    for values in broken.values():
+        values[1] = np.nan
+    solved = {("closed_form", 1): solution(hertz()), ("fem", 4): solution(broken)}
+    result = compare(plan, solved, CONSTANTS)
+    rows = rows_of(result, "fem")
+    assert rows["converged"].tolist() == [True, False, True, True]
+    assert rows["reason"].tolist() == ["", "planted", "", ""]
+    assert rows["penetration"].tolist() == DEPTHS.tolist()  # what was asked for
+    assert np.isfinite(rows["error_force"]).tolist() == [True, False, True, True]
+    measure = measure_of(result, "fem", "force", "penetration")
+    assert measure["rms"] == pytest.approx(0, abs=1e-12)
+    assert not measure["converged"]
+
+
+def test_a_method_that_is_refused_has_a_row_with_the_reason(scene):
+    square = scene(indenter={"shape": "square_punch", "side": 1e-3})
+    (plan,) = plan_scene(square)
+    result = compare(plan, {}, CONSTANTS)
+    (row,) = rows_of(result, "closed_form").to_dict("records")
+    assert "no closed form is known" in row["reason"]
+    assert not row["converged"]
+    assert result.reference is None
+    assert set(result.rows["machine"]) == {"box"}
+
+
+def test_a_method_that_lacks_a_quantity_is_compared_in_the_others(plan):
+    """A new method may know only areas: no force, so nothing at equal force."""
+    areas = {"contact_area": 1.1 * hertz()["contact_area"]}
+    solved = {("closed_form", 1): solution(hertz()), ("bem_fft", 8): solution(areas)}
+    result = compare(plan, solved, CONSTANTS)
+    assert measure_of(result, "bem_fft", "contact_area", "penetration")["rms"] == pytest.approx(0.1)
+    assert measure_of(result, "bem_fft", "contact_area", "force")["verdict"] == "no result"
+
+
+# --- ensembles ------------------------------------------------------------------------------
+
+
+def test_ensembles_have_rows_of_means_with_standard_errors(rough):
+    scene = rough(realisations=3, loading={"force": [1e-6, 2e-6]})
+    (plan,) = plan_scene(scene)
+    force = np.array([[1e-6, 2e-6]] * 3)
+    truth = np.array([[1.0, 2.0], [2.0, 3.0], [3.0, 7.0]])
+    quantities = {"penetration": truth * 1e-9, "force": force, "contact_area": truth * 1e-14}
+    model = scaled(quantities, contact_area=1.5)
+    model["contact_area"] = np.roll(model["contact_area"], 1, axis=0)  # other surfaces
+    solved = {("bem_fft", 16): solution(quantities), ("reduced", 64): solution(model)}
+    result = compare(plan, solved, CONSTANTS)
+    for method in ("bem_fft", "reduced"):
+        rows = rows_of(result, method)
+        assert rows["realisation"].tolist() == ["0", "0", "1", "1", "2", "2", "mean", "mean"]
+    mean = rows_of(result, "reduced").iloc[-2:]
+    np.testing.assert_allclose(mean["contact_area"], np.array([3.0, 6.0]) * 1e-14, rtol=1e-12)
+    np.testing.assert_allclose(
+        mean["stderr_contact_area"],
+        1.5e-14 * np.array([1.0, np.sqrt(7.0)]) / np.sqrt(3),  # variances 1 and 7
+        rtol=1e-12,
+    )
+    # The error of the mean is the ratio of means, not the mean of ratios.
+    np.testing.assert_allclose(mean["error_contact_area"], 0.5, rtol=1e-12)
+    assert rows_of(result, "reduced").iloc[:-2]["stderr_contact_area"].isna().all()
+
+
+def test_the_mean_is_over_the_realisations_that_converged(rough):
+    (plan,) = plan_scene(rough(realisations=2, loading={"force": [1e-6]}))
+    quantities = {"force": [[1e-6], [1e-6]], "contact_area": [[1e-14], [np.nan]]}
+    result = compare(plan, {("bem_fft", 16): solution(quantities)}, CONSTANTS)
+    mean = rows_of(result, "bem_fft").iloc[-1]
+    assert mean["realisation"] == "mean"
+    assert mean["contact_area"] == 1e-14
+    assert not mean["converged"]
+
+
+def test_bars_of_an_ensemble_hold_students_t_of_the_reference_and_of_the_model(rough):
+    """Three samples 1, 2, 3 in each: t = 4.30265, so a bar of t/sqrt(3)/2 on each side."""
+    (plan,) = plan_scene(rough(realisations=3, loading={"force": [1e-6]}))
+    one = {"force": [[1e-6]] * 3, "contact_area": [[1.0], [2.0], [3.0]]}
+    fine = solution(one, violation=0.0)
+    solved = {("bem_fft", 16): fine, ("bem_fft", 32): fine, ("reduced", 64): solution(one)}
+    result = compare(plan, solved, CONSTANTS)
+    share = 4.30265 / np.sqrt(3) / 2
+    assert result.reference.uncertainty["contact_area"][0] == pytest.approx(share, rel=1e-5)
+    measure = measure_of(result, "reduced", "contact_area", "force")
+    assert measure["uncertainty"] == pytest.approx(np.sqrt(2) * share, rel=1e-5)
+
+
+# --- the reference --------------------------------------------------------------------------
+
+
+def levels(method, *curves, resolutions=(4, 8, 16)):
+    return {(method, n): solution(c) for n, c in zip(resolutions, curves, strict=False)}
+
+
+def converging(factor=1.0, error=0.04, depths=DEPTHS):
+    """Return three solutions whose force converges, at first order, to factor times Hertz."""
+    return [scaled(hertz(depths), force=factor * (1 + error / 2**i)) for i in range(3)]
+
+
+def test_a_closed_form_is_the_truth_wherever_there_is_one():
+    solved = levels("fem", *converging()) | {("closed_form", 1): solution(hertz())}
+    reference = choose_reference(solved, ASKED)
+    assert reference.label == "closed_form"
+    assert max(reference.uncertainty["force"]) < 1e-11
+
+
+def test_otherwise_the_finest_solution_of_the_method_known_best():
+    """FEM is 4 % off at its coarsest, BEM 1 %: after two halvings BEM's bar is four times less."""
+    solved = levels("fem", *converging(error=0.04)) | levels("bem_fft", *converging(error=0.01))
+    reference = choose_reference(solved, ASKED)
+    assert reference.label == "bem_fft 16"
+    # Roache: 1.25 times the last difference over (2 - 1), here the remaining error 0.25 %.
+    assert reference.uncertainty["force"] == pytest.approx(1.25 * 0.0025 / 1.0025, rel=1e-6)
+    assert METHODS["bem_fft"].title in reference.text
+    assert "resolution 16" in reference.text
+    turned = levels("fem", *converging(error=0.01)) | levels("bem_fft", *converging(error=0.04))
+    assert choose_reference(turned, ASKED).label == "fem 16"
+
+
+def test_a_reduced_model_is_never_the_truth():
+    assert choose_reference(levels("reduced", *converging()), ASKED) is None
+
+
+def test_a_single_resolution_has_no_known_error():
+    reference = choose_reference({("bem_fft", 8): solution(hertz())}, ASKED)
+    assert np.isnan(reference.uncertainty["force"]).all()
+    assert "its error is not known" in reference.text
+
+
+def test_a_resolution_with_a_lost_step_is_no_reference():
+    lost = {name: np.array([*v[:2], np.nan, v[3]]) for name, v in hertz().items()}
+    solved = levels("bem_fft", hertz(), lost)
+    assert choose_reference(solved, ASKED).label == "bem_fft 4"
+
+
+def test_a_residual_of_the_solver_is_part_of_the_bar():
+    curves = converging(error=0.0)
+    solved = {("bem_fft", n): solution(c, violation=1e-3) for n, c in zip((4, 8), curves)}  # noqa: B905
+    bar = choose_reference(solved, ASKED).uncertainty["force"]
+    np.testing.assert_allclose(bar, 1e-3, rtol=1e-9)
+
+
+def test_a_solver_without_a_residual_has_none():
+    """Direct methods say NaN: no warning, and no bar from it."""
+    solved = {("fem", n): solution(hertz(), violation=np.nan) for n in (4, 8)}
+    assert choose_reference(solved, ASKED).uncertainty["force"] == pytest.approx(0, abs=1e-15)
+
+
+def test_bars_travel_through_the_slope_to_the_other_axis(plan):
+    """F = c d^(3/2): a force known to u is a penetration at equal force known to (2/3) u."""
+    solved = levels("bem_fft", *converging()) | {("reduced", 10): solution(hertz())}
+    result = compare(plan, solved, CONSTANTS)
+    bar = result.reference.uncertainty["force"][0]
+    rows = rows_of(result, "reduced")
+    np.testing.assert_allclose(rows["reference_uncertainty_force"], bar, rtol=1e-9)
+    np.testing.assert_allclose(rows["reference_uncertainty_penetration"], bar * 2 / 3, rtol=1e-6)
+
+
+# --- references that disagree ---------------------------------------------------------------
+
+
+def test_a_planted_fault_is_told_in_words():
+    """FEM converges neatly, to a force that is 5 % too small."""
+    solved = levels("bem_fft", *converging(error=0.01))
+    solved |= levels("fem", *converging(factor=0.95, error=0.02))
+    chosen = choose_reference(solved, ASKED)
+    assert chosen.method == "bem_fft"
+    (sentence,) = disagreements(solved, chosen, ASKED)
+    titles = f"{METHODS['fem'].title} and {METHODS['bem_fft'].title}"
+    assert sentence.startswith(f"{titles} differ in force by 4.8")  # 0.95 * 1.005 / 1.0025 - 1
+    assert "more than their bars" in sentence
+
+
+def test_a_fault_at_one_load_step_is_told_with_the_step():
+    """One of nine steps is 7 % off, the rms thus 2.3 %, below the bars of 1.25 * 1.5 % each."""
+    depths = np.geomspace(1e-6, 1e-5, 9)
+    fault = np.where(np.arange(9) == 2, 1.07, 1.0)
+    fem = [scaled(c, force=fault) for c in converging(error=0.06, depths=depths)]
+    solved = levels("bem_fft", *converging(error=0.06, depths=depths)) | levels("fem", *fem)
+    (sentence,) = disagreements(solved, choose_reference(solved, ASKED), ASKED)
+    assert "7.0\u202f% at load step 3" in sentence
+
+
+def test_references_within_their_bars_do_not_disagree():
+    solved = levels("bem_fft", *converging(error=0.01)) | levels("fem", *converging(error=0.04))
+    assert len(references(solved, ASKED)) == 2
+    assert disagreements(solved, choose_reference(solved, ASKED), ASKED) == ()
+
+
+def test_a_reference_of_unknown_error_cannot_disagree():
+    solved = levels("bem_fft", *converging()) | {("fem", 4): solution(scaled(hertz(), force=2))}
+    assert disagreements(solved, choose_reference(solved, ASKED), ASKED) == ()
+    assert disagreements({}, None, ASKED) == ()
+
+
+def test_a_closed_form_is_defended_against_every_solver():
+    """The same planted fault, seen from the closed form."""
+    solved = levels("fem", *converging(factor=0.95, error=0.01))
+    solved[("closed_form", 1)] = solution(hertz())
+    (sentence,) = disagreements(solved, choose_reference(solved, ASKED), ASKED)
+    assert f"{METHODS['closed_form'].title} differ in force" in sentence
+
+
+# --- pressures ------------------------------------------------------------------------------
+
+
+def ring_fields(r, pressure, weight):
+    return {
+        "pressure_x": r,
+        "pressure_y": np.zeros_like(r),
+        "pressure": pressure,
+        "pressure_weight": weight,
+    }
+
+
+def test_the_ring_around_a_singular_edge_is_left_out(scene):
+    """Under a flat punch p = F/(2 pi a sqrt(a^2 - r^2)): only the outer tenth is spoilt."""
+    a = 1e-3
+    asked = {"quantities": ["force", "pressure"]}
+    punch = scene(indenter={"shape": "cylinder", "radius": a}, compare=asked)
+    (plan,) = plan_scene(punch)
+    depths = plan.loads.values
+    curves = {"penetration": depths, "force": 2 * punch.effective_modulus * a * depths}
+    r = (np.arange(200) + 0.5) * a / 200
+    weight = 2 * np.pi * r * a / 200
+    exact = curves["force"][-1] / (2 * np.pi * a * np.sqrt(a**2 - r**2))
+    spoilt = np.where(r > 0.9 * a, 10 * exact, 1.05 * exact)
+    solved = {
+        ("closed_form", 1): solution(curves),
+        ("reduced", 10): solution(curves, fields=ring_fields(r, spoilt, weight)),
+    }
+    result = compare(plan, solved, CONSTANTS)
+    measure = measure_of(result, "reduced", "pressure", "last load")
+    assert measure["rms"] == pytest.approx(0.05, rel=1e-6)
+    # The integral counts everything, also the ring.
+    whole = measure_of(result, "reduced", "pressure_integral", "last load")
+    assert whole["rms"] == pytest.approx(np.sum(spoilt * weight) / curves["force"][-1] - 1)
+    assert "pressure_peak" not in set(result.measures["quantity"])
+
+
+def test_a_finite_pressure_has_a_peak_and_an_integral(scene):
+    """Hertz: p = p0 sqrt(1 - r^2/a^2), p0 = 3F/(2 pi a^2); a planted factor of 1.03."""
+    (plan,) = plan_scene(scene(compare={"quantities": ["force", "pressure"]}))
+    curves = hertz(plan.loads.values)
+    a = np.sqrt(0.01 * plan.loads.values[-1])
+    r = (np.arange(400) + 0.5) * a / 400
+    weight = 2 * np.pi * r * a / 400
+    p = 1.03 * 1.5 * curves["force"][-1] / (np.pi * a**2) * np.sqrt(1 - (r / a) ** 2)
+    solved = {
+        ("closed_form", 1): solution(curves),
+        ("fem", 4): solution(curves, fields=ring_fields(r, p, weight)),
+    }
+    result = compare(plan, solved, CONSTANTS)
+    for quantity in ("pressure", "pressure_peak"):
+        value = measure_of(result, "fem", quantity, "last load")["rms"]
+        assert value == pytest.approx(0.03, rel=1e-6)
+    # The midpoint sum over 400 rings is off by some 1e-5.
+    whole = measure_of(result, "fem", "pressure_integral", "last load")["rms"]
+    assert whole == pytest.approx(0.03, rel=1e-2)
