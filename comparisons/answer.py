@@ -87,10 +87,11 @@ def _sentence(name: str, wanted: float, table: pd.DataFrame, reference: Referenc
     text += ", ".join(each for _, each in sorted(reached)) or "no method got there"
     if missed:
         text += "; not reached by " + ", ".join(missed)
+    truth = f"{METHODS[reference.method].title} (N = {reference.resolution})"
     bar = reference.uncertainty.get(name)
     if bar is None or not np.isfinite(bar).any():
-        return text + f"; truth: {reference.label}, its error is not known."
+        return text + f"; truth: {truth}, its error is not known."
     usual, _ = rms_and_maximum(bar)
     if usual <= EXACT:
         return text + "; truth: closed form."
-    return text + f"; truth: {reference.label}, known to {relative(usual)}."
+    return text + f"; truth: {truth}, known to {relative(usual)}."

@@ -64,6 +64,8 @@ def execute(task: Task) -> Solution:
 def _refuse_nan(solution: Solution) -> None:
     """Take away the answer of each step with a quantity that is no number."""
     for name, values in solution.quantities.items():
+        if values.shape != solution.converged.shape:
+            raise ValueError(f"{name} has shape {values.shape}, not {solution.converged.shape}")
         for row, step in np.argwhere(solution.converged & ~np.isfinite(values)):
             solution.fail((int(row), int(step)), f"{name} came out as {values[row, step]}")
     for index in solution.reasons:
