@@ -1,0 +1,299 @@
+"""One task executed and archived: honest clock, contained failures, nothing lost on disk."""
+
+from __future__ import annotations
+
+import math
+import warnings
+
+import numpy as np
+import pytest
+
+from comparisons import execution
+from comparisons.archive import joined, load_solution, save_solution
+from comparisons.execution import execute
+from comparisons.methods import METHODS, Method, Solution, base
+from comparisons.planning import plan_scene, task_of
+from comparisons.store import ResultsError, write_arrays
+
+SCALARS = ("unknowns", "seconds", "setup_seconds", "compile_seconds", "memory")
+
+
+@pytest.fixture
+def task(scene):
+    """Return a maker of tasks of the ball on steel."""
+
+    def make(method="reduced", resolution=10, **tables):
+        return task_of(plan_scene(scene(**tables))[0], method, resolution)
+
+    return make
+
+
+@pytest.fixture
+def replace(monkeypatch):
+    """Put another solve in the place of a method's own, for this test."""
+
+    def put(name, solve):
+        class Replaced(type(METHODS[name])):
+            def solve(self, task):
+                return solve(super().solve, task)
+
+            def warm_up(self, task):
+                """Nothing to compile."""
+
+        monkeypatch.setitem(METHODS, name, Replaced())
+
+    return put
+
+
+# --- failures stay where they are -----------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("error", "reason"),
+    [
+        (RuntimeError("the matrix is singular"), "RuntimeError: the matrix is singular (in fail)"),
+        (ZeroDivisionError(), "ZeroDivisionError in fail"),
+        (MemoryError("no room"), "MemoryError: no room (in fail)"),
+    ],
+)
+def test_a_method_that_raises_costs_its_own_rows(task, replace, error, reason):
+    def fail(solve, task):
+        raise error
+
+    replace("reduced", fail)
+    solution = execute(task())
+    assert solution.converged.shape == (1, 3)
+    assert not solution.converged.any()
+    assert set(solution.reasons) == {(0, 0), (0, 1), (0, 2)}
+    assert set(solution.reasons.values()) == {reason}
+
+
+def test_a_method_that_cannot_even_warm_up_costs_its_own_rows(task, monkeypatch):
+    class Cold(type(METHODS["reduced"])):
+        def warm_up(self, task):
+            raise OSError("no compiler")
+
+    monkeypatch.setitem(METHODS, "reduced", Cold())
+    monkeypatch.setattr(execution, "_compiled", {})
+    assert "no compiler" in execute(task()).reasons[0, 0]
+
+
+@pytest.mark.parametrize("wrong", [math.nan, math.inf])
+def test_a_step_that_is_no_number_has_no_answer(task, replace, wrong):
+    """Only that step, with all its quantities, and with the quantity that was wrong."""
+
+    def spoil(solve, task):
+        solution = solve(task)
+        solution.quantities["force"][0, 1] = wrong
+        return solution
+
+    replace("reduced", spoil)
+    solution = execute(task())
+    assert solution.converged.tolist() == [[True, False, True]]
+    assert solution.reasons == {(0, 1): f"force came out as {wrong}"}
+    assert np.isnan(solution.quantities["contact_area"]).tolist() == [[False, True, False]]
+
+
+def test_quantities_of_the_wrong_shape_are_a_failure_of_the_method(task, replace):
+    def spoil(solve, task):
+        solution = solve(task)
+        solution.quantities["force"] = np.ones((2, 3))
+        return solution
+
+    replace("reduced", spoil)
+    solution = execute(task())
+    assert not solution.converged.any()
+    assert "force has shape (2, 3), not (1, 3)" in solution.reasons[0, 0]
+
+
+def test_a_keyboard_interrupt_is_no_failure_of_the_method(task, replace):
+    def stop(solve, task):
+        raise KeyboardInterrupt
+
+    replace("reduced", stop)
+    with pytest.raises(KeyboardInterrupt):
+        execute(task())
+
+
+# --- the clock and the memory ---------------------------------------------------------------
+
+
+@pytest.fixture
+def clock(monkeypatch):
+    """Return a clock that stands still until it is told to go on."""
+
+    class Clock:
+        now = 0.0
+
+        def perf_counter(self):
+            return self.now
+
+        def advance(self, seconds):
+            self.now += seconds
+
+    made = Clock()
+    for module in (execution, base):
+        monkeypatch.setattr(module, "time", made)
+    monkeypatch.setattr(execution, "_compiled", {})
+    return made
+
+
+def timed_solver(clock, durations):
+    """Return a reduced model that takes a second to compile, and then these times."""
+    pauses = iter(durations)
+
+    class Timed(type(METHODS["reduced"])):
+        def warm_up(self, task):
+            clock.advance(1.0)
+
+        def solve(self, task):
+            solution = super().solve(task)
+            pause = next(pauses)
+            with solution.setup():
+                clock.advance(0.75 * pause)
+            clock.advance(0.25 * pause)
+            return solution
+
+    return Timed()
+
+
+def test_time_is_the_median_of_three_and_compilation_is_apart(task, monkeypatch, clock):
+    monkeypatch.setitem(METHODS, "reduced", timed_solver(clock, [0.5, 0.125, 0.25] * 2))
+    solution = execute(task())
+    assert solution.seconds == 0.25
+    assert solution.setup_seconds == 0.1875
+    assert solution.compile_seconds == 1.0
+    assert execute(task()).compile_seconds == 0  # once per process
+
+
+@pytest.mark.parametrize(("durations", "median"), [([2.0], 2.0), ([0.75, 0.5], 0.625)])
+def test_solves_are_repeated_until_one_second(task, monkeypatch, clock, durations, median):
+    """A longer list would be a StopIteration here, that is, a failure."""
+    monkeypatch.setitem(METHODS, "reduced", timed_solver(clock, durations))
+    solution = execute(task())
+    assert solution.converged.all()
+    assert solution.seconds == median
+
+
+def test_peak_memory_is_that_of_the_solve(task, replace):
+    """64 MB taken and given back during the solve; 10 % for what the system rounds."""
+
+    def greedy(solve, task):
+        np.ones(2**23).sum()
+        return solve(task)
+
+    replace("reduced", greedy)
+    memory = execute(task()).memory
+    if math.isnan(memory):
+        pytest.skip("the system does not say how much memory a process took at most")
+    assert 2**26 * 0.9 < memory < 2**26 * 1.5
+
+
+def test_fields_of_the_body_are_computed_after_the_clock(task, monkeypatch, clock):
+    class Pictured(type(METHODS["reduced"])):
+        def solve(self, task):
+            solution = super().solve(task)
+
+            def body():
+                clock.advance(10.0)
+                return {"mesh_points": np.zeros((1, 3))}
+
+            clock.advance(1.0)
+            solution.body_fields = body
+            return solution
+
+    monkeypatch.setitem(METHODS, "reduced", Pictured())
+    solution = execute(task())
+    assert "mesh_points" in solution.fields
+    assert solution.seconds == 1.0
+
+
+# --- on disk --------------------------------------------------------------------------------
+
+
+def test_a_solution_comes_back_from_its_file(rough, tmp_path):
+    (plan,) = plan_scene(rough(realisations=2, compare={"quantities": ["force", "pressure"]}))
+    solution = execute(task_of(plan, "bem_fft", 16, (0, 1)))
+    solution.fail((1, 0), "planted \u2013 reason")
+    save_solution(tmp_path / "s.npz", solution)
+    again = load_solution(tmp_path / "s.npz")
+    assert set(again.quantities) == set(solution.quantities)
+    for name, values in solution.quantities.items():
+        np.testing.assert_array_equal(again.quantities[name], values)
+    for name in ("converged", "iterations", "violation"):
+        np.testing.assert_array_equal(getattr(again, name), getattr(solution, name))
+    assert again.reasons == {(1, 0): "planted \u2013 reason"}
+    for name in SCALARS:
+        assert getattr(again, name) == getattr(solution, name)
+    assert set(again.fields) == set(solution.fields)
+    for name, values in solution.fields.items():
+        np.testing.assert_array_equal(again.fields[name], values)
+
+
+def test_unknown_numbers_come_back_as_unknown(task, tmp_path):
+    solution = Solution.empty(task())
+    solution.fail((0, 0), "lost")
+    save_solution(tmp_path / "s.npz", solution)
+    again = load_solution(tmp_path / "s.npz")
+    assert math.isnan(again.seconds)
+    assert math.isnan(again.memory)
+    assert again.quantities == {}
+
+
+@pytest.mark.parametrize(
+    "arrays",
+    [
+        {"a": np.zeros(3)},
+        {"solution.json": np.array("[]")},
+        {"solution.json": np.array("{")},
+        {"solution.json": np.array("{}")},
+    ],
+)
+def test_files_that_hold_no_solution_are_refused(tmp_path, arrays):
+    write_arrays(tmp_path / "s.npz", arrays)
+    with pytest.raises(ResultsError, match="not the arrays of a solved task"):
+        load_solution(tmp_path / "s.npz")
+
+
+def test_blocks_join_in_order_with_their_times_added(rough):
+    """One block of three against blocks of one and two: the same numbers, reasons moved along."""
+    (plan,) = plan_scene(rough(realisations=3))
+    together = execute(task_of(plan, "reduced", 64, (0, 1, 2)))
+    parts = [execute(task_of(plan, "reduced", 64, block)) for block in ((0,), (1, 2))]
+    parts[1].fail((1, 0), "planted")
+    parts[0].memory, parts[1].memory = 3.0, 5.0
+    whole = joined(parts)
+    for name, values in together.quantities.items():
+        np.testing.assert_array_equal(whole.quantities[name], values)
+    assert whole.reasons == {(2, 0): "planted"}
+    assert whole.seconds == parts[0].seconds + parts[1].seconds
+    assert whole.memory == 5.0
+    np.testing.assert_array_equal(whole.fields["line_height"], together.fields["line_height"])
+
+
+def test_a_lost_block_joins_as_lost(rough):
+    (plan,) = plan_scene(rough(realisations=2))
+    good = execute(task_of(plan, "reduced", 64, (0,)))
+    lost = execution.failed(task_of(plan, "reduced", 64, (1,)), "no luck")
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        whole = joined([good, lost])
+    assert whole.converged.tolist() == [[True, True], [False, False]]
+    assert np.isnan(whole.quantities["force"][1]).all()
+    assert whole.reasons == {(1, 0): "no luck", (1, 1): "no luck"}
+
+
+def test_a_method_says_what_it_must(task):
+    """The contract that a new method overrides."""
+    bare = Method()
+    made = task()
+    for call in (
+        lambda: bare.supports(made.scene),
+        lambda: bare.resolutions(made.scene, made.geometry),
+        lambda: bare.model(made.scene, made.geometry),
+        lambda: bare.solve(made),
+    ):
+        with pytest.raises(NotImplementedError):
+            call()
+    assert bare.memory(made) == 0
+    assert bare.refused(made) == ""
