@@ -77,8 +77,8 @@ class MethodOptions(Options):
     fem: FemOptions = FemOptions()
 
     def of(self, method: str) -> Options:
-        """Return the options of one method."""
-        chosen: Any = getattr(self, method)
+        """Return the options of one method: none for a method that has no model here."""
+        chosen: Any = getattr(self, method, Options())
         return chosen
 
 
