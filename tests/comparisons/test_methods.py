@@ -1,0 +1,360 @@
+"""All methods end to end, from a scene to numbers, against Hertz, each other and other units."""
+
+from __future__ import annotations
+
+import json
+from functools import cache
+
+import numpy as np
+import pytest
+
+from comparisons.methods import METHODS
+from comparisons.planning import plan_scene, task_of
+from comparisons.scene import load_scene
+from comparisons.single import solve_scene
+from reports.cli import run_command
+
+# Coarse enough to be quick: these tests compare a method with itself.
+LEVELS = {"closed_form": 1, "reduced": 20, "bem_dense": 6, "bem_fft": 6, "fem": 2}
+EVERYTHING = ["force", "penetration", "contact_area", "contact_radius", "stiffness", "energy"]
+SINGLE = {"compare.quantities": [*EVERYTHING, "pressure"]}
+
+
+@cache
+def usual(source, method, resolution=None):
+    """Return a built-in scene solved with all quantities, once for all tests that look at it."""
+    result = solve_scene(source, method, resolution, SINGLE)
+    assert result.converged, result.reasons
+    return result
+
+
+def curves(source, method, resolution=None):
+    return usual(source, method, resolution).columns()
+
+
+# --- Hertz ----------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("method", "tolerance"),
+    [
+        ("closed_form", 1e-9),
+        ("reduced", 1e-3),
+        ("bem_dense", 3e-3),
+        ("bem_fft", 3e-3),
+        ("fem", 1e-2),
+    ],
+)
+def test_the_built_in_paraboloid_is_hertz_in_every_method(capsys, method, tolerance):
+    """F = (4/3) E* R^(1/2) d^(3/2), A = pi R d, dF/dd = 2 E* a (Johnson 1985, 4.22-4.24).
+
+    The tolerances are those that the project promises for the force at default settings, at every
+    load. Area and stiffness on grids converge more slowly, with the cell at the contact's edge:
+    3 % on some 16 cells per radius, and ten times the force's tolerance elsewhere.
+    """
+    assert run_command(["solve", "paraboloid", "--method", method, "--json"]) == 0
+    found = json.loads(capsys.readouterr().out)
+    depth = np.array(found["penetration"])
+    np.testing.assert_allclose(depth[[0, -1]], [1e-6, 2e-5], rtol=1e-12)
+    assert len(depth) == 7
+    modulus, radius = 210e9 / (1 - 0.3**2), 0.01
+    np.testing.assert_allclose(
+        found["force"], 4 / 3 * modulus * np.sqrt(radius) * depth**1.5, rtol=tolerance
+    )
+    slower = 3e-2 if method.startswith("bem") else 10 * tolerance
+    np.testing.assert_allclose(found["contact_area"], np.pi * radius * depth, rtol=slower)
+    np.testing.assert_allclose(
+        found["stiffness"], 2 * modulus * np.sqrt(radius * depth), rtol=slower
+    )
+
+
+@pytest.mark.parametrize(
+    ("method", "tolerance"),
+    [
+        ("closed_form", 1e-12),
+        ("reduced", 1e-9),
+        ("bem_dense", 3e-2),
+        ("bem_fft", 1e-2),
+        ("fem", 5e-2),
+    ],
+)
+def test_every_method_has_the_pressure_of_hertz(method, tolerance):
+    """Where r < a, p = p0 sqrt(1 - r^2/a^2), p0 = 2 E* a/(pi R); L2 over the contact, in p0.
+
+    Cells that the contact's edge cuts dominate on grids; nodal pressures of a FEM mesh with four
+    elements along the radius are good to some per cent. Exact points elsewhere: round-off.
+    """
+    fields = usual("paraboloid", method).solution.fields
+    modulus, radius, depth = 210e9 / 0.91, 0.01, 2e-5
+    a = np.sqrt(radius * depth)
+    r = np.hypot(fields["pressure_x"], fields["pressure_y"]) / a
+    exact = 2 * modulus * a / (np.pi * radius) * np.sqrt(np.maximum(1 - r**2, 0))
+    weight = fields["pressure_weight"]
+    error = np.sum(weight * (fields["pressure"] - exact) ** 2) / np.sum(weight * exact**2)
+    assert np.sqrt(error) < tolerance
+    # Together they carry the force; the quadrature of nodes is that of the mesh.
+    force = 4 / 3 * modulus * np.sqrt(radius) * depth**1.5
+    assert np.sum(weight * fields["pressure"]) == pytest.approx(force, rel=max(tolerance, 1e-9))
+
+
+@pytest.mark.parametrize("method", ["closed_form", "reduced", "bem_dense", "bem_fft", "fem"])
+def test_under_force_control_the_penetration_comes_back(scene, method):
+    """Pressing by the force of a penetration gives that penetration: both controls are one law.
+
+    To the residual of iterative solvers (1e-8 of the force, two thirds of it in d), and for FEM,
+    whose mesh follows the contact, to a tenth of what it promises against Hertz.
+    """
+    first = plan_scene(scene())[0]
+    level = LEVELS[method]
+    there = METHODS[method].solve(task_of(first, method, level)).quantities
+    forces = there["force"][0]
+    second = plan_scene(scene(loading={"force": forces.tolist()}))[0]
+    back = METHODS[method].solve(task_of(second, method, level)).quantities
+    np.testing.assert_allclose(back["force"][0], forces, rtol=1e-12)
+    # Force control sizes its grid by the reduced model's penetration, the same to 1e-3.
+    tolerance = {"closed_form": 1e-12, "reduced": 1e-10}.get(method, 2e-3)
+    np.testing.assert_allclose(back["penetration"][0], [1e-6, 2e-6, 4e-6], rtol=tolerance)
+
+
+# --- the two half-space solvers -------------------------------------------------------------
+
+SMALL_ROUGH = {"surface.points": 32, "surface.short_cutoff": 0.25e-6}
+
+
+@pytest.mark.parametrize(
+    ("source", "resolution", "changes"),
+    [("paraboloid", 16, {}), ("cone", 16, {}), ("rough-patch", None, SMALL_ROUGH)],
+)
+def test_dense_and_fft_solvers_agree_on_the_same_grid(source, resolution, changes):
+    """To 1e-8, in what they find at prescribed loads, and in every cell's pressure.
+
+    The FFT solver is asked for a residual of 1e-11, for its own error in a single cell is larger
+    than its residual by the condition of the contact problem; the dense one is exact.
+    """
+    dense = solve_scene(source, "bem_dense", resolution, SINGLE | changes)
+    assert dense.converged
+    tight = {"methods.bem_fft.tolerance": 1e-11}
+    fft = solve_scene(source, "bem_fft", resolution, SINGLE | changes | tight)
+    assert dense.solution.unknowns == fft.solution.unknowns
+    first, second = dense.columns(), fft.columns()
+    for name in ("force", "penetration", "contact_area", "contact_area_raw", "stiffness", "energy"):
+        np.testing.assert_allclose(first[name], second[name], rtol=1e-8, err_msg=name)
+    p, q = (each.solution.fields["pressure"] for each in (dense, fft))
+    assert np.abs(p - q).max() < 1e-8 * p.max()
+
+
+@pytest.mark.parametrize("source", ["paraboloid", "cone"])
+def test_at_its_default_the_fft_solver_has_the_dense_force_to_1e_8(source):
+    dense, fft = curves(source, "bem_dense", 16), curves(source, "bem_fft", 16)
+    np.testing.assert_allclose(fft["force"], dense["force"], rtol=1e-8)
+
+
+# --- the reduced model where it is exact ----------------------------------------------------
+
+AXISYMMETRIC = ["paraboloid", "sphere", "cone", "power-law-3", "power-law-4"]
+AXISYMMETRIC += ["cylinder", "rounded-punch"]
+
+
+def worst(source, resolution):
+    exact, found = curves(source, "closed_form"), curves(source, "reduced", resolution)
+    names = ("force", "contact_radius", "contact_area", "stiffness", "energy")
+    return max(np.abs(found[name] / exact[name] - 1).max() for name in names)
+
+
+@pytest.mark.parametrize("source", AXISYMMETRIC)
+def test_the_reduced_model_equals_the_closed_form_at_its_default(source):
+    """The promise is 1e-3 in force; the reduced model keeps it in every quantity."""
+    exact, found = curves(source, "closed_form"), curves(source, "reduced")
+    for name in ("force", "contact_radius", "contact_area", "stiffness", "energy"):
+        np.testing.assert_allclose(found[name], exact[name], rtol=1e-3, err_msg=name)
+
+
+@pytest.mark.parametrize("source", ["paraboloid", "cone", "power-law-3", "cylinder"])
+def test_profiles_up_to_the_third_power_are_exact_on_any_springs(source):
+    """The sub-cell quadrature integrates cubics exactly: round-off, even on ten springs."""
+    assert worst(source, 10) < 1e-13
+
+
+@pytest.mark.parametrize(
+    ("source", "order"), [("power-law-4", 3.5), ("sphere", 3.5), ("rounded-punch", 2.0)]
+)
+def test_other_profiles_converge_at_their_order(source, order):
+    """Fourth order where the profile is smooth; 2.5 behind the flat, where g ~ (x - b)^(3/2).
+
+    Half an order is left to how the springs happen to lie at the contact's edge.
+    """
+    errors = np.array([worst(source, n) for n in (10, 160)])
+    assert np.log(errors[0] / errors[1]) / np.log(16) > order
+
+
+def test_a_table_of_a_paraboloid_is_nearly_a_paraboloid(scene):
+    """101 points of r^2/(2R) by monotone cubics: within 1e-3, sharp edge far outside."""
+    r = np.linspace(0, 1e-3, 101)
+    table = {"shape": "profile", "r": r.tolist(), "f": (r**2 / 0.02).tolist()}
+    (plan,) = plan_scene(scene(indenter=table))
+    found = METHODS["reduced"].solve(task_of(plan, "reduced", 40)).quantities["force"][0]
+    depth = np.array([1e-6, 2e-6, 4e-6])
+    hertz = 4 / 3 * 210e9 / 0.91 * np.sqrt(0.01) * depth**1.5
+    np.testing.assert_allclose(found, hertz, rtol=1e-3)
+
+
+def test_the_half_radius_rule_is_exact_for_a_paraboloid_only():
+    """(19.17): g = 2 f. For f = c r^n exact MDR has g = k f with k(2) = 2, so k(4) = 8/3 is missed.
+
+    With g = 2 f instead of 8/3 f, at equal d the contact is (4/3)^(1/4) times too wide, and the
+    force int (d - g) dx, d a n/(n + 1), too large by the same factor.
+    """
+    rule = {"methods.reduced.rule": "half_radius"}
+    for source, factor in (("paraboloid", 1.0), ("power-law-4", (4 / 3) ** 0.25)):
+        exact = curves(source, "closed_form")
+        found = solve_scene(source, "reduced", 160, SINGLE | rule).columns()
+        np.testing.assert_allclose(found["force"], factor * exact["force"], rtol=1e-6)
+
+
+def test_gaussian_radius_and_equal_area_are_near_but_not_exact():
+    """An ellipsoid 2:1 within 2 %, not within 0.1 %; a square punch within the claimed 3 %.
+
+    Hertz for an ellipse by the closed form; the square by the FFT solver, refined.
+    """
+    ellipsoid = (
+        curves("ellipsoid-2", "reduced")["force"] / curves("ellipsoid-2", "closed_form")["force"]
+    )
+    assert 1e-3 < np.abs(ellipsoid - 1).max() < 2e-2
+    square = curves("square-punch", "reduced")["force"] / curves("square-punch", "bem_fft")["force"]
+    assert 1e-3 < np.abs(square - 1).max() < 3e-2
+
+
+# --- units ----------------------------------------------------------------------------------
+
+LENGTHS = {"radius", "radius_x", "radius_y", "flat_radius", "edge_radius", "side"}
+
+
+def scaled(scene, length, modulus):
+    """Return the same scene in other units: lengths and moduli times these factors."""
+    indenter = {}
+    for key, value in scene.indenter.model_dump().items():
+        if key in LENGTHS:
+            value = value * length
+        elif key == "coefficient":
+            value = value * length ** (1 - scene.indenter.exponent)
+        elif key in ("semi_axes", "vertices", "r", "f"):
+            value = (np.array(value) * length).tolist()
+        indenter[key] = value
+    half_space = {"effective_modulus": scene.effective_modulus * modulus}
+    loads = [value * length for value in scene.loading.range.values]
+    return indenter, half_space, {"penetration": loads}
+
+
+def solved(scene, method, level):
+    (plan, *_) = plan_scene(scene)
+    result = METHODS[method].solve(task_of(plan, method, level))
+    assert result.converged.all()
+    return {name: values[0] for name, values in result.quantities.items()}
+
+
+DIMENSIONS = {  # exponents of length and of modulus
+    "penetration": (1, 0),
+    "force": (2, 1),
+    "contact_area": (2, 0),
+    "stiffness": (1, 1),
+    "energy": (3, 1),
+}
+SHAPES = [*AXISYMMETRIC, "ellipsoid-5", "elliptic-punch", "square-punch", "triangle-punch"]
+
+
+def assert_scales(make, source, method, length, modulus, tolerance):
+    base = load_scene(source)
+    asked = {"quantities": ["force", "contact_area", "stiffness", "energy"]}
+    (plain, other) = (
+        solved(
+            make(compare=asked, **dict(zip(("indenter", "half_space", "loading"), tables))),  # noqa: B905
+            method,
+            LEVELS[method],
+        )
+        for tables in (scaled(base, 1.0, 1.0), scaled(base, length, modulus))
+    )
+    for name, (m, n) in DIMENSIONS.items():
+        np.testing.assert_allclose(
+            other[name] / (length**m * modulus**n), plain[name], rtol=tolerance, err_msg=name
+        )
+
+
+CUBE_ROOT = pytest.mark.xfail(
+    strict=True,
+    reason="power laws take d^(1/n) of lengths as they come, in both packages",
+)
+MARKED = {"power-law-3": pytest.param("power-law-3", marks=CUBE_ROOT)}
+CLOSED = [source for source in SHAPES if METHODS["closed_form"].supports(load_scene(source)).ok]
+
+
+@pytest.mark.parametrize("source", [MARKED.get(source, source) for source in SHAPES])
+def test_reduced_models_scaled_by_powers_of_two_are_bit_identical(scene, source):
+    """Scales inside are powers of two, so not one digit changes."""
+    assert_scales(scene, source, "reduced", 2.0**24, 2.0**-30, 0)
+
+
+@pytest.mark.parametrize("source", [MARKED.get(source, source) for source in CLOSED])
+def test_closed_forms_scaled_by_powers_of_two_are_bit_identical(scene, source):
+    assert_scales(scene, source, "closed_form", 2.0**24, 2.0**-30, 0)
+
+
+@pytest.mark.parametrize("source", ["paraboloid", "cone", "square-punch"])
+@pytest.mark.parametrize("method", ["bem_dense", "bem_fft", "fem"])
+def test_grids_and_meshes_scaled_by_powers_of_two_are_bit_identical(scene, method, source):
+    assert_scales(scene, source, method, 2.0**24, 2.0**-30, 0)
+
+
+@pytest.mark.parametrize("source", SHAPES)
+def test_scenes_in_nanometres_and_gigapascals_agree_to_1e_12(scene, source):
+    """Round-off of the conversion itself, times the exponents of the laws."""
+    assert_scales(scene, source, "reduced", 1e9, 1e-9, 1e-12)
+    if source in CLOSED:
+        assert_scales(scene, source, "closed_form", 1e9, 1e-9, 1e-12)
+
+
+@pytest.mark.parametrize(
+    ("method", "tolerance"), [("bem_dense", 1e-10), ("bem_fft", 1e-7), ("fem", 1e-7)]
+)
+def test_grids_and_meshes_in_other_units_agree_to_their_tolerance(scene, method, tolerance):
+    """The active set is the same; the FFT solver stops at a residual of 1e-8."""
+    for source in ("paraboloid", "square-punch"):
+        assert_scales(scene, source, method, 1e9, 1e-9, tolerance)
+
+
+SYNTHESIS = pytest.mark.xfail(
+    strict=True, reason="reference.surfaces takes powers of wavenumbers as they come"
+)
+
+
+@pytest.mark.parametrize("method", ["reduced", pytest.param("bem_dense", marks=SYNTHESIS)])
+def test_rough_scenes_scaled_by_powers_of_two_are_bit_identical(rough, scene, method):
+    """Heights scale with the side, forces with E* L^2."""
+    length, modulus = 2.0**24, 2.0**-30
+    level = 64 if method == "reduced" else 16
+    plain = solved(rough(), method, level)
+    stiff = {"effective_modulus": rough().effective_modulus * modulus}
+    table = rough().surface.model_dump(exclude_none=True) | {"size": 1e-6 * length}
+    force = {"values": [0.01, 0.05], "relative_to": "E* A0 h'"}
+    other = solved(scene(surface=table, half_space=stiff, loading={"force": force}), method, level)
+    for name in ("penetration", "force", "contact_area"):
+        m, n = DIMENSIONS[name]
+        np.testing.assert_array_equal(other[name] / (length**m * modulus**n), plain[name])
+
+
+@pytest.mark.parametrize("method", ["closed_form", "reduced", "bem_dense", "bem_fft", "fem"])
+def test_a_scene_in_nm_and_gpa_is_bit_identical_to_the_one_in_si(scene, method):
+    """As "10 nm" is the float 1e-8, nothing that follows can differ."""
+    named = scene(
+        half_space={"effective_modulus": "200 GPa"},
+        indenter={"shape": "paraboloid", "radius": "10 nm"},
+        loading={"penetration": ["0.1 nm", "0.3 nm"]},
+    )
+    plain = scene(
+        half_space={"effective_modulus": 2e11},
+        indenter={"shape": "paraboloid", "radius": 1e-8},
+        loading={"penetration": [1e-10, 3e-10]},
+    )
+    level = LEVELS[method]
+    first, second = solved(named, method, level), solved(plain, method, level)
+    for name, values in first.items():
+        np.testing.assert_array_equal(values, second[name], err_msg=name)
