@@ -141,15 +141,20 @@ class Study:
         yield from pool(delayed(_with_task)(task) for task in todo)
 
     def _restore(self, task: Task) -> bool:
-        """Take a solution from the folder if a whole one is there."""
+        """Take a solution from the folder if a whole one is there.
+
+        One without a single answer is tried again: what broke it may have been mended.
+        """
         path = self._path(task)
         if not self.resume or not path.exists():
             return False
         try:
-            self._solutions[task.key] = load_solution(path)
+            solution = load_solution(path)
         except ResultsError:
             return False
-        return True
+        if solution.converged.any():
+            self._solutions[task.key] = solution
+        return task.key in self._solutions
 
     def _path(self, task: Task) -> Path:
         return self.directory / FIELDS / f"{task.key}.npz"

@@ -41,12 +41,13 @@ def scene():
 def rough(scene):
     """Return a maker of small rough scenes under relative forces."""
 
-    def make(loading=None, compare=None, methods=None, **surface) -> Scene:
+    def make(name="test", loading=None, compare=None, methods=None, **surface) -> Scene:
         force = {"values": [0.01, 0.05], "relative_to": "E* A0 h'"}
         tables = {"compare": compare} if compare else {}
         tables |= {"methods": methods} if methods else {}
         return scene(
             surface={k: v for k, v in (ROUGH | surface).items() if v is not None},
+            name=name,
             loading=loading or {"force": force},
             **tables,
         )
