@@ -32,7 +32,7 @@ class BemDense(GridMethod):
         """Up to some 1000 contact cells: beyond it the FFT gives the same answer sooner."""
         if isinstance(geometry, RoughGeometry):
             return rough_resolutions(geometry)
-        return (4, 8, 16)
+        return (5, 10, 20)
 
     def refused(self, task: Task) -> str:
         """Refuse contacts of more cells than a dense matrix should hold."""
