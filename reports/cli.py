@@ -5,6 +5,7 @@ Heavy packages are imported inside the commands, so that help and errors come at
 
 from __future__ import annotations
 
+import contextlib
 import shlex
 import sys
 from pathlib import Path
@@ -130,7 +131,9 @@ def run(
         try:
             record = study.run()
         except KeyboardInterrupt:
-            _write_report(directory, pictures=False)
+            # A second one may have come while the first was being dealt with.
+            with contextlib.suppress(InputError):
+                _write_report(directory, pictures=False)
             raise
     _write_report(directory, pictures)
     lost = study.lost()
@@ -259,9 +262,14 @@ def _plans(names: tuple[str, ...], overrides: dict[str, Any], full: bool) -> lis
     """Load and plan all scenes; problems of all files are told at once."""
     from comparisons.errors import InputError
     from comparisons.planning import plan_scene
-    from comparisons.scene import load_scene
+    from comparisons.scene import SceneError, load_scene
     from comparisons.suites import SUITES
 
+    try:
+        # On a scene that is right, only what the command line adds can be wrong: told once.
+        load_scene("paraboloid", overrides)
+    except SceneError as error:
+        raise SceneError("--methods, --option", error.problems) from error
     sources = [each for name in names for each in SUITES.get(name, (name,))]
     plans: list[Plan] = []
     problems: list[str] = []
