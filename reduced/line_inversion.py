@@ -1,4 +1,4 @@
-"""Penetrations of one rough line at prescribed forces or mean gaps.
+"""Penetrations of rough lines at prescribed forces or mean gaps.
 
 In units of E* dx and of dx the force Phi(d) of a line is convex with slope l(d), the contact
 length. A prescribed force asks for Phi(d) = F; a prescribed mean gap g, with the mean depth ybar
@@ -18,125 +18,158 @@ PENETRATION, FORCE_CONTROL, GAP_CONTROL = range(3)
 CONVERGED = (
     1e-12  # relative step; rounding of Phi keeps it from reaching one unit in the last place
 )
-_FINISHED = 4 * np.finfo(float).eps
+_FINISHED = 2e-14  # so small a step is still taken, but the measures are those before it
 _LADDER = 64
+_SHORT_LADDER = 12  # for short lines, whose every rung costs as much as a step of Newton's method
+_SHORT = 1024
 _NEWTON = 100
 
 
-@njit(cache=True)
-def press_line(
-    heights: np.ndarray, goals: np.ndarray, control: int, sub_cell: bool, periodic: bool
-) -> tuple[np.ndarray, np.ndarray, np.ndarray, float]:
-    """Penetrations, measures, mean gaps of one line, and the last relative step of the inversion.
+@njit(cache=True, nogil=True)
+def press_lines(
+    depths: np.ndarray,
+    starts: np.ndarray,
+    means: np.ndarray,
+    goals: np.ndarray,
+    control: int,
+    sub_cell: bool,
+    periodic: bool,
+    penetrations: np.ndarray,
+    measures: np.ndarray,
+    gaps: np.ndarray,
+) -> np.ndarray:
+    """Press lines one after the other; returns the last relative step of each inversion, (m,).
 
     Parameters
     ----------
-    heights : ndarray, shape (n,)
-        Heights.
+    depths : ndarray, shape (m, n)
+        Depths below each line's highest peak.
+    starts, means : ndarray, shape (m,)
+        Where each walk starts (see `line_walk.walk`), and the mean depths.
     goals : ndarray, shape (k,)
         Increasing penetrations, forces over E* dx, or mean gaps, as `control` says.
     control : int
         PENETRATION, FORCE_CONTROL or GAP_CONTROL.
     sub_cell, periodic : bool
         As for `line_walk.walk`.
-
-    Returns
-    -------
-    tuple
-        d (k,), measures (6, k), mean gap (k,), residual (float).
+    penetrations, gaps : ndarray, shape (m, k)
+        Are filled with the penetrations and the mean gaps.
+    measures : ndarray, shape (m, 6, k)
+        Is filled with the measures of `line_walk.walk`.
     """
-    n, k = heights.size, goals.size
-    depth, deepest, mean = _depths(heights)
-    start = deepest if periodic else 0
-    residual = 0.0
-    if control == PENETRATION:
-        d = goals.copy()
-        measures = walk(depth, start, d, sub_cell, periodic)
-    elif control == FORCE_CONTROL:
-        low, high = goals / n, mean + goals / n
-        d, measures, residual = _invert(depth, start, goals, 0.0, low, high, sub_cell, periodic)
-    else:
-        d = mean - goals
-        measures = np.zeros((MEASURES, k))
-        # Deeper for smaller gaps: turn the order, and leave out what does not touch.
-        touching = np.flatnonzero(goals < mean)[::-1]
-        if touching.size > 0:
-            gap = goals[touching]
-            low = mean - gap
-            found, part, residual = _invert(
-                depth, start, -n * low, float(n), low, low + depth.max(), sub_cell, periodic
+    residuals = np.zeros(depths.shape[0])
+    for row in range(depths.shape[0]):
+        depth, mean, d = depths[row], means[row], penetrations[row]
+        if control == PENETRATION:
+            d[:] = goals
+            walk(depth, starts[row], d, sub_cell, periodic, measures[row])
+        elif control == FORCE_CONTROL:
+            low = goals / depth.size
+            residuals[row] = _invert(
+                *(depth, starts[row], goals, 0.0, low, low + mean, sub_cell, periodic),
+                *(d, measures[row]),
             )
-            d[touching] = found
-            for row in range(MEASURES):
-                measures[row][touching] = part[row]
-    gaps = np.maximum(mean - d + measures[FORCE] / n, 0.0)
-    return d, measures, gaps, residual
+        else:
+            residuals[row] = _press_to_gaps(
+                depth, starts[row], mean, goals, sub_cell, periodic, d, measures[row]
+            )
+        for j in range(goals.size):
+            gap = mean - d[j] + measures[row, FORCE, j] / depth.size
+            # In full contact only rounding would be left.
+            full = measures[row, LENGTH, j] >= depth.size
+            gaps[row, j] = 0.0 if full else max(gap, 0.0)
+    return residuals
 
 
 @njit(cache=True)
-def _depths(heights):
-    """Depths below the highest peak, the place of the deepest and the mean, in two passes."""
-    top = heights[0]
-    for h in heights:
-        top = max(top, h)
-    depth = np.empty_like(heights)
-    deepest, total = 0, 0.0
-    for i in range(heights.size):
-        depth[i] = top - heights[i]
-        total += depth[i]
-        if depth[i] > depth[deepest]:
-            deepest = i
-    return depth, deepest, total / heights.size
+def _press_to_gaps(depth, start, mean, goals, sub_cell, periodic, d, measures):
+    """Penetrations and measures at mean gaps; gaps beyond first touch have no contact."""
+    d[:] = mean - goals
+    measures[:] = 0.0
+    # Deeper for smaller gaps: turn the order, and leave out what does not touch.
+    touching = np.searchsorted(goals, mean)
+    if touching == 0:
+        return 0.0
+    low = mean - goals[:touching][::-1]
+    found, part = np.empty(touching), np.empty((MEASURES, touching))
+    n = float(depth.size)
+    residual = _invert(
+        *(depth, start, -n * low, n, low, low + depth.max(), sub_cell, periodic, found, part)
+    )
+    d[:touching] = found[::-1]
+    measures[:, :touching] = part[:, ::-1]
+    return residual
 
 
 @njit(cache=True)
-def _invert(depth, start, offset, slope, low, high, sub_cell, periodic):
+def _invert(depth, start, offset, slope, low, high, sub_cell, periodic, d, measures):
     """Zeros of Phi(d) - offset - slope d between low and high, with the measures there."""
     k = offset.size
-    d = _first_guess(depth, start, offset, slope, low, high, sub_cell, periodic)
-    measures = np.zeros((MEASURES, k))
+    _first_guess(depth, start, offset, slope, low, high, sub_cell, periodic, d)
     last = np.full(k, np.inf)
     open_loads = np.arange(k)
+    levels, room = np.empty(k), np.empty(MEASURES * k)
     for _ in range(_NEWTON):
-        open_loads = open_loads[np.argsort(d[open_loads])]
-        at = d[open_loads]
-        now = walk(depth, start, at, sub_cell, periodic)
-        unfinished = np.ones(open_loads.size, np.bool_)
-        for i, load in enumerate(open_loads):
+        count = open_loads.size
+        _insertion_sort(open_loads, d)
+        at, now = levels[:count], room[: MEASURES * count].reshape(MEASURES, count)
+        for i in range(count):
+            at[i] = d[open_loads[i]]
+        walk(depth, start, at, sub_cell, periodic, now)
+        left = 0
+        for i in range(count):
+            load = open_loads[i]
             excess = now[FORCE, i] - offset[load] - slope * at[i]
             tilt = now[LENGTH, i] - slope
             # A level in full contact says nothing about a gap: back to the open side then.
             step = excess / tilt if tilt != 0.0 else at[i] - low[load]
             size = abs(step) / at[i]
+            d[load] = min(max(at[i] - step, low[load]), high[load])
             if size <= _FINISHED or (size <= CONVERGED and size >= 0.5 * last[load]):
-                measures[:, load] = now[:, i]
-                unfinished[i] = False
+                for row in range(MEASURES):
+                    measures[row, load] = now[row, i]
             else:
-                d[load] = min(max(at[i] - step, low[load]), high[load])
+                open_loads[left] = load
+                left += 1
             last[load] = size
-        open_loads = open_loads[unfinished]
-        if open_loads.size == 0:
+        open_loads = open_loads[:left]
+        if left == 0:
             break
-    return d, measures, last.max()
+    return last.max()
 
 
 @njit(cache=True)
-def _first_guess(depth, start, offset, slope, low, high, sub_cell, periodic):
+def _insertion_sort(loads, d):
+    """Order loads by penetration: they nearly are."""
+    for i in range(1, loads.size):
+        load, j = loads[i], i
+        while j > 0 and d[loads[j - 1]] > d[load]:
+            loads[j] = loads[j - 1]
+            j -= 1
+        loads[j] = load
+
+
+@njit(cache=True)
+def _first_guess(depth, start, offset, slope, low, high, sub_cell, periodic, guess):
     """Penetrations near the zeros, interpolated between the rungs of a ladder of levels.
 
     The walk gives Phi and its slope on every rung: a cubic through both (in logarithms for a force,
     which is nearly a power of d) leaves Newton's method two or three steps.
     """
     # Only ratios enter logarithms, so that other units of length give the same digits.
+    count = _SHORT_LADDER if depth.size < _SHORT else _LADDER
     bottom, top = low.min(), high.max()
-    rungs = bottom * np.exp(np.log(top / bottom) * np.arange(_LADDER) / (_LADDER - 1))
+    rungs, ladder = np.empty(count), np.empty((MEASURES, count))
+    for j in range(count):
+        rungs[j] = bottom * np.exp(np.log(top / bottom) * j / (count - 1))
     rungs[-1] = top
-    ladder = walk(depth, start, rungs, sub_cell, periodic)
+    walk(depth, start, rungs, sub_cell, periodic, ladder)
     value, rate = ladder[FORCE] - slope * rungs, ladder[LENGTH] - slope
-    guess = np.empty(offset.size)
+    j = 1
     for i in range(offset.size):
-        j = 1
-        while j < _LADDER - 1 and (value[j] < offset[i]) == (slope == 0.0):
+        if slope > 0.0:
+            j = 1
+        while j < count - 1 and (value[j] < offset[i]) == (slope == 0.0):
             j += 1
         a, b = rungs[j - 1], rungs[j]
         if slope > 0.0:
@@ -151,7 +184,6 @@ def _first_guess(depth, start, offset, slope, low, high, sub_cell, periodic):
         else:
             guess[i] = b
         guess[i] = min(max(guess[i], low[i]), high[i])
-    return guess
 
 
 @njit(cache=True)

@@ -22,8 +22,13 @@ MEASURES = 6
 
 @njit(cache=True)
 def walk(
-    depth: np.ndarray, start: int, levels: np.ndarray, sub_cell: bool, periodic: bool
-) -> np.ndarray:
+    depth: np.ndarray,
+    start: int,
+    levels: np.ndarray,
+    sub_cell: bool,
+    periodic: bool,
+    out: np.ndarray,
+) -> None:
     """Measures of the contact at every level.
 
     Parameters
@@ -39,47 +44,89 @@ def walk(
         Linear line between points and contacts that end inside cells; False: whole springs.
     periodic : bool
         Whether the last point is the first point's neighbour.
-
-    Returns
-    -------
-    ndarray, shape (6, k)
-        Force over E* dx, contact length, sum of squared contact lengths, number of contacts,
-        longest contact (lengths in dx), energy over E* dx.
+    out : ndarray, shape (6, k)
+        Is filled with: force over E* dx, contact length, sum of squared contact lengths, number of
+        contacts, longest contact (lengths in dx), energy over E* dx.
     """
     n, k = depth.size, levels.size
-    out, full = np.zeros((MEASURES, k)), np.zeros((3, k + 1))
-    first, lead = np.zeros(k, np.int64), np.zeros(k)
-    y = depth[start]
-    level = np.searchsorted(levels, y, side="right")
+    out[:] = 0.0
+    # Per level: whole cells, their heights and squares, where the open contact begins, and how far
+    # it reaches beyond that point.
+    cells = np.zeros((5, k + 1))
+    level = np.searchsorted(levels, depth[start], side="right")
     if not periodic:
         for j in range(level, k):
-            lead[j] = _end_half_cell(out, j, levels[j] - y)
-    for i in range(1, n + 1 if periodic else n):
-        at = start + i
-        z = depth[at - n if at >= n else at]
-        shallowest = level
-        if z < y:
-            while level > 0 and levels[level - 1] > z:
-                level -= 1
-                first[level] = i
-                lead[level] = _edge_cell(out, level, levels[level] - z, y - z, sub_cell)
-        else:
-            while level < k and levels[level] <= z:
-                part = _edge_cell(out, level, levels[level] - y, z - y, sub_cell)
-                _close(out, level, (i - 1 - first[level]) + lead[level] + part)
-                level += 1
-            shallowest = level
-        if shallowest < k:
-            _whole_cell(full, shallowest, y, z, sub_cell)
-        y = z
+            cells[4, j] = _end_half_cell(out, j, levels[j] - depth[start])
+    level = _stretch(depth, start, n, level, levels, sub_cell, cells, out, start)
+    if periodic:
+        # On across the seam: points 0 ... start, with the seam itself as the first cell.
+        level = _seam(depth, start, level, levels, sub_cell, cells, out)
+        level = _stretch(depth, 0, start + 1, level, levels, sub_cell, cells, out, start - n)
     for j in range(level, k):
         if periodic:
             _close(out, j, float(n))
         else:
-            part = _end_half_cell(out, j, levels[j] - y)
-            _close(out, j, (n - 1 - first[j]) + lead[j] + part)
-    _sum_whole_cells(out, full, levels)
-    return out
+            part = _end_half_cell(out, j, levels[j] - depth[n - 1])
+            _close(out, j, (n - 1 - cells[3, j]) + cells[4, j] + part)
+    _sum_whole_cells(out, cells, levels, 1.0 / 3.0 if sub_cell else 0.5)
+
+
+@njit(cache=True)
+def _seam(depth, start, level, levels, sub_cell, cells, out):
+    """Walk the cell between the last and the first point, as a stretch of its own."""
+    pair = np.array([depth[-1], depth[0]])
+    return _stretch(pair, 0, 2, level, levels, sub_cell, cells, out, start - depth.size + 1)
+
+
+@njit(cache=True)
+def _stretch(depth, first, stop, level, levels, sub_cell, cells, out, origin):
+    """Walk the points first ... stop - 1; `origin` is the index whose place on the walk is zero.
+
+    `level` is the number of levels that leave the first point out of contact; returns that of the
+    last one.
+    """
+    k = levels.size
+    cross = 1.0 if sub_cell else 0.0
+    y = depth[first]
+    lower = levels[level - 1] if level > 0 else -np.inf
+    upper = levels[level] if level < k else np.inf
+    count = total = square = 0.0  # of the whole cells since the last crossing
+    for i in range(first + 1, stop):
+        z = depth[i]
+        if z < lower or z >= upper:
+            opens = z < lower
+            if opens:
+                count += 1.0
+                total += y + z
+                square += y * (y + cross * z) + z * z
+            cells[0, level] += count
+            cells[1, level] += total
+            cells[2, level] += square
+            count = total = square = 0.0
+            if opens:
+                while level > 0 and levels[level - 1] > z:
+                    level -= 1
+                    cells[3, level] = i - origin
+                    cells[4, level] = _edge_cell(out, level, levels[level] - z, y - z, sub_cell)
+            else:
+                while level < k and levels[level] <= z:
+                    part = _edge_cell(out, level, levels[level] - y, z - y, sub_cell)
+                    inner = i - 1 - origin - cells[3, level]
+                    _close(out, level, inner + cells[4, level] + part)
+                    level += 1
+            lower = levels[level - 1] if level > 0 else -np.inf
+            upper = levels[level] if level < k else np.inf
+            if opens:
+                y = z
+                continue
+        count += 1.0
+        total += y + z
+        square += y * (y + cross * z) + z * z
+        y = z
+    cells[0, level] += count
+    cells[1, level] += total
+    cells[2, level] += square
+    return level
 
 
 @njit(cache=True)
@@ -114,24 +161,13 @@ def _close(out, level, length):
 
 
 @njit(cache=True)
-def _whole_cell(full, level, y, z, sub_cell):
-    """Note a cell that lies inside a contact at this level and all deeper ones."""
-    full[0, level] += 1.0
-    full[1, level] += 0.5 * (y + z)
-    if sub_cell:
-        full[2, level] += (y * y + y * z + z * z) / 3.0
-    else:
-        full[2, level] += 0.5 * (y * y + z * z)
-
-
-@njit(cache=True)
-def _sum_whole_cells(out, full, levels):
+def _sum_whole_cells(out, cells, levels, third):
     """Force and energy of the whole cells, summed from the shallowest level down."""
     count = depth = square = 0.0
     for j in range(levels.size):
-        count += full[0, j]
-        depth += full[1, j]
-        square += full[2, j]
+        count += cells[0, j]
+        depth += 0.5 * cells[1, j]
+        square += third * cells[2, j]
         d = levels[j]
         out[FORCE, j] += count * d - depth
         out[ENERGY, j] += 0.5 * (d * (count * d - 2.0 * depth) + square)

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
 import numpy as np
 
 from .errors import ConvergenceError
-from .line_inversion import CONVERGED, press_line
+from .line_inversion import CONVERGED, press_lines
 from .line_walk import COUNT, ENERGY, FORCE, LENGTH, LONGEST, SQUARES
 from .loads import one_load_list
 
 _CONTROLS = {"penetration": 0, "force": 1, "mean_gap": 2}
+_BLOCK = 2**15  # points: 450 lines of 64 points are one block, long lines a block each
 
 
 @dataclass(frozen=True)
@@ -63,6 +65,7 @@ def press(
     mean_gap: Sequence[float] | np.ndarray | None = None,
     edges: str = "sub_cell",
     periodic: bool = True,
+    threads: int = 1,
 ) -> LineContact:
     """Press rigid rough lines onto independent springs, all loads in a few walks along the line.
 
@@ -90,6 +93,8 @@ def press(
         The discrete law.
     periodic : bool
         Whether the line continues itself.
+    threads : int
+        Threads that share the lines of a batch; the result does not depend on it.
 
     Returns
     -------
@@ -110,18 +115,25 @@ def press(
     (array([[1.]]), array([[0.25]]))
     """
     heights = np.atleast_2d(np.ascontiguousarray(lines, dtype=float))
-    _check(heights, spacing, effective_modulus, edges)
+    _check(heights, spacing, effective_modulus, edges, threads)
     name, loads = one_load_list(force=force, penetration=penetration, mean_gap=mean_gap)
     shape = (heights.shape[0], loads.size)
     goals = loads / (effective_modulus * spacing) if name == "force" else loads
     penetrations, gaps = np.empty(shape), np.empty(shape)
     measures = np.empty((shape[0], 6, shape[1]))
-    for row, line in enumerate(heights):
-        penetrations[row], measures[row], gaps[row], residual = press_line(
-            line, goals, _CONTROLS[name], edges == "sub_cell", periodic
+
+    def press_rows(rows: slice) -> None:
+        depths = heights[rows].max(axis=1)[:, None] - heights[rows]
+        starts = depths.argmax(axis=1) if periodic else np.zeros(depths.shape[0], np.int64)
+        residual = press_lines(
+            *(depths, starts, depths.mean(axis=1), goals, _CONTROLS[name], edges == "sub_cell"),
+            *(periodic, penetrations[rows], measures[rows], gaps[rows]),
         )
-        if not residual <= CONVERGED:
-            raise ConvergenceError(f"{name} of line {row} could not be inverted", [residual])
+        if not np.all(residual <= CONVERGED):
+            row = rows.start + int(np.argmax(~(residual <= CONVERGED)))
+            raise ConvergenceError(f"{name} of line {row} could not be inverted", residual)
+
+    _for_blocks(press_rows, heights.shape, threads)
     length = measures[:, LENGTH] * spacing
     forces = measures[:, FORCE] * (effective_modulus * spacing)
     return LineContact(
@@ -137,7 +149,22 @@ def press(
     )
 
 
-def _check(heights: np.ndarray, spacing: float, effective_modulus: float, edges: str) -> None:
+def _for_blocks(work: Callable[[slice], None], shape: tuple[int, int], threads: int) -> None:
+    """Hand blocks of rows to threads, each small enough to stay in the cache."""
+    rows = max(1, _BLOCK // shape[1])
+    blocks = [slice(begin, min(begin + rows, shape[0])) for begin in range(0, shape[0], rows)]
+    if threads == 1 or len(blocks) == 1:
+        for block in blocks:
+            work(block)
+        return
+    with ThreadPoolExecutor(threads) as pool:
+        for _ in pool.map(work, blocks):
+            pass
+
+
+def _check(
+    heights: np.ndarray, spacing: float, effective_modulus: float, edges: str, threads: int
+) -> None:
     """Raise one ValueError for everything wrong."""
     wrong = []
     if heights.ndim != 2 or heights.shape[1] < 2 or heights.shape[0] < 1:
@@ -149,5 +176,7 @@ def _check(heights: np.ndarray, spacing: float, effective_modulus: float, edges:
             wrong.append(f"{name} must be finite and positive, got {value!r}")
     if edges not in ("sub_cell", "nodal"):
         wrong.append(f"edges must be 'sub_cell' or 'nodal', got {edges!r}")
+    if int(threads) != threads or threads < 1:
+        wrong.append(f"threads must be an integer >= 1, got {threads!r}")
     if wrong:
         raise ValueError("; ".join(wrong))
