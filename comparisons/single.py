@@ -126,13 +126,12 @@ def solve_scene(
     changes = dict(overrides or {}) | {"compare.methods": [method]}
     scene = load_scene(source, changes)
     if with_fields and "pressure" not in scene.compare.quantities:
-        wanted = [*scene.compare.quantities, "pressure"]
-        scene = load_scene(source, changes | {"compare.quantities": wanted})
+        changes["compare.quantities"] = [*scene.compare.quantities, "pressure"]
     if resolution is not None:
         if resolution < 2 and method != "closed_form":
             raise InputError(f"--resolution: expected at least 2, got {resolution}")
-        scene = load_scene(source, changes | {"compare.resolutions": [max(resolution, 2)]})
-    plan = plan_scene(scene, "full")[0]
+        changes["compare.resolutions"] = [max(resolution, 2)]
+    plan = plan_scene(load_scene(source, changes), "full")[0]
     chosen = _chosen(plan, method, resolution)
     blocks = plan.blocks(method)
     tasks = [

@@ -26,6 +26,7 @@ app = App(
     name="roughline",
     help="Is the fast contact model accurate? Run it against 3-D solvers, on the same scene.",
     version_flags=["--version"],
+    suppress_keyboard_interrupt=False,  # our own exit code says that --resume will go on
 )
 
 

@@ -1,0 +1,614 @@
+"""The command line: its commands and exit codes, one clear message each, nothing written astray."""
+
+from __future__ import annotations
+
+import csv
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from types import SimpleNamespace
+
+import meshio
+import numpy as np
+import psutil
+import pytest
+
+from comparisons import study as study_module
+from comparisons.execution import execute
+from comparisons.methods import METHODS
+from comparisons.scene import builtin_names
+from comparisons.store import load_study
+from comparisons.suites import SUITES
+from reports.cli import main, run_command
+
+ROOT = Path(__file__).parents[2]
+BALL = """
+name = "steel-ball"
+title = "Steel ball on a half-space"
+[half_space]
+youngs_modulus = "210 GPa"
+poisson_ratio = 0.3
+[indenter]
+shape = "paraboloid"
+radius = "10 mm"
+[loading]
+penetration = [1e-6, 2e-6]
+[compare]
+methods = ["closed_form", "reduced", "bem_fft"]
+resolutions = [6, 12]
+"""
+ROUGH = """
+name = "patch"
+[half_space]
+effective_modulus = "1 GPa"
+[surface]
+kind = "self_affine"
+hurst = 0.8
+size = "1 um"
+points = 16
+rms_slope = 0.1
+realisations = 3
+[loading]
+force = { values = [0.02, 0.05], relative_to = "E* A0 h'" }
+"""
+MAP = """
+name = "measured"
+[half_space]
+effective_modulus = "1 GPa"
+[surface]
+kind = "map"
+file = "map.npy"
+size = "1 um"
+height_unit = "nm"
+[loading]
+penetration = ["1 nm"]
+"""
+
+
+@pytest.fixture
+def roughline(tmp_path, monkeypatch, capsys):
+    """Run a command in an empty folder; return its exit code, what it printed and complained."""
+    monkeypatch.chdir(tmp_path)
+    # Wide enough that no table cell is folded.
+    monkeypatch.setenv("COLUMNS", "250")
+
+    def run(*arguments):
+        capsys.readouterr()
+        code = run_command([str(each) for each in arguments])
+        told = capsys.readouterr()
+        return SimpleNamespace(code=code, out=told.out, err=told.err)
+
+    return run
+
+
+@pytest.fixture
+def ball(tmp_path):
+    (tmp_path / "ball.toml").write_text(BALL)
+    return "ball.toml"
+
+
+@pytest.fixture
+def patch(tmp_path):
+    (tmp_path / "patch.toml").write_text(ROUGH)
+    return "patch.toml"
+
+
+def table(path):
+    with Path(path).open(newline="", encoding="utf-8") as stream:
+        return list(csv.DictReader(stream))
+
+
+def files(folder):
+    return {path.relative_to(folder).as_posix() for path in Path(folder).rglob("*")}
+
+
+# --- wrong input: one message, code 2, nothing written --------------------------------------
+
+SCENES = {
+    "unknown key": (BALL.replace('radius = "10 mm"', "radius = 1\ncolour = 3"), "colour: unknown"),
+    "negative radius": (BALL.replace("10 mm", "-10 mm"), "indenter.radius: expected a positive"),
+    "nu = 0.6": (BALL.replace("0.3", "0.6"), "half_space.poisson_ratio: expected a number with"),
+    "indenter and surface": (
+        BALL + ROUGH[ROUGH.index("[surface]") : ROUGH.index("[loading]")],
+        "expected exactly one of [indenter] and [surface], got [indenter] and [surface]",
+    ),
+    "neither": (
+        BALL.replace('[indenter]\nshape = "paraboloid"\nradius = "10 mm"\n', ""),
+        "expected exactly one of [indenter] and [surface], got none",
+    ),
+    "missing map": (MAP.replace("map.npy", "nowhere.npy"), "surface: no such file"),
+    "NaN in the map": (MAP.replace("map.npy", "holes.npy"), "surface: "),
+    "empty load list": (BALL.replace("[1e-6, 2e-6]", "[]"), "got an empty list"),
+    "loads that fall": (BALL.replace("[1e-6, 2e-6]", "[2e-6, 1e-6]"), "strictly increasing"),
+    "no TOML": ("this is not TOML", "not valid TOML"),
+    "binary": (b"\x7fELF\x00\xff", "not a readable text file"),
+    "huge points": (
+        ROUGH.replace("points = 16", "points = 1048576"),
+        "surface.points: expected arrays that fit into 80% of the free memory",
+    ),
+    "no load": (BALL.replace("penetration = [1e-6, 2e-6]", ""), "loading: expected exactly one"),
+    "beyond the shape": (
+        BALL.replace("paraboloid", "sphere").replace("[1e-6, 2e-6]", '["1 m"]'),
+        "loading.penetration: ",
+    ),
+}
+
+
+@pytest.mark.parametrize("command", ["run", "solve"])
+@pytest.mark.parametrize("wrong", SCENES)
+def test_a_wrong_scene_is_one_clear_message_and_nothing_is_written(
+    roughline, tmp_path, command, wrong
+):
+    content, expected = SCENES[wrong]
+    (tmp_path / "s.toml").write_bytes(content if isinstance(content, bytes) else content.encode())
+    heights = np.random.default_rng(0).normal(size=(16, 16))
+    heights[3, 4] = np.nan
+    np.save(tmp_path / "holes.npy", heights)
+    before = files(tmp_path)
+    # Of the dense solver alone, so that each scene would be quick if it were let through.
+    options = ["--out", "out"] if command == "run" else ["--method", "bem_dense", "--csv", "t.csv"]
+    result = roughline(command, "s.toml", *options)
+    assert result.code == 2
+    assert expected in result.err
+    assert "Traceback" not in result.err
+    assert result.err.count(expected) == 1
+    assert result.out == ""
+    assert files(tmp_path) == before
+
+
+@pytest.mark.parametrize(
+    ("arguments", "expected"),
+    [
+        (["run", "nowhere.toml"], "no such file"),
+        (["run", "no-such-scene"], "`roughline list scenes` names them"),
+        (["run", "."], "a folder, not a scene file"),
+        (["run", "paraboloid", "paraboloid"], "paraboloid: expected different names"),
+        (["run", "paraboloid", "--workers", "0"], "--workers: expected at least 1, got 0"),
+        (["run", "--methods", "magic"], "got 'magic'"),
+        (["run", "--methods", ""], "compare.methods.0: expected"),
+        (["run", "--option", "fem.contact=glue"], "methods.fem.contact: expected 'active_set'"),
+        (["run", "--option", "fem.contact"], "--option: expected METHOD.KEY=VALUE"),
+        (["run", "--option", "a.b.c=1"], "--option: expected METHOD.KEY=VALUE"),
+        (["run", "--option", "magic.key=1"], "methods.magic: unknown key"),
+        (["run", "--frobnicate"], "frobnicate"),
+        (["solve", "paraboloid"], "method"),
+        (["solve", "paraboloid", "--method", "magic"], "--method: expected one of closed_form,"),
+        (["solve", "paraboloid", "--method", "fem", "--resolution", "1"], "expected at least 2"),
+        (["solve", "paraboloid", "--method", "fem", "--resolution", "many"], "many"),
+        (["solve", "rough-patch", "--method", "closed_form"], "a rough surface has no closed form"),
+        (["solve", "paraboloid", "--method", "reduced", "--vtu", "x.vtu"], "no field on a mesh"),
+        (
+            ["solve", "paraboloid", "--method", "reduced", "--json", "--csv", "t.csv"],
+            "--json and --csv: expected at most one",
+        ),
+        (
+            ["solve", "paraboloid", "--method", "bem_fft", "--resolution", "500000"],
+            "bem_fft cannot do this scene at resolution 500000: needs about",
+        ),
+        (["list", "wishes"], "list: expected one of scenes, methods, got 'wishes'"),
+        (["list"], "what"),
+        (["report", "nowhere"], "no results of roughline here"),
+        (["report", "."], "no results of roughline here"),
+        (["claims"], "claims"),
+        (["frobnicate"], "frobnicate"),
+    ],
+)
+def test_a_wrong_command_is_one_clear_message_and_nothing_is_written(
+    roughline, tmp_path, arguments, expected
+):
+    result = roughline(*arguments)
+    assert result.code == 2
+    assert expected in result.err + result.out
+    assert "Traceback" not in result.err
+    assert files(tmp_path) == set()
+
+
+def test_what_the_command_line_adds_is_complained_about_once(roughline):
+    """Not once for each scene of the suite."""
+    result = roughline("run", "--methods", "fem,magic", "--option", "fem.penalty=-1")
+    assert result.code == 2
+    assert result.err.count("got 'magic'") == 1
+    assert result.err.count("methods.fem.penalty: expected a positive finite number") == 1
+
+
+def test_problems_of_all_files_come_at_once(roughline, tmp_path):
+    (tmp_path / "a.toml").write_text(SCENES["nu = 0.6"][0])
+    (tmp_path / "b.toml").write_text(SCENES["negative radius"][0])
+    result = roughline("run", "a.toml", "b.toml", "c.toml")
+    assert result.code == 2
+    for part in ("a.toml:", "nu <= 0.5", "b.toml:", "indenter.radius", "c.toml:", "no such file"):
+        assert part in result.err
+
+
+def test_a_file_in_the_place_of_a_folder(roughline, tmp_path, ball):
+    (tmp_path / "file").write_text("mine")
+    before = files(tmp_path)
+    for arguments in (
+        ["run", ball, "--out", "file"],
+        ["run", ball, "--out", "file/below"],
+        ["report", "file"],
+        ["solve", ball, "--method", "reduced", "--csv", "file/t.csv"],
+    ):
+        result = roughline(*arguments)
+        assert result.code == 2
+        assert "file" in result.err
+    assert (tmp_path / "file").read_text() == "mine"
+    assert files(tmp_path) == before
+
+
+def test_a_scene_that_needs_more_memory_than_there_is(roughline, ball, monkeypatch):
+    """Its finest grids are left out with the reason; if nothing is left, the input is wrong."""
+    monkeypatch.setattr(psutil, "virtual_memory", lambda: SimpleNamespace(available=1e5, total=1))
+    result = roughline("solve", ball, "--method", "bem_fft", "--resolution", "200")
+    assert result.code == 2
+    assert "needs about" in result.err
+
+
+# --- solve ----------------------------------------------------------------------------------
+
+
+def test_solve_prints_one_json_object_of_the_contract(roughline, ball):
+    result = roughline("solve", ball, "--method", "bem_fft", "--resolution", "8", "--json")
+    assert (result.code, result.err) == (0, "")
+    found = json.loads(result.out)
+    assert found["scene"] == "steel-ball"
+    assert found["method"] == "bem_fft"
+    assert found["resolution"] == 8
+    assert found["converged"] is True
+    assert found["unknowns"] > 100
+    assert 0 <= found["setup_seconds"] <= found["seconds"]
+    for name in ("iterations", "violation", "penetration", "force", "contact_area"):
+        assert len(found[name]) == 2
+    assert max(found["violation"]) <= 1e-8  # the default tolerance of the solver
+    hertz = 4 / 3 * 210e9 / 0.91 * 0.1 * np.array([1e-6, 2e-6]) ** 1.5
+    np.testing.assert_allclose(found["force"], hertz, rtol=2e-2)
+
+
+def test_json_has_the_pressure_of_the_last_step_over_r_or_over_x_and_y(roughline, tmp_path):
+    asked = '[compare]\nquantities = ["force", "pressure"]\n'
+    (tmp_path / "ball.toml").write_text(BALL[: BALL.index("[compare]")] + asked)
+    found = json.loads(roughline("solve", "ball.toml", "--method", "reduced", "--json").out)
+    r, p = (np.array(found["pressure"][key]) for key in ("r", "p"))
+    assert (np.diff(r) > 0).all()
+    a = np.sqrt(0.01 * 2e-6)
+    peak = 2 * 210e9 / 0.91 * a / (np.pi * 0.01)
+    np.testing.assert_allclose(p, peak * np.sqrt(1 - (r / a) ** 2), rtol=1e-6)
+    (tmp_path / "patch.toml").write_text(ROUGH + asked)
+    found = json.loads(roughline("solve", "patch.toml", "--method", "bem_fft", "--json").out)
+    assert set(found["pressure"]) == {"x", "y", "p"}
+    assert len(found["pressure"]["p"]) == 16 * 16
+
+
+def test_json_of_an_ensemble_has_means_and_standard_errors(roughline, patch):
+    found = json.loads(roughline("solve", patch, "--method", "bem_fft", "--json").out)
+    assert found["realisations"] == 3
+    assert found["resolution"] == 16
+    for name in ("contact_area", "penetration", "mean_gap"):
+        assert len(found[name]) == len(found[f"{name}_stderr"]) == 2
+        assert min(found[f"{name}_stderr"]) > 0
+
+
+def test_solve_writes_a_table(roughline, tmp_path, ball):
+    result = roughline("solve", ball, "--method", "closed_form", "--csv", "sub/t.csv")
+    assert (result.code, result.out, result.err) == (0, "", "")
+    rows = table("sub/t.csv")
+    assert [row["step"] for row in rows] == ["0", "1"]
+    hertz = 4 / 3 * 210e9 / 0.91 * 0.1 * 2e-6**1.5
+    assert float(rows[1]["force"]) == pytest.approx(hertz, rel=1e-12)
+    assert files(tmp_path) == {"ball.toml", "sub", "sub/t.csv"}
+
+
+def test_solve_writes_fields_for_paraview_without_being_asked_for_pressure(
+    roughline, tmp_path, ball
+):
+    result = roughline("solve", ball, "--method", "bem_fft", "--resolution", "6", "--vtu", "f.vtu")
+    assert result.code == 0
+    mesh = meshio.read(tmp_path / "f.vtu")
+    assert mesh.point_data["pressure"].max() > 0
+
+
+def test_solve_prints_a_table_for_people(roughline, ball):
+    result = roughline("solve", ball, "--method", "closed_form")
+    assert result.code == 0
+    assert "Steel ball on a half-space: closed_form" in result.out
+    assert "penetration / µm" in result.out
+
+
+def test_options_of_the_method_with_or_without_its_name(roughline, ball, tmp_path):
+    asked = BALL.replace("[compare]", '[compare]\nquantities = ["force", "pressure"]')
+    (tmp_path / "ball.toml").write_text(asked)
+    options = (["--option", "stress=local"], ["--option", "reduced.stress=local"], [])
+    found = [
+        json.loads(roughline("solve", ball, "--method", "reduced", "--json", *each).out)["pressure"]
+        for each in options
+    ]
+    assert found[0] == found[1]
+    assert found[0] != found[2]
+    several = ["--option", "stress=local", "--option", 'edges="nodal"']
+    assert roughline("solve", ball, "--method", "reduced", *several).code == 0
+
+
+def test_a_lost_solve_is_code_1_with_the_reason(roughline, ball, monkeypatch):
+    class Broken(type(METHODS["reduced"])):
+        def solve(self, task):
+            raise RuntimeError("out of springs")
+
+    monkeypatch.setitem(METHODS, "reduced", Broken())
+    result = roughline("solve", ball, "--method", "reduced", "--json")
+    assert result.code == 1
+    assert "out of springs" in result.err
+    assert json.loads(result.out)["converged"] is False
+    result = roughline("run", ball, "--out", "out", "--no-pictures")
+    assert result.code == 1
+    assert "lost: steel-ball reduced 6: RuntimeError: out of springs" in result.out
+    assert Path("out/report.html").exists()
+
+
+# --- run ------------------------------------------------------------------------------------
+
+
+def test_run_writes_everything_into_its_folder_and_is_silent_elsewhere(roughline, tmp_path, ball):
+    """Default folder roughline-results/NAME; no progress where nobody watches."""
+    result = roughline("run", ball, "--no-pictures")
+    assert (result.code, result.err) == (0, "")
+    folder = tmp_path / "roughline-results" / "steel-ball"
+    assert {"results.csv", "measures.csv", "study.json", "report.html", "fields"} <= files(folder)
+    top = {path.name for path in tmp_path.iterdir()}
+    assert top == {"ball.toml", "roughline-results"}
+    assert "roughline-results/steel-ball/report.html" in result.out
+    assert "within 1" in result.out
+    page = (folder / "report.html").read_text(encoding="utf-8")
+    assert "Steel ball on a half-space" in page
+
+
+@pytest.mark.parametrize(
+    ("scenes", "name"),
+    [(["cone"], "cone"), (["cone", "cylinder"], "cone+cylinder"), (["single"], "single")],
+)
+def test_the_default_folder_is_named_after_what_is_run(roughline, tmp_path, scenes, name):
+    result = roughline("run", *scenes, "--methods", "closed_form", "--no-pictures")
+    assert result.code == 0
+    assert [path.name for path in (tmp_path / "roughline-results").iterdir()] == [name]
+
+
+def test_out_names_another_folder(roughline, tmp_path, ball):
+    assert roughline("run", ball, "--out", "a/b", "--no-pictures").code == 0
+    assert (tmp_path / "a" / "b" / "results.csv").exists()
+    assert not (tmp_path / "roughline-results").exists()
+
+
+def test_methods_on_the_command_line_go_before_those_of_the_scene(roughline, ball):
+    roughline("run", ball, "--methods", "closed_form, reduced", "--out", "o", "--no-pictures")
+    rows = table("o/results.csv")
+    assert {row["method"] for row in rows if row["step"]} == {"closed_form", "reduced"}
+
+
+def test_options_stand_in_the_table(roughline, ball):
+    options = ["--option", "reduced.edges=nodal", "--option", "bem_fft.tolerance=1e-6"]
+    assert roughline("run", ball, *options, "--out", "o", "--no-pictures").code == 0
+    rows = table("o/results.csv")
+    found = {row["method"]: row["options"] for row in rows if row["step"]}
+    assert found == {"closed_form": "", "reduced": "edges=nodal", "bem_fft": "tolerance=1e-06"}
+
+
+def test_a_used_folder_is_refused_and_unchanged(roughline, tmp_path, ball):
+    folder = tmp_path / "o"
+    folder.mkdir()
+    (folder / "thesis.tex").write_text("mine")
+    result = roughline("run", ball, "--out", "o")
+    assert result.code == 2
+    assert "say --resume to go on with it, --overwrite to start" in result.err
+    assert files(folder) == {"thesis.tex"}
+    assert roughline("run", ball, "--out", "o", "--overwrite", "--no-pictures").code == 0
+    assert (folder / "thesis.tex").read_text() == "mine"
+
+
+def test_an_interrupt_is_code_3_with_a_report_and_resume_goes_on(roughline, ball, monkeypatch):
+    assert roughline("run", ball, "--out", "whole", "--no-pictures").code == 0
+    done = []
+
+    def stop(task):
+        if len(done) == 2:
+            raise KeyboardInterrupt
+        done.append(task)
+        return execute(task)
+
+    monkeypatch.setattr(study_module, "execute", stop)
+    result = roughline("run", ball, "--out", "o", "--no-pictures")
+    assert result.code == 3
+    assert "--resume goes on" in result.err
+    assert Path("o/report.html").exists()
+    kept = table("o/results.csv")
+    assert {row["method"] for row in kept if row["step"]} == {"closed_form", "reduced"}
+    monkeypatch.setattr(study_module, "execute", execute)
+    assert roughline("run", ball, "--out", "o", "--resume", "--no-pictures").code == 0
+    clock = {"seconds", "setup_seconds", "compile_seconds", "memory"}
+    tables = [
+        [{k: v for k, v in row.items() if k not in clock} for row in table(f"{name}/results.csv")]
+        for name in ("o", "whole")
+    ]
+    assert tables[0] == tables[1]
+
+
+def test_an_interrupt_before_anything_is_done_is_code_3(roughline, ball, monkeypatch):
+    def stop(task):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(study_module, "execute", stop)
+    assert roughline("run", ball, "--out", "o", "--no-pictures").code == 3
+
+
+def test_a_second_interrupt_while_the_first_is_dealt_with_is_still_code_3(
+    roughline, ball, monkeypatch
+):
+    def stop(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(study_module, "execute", stop)
+    monkeypatch.setattr(study_module, "save_study", stop)
+    assert roughline("run", ball, "--out", "o", "--no-pictures").code == 3
+
+
+def test_a_plan_names_what_is_done_what_is_not_and_why_and_solves_nothing(
+    roughline, tmp_path, monkeypatch
+):
+    def never(task):
+        raise AssertionError("--plan must not solve")
+
+    monkeypatch.setattr(study_module, "execute", never)
+    result = roughline("run", "square-punch", "rough-periodic", "--plan")
+    assert result.code == 0
+    for part in (
+        "not run: no closed form is known for a square punch",
+        "16, 32, 64",
+        "left out: memory of the material",
+        "not run: the chapter's kernel (19.3) is that of a free half-space",
+        "note: quick:",
+        "of 100 realisations (--full runs all of them)",
+    ):
+        assert part in result.out
+    full = roughline("run", "rough-periodic", "--plan", "--full").out
+    assert "note: quick" not in full
+    assert roughline("run", "rough-periodic", "--plan", "--quick").out in result.out
+    assert files(tmp_path) == set()
+
+
+def test_without_arguments_the_quick_suite_is_run(roughline):
+    result = roughline("run", "--plan")
+    assert result.code == 0
+    for name in SUITES["quick"]:
+        assert f"({name})" in result.out
+
+
+def test_files_beside_the_scene_are_found_from_anywhere_and_never_written_to(
+    roughline, tmp_path, monkeypatch
+):
+    (tmp_path / "data").mkdir()
+    (tmp_path / "elsewhere").mkdir()
+    (tmp_path / "data" / "m.toml").write_text(MAP)
+    np.save(tmp_path / "data" / "map.npy", np.random.default_rng(0).normal(size=(16, 16)))
+    before = files(tmp_path / "data")
+    monkeypatch.chdir(tmp_path / "elsewhere")
+    result = roughline("run", "../data/m.toml", "--methods", "bem_fft", "--no-pictures")
+    assert result.code == 0
+    assert files(tmp_path / "data") == before
+    assert Path("roughline-results/measured/results.csv").exists()
+
+
+# --- report, list, help ---------------------------------------------------------------------
+
+
+def test_report_writes_the_page_anew(roughline, ball):
+    roughline("run", ball, "--out", "o", "--no-pictures")
+    page = Path("o/report.html")
+    page.unlink()
+    result = roughline("report", "o", "--no-pictures")
+    assert (result.code, result.out.strip()) == (0, "o/report.html")
+    assert page.stat().st_size > 1000
+
+
+def test_a_damaged_folder_is_wrong_input(roughline, ball):
+    roughline("run", ball, "--out", "o", "--no-pictures")
+    study = Path("o/study.json")
+    study.write_text(study.read_text().replace('"scenes": [', '"scenes": [3, '))
+    result = roughline("report", "o")
+    assert result.code == 2
+    assert "damaged results" in result.err
+
+
+def test_lists_name_what_is_built_in(roughline):
+    scenes = roughline("list", "scenes")
+    assert scenes.code == 0
+    assert all(name in scenes.out for name in builtin_names())
+    methods = roughline("list", "methods")
+    assert methods.code == 0
+    assert all(name in methods.out for name in METHODS)
+
+
+def test_help_lists_the_commands_that_exist_and_no_others(roughline):
+    result = roughline("--help")
+    assert result.code == 0
+    # The first word of each line of the box of commands.
+    words = {line.split()[1] for line in result.out.splitlines() if len(line.split()) > 2}
+    assert {"run", "solve", "list", "report"} <= words
+    assert not words & {"advise", "claims", "hard-cases", "check", "compare", "bench"}
+    for command in ("run", "solve", "list", "report"):
+        page = roughline(command, "--help")
+        assert page.code == 0
+        assert "Usage: roughline " + command in page.out
+
+
+def test_run_help_names_every_option_of_the_contract(roughline):
+    page = roughline("run", "--help").out
+    for option in ("methods", "option", "quick", "full", "plan", "out", "overwrite", "workers"):
+        assert f"--{option}" in page
+    assert "--resume" in page
+    page = roughline("solve", "--help").out
+    for option in ("method", "resolution", "option", "json", "csv", "vtu"):
+        assert f"--{option}" in page
+
+
+# --- as a program ---------------------------------------------------------------------------
+
+
+ENVIRONMENT = os.environ | {"PYTHONPATH": str(ROOT), "COLUMNS": "200"}
+
+
+def program(*arguments, cwd):
+    command = [sys.executable, "-m", "reports", *arguments]
+    return subprocess.run(
+        command, cwd=cwd, env=ENVIRONMENT, capture_output=True, text=True, timeout=120
+    )
+
+
+def test_python_m_reports_is_the_program(tmp_path):
+    done = program("solve", "paraboloid", "--method", "closed_form", "--json", cwd=tmp_path)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert json.loads(done.stdout)["scene"] == "paraboloid"
+    assert files(tmp_path) == set()
+
+
+def test_the_exit_code_of_the_program_is_that_of_the_command(tmp_path, monkeypatch):
+    monkeypatch.setattr(sys, "argv", ["roughline", "list", "wishes"])
+    with pytest.raises(SystemExit) as end:
+        main()
+    assert end.value.code == 2
+
+
+def test_control_c_is_code_3_and_what_is_done_can_be_gone_on_with(tmp_path):
+    """A real signal, sent once the first solve of a long run is on disk."""
+    command = [sys.executable, "-m", "reports", "run", "single", "--out", "o", "--no-pictures"]
+    process = subprocess.Popen(
+        command, cwd=tmp_path, env=ENVIRONMENT, stderr=subprocess.PIPE, text=True
+    )
+    deadline = time.monotonic() + 60
+    while not list(tmp_path.glob("o/fields/*.npz")) and time.monotonic() < deadline:
+        time.sleep(0.05)
+    process.send_signal(signal.SIGINT)
+    _, complaint = process.communicate(timeout=60)
+    assert process.returncode == 3
+    assert complaint == "interrupted; what is done is kept, --resume goes on with it\n"
+    assert load_study(tmp_path / "o").interrupted
+    assert (tmp_path / "o" / "report.html").exists()
+
+
+def test_a_reader_that_goes_away_is_no_error(tmp_path):
+    """As in roughline ... | head -1."""
+    command = [sys.executable, "-m", "reports", "solve", "cone", "--method", "bem_fft", "--json"]
+    with subprocess.Popen(
+        [*command, "--resolution", "8"],
+        cwd=tmp_path,
+        env=ENVIRONMENT,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    ) as process:
+        process.stdout.close()
+        complaint = process.stderr.read()
+        process.wait(timeout=120)
+    assert complaint == ""
+    assert process.returncode == 0
