@@ -4,7 +4,8 @@ In units of E* dx and of dx the force Phi(d) of a line is convex with slope l(d)
 length. A prescribed force asks for Phi(d) = F; a prescribed mean gap g, with the mean depth ybar
 below the highest peak and n cells, for Phi(d) = n (g - ybar) + n d. Both are zeros of a convex
 function Phi(d) - t - s d with s = 0 or n, to which Newton's method comes monotonically from the
-side where it is positive. A walk over a ladder of levels brackets all roots first.
+side where it is positive. It starts from the ordered heights of a short line, and on a long one
+from a walk over a ladder of levels.
 """
 
 from __future__ import annotations
@@ -12,16 +13,15 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from .line_knots import roots
 from .line_walk import FORCE, LENGTH, MEASURES, walk
 
 PENETRATION, FORCE_CONTROL, GAP_CONTROL = range(3)
 CONVERGED = (
     1e-12  # relative step; rounding of Phi keeps it from reaching one unit in the last place
 )
-_FINISHED = 2e-14  # so small a step is still taken, but the measures are those before it
+_FINISHED = 5e-14  # so small a step is still taken, but the measures are those before it
 _LADDER = 64
-_SHORT_LADDER = 12  # for short lines, whose every rung costs as much as a step of Newton's method
-_SHORT = 1024
 _NEWTON = 100
 
 
@@ -30,6 +30,7 @@ def press_lines(
     depths: np.ndarray,
     starts: np.ndarray,
     means: np.ndarray,
+    orders: np.ndarray,
     goals: np.ndarray,
     control: int,
     sub_cell: bool,
@@ -46,6 +47,8 @@ def press_lines(
         Depths below each line's highest peak.
     starts, means : ndarray, shape (m,)
         Where each walk starts (see `line_walk.walk`), and the mean depths.
+    orders : ndarray, shape (m, n) or (m, 0)
+        Indices that order each line's depths, to be given for short lines; empty for long ones.
     goals : ndarray, shape (k,)
         Increasing penetrations, forces over E* dx, or mean gaps, as `control` says.
     control : int
@@ -59,19 +62,19 @@ def press_lines(
     """
     residuals = np.zeros(depths.shape[0])
     for row in range(depths.shape[0]):
-        depth, mean, d = depths[row], means[row], penetrations[row]
+        depth, mean, d, order = depths[row], means[row], penetrations[row], orders[row]
         if control == PENETRATION:
             d[:] = goals
             walk(depth, starts[row], d, sub_cell, periodic, measures[row])
         elif control == FORCE_CONTROL:
             low = goals / depth.size
             residuals[row] = _invert(
-                *(depth, starts[row], goals, 0.0, low, low + mean, sub_cell, periodic),
+                *(depth, starts[row], order, goals, 0.0, low, low + mean, sub_cell, periodic),
                 *(d, measures[row]),
             )
         else:
             residuals[row] = _press_to_gaps(
-                depth, starts[row], mean, goals, sub_cell, periodic, d, measures[row]
+                depth, starts[row], order, mean, goals, sub_cell, periodic, d, measures[row]
             )
         for j in range(goals.size):
             gap = mean - d[j] + measures[row, FORCE, j] / depth.size
@@ -82,7 +85,7 @@ def press_lines(
 
 
 @njit(cache=True)
-def _press_to_gaps(depth, start, mean, goals, sub_cell, periodic, d, measures):
+def _press_to_gaps(depth, start, order, mean, goals, sub_cell, periodic, d, measures):
     """Penetrations and measures at mean gaps; gaps beyond first touch have no contact."""
     d[:] = mean - goals
     measures[:] = 0.0
@@ -94,7 +97,8 @@ def _press_to_gaps(depth, start, mean, goals, sub_cell, periodic, d, measures):
     found, part = np.empty(touching), np.empty((MEASURES, touching))
     n = float(depth.size)
     residual = _invert(
-        *(depth, start, -n * low, n, low, low + depth.max(), sub_cell, periodic, found, part)
+        *(depth, start, order, -n * low, n, low, low + depth.max()),
+        *(sub_cell, periodic, found, part),
     )
     d[:touching] = found[::-1]
     measures[:, :touching] = part[:, ::-1]
@@ -102,10 +106,15 @@ def _press_to_gaps(depth, start, mean, goals, sub_cell, periodic, d, measures):
 
 
 @njit(cache=True)
-def _invert(depth, start, offset, slope, low, high, sub_cell, periodic, d, measures):
+def _invert(depth, start, order, offset, slope, low, high, sub_cell, periodic, d, measures):
     """Zeros of Phi(d) - offset - slope d between low and high, with the measures there."""
     k = offset.size
-    _first_guess(depth, start, offset, slope, low, high, sub_cell, periodic, d)
+    if order.size > 0:
+        roots(depth, order, offset, slope, sub_cell, periodic, d)
+        for i in range(k):
+            d[i] = min(max(d[i], low[i]), high[i])
+    else:
+        _first_guess(depth, start, offset, slope, low, high, sub_cell, periodic, d)
     last = np.full(k, np.inf)
     open_loads = np.arange(k)
     levels, room = np.empty(k), np.empty(MEASURES * k)
@@ -157,11 +166,9 @@ def _first_guess(depth, start, offset, slope, low, high, sub_cell, periodic, gue
     which is nearly a power of d) leaves Newton's method two or three steps.
     """
     # Only ratios enter logarithms, so that other units of length give the same digits.
-    count = _SHORT_LADDER if depth.size < _SHORT else _LADDER
     bottom, top = low.min(), high.max()
-    rungs, ladder = np.empty(count), np.empty((MEASURES, count))
-    for j in range(count):
-        rungs[j] = bottom * np.exp(np.log(top / bottom) * j / (count - 1))
+    ladder = np.empty((MEASURES, _LADDER))
+    rungs = bottom * np.exp(np.log(top / bottom) * np.arange(_LADDER) / (_LADDER - 1))
     rungs[-1] = top
     walk(depth, start, rungs, sub_cell, periodic, ladder)
     value, rate = ladder[FORCE] - slope * rungs, ladder[LENGTH] - slope
@@ -169,7 +176,7 @@ def _first_guess(depth, start, offset, slope, low, high, sub_cell, periodic, gue
     for i in range(offset.size):
         if slope > 0.0:
             j = 1
-        while j < count - 1 and (value[j] < offset[i]) == (slope == 0.0):
+        while j < _LADDER - 1 and (value[j] < offset[i]) == (slope == 0.0):
             j += 1
         a, b = rungs[j - 1], rungs[j]
         if slope > 0.0:

@@ -14,6 +14,7 @@ from .line_walk import COUNT, ENERGY, FORCE, LENGTH, LONGEST, SQUARES
 from .loads import one_load_list
 
 _CONTROLS = {"penetration": 0, "force": 1, "mean_gap": 2}
+_SHORT = 1024  # points up to which ordering a line is cheaper than a ladder of levels
 _BLOCK = 2**15  # points: 450 lines of 64 points are one block, long lines a block each
 
 
@@ -125,9 +126,11 @@ def press(
     def press_rows(rows: slice) -> None:
         depths = heights[rows].max(axis=1)[:, None] - heights[rows]
         starts = depths.argmax(axis=1) if periodic else np.zeros(depths.shape[0], np.int64)
+        ordered = name != "penetration" and depths.shape[1] <= _SHORT
+        orders = (depths if ordered else depths[:, :0]).argsort(axis=1)
         residual = press_lines(
-            *(depths, starts, depths.mean(axis=1), goals, _CONTROLS[name], edges == "sub_cell"),
-            *(periodic, penetrations[rows], measures[rows], gaps[rows]),
+            *(depths, starts, depths.mean(axis=1), orders, goals, _CONTROLS[name]),
+            *(edges == "sub_cell", periodic, penetrations[rows], measures[rows], gaps[rows]),
         )
         if not np.all(residual <= CONVERGED):
             row = rows.start + int(np.argmax(~(residual <= CONVERGED)))
