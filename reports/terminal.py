@@ -134,7 +134,7 @@ def print_scenes() -> None:
     table = _table("Built-in scenes", "name", "title", "suites")
     for name in builtin_names():
         suites = ", ".join(suite for suite, members in SUITES.items() if name in members)
-        table.add_row(name, escape(load_scene(name).heading), suites)
+        table.add_row(name, _plain(load_scene(name).heading), suites)
     _console().print(table)
 
 
@@ -150,11 +150,17 @@ def print_methods() -> None:
 
 
 def _console() -> Console:
-    return Console()
+    return Console(emoji=False)
+
+
+def _plain(text: str) -> str:
+    """Return text from a scene so that neither rich nor the terminal takes it for commands."""
+    printable = (each if each.isprintable() else "\N{REPLACEMENT CHARACTER}" for each in text)
+    return escape("".join(printable))
 
 
 def _table(title: str, *headings: str) -> Table:
-    table = Table(title=escape(title), title_justify="left", box=None, pad_edge=False)
+    table = Table(title=_plain(title), title_justify="left", box=None, pad_edge=False)
     for heading in headings:
         table.add_column(heading, overflow="fold")
     return table

@@ -1,0 +1,160 @@
+"""The walls of the house: who may import whom, and that the house is ours."""
+
+from __future__ import annotations
+
+import ast
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from reports import house
+
+ROOT = Path(__file__).parents[1]
+PACKAGES = ("reduced", "reference", "comparisons", "reports")
+# The standard library apart, what each of the two numerical rooms may import (contract).
+ALLOWED = {
+    "reduced": {"numpy", "scipy", "numba", "reduced"},
+    "reference": {
+        *("numpy", "scipy", "numba", "skfem", "pyamg", "meshio", "pypardiso"),
+        "reference",
+    },
+}
+
+
+def imported(package):
+    """Return (file, top-level package) of every import statement, wherever it stands."""
+    for path in sorted((ROOT / package).rglob("*.py")):
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            if isinstance(node, ast.Import):
+                names = [alias.name for alias in node.names]
+            elif isinstance(node, ast.ImportFrom) and not node.level:
+                names = [node.module]
+            else:
+                continue
+            yield from ((path.relative_to(ROOT), name.partition(".")[0]) for name in names)
+
+
+# --- who imports whom -----------------------------------------------------------------------
+
+
+def test_the_contracts_of_pyproject_are_kept(monkeypatch):
+    """Layers and forbidden packages, as import-linter sees the graph of imports."""
+    lint = pytest.importorskip("importlinter.cli")
+    monkeypatch.chdir(ROOT)
+    monkeypatch.syspath_prepend(str(ROOT))
+    assert lint.lint_imports(no_cache=True) == lint.EXIT_STATUS_SUCCESS
+
+
+@pytest.mark.parametrize("package", sorted(ALLOWED))
+def test_the_numerical_rooms_import_nothing_but_numerics(package):
+    """Positive list, so that a new dependency is noticed whatever its name."""
+    foreign = [
+        f"{path}: {name}"
+        for path, name in imported(package)
+        if name not in ALLOWED[package] | set(sys.stdlib_module_names)
+    ]
+    assert foreign == []
+
+
+def test_lower_rooms_do_not_know_the_higher_ones():
+    """Also inside functions, where a late import would hide."""
+    wrong = {
+        "reduced": {"reference", "comparisons", "reports"},
+        "reference": {"reduced", "comparisons", "reports"},
+        "comparisons": {"reports"},
+    }
+    found = [
+        f"{path}: {name}"
+        for package, above in wrong.items()
+        for path, name in imported(package)
+        if name in above
+    ]
+    assert found == []
+
+
+def test_numerics_know_nothing_of_files_and_progress_bars():
+    """They take arrays and numbers: no open(), no print()."""
+    calls = [
+        f"{path.relative_to(ROOT)}:{node.lineno}"
+        for package in ALLOWED
+        for path in (ROOT / package).rglob("*.py")
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        if isinstance(node, ast.Call)
+        and isinstance(node.func, ast.Name)
+        and node.func.id in {"open", "print", "input"}
+    ]
+    assert calls == []
+
+
+def test_results_are_never_unpickled():
+    """No pickle in what reads files, and no numpy load that would allow one."""
+    for package in PACKAGES:
+        for path in (ROOT / package).rglob("*.py"):
+            text = path.read_text(encoding="utf-8")
+            assert "import pickle" not in text, path
+            assert "allow_pickle=True" not in text, path
+
+
+def test_the_packages_carry_their_types():
+    for package in PACKAGES:
+        assert (ROOT / package / "py.typed").exists()
+
+
+# --- that the house is ours -----------------------------------------------------------------
+
+
+def test_our_own_packages_are_no_foreigners():
+    assert house.foreign_packages() == []
+    assert house.PACKAGES == PACKAGES
+
+
+def test_the_check_itself_imports_nothing_heavy():
+    """It must speak before an import of a foreign package fails with a riddle."""
+    names = {name for path, name in imported("reports") if path.name == "house.py"}
+    assert names <= set(sys.stdlib_module_names)
+
+
+def run_from(folder, *, path):
+    return subprocess.run(
+        [sys.executable, "-m", "reports", "list", "methods"],
+        cwd=folder,
+        env=os.environ | {"PYTHONPATH": path},
+        capture_output=True,
+        text=True,
+        timeout=120,
+    )
+
+
+@pytest.mark.parametrize("layout", ["package", "module", "namespace"])
+def test_a_foreign_package_of_our_name_is_named_with_both_places(tmp_path, layout):
+    """As in a folder with somebody's reference/ in it, from where the program is started.
+
+    A folder without __init__.py is shadowed by a regular package anywhere later on the path, so
+    there nothing is wrong, and nothing must be said.
+    """
+    if layout == "module":
+        (tmp_path / "reference.py").write_text("raise RuntimeError('imported')\n")
+        where = tmp_path
+    else:
+        where = tmp_path / "reference"
+        where.mkdir()
+        if layout == "package":
+            (where / "__init__.py").write_text("raise RuntimeError('imported')\n")
+    done = run_from(tmp_path, path=str(ROOT))
+    if layout == "namespace":
+        assert done.returncode == 0
+        return
+    assert done.returncode == 2
+    assert "shadowed" in done.stderr
+    assert f"reference: {where} shadows roughline's own {ROOT / 'reference'}" in done.stderr
+    assert "Traceback" not in done.stderr
+    assert "reduced:" not in done.stderr
+
+
+def test_a_missing_package_is_named(monkeypatch):
+    monkeypatch.setattr(house, "PACKAGES", ("reduced", "no_such_room"))
+    (line,) = house.foreign_packages()
+    assert line == f"no_such_room: not found; roughline's own is {ROOT / 'no_such_room'}"
