@@ -104,7 +104,8 @@ def uncertainty_of(control: str, reference: Reference, name: str, at: str) -> np
     x, y = reference.curves[at], reference.curves[name]
     if len(x) < 2 or not (np.all(x > 0) and np.all(y > 0)):
         return own
-    slope = np.gradient(np.log(y), np.log(x)) if np.all(np.diff(x) > 0) else np.ones(len(x))
+    rising = bool(np.all(np.diff(np.log(x)) > 0))
+    slope = np.gradient(np.log(y), np.log(x)) if rising else np.ones(len(x))
     return combined(own, slope * reference.uncertainty[at])
 
 

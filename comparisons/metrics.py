@@ -33,7 +33,8 @@ def at_equal(x: np.ndarray, reference_x: np.ndarray, reference_y: np.ndarray) ->
     )
     known_x, known_y = reference_x[good], reference_y[good]
     result = np.full(np.shape(x), np.nan)
-    if len(known_x) < 2 or np.any(np.diff(known_x) <= 0):
+    # In logarithms, because two loads that differ in the last digit only have the same one.
+    if len(known_x) < 2 or np.any(np.diff(np.log(known_x)) <= 0):
         return result
     curve = PchipInterpolator(np.log(known_x), np.log(known_y))
     # A last digit beyond the end of the reference is still the end.

@@ -136,7 +136,9 @@ anything = st.one_of(
             f=np.cumsum([0.0, *(h for _, h in steps)]).tolist(),
             interpolation=kind,
         ),
-        st.lists(st.tuples(st.floats(1e-3, 1), st.floats(0, 1)), min_size=1, max_size=6),
+        st.lists(
+            st.tuples(st.floats(1e-3, 1), st.just(0.0) | st.floats(1e-6, 1)), min_size=1, max_size=6
+        ),
         st.sampled_from(["pchip", "linear"]),
     ),
 )
