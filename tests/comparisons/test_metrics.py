@@ -63,7 +63,7 @@ def test_failed_steps_are_left_out_and_too_few_leave_nothing():
     assert y[0] == pytest.approx(16.0, rel=1e-14)
     assert np.isnan(at_equal(np.array([1.0]), np.array([1.0]), np.array([1.0])))[0]
     # A curve that turns back has no single value, nor one whose loads differ by a last digit.
-    for x in (np.array([1.0, 3.0, 2.0]), np.array([1.5, np.nextafter(1.5, 2), 3.0])):
+    for x in (np.array([1.0, 3.0, 2.0]), np.array([1.5e-6, np.nextafter(1.5e-6, 1), 3.0])):
         assert np.isnan(at_equal(np.array([2.0]), x, x))[0]
 
 
