@@ -102,7 +102,7 @@ def invert(
     """Solve function(x) = value for nondecreasing `function` with function(0) = 0.
 
     Newton's method in the logarithms (exact for a power law) inside a bracket that it can only
-    shrink; where a step leaves the bracket or the bracket shrinks slowly, the interval is halved.
+    shrink; where a step leaves the bracket or is not half the step before, the interval is halved.
     Everything is relative, so the units do not matter.
 
     Parameters
@@ -125,7 +125,7 @@ def invert(
     x = upper.copy()
     active = np.flatnonzero((value > 0) & (function(upper) > value))
     history = []
-    width = np.inf
+    last = np.inf
     for _ in range(_ITERATIONS):
         if active.size == 0:
             return x
@@ -134,15 +134,17 @@ def invert(
         below = f < goal
         lower[active[below]] = at[below]
         upper[active[~below]] = at[~below]
-        step = _newton_in_logarithms(at, f, derivative(at), goal)
         low, high = lower[active], upper[active]
-        outside = ~((step >= low) & (step <= high)) | ((high - low) > 0.5 * width)
-        width = np.maximum(high - low, 0.0)
-        step = np.where(outside, 0.5 * (low + high), step)
-        done = (np.abs(step - at) <= _EPSILON * at) | (width <= 2 * _EPSILON * high) | (f == goal)
+        step = _newton_in_logarithms(at, f, derivative(at), goal)
+        moved = np.abs(step - at)
+        # Two units in the last place, and no longer fewer: that is all rounding lets through.
+        settled = (moved <= _EPSILON * at) | ((moved <= 8 * _EPSILON * at) & (moved > 0.5 * last))
+        halve = ~((step >= low) & (step <= high)) | ((moved > 0.5 * last) & ~settled)
+        step = np.where(halve, 0.5 * (low + high), step)
+        done = settled | (high - low <= 2 * _EPSILON * high) | (f == goal)
         x[active] = np.where(f == goal, at, step)
-        history.append(float(np.max(width / high)))
-        active, width = active[~done], width[~done]
+        history.append(float(np.max((high - low) / high)))
+        active, last = active[~done], np.abs(step - at)[~done]
     raise ConvergenceError("no contact radius found: the profile is not monotone", history)
 
 

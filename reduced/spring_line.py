@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from .quadrature import gauss_legendre
+from .cubic_line import moments, respond
 from .section import Profile
 
 _MARGIN = 4  # springs beyond the largest contact radius, for inverted loads
-_EDGE_STEPS = 80
+_WALL_STEPS = 80
 
 
 class NodalLine:
@@ -59,25 +59,29 @@ class NodalLine:
 class SmoothLine:
     """Springs joined by the monotone cubic through heights and slopes: edges inside the cells.
 
-    The two halves of the line see the springs at different places; each is a `_Half`.
+    The two halves of the line see the springs at different places. Each is a tuple of knots from
+    x = 0 outwards, heights, end slopes of the cubics and running integrals, see `cubic_line`.
     """
 
     def __init__(self, profile: Profile, spacing: float, offset: float, largest: float) -> None:
+        self.springs = [_springs(spacing, o, largest) for o in (offset, 1 - offset)]
         self.halves = [
-            _Half(profile, _springs(spacing, o, largest), largest) for o in (offset, 1 - offset)
+            (x, g, *moments(x, g, slope)) for x, g, slope in _knots(profile, self.springs, largest)
         ]
 
     def respond(self, d: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Contact length, F/E* and energy/E* at penetrations d."""
-        right, left = (half.respond(d) for half in self.halves)
-        return tuple(a + b for a, b in zip(right, left, strict=True))
+        out = np.zeros((3, d.size))
+        for half in self.halves:
+            respond(*half, d, out)
+        return out[0], out[1], out[2]
 
     def deep_start(self, goal: np.ndarray) -> np.ndarray:
         """Penetrations on or beyond those that carry F/E* = goal."""
-        knots = np.unique(np.concatenate([half.heights for half in self.halves]))
+        knots = np.unique(np.concatenate([half[1] for half in self.halves]))
         knots = knots[knots > 0]
         if knots.size == 0:
-            return goal / sum(half.x[-1] for half in self.halves)
+            return goal / sum(half[0][-1] for half in self.halves)
         length, force, _ = self.respond(knots)
         index = np.searchsorted(force, goal, side="left")
         beyond = index == knots.size
@@ -86,69 +90,12 @@ class SmoothLine:
 
     def count_springs(self, d: float) -> int:
         """Springs in contact at penetration d."""
-        return sum(
-            int(np.searchsorted(half.springs, half.respond(np.array([d]))[0][0]))
-            for half in self.halves
-        )
-
-
-class _Half:
-    """One half of a smooth line: knots from x = 0 outwards, cubic cells, running integrals."""
-
-    def __init__(self, profile: Profile, springs: np.ndarray, largest: float) -> None:
-        self.springs = springs
-        self.sharp = np.isfinite(profile.edge)
-        self.x, self.heights, slopes = _knots(profile, springs, largest)
-        self.width = np.diff(self.x)
-        self.rise = np.diff(self.heights)
-        safe = np.where(self.rise > 0, self.rise, 1.0)
-        # Slopes in units of the secant, at most 3: then the cubic is monotone (Fritsch & Carlson).
-        self.start = np.where(self.rise > 0, np.clip(slopes[:-1] * (self.width / safe), 0, 3), 0.0)
-        self.end = np.where(self.rise > 0, np.clip(slopes[1:] * (self.width / safe), 0, 3), 0.0)
-        cell = np.arange(self.width.size)
-        first, second = self._moments(cell, np.ones(cell.size))
-        self.first = np.concatenate([[0.0], np.cumsum(first)])
-        self.second = np.concatenate([[0.0], np.cumsum(second)])
-
-    def respond(self, d: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Contact length, F/E* and energy/E* of this half at penetrations d > 0."""
-        cell = np.searchsorted(self.heights, d, side="left") - 1
-        inside = cell < self.width.size
-        cell = np.minimum(cell, self.width.size - 1)
-        part = np.where(inside, self._locate(cell, d), 1.0)
-        first, second = self._moments(cell, part)
-        first, second = first + self.first[cell], second + self.second[cell]
-        length = self.x[cell] + part * self.width[cell]
-        return length, length * d - first, (length * d * d - 2 * d * first + second) / 2
-
-    def _cubic(self, cell: np.ndarray, s: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Rise above the cell's start in units of its full rise, and its derivative, at s."""
-        m0, m1 = self.start[cell], self.end[cell]
-        c2, c3 = 3 - 2 * m0 - m1, m0 + m1 - 2
-        return s * (m0 + s * (c2 + s * c3)), m0 + s * (2 * c2 + s * 3 * c3)
-
-    def _locate(self, cell: np.ndarray, d: np.ndarray) -> np.ndarray:
-        """Place of the contact edge inside the cell, in [0, 1], by Newton inside a bracket."""
-        rise = np.where(self.rise[cell] > 0, self.rise[cell], 1.0)
-        goal = np.clip((d - self.heights[cell]) / rise, 0, 1)
-        low, high, s = np.zeros_like(goal), np.ones_like(goal), goal.copy()
-        for _ in range(_EDGE_STEPS):
-            value, slope = self._cubic(cell, s)
-            low, high = np.where(value < goal, s, low), np.where(value < goal, high, s)
-            step = s - (value - goal) / np.where(slope > 0, slope, 1.0)
-            good = (slope > 0) & (step >= low) & (step <= high)
-            last, s = s, np.where(good, step, (low + high) / 2)
-            if np.all(np.abs(s - last) <= np.finfo(float).eps * s):
-                break
-        return s
-
-    def _moments(self, cell: np.ndarray, part: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Integrals of height and height squared over the first part of each cell; exact."""
-        nodes, weights = gauss_legendre(4)
-        rise, _ = self._cubic(cell[:, None], part[:, None] * nodes)
-        height = self.heights[cell][:, None] + self.rise[cell][:, None] * rise
-        scale = part * self.width[cell]
-        return scale * (height @ weights), scale * (height**2 @ weights)
+        count = 0
+        for half, springs in zip(self.halves, self.springs, strict=True):
+            out = np.zeros((3, 1))
+            respond(*half, np.array([d]), out)
+            count += int(np.searchsorted(springs, out[0, 0]))
+        return count
 
 
 def _springs(spacing: float, offset: float, largest: float) -> np.ndarray:
@@ -158,26 +105,37 @@ def _springs(spacing: float, offset: float, largest: float) -> np.ndarray:
 
 
 def _knots(
-    profile: Profile, springs: np.ndarray, largest: float
-) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Knots of a half line with heights and slopes: axis, springs, breakpoints and sharp edge."""
-    marks = np.array([b for b in profile.breakpoints if b < springs[-1]])
-    x = np.concatenate([[0.0], springs, marks])
+    profile: Profile, springs: list[np.ndarray], largest: float
+) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
+    """Knots of both half lines with heights and slopes: axis, springs, breakpoints, sharp edge."""
+    places = [_places(profile, half) for half in springs]
+    both = np.concatenate(places)
+    heights = profile.height(both)
+    if not np.isfinite(heights).all():
+        wall = both[~np.isfinite(heights)].min()
+        places = [_stop_before_wall(profile, x[x < wall], largest) for x in places]
+        both = np.concatenate(places)
+        heights = profile.height(both)
+    slopes = profile.slope(both)
+    cut = places[0].size
+    parts = (slice(0, cut), slice(cut, None))
+    return [(both[part], heights[part], slopes[part]) for part in parts]
+
+
+def _places(profile: Profile, springs: np.ndarray) -> np.ndarray:
+    """Knots of a half line."""
+    x = springs if springs[0] == 0 else np.concatenate([[0.0], springs])
+    marks = [b for b in profile.breakpoints if b < springs[-1]]
     if profile.edge <= springs[-1]:
         x = np.append(x[x < profile.edge], profile.edge)
-    x = np.unique(x)
-    heights = profile.height(x)
-    if not np.isfinite(heights[-1]):
-        x = _stop_before_wall(profile, x[np.isfinite(heights)], largest)
-        heights = profile.height(x)
-    return x, heights, profile.slope(x)
+    return np.unique(np.concatenate([x, marks])) if marks else x
 
 
 def _stop_before_wall(profile: Profile, x: np.ndarray, largest: float) -> np.ndarray:
     """Knots up to one beyond the largest contact, for a height that becomes infinite (a sphere)."""
     beyond = max(largest, x[-1])
     step = largest
-    for _ in range(_EDGE_STEPS):
+    for _ in range(_WALL_STEPS):
         step /= 2
         if np.isfinite(profile.height(np.array([beyond + step])))[0]:
             return np.append(x, beyond + step)
