@@ -5,9 +5,10 @@ positive and negative q, so <h^2> = 2 sum_k B_k^2 over the positive modes q_k = 
 
 The rule of the chapter is C1D(q) = pi q C2D(q) (19.26). In the continuum it keeps <h^2>
 ((19.27) = (19.28)) and with it <h'^2>_1D = <|grad h|^2> and <h''^2>_1D = <(laplacian h)^2>; the
-chapter's footnote 7 speaks of the product of the principal curvatures, whose mean is zero. Sampled
-at the modes, C1D inflates the rms height by 4-10 %; the sum over each ring of modes,
-B1D(k)^2 = (1/2) sum_ring |B2D|^2, keeps <h^2> exactly and is the default.
+chapter's footnote 7 speaks of the product of the principal curvatures, whose mean is zero. On a
+finite surface it does not: C1D of a power law sampled at the modes inflates the rms height by
+4-10 %, and C2D averaged over rings, as the chapter's Problem 1 says, lowers it as much. The sum
+over each ring of modes, B1D(k)^2 = (1/2) sum_ring |B2D|^2, keeps <h^2> exactly; it is the default.
 """
 
 from __future__ import annotations
@@ -16,6 +17,16 @@ from dataclasses import dataclass
 
 import numpy as np
 import scipy.fft
+
+from .surface_spectrum import (
+    SurfaceSpectrum,
+    cutoffs,
+    measured,
+    pair,
+    power_law,
+    self_affine,
+    self_affine_faults,
+)
 
 
 @dataclass(frozen=True)
@@ -60,36 +71,97 @@ class LineSpectrum:
         return float(np.sqrt(2 * np.sum(self.wavenumber ** (2 * order) * self.power)))
 
 
-def ring_sums(
-    height: np.ndarray, size: float | tuple[float, float], periodic: bool = False
-) -> LineSpectrum:
-    """Line spectrum of a height map by ring sums, B1D(k)^2 = (1/2) sum over ring k of |B2D|^2.
+@dataclass(frozen=True)
+class SumRules:
+    """What a rule keeps of the surface: root mean squares of surface and line, and their ratios.
 
-    Ring k holds the modes whose |q| is nearest to 2 pi k/L, L the longer side: with the shorter
-    side's wider rings, modes along the longer side would fall into the mean and be lost. All modes
-    count, also those in the corners beyond the Nyquist wavenumber of one direction.
+    Attributes
+    ----------
+    surface, line : ndarray, shape (3,)
+        Height, slope (surface: full gradient) and curvature (surface: laplacian).
+    ratio : ndarray, shape (3,)
+        Line over surface; one where the rule keeps the quantity, as the continuum does for all three.
+    """
+
+    surface: np.ndarray
+    line: np.ndarray
+
+    @property
+    def ratio(self) -> np.ndarray:
+        """line/surface."""
+        return self.line / np.where(self.surface > 0, self.surface, 1.0)
+
+
+def sum_rules(surface: SurfaceSpectrum, line: LineSpectrum) -> SumRules:
+    """Compare the moments of a surface with those of a line made from it.
+
+    Examples
+    --------
+    >>> surface = self_affine(64, 1.0, hurst=0.8, rms_slope=0.1)
+    >>> for rule in ("rings", "split", "printed"):
+    ...     print(rule, np.round(sum_rules(surface, line_of(surface, rule)).ratio, 3))
+    rings [1.    0.981 0.997]
+    split [1.    1.    1.001]
+    printed [0.919 0.967 0.98 ]
+    """
+    names = ("rms_height", "rms_slope", "rms_curvature")
+    return SumRules(*(np.array([getattr(each, n) for n in names]) for each in (surface, line)))
+
+
+def line_of(surface: SurfaceSpectrum, rule: str = "rings") -> LineSpectrum:
+    """Line spectrum of a surface.
 
     Parameters
     ----------
-    height : ndarray, shape (nx, ny)
-        Heights; the mean is removed. Pixels need not be square.
-    size : float or (float, float)
-        Sides Lx, Ly.
-    periodic : bool
-        True for a map that continues itself. False (a measured map) applies a Hann window in both
-        directions, removes the windowed mean and rescales the result to the <h^2> of the map, so
-        that the jump between opposite sides does not fill the spectrum.
+    surface : SurfaceSpectrum
+        Measured or prescribed.
+    rule : {"rings", "split", "printed"}
+        - ``"rings"``: B1D(k)^2 = (1/2) sum over ring k of |B2D|^2, ring k holding the modes nearest
+          to q_k = 2 pi k/L. <h^2> is kept exactly, the slope but for the rounding of |q|.
+        - ``"split"``: each mode is shared between its two neighbours k <= |q| L/2 pi < k + 1 so
+          that <h^2> and <|grad h|^2> are both kept exactly; the curvature comes out high by
+          O(1/k^2). Not in the chapter.
+        - ``"printed"``: C1D = pi q C2D (19.26) with the ring average of C2D (Problem 1, steps 3 and
+          4), sampled at the modes below the Nyquist wavenumber of the coarser direction, where
+          rings cease to be complete. <h^2> is not kept: a ring of k holds not 2 pi k modes but 8
+          for k = 1, and a steep spectrum varies across it.
 
     Returns
     -------
     LineSpectrum
-        <h^2> of the map is kept to rounding, the rms slope to the width of the rings.
+        On the longer side L: with the shorter side's wider rings, modes along the longer side would
+        fall into the mean and be lost. Rings count all modes, also those in the corners beyond the
+        Nyquist wavenumber of one direction.
 
     Raises
     ------
     ValueError
-        If the map is not 2-D, has fewer than 2 points in a direction or is not finite, or a side
-        is not positive.
+        If the rule is unknown.
+    """
+    _refuse(_rule_faults(rule))
+    if rule == "printed":
+        whole = surface.whole_rings
+        density = surface.radial_average().density[:whole]
+        return _sample_rule(density, np.arange(1, whole + 1), surface.length)
+    place = (surface.magnitude * (surface.length / (2 * np.pi))).ravel()
+    half = surface.power.ravel() / 2
+    if rule == "rings":
+        power = np.bincount(np.rint(place).astype(np.int64), half)
+    else:
+        # Rounding must not put a mode that lies on q_k into the cell below.
+        below = np.maximum(np.floor(place * (1 + 1e-12)), 1.0)
+        share = np.clip((place - below) * (place + below) / (2 * below + 1), 0.0, 1.0)
+        index, count = below.astype(np.int64), int(below.max()) + 2
+        power = np.bincount(index, (1 - share) * half, count)
+        power += np.bincount(index + 1, share * half, count)
+    wavenumber = 2 * np.pi / surface.length * np.arange(1, power.size)
+    return LineSpectrum(wavenumber, power[1:], surface.length)
+
+
+def ring_sums(
+    height: np.ndarray, size: float | tuple[float, float], periodic: bool = False
+) -> LineSpectrum:
+    """Line spectrum of a height map by ring sums: `line_of` of `measured`, where all is explained.
 
     Examples
     --------
@@ -98,29 +170,14 @@ def ring_sums(
     >>> np.round(2 * spectrum.power[:2], 12)  # <h^2> = 1/2, all in the first ring
     array([0.5, 0. ])
     """
-    square, lengths = _map_power(height, size, periodic)
-    return _sum_rings(square, _magnitude(square.shape, lengths), max(lengths))
+    return line_of(measured(height, size, periodic))
 
 
 def printed_rule(
     height: np.ndarray, size: float | tuple[float, float], periodic: bool = False
 ) -> LineSpectrum:
-    """Line spectrum of a height map by the steps of Problem 1: ring averages, C1D = pi q C2D.
-
-    C2D(q) is the mean over each ring of (L/2 pi)^2 |B2D|^2 and C1D is sampled at the modes, which
-    does not keep <h^2>: a ring of k holds not 2 pi k modes but 8 for k = 1, and a steep spectrum
-    varies across it. Modes end below the Nyquist wavenumber of the coarser direction, where rings
-    cease to be complete.
-
-    Parameters and errors are those of `ring_sums`.
-    """
-    square, lengths = _map_power(height, size, periodic)
-    magnitude = _magnitude(square.shape, lengths)
-    length = max(lengths)
-    ring = np.rint(magnitude * (length / (2 * np.pi))).astype(np.int64).ravel()
-    mean = np.bincount(ring, square.ravel()) / np.maximum(np.bincount(ring), 1)
-    mode = np.arange(1, _whole_rings(square.shape, lengths) + 1)
-    return _sample_rule(mean[mode] * (lengths[0] * lengths[1] / (4 * np.pi**2)), mode, length)
+    """Line spectrum of a height map by the steps of Problem 1: `line_of` by the rule as printed."""
+    return line_of(measured(height, size, periodic), "printed")
 
 
 def prescribed(
@@ -157,8 +214,8 @@ def prescribed(
         Roll-off wavelength; without it the power law goes down to the longest mode.
     short_cutoff : float, optional
         Shortest wavelength; two cells (of the coarser direction) without it.
-    rule : {"rings", "printed"}
-        Ring sums, or C1D = pi q C2D (19.26) sampled at the modes below the Nyquist wavenumber.
+    rule : {"rings", "split", "printed"}
+        As for `line_of`; but C1D = pi q C2D is sampled from the power law itself.
 
     Returns
     -------
@@ -169,32 +226,27 @@ def prescribed(
     ValueError
         Listing everything wrong, also if no mode is left between the cutoffs.
     """
-    shape, lengths = _pair(points, int), _pair(size, float)
-    exponent = _check_prescribed(
-        shape, lengths, hurst, power, rms_slope, rms_height, long_cutoff, short_cutoff, rule
-    )
-    cell = max(side / n for side, n in zip(lengths, shape, strict=True))
-    limits = (
-        2 * np.pi / long_cutoff if long_cutoff else 0.0,
-        2 * np.pi / (short_cutoff or 2 * cell),
-    )
-    magnitude = _magnitude(shape, lengths)
-    square = _power_law(magnitude, exponent, *limits)
-    for axis, n in enumerate(shape):
-        if n % 2 == 0:
-            square[(slice(None),) * axis + (n // 2,)] = 0.0
-    target, weight = (rms_slope, magnitude**2) if rms_height is None else (rms_height, 1.0)
-    total = float(np.sum(weight * square))
-    if not total > 0:
-        raise ValueError(f"no mode lies between the cutoffs {long_cutoff!r} and {short_cutoff!r}")
-    scale = target**2 / total
-    length = max(lengths)
-    if rule == "rings":
-        return _sum_rings(scale * square, magnitude, length)
-    mode = np.arange(1, _whole_rings(shape, lengths) + 1)
-    shape_of_density = _power_law(2 * np.pi / length * mode, exponent, *limits)
-    area = lengths[0] * lengths[1]
-    return _sample_rule(scale * shape_of_density * (area / (4 * np.pi**2)), mode, length)
+    parameters = {
+        "hurst": hurst,
+        "power": power,
+        "rms_slope": rms_slope,
+        "rms_height": rms_height,
+        "long_cutoff": long_cutoff,
+        "short_cutoff": short_cutoff,
+    }
+    shape, sides = pair(points, int), pair(size, float)
+    _refuse(self_affine_faults(shape, sides, *parameters.values()) + _rule_faults(rule))
+    surface = self_affine(shape, sides, **parameters)
+    if rule != "printed":
+        return line_of(surface, rule)
+    exponent = power if hurst is None else 2 * (1 + hurst)
+    limits = cutoffs(shape, sides, long_cutoff, short_cutoff)
+    mode = np.arange(1, surface.whole_rings + 1)
+    law = power_law(2 * np.pi / surface.length * mode, exponent, *limits)
+    # The law's factor, from all modes of the surface: the sum of a constant times the law.
+    whole = power_law(surface.magnitude, exponent, *limits)[surface.power > 0].sum()
+    density = law * (surface.density.sum() / whole)
+    return _sample_rule(density, mode, surface.length)
 
 
 def synthesise(
@@ -266,108 +318,19 @@ def resample(spectrum: LineSpectrum, length: float) -> LineSpectrum:
     return LineSpectrum(2 * np.pi / length * np.arange(1, new_count + 1), power, float(length))
 
 
-def _sum_rings(square: np.ndarray, magnitude: np.ndarray, length: float) -> LineSpectrum:
-    """Half the sum of |B2D|^2 over each ring of width 2 pi/length."""
-    ring = np.rint(magnitude * (length / (2 * np.pi))).astype(np.int64)
-    power = np.bincount(ring.ravel(), square.ravel())[1:] / 2
-    return LineSpectrum(2 * np.pi / length * np.arange(1, power.size + 1), power, float(length))
-
-
 def _sample_rule(density: np.ndarray, mode: np.ndarray, length: float) -> LineSpectrum:
     """C1D = pi q C2D (19.26) sampled at the modes, with (19.25)."""
     wavenumber = 2 * np.pi / length * mode
     return LineSpectrum(wavenumber, 2 * np.pi / length * (np.pi * wavenumber * density), length)
 
 
-def _whole_rings(shape: tuple[int, int], lengths: tuple[float, float]) -> int:
-    """Count the rings below the Nyquist wavenumber of the coarser direction."""
-    length = max(lengths)
-    return (
-        min(int(np.ceil(n / 2 * length / side)) for n, side in zip(shape, lengths, strict=True)) - 1
-    )
+def _rule_faults(rule: str) -> list[str]:
+    """What is wrong with the name of a rule: nothing, or one sentence."""
+    known = rule in ("rings", "split", "printed")
+    return [] if known else [f"rule must be 'rings', 'split' or 'printed', got {rule!r}"]
 
 
-def _map_power(
-    height: np.ndarray, size: float | tuple[float, float], periodic: bool
-) -> tuple[np.ndarray, tuple[float, float]]:
-    """|B2D|^2 of all modes of a map (mean removed, windowed if not periodic), and its sides."""
-    h = np.asarray(height, dtype=float)
-    lengths = _pair(size, float)
-    wrong = [
-        f"side must be finite and positive, got {s!r}"
-        for s in lengths
-        if not (np.isfinite(s) and s > 0)
-    ]
-    if h.ndim != 2 or min(h.shape) < 2:
-        wrong.append(f"height must be a 2-D map of at least 2 x 2 points, got shape {h.shape}")
-    elif not np.all(np.isfinite(h)):
-        wrong.append("height must be finite: fill undefined points first")
+def _refuse(wrong: list[str]) -> None:
+    """Raise one ValueError for everything wrong."""
     if wrong:
         raise ValueError("; ".join(wrong))
-    h = h - h.mean()
-    if not periodic:
-        h = _hann(h)
-    square = np.abs(scipy.fft.fft2(h, norm="forward")) ** 2
-    square[0, 0] = 0.0
-    return square, lengths
-
-
-def _hann(h: np.ndarray) -> np.ndarray:
-    """Map times the Hann window, mean removed, rescaled to the mean square of the map."""
-    x, y = (np.sin(np.pi * (np.arange(n) + 0.5) / n) ** 2 for n in h.shape)
-    window = x[:, None] * y
-    windowed = window * (h - np.sum(window * h) / np.sum(window))
-    mean_square = np.mean(windowed**2)
-    return windowed * np.sqrt(np.mean(h**2) / mean_square) if mean_square > 0 else windowed
-
-
-def _magnitude(shape: tuple[int, int], lengths: tuple[float, float]) -> np.ndarray:
-    """|q| of every mode of a map, in the order of the FFT."""
-    qx, qy = (
-        2 * np.pi * np.fft.fftfreq(n, side / n) for n, side in zip(shape, lengths, strict=True)
-    )
-    return np.hypot(qx[:, None], qy)
-
-
-def _power_law(q: np.ndarray, exponent: float, low: float, high: float) -> np.ndarray:
-    """q^-exponent with a plateau below `low` and nothing above `high` or at q = 0."""
-    # The circle itself belongs to the spectrum, whatever the rounding of |q|.
-    kept = (q > 0) & (q <= high * (1 + 1e-10))
-    return np.where(kept, (np.maximum(np.where(kept, q, high), low) / high) ** -exponent, 0.0)
-
-
-def _pair(value, kind: type) -> tuple:
-    """Turn a number into a pair, or leave a pair."""
-    return (kind(value), kind(value)) if np.ndim(value) == 0 else (kind(value[0]), kind(value[1]))
-
-
-def _check_prescribed(
-    shape, lengths, hurst, power, rms_slope, rms_height, long_cutoff, short_cutoff, rule
-) -> float:
-    """Exponent of C2D, or one ValueError for everything wrong."""
-    wrong = []
-    if min(shape) < 2:
-        wrong.append(f"points must be at least 2 per side, got {shape}")
-    if (hurst is None) == (power is None):
-        wrong.append(f"give exactly one of hurst and power, got {hurst!r} and {power!r}")
-    if (rms_slope is None) == (rms_height is None):
-        wrong.append(
-            f"give exactly one of rms_slope and rms_height, got {rms_slope!r} and {rms_height!r}"
-        )
-    named = {
-        "rms_slope": rms_slope,
-        "rms_height": rms_height,
-        "long_cutoff": long_cutoff,
-        "short_cutoff": short_cutoff,
-        "size": min(lengths),
-    }
-    wrong += [
-        f"{name} must be finite and positive, got {value!r}"
-        for name, value in named.items()
-        if value is not None and not (np.isfinite(value) and value > 0)
-    ]
-    if rule not in ("rings", "printed"):
-        wrong.append(f"rule must be 'rings' or 'printed', got {rule!r}")
-    if wrong:
-        raise ValueError("; ".join(wrong))
-    return float(power) if hurst is None else 2 * (1 + float(hurst))

@@ -1,0 +1,257 @@
+"""Power spectra of surfaces, measured or prescribed: the input of the two-to-one-dimensional rule.
+
+A surface is h(x) = sum_q B2D(q) exp(i (q x + phi)) over all modes of its rectangle (19.22), with
+C2D = Lx Ly/(2 pi)^2 |B2D|^2 (19.23), so that <h^2> = sum |B2D|^2.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.fft
+
+
+@dataclass(frozen=True)
+class RadialAverage:
+    """C2D over circles: mean, number and spread of the modes in each ring.
+
+    Attributes
+    ----------
+    wavenumber : ndarray, shape (m,)
+        q_k = 2 pi k/L, k = 1 ... m, L the longer side; ring k holds the modes nearest to q_k.
+    density : ndarray, shape (m,)
+        Mean of C2D over the ring; 0 for an empty ring.
+    count : ndarray of int, shape (m,)
+        Modes in the ring.
+    spread : ndarray, shape (m,)
+        Standard deviation of C2D within the ring: about the mean itself for a measured map (a
+        periodogram does not average out), the anisotropy and the width of the ring otherwise.
+    """
+
+    wavenumber: np.ndarray
+    density: np.ndarray
+    count: np.ndarray
+    spread: np.ndarray
+
+
+@dataclass(frozen=True)
+class SurfaceSpectrum:
+    """Two-dimensional power spectrum.
+
+    Attributes
+    ----------
+    power : ndarray, shape (nx, ny)
+        |B2D|^2 of every mode, in the order of the FFT; the mean has none.
+    size : (float, float)
+        Sides Lx, Ly.
+    """
+
+    power: np.ndarray
+    size: tuple[float, float]
+
+    @property
+    def length(self) -> float:
+        """Longer side L."""
+        return max(self.size)
+
+    @property
+    def magnitude(self) -> np.ndarray:
+        """|q| of every mode."""
+        return _magnitude(self.power.shape, self.size)
+
+    @property
+    def density(self) -> np.ndarray:
+        """C2D(q) = Lx Ly/(2 pi)^2 |B2D|^2 of every mode (19.23)."""
+        return self.size[0] * self.size[1] / (4 * np.pi**2) * self.power
+
+    @property
+    def rms_height(self) -> float:
+        """Root mean square height sqrt<h^2>."""
+        return self._moment(0)
+
+    @property
+    def rms_slope(self) -> float:
+        """Root mean square of the full gradient, sqrt<|grad h|^2>."""
+        return self._moment(1)
+
+    @property
+    def rms_curvature(self) -> float:
+        """Root mean square of the laplacian, sqrt<(lap h)^2>."""
+        return self._moment(2)
+
+    @property
+    def whole_rings(self) -> int:
+        """Number of rings below the Nyquist wavenumber of the coarser direction: complete ones."""
+        pairs = zip(self.power.shape, self.size, strict=True)
+        return min(int(np.ceil(n / 2 * self.length / side)) for n, side in pairs) - 1
+
+    def radial_average(self) -> RadialAverage:
+        """C2D averaged over rings of width 2 pi/L (step 3 of the chapter's Problem 1).
+
+        Examples
+        --------
+        >>> h = np.cos(2 * np.pi * np.arange(8) / 8)[:, None] * np.ones(8)
+        >>> average = measured(h, 1.0, periodic=True).radial_average()
+        >>> average.count[:2]  # (1, 0) and (1, 1) with their signs; then (2, 0), (2, 1)
+        array([ 8, 12])
+        """
+        ring = np.rint(self.magnitude * (self.length / (2 * np.pi))).astype(np.int64).ravel()
+        density = self.density.ravel()
+        count = np.bincount(ring)
+        safe = np.maximum(count, 1)
+        mean = np.bincount(ring, density) / safe
+        spread = np.sqrt(np.bincount(ring, (density - mean[ring]) ** 2) / safe)
+        wavenumber = 2 * np.pi / self.length * np.arange(1, count.size)
+        return RadialAverage(wavenumber, mean[1:], count[1:], spread[1:])
+
+    def _moment(self, order: int) -> float:
+        return float(np.sqrt(np.sum(self.magnitude ** (2 * order) * self.power)))
+
+
+def measured(
+    height: np.ndarray, size: float | tuple[float, float], periodic: bool = False
+) -> SurfaceSpectrum:
+    """Power spectrum of a height map.
+
+    Parameters
+    ----------
+    height : ndarray, shape (nx, ny)
+        Heights; the mean is removed. Pixels need not be square.
+    size : float or (float, float)
+        Sides Lx, Ly.
+    periodic : bool
+        True for a map that continues itself. False (a measured map) applies a Hann window in both
+        directions, removes the windowed mean and rescales the result to the <h^2> of the map, so
+        that the jump between opposite sides does not fill the spectrum.
+
+    Returns
+    -------
+    SurfaceSpectrum
+
+    Raises
+    ------
+    ValueError
+        If the map is not 2-D, has fewer than 2 points in a direction or is not finite, or a side
+        is not positive.
+    """
+    h = np.asarray(height, dtype=float)
+    sides = pair(size, float)
+    wrong = [
+        f"side must be finite and positive, got {s!r}"
+        for s in sides
+        if not (np.isfinite(s) and s > 0)
+    ]
+    if h.ndim != 2 or min(h.shape) < 2:
+        wrong.append(f"height must be a 2-D map of at least 2 x 2 points, got shape {h.shape}")
+    elif not np.all(np.isfinite(h)):
+        wrong.append("height must be finite: fill undefined points first")
+    if wrong:
+        raise ValueError("; ".join(wrong))
+    h = h - h.mean()
+    if not periodic:
+        h = _hann(h)
+    power = np.abs(scipy.fft.fft2(h, norm="forward")) ** 2
+    power[0, 0] = 0.0
+    return SurfaceSpectrum(power, sides)
+
+
+def self_affine(
+    points: int | tuple[int, int],
+    size: float | tuple[float, float],
+    *,
+    hurst: float | None = None,
+    power: float | None = None,
+    rms_slope: float | None = None,
+    rms_height: float | None = None,
+    long_cutoff: float | None = None,
+    short_cutoff: float | None = None,
+) -> SurfaceSpectrum:
+    """Prescribed spectrum of a synthetic self-affine surface; parameters as for `spectrum`.
+
+    See `spectrum.prescribed` for parameters and errors.
+    """
+    shape, sides = pair(points, int), pair(size, float)
+    wrong = self_affine_faults(
+        shape, sides, hurst, power, rms_slope, rms_height, long_cutoff, short_cutoff
+    )
+    if wrong:
+        raise ValueError("; ".join(wrong))
+    exponent = float(power) if hurst is None else 2 * (1 + float(hurst))
+    low, high = cutoffs(shape, sides, long_cutoff, short_cutoff)
+    magnitude = _magnitude(shape, sides)
+    square = power_law(magnitude, exponent, low, high)
+    for axis, n in enumerate(shape):
+        if n % 2 == 0:
+            square[(slice(None),) * axis + (n // 2,)] = 0.0
+    target, weight = (rms_slope, magnitude**2) if rms_height is None else (rms_height, 1.0)
+    total = float(np.sum(weight * square))
+    if not total > 0:
+        raise ValueError(f"no mode lies between the cutoffs {long_cutoff!r} and {short_cutoff!r}")
+    return SurfaceSpectrum(target**2 / total * square, sides)
+
+
+def cutoffs(
+    shape: tuple[int, int],
+    sides: tuple[float, float],
+    long_cutoff: float | None,
+    short_cutoff: float | None,
+) -> tuple[float, float]:
+    """Wavenumbers of roll-off (0 without one) and of the end, two cells by default."""
+    cell = max(side / n for side, n in zip(sides, shape, strict=True))
+    return 2 * np.pi / long_cutoff if long_cutoff else 0.0, 2 * np.pi / (short_cutoff or 2 * cell)
+
+
+def power_law(q: np.ndarray, exponent: float, low: float, high: float) -> np.ndarray:
+    """q^-exponent with a plateau below `low` and nothing above `high` or at q = 0."""
+    # The circle itself belongs to the spectrum, whatever the rounding of |q|.
+    kept = (q > 0) & (q <= high * (1 + 1e-10))
+    return np.where(kept, (np.maximum(np.where(kept, q, high), low) / high) ** -exponent, 0.0)
+
+
+def _hann(h: np.ndarray) -> np.ndarray:
+    """Map times the Hann window, mean removed, rescaled to the mean square of the map."""
+    x, y = (np.sin(np.pi * (np.arange(n) + 0.5) / n) ** 2 for n in h.shape)
+    window = x[:, None] * y
+    windowed = window * (h - np.sum(window * h) / np.sum(window))
+    mean_square = np.mean(windowed**2)
+    return windowed * np.sqrt(np.mean(h**2) / mean_square) if mean_square > 0 else windowed
+
+
+def _magnitude(shape: tuple[int, ...], sides: tuple[float, float]) -> np.ndarray:
+    """|q| of every mode of a map, in the order of the FFT."""
+    qx, qy = (2 * np.pi * np.fft.fftfreq(n, side / n) for n, side in zip(shape, sides, strict=True))
+    return np.hypot(qx[:, None], qy)
+
+
+def pair(value, kind: type) -> tuple:
+    """Turn a number into a pair, or leave a pair."""
+    return (kind(value), kind(value)) if np.ndim(value) == 0 else (kind(value[0]), kind(value[1]))
+
+
+def self_affine_faults(
+    shape, sides, hurst, power, rms_slope, rms_height, long_cutoff, short_cutoff
+) -> list[str]:
+    """List everything that is wrong with the parameters of `self_affine`."""
+    wrong = []
+    if min(shape) < 2:
+        wrong.append(f"points must be at least 2 per side, got {shape}")
+    if (hurst is None) == (power is None):
+        wrong.append(f"give exactly one of hurst and power, got {hurst!r} and {power!r}")
+    if (rms_slope is None) == (rms_height is None):
+        wrong.append(
+            f"give exactly one of rms_slope and rms_height, got {rms_slope!r} and {rms_height!r}"
+        )
+    named = {
+        "rms_slope": rms_slope,
+        "rms_height": rms_height,
+        "long_cutoff": long_cutoff,
+        "short_cutoff": short_cutoff,
+        "size": min(sides),
+    }
+    wrong += [
+        f"{name} must be finite and positive, got {value!r}"
+        for name, value in named.items()
+        if value is not None and not (np.isfinite(value) and value > 0)
+    ]
+    return wrong
