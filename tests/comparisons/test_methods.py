@@ -358,3 +358,66 @@ def test_a_scene_in_nm_and_gpa_is_bit_identical_to_the_one_in_si(scene, method):
     first, second = solved(named, method, level), solved(plain, method, level)
     for name, values in first.items():
         np.testing.assert_array_equal(values, second[name], err_msg=name)
+
+
+# --- definitions of the contract ------------------------------------------------------------
+
+
+def solved_rough(make, method, **surface):
+    asked = ["penetration", "penetration_mean_plane", "mean_gap", "contact_count"]
+    asked += ["contact_length", "contact_area_raw", "stiffness", "contact_length_stiffness"]
+    (plan,) = plan_scene(make(compare={"quantities": asked}, **surface))
+    level = 64 if method == "reduced" else 16
+    found = solved(plan.scene, method, level)
+    return plan.geometry.heights(0, 16), found
+
+
+def test_penetration_of_a_periodic_surface_counts_from_the_mean_plane(rough):
+    """As the mean displacement is zero, d = max(h - <h>) - mean gap; 1e-7: the FFT's residual."""
+    heights, found = solved_rough(rough, "bem_fft", periodic=True)
+    peak = heights.max() - heights.mean()
+    np.testing.assert_allclose(found["penetration"] + found["mean_gap"], peak, rtol=1e-7)
+    np.testing.assert_allclose(found["penetration_mean_plane"], -found["mean_gap"], rtol=1e-6)
+
+
+@pytest.mark.parametrize("method", ["bem_dense", "bem_fft", "fem"])
+def test_penetration_from_the_mean_plane_differs_by_the_height_of_the_peak(rough, method):
+    heights, found = solved_rough(rough, method)
+    peak = heights.max() - heights.mean()
+    difference = found["penetration"] - found["penetration_mean_plane"]
+    np.testing.assert_allclose(difference, peak, rtol=1e-9)
+
+
+def test_contacts_are_counted_and_their_lengths_are_those_of_equal_circles(rough):
+    """One contact at a tiny load: l = sqrt(4 A/pi), n = 1; k/E* is the length by stiffness."""
+    tiny = {"force": {"values": [1e-5], "relative_to": "E* A0 h'"}}
+    _, found = solved_rough(rough, "bem_fft", loading=tiny)
+    assert found["contact_count"].tolist() == [1]
+    # Patches are of counted cells, the best estimate of the area is corrected for its perimeter.
+    length = np.sqrt(4 * found["contact_area_raw"] / np.pi)
+    assert found["contact_length"] == pytest.approx(length, rel=0.3)
+    modulus = rough().effective_modulus
+    np.testing.assert_allclose(
+        found["contact_length_stiffness"], found["stiffness"] / modulus, rtol=1e-12
+    )
+
+
+@pytest.mark.parametrize("length", [1.0, 4.0])
+def test_quantities_of_a_line_are_per_side_of_the_surface(rough, length):
+    """Whatever its length: force as asked for, k/E* the contact length, d from its own peak."""
+    made = rough(realisations=3, methods={"reduced": {"line_length": length}})
+    (plan,) = plan_scene(made)
+    solution = METHODS["reduced"].solve(task_of(plan, "reduced", 64, (0, 1, 2)))
+    found = solution.quantities
+    for force in found["force"]:
+        np.testing.assert_allclose(force, plan.loads.values, rtol=1e-9)
+    np.testing.assert_allclose(found["contact_length_stiffness"], found["contact_length"])
+    line = solution.fields["line_height"]
+    assert len(line) == 64 * length
+    assert solution.fields["line_x"][1] == pytest.approx(1e-6 / 64)
+    difference = found["penetration"][0] - found["penetration_mean_plane"][0]
+    np.testing.assert_allclose(difference, line.max() - line.mean(), rtol=1e-12)
+    # F = E* int (h - z)_+ dx, per side; the plain sum over points lacks the contacts' edges.
+    overlap = np.maximum(line - line.max() + found["penetration"][0, -1], 0).sum()
+    force = made.effective_modulus * overlap * solution.fields["line_x"][1] / length
+    assert force == pytest.approx(plan.loads.values[-1], rel=0.05)
