@@ -3,9 +3,14 @@
 - `profiles`: three-dimensional shapes as equivalent one-dimensional profiles (exact transform,
   Gaussian radius, equal area, and the chapter's half-radius rule as printed);
 - `foundation.indent`: a single contact on springs, all loads at once;
-- `stress`: surface pressure from the springs, exact (`abel`) and as printed (`local_rule`);
-- `spectrum`: power spectra of surfaces, the two-to-one-dimensional rule, synthesis of rough lines;
-- `rough_line.press`: rough lines on springs, connected contacts, the area rule (19.29).
+- `stress`: surface pressure from the springs, exact (`abel`) and as printed (`local_rule`, with the
+  profile's own curvature; `one_radius_rule`, with one for the contact);
+- `surface_spectrum`, `spectrum`: power spectra of surfaces, the two-to-one-dimensional rules and
+  what they keep (`sum_rules`), synthesis of rough lines;
+- `rough_line.press`: rough lines on springs, connected contacts, the area rule (19.29);
+- `line_regions`: the contacts of one line one by one, and the stress rule on them;
+- `ensemble.press_ensemble`: many realisations with their statistics;
+- `procedure.calculate`: section 19.7 from a map to its contact.
 
 Arrays and numbers in consistent units go in and come out; nothing here knows of files or scenes.
 """

@@ -14,7 +14,7 @@ from dataclasses import replace
 import numpy as np
 from scipy.special import poch
 
-from .abel_transform import from_function
+from .abel_transform import from_function, inverse_transform
 from .section import Profile, Section
 from .tabulated import tabulated
 
@@ -27,6 +27,7 @@ __all__ = [
     "equivalent_punch",
     "from_function",
     "half_radius",
+    "inverse_transform",
     "paraboloid",
     "power_law",
     "rounded_punch",

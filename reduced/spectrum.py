@@ -80,7 +80,7 @@ class SumRules:
     surface, line : ndarray, shape (3,)
         Height, slope (surface: full gradient) and curvature (surface: laplacian).
     ratio : ndarray, shape (3,)
-        Line over surface; one where the rule keeps the quantity, as the continuum does for all three.
+        Line over surface: one where the rule keeps the quantity, as the continuum does with all.
     """
 
     surface: np.ndarray
@@ -325,7 +325,7 @@ def _sample_rule(density: np.ndarray, mode: np.ndarray, length: float) -> LineSp
 
 
 def _rule_faults(rule: str) -> list[str]:
-    """What is wrong with the name of a rule: nothing, or one sentence."""
+    """Say what is wrong with the name of a rule: nothing, or one sentence."""
     known = rule in ("rings", "split", "printed")
     return [] if known else [f"rule must be 'rings', 'split' or 'printed', got {rule!r}"]
 

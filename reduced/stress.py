@@ -121,6 +121,38 @@ def local_rule(
     return pressure, defined | ~inside
 
 
+def one_radius_rule(
+    profile: Profile, effective_modulus: float, penetration: float, r: np.ndarray
+) -> np.ndarray:
+    """Pressure by (19.37) with one radius for the whole contact, R1 = a^2/(2 d).
+
+    R1 is that of the parabola with the contact radius and the depth of this contact ((19.15)
+    turned round). The rule then has a real value everywhere in the contact, is exact for the
+    paraboloid, and gives the flat punch its mean pressure 2 E* d/(pi a), evenly; the chapter leaves
+    open which radius is meant where the curvature varies.
+
+    Parameters, errors
+        As for `abel`; the tip of a cone is no exception here.
+
+    Returns
+    -------
+    ndarray
+        Pressure, shape of r; 0 for r >= a.
+
+    Examples
+    --------
+    >>> from reduced.profiles import cylinder
+    >>> p = one_radius_rule(cylinder(1.0), 1.0, 0.5, np.array([0.3]))
+    >>> bool(abs(p[0] - 1 / np.pi) < 1e-15)
+    True
+    """
+    r, a = _check(profile, effective_modulus, penetration, r)
+    inside = r < a
+    depth = np.where(inside, penetration - profile.height(np.where(inside, r, 0.0)), 0.0)
+    radius = a * (a / (2 * penetration))
+    return effective_modulus / np.pi * np.sqrt(2 * np.maximum(depth, 0.0) / radius)
+
+
 def _check(
     profile: Profile, effective_modulus: float, penetration: float, r: np.ndarray
 ) -> tuple[np.ndarray, float]:
