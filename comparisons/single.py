@@ -16,6 +16,7 @@ from comparisons.errors import InputError
 from comparisons.execution import execute
 from comparisons.geometry import IndenterGeometry
 from comparisons.methods import METHODS, Solution
+from comparisons.plain import plain
 from comparisons.planning import Plan, plan_scene, task_of
 from comparisons.reference import mean_curves
 from comparisons.scene import load_scene
@@ -77,7 +78,7 @@ class SingleResult:
         document |= self.columns()
         if "pressure" in solution.fields:
             document["pressure"] = self._pressure()
-        return json.dumps(_plain(document), indent=1, allow_nan=False)
+        return json.dumps(plain(document), indent=1, allow_nan=False)
 
     def _pressure(self) -> dict[str, np.ndarray]:
         fields, geometry = self.solution.fields, self.plan.geometry
@@ -155,16 +156,3 @@ def _largest(violation: np.ndarray) -> np.ndarray:
     """Return the largest violation over realisations, NaN where a method has none."""
     filled = np.where(np.isnan(violation), -np.inf, violation).max(axis=0)
     return np.where(np.isfinite(filled), filled, np.nan)
-
-
-def _plain(value: Any) -> Any:
-    """Return JSON's types; NaN and inf, which JSON does not know, become null."""
-    if isinstance(value, dict):
-        return {key: _plain(each) for key, each in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [_plain(each) for each in value]
-    if isinstance(value, np.ndarray):
-        return _plain(value.tolist())
-    if isinstance(value, float) and not np.isfinite(value):
-        return None
-    return value

@@ -215,6 +215,35 @@ def list_(what: str) -> int:
 
 
 @app.command
+def bench(what: str | None = None, *, json: Path | None = None) -> int:
+    """Measure how fast a solver is, against yardsticks in the same run.
+
+    Parameters
+    ----------
+    what
+        "reduced"; default: everything there is.
+    json
+        Write the rows as a list of {name, seconds, yardstick, yardstick_seconds, ratio, target,
+        met}.
+    """
+    import json as json_format
+
+    from comparisons.benchmarks import BENCHMARKS
+    from comparisons.errors import InputError
+    from reports import terminal
+
+    if what is not None and what not in BENCHMARKS:
+        raise InputError(f"bench: expected one of {', '.join(BENCHMARKS)}, got {what!r}")
+    names = list(BENCHMARKS) if what is None else [what]
+    found = {name: BENCHMARKS[name]() for name in names}
+    terminal.print_benchmarks(found)
+    if json is not None:
+        rows = [each.row() for rows in found.values() for each in rows]
+        json.write_text(json_format.dumps(rows, indent=1) + "\n", encoding="utf-8")
+    return FINE
+
+
+@app.command
 def report(directory: Path, *, pictures: bool = True) -> int:
     """Write the report of a results folder anew.
 

@@ -22,6 +22,7 @@ from markupsafe import Markup
 from plotly.offline import get_plotlyjs
 
 from comparisons import formatting as fmt
+from comparisons.plain import plain
 from comparisons.store import SceneRecord, StudyRecord, write_text
 from reports import (
     figures,
@@ -102,15 +103,12 @@ def page(record: StudyRecord, *, with_pictures: bool = True) -> str:
 def embedded_json(value: Any) -> Markup:
     r"""Return JSON that is safe inside <script>: no '<', so no tag can open or close there.
 
-    Raises
-    ------
-    ValueError
-        If a NaN or an infinity is left: browsers refuse them.
+    NaN and infinities, which browsers refuse in JSON, become null: a gap in a curve.
 
     >>> print(embedded_json({"a": "</script>"}))
     {"a":"\u003c/script>"}
     """
-    text = json.dumps(value, allow_nan=False, separators=(",", ":"), ensure_ascii=False)
+    text = json.dumps(plain(value), allow_nan=False, separators=(",", ":"), ensure_ascii=False)
     for character in "<&\u2028\u2029":
         text = text.replace(character, f"\\u{ord(character):04x}")
     return Markup(text)  # noqa: S704

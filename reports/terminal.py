@@ -12,6 +12,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from rich.table import Table
 
 if TYPE_CHECKING:
+    from comparisons.benchmarks.yardstick import Measurement
     from comparisons.methods import Task
     from comparisons.planning import Plan
     from comparisons.single import SingleResult
@@ -124,6 +125,27 @@ def print_solution(result: SingleResult) -> None:
         f"{duration(solution.seconds)} (set-up {duration(solution.setup_seconds)})",
         highlight=False,
     )
+
+
+def print_benchmarks(found: dict[str, list[Measurement]]) -> None:
+    """Print each benchmark's times as ratios to its yardsticks, and on what it ran."""
+    from comparisons.benchmarks.yardstick import vector_features
+    from comparisons.formatting import duration
+    from comparisons.machine import machine, machine_text
+
+    console = _console()
+    words = {None: "", True: "met", False: "not met"}
+    for name, rows in found.items():
+        heads = ("what", "time", "yardstick", "its time", "ratio", "target", "")
+        table = _table(f"Benchmark: {name}", *heads)
+        for row in rows:
+            target = "" if row.target is None else f"{row.target:g}"
+            times = duration(row.seconds), duration(row.yardstick_seconds)
+            cells = (row.name, times[0], row.yardstick, times[1], f"{row.ratio:.3g}", target)
+            table.add_row(*map(escape, cells), words[row.met])
+        console.print(table)
+    console.print(f"one thread; {machine_text(machine(1))}", markup=False, highlight=False)
+    console.print(f"vector units: {vector_features()}", markup=False, highlight=False)
 
 
 def print_scenes() -> None:

@@ -11,6 +11,7 @@ from comparisons.methods.base import Support, Task
 from comparisons.methods.grid import GridMethod, Operator, cells, rough_resolutions
 from comparisons.options import FftOptions
 from comparisons.scene import Scene
+from reference.errors import ConvergenceError
 from reference.halfspace import Contact, FreeOperator, PeriodicOperator, fft
 
 # Double arrays of one grid that a solve holds at once: pressure, displacement, residual,
@@ -72,7 +73,17 @@ class BemFft(GridMethod):
         assert isinstance(options, FftOptions)
 
         def run(loads: np.ndarray) -> Iterator[Contact]:
-            load = {task.loads.control: loads}
-            return fft.sweep(operator, gap, **load, tolerance=options.tolerance)
+            # A mean gap at or above that of first touch is no contact: a lost step, not a wrong
+            # argument, because it may touch on another realisation.
+            open_gap = float(gap.mean()) if task.loads.control == "mean_gap" else np.inf
+            touching = loads[loads < open_gap]
+            if len(touching):
+                load = {task.loads.control: touching}
+                yield from fft.sweep(operator, gap, **load, tolerance=options.tolerance)
+            if len(touching) < len(loads):
+                raise ConvergenceError(
+                    f"mean gap {loads[len(touching)]:.3g} m: nothing touches, "
+                    f"at first touch it is {open_gap:.3g} m"
+                )
 
         return run

@@ -220,8 +220,15 @@ def _solve_lines(task: Task, geometry: RoughGeometry, solution: Solution) -> Non
         "contact_length_stiffness": contact.stiffness * per_side / modulus,
         "energy": contact.energy * per_side,
     }
-    solution.converged[:] = True
+    # A mean gap wider than at first touch leaves a line without contact: a step without answer.
+    solution.converged[:] = contact.contact_count > 0
+    for row, step in np.argwhere(~solution.converged):
+        solution.fail((int(row), int(step)), "nothing touches at this load")
+        for values in solution.quantities.values():
+            values[row, step] = np.nan
     solution.unknowns = points
+    if not solution.converged[0, -1]:
+        return
     solution.fields = {
         "penetration": np.array(contact.penetration[0, -1]),
         "line_x": np.arange(points) * (length / points),

@@ -1,0 +1,10 @@
+"""How fast the solvers are, measured against yardsticks in the same run: ``roughline bench``."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from comparisons.benchmarks import reduced
+from comparisons.benchmarks.yardstick import Measurement
+
+BENCHMARKS: dict[str, Callable[[], list[Measurement]]] = {"reduced": reduced.measure}

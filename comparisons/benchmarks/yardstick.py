@@ -1,0 +1,110 @@
+"""Times as ratios: a task and its yardstick take turns on one thread, so both see the same load."""
+
+from __future__ import annotations
+
+import gc
+import statistics
+import time
+from collections.abc import Callable
+from dataclasses import asdict, dataclass
+
+import numpy as np
+from threadpoolctl import threadpool_limits
+
+_LEAST_SECONDS = 2e-4  # shorter calls are repeated within one reading
+
+
+@dataclass(frozen=True)
+class Measurement:
+    """One line of a benchmark.
+
+    Attributes
+    ----------
+    name : str
+        What was measured.
+    seconds : float
+        Median time of one call on warm code.
+    yardstick : str
+        What it is compared with.
+    yardstick_seconds : float
+        Median time of that, readings taken in turns.
+    ratio : float
+        Median of the ratios of neighbouring readings.
+    target : float or None
+        Largest ratio aimed at; None where the row is there for information.
+    """
+
+    name: str
+    seconds: float
+    yardstick: str
+    yardstick_seconds: float
+    ratio: float
+    target: float | None = None
+
+    @property
+    def met(self) -> bool | None:
+        """Whether the target is met; None without one."""
+        return None if self.target is None else self.ratio <= self.target
+
+    def row(self) -> dict[str, object]:
+        """Return the row of the JSON file."""
+        return asdict(self) | {"met": self.met}
+
+
+def interleaved(tasks: dict[str, Callable[[], object]], repeats: int = 7) -> dict[str, list[float]]:
+    """Seconds per call of each task, `repeats` readings in turns after one unmeasured call each.
+
+    The first call compiles and fills caches; garbage is collected before, not during the readings.
+    """
+    with threadpool_limits(limits=1):
+        counts = {name: _calls(task) for name, task in tasks.items()}
+        times: dict[str, list[float]] = {name: [] for name in tasks}
+        gc.collect()
+        gc.disable()
+        try:
+            for _ in range(repeats):
+                for name, task in tasks.items():
+                    start = time.perf_counter()
+                    for _ in range(counts[name]):
+                        task()
+                    times[name].append((time.perf_counter() - start) / counts[name])
+        finally:
+            gc.enable()
+    return times
+
+
+def measurement(
+    name: str,
+    task: list[float],
+    yardstick: str,
+    yardstick_readings: list[float],
+    target: float | None = None,
+) -> Measurement:
+    """Compare the readings of a task with those of its yardstick."""
+    ratios = [a / b for a, b in zip(task, yardstick_readings, strict=True)]
+    return Measurement(
+        name,
+        statistics.median(task),
+        yardstick,
+        statistics.median(yardstick_readings),
+        statistics.median(ratios),
+        target,
+    )
+
+
+def vector_features() -> str:
+    """Name the processor's vector units that NumPy uses: its sorting depends on them."""
+    try:
+        from numpy._core._multiarray_umath import __cpu_features__ as features
+    except ImportError:
+        return "unknown"
+    wanted = ("AVX512_SPR", "AVX512_ICL", "AVX512_SKX", "X86_V4", "AVX2", "X86_V3", "SVE", "ASIMD")
+    found = [name for name in wanted if features.get(name)]
+    return f"{', '.join(found) or 'none'} (NumPy {np.__version__})"
+
+
+def _calls(task: Callable[[], object]) -> int:
+    task()
+    start = time.perf_counter()
+    task()
+    return max(1, int(np.ceil(_LEAST_SECONDS / (time.perf_counter() - start))))
