@@ -34,11 +34,11 @@ def rough_lines(count: int, points: int, hurst: float = 0.8) -> np.ndarray:
 
 
 def load_lists(lines: np.ndarray, loads: int) -> dict[str, np.ndarray]:
-    """Three decades of load up to a mean depth of penetration, in each control."""
+    """Three decades of force up to about half a line in contact, and loads alike otherwise."""
     depth = float(np.mean(lines.max(axis=1) - lines.mean(axis=1)))
     ladder = np.geomspace(1e-3, 1, loads)
     return {
-        "force": ladder * depth * lines.shape[1],
+        "force": 0.2 * ladder * depth * lines.shape[1],
         "penetration": ladder * depth,
         "mean_gap": depth * np.linspace(0.05, 0.99, loads),
     }
