@@ -240,6 +240,18 @@ def test_keys_tell_different_tasks_apart_and_equal_ones_not(scene, rough):
     assert key(scene(methods={"fem": {"contact": "penalty"}})) == same
 
 
+def test_a_changed_map_is_another_task(map_scene, tmp_path):
+    """The scene's text and its absolute loads are the same; only a height differs."""
+    made = map_scene(loading={"penetration": ["1 nm"]})
+    before = [task.key for task in plan_scene(made)[0].tasks()]
+    heights = np.load(tmp_path / "map.npy")
+    heights[3, 3] -= 1e-12
+    np.save(tmp_path / "map.npy", heights)
+    after = [task.key for task in plan_scene(made)[0].tasks()]
+    assert len(after) == len(before)
+    assert not set(after) & set(before)
+
+
 def test_tasks_travel_by_pickle_with_their_key(rough):
     (plan, *_) = plan_scene(rough(realisations=2))
     for task in plan.tasks():
