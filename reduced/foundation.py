@@ -50,12 +50,13 @@ def indent(
     penetration: Sequence[float] | np.ndarray | None = None,
     force: Sequence[float] | np.ndarray | None = None,
     springs: int = 40,
+    spacing: float | None = None,
     edges: str = "sub_cell",
     offset: float = 0.5,
 ) -> Indentation:
     """Press a profile onto springs of stiffness E* dx (19.14) at x_i = (i + offset) dx, all i.
 
-    dx is the contact radius at the largest load over `springs`. Two discrete laws:
+    dx is the contact radius at the largest load over `springs`, or `spacing`. Two discrete laws:
 
     - ``"sub_cell"``: between springs the profile is the monotone cubic through the heights and
       slopes at the springs, at x = 0 and at the profile's own breakpoints, and the contact ends
@@ -79,6 +80,8 @@ def indent(
         Exactly one of them: positive, strictly increasing.
     springs : int
         Springs per contact radius at the largest load, >= 1.
+    spacing : float, optional
+        dx itself, in place of `springs`; at most the contact radius at the largest load.
     edges : {"sub_cell", "nodal"}
         The discrete law.
     offset : float
@@ -103,12 +106,15 @@ def indent(
     array([0.166667, 1.333333])
     """
     name, loads = one_load_list(penetration=penetration, force=force)
-    _check(effective_modulus, springs, edges, offset)
+    _check(effective_modulus, springs, spacing, edges, offset)
     if name == "penetration":
         largest = float(profile.contact_radius(loads[-1]))
     else:
         largest = _continuum_radius(profile, loads[-1] / effective_modulus)
-    spacing = largest / springs
+    if spacing is None:
+        spacing = largest / springs
+    elif spacing > largest:
+        raise ValueError(f"spacing must be at most the contact radius {largest!r}, got {spacing!r}")
     kind = SmoothLine if edges == "sub_cell" else NodalLine
     line = kind(profile, spacing, offset, largest)
     d = loads if name == "penetration" else _invert(line, loads / effective_modulus)
@@ -124,9 +130,13 @@ def indent(
     )
 
 
-def _check(effective_modulus: float, springs: int, edges: str, offset: float) -> None:
+def _check(
+    effective_modulus: float, springs: int, spacing: float | None, edges: str, offset: float
+) -> None:
     """Raise one ValueError for everything wrong."""
     wrong = []
+    if spacing is not None and not (np.isfinite(spacing) and spacing > 0):
+        wrong.append(f"spacing must be finite and positive, got {spacing!r}")
     if not (np.isfinite(effective_modulus) and effective_modulus > 0):
         wrong.append(f"effective_modulus must be finite and positive, got {effective_modulus!r}")
     if int(springs) != springs or springs < 1:

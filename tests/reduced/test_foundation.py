@@ -54,6 +54,16 @@ def test_flat_punch_is_exact_for_any_alignment(offset, springs):
     np.testing.assert_array_equal(contact.contact_radius, 0.7)
 
 
+@given(b=st.floats(0.3, 1.0), offset=st.floats(0, 0.999))
+def test_flat_punch_is_exact_for_any_radius_over_spacing(b, offset):
+    """Round-off for every b/dx by sub-cell edges; nodal sums miss by up to a spring."""
+    options = {"penetration": D, "spacing": 0.1, "offset": offset}
+    contact = indent(cylinder(b), 2.0, **options)
+    np.testing.assert_allclose(contact.force, 2 * 2.0 * b * D, rtol=EXACT)
+    nodal = indent(cylinder(b), 2.0, edges="nodal", **options)
+    assert np.all(np.abs(nodal.force / (4 * b * D) - 1) <= 0.1 / (2 * b) * (1 + 1e-9))
+
+
 def rounded_force(b, radius, a):
     """F of the rounded punch (Popov, Hess & Willert 2019) by parts: 2 E* int x g' dx."""
     nodes, weights = np.polynomial.legendre.leggauss(40)
@@ -221,6 +231,24 @@ def test_units_by_powers_of_two_are_bit_identical(edges, k, m):
         np.testing.assert_array_equal(two.energy, again.energy * (length**3 * modulus))
 
 
+@pytest.mark.parametrize("edges", ["sub_cell", "nodal"])
+@settings(max_examples=20)
+@given(st.floats(-9, 9), st.floats(-9, 9))
+def test_units_by_any_factor_keep_twelve_digits(edges, length, modulus):
+    """Lengths and moduli times 1e-9 ... 1e9: dimensionless curves the same to 1e-12.
+
+    Nodal contact jumps by whole springs: a load at a jump may fall on either side, so F only.
+    """
+    unit, stiff = 10.0**length, 10.0**modulus
+    for make in (paraboloid, sphere, lambda r: rounded_punch(r / 4, r)):
+        options = {"edges": edges, "springs": 9, "offset": 0.3}
+        one = indent(make(2.0), 1.0, penetration=D, **options)
+        two = indent(make(2.0 * unit), stiff, penetration=D * unit, **options)
+        np.testing.assert_allclose(two.force / (stiff * unit * unit), one.force, rtol=1e-12)
+        if edges == "sub_cell":
+            np.testing.assert_allclose(two.contact_radius / unit, one.contact_radius, rtol=1e-12)
+
+
 @given(st.floats(0, 0.999))
 def test_contact_grows_with_load(offset):
     contact = indent(rounded_punch(0.3, 3.0), 1.0, penetration=D, springs=5, offset=offset)
@@ -231,6 +259,9 @@ def test_contact_grows_with_load(offset):
 def test_bad_arguments_are_all_named():
     with pytest.raises(ValueError, match=r"effective_modulus.*springs.*edges.*offset"):
         indent(cone(1.0), 0.0, penetration=[1.0], springs=0, edges="cell", offset=1.0)
+    for spacing in (-1.0, np.nan, 2.0):
+        with pytest.raises(ValueError, match="spacing"):
+            indent(cone(1.0), 1.0, penetration=[1.0], spacing=spacing)
     with pytest.raises(ValueError, match="exactly one"):
         indent(cone(1.0), 1.0, penetration=[1.0], force=[1.0])
     for loads in ([], [0.0, 1.0], [2.0, 1.0], [np.nan], [[1.0]]):

@@ -15,6 +15,7 @@ from reduced.profiles import (
     equivalent_punch,
     from_function,
     half_radius,
+    inverse_transform,
     paraboloid,
     power_law,
     rounded_punch,
@@ -72,14 +73,39 @@ def test_transform_by_quadrature_equals_closed_forms(profile):
     np.testing.assert_allclose(differences.curvature(X), profile.curvature(X), rtol=1e-8, atol=1e-9)
 
 
-def test_inverse_transform_returns_the_section():
-    """f(r) = (2/pi) int_0^r g/sqrt(r^2 - x^2) dx, an independent way back (Gauss-Chebyshev)."""
+R_CUBED = np.array([0.0, 0.3, 0.7, 1.2, 2.0])
+TABLES = [tabulated(R_CUBED, R_CUBED**3, kind) for kind in ("pchip", "linear")]
+
+
+@pytest.mark.parametrize("profile", [*SMOOTH, *TABLES], ids=lambda p: f"{p.name}-{p.length:.3g}")
+def test_inverse_transform_returns_the_section(profile):
+    """f(r) = (2/pi) int_0^r g/sqrt(r^2 - x^2) dx: back to the body, 1e-12, tables and kinks too."""
+    r = np.array([0.0, 1e-3, 0.1, 0.29, 0.5, 1.001, 1.5, 1.9])
+    found, exact = inverse_transform(profile, r), profile.section.height(r)
+    scale = np.maximum(exact, 1e-12 * exact.max())
+    assert np.all(np.abs(found - exact) <= QUADRATURE * np.maximum(scale, found))
+
+
+def test_inverse_transform_of_a_punch_is_flat_and_ends():
+    f = inverse_transform(cylinder(1.0), np.array([0.0, 0.5, 1.0, 1.0001]))
+    np.testing.assert_array_equal(f, [0.0, 0.0, 0.0, np.inf])
+    with pytest.raises(ValueError, match="r must"):
+        inverse_transform(cylinder(1.0), np.array([-0.1]))
+
+
+def test_the_chapters_rule_stands_for_another_body():
+    """Half the radius for f ~ r^4 is the exact profile of a body 2/kappa_4 = 3/4 as high."""
+    r = np.array([0.2, 1.4])
+    behind = inverse_transform(half_radius(power_law(4, 0.3).section), r)
+    np.testing.assert_allclose(behind, 0.75 * 0.3 * r**4, rtol=QUADRATURE)
+
+
+def test_inverse_transform_against_an_independent_quadrature():
+    """Gauss-Chebyshev in x = r sin(t), 1e-6 for a smooth g."""
     t = (np.arange(400) + 0.5) * np.pi / 800
-    for profile in (sphere(2.0), cone(0.3), power_law(3.0, 0.4)):
-        r = np.array([0.3, 1.2])
-        f = np.mean(profile.height(r[:, None] * np.sin(t)), axis=1)
-        # The midpoint rule in t leaves 1e-6 for the cone, whose g is not even in t.
-        np.testing.assert_allclose(f, profile.section.height(r), rtol=2e-6)
+    r = np.array([0.3, 1.2])
+    f = np.mean(sphere(2.0).height(r[:, None] * np.sin(t)), axis=1)
+    np.testing.assert_allclose(inverse_transform(sphere(2.0), r), f, rtol=2e-6)
 
 
 @pytest.mark.parametrize("profile", [*SMOOTH, cylinder(1.0)], ids=lambda p: p.name)
@@ -94,6 +120,15 @@ def test_contact_radius_inverts_the_height(profile, fraction):
     # two units in the last place of a, and of g itself
     error = 4e-16 * (float(profile.slope(a)) * a + d)
     assert abs(float(profile.height(a)) - d) <= 4 * error
+
+
+@given(st.floats(-9, 9))
+def test_scaling_by_any_factor_keeps_twelve_digits(logarithm):
+    """Lengths times 1e-9 ... 1e9: a/R as a function of d/R is the same to 1e-12."""
+    unit = 10.0**logarithm
+    for make in (paraboloid, sphere, lambda r: rounded_punch(r / 4, r)):
+        a = make(2.0 * unit).contact_radius(np.array([0.1, 0.7]) * unit) / unit
+        np.testing.assert_allclose(a, make(2.0).contact_radius(np.array([0.1, 0.7])), rtol=1e-12)
 
 
 @given(st.integers(-60, 60))

@@ -148,6 +148,83 @@ def test_ensemble_equals_line_by_line(edges):
 
 
 @pytest.mark.parametrize("edges", EDGES)
+@pytest.mark.parametrize("periodic", [True, False])
+@pytest.mark.parametrize("points", [1024, 1025, 3000])
+def test_short_and_long_lines_invert_alike(edges, periodic, points):
+    """Ordered heights up to 1024 points, a ladder of levels beyond: both against the naive sums."""
+    line = rough(points + points % 2, np.random.default_rng(7))[0][:points]
+    depth = line.max() - line.mean()
+    for control, loads in (
+        ("force", np.geomspace(1e-4, 1, 9) * depth * points),
+        ("mean_gap", np.array([1e-3, 0.1, 0.5, 0.9]) * depth),
+    ):
+        contact = press(line, 1.0, 1.0, edges=edges, periodic=periodic, **{control: loads})
+        for k, d in enumerate(contact.penetration[0]):
+            force, _, gap, _ = naive(line, 1.0, d, edges, periodic)
+            found = force if control == "force" else gap
+            assert found == pytest.approx(loads[k], rel=1e-10, abs=1e-12 * depth)
+
+
+@pytest.mark.parametrize("control", ["force", "penetration", "mean_gap"])
+def test_threads_change_no_bit(control):
+    """Lines are independent; blocks of 2^15 points, here 5, are shared by up to 4 threads."""
+    lines = rough(256, np.random.default_rng(3), 600)
+    loads = np.geomspace(1e-2, 0.5, 6)
+    one, many = (press(lines, 1.0, 1.0, threads=t, **{control: loads}) for t in (1, 4))
+    for name in vars(one):
+        np.testing.assert_array_equal(getattr(one, name), getattr(many, name))
+
+
+@pytest.mark.parametrize("edges", EDGES)
+@settings(max_examples=25, deadline=None)
+@given(shift=st.integers(0, 255), raised=st.integers(-30, 30), seed=st.integers(0, 50))
+def test_shift_reversal_and_raised_height_keep_thirteen_digits(edges, shift, raised, seed):
+    """Every quantity at given penetrations, relative to its largest value for gap and energy."""
+    line = np.round(rough(256, np.random.default_rng(seed))[0] * 2**20) / 2**20
+    d = np.geomspace(1e-3, 1.2, 12) * np.ptp(line)
+    one = press(line, 0.25, 1.0, penetration=d, edges=edges)
+    for other in (np.roll(line, shift), line[::-1], line + float(raised)):
+        two = press(other, 0.25, 1.0, penetration=d, edges=edges)
+        for name, value in vars(one).items():
+            found = getattr(two, name)
+            scale = 1e-14 * np.abs(value).max()
+            np.testing.assert_allclose(found, value, rtol=1e-13, atol=scale, err_msg=name)
+
+
+@pytest.mark.parametrize("edges", EDGES)
+@settings(max_examples=30, deadline=None)
+@given(values=LINES, periodic=st.booleans(), seed=st.integers(0, 99))
+def test_force_and_area_are_monotone_and_area_is_bounded(edges, values, periodic, seed):
+    """F and A grow with d on any line; A never above (pi/4) L^2."""
+    line = np.array(values, dtype=float)
+    d = np.sort(np.random.default_rng(seed).uniform(1e-3, 1.5 * np.ptp(line), 30))
+    c = press(line, 0.5, 1.0, penetration=d, edges=edges, periodic=periodic)
+    assert np.all(np.diff(c.force[0]) > 0)
+    assert np.all(np.diff(c.contact_area[0]) >= -1e-13 * c.contact_area[0, 1:])
+    assert np.all(c.contact_area <= np.pi / 4 * (0.5 * line.size) ** 2 * (1 + 1e-14))
+
+
+@pytest.mark.parametrize("edges", EDGES)
+@settings(max_examples=20, deadline=None)
+@given(st.floats(-9, 9), st.floats(-9, 9), st.floats(-9, 9))
+def test_units_by_any_factor_keep_twelve_digits(edges, height, width, stiff):
+    """Heights, spacing and modulus times 1e-9 ... 1e9 under each control.
+
+    The force control's penetration is F's inverse, at least as smooth as F; areas only at given
+    penetrations, since an area may depend on d more steeply than any power.
+    """
+    line = rough(128, np.random.default_rng(5))[0]
+    h, w, e = 10.0**height, 10.0**width, 10.0**stiff
+    for control, unit in (("force", h * w * e), ("mean_gap", h), ("penetration", h)):
+        loads = np.geomspace(1e-2, 0.5, 7)
+        one = press(line, 1.0, 1.0, edges=edges, **{control: loads})
+        two = press(line * h, w, e, edges=edges, **{control: loads * unit})
+        np.testing.assert_allclose(two.penetration / h, one.penetration, rtol=1e-12)
+        np.testing.assert_allclose(two.force / (h * w * e), one.force, rtol=1e-12)
+        np.testing.assert_allclose(two.contact_area / w**2, one.contact_area, rtol=1e-10)
+
+
+@pytest.mark.parametrize("edges", EDGES)
 @settings(max_examples=25, deadline=None)
 @given(shift=st.integers(0, 255), raised=st.integers(-30, 30), seed=st.integers(0, 50))
 def test_shift_reversal_and_raised_height_change_nothing(edges, shift, raised, seed):
@@ -266,8 +343,8 @@ def test_fine_line_through_a_parabola_converges_to_hertz(edges):
 
 
 def test_bad_arguments_are_all_named():
-    with pytest.raises(ValueError, match=r"finite.*spacing.*effective_modulus.*edges"):
-        press([1.0, np.nan], 0.0, -1.0, force=[1.0], edges="cell")
+    with pytest.raises(ValueError, match=r"finite.*spacing.*effective_modulus.*edges.*threads"):
+        press([1.0, np.nan], 0.0, -1.0, force=[1.0], edges="cell", threads=0)
     with pytest.raises(ValueError, match="exactly one of force, penetration, mean_gap"):
         press([1.0, 2.0], 1.0, 1.0)
     with pytest.raises(ValueError, match="strictly increasing"):

@@ -7,7 +7,17 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from reduced.spectrum import LineSpectrum, prescribed, printed_rule, resample, ring_sums, synthesise
+from reduced.spectrum import (
+    LineSpectrum,
+    line_of,
+    prescribed,
+    printed_rule,
+    resample,
+    ring_sums,
+    sum_rules,
+    synthesise,
+)
+from reduced.surface_spectrum import measured, self_affine
 
 KEPT = 1e-12
 
@@ -90,6 +100,65 @@ def test_line_slope_and_curvature_are_those_of_the_surface(points, tolerance):
     line = ring_sums(h, 1.0, periodic=True)
     assert line.rms_slope == pytest.approx(np.sqrt(np.sum(q2 * square)), rel=tolerance)
     assert line.rms_curvature == pytest.approx(np.sqrt(np.sum(q2**2 * square)), rel=tolerance)
+
+
+@settings(max_examples=40)
+@given(
+    nx=st.integers(2, 40), ny=st.integers(2, 40), aspect=st.floats(0.2, 5.0), seed=st.integers(0)
+)
+def test_split_rings_keep_height_and_gradient(nx, ny, aspect, seed):
+    """Any map, any pixels: <h^2> and <|grad h|^2> to rounding; the curvature from above."""
+    height = np.random.default_rng(seed % 99).normal(size=(nx, ny))
+    surface = measured(height, (1.0, aspect), periodic=True)
+    ratio = sum_rules(surface, line_of(surface, "split")).ratio
+    np.testing.assert_allclose(ratio[:2], 1.0, rtol=KEPT)
+    assert 1 - KEPT <= ratio[2] < 1.2
+
+
+def test_sum_rules_of_the_surface_are_those_of_its_heights():
+    """Moments in the spectrum against derivatives of one wave in closed form, pixels not square."""
+    x, y = np.arange(32) / 32, 3 * np.arange(20) / 20
+    h = 0.7 * np.cos(2 * np.pi * (2 * x[:, None] + y / 3))
+    q2 = (4 * np.pi) ** 2 + (2 * np.pi / 3) ** 2
+    surface = measured(h, (1.0, 3.0), periodic=True)
+    expected = 0.7 / np.sqrt(2) * np.array([1, np.sqrt(q2), q2])
+    found = sum_rules(surface, line_of(surface)).surface
+    np.testing.assert_allclose(found, expected, rtol=KEPT)
+
+
+@pytest.mark.parametrize("rule", ["rings", "split"])
+@pytest.mark.parametrize("hurst", [0.1, 0.5, 1.0])
+def test_line_rules_keep_the_height_of_prescribed_surfaces(rule, hurst):
+    """The issue's sum rule: <h^2> to 1e-12 whatever H and the number of modes."""
+    for points in (16, 63, 256):
+        surface = self_affine(points, 2.0, hurst=hurst, rms_height=0.3)
+        assert surface.rms_height == pytest.approx(0.3, rel=KEPT)
+        ratio = sum_rules(surface, line_of(surface, rule)).ratio
+        assert ratio[0] == pytest.approx(1.0, rel=KEPT)
+
+
+def test_radial_average_counts_modes_and_measures_their_spread():
+    """Rings of an 8 x 8 map by hand: count, mean and standard deviation of (L/2 pi)^2 |B2D|^2."""
+    height = np.random.default_rng(2).normal(size=(8, 8))
+    average = measured(height, 3.0, periodic=True).radial_average()
+    k = np.fft.fftfreq(8, 1 / 8)
+    density = (3.0 / (2 * np.pi)) ** 2 * np.abs(np.fft.fft2(height, norm="forward")) ** 2
+    for number in range(1, 7):
+        inside = density[np.abs(np.hypot(k[:, None], k) - number) < 0.5]
+        assert average.count[number - 1] == inside.size
+        assert average.density[number - 1] == pytest.approx(inside.mean(), rel=1e-12)
+        assert average.spread[number - 1] == pytest.approx(inside.std(), rel=1e-10)
+    assert average.count.sum() == 63
+    np.testing.assert_allclose(average.wavenumber, 2 * np.pi / 3.0 * np.arange(1, 7))
+
+
+def test_spread_is_the_anisotropy_of_a_map():
+    """An isotropic law has a narrow spread in its rings, grooves one as large as the mean."""
+    even = self_affine(64, 1.0, hurst=0.8, rms_height=1.0).radial_average()
+    assert np.all(even.spread[5:25] < 0.3 * even.density[5:25])
+    grooves = measured(np.cos(2 * np.pi * 5 * np.arange(64) / 64)[:, None] * np.ones(64), 1.0, True)
+    ring = grooves.radial_average()
+    assert ring.spread[4] > 2 * ring.density[4]
 
 
 def test_printed_rule_inflates_the_rms_height():

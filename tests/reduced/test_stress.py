@@ -10,7 +10,8 @@ import pytest
 
 from reduced.foundation import indent
 from reduced.profiles import cone, cylinder, paraboloid, power_law, rounded_punch, sphere, tabulated
-from reduced.stress import abel, local_rule
+from reduced.stress import abel, local_rule, one_radius_rule
+from reference import closed_form
 
 S = np.array([1e-6, 0.05, 0.3, 0.7, 0.9, 0.999])  # r/a
 TABLE = tabulated(np.linspace(0, 2, 15), np.linspace(0, 2, 15) ** 2 / 4)
@@ -104,6 +105,58 @@ def nodes_towards(both_ends):
         return s**6, 6 * s**5 * w
     sums = s**6 + (1 - s) ** 6
     return s**6 / sums, w * 6 * (s * (1 - s)) ** 5 / sums**2
+
+
+def quartic_pressure(c, a, r):
+    w = np.sqrt(a**2 - r**2)
+    return 4 * (8 / 3 * c) / np.pi * w * (a**2 + 2 * r**2) / 3
+
+
+@pytest.mark.parametrize(
+    ("profile", "exact"),
+    [
+        (cone(0.3), lambda a, r: 0.3 / 2 * np.arccosh(a / r)),
+        (power_law(4, 0.4), lambda a, r: quartic_pressure(0.4, a, r)),
+        (cylinder(1.0), lambda a, r: 0.2 / np.pi / np.sqrt(1 - r**2)),
+        (rounded_punch(0.3, 3.0), None),
+    ],
+    ids=["cone", "quartic", "cylinder", "rounded punch"],
+)
+def test_abel_pressure_is_within_1e_6_in_the_mean_square(profile, exact):
+    """L2 over the contact away from singular points (r > 0.01 a, and r < 0.99 b at a sharp edge).
+
+    The rounded punch (Ciavarella et al. 1999) against the reference's own closed form.
+    """
+    a = float(profile.contact_radius(0.2))
+    r = np.linspace(0.01, 0.99, 500) * a
+    if exact is None:
+        body = closed_form.rounded_punch(0.3, 3.0, 1.0)
+        expected = np.asarray(body.pressure(r, np.zeros(r.size), 0.2))
+    else:
+        expected = exact(a, r)
+    error = abel(profile, 1.0, 0.2, r) - expected
+    assert np.sqrt(np.sum(r * error**2) / np.sum(r * expected**2)) < 1e-6
+
+
+def test_one_radius_rule_is_exact_for_the_paraboloid_and_the_mean_of_the_punch():
+    """(19.37) with R1 = a^2/(2 d): Hertz to 1e-12; the punch 2 E* d/(pi a), so its force too."""
+    profile, d = paraboloid(2.0), 0.3
+    r = S * float(profile.contact_radius(d))
+    hertz = one_radius_rule(profile, 5.0, d, r)
+    np.testing.assert_allclose(hertz, abel(profile, 5.0, d, r), rtol=1e-12)
+    punch = one_radius_rule(cylinder(0.5), 5.0, d, np.array([0.0, 0.2, 0.49, 0.5, 3.0]))
+    np.testing.assert_allclose(punch[:3] * np.pi * 0.25, 2 * 5.0 * 0.5 * d, rtol=1e-13)
+    np.testing.assert_array_equal(punch[3:], 0.0)
+
+
+def test_one_radius_rule_has_a_value_where_the_own_curvature_has_none():
+    """Cone: R1 = a^2/(2 d), sigma = (E*/pi) (2 d/a) sqrt(1 - r/a), finite at the tip."""
+    d = 0.3
+    a = d / (np.pi / 2 * 0.3)
+    r = np.array([0.0, 0.5, 0.9]) * a
+    expected = 2 * d / (np.pi * a) * np.sqrt(1 - r / a)
+    np.testing.assert_allclose(one_radius_rule(cone(0.3), 1.0, d, r), expected, rtol=1e-13)
+    assert not local_rule(cone(0.3), 1.0, d, r)[1].any()
 
 
 def test_local_rule_is_exact_for_the_paraboloid():
