@@ -8,32 +8,26 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from comparisons.geometry import IndenterGeometry
 from comparisons.methods import METHODS, Solution
-from comparisons.methods.closed_form import form_of
-from comparisons.metrics import (
-    SINGULAR_RING,
-    at_equal,
-    grid_pressure_at,
-    pressure_difference,
-    relative_error,
-    rms_and_maximum,
-)
+from comparisons.metrics import at_equal, relative_error, rms_and_maximum
 from comparisons.planning import Plan
+from comparisons.pressures import pressure_measures
 from comparisons.reference import (
+    OTHER_AXIS,
     Reference,
     Solved,
     choose_reference,
     finest,
+    main_axis,
     mean_curves,
+    on_common_realisations,
     own_discretisation,
+    uncertainty_of,
 )
 from comparisons.scene import QUANTITIES
 from comparisons.uncertainty import combined, ensemble_uncertainty, standard_error
 from comparisons.verdicts import judge
 
-# The load that is compared at besides the prescribed one.
-OTHER_AXIS = {"penetration": "force", "force": "penetration", "mean_gap": "force"}
 SCALARS = tuple(name for name in QUANTITIES if name != "pressure")
 
 
@@ -57,6 +51,7 @@ def compare(plan: Plan, solved: Solved, constants: dict[str, Any]) -> Comparison
     constants : dict
         Columns that are the same in every row (threads, versions, machine).
     """
+    solved = on_common_realisations(solved)
     reference = choose_reference(solved, plan.scene.compare.quantities)
     rows = [
         row
@@ -91,27 +86,6 @@ def errors_of(
         return relative_error(curves[name], reference.curves[name])
     truth = at_equal(curves[at], reference.curves[at], reference.curves[name])
     return relative_error(curves[name], truth)
-
-
-def uncertainty_of(control: str, reference: Reference, name: str, at: str) -> np.ndarray:
-    """Return the reference's uncertainty of a quantity at equal `at`, (k,).
-
-    At the other load, the uncertainty of that load enters through the slope of the curve.
-    """
-    own = reference.uncertainty[name]
-    if at == control or at not in reference.curves:
-        return own
-    x, y = reference.curves[at], reference.curves[name]
-    if len(x) < 2 or not (np.all(x > 0) and np.all(y > 0)):
-        return own
-    rising = bool(np.all(np.diff(np.log(x)) > 0))
-    slope = np.gradient(np.log(y), np.log(x)) if rising else np.ones(len(x))
-    return combined(own, slope * reference.uncertainty[at])
-
-
-def main_axis(control: str, name: str) -> str:
-    """Return the load at which the column error_NAME of results.csv is taken."""
-    return OTHER_AXIS[control] if name == control else control
 
 
 def _solution_rows(
@@ -217,7 +191,11 @@ def _measure_rows(
     rows = []
     for name in plan.scene.compare.quantities:
         if name == "pressure":
-            rows += _pressure_rows(plan, solved, solution, reference)
+            rows += [
+                {"quantity": each["quantity"], "at": "last load"}
+                | _measure(plan, np.array([each["error"]]), np.array([each["bar"]]))
+                for each in pressure_measures(plan, solved, method, resolution, reference)
+            ]
             continue
         if name not in curves or name not in reference.curves:
             continue
@@ -254,71 +232,16 @@ def _total_bar(
 ) -> np.ndarray:
     """Return the bar of an error: the reference's, the ensemble's, the method's own grid's.
 
-    3-D methods solve the very same surfaces as the reference, so their spread over realisations
+    3-D methods solve the very same surfaces as the reference, so the scatter over realisations
     is not an uncertainty of the difference.
     """
-    sources = [uncertainty_of(plan.loads.control, reference, name, at)]
+    line = METHODS[method].dimension == 1
+    control = plan.loads.control
+    sources = [uncertainty_of(control, reference, name, at, same_surfaces=not line)]
     solution = solved[method, resolution]
-    if METHODS[method].dimension == 1:
+    if line:
         sources.append(ensemble_uncertainty(solution.quantities[name]))
         if resolution == finest(solved, method):
             own = own_discretisation(solved, method, name)
             sources.append(np.nan_to_num(own, nan=0.0))
     return combined(*sources)
-
-
-def _pressure_rows(
-    plan: Plan, solved: Solved, solution: Solution, reference: Reference
-) -> list[dict[str, Any]]:
-    """Return L2 difference, integral and peak of the pressure at the last load."""
-    fields = solution.fields
-    if "pressure" not in fields or not solution.converged[0, -1]:
-        return []
-    truth, keep = _true_pressure(plan, solved, reference, fields)
-    rows = []
-    if truth is not None:
-        real = np.isfinite(fields["pressure"])
-        distance = pressure_difference(
-            fields["pressure"], fields["pressure_weight"], truth, keep & real
-        )
-        rows.append(("pressure", distance))
-        inside = keep & real
-        if inside.all():
-            peak = float(np.max(fields["pressure"]) / np.max(truth) - 1)
-            rows.append(("pressure_peak", peak))
-    force = solution.quantities["force"][0, -1]
-    whole = float(np.sum(fields["pressure"] * fields["pressure_weight"]) / force - 1)
-    rows.append(("pressure_integral", whole))
-    bar = np.array([0.0 if reference.method == "closed_form" else float("nan")])
-    return [
-        {"quantity": name, "at": "last load"} | _measure(plan, np.array([value]), bar)
-        for name, value in rows
-    ]
-
-
-def _true_pressure(
-    plan: Plan, solved: Solved, reference: Reference, fields: dict[str, np.ndarray]
-) -> tuple[np.ndarray | None, np.ndarray]:
-    """Return the reference's pressure at a method's points, and the points to compare.
-
-    Where the closed form is singular, a ring of SINGULAR_RING contact radii on either side of the
-    singular edge (or around the tip) is left out.
-    """
-    x, y = fields["pressure_x"], fields["pressure_y"]
-    everywhere = np.ones(len(x), dtype=bool)
-    if reference.method == "closed_form":
-        assert isinstance(plan.geometry, IndenterGeometry)
-        form = form_of(plan.geometry.indenter, plan.scene.effective_modulus)
-        assert form is not None
-        depth = float(reference.curves["penetration"][-1])
-        truth = np.asarray(form.pressure(x, y, depth))
-        if not form.pressure_is_singular:
-            return truth, everywhere
-        rho = form.relative_radius(x, y, depth)
-        centre = 1.0 if form.singular_at == "edge" else 0.0
-        return truth, np.abs(rho - centre) > SINGULAR_RING
-    stored = solved[reference.method, reference.resolution].fields
-    if "pressure_shape" not in stored:
-        return None, everywhere
-    shape = tuple(int(n) for n in fields["pressure_shape"]) if "pressure_shape" in fields else None
-    return grid_pressure_at(stored, x, y, shape), everywhere

@@ -23,7 +23,7 @@ THREADS = 1
 _CLEAR_PEAK = Path("/proc/self/clear_refs")
 _STATUS = Path("/proc/self/status")
 # What has been compiled in this process, and how long that took.
-_compiled: dict[tuple[str, bool], float] = {}
+_compiled: dict[tuple[object, ...], float] = {}
 
 
 def execute(task: Task) -> Solution:
@@ -54,6 +54,9 @@ def execute(task: Task) -> Solution:
                 solution.body_fields = None
     except Exception as error:  # the study carries on
         return failed(task, _reason(error))
+    finally:
+        if isinstance(task.geometry, RoughGeometry):
+            task.geometry.forget()
     solution.seconds = statistics.median(times)
     solution.setup_seconds = statistics.median(setups)
     solution.compile_seconds = compile_seconds
@@ -91,7 +94,9 @@ def _reason(error: Exception) -> str:
 
 def _warm_up(task: Task) -> float:
     """Compile once per process and kind of scene; return how long it took the first time."""
-    key = (task.method, isinstance(task.geometry, RoughGeometry))
+    periodic = isinstance(task.geometry, RoughGeometry) and task.geometry.periodic
+    kind = (isinstance(task.geometry, RoughGeometry), periodic, task.loads.control)
+    key = (task.method, *kind, task.options.changed())
     if key not in _compiled:
         start = time.perf_counter()
         METHODS[task.method].warm_up(task)

@@ -71,6 +71,9 @@ class RoughGeometry:
     recipe: SelfAffine | None = None
     measured: np.ndarray | None = field(default=None, repr=False)
     treatment: tuple[str, ...] = ()
+    _made: dict[tuple[int, int], np.ndarray] = field(
+        default_factory=dict, repr=False, compare=False
+    )
 
     def heights(self, realisation: int, resolution: int) -> np.ndarray:
         """Return the surface with `resolution` points along x.
@@ -80,6 +83,16 @@ class RoughGeometry:
         so that a finer grid solves the same surface better. A fraction takes every second,
         fourth, ... point.
         """
+        key = (realisation, resolution)
+        if key not in self._made:
+            self._made[key] = self._make(realisation, resolution)
+        return self._made[key]
+
+    def forget(self) -> None:
+        """Drop the heights kept since they were first asked for."""
+        self._made.clear()
+
+    def _make(self, realisation: int, resolution: int) -> np.ndarray:
         native = self._native(realisation)
         if resolution == self.points[0]:
             return native
@@ -142,7 +155,9 @@ def prepare(scene: Scene) -> tuple[Geometry, Loads]:
         loads = Loads(scene.loading.control, np.array(scene.loading.range.values))
         return _press_estimate(scene, loads), loads
     surface = scene.surface
-    geometry = _synthetic(surface) if isinstance(surface, SelfAffine) else _measured(scene, surface)
+    geometry = (
+        _synthetic(scene, surface) if isinstance(surface, SelfAffine) else _measured(scene, surface)
+    )
     return geometry, _absolute(scene.loading, scene.effective_modulus, geometry)
 
 
@@ -151,12 +166,15 @@ def _recipe_arguments(recipe: SelfAffine) -> dict[str, float | None]:
     return {name: getattr(recipe, name) for name in names}
 
 
-def _synthetic(surface: SelfAffine) -> RoughGeometry:
-    slope = surface.rms_slope
-    if slope is None:
+def _synthetic(scene: Scene, surface: SelfAffine) -> RoughGeometry:
+    try:
         heights = surfaces.self_affine(
             surface.points, surface.size, **_recipe_arguments(surface), seed=0, realisation=0
         )
+    except (ValueError, ArithmeticError) as error:
+        raise SceneError(scene.name, [f"surface: {error}"]) from error
+    slope = surface.rms_slope
+    if slope is None:
         slope = surfaces.rms_gradient_spectral(heights, _spacing(surface.size, heights))
     return RoughGeometry(surface.size, surface.points, surface.periodic, slope, recipe=surface)
 
@@ -219,7 +237,7 @@ def _press_estimate(scene: Scene, loads: Loads) -> IndenterGeometry:
         if isinstance(scene.indenter, Sphere):
             # Springs have no limit; the closed form raises where the contact would reach R.
             sphere(scene.indenter.radius, scene.effective_modulus).force(contact.penetration)
-    except (ValueError, RuntimeError) as error:
+    except (ValueError, RuntimeError, ArithmeticError) as error:
         raise SceneError(scene.name, [f"loading.{loads.control}: {error}"]) from error
     return IndenterGeometry(
         scene.indenter, float(contact.penetration[-1]), float(contact.contact_radius[-1])

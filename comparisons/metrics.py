@@ -17,10 +17,12 @@ def relative_error(value: np.ndarray, reference: np.ndarray) -> np.ndarray:
 
 
 def at_equal(x: np.ndarray, reference_x: np.ndarray, reference_y: np.ndarray) -> np.ndarray:
-    """Return the reference curve y(x) at the points x: interpolated, never extrapolated.
+    """Return the reference curve y(x) at the points x.
 
     Monotone cubic interpolation of log y against log x: exact for power laws, which indentation
-    curves are or nearly are.
+    curves are or nearly are. A method that errs by some per cent ends a little beyond the
+    reference's last load; there the curve goes on with its end slope, for at most half of the
+    last interval of log x. Further out there is no value: NaN.
 
     Examples
     --------
@@ -31,17 +33,22 @@ def at_equal(x: np.ndarray, reference_x: np.ndarray, reference_y: np.ndarray) ->
     good = (
         np.isfinite(reference_x) & np.isfinite(reference_y) & (reference_x > 0) & (reference_y > 0)
     )
-    known_x, known_y = reference_x[good], reference_y[good]
-    result = np.full(np.shape(x), np.nan)
     # In logarithms, because two loads that differ in the last digit only have the same one.
-    if len(known_x) < 2 or np.any(np.diff(np.log(known_x)) <= 0):
+    known_x, known_y = np.log(reference_x[good]), np.log(reference_y[good])
+    if len(known_x) > 1 and known_x[0] > known_x[-1]:  # a mean gap closes as the force grows
+        known_x, known_y = known_x[::-1], known_y[::-1]
+    result = np.full(np.shape(x), np.nan)
+    if len(known_x) < 2 or np.any(np.diff(known_x) <= 0):
         return result
-    curve = PchipInterpolator(np.log(known_x), np.log(known_y))
-    # A last digit beyond the end of the reference is still the end.
-    edge = 1e-12 * known_x
-    inside = np.isfinite(x) & (x >= known_x[0] - edge[0]) & (x <= known_x[-1] + edge[-1])
-    points = np.clip(x[inside], known_x[0], known_x[-1])
-    result[inside] = np.exp(curve(np.log(points)))
+    curve = PchipInterpolator(known_x, known_y)
+    usable = np.isfinite(x) & (x > 0)
+    points = np.log(x[usable])
+    ends = np.clip(points, known_x[0], known_x[-1])
+    beyond = points - ends
+    values = curve(ends) + curve.derivative()(ends) * beyond
+    margin = 0.5 * np.array([known_x[1] - known_x[0], known_x[-1] - known_x[-2]])
+    values[(beyond < -margin[0]) | (beyond > margin[1])] = np.nan
+    result[usable] = np.exp(values)
     return result
 
 
@@ -95,3 +102,22 @@ def grid_pressure_at(
     axes = (fields["pressure_x"].reshape(nx, ny)[:, 0], fields["pressure_y"].reshape(nx, ny)[0])
     look_up = RegularGridInterpolator(axes, values, bounds_error=False, fill_value=0.0)
     return np.asarray(look_up(np.stack([x, y], axis=-1)))
+
+
+def distance_to_outline(x: np.ndarray, y: np.ndarray, corners: np.ndarray) -> np.ndarray:
+    """Return the distance of points from the sides of a closed polygon with corners (n, 2).
+
+    Examples
+    --------
+    >>> square = np.array([[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 2.0]])
+    >>> [float(d) for d in distance_to_outline(np.array([1.0, 3.0]), np.array([0.5, 3.0]), square)]
+    [0.5, 1.4142135623730951]
+    """
+    points = np.stack([x, y], axis=-1)
+    nearest = np.full(np.shape(x), np.inf)
+    for start, end in zip(corners, np.roll(corners, -1, axis=0), strict=True):
+        side = end - start
+        share = np.clip((points - start) @ side / (side @ side), 0, 1)
+        foot = start + share[..., None] * side
+        nearest = np.minimum(nearest, np.linalg.norm(points - foot, axis=-1))
+    return nearest

@@ -46,7 +46,7 @@ class ReducedOptions(Options):
 class DenseOptions(Options):
     """Options of the dense half-space solver: the largest contact it accepts, in cells."""
 
-    max_cells: Annotated[int, Field(strict=True, ge=1, le=20_000)] = 5000
+    max_cells: Annotated[int, Field(strict=True, ge=1, le=5000)] = 5000
 
 
 class FftOptions(Options):
@@ -63,7 +63,7 @@ class FftOptions(Options):
 class FemOptions(Options):
     """Options of the finite-element solver; `penalty` is in units of E*/h."""
 
-    contact: Literal["active_set", "penalty"] = "active_set"
+    contact: Literal["active_set", "penalty", "augmented_lagrangian"] = "active_set"
     penalty: Positive = 1e3
 
 

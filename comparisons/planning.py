@@ -16,6 +16,7 @@ import psutil
 
 from comparisons.geometry import Geometry, IndenterGeometry, Loads, RoughGeometry, prepare
 from comparisons.methods import METHODS, Task
+from comparisons.methods.bem_fft import ARRAYS_FREE, ARRAYS_PERIODIC
 from comparisons.scene import MeasuredMap, Scene, SceneError, SelfAffine
 
 Effort = Literal["quick", "full"]
@@ -151,7 +152,7 @@ def _plan(scene: Scene, effort: Effort) -> Plan:
     asked = scene.surface.realisations if scene.surface is not None else 1
     realisations = min(asked, QUICK_REALISATIONS) if effort == "quick" else asked
     draft = Plan(scene, geometry, loads, (), (), (), realisations)
-    methods = tuple(_plan_method(draft, name, effort) for name in METHODS)
+    methods = tuple(_plan_method(draft, name) for name in METHODS)
     notes = list(geometry.treatment) if isinstance(geometry, RoughGeometry) else []
     if realisations < asked:
         notes.append(f"quick: {realisations} of {asked} realisations (--full runs all of them)")
@@ -164,7 +165,7 @@ def _plan(scene: Scene, effort: Effort) -> Plan:
     )
 
 
-def _plan_method(draft: Plan, name: str, effort: Effort) -> MethodPlan:
+def _plan_method(draft: Plan, name: str) -> MethodPlan:
     scene, method = draft.scene, METHODS[name]
     if scene.compare.methods is not None and name not in scene.compare.methods:
         return MethodPlan(name, False, "not asked for")
@@ -174,7 +175,7 @@ def _plan_method(draft: Plan, name: str, effort: Effort) -> MethodPlan:
     planned = method.resolutions(scene, draft.geometry)
     if scene.compare.resolutions is not None and planned != EXACT:
         planned = scene.compare.resolutions
-    refusals = {n: _refusal(draft, name, n) for n in planned}
+    refusals = {n: refusal(draft, name, n) for n in planned}
     kept = tuple(n for n in planned if not refusals[n])
     dropped = [f"{n}: {why}" for n, why in refusals.items() if why]
     if not kept:
@@ -183,7 +184,7 @@ def _plan_method(draft: Plan, name: str, effort: Effort) -> MethodPlan:
     return MethodPlan(name, True, reason, kept, method.model(scene, draft.geometry))
 
 
-def _refusal(draft: Plan, name: str, resolution: int) -> str:
+def refusal(draft: Plan, name: str, resolution: int) -> str:
     """Return why a resolution is not run, or an empty text."""
     geometry = draft.geometry
     if isinstance(geometry, RoughGeometry) and METHODS[name].dimension == 3:
@@ -214,7 +215,8 @@ def _check_size(scene: Scene) -> None:
     free = psutil.virtual_memory().available
     if isinstance(scene.surface, SelfAffine):
         nx, ny = scene.surface.points
-        need = 8.0 * 12 * nx * ny
+        arrays = ARRAYS_PERIODIC if scene.surface.periodic else ARRAYS_FREE
+        need = 8.0 * arrays * nx * ny
         if need > MEMORY_SHARE * free:
             problems.append(
                 f"surface.points: expected arrays that fit into {MEMORY_SHARE:.0%} of the free "
@@ -276,7 +278,10 @@ def _left_out(scene: Scene, geometry: Geometry) -> Iterable[tuple[str, str]]:
     if "pressure" not in asked:
         yield "pressure fields", 'not asked for (add "pressure" to compare.quantities)'
     if not asked & {"stiffness", "contact_length_stiffness"}:
-        yield "contact stiffness", "not asked for; it costs one more linear solve per load"
+        yield (
+            "contact stiffness, in the half-space methods",
+            "not asked for; it costs them one more linear solve per load",
+        )
     yield "memory of the material", "the scene is elastic: nothing relaxes"
     yield "tangential displacements at the surface", "no friction in the scene"
     if isinstance(geometry, IndenterGeometry):

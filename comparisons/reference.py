@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -15,6 +15,8 @@ from comparisons.uncertainty import combined, ensemble_uncertainty, grid_uncerta
 EXACT = 1e-12
 PREFERENCE = ("closed_form", "bem_fft", "fem", "bem_dense")
 GRIDS = ("bem_fft", "bem_dense")
+# The load that is compared at besides the prescribed one.
+OTHER_AXIS = {"penetration": "force", "force": "penetration", "mean_gap": "force"}
 Solved = dict[tuple[str, int], Solution]
 
 
@@ -28,7 +30,11 @@ class Reference:
     curves : dict
         Quantity -> (k,) mean over realisations.
     uncertainty : dict
-        Quantity -> (k,) relative 95 % half-width; NaN where it is not known.
+        Quantity -> (k,) relative 95 % half-width at the prescribed load, all sources together;
+        NaN where it is not known.
+    systematic : dict
+        The same without the scatter over realisations: what counts between methods that solve
+        the very same surfaces.
     text : str
         One sentence for the report.
     """
@@ -37,6 +43,7 @@ class Reference:
     resolution: int
     curves: dict[str, np.ndarray]
     uncertainty: dict[str, np.ndarray]
+    systematic: dict[str, np.ndarray]
     text: str
 
     @property
@@ -57,14 +64,41 @@ def mean_curves(solution: Solution) -> dict[str, np.ndarray]:
     return curves
 
 
+def on_common_realisations(solved: Solved) -> Solved:
+    """Take out of every 3-D ensemble the steps that another 3-D solution lost on the same surface.
+
+    Means over different surfaces would differ by their scatter. A solution that lost a step on
+    all surfaces takes part in nothing there, and removes nothing from the others.
+    """
+    ensembles = {
+        key: solution
+        for key, solution in solved.items()
+        if METHODS[key[0]].dimension == 3 and len(solution.converged) > 1
+    }
+    if not ensembles:
+        return solved
+    kept = [s.converged | ~s.converged.any(axis=0) for s in ensembles.values()]
+    common = np.logical_and.reduce(kept)
+    if common.all():
+        return solved
+    return solved | {
+        key: replace(
+            solution,
+            quantities={n: np.where(common, v, np.nan) for n, v in solution.quantities.items()},
+        )
+        for key, solution in ensembles.items()
+    }
+
+
 def finest(solved: Solved, method: str) -> int | None:
-    """Return the finest resolution of a method with an answer at every load step."""
-    complete = [
-        resolution
+    """Return the finest resolution of a method among those that solved the most load steps."""
+    steps = {
+        resolution: int(solution.converged.any(axis=0).sum())
         for (name, resolution), solution in solved.items()
-        if name == method and solution.converged.any(axis=0).all()
-    ]
-    return max(complete, default=None)
+        if name == method
+    }
+    most = max(steps.values(), default=0)
+    return max((n for n, count in steps.items() if count == most > 0), default=None)
 
 
 def choose_reference(solved: Solved, quantities: tuple[str, ...]) -> Reference | None:
@@ -75,7 +109,7 @@ def choose_reference(solved: Solved, quantities: tuple[str, ...]) -> Reference |
     as the FFT one on the same grid: of the two only the finer grid is a candidate, lest a bar
     that is small by chance on coarse grids wins.
     """
-    candidates = references(solved, quantities)
+    candidates = references(solved)
     grids = {each.method: each.resolution for each in candidates if each.method in GRIDS}
     if len(grids) == len(GRIDS):
         worse = "bem_dense" if grids["bem_fft"] >= grids["bem_dense"] else "bem_fft"
@@ -93,7 +127,7 @@ def choose_reference(solved: Solved, quantities: tuple[str, ...]) -> Reference |
     return min(candidates, key=widest)
 
 
-def references(solved: Solved, quantities: tuple[str, ...]) -> list[Reference]:
+def references(solved: Solved) -> list[Reference]:
     """Return every 3-D method's finest solution as a candidate, in order of preference."""
     names = [name for name in PREFERENCE if name in METHODS]
     names += [n for n, m in METHODS.items() if m.dimension == 3 and n not in names]
@@ -101,7 +135,7 @@ def references(solved: Solved, quantities: tuple[str, ...]) -> list[Reference]:
     for name in names:
         resolution = finest(solved, name)
         if resolution is not None:
-            found.append(_reference(solved, name, resolution, quantities))
+            found.append(_reference(solved, name, resolution))
     return found
 
 
@@ -115,47 +149,73 @@ def own_discretisation(solved: Solved, method: str, name: str) -> np.ndarray:
     return grid_uncertainty(np.array([n for n, _ in kept]), np.array([c for _, c in kept]))
 
 
-def _reference(
-    solved: Solved, method: str, resolution: int, quantities: tuple[str, ...]
-) -> Reference:
+def main_axis(control: str, name: str) -> str:
+    """Return the load at which a quantity is compared: the prescribed one, or for it the other."""
+    return OTHER_AXIS[control] if name == control else control
+
+
+def uncertainty_of(
+    control: str, reference: Reference, name: str, at: str, *, same_surfaces: bool = False
+) -> np.ndarray:
+    """Return the reference's uncertainty of a quantity at equal `at`, (k,).
+
+    At the other load, the uncertainty of that load enters through the slope of the curve.
+    `same_surfaces` leaves out the scatter over realisations.
+    """
+    bars = reference.systematic if same_surfaces else reference.uncertainty
+    own = bars[name]
+    if at == control or at not in reference.curves:
+        return own
+    x, y = reference.curves[at], reference.curves[name]
+    if len(x) < 2 or not (np.all(x > 0) and np.all(y > 0)):
+        return own
+    steps = np.diff(np.log(x))
+    monotone = bool(np.all(steps > 0) or np.all(steps < 0))
+    slope = np.gradient(np.log(y), np.log(x)) if monotone else np.ones(len(x))
+    return combined(own, slope * bars[at])
+
+
+def known_to(control: str, reference: Reference, name: str) -> float:
+    """Return how well a quantity is known: the rms over the loads of its bar, NaN where unknown."""
+    if name not in reference.curves:
+        return float("nan")
+    bar = uncertainty_of(control, reference, name, main_axis(control, name))
+    return rms_and_maximum(bar)[0]
+
+
+def _reference(solved: Solved, method: str, resolution: int) -> Reference:
     solution = solved[method, resolution]
     curves = mean_curves(solution)
-    uncertainty = {}
+    exact = method == "closed_form"
+    systematic, total = {}, {}
+    residual = np.where(np.isnan(solution.violation), 0.0, solution.violation).max(axis=0)
     for name in curves:
-        if method == "closed_form":
-            uncertainty[name] = np.full(len(curves[name]), EXACT)
+        if exact:
+            systematic[name] = total[name] = np.full(len(curves[name]), EXACT)
             continue
-        residual = np.nan_to_num(np.fmax.reduce(solution.violation, axis=0), nan=0.0)
-        uncertainty[name] = combined(
-            own_discretisation(solved, method, name),
-            residual,
-            ensemble_uncertainty(solution.quantities[name]),
-        )
-    text = _sentence(method, resolution, len(solution.converged), uncertainty, quantities)
-    return Reference(method, resolution, curves, uncertainty, text)
+        systematic[name] = combined(own_discretisation(solved, method, name), residual)
+        total[name] = combined(systematic[name], ensemble_uncertainty(solution.quantities[name]))
+    count = len(solution.converged)
+    text = "The truth is the closed form, exact to round-off."
+    if not exact:
+        text = f"The truth is the finest solution of {METHODS[method].title} (N = {resolution}"
+        text += f", mean of {count} realisations)" if count > 1 else ")"
+    return Reference(method, resolution, curves, total, systematic, text)
 
 
-def _sentence(
-    method: str,
-    resolution: int,
-    realisations: int,
-    uncertainty: dict[str, np.ndarray],
-    quantities: tuple[str, ...],
-) -> str:
-    if method == "closed_form":
-        return "The truth is the closed form, exact to round-off."
-    known = {
-        name: rms_and_maximum(uncertainty[name])[0]
-        for name in quantities
-        if name in uncertainty and np.isfinite(uncertainty[name]).any()
-    }
-    known = {name: bar for name, bar in known.items() if bar > EXACT}
-    what = f"The truth is the finest solution of {METHODS[method].title} (resolution {resolution}"
-    what += f", mean of {realisations} realisations)" if realisations > 1 else ")"
-    if not known:
-        return what + "; only one resolution was run, so its error is not known."
-    bars = ", ".join(f"{name.replace('_', ' ')} {relative(bar)}" for name, bar in known.items())
-    return what + f", known to (95 %, rms over the loads): {bars}."
+def sentence(control: str, reference: Reference, quantities: tuple[str, ...]) -> str:
+    """Return which solution is the truth, and how well each compared quantity is known."""
+    if reference.method == "closed_form":
+        return reference.text
+    known = {name: known_to(control, reference, name) for name in quantities}
+    bars = [
+        f"{name.replace('_', ' ')} {relative(bar)}"
+        for name, bar in known.items()
+        if np.isfinite(bar)
+    ]
+    if not bars:
+        return reference.text + "; only one resolution was run, so its error is not known."
+    return reference.text + f", known to (95 %, rms over the loads): {', '.join(bars)}."
 
 
 def disagreements(
@@ -170,11 +230,11 @@ def disagreements(
     if chosen is None:
         return ()
     found = []
-    for other in references(solved, quantities):
+    for other in references(solved):
         names = [n for n in quantities if n in other.curves and n in chosen.curves]
         for name in names if other.method != chosen.method else ():
             difference = np.abs(relative_error(other.curves[name], chosen.curves[name]))
-            allowed = combined(other.uncertainty[name], chosen.uncertainty[name]) + EXACT
+            allowed = combined(other.systematic[name], chosen.systematic[name]) + EXACT
             sentence = _disagreement(difference, allowed)
             if sentence:
                 found.append(

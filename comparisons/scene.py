@@ -128,7 +128,7 @@ class SelfAffine(_Table):
     kind: Literal["self_affine"]
     size: SizePair
     points: PointsPair
-    hurst: Annotated[Finite, Field(ge=-1, le=2)] | None = None
+    hurst: Annotated[Finite, Field(ge=0, le=1)] | None = None
     power: Annotated[Finite, Field(ge=0, le=8)] | None = None
     rms_slope: Positive | None = None
     rms_height: Length | None = None

@@ -41,9 +41,9 @@ class Indenter(BaseModel):
         return False
 
     @property
-    def size(self) -> float:
-        """A length of the shape, for scaling."""
-        raise NotImplementedError
+    def outline(self) -> np.ndarray | None:
+        """Corners (n, 2) of a flat face with straight sharp edges, else None."""
+        return None
 
     def gap(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
         """Return the initial gap at the points (x, y)."""
@@ -85,11 +85,6 @@ class Paraboloid(_Axisymmetric):
     shape: Literal["paraboloid"]
     radius: Length
 
-    @property
-    def size(self) -> float:
-        """The radius of curvature."""
-        return self.radius
-
     def profile(self, r: np.ndarray) -> np.ndarray:
         """Return r^2 / (2 R)."""
         return r**2 / (2 * self.radius)
@@ -104,11 +99,6 @@ class Sphere(_Axisymmetric):
 
     shape: Literal["sphere"]
     radius: Length
-
-    @property
-    def size(self) -> float:
-        """The radius."""
-        return self.radius
 
     def profile(self, r: np.ndarray) -> np.ndarray:
         """Return the sphere's gap, in the form that keeps its digits near the apex."""
@@ -128,11 +118,6 @@ class Cone(_Axisymmetric):
 
     shape: Literal["cone"]
     slope: Positive
-
-    @property
-    def size(self) -> float:
-        """A cone has no length of its own: 1 m."""
-        return 1.0
 
     def profile(self, r: np.ndarray) -> np.ndarray:
         """Return slope * r."""
@@ -184,13 +169,6 @@ class PowerLaw(_Axisymmetric):
             )
         return float(value)
 
-    @property
-    def size(self) -> float:
-        """The length at which the height equals the radius (1 m for a cone)."""
-        if self.exponent == 1:
-            return 1.0
-        return float(self.coefficient ** (1 / (1 - self.exponent)))
-
     def profile(self, r: np.ndarray) -> np.ndarray:
         """Return coefficient * r^exponent."""
         return self.coefficient * np.asarray(r) ** self.exponent
@@ -212,11 +190,6 @@ class Cylinder(_Axisymmetric):
         return True
 
     @property
-    def size(self) -> float:
-        """The radius of the face."""
-        return self.radius
-
-    @property
     def area(self) -> float:
         """Area of the face."""
         return float(np.pi * self.radius**2)
@@ -236,11 +209,6 @@ class RoundedPunch(_Axisymmetric):
     shape: Literal["rounded_punch"]
     flat_radius: Length
     edge_radius: Length
-
-    @property
-    def size(self) -> float:
-        """The radius of the flat part."""
-        return self.flat_radius
 
     def profile(self, r: np.ndarray) -> np.ndarray:
         """Return the height beyond the flat part."""
@@ -280,11 +248,6 @@ class Profile(_Axisymmetric):
         return max(self.f) == 0
 
     @property
-    def size(self) -> float:
-        """The radius of the sharp edge."""
-        return self.r[-1]
-
-    @property
     def area(self) -> float:
         """Area inside the sharp edge."""
         return float(np.pi * self.r[-1] ** 2)
@@ -320,11 +283,6 @@ class Ellipsoid(Indenter):
         """Only when both radii are equal."""
         return self.radius_x == self.radius_y
 
-    @property
-    def size(self) -> float:
-        """The Gaussian radius sqrt(Rx Ry)."""
-        return float(np.sqrt(self.radius_x * self.radius_y))
-
     def gap(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
         """Return the elliptic paraboloid."""
         return x**2 / (2 * self.radius_x) + y**2 / (2 * self.radius_y)
@@ -354,11 +312,6 @@ class _FlatPunch(Indenter):
     def area(self) -> float:
         """Area of the face."""
         raise NotImplementedError
-
-    @property
-    def size(self) -> float:
-        """Radius of the circle of equal area."""
-        return float(np.sqrt(self.area / np.pi))
 
 
 class EllipticPunch(_FlatPunch):
@@ -403,6 +356,11 @@ class SquarePunch(_FlatPunch):
         inside = np.maximum(np.abs(x), np.abs(y)) <= self.side / 2
         return np.where(inside, 0.0, np.inf)
 
+    @property
+    def outline(self) -> np.ndarray:
+        """The four corners."""
+        return self.side / 2 * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
+
     def reach(self, penetration: float) -> tuple[float, float]:
         """Return half the side, twice."""
         return self.side / 2, self.side / 2
@@ -439,6 +397,11 @@ class PolygonPunch(_FlatPunch):
         cross = corners[:, 0] * following[:, 1] - corners[:, 1] * following[:, 0]
         centroid = ((corners + following) * cross[:, None]).sum(axis=0) / (3 * cross.sum())
         return corners - centroid
+
+    @property
+    def outline(self) -> np.ndarray:
+        """The vertices."""
+        return self.corners
 
     @property
     def quarter_symmetric(self) -> bool:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import datetime
+import re
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
@@ -17,11 +18,15 @@ from comparisons.comparison import compare
 from comparisons.execution import THREADS, execute
 from comparisons.machine import machine, machine_text, versions, versions_text
 from comparisons.methods import Solution, Task
+from comparisons.plain import plain
 from comparisons.planning import Plan
-from comparisons.reference import Solved, disagreements
+from comparisons.reference import Reference, Solved, disagreements, known_to, sentence
+from comparisons.refinement import refined
 from comparisons.store import FIELDS, ResultsError, SceneRecord, StudyRecord, save_study
 from comparisons.vtu import write_fields
 
+# Names that tasks give to their files; nothing else in a folder is ours to delete.
+OWN_FILE = re.compile(r"[a-z0-9-]+-[a-z_0-9]+-\d+-\d+-[0-9a-f]{12}\.(npz|vtu)")
 Progress = Callable[[int, int, Task | None], None]
 
 
@@ -71,7 +76,12 @@ class Study:
         self._open_directory()
         interrupted: KeyboardInterrupt | None = None
         try:
-            self._solve()
+            self._solve(self.plans)
+            if self.effort == "full":
+                for index, plan in enumerate(self.plans):
+                    self.plans[index] = refined(
+                        plan, self._solved, lambda each: self._solve([each])
+                    )
         except KeyboardInterrupt as error:
             interrupted = error
         described, found = machine(THREADS), versions()
@@ -110,6 +120,8 @@ class Study:
     def _open_directory(self) -> None:
         if self.directory.exists() and not self.directory.is_dir():
             raise ResultsError(f"{self.directory}: expected a folder for the results, got a file")
+        if self.resume and self.overwrite:
+            raise ResultsError("--resume and --overwrite: expected at most one of them")
         used = self.directory.exists() and any(self.directory.iterdir())
         if used and not (self.resume or self.overwrite):
             raise ResultsError(
@@ -118,12 +130,14 @@ class Study:
             )
         fields = self.directory / FIELDS
         fields.mkdir(parents=True, exist_ok=True)
-        if self.overwrite and not self.resume:
-            for old in [*fields.glob("*.npz"), *fields.glob("*.vtu")]:
-                old.unlink()
+        if self.overwrite:
+            for old in fields.iterdir():
+                if OWN_FILE.fullmatch(old.name):
+                    old.unlink()
 
-    def _solve(self) -> None:
-        tasks = [task for plan in self.plans for task in plan.tasks()]
+    def _solve(self, plans: list[Plan]) -> None:
+        tasks = [task for plan in plans for task in plan.tasks()]
+        tasks = [task for task in tasks if task.key not in self._solutions]
         todo = [task for task in tasks if not self._restore(task)]
         done = len(tasks) - len(todo)
         self._report(done, len(tasks), None)
@@ -207,7 +221,7 @@ class Study:
             quantities=asked,
             tolerance=scene.compare.tolerance,
             plan=plan.document(),
-            reference={} if reference is None else _reference_document(reference, asked),
+            reference={} if reference is None else _reference_document(control, reference, asked),
             answer=answer(asked, control, scene.compare.tolerance, result.measures, reference),
             disagreements=disagreements(solved, reference, asked),
             rows=result.rows,
@@ -220,15 +234,12 @@ def _with_task(task: Task) -> tuple[Task, Solution]:
     return task, execute(task)
 
 
-def _reference_document(reference: Any, asked: tuple[str, ...]) -> dict[str, Any]:
-    bars = {}
-    for name in asked:
-        values = reference.uncertainty.get(name)
-        known = values is not None and bool((values == values).any())
-        bars[name] = float(values[values == values].max()) if known else None
+def _reference_document(
+    control: str, reference: Reference, asked: tuple[str, ...]
+) -> dict[str, Any]:
     return {
         "method": reference.method,
         "resolution": reference.resolution,
-        "text": reference.text,
-        "uncertainty": bars,
+        "text": sentence(control, reference, asked),
+        "uncertainty": plain({name: known_to(control, reference, name) for name in asked}),
     }

@@ -12,8 +12,8 @@ def judge(error: ArrayLike, uncertainty: ArrayLike, tolerance: float) -> str:
     """Return the verdict on errors at one or several load steps.
 
     With e an error and u the 95 % half-width of its bar: "within" if |e| + u <= t at every step,
-    "outside" if |e| - u > t at any, else "not resolved". An unknown bar resolves nothing; steps
-    without an error are left out, and if there are only such steps there is "no result".
+    "outside" if |e| - u > t at any, else "not resolved". An unknown bar resolves nothing, nor does
+    a step without an error; if there are only such steps there is "no result".
 
     Examples
     --------
@@ -29,8 +29,8 @@ def judge(error: ArrayLike, uncertainty: ArrayLike, tolerance: float) -> str:
     known = np.isfinite(errors)
     if not known.any():
         return NO_RESULT
-    errors = errors[known]
-    bars = np.where(np.isfinite(bars[known]), bars[known], np.inf)
+    bars = np.where(np.isfinite(bars) & known, bars, np.inf)
+    errors = np.where(known, errors, 0.0)
     if np.all(errors + bars <= tolerance):
         return WITHIN
     return OUTSIDE if np.any(errors - bars > tolerance) else NOT_RESOLVED

@@ -251,7 +251,6 @@ def _check(
             faults.append(f"give exactly one of {names}, not {pair!r}")
     positive = {
         "size": min(lengths),
-        "power": power,
         "rms_slope": rms_slope,
         "rms_height": rms_height,
         "long_cutoff": long_cutoff,
@@ -260,6 +259,8 @@ def _check(
     for name, value in positive.items():
         if value is not None and not (np.isfinite(value) and value > 0):
             faults.append(f"{name} must be positive and finite, not {value!r}")
+    if power is not None and not (np.isfinite(power) and power >= 0):
+        faults.append(f"power must be finite and not negative, not {power!r}")
     if hurst is not None and not 0 <= hurst <= 1:
         faults.append(f"hurst must lie in [0, 1], not {hurst!r}")
     if faults:

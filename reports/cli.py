@@ -93,7 +93,7 @@ def run(
     option
         METHOD.KEY=VALUE, an option of a method; may be repeated.
     full
-        Every realisation and one resolution more; --quick: at most 10 realisations.
+        Every realisation, and a truth refined to a fifth of the tolerance; --quick: at most 10.
     plan
         Print what would be modelled, and what is left out and why; solve nothing.
     out

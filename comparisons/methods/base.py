@@ -17,6 +17,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from comparisons.geometry import Geometry, Loads, RoughGeometry
+from comparisons.machine import versions
 from comparisons.options import Options
 from comparisons.scene import Scene
 
@@ -55,8 +56,9 @@ class Task:
 
     @property
     def key(self) -> str:
-        """A name that is the same exactly when the task is the same."""
+        """A name that is the same exactly when the task and the installed versions are the same."""
         identity = {
+            "versions": versions(),
             "scene": self.scene.model_dump(mode="json", exclude={"title", "compare", "methods"}),
             "geometry": self.geometry.digest,
             "loads": [float(v).hex() for v in self.loads.values],

@@ -8,7 +8,13 @@ import numpy as np
 
 from comparisons.geometry import Geometry, RoughGeometry
 from comparisons.methods.base import Support, Task
-from comparisons.methods.grid import GridMethod, Operator, contact_cells, rough_resolutions
+from comparisons.methods.grid import (
+    GridMethod,
+    Operator,
+    cells,
+    contact_cells,
+    rough_resolutions,
+)
 from comparisons.options import DenseOptions
 from comparisons.scene import Scene
 from reference.halfspace import Contact, FreeOperator, dense
@@ -44,7 +50,8 @@ class BemDense(GridMethod):
 
     def memory(self, task: Task) -> float:
         """Bytes of the contact block and its factor."""
-        return 24.0 * min(contact_cells(task), 1e5) ** 2
+        # The iteration starts from the whole geometric overlap.
+        return 24.0 * min(2.5 * contact_cells(task), cells(task.geometry, task.resolution)) ** 2
 
     def model(self, scene: Scene, geometry: Geometry) -> str:
         """Name the matrix."""

@@ -16,8 +16,8 @@ from reference.halfspace import Contact, FreeOperator, PeriodicOperator, fft
 
 # Double arrays of one grid that a solve holds at once: pressure, displacement, residual,
 # direction and their transforms; the free half-space pads each direction to twice its cells.
-ARRAYS_PERIODIC = 12
-ARRAYS_FREE = 36
+ARRAYS_PERIODIC = 45
+ARRAYS_FREE = 100
 
 
 class BemFft(GridMethod):
@@ -73,17 +73,27 @@ class BemFft(GridMethod):
         assert isinstance(options, FftOptions)
 
         def run(loads: np.ndarray) -> Iterator[Contact]:
-            # A mean gap at or above that of first touch is no contact: a lost step, not a wrong
-            # argument, because it may touch on another realisation.
-            open_gap = float(gap.mean()) if task.loads.control == "mean_gap" else np.inf
-            touching = loads[loads < open_gap]
-            if len(touching):
-                load = {task.loads.control: touching}
+            # A load beyond what this surface admits is a lost step, not a wrong argument, because
+            # another realisation may admit it.
+            limit, why = _limit(task, operator, gap)
+            within = loads[loads < limit]
+            if len(within):
+                load = {task.loads.control: within}
                 yield from fft.sweep(operator, gap, **load, tolerance=options.tolerance)
-            if len(touching) < len(loads):
-                raise ConvergenceError(
-                    f"mean gap {loads[len(touching)]:.3g} m: nothing touches, "
-                    f"at first touch it is {open_gap:.3g} m"
-                )
+            if len(within) < len(loads):
+                control = task.loads.control.replace("_", " ")
+                raise ConvergenceError(f"{control} {loads[len(within)]:.3g} m: {why}")
 
         return run
+
+
+def _limit(task: Task, operator: Operator, gap: np.ndarray) -> tuple[float, str]:
+    """Return the load below which a surface has an answer, and why not above."""
+    if not isinstance(task.geometry, RoughGeometry):
+        return np.inf, ""
+    mean = float(gap.mean())
+    if task.loads.control == "mean_gap":
+        return mean, f"nothing touches, at first touch the mean gap is {mean:.3g} m"
+    if task.loads.control == "penetration" and operator.periodic:
+        return mean, f"no gap is left, the surfaces are closed at {mean:.3g} m"
+    return np.inf, ""

@@ -24,7 +24,7 @@ LARGEST_POISSON = 0.4999
 LARGEST_PATCH = 48
 # Condensed compliance, elimination fronts and mesh, per unknown: measured peak over 20 000 to
 # 60 000 unknowns, rounded up.
-BYTES_PER_UNKNOWN = 20_000
+BYTES_PER_UNKNOWN = 27_000
 STRAIGHT_EDGED = (SquarePunch, PolygonPunch)
 
 
@@ -233,14 +233,14 @@ def _area(geometry: Geometry, contact: fem.Contact) -> float:
     """Return the best estimate of the contact area.
 
     The nodes of a rough patch form a grid, so the perimeter correction of grids applies. The face
-    of a punch whose edges are mesh lines is known.
+    of a flat punch is known.
     """
     if isinstance(geometry, RoughGeometry):
         points = round(np.sqrt(contact.active.size * geometry.points[0] / geometry.points[1]))
         mask = contact.active.reshape(points, -1)
         spacing = geometry.spacing(mask)
         return float(corrected_area(mask, spacing))
-    if isinstance(geometry.indenter, SquarePunch):
+    if geometry.indenter.flat:
         return geometry.indenter.area
     return contact.contact_area
 

@@ -115,8 +115,9 @@ class GridMethod(Method):
         x = np.arange(8.0) - 3.5
         gap = (x[:, None] ** 2 + x**2) / 16
         operator = self.operator(task, gap.shape, (1.0, 1.0))
-        level = {"penetration": 1.0, "mean_gap": 0.5 * float(gap.mean())}
-        load = level.get(task.loads.control, 0.1 * operator.effective_modulus)
+        # Half the mean gap is open on a periodic half-space, and a contact on a free one.
+        half = 0.5 * float(gap.mean())
+        load = 0.1 * operator.effective_modulus if task.loads.control == "force" else half
         for _ in self.sweep(task, operator, gap)(np.array([load, 1.1 * load])):
             pass
 
@@ -153,7 +154,7 @@ def contact_quantities(
     raw = float(area_measures.raw_area(mask, grid.spacing))
     area = float(area_measures.corrected_area(mask, grid.spacing, periodic=periodic))
     if isinstance(task.geometry, IndenterGeometry) and task.geometry.indenter.flat:
-        area = raw  # a face that fits the cells has no ragged edge to correct
+        area = task.geometry.indenter.area  # the whole face, however its cells are counted
     values = {
         "penetration": contact.penetration,
         "force": contact.force,

@@ -38,13 +38,17 @@ class Reduced(Method):
         return Support(True, _rule(scene.indenter, options))
 
     def resolutions(self, scene: Scene, geometry: Geometry) -> tuple[int, ...]:
-        """Springs per contact radius, or points of the line per side L."""
+        """Springs per contact radius; on rough scenes the points per side of the surface's grid.
+
+        The line then has two points for each of the grid's, so that it resolves the shortest
+        wave that the grid holds.
+        """
         if isinstance(geometry, RoughGeometry):
             points = scene.methods.reduced.line_points
             if points is not None:
-                return (max(1, round(points / scene.methods.reduced.line_length)),)
+                return (max(2, round(points / 2 / scene.methods.reduced.line_length)),)
             n = max(geometry.points)
-            return (2 * n, 4 * n, 8 * n)
+            return (n, 2 * n, 4 * n)
         finest = int(np.clip(40 * np.sqrt(0.01 / scene.compare.tolerance), 40, 1000))
         return finest // 4, finest // 2, finest
 
@@ -71,14 +75,16 @@ class Reduced(Method):
         return f"an equivalent 1-D profile on springs of stiffness E* dx; {_rule_of(scene)}"
 
     def warm_up(self, task: Task) -> None:
-        """Compile the walk down the sorted line."""
-        if isinstance(task.geometry, RoughGeometry):
-            line = np.cos(np.arange(16.0))[None, :]
-            options = _options(task)
-            for periodic in (True, False):
-                rough_line.press(
-                    line, 1.0, 1.0, force=np.ones(1), edges=options.edges, periodic=periodic
-                )
+        """Compile the springs of a profile, or the walk along a line."""
+        options = _options(task)
+        if not isinstance(task.geometry, RoughGeometry):
+            small = profiles.power_law(4.0, 1.0)
+            control: dict[str, Any] = {task.loads.control: np.array([0.5, 1.0])}
+            foundation.indent(small, 1.0, **control, springs=4, edges=options.edges)
+            return
+        line = np.cos(np.arange(16.0))[None, :]
+        load: dict[str, Any] = {task.loads.control: np.array([0.5])}
+        rough_line.press(line, 1.0, 1.0, **load, edges=options.edges, periodic=True)
 
     def solve(self, task: Task) -> Solution:
         """Solve all loads at once, from one profile or one set of lines."""
@@ -179,7 +185,7 @@ def _pressure(task: Task, profile: profiles.Profile, depth: float, r: np.ndarray
 
 def _line_points(task: Task) -> int:
     options = _options(task)
-    return options.line_points or max(8, round(task.resolution * options.line_length))
+    return options.line_points or max(8, round(2 * task.resolution * options.line_length))
 
 
 def _solve_lines(task: Task, geometry: RoughGeometry, solution: Solution) -> None:
@@ -196,29 +202,31 @@ def _solve_lines(task: Task, geometry: RoughGeometry, solution: Solution) -> Non
                 for k in task.realisations
             ]
         )
+    # A line of length L1 stands for a patch of side L1 (19.29) under the same nominal pressure: it
+    # carries F = p L1^2, and its area, force and stiffness are those of L1^2.
+    patches = options.line_length**2
     loads = task.loads.values
     if task.loads.control == "force":
-        # The patch carries F = p L^2, the line p L per unit length (theory, 19.29).
-        loads = loads * options.line_length
+        loads = loads * patches
     load: dict[str, Any] = {task.loads.control: loads}
     contact = rough_line.press(
         lines, length / points, modulus, **load, edges=options.edges, periodic=True
     )
-    per_side = 1 / options.line_length
     peak = lines.max(axis=1) - lines.mean(axis=1)
+    area = contact.contact_area / patches
     solution.quantities = {
         "penetration": contact.penetration,
         "penetration_mean_plane": contact.penetration - peak[:, None],
-        "force": contact.force * per_side,
-        "contact_area": contact.contact_area * per_side,
-        "contact_area_raw": contact.contact_area * per_side,
-        "equivalent_radius": np.sqrt(contact.contact_area * per_side / np.pi),
-        "contact_length": contact.contact_length * per_side,
-        "contact_count": contact.contact_count * per_side,
+        "force": contact.force / patches,
+        "contact_area": area,
+        "contact_area_raw": area,
+        "equivalent_radius": np.sqrt(area / np.pi),
+        "contact_length": contact.contact_length / patches,
+        "contact_count": contact.contact_count / patches,
         "mean_gap": contact.mean_gap,
-        "stiffness": contact.stiffness * per_side,
-        "contact_length_stiffness": contact.stiffness * per_side / modulus,
-        "energy": contact.energy * per_side,
+        "stiffness": contact.stiffness / patches,
+        "contact_length_stiffness": contact.stiffness / patches / modulus,
+        "energy": contact.energy / patches,
     }
     # A mean gap wider than at first touch leaves a line without contact: a step without answer.
     solution.converged[:] = contact.contact_count > 0

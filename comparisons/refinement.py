@@ -1,0 +1,64 @@
+"""Full effort: refine the truth until its bar is a fifth of the tolerance, or say why not."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import replace
+
+from comparisons.methods import Solution
+from comparisons.planning import MethodPlan, Plan, refusal
+from comparisons.reference import Reference, Solved, choose_reference, known_to
+
+SHARE = 0.2
+# Seconds that one refined solve may be expected to take, from the time of the last one and the
+# growth of work when N doubles: grids go with N^2 log N and more iterations, meshes with N^5.
+BUDGET = 600.0
+GROWTH = {"fem": 40.0, "bem_dense": 64.0}
+USUAL_GROWTH = 6.0
+
+
+def refined(plan: Plan, solved: Callable[[Plan], Solved], solve: Callable[[Plan], None]) -> Plan:
+    """Return the plan with as many finer resolutions of its reference as the tolerance needs.
+
+    Parameters
+    ----------
+    plan : Plan
+    solved : callable
+        Returns the solutions of a plan.
+    solve : callable
+        Solves whatever of a plan is not solved yet.
+    """
+    control = plan.loads.control
+    main = next((q for q in plan.scene.compare.quantities if q != "pressure"), None)
+    wanted = SHARE * plan.scene.compare.tolerance
+    while main is not None:
+        known = solved(plan)
+        reference = choose_reference(known, plan.scene.compare.quantities)
+        if reference is None or known_to(control, reference, main) <= wanted:
+            return plan
+        finer = 2 * reference.resolution
+        why = refusal(plan, reference.method, finer) or _over_budget(reference, known)
+        if why:
+            note = f"full: refinement of {reference.method} ends at N = {reference.resolution}, "
+            return replace(plan, notes=(*plan.notes, note + why))
+        plan = replace(plan, methods=tuple(_with(m, reference, finer) for m in plan.methods))
+        solve(plan)
+        solution = solved(plan).get((reference.method, finer))
+        if solution is None or not solution.converged.any(axis=0).all():
+            note = f"full: {reference.method} found no answer at N = {finer}"
+            return replace(plan, notes=(*plan.notes, note))
+    return plan
+
+
+def _over_budget(reference: Reference, known: Solved) -> str:
+    last: Solution = known[reference.method, reference.resolution]
+    expected = last.seconds * GROWTH.get(reference.method, USUAL_GROWTH)
+    if expected <= BUDGET:
+        return ""
+    return f"the next would take about {expected:.0f} s, more than the budget of {BUDGET:.0f} s"
+
+
+def _with(planned: MethodPlan, reference: Reference, resolution: int) -> MethodPlan:
+    if planned.method != reference.method:
+        return planned
+    return replace(planned, resolutions=(*planned.resolutions, resolution))
