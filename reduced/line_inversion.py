@@ -61,20 +61,21 @@ def press_lines(
         Is filled with the measures of `line_walk.walk`.
     """
     residuals = np.zeros(depths.shape[0])
+    room = _room(goals.size)
     for row in range(depths.shape[0]):
         depth, mean, d, order = depths[row], means[row], penetrations[row], orders[row]
         if control == PENETRATION:
             d[:] = goals
-            walk(depth, starts[row], d, sub_cell, periodic, measures[row])
+            walk(depth, starts[row], d, sub_cell, periodic, measures[row], room[0])
         elif control == FORCE_CONTROL:
             low = goals / depth.size
             residuals[row] = _invert(
                 *(depth, starts[row], order, goals, 0.0, low, low + mean, sub_cell, periodic),
-                *(d, measures[row]),
+                *(d, measures[row], room),
             )
         else:
             residuals[row] = _press_to_gaps(
-                depth, starts[row], order, mean, goals, sub_cell, periodic, d, measures[row]
+                depth, starts[row], order, mean, goals, sub_cell, periodic, d, measures[row], room
             )
         for j in range(goals.size):
             gap = mean - d[j] + measures[row, FORCE, j] / depth.size
@@ -85,7 +86,15 @@ def press_lines(
 
 
 @njit(cache=True)
-def _press_to_gaps(depth, start, order, mean, goals, sub_cell, periodic, d, measures):
+def _room(loads):
+    """Arrays that all lines share: room for `walk`, measures, levels, last steps, open loads."""
+    size = max(loads, _LADDER)
+    numbers = np.empty(5 * (size + 1)), np.empty(MEASURES * size), np.empty(size), np.empty(size)
+    return (*numbers, np.empty(size, np.int64))
+
+
+@njit(cache=True)
+def _press_to_gaps(depth, start, order, mean, goals, sub_cell, periodic, d, measures, room):
     """Penetrations and measures at mean gaps; gaps beyond first touch have no contact."""
     d[:] = mean - goals
     measures[:] = 0.0
@@ -98,7 +107,7 @@ def _press_to_gaps(depth, start, order, mean, goals, sub_cell, periodic, d, meas
     n = float(depth.size)
     residual = _invert(
         *(depth, start, order, -n * low, n, low, low + depth.max()),
-        *(sub_cell, periodic, found, part),
+        *(sub_cell, periodic, found, part, room),
     )
     d[:touching] = found[::-1]
     measures[:, :touching] = part[:, ::-1]
@@ -106,7 +115,7 @@ def _press_to_gaps(depth, start, order, mean, goals, sub_cell, periodic, d, meas
 
 
 @njit(cache=True)
-def _invert(depth, start, order, offset, slope, low, high, sub_cell, periodic, d, measures):
+def _invert(depth, start, order, offset, slope, low, high, sub_cell, periodic, d, measures, room):
     """Zeros of Phi(d) - offset - slope d between low and high, with the measures there."""
     k = offset.size
     if order.size > 0:
@@ -114,17 +123,18 @@ def _invert(depth, start, order, offset, slope, low, high, sub_cell, periodic, d
         for i in range(k):
             d[i] = min(max(d[i], low[i]), high[i])
     else:
-        _first_guess(depth, start, offset, slope, low, high, sub_cell, periodic, d)
-    last = np.full(k, np.inf)
-    open_loads = np.arange(k)
-    levels, room = np.empty(k), np.empty(MEASURES * k)
+        _first_guess(depth, start, offset, slope, low, high, sub_cell, periodic, d, room[0])
+    scratch, flat, levels, last, loads = room
+    last[:k] = np.inf
+    open_loads = loads[:k]
+    open_loads[:] = np.arange(k)
     for _ in range(_NEWTON):
         count = open_loads.size
         _insertion_sort(open_loads, d)
-        at, now = levels[:count], room[: MEASURES * count].reshape(MEASURES, count)
+        at, now = levels[:count], flat[: MEASURES * count].reshape(MEASURES, count)
         for i in range(count):
             at[i] = d[open_loads[i]]
-        walk(depth, start, at, sub_cell, periodic, now)
+        walk(depth, start, at, sub_cell, periodic, now, scratch)
         left = 0
         for i in range(count):
             load = open_loads[i]
@@ -144,7 +154,7 @@ def _invert(depth, start, order, offset, slope, low, high, sub_cell, periodic, d
         open_loads = open_loads[:left]
         if left == 0:
             break
-    return last.max()
+    return last[:k].max()
 
 
 @njit(cache=True)
@@ -159,7 +169,7 @@ def _insertion_sort(loads, d):
 
 
 @njit(cache=True)
-def _first_guess(depth, start, offset, slope, low, high, sub_cell, periodic, guess):
+def _first_guess(depth, start, offset, slope, low, high, sub_cell, periodic, guess, scratch):
     """Penetrations near the zeros, interpolated between the rungs of a ladder of levels.
 
     The walk gives Phi and its slope on every rung: a cubic through both (in logarithms for a force,
@@ -170,7 +180,7 @@ def _first_guess(depth, start, offset, slope, low, high, sub_cell, periodic, gue
     ladder = np.empty((MEASURES, _LADDER))
     rungs = bottom * np.exp(np.log(top / bottom) * np.arange(_LADDER) / (_LADDER - 1))
     rungs[-1] = top
-    walk(depth, start, rungs, sub_cell, periodic, ladder)
+    walk(depth, start, rungs, sub_cell, periodic, ladder, scratch)
     value, rate = ladder[FORCE] - slope * rungs, ladder[LENGTH] - slope
     j = 1
     for i in range(offset.size):

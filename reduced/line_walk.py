@@ -28,6 +28,7 @@ def walk(
     sub_cell: bool,
     periodic: bool,
     out: np.ndarray,
+    scratch: np.ndarray,
 ) -> None:
     """Measures of the contact at every level.
 
@@ -47,21 +48,24 @@ def walk(
     out : ndarray, shape (6, k)
         Is filled with: force over E* dx, contact length, sum of squared contact lengths, number of
         contacts, longest contact (lengths in dx), energy over E* dx.
+    scratch : ndarray, shape (5 (k + 1),) or longer
+        Room to work in, so that short lines do not wait for memory.
     """
     n, k = depth.size, levels.size
     out[:] = 0.0
     # Per level: whole cells, their heights and squares, where the open contact begins, and how far
     # it reaches beyond that point.
-    cells = np.zeros((5, k + 1))
+    cells = scratch[: 5 * (k + 1)].reshape(5, k + 1)
+    cells[:] = 0.0
     level = np.searchsorted(levels, depth[start], side="right")
     if not periodic:
         for j in range(level, k):
             cells[4, j] = _end_half_cell(out, j, levels[j] - depth[start])
-    level = _stretch(depth, start, n, level, levels, sub_cell, cells, out, start)
+    y = depth[start]
+    level = _stretch(depth, y, start + 1, n, level, levels, sub_cell, cells, out, start)
     if periodic:
-        # On across the seam: points 0 ... start, with the seam itself as the first cell.
-        level = _seam(depth, start, level, levels, sub_cell, cells, out)
-        level = _stretch(depth, 0, start + 1, level, levels, sub_cell, cells, out, start - n)
+        y = depth[n - 1]
+        level = _stretch(depth, y, 0, start + 1, level, levels, sub_cell, cells, out, start - n)
     for j in range(level, k):
         if periodic:
             _close(out, j, float(n))
@@ -72,26 +76,18 @@ def walk(
 
 
 @njit(cache=True)
-def _seam(depth, start, level, levels, sub_cell, cells, out):
-    """Walk the cell between the last and the first point, as a stretch of its own."""
-    pair = np.array([depth[-1], depth[0]])
-    return _stretch(pair, 0, 2, level, levels, sub_cell, cells, out, start - depth.size + 1)
+def _stretch(depth, y, first, stop, level, levels, sub_cell, cells, out, origin):
+    """Walk from a point at depth y to the points first ... stop - 1.
 
-
-@njit(cache=True)
-def _stretch(depth, first, stop, level, levels, sub_cell, cells, out, origin):
-    """Walk the points first ... stop - 1; `origin` is the index whose place on the walk is zero.
-
-    `level` is the number of levels that leave the first point out of contact; returns that of the
-    last one.
+    `origin` is the index whose place on the walk is zero, `level` the number of levels that leave
+    the point before the first out of contact; returns that of the last one.
     """
     k = levels.size
     cross = 1.0 if sub_cell else 0.0
-    y = depth[first]
     lower = levels[level - 1] if level > 0 else -np.inf
     upper = levels[level] if level < k else np.inf
     count = total = square = 0.0  # of the whole cells since the last crossing
-    for i in range(first + 1, stop):
+    for i in range(first, stop):
         z = depth[i]
         if z < lower or z >= upper:
             opens = z < lower
