@@ -102,6 +102,5 @@ def _truth(control: str, name: str, reference: Reference) -> str:
         return "closed form"
     title = f"{METHODS[reference.method].title} (N = {reference.resolution})"
     bar = known_to(control, reference, name)
-    return (
-        f"{title}, known to {relative(bar)}" if np.isfinite(bar) else f"{title}, of unknown error"
-    )
+    known = f"known to {relative(bar)}" if np.isfinite(bar) else "its error is not known"
+    return f"{title}, {known}"

@@ -20,7 +20,13 @@ from comparisons.scene import builtin_names
 from comparisons.suites import SUITES
 from comparisons.verdicts import judge
 
-EXACT = Reference("closed_form", 1, {}, {"force": np.full(3, 1e-12)}, "The truth is exact.")
+
+def truth(method, bar):
+    curve, bars = {"force": np.arange(1.0, 4.0)}, {"force": np.full(3, bar)}
+    return Reference(method, 8, curve, bars, bars, "The truth.")
+
+
+EXACT = truth("closed_form", 1e-12)
 
 
 # --- time at equal error --------------------------------------------------------------------
@@ -52,7 +58,8 @@ def test_nothing_is_extrapolated_to_an_error_that_was_never_reached():
 def measured(rows):
     columns = ("method", "resolution", "rms", "seconds")
     table = pd.DataFrame(rows, columns=columns)
-    return table.assign(quantity="force", at="penetration")
+    verdict = np.where(table["rms"] <= 0.01, "within", "outside")
+    return table.assign(quantity="force", at="penetration", verdict=verdict)
 
 
 def test_the_sentence_names_the_cheapest_setting_of_each_method_fastest_first():
@@ -73,14 +80,21 @@ def test_the_sentence_names_the_cheapest_setting_of_each_method_fastest_first():
 
 
 def test_the_sentence_admits_what_is_not_known():
-    unknown = Reference("bem_fft", 8, {}, {"force": np.full(3, np.nan)}, "The truth is BEM.")
+    unknown = truth("bem_fft", np.nan)
     table = measured([("reduced", 10, 0.2, 1e-3)])
     said = answer(("force",), "penetration", 0.01, table, unknown)
-    assert "no method got there" in said
+    assert "no method is sure to get there" in said
     assert "its error is not known" in said
     empty = answer(("force",), "penetration", 0.01, pd.DataFrame(), EXACT)
     assert "Nothing else was run" in empty
     assert "no truth to compare with" in answer(("force",), "force", 0.01, table, None)
+
+
+def test_a_setting_whose_bar_is_wider_than_the_question_is_not_called_good_enough():
+    table = measured([("fem", 4, 0.004, 1.0), ("bem_fft", 8, 0.02, 0.1)])
+    said = answer(("force",), "penetration", 0.01, table.assign(verdict="not resolved"), EXACT)
+    assert "no method is sure to get there" in said
+    assert "not resolved: " in said
 
 
 # --- verdicts -------------------------------------------------------------------------------
@@ -105,7 +119,9 @@ def test_verdicts_follow_their_definition(errors, bar, tolerance):
 def test_an_unknown_bar_resolves_nothing_and_no_error_is_no_result():
     assert judge([1e-9], [np.nan], 0.01) == "not resolved"
     assert judge([10.0], [np.nan], 0.01) == "not resolved"
-    assert judge([np.nan, 0.001], [0.0, 0.0], 0.01) == "within"
+    # A step that could not be compared may be anything: it forbids "within", not "outside".
+    assert judge([np.nan, 0.001], [0.0, 0.0], 0.01) == "not resolved"
+    assert judge([np.nan, 0.1], [0.0, 0.0], 0.01) == "outside"
     assert judge([np.nan], [0.0], 0.01) == "no result"
 
 

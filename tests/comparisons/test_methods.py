@@ -404,7 +404,7 @@ def test_contacts_are_counted_and_their_lengths_are_those_of_equal_circles(rough
 
 @pytest.mark.parametrize("length", [1.0, 4.0])
 def test_quantities_of_a_line_are_per_side_of_the_surface(rough, length):
-    """Whatever its length: force as asked for, k/E* the contact length, d from its own peak."""
+    """A line of length L1 stands for a patch of that side: F = p L1^2, all quoted per L^2."""
     made = rough(realisations=3, methods={"reduced": {"line_length": length}})
     (plan,) = plan_scene(made)
     solution = METHODS["reduced"].solve(task_of(plan, "reduced", 64, (0, 1, 2)))
@@ -413,11 +413,11 @@ def test_quantities_of_a_line_are_per_side_of_the_surface(rough, length):
         np.testing.assert_allclose(force, plan.loads.values, rtol=1e-9)
     np.testing.assert_allclose(found["contact_length_stiffness"], found["contact_length"])
     line = solution.fields["line_height"]
-    assert len(line) == 64 * length
-    assert solution.fields["line_x"][1] == pytest.approx(1e-6 / 64)
+    assert len(line) == 128 * length
+    assert solution.fields["line_x"][1] == pytest.approx(1e-6 / 128)
     difference = found["penetration"][0] - found["penetration_mean_plane"][0]
     np.testing.assert_allclose(difference, line.max() - line.mean(), rtol=1e-12)
-    # F = E* int (h - z)_+ dx, per side; the plain sum over points lacks the contacts' edges.
+    # F = E* int (h - z)_+ dx over the line; the plain sum over points lacks the contacts' edges.
     overlap = np.maximum(line - line.max() + found["penetration"][0, -1], 0).sum()
-    force = made.effective_modulus * overlap * solution.fields["line_x"][1] / length
+    force = made.effective_modulus * overlap * solution.fields["line_x"][1] / length**2
     assert force == pytest.approx(plan.loads.values[-1], rel=0.05)

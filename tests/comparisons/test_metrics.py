@@ -43,12 +43,19 @@ def test_power_laws_are_interpolated_exactly(exponent, factor, steps, share):
     np.testing.assert_allclose(y, factor * x**exponent, rtol=1e-9)
 
 
-def test_nothing_is_extrapolated():
+def test_the_curve_goes_on_with_its_end_slope_for_half_an_interval_and_no_further():
+    """The last interval of log d is log 2: the curve ends at a factor of sqrt 2 beyond its ends."""
     d = np.array([1.0, 2.0, 4.0])
-    x = np.array([0.999999, 1.0, 4.0, 4.000001, -1.0, np.nan, np.inf])
+    x = np.array([0.70, 0.72, 1.0, 4.0, 5.6, 5.7, -1.0, 0.0, np.nan, np.inf])
     y = at_equal(x, d, d**1.5)
-    np.testing.assert_allclose(y[[1, 2]], [1.0, 8.0], rtol=1e-14)
-    assert np.isnan(y[[0, 3, 4, 5, 6]]).all()
+    np.testing.assert_allclose(y[1:5], x[1:5] ** 1.5, rtol=1e-13)
+    assert np.isnan(y[[0, 5, 6, 7, 8, 9]]).all()
+
+
+def test_a_falling_load_is_read_the_other_way_round():
+    """A mean gap closes as the force grows: the curve force(mean gap) is the same either way."""
+    gap = np.array([8.0, 4.0, 2.0])
+    np.testing.assert_allclose(at_equal(np.array([3.0]), gap, gap**-2.0), 1 / 9, rtol=1e-13)
 
 
 def test_a_last_digit_beyond_the_end_is_still_the_end():

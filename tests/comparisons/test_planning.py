@@ -130,12 +130,12 @@ def test_a_resolution_that_is_no_multiple_of_the_points_is_left_out_with_its_rea
 
 def test_what_needs_too_much_memory_is_left_out_before_any_is_taken(scene, rough, monkeypatch):
     """The same scene on a machine with 10 MB free; then one whose own arrays do not fit."""
-    fine = scene(compare={"resolutions": [10, 2000]})
-    assert 2000 in planned(fine, "bem_fft").resolutions
+    fine = scene(compare={"resolutions": [10, 1000]})
+    assert 1000 in planned(fine, "bem_fft").resolutions
     monkeypatch.setattr(psutil, "virtual_memory", lambda: SimpleNamespace(available=1e7))
     found = planned(fine, "bem_fft")
     assert found.resolutions == (10,)
-    assert "2000: needs about" in found.reason
+    assert "1000: needs about" in found.reason
     with pytest.raises(SceneError, match=r"surface.points: expected arrays that fit into 80%"):
         plan_scene(rough(points=4096))
 
@@ -167,12 +167,12 @@ def left_out(scene) -> dict[str, str]:
 def test_what_is_not_asked_for_is_left_out_and_said(scene, rough):
     plain = left_out(scene())
     assert 'add "pressure" to compare.quantities' in plain["pressure fields"]
-    assert "contact stiffness" in plain
+    assert "contact stiffness, in the half-space methods" in plain
     assert "the surface beyond the geometric overlap" in plain
     assert "three quarters of the finite-element mesh" in plain
     asked = left_out(scene(compare={"quantities": ["pressure", "stiffness"]}))
     assert "pressure fields" not in asked
-    assert "contact stiffness" not in asked
+    assert "contact stiffness, in the half-space methods" not in asked
     assert "the surface beyond the geometric overlap" not in left_out(rough())
     polygon = {"shape": "polygon_punch", "vertices": [[0, 0], [1e-3, 0], [0, 2e-3]]}
     assert "three quarters of the finite-element mesh" not in left_out(scene(indenter=polygon))
@@ -260,14 +260,14 @@ def test_tasks_travel_by_pickle_with_their_key(rough):
 
 
 def test_length_and_points_of_a_line_are_what_the_options_say(rough):
-    """Points of the line, not per side; without them, the resolution is points per side."""
+    """Points of the line, not per side; without them, two for each of the surface's points."""
     line = {"line_length": 3.0, "line_points": 900}
     (plan,) = plan_scene(rough(methods={"reduced": line}))
     (level,) = planned(plan.scene, "reduced").resolutions
-    assert level == 300
+    assert level == 150
     assert METHODS["reduced"].solve(task_of(plan, "reduced", level)).unknowns == 900
     (plan,) = plan_scene(rough(methods={"reduced": {"line_length": 3.0}}))
-    assert METHODS["reduced"].solve(task_of(plan, "reduced", 64)).unknowns == 192
+    assert METHODS["reduced"].solve(task_of(plan, "reduced", 64)).unknowns == 384
 
 
 @pytest.mark.parametrize("method", ["reduced", "bem_fft"])

@@ -171,11 +171,13 @@ def test_a_file_in_the_place_of_the_folder_is_left_alone(ball, tmp_path):
 def test_overwriting_solves_everything_anew_and_spares_other_files(ball, tmp_path, counted):
     (tmp_path / "notes.txt").write_text("mine")
     Study(ball, tmp_path, overwrite=True).run()
-    (tmp_path / FIELDS / "stale-fem-3-0-abc.npz").write_bytes(b"old")
+    (tmp_path / FIELDS / "stale-fem-3-0-0123456789ab.npz").write_bytes(b"old")
+    (tmp_path / FIELDS / "mine.npz").write_bytes(b"not roughline's")
     Study(ball, tmp_path, overwrite=True).run()
     assert len(counted) == 10
     assert (tmp_path / "notes.txt").read_text() == "mine"
-    assert len(list((tmp_path / FIELDS).glob("*.npz"))) == 5
+    assert (tmp_path / FIELDS / "mine.npz").read_bytes() == b"not roughline's"
+    assert len(list((tmp_path / FIELDS).glob("*.npz"))) == 5 + 1
 
 
 # --- resuming -------------------------------------------------------------------------------
