@@ -5,7 +5,7 @@ length. A prescribed force asks for Phi(d) = F; a prescribed mean gap g, with th
 below the highest peak and n cells, for Phi(d) = n (g - ybar) + n d. Both are zeros of a convex
 function Phi(d) - t - s d with s = 0 or n, to which Newton's method comes monotonically from the
 side where it is positive. It starts from the ordered heights of a short line, and on a long one
-from a walk over a ladder of levels.
+from walks over two ladders of levels, a coarse one and a fine one around the roots.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ CONVERGED = (
     1e-12  # relative step; rounding of Phi keeps it from reaching one unit in the last place
 )
 _FINISHED = 5e-14  # so small a step is still taken, but the measures are those before it
-_LADDER = 64
+_COARSE, _LADDER = 16, 64
 _NEWTON = 100
 
 
@@ -175,13 +175,20 @@ def _first_guess(depth, start, offset, slope, low, high, sub_cell, periodic, gue
     The walk gives Phi and its slope on every rung: a cubic through both (in logarithms for a force,
     which is nearly a power of d) leaves Newton's method two or three steps.
     """
-    # Only ratios enter logarithms, so that other units of length give the same digits.
-    bottom, top = low.min(), high.max()
-    ladder = np.empty((MEASURES, _LADDER))
-    rungs = bottom * np.exp(np.log(top / bottom) * np.arange(_LADDER) / (_LADDER - 1))
-    rungs[-1] = top
-    walk(depth, start, rungs, sub_cell, periodic, ladder, scratch)
-    value, rate = ladder[FORCE] - slope * rungs, ladder[LENGTH] - slope
+    rungs, value, rate = _climb(
+        depth, start, slope, low.min(), high.max(), _COARSE, sub_cell, periodic, scratch
+    )
+    # Closer rungs where the zeros are.
+    first, last = 0, _COARSE - 1
+    for j in range(1, _COARSE - 1):
+        if (value[j] < offset[0]) == (slope == 0.0):
+            first = j
+    for j in range(_COARSE - 2, first, -1):
+        if (value[j] < offset[-1]) != (slope == 0.0):
+            last = j
+    rungs, value, rate = _climb(
+        depth, start, slope, rungs[first], rungs[last], _LADDER, sub_cell, periodic, scratch
+    )
     j = 1
     for i in range(offset.size):
         if slope > 0.0:
@@ -201,6 +208,17 @@ def _first_guess(depth, start, offset, slope, low, high, sub_cell, periodic, gue
         else:
             guess[i] = b
         guess[i] = min(max(guess[i], low[i]), high[i])
+
+
+@njit(cache=True)
+def _climb(depth, start, slope, bottom, top, count, sub_cell, periodic, scratch):
+    """Rungs in geometric progression, with the function Phi(d) - slope d and its rate on them."""
+    ladder = np.empty((MEASURES, count))
+    # Only ratios enter logarithms, so that other units of length give the same digits.
+    rungs = bottom * np.exp(np.log(top / bottom) * np.arange(count) / (count - 1))
+    rungs[-1] = top
+    walk(depth, start, rungs, sub_cell, periodic, ladder, scratch)
+    return rungs, ladder[FORCE] - slope * rungs, ladder[LENGTH] - slope
 
 
 @njit(cache=True)
