@@ -213,6 +213,35 @@ def test_bars_of_an_ensemble_hold_students_t_of_the_reference_and_of_the_model(r
     assert measure["uncertainty"] == pytest.approx(np.sqrt(2) * share, rel=1e-5)
 
 
+def test_three_dimensional_ensembles_are_compared_on_the_surfaces_that_both_solved(rough):
+    """FEM lost the surface with the largest area: the truth's mean leaves it out, too."""
+    (plan,) = plan_scene(rough(realisations=3, loading={"force": [1e-6]}))
+    area = np.array([[1.0], [2.0], [6.0]])
+    force = np.full((3, 1), 1e-6)
+    lost = np.array([[1.1], [2.2], [np.nan]])
+    solved = {
+        ("bem_fft", 16): solution({"force": force, "contact_area": area}),
+        ("bem_fft", 32): solution({"force": force, "contact_area": area}, violation=0.0),
+        ("fem", 16): solution({"force": force, "contact_area": lost}),
+        ("reduced", 16): solution({"force": force, "contact_area": area}),
+    }
+    result = compare(plan, solved, CONSTANTS)
+    assert measure_of(result, "fem", "contact_area", "force")["rms"] == pytest.approx(0.1)
+    mean = rows_of(result, "bem_fft", 32).iloc[-1]
+    assert mean["contact_area"] == pytest.approx(1.5)
+    # Lines are other surfaces anyway: all of them count, and the truth is the common mean.
+    assert rows_of(result, "reduced").iloc[-1]["contact_area"] == pytest.approx(3.0)
+
+
+def test_a_step_lost_on_every_surface_takes_no_other_method_along(rough):
+    (plan,) = plan_scene(rough(realisations=2, loading={"force": [1e-6]}))
+    good = {"force": np.full((2, 1), 1e-6), "contact_area": np.array([[1.0], [2.0]])}
+    broken = {name: np.full((2, 1), np.nan) for name in good}
+    solved = {("bem_fft", 16): solution(good), ("fem", 16): solution(broken)}
+    mean = rows_of(compare(plan, solved, CONSTANTS), "bem_fft").iloc[-1]
+    assert mean["contact_area"] == pytest.approx(1.5)
+
+
 # --- the reference --------------------------------------------------------------------------
 
 

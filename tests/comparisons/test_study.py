@@ -10,7 +10,7 @@ import pytest
 
 from comparisons import study as study_module
 from comparisons.execution import execute
-from comparisons.methods import METHODS
+from comparisons.methods import METHODS, base
 from comparisons.planning import plan_scene
 from comparisons.scene import load_scene
 from comparisons.store import FIELDS, MEASURES, RESULTS, STUDY, ResultsError, load_study
@@ -160,6 +160,12 @@ def test_a_used_folder_is_left_alone(ball, tmp_path, counted):
     assert counted == []
 
 
+def test_resuming_and_overwriting_exclude_each_other(ball, tmp_path):
+    with pytest.raises(ResultsError, match="--resume and --overwrite: expected at most one"):
+        Study(ball, tmp_path / "out", resume=True, overwrite=True).run()
+    assert not (tmp_path / "out").exists()
+
+
 def test_a_file_in_the_place_of_the_folder_is_left_alone(ball, tmp_path):
     file = tmp_path / "out"
     file.write_text("mine")
@@ -264,6 +270,28 @@ def test_an_interrupted_block_of_realisations_is_not_half_a_mean(rough, tmp_path
         *(str(k) for k in range(30) for _ in range(2)),
         *("mean", "mean"),
     ]
+
+
+def test_other_versions_of_the_packages_solve_anew(ball, tmp_path, counted, monkeypatch):
+    """What another numpy found is not mixed with what this one finds."""
+    Study(ball, tmp_path / "out").run()
+    counted.clear()
+    monkeypatch.setattr(base, "versions", lambda: {"numpy": "99"})
+    Study(ball, tmp_path / "out", resume=True).run()
+    assert len(counted) == 5
+
+
+def test_full_effort_refines_the_truth_in_the_folder(scene, tmp_path):
+    """A square punch, known to a fifth of 50 % only on finer grids than the two asked for."""
+    compared = {"methods": ["reduced", "bem_fft"], "resolutions": [2, 4], "tolerance": 0.2}
+    square = scene(indenter={"shape": "square_punch", "side": 1e-3}, compare=compared)
+    Study(plan_scene(square, "full"), tmp_path / "out", effort="full").run()
+    record = load_study(tmp_path / "out").scenes[0]
+    assert record.reference["method"] == "bem_fft"
+    assert record.reference["resolution"] > 4
+    assert record.reference["uncertainty"]["force"] <= 0.2 / 5
+    (planned,) = [m for m in record.plan["methods"] if m["method"] == "bem_fft"]
+    assert planned["resolutions"][-1] == record.reference["resolution"]
 
 
 # --- failures -------------------------------------------------------------------------------

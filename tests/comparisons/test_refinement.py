@@ -1,0 +1,96 @@
+"""Full effort: the truth is refined until it is known well enough, or it is said why not."""
+
+from __future__ import annotations
+
+from types import SimpleNamespace
+
+import numpy as np
+import psutil
+import pytest
+
+from comparisons import refinement
+from comparisons.methods import Solution
+from comparisons.planning import plan_scene
+from comparisons.refinement import refined
+
+SQUARE = {"shape": "square_punch", "side": 1e-3}
+
+
+@pytest.fixture
+def refine(scene):
+    """Refine a plan whose FFT solver has an error of C/N in force, at a cost of N^2 seconds."""
+
+    def run(*, error=1.0, tolerance=0.05, seconds=1e-6, lost_from=10**9, start=(8, 16)):
+        compared = {"tolerance": tolerance, "methods": ["bem_fft"], "resolutions": list(start)}
+        (plan,) = plan_scene(scene(indenter=SQUARE, compare=compared))
+        store = {}
+
+        def solve(each):
+            for method in each.methods:
+                for n in method.resolutions:
+                    store.setdefault((method.method, n), solution(each, n))
+
+        def solution(each, n):
+            depth = each.loads.values[None, :]
+            found = Solution.empty(SimpleNamespace(realisations=(0,), loads=each.loads))
+            found.seconds = seconds * n**2
+            if n < lost_from:
+                found.quantities = {"penetration": depth, "force": depth * (1 + error / n)}
+                found.converged[:] = True
+                found.violation[:] = 0.0
+            return found
+
+        solve(plan)
+        done = refined(plan, lambda _: dict(store), solve)
+        (planned,) = [each for each in done.methods if each.method == "bem_fft"]
+        return planned.resolutions, done.notes
+
+    return run
+
+
+def test_the_truth_is_refined_until_its_bar_is_a_fifth_of_the_tolerance(refine):
+    """Error 1/N at first order: the bar is 1.25/N (3/N on two grids), wanted 0.05/5 = 1/100.
+
+    N = 16 has 3/16, N = 32 has 1.25/32, N = 64 1.25/64, and N = 128 the first below a hundredth.
+    """
+    resolutions, notes = refine()
+    assert resolutions == (8, 16, 32, 64, 128)
+    assert notes == ()
+
+
+def test_a_truth_that_is_known_well_enough_is_left_as_it_is(refine):
+    assert refine(error=1e-4) == ((8, 16), ())
+    assert refine(tolerance=0.8) == ((8, 16, 32), ())  # 3/17 on two grids, wanted 0.16
+
+
+def test_what_ends_a_refinement_is_named(refine, monkeypatch):
+    resolutions, (note,) = refine(tolerance=1e-4, seconds=0.5)
+    # 0.5 s N^2 and six times that for the next: at N = 16 already 768 s.
+    assert resolutions == (8, 16)
+    assert "ends at N = 16, the next would take about 768 s, more than the budget" in note
+    resolutions, (note,) = refine(tolerance=1e-4, lost_from=64)
+    assert resolutions == (8, 16, 32, 64)
+    assert "bem_fft found no answer at N = 64" in note
+    memory = SimpleNamespace(available=1e9, total=1e9)
+    monkeypatch.setattr(psutil, "virtual_memory", lambda: memory)
+    resolutions, (note,) = refine(tolerance=1e-6)
+    assert resolutions[-1] < 1024
+    assert f"ends at N = {resolutions[-1]}, needs about" in note
+
+
+def test_growth_of_work_is_that_of_the_method(refine, monkeypatch):
+    """With a budget just above six times the last solve it goes on, just below it ends."""
+    monkeypatch.setattr(refinement, "BUDGET", 6.0 * 16**2 * 1.01)
+    assert refine(tolerance=1e-3, seconds=1.0)[0] == (8, 16, 32)
+    monkeypatch.setattr(refinement, "BUDGET", 6.0 * 16**2 * 0.99)
+    assert refine(tolerance=1e-3, seconds=1.0)[0] == (8, 16)
+
+
+def test_a_scene_with_a_closed_form_needs_no_refinement(scene):
+    (plan,) = plan_scene(scene(compare={"methods": ["closed_form"]}))
+    exact = Solution.empty(SimpleNamespace(realisations=(0,), loads=plan.loads))
+    exact.quantities = {"force": np.ones((1, 3)), "penetration": plan.loads.values[None, :]}
+    exact.converged[:] = True
+    never = pytest.fail
+    assert refined(plan, lambda _: {("closed_form", 1): exact}, never) is plan
+    assert refined(plan, lambda _: {}, never) is plan
