@@ -68,7 +68,8 @@ def _long_line(hurst: float) -> list[Measurement]:
         for name in tasks
     ]
     name = f"force, {EDGES[0]}"
-    return [*rows, measurement(f"{title}, {name}", times[name], "np.sort", times["sort"])]
+    against_sort = f"{title}, {name}, against np.sort"
+    return [*rows, measurement(against_sort, times[name], "np.sort", times["sort"])]
 
 
 def _batch() -> list[Measurement]:
