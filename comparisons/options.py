@@ -30,7 +30,8 @@ class ReducedOptions(Options):
     rule: "mdr" is the exact transform; "half_radius" the chapter's (19.17), for every shape.
     stress: "abel" is exact for axisymmetric bodies; "local" is (19.37).
     edges: "sub_cell" finds the contact edge inside a cell; "nodal" are the printed sums.
-    spectrum: "rings" keeps the rms height exactly; "printed" samples (19.26).
+    spectrum: "rings" keeps the rms height exactly; "printed" samples (19.26); "split" keeps height
+    and slope.
     line_length: length of a rough line in units of the surface's side L.
     line_points: points of a rough line; by default those that resolve its shortest wave.
     """
@@ -38,7 +39,7 @@ class ReducedOptions(Options):
     rule: Literal["mdr", "half_radius"] = "mdr"
     stress: Literal["abel", "local"] = "abel"
     edges: Literal["sub_cell", "nodal"] = "sub_cell"
-    spectrum: Literal["rings", "printed"] = "rings"
+    spectrum: Literal["rings", "printed", "split"] = "rings"
     line_length: Annotated[Positive, Field(le=1e4)] = 1.0
     line_points: Annotated[int, Field(strict=True, ge=8, le=2**26)] | None = None
 

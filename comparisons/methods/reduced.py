@@ -17,7 +17,15 @@ from comparisons.methods.radial import profile_fields, unit_rings
 from comparisons.options import ReducedOptions
 from comparisons.scene import Scene
 from comparisons.shapes import Indenter
-from reduced import foundation, profiles, rough_line, spectrum, stress
+from reduced import (
+    foundation,
+    line_regions,
+    profiles,
+    rough_line,
+    spectrum,
+    stress,
+    surface_spectrum,
+)
 from reduced.errors import ConvergenceError
 
 
@@ -228,6 +236,10 @@ def _solve_lines(task: Task, geometry: RoughGeometry, solution: Solution) -> Non
         "contact_length_stiffness": contact.stiffness / patches / modulus,
         "energy": contact.energy / patches,
     }
+    if options.stress == "local" and task.wants_pressure:
+        solution.quantities["local_stress_undefined_share"] = _undefined_shares(
+            lines, length / points, contact.penetration, options.edges
+        )
     # A mean gap wider than at first touch leaves a line without contact: a step without answer.
     solution.converged[:] = contact.contact_count > 0
     for row, step in np.argwhere(~solution.converged):
@@ -245,6 +257,21 @@ def _solve_lines(task: Task, geometry: RoughGeometry, solution: Solution) -> Non
     }
 
 
+def _undefined_shares(
+    lines: np.ndarray, spacing: float, penetration: np.ndarray, edges: str
+) -> np.ndarray:
+    """Return the share of contact points where the local rule (19.37) has no real value."""
+    return np.array(
+        [
+            [
+                line_regions.line_stress(line, spacing, 1.0, d, edges=edges).undefined_share
+                for d in depths
+            ]
+            for line, depths in zip(lines, penetration, strict=True)
+        ]
+    )
+
+
 def line_spectrum(geometry: RoughGeometry, options: ReducedOptions) -> spectrum.LineSpectrum:
     """Return the spectrum of the line: from the recipe of the surface, or from the measured map."""
     recipe = geometry.recipe
@@ -256,8 +283,9 @@ def line_spectrum(geometry: RoughGeometry, options: ReducedOptions) -> spectrum.
             **{name: getattr(recipe, name) for name in names},
             rule=options.spectrum,
         )
-    rule = spectrum.ring_sums if options.spectrum == "rings" else spectrum.printed_rule
-    return rule(geometry.heights(0, geometry.points[0]), geometry.size, periodic=geometry.periodic)
+    heights = geometry.heights(0, geometry.points[0])
+    surface = surface_spectrum.measured(heights, geometry.size, periodic=geometry.periodic)
+    return spectrum.line_of(surface, options.spectrum)
 
 
 def _seed(scene: Scene) -> int:
