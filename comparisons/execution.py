@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import ctypes
 import statistics
 import sys
@@ -49,9 +50,7 @@ def execute(task: Task) -> Solution:
                 times.append(time.perf_counter() - start)
                 setups.append(again.setup_seconds)
             _refuse_nan(solution)
-            if solution.body_fields is not None:
-                solution.fields |= solution.body_fields()
-                solution.body_fields = None
+            _add_body(solution)
     except Exception as error:  # the study carries on
         return failed(task, _reason(error))
     finally:
@@ -62,6 +61,14 @@ def execute(task: Task) -> Solution:
     solution.compile_seconds = compile_seconds
     solution.memory = memory
     return solution
+
+
+def _add_body(solution: Solution) -> None:
+    """Compute the fields in the body; without them a picture is missing, not the solution."""
+    compute, solution.body_fields = solution.body_fields, None
+    if compute is not None:
+        with contextlib.suppress(ValueError, ArithmeticError, MemoryError, RuntimeError):
+            solution.fields |= compute()
 
 
 def _refuse_nan(solution: Solution) -> None:

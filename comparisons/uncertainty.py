@@ -79,7 +79,8 @@ def _order(
     monotone = np.nansum(last * previous) > 0
     if monotone and observed >= LOWEST_ORDER:
         return float(min(observed, HIGHEST_ORDER)), SAFE
-    return HIGHEST_ORDER, UNSAFE
+    slow = monotone and observed > 0
+    return LOWEST_ORDER if slow else HIGHEST_ORDER, UNSAFE
 
 
 def _typical(values: np.ndarray) -> float:

@@ -135,10 +135,13 @@ def power_law(exponent: float, coefficient: float) -> Profile:
     kappa = np.sqrt(np.pi) / 2 * n / poch(n / 2, 0.5)
     section = _power_section("power_law", n, coefficient, _power_length(n, coefficient))
     curve = _power_section("power_law", n, kappa * coefficient, section.length)
+    # The root is taken of a length in units of a power of two: it sees no other units.
+    unit = 2.0 ** round(np.log2(section.length))
+    scaled = kappa * (coefficient * unit ** (n - 1))
 
     return Profile(
         **vars(curve),
-        inverse=lambda d: (d / (kappa * coefficient)) ** (1 / n),
+        inverse=lambda d: unit * (d / unit / scaled) ** (1 / n),
         section=section,
     )
 

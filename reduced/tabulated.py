@@ -135,8 +135,10 @@ def _profile(curve: PPoly, r: np.ndarray) -> Profile:
 
 def _jumps(slope: PPoly, second: PPoly, nodes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Jumps of f' and of m = f' + r f'' at the inner nodes, from the two adjoining polynomials."""
+    if not nodes.size:
+        return nodes, nodes
     before = [PPoly(p.c[:, :-1], p.x[:-1]) for p in (slope, second)]
-    left = [p(np.nextafter(nodes, 0)) if nodes.size else nodes for p in before]
+    left = [p(np.nextafter(nodes, 0)) for p in before]
     right = [slope(nodes), second(nodes)]
     jump = right[0] - left[0]
     # pchip slopes are continuous by construction; the difference is rounding, not a kink.

@@ -134,7 +134,9 @@ def amplitude_spectrum(
     inside &= ~_self_conjugate(shape)
     plateau = 0.0 if long_cutoff is None else 2 * np.pi / long_cutoff
     amplitude = np.zeros(shape)
-    amplitude[inside] = np.maximum(wavenumber[inside], plateau) ** (-exponent / 2)
+    # relative to the largest, so that the power law does not see the unit of length
+    relative = np.maximum(wavenumber, plateau) / wavenumber.max()
+    amplitude[inside] = relative[inside] ** (-exponent / 2)
     wanted, weight = (rms_height, 1.0) if rms_slope is None else (rms_slope, wavenumber)
     present = np.sqrt(((weight * amplitude) ** 2).sum())
     if present == 0:

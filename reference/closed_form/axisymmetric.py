@@ -236,16 +236,22 @@ def power_law(exponent: float, coefficient: float, effective_modulus: float) -> 
     n, c, E = float(exponent), float(coefficient), float(effective_modulus)
     kappa = 0.5 * math.sqrt(math.pi) * n / poch(0.5 * n, 0.5)
     lever = 2 * E * n / (n + 1)
-    reach = (kappa * c) ** (1 / n)  # apart from d, as c may be 1e+-300 for large n
+    # Roots are taken of lengths in units of a power of two near the length of the shape, so that
+    # units that differ by powers of two give the same digits.
+    unit = 2.0 ** round(math.log2(c) / (1 - n)) if n != 1 else 1.0
+    scaled = kappa * (c * unit ** (n - 1))
+    reach = scaled ** (1 / n)  # apart from d, as it may be 1e+-300 for large n
 
     def contact_radius(d: Array) -> Array:
-        return d ** (1 / n) / reach
+        return unit * ((d / unit) ** (1 / n) / reach)
 
     return build(
         "power_law",
         "Galin 1946; Sneddon 1965",
         force=lambda d: lever * contact_radius(d) * d,
-        penetration=lambda F: (F / lever) ** (n / (n + 1)) * (kappa * c) ** (1 / (n + 1)),
+        penetration=lambda F: (
+            unit * ((F / (lever * unit * unit)) ** (n / (n + 1)) * scaled ** (1 / (n + 1)))
+        ),
         semi_axes=lambda d: (contact_radius(d),) * 2,
         stiffness=lambda d: 2 * E * contact_radius(d),
         energy=lambda d: n / (2 * n + 1) * lever * contact_radius(d) * d * d,

@@ -211,7 +211,6 @@ def test_the_rules_of_the_chapter_for_what_has_no_exact_line(scene, indenter, ra
     assert float(profile.contact_radius(1e-6)) == pytest.approx(radius, rel=1e-12)
 
 
-@pytest.mark.xfail(strict=True, reason="reduced.profiles.tabulated wants a third point")
 @pytest.mark.parametrize("interpolation", ["pchip", "linear"])
 def test_a_table_of_two_points_is_a_cone_with_a_sharp_edge(scene, interpolation):
     """A slope of 1/1000 up to r = 1 mm: a = (2/pi) d/slope (Sneddon 1965), well inside."""

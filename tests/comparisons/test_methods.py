@@ -279,21 +279,16 @@ def assert_scales(make, source, method, length, modulus, tolerance):
         )
 
 
-CUBE_ROOT = pytest.mark.xfail(
-    strict=True,
-    reason="power laws take d^(1/n) of lengths as they come, in both packages",
-)
-MARKED = {"power-law-3": pytest.param("power-law-3", marks=CUBE_ROOT)}
 CLOSED = [source for source in SHAPES if METHODS["closed_form"].supports(load_scene(source)).ok]
 
 
-@pytest.mark.parametrize("source", [MARKED.get(source, source) for source in SHAPES])
+@pytest.mark.parametrize("source", SHAPES)
 def test_reduced_models_scaled_by_powers_of_two_are_bit_identical(scene, source):
     """Scales inside are powers of two, so not one digit changes."""
     assert_scales(scene, source, "reduced", 2.0**24, 2.0**-30, 0)
 
 
-@pytest.mark.parametrize("source", [MARKED.get(source, source) for source in CLOSED])
+@pytest.mark.parametrize("source", CLOSED)
 def test_closed_forms_scaled_by_powers_of_two_are_bit_identical(scene, source):
     assert_scales(scene, source, "closed_form", 2.0**24, 2.0**-30, 0)
 
@@ -321,12 +316,7 @@ def test_grids_and_meshes_in_other_units_agree_to_their_tolerance(scene, method,
         assert_scales(scene, source, method, 1e9, 1e-9, tolerance)
 
 
-SYNTHESIS = pytest.mark.xfail(
-    strict=True, reason="reference.surfaces takes powers of wavenumbers as they come"
-)
-
-
-@pytest.mark.parametrize("method", ["reduced", pytest.param("bem_dense", marks=SYNTHESIS)])
+@pytest.mark.parametrize("method", ["reduced", "bem_dense"])
 def test_rough_scenes_scaled_by_powers_of_two_are_bit_identical(rough, scene, method):
     """Heights scale with the side, forces with E* L^2."""
     length, modulus = 2.0**24, 2.0**-30

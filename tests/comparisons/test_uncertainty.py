@@ -59,6 +59,13 @@ def test_diverging_values_get_the_unsafe_factor():
     assert bar[0] == pytest.approx(3 * 4 / 105, rel=1e-12)
 
 
+def test_slow_convergence_is_covered_by_half_an_order_and_the_unsafe_factor():
+    """Errors n^-0.3, 0.33 of 1 at the finest: 3 |f3 - f2| / (sqrt 2 - 1) is above it."""
+    bar = grid_uncertainty(N, column(*(1 + np.asarray(N, float) ** -0.3)))
+    finest = 1 + float(N[-1]) ** -0.3
+    assert bar[0] >= (finest - 1) / finest
+
+
 def test_two_finest_grids_that_agree_by_chance_are_not_believed():
     """At first order the last difference would be half the one before: 1 in 100, times 1.25."""
     bar = grid_uncertainty(N, column(98, 100, 100))
