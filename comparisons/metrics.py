@@ -102,22 +102,3 @@ def grid_pressure_at(
     axes = (fields["pressure_x"].reshape(nx, ny)[:, 0], fields["pressure_y"].reshape(nx, ny)[0])
     look_up = RegularGridInterpolator(axes, values, bounds_error=False, fill_value=0.0)
     return np.asarray(look_up(np.stack([x, y], axis=-1)))
-
-
-def distance_to_outline(x: np.ndarray, y: np.ndarray, corners: np.ndarray) -> np.ndarray:
-    """Return the distance of points from the sides of a closed polygon with corners (n, 2).
-
-    Examples
-    --------
-    >>> square = np.array([[0.0, 0.0], [2.0, 0.0], [2.0, 2.0], [0.0, 2.0]])
-    >>> [float(d) for d in distance_to_outline(np.array([1.0, 3.0]), np.array([0.5, 3.0]), square)]
-    [0.5, 1.4142135623730951]
-    """
-    points = np.stack([x, y], axis=-1)
-    nearest = np.full(np.shape(x), np.inf)
-    for start, end in zip(corners, np.roll(corners, -1, axis=0), strict=True):
-        side = end - start
-        share = np.clip((points - start) @ side / (side @ side), 0, 1)
-        foot = start + share[..., None] * side
-        nearest = np.minimum(nearest, np.linalg.norm(points - foot, axis=-1))
-    return nearest

@@ -16,6 +16,7 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
 from scipy.interpolate import PchipInterpolator
 
+from comparisons.polygons import crosses_itself, sides, signed_area
 from comparisons.quantities import FiniteLength, Length, Positive, fail
 from comparisons.units import NUMBER, Dimension, to_si
 
@@ -380,9 +381,9 @@ class PolygonPunch(_FlatPunch):
         if len(corners) > 1000:
             raise fail(f"expected at most 1000 vertices, got {len(corners)}")
         span = np.ptp(corners, axis=0).max()
-        if not span or abs(_signed_area(corners)) < 1e-12 * span**2:
+        if not span or abs(signed_area(corners)) < 1e-12 * span**2:
             raise fail("expected a polygon with an area, got one without")
-        if _crosses_itself(corners):
+        if crosses_itself(corners):
             raise fail("expected a simple polygon, got one whose sides touch or cross")
         return self
 
@@ -390,7 +391,7 @@ class PolygonPunch(_FlatPunch):
     def corners(self) -> np.ndarray:
         """Vertices relative to the centroid, shape (n, 2), counter-clockwise."""
         corners = np.array(self.vertices)
-        if _signed_area(corners) < 0:
+        if signed_area(corners) < 0:
             corners = corners[::-1]
         corners = corners - corners.mean(axis=0)
         following = np.roll(corners, -1, axis=0)
@@ -411,13 +412,13 @@ class PolygonPunch(_FlatPunch):
     @property
     def area(self) -> float:
         """Area by the shoelace formula."""
-        return abs(_signed_area(np.array(self.vertices)))
+        return abs(signed_area(np.array(self.vertices)))
 
     def gap(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
         """Return 0 inside (even-odd rule) and inf outside."""
         x, y = np.broadcast_arrays(x, y)
         inside = np.zeros(x.shape, dtype=bool)
-        for (x0, y0), (x1, y1) in _sides(self.corners):
+        for (x0, y0), (x1, y1) in sides(self.corners):
             straddles = (y0 > y) != (y1 > y)
             if y0 != y1:
                 inside ^= straddles & (x < x0 + (y - y0) * (x1 - x0) / (y1 - y0))
@@ -448,39 +449,3 @@ SHAPES = tuple(
     get_args(each.model_fields["shape"].annotation)[0]
     for each in get_args(get_args(AnyIndenter)[0])
 )
-
-
-def _signed_area(corners: np.ndarray) -> float:
-    x, y = (corners - corners[0]).T
-    return float(np.sum(x * np.roll(y, -1) - y * np.roll(x, -1)) / 2)
-
-
-def _sides(corners: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
-    return list(zip(corners, np.roll(corners, -1, axis=0), strict=True))
-
-
-def _crosses_itself(corners: np.ndarray) -> bool:
-    """Whether two sides that are not neighbours meet, or a side has no length."""
-    start, end = corners, np.roll(corners, -1, axis=0)
-    if np.any(np.all(start == end, axis=1)):
-        return True
-    n = len(corners)
-    for i in range(n - 2):
-        others = np.arange(i + 2, n - 1 if i == 0 else n)
-        if len(others) and np.any(_meet(start[i], end[i], start[others], end[others])):
-            return True
-    return False
-
-
-def _meet(a: np.ndarray, b: np.ndarray, c: np.ndarray, d: np.ndarray) -> np.ndarray:
-    """Whether the segment ab meets each of the segments cd."""
-
-    def side(p: np.ndarray, q: np.ndarray, s: np.ndarray) -> np.ndarray:
-        edge, to = q - p, s - p
-        return np.sign(edge[..., 0] * to[..., 1] - edge[..., 1] * to[..., 0])
-
-    straddled = (side(a, b, c) * side(a, b, d) <= 0) & (side(c, d, a) * side(c, d, b) <= 0)
-    boxes = np.all(
-        (np.minimum(a, b) <= np.maximum(c, d)) & (np.minimum(c, d) <= np.maximum(a, b)), axis=-1
-    )
-    return straddled & boxes

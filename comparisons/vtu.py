@@ -34,7 +34,9 @@ def mesh_of(fields: dict[str, np.ndarray]) -> meshio.Mesh | None:
     quads = np.stack([corner.ravel() for corner in corners], axis=-1)
     height = fields["heights"].ravel() if "heights" in fields else np.zeros(nx * ny)
     points = np.stack([fields["pressure_x"], fields["pressure_y"], height], axis=-1)
-    return meshio.Mesh(points, [("quad", quads)], point_data={"pressure": fields["pressure"]})
+    names = [n for n in ("pressure", "displacement", "gap") if n in fields]
+    values = {name: fields[name] for name in names if np.isfinite(fields[name]).all()}
+    return meshio.Mesh(points, [("quad", quads)], point_data=values)
 
 
 def write_fields(path: Path, fields: dict[str, np.ndarray]) -> bool:

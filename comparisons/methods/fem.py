@@ -261,6 +261,8 @@ def _fields(task: Task, step: Step) -> dict[str, np.ndarray]:
         "pressure": contact.pressure,
         # The symmetric parts count with the one that is meshed.
         "pressure_weight": body.symmetry * body.weights,
+        "displacement": contact.displacement,
+        "gap": step.gap - contact.penetration + contact.displacement,
     }
 
 

@@ -198,6 +198,9 @@ def contact_fields(task: Task, contact: Contact, grid: Grid) -> dict[str, np.nda
             "pressure": contact.pressure.ravel(),
             "pressure_weight": np.full(x.size, grid.spacing[0] * grid.spacing[1]),
             "pressure_shape": np.array(x.shape),
+            "displacement": contact.displacement.ravel(),
+            # Infinite where the shape has no material.
+            "gap": (grid.gap - contact.penetration + contact.displacement).ravel(),
         }
     if isinstance(task.geometry, RoughGeometry):
         fields["heights"] = task.geometry.heights(task.realisations[0], task.resolution)

@@ -220,22 +220,7 @@ def _solve_lines(task: Task, geometry: RoughGeometry, solution: Solution) -> Non
     contact = rough_line.press(
         lines, length / points, modulus, **load, edges=options.edges, periodic=True
     )
-    peak = lines.max(axis=1) - lines.mean(axis=1)
-    area = contact.contact_area / patches
-    solution.quantities = {
-        "penetration": contact.penetration,
-        "penetration_mean_plane": contact.penetration - peak[:, None],
-        "force": contact.force / patches,
-        "contact_area": area,
-        "contact_area_raw": area,
-        "equivalent_radius": np.sqrt(area / np.pi),
-        "contact_length": contact.contact_length / patches,
-        "contact_count": contact.contact_count / patches,
-        "mean_gap": contact.mean_gap,
-        "stiffness": contact.stiffness / patches,
-        "contact_length_stiffness": contact.stiffness / patches / modulus,
-        "energy": contact.energy / patches,
-    }
+    solution.quantities = _line_quantities(contact, lines, patches, modulus)
     if options.stress == "local" and task.wants_pressure:
         solution.quantities["local_stress_undefined_share"] = _undefined_shares(
             lines, length / points, contact.penetration, options.edges
@@ -254,6 +239,28 @@ def _solve_lines(task: Task, geometry: RoughGeometry, solution: Solution) -> Non
         "line_x": np.arange(points) * (length / points),
         "line_height": lines[0],
         "line_penetration": np.array(contact.penetration[0, -1]),
+    }
+
+
+def _line_quantities(
+    contact: rough_line.LineContact, lines: np.ndarray, patches: float, modulus: float
+) -> dict[str, np.ndarray]:
+    """Return the quantities of lines that each stand for a number of patches, per patch."""
+    peak = lines.max(axis=1) - lines.mean(axis=1)
+    area = contact.contact_area / patches
+    return {
+        "penetration": contact.penetration,
+        "penetration_mean_plane": contact.penetration - peak[:, None],
+        "force": contact.force / patches,
+        "contact_area": area,
+        "contact_area_raw": area,
+        "equivalent_radius": np.sqrt(area / np.pi),
+        "contact_length": contact.contact_length / patches,
+        "contact_count": contact.contact_count / patches,
+        "mean_gap": contact.mean_gap,
+        "stiffness": contact.stiffness / patches,
+        "contact_length_stiffness": contact.stiffness / patches / modulus,
+        "energy": contact.energy / patches,
     }
 
 
