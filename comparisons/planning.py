@@ -24,7 +24,7 @@ QUICK_REALISATIONS = 10
 # Realisations of one task: small enough to resume and to bound memory, large enough to share
 # the set-up of an operator.
 BLOCK = 25
-PATCH_POINTS = 20
+PATCH_POINTS = 16
 MEMORY_SHARE = 0.8
 # What a method without a discretisation plans: nothing can refine it.
 EXACT = (1,)

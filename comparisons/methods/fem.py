@@ -21,7 +21,7 @@ from reference.halfspace.areas import corrected_area
 
 LARGEST_POISSON = 0.4999
 # Surface points per side of a rough patch: 32 take 2 s, and the cost grows as the fourth power.
-LARGEST_PATCH = 48
+LARGEST_PATCH = 40
 # Condensed compliance, elimination fronts and mesh, per unknown: measured peak over 20 000 to
 # 60 000 unknowns, rounded up.
 BYTES_PER_UNKNOWN = 27_000
@@ -54,7 +54,7 @@ class Fem(Method):
             return tuple(f * n for f in (1, 2, 3) if f * most <= LARGEST_PATCH) or (n,)
         fine = scene.compare.tolerance < 0.003
         if isinstance(geometry.indenter, PolygonPunch):
-            return (6, 8, 11)  # trilinear cells, and a staircase along oblique edges
+            return (5, 7, 9)  # trilinear cells, and a staircase along oblique edges
         if isinstance(geometry.indenter, SquarePunch):
             return (4, 6, 8) if fine else (3, 4, 6)
         return (3, 4, 6) if fine else (2, 3, 4)
