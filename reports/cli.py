@@ -6,6 +6,7 @@ Heavy packages are imported inside the commands, so that help and errors come at
 from __future__ import annotations
 
 import contextlib
+import os
 import shlex
 import sys
 from pathlib import Path
@@ -111,8 +112,9 @@ def run(
     from comparisons.study import Study
     from reports import terminal
 
-    if workers < 1:
-        raise InputError(f"--workers: expected at least 1, got {workers}")
+    most = max(2, os.cpu_count() or 1)
+    if not 1 <= workers <= most:
+        raise InputError(f"--workers: expected 1 to {most}, the cores here, got {workers}")
     plans = _plans(scenes or ("quick",), _overrides(methods, option), full)
     if plan:
         terminal.print_plans(plans)
