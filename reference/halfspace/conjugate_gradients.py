@@ -31,6 +31,10 @@ Field = NDArray[np.float64]
 # iterations; where it works it gains a digit in five or fewer.
 _PATIENCE = 60
 
+# Units of round-off that a displacement by FFT is wrong by, with a margin; and the violation below
+# which it is worth while to ask.
+_ROUNDING, _ROUNDING_NEAR = 16.0, 1e-6
+
 # Empty cells that keep opposite rims of a free patch apart in the preconditioner. |q| reaches only
 # as r^-3, so that a few are as good as doubling the grid; none cost half as many iterations again.
 _RIM = 8
@@ -138,7 +142,7 @@ def _iterate(
     while len(state.history) < max_iterations:
         violation = _residual(problem, state, residual, free)
         state.history.append(violation)
-        if violation <= tolerance:
+        if violation <= tolerance or violation <= _rounding(problem, state, violation):
             if fresh:
                 return True
             state.displacement, fresh = problem.operator.apply(state.pressure), True
@@ -160,6 +164,19 @@ def _iterate(
         fresh = _advance_state(problem, state, direction, response, slope / curvature)
         residual, previous = previous, residual
     return False
+
+
+def _rounding(problem: Problem, state: State, violation: float) -> float:
+    """Violation that the rounding of the displacement alone may cause; 0 where it is far away.
+
+    A pressure many times that of full contact displaces a nearly flat surface by much more than its
+    own heights, and the last digits of that are a visible part of the penetration.
+    """
+    if violation > _ROUNDING_NEAR or not state.depth > 0:
+        return 0.0
+    operator = problem.operator
+    displacement = state.pressure.max() * max(operator.spacing) / operator.effective_modulus
+    return float(_ROUNDING * np.finfo(float).eps * displacement / state.depth)
 
 
 def _precondition(

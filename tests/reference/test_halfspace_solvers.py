@@ -71,7 +71,9 @@ def test_fft_and_dense_solvers_agree(kind, shape, ratio, load, control, seed):
 def test_periodic_contact_satisfies_its_conditions_under_any_force(kind, shape, kernel, load, seed):
     """The problem is convex: p >= 0, u >= d - g, and equality under pressure are the solution.
 
-    They are recomputed here; there is no dense solver to compare with.
+    They are recomputed here; there is no dense solver to compare with. Beside the tolerance, the
+    displacement's own round-off counts: under a pressure far above that of full contact it is a
+    visible part of the small penetration (32 units of it, twice what the solver allows itself).
     """
     operator = PeriodicOperator(shape, (1.0, 0.7), 1.0, kernel=kernel)
     gap = random_gap(kind, shape, seed)
@@ -79,6 +81,7 @@ def test_periodic_contact_satisfies_its_conditions_under_any_force(kind, shape, 
     finite = np.isfinite(gap)
     clearance = operator.apply(contact.pressure)[finite] + gap[finite] - contact.penetration
     scale = max(contact.penetration, 1e-300)
+    scale += 32 * np.finfo(float).eps / 1.1e-11 * contact.pressure.max()
     assert contact.pressure.min() >= 0
     assert not contact.pressure[~finite].any()
     assert clearance.min() >= -1.1e-11 * scale
