@@ -188,6 +188,9 @@ def _measured(scene: Scene, surface: MeasuredMap) -> RoughGeometry:
     except MapError as error:
         problems = [f"surface: {each}" for each in getattr(error, "problems", [str(error)])]
         raise SceneError(scene.name, problems) from error
+    except Exception as error:  # readers of instrument files raise whatever they stumble over
+        problem = f"surface.file: not a readable map ({type(error).__name__}: {error})"
+        raise SceneError(scene.name, [problem]) from error
     return RoughGeometry(
         size=result.size,
         points=result.heights.shape,

@@ -192,7 +192,10 @@ def refusal(draft: Plan, name: str, resolution: int) -> str:
         if problem:
             return problem
     task = task_of(draft, name, resolution, draft.blocks(name)[0])
-    refused = METHODS[name].refused(task)
+    try:
+        refused = METHODS[name].refused(task)
+    except (ValueError, ArithmeticError) as error:
+        return str(error)
     if refused:
         return refused
     need, free = METHODS[name].memory(task), psutil.virtual_memory().available

@@ -41,12 +41,19 @@ QUANTITIES = (
 DEFAULT_QUANTITIES = ("force", "penetration", "contact_area")
 FEM_DEFAULT_POISSON = 0.3
 LARGEST_FILE = 10_000_000
+# The parser's time and memory grow with the square of the parts of a dotted key.
+DEEPEST_KEY = 20
+KEYS = re.compile(r"^[ \t]*\[{0,2}((?:[\w\"'-]+[ \t]*\.[ \t]*)+)", re.MULTILINE)
+MOST_PROBLEMS = 50
 
 
 class SceneError(InputError):
     """A scene file is wrong; ``problems`` lists every one of them."""
 
     def __init__(self, source: str, problems: list[str]) -> None:
+        more = len(problems) - MOST_PROBLEMS
+        if more > 0:
+            problems = [*problems[:MOST_PROBLEMS], f"... and {more} more"]
         self.source = source
         self.problems = problems
         super().__init__(f"{source}:\n" + "\n".join(f"  {each}" for each in problems))
@@ -318,7 +325,7 @@ def load_scene(source: str | Path, overrides: Mapping[str, Any] | None = None) -
     try:
         if path.stat().st_size > LARGEST_FILE:
             raise SceneError(str(source), [f"expected at most {LARGEST_FILE} bytes"])
-        text = path.read_bytes().decode("utf-8")
+        text = path.read_bytes().decode("utf-8-sig")
     except (OSError, UnicodeDecodeError) as error:
         raise SceneError(str(source), [f"not a readable text file ({error})"]) from error
     return parse_scene(text, str(source), path.parent.resolve(), overrides)
@@ -328,6 +335,8 @@ def parse_scene(
     text: str, source: str, directory: Path, overrides: Mapping[str, Any] | None = None
 ) -> Scene:
     """Read a scene from TOML text; files it names are relative to `directory`."""
+    if any(key.count(".") > DEEPEST_KEY for key in KEYS.findall(text)):
+        raise SceneError(source, [f"expected keys of at most {DEEPEST_KEY + 1} parts"])
     try:
         data = tomllib.loads(text)
     except (tomllib.TOMLDecodeError, RecursionError, ValueError) as error:

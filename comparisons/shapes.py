@@ -20,6 +20,9 @@ from comparisons.polygons import crosses_itself, sides, signed_area
 from comparisons.quantities import FiniteLength, Length, Positive, fail
 from comparisons.units import NUMBER, Dimension, to_si
 
+# The exact transform of a table costs the square of its points.
+MOST_TABLE_POINTS = 2000
+
 
 class Indenter(BaseModel):
     """What every shape has; the subclasses are the catalogue."""
@@ -231,6 +234,8 @@ class Profile(_Axisymmetric):
     @model_validator(mode="after")
     def _a_monotone_table(self) -> Profile:
         r, f = np.array(self.r), np.array(self.f)
+        if len(r) > MOST_TABLE_POINTS:
+            raise fail(f"expected at most {MOST_TABLE_POINTS} points, got {len(r)}")
         if len(r) != len(f) or len(r) < 2:
             raise fail(f"expected r and f of the same length, at least 2, got {len(r)}, {len(f)}")
         if r[0] != 0 or f[0] != 0 or np.any(np.diff(r) <= 0):

@@ -22,7 +22,17 @@ from comparisons.plain import plain
 from comparisons.planning import Plan
 from comparisons.reference import Reference, Solved, disagreements, known_to, sentence
 from comparisons.refinement import refined
-from comparisons.store import FIELDS, ResultsError, SceneRecord, StudyRecord, save_study
+from comparisons.store import (
+    FIELDS,
+    MEASURES,
+    RESULTS,
+    STUDY,
+    ResultsError,
+    SceneRecord,
+    StudyRecord,
+    load_study,
+    save_study,
+)
 from comparisons.vtu import write_fields
 
 # Names that tasks give to their files; nothing else in a folder is ours to delete.
@@ -128,12 +138,35 @@ class Study:
                 f"{self.directory} is in use: say --resume to go on with it, --overwrite to start "
                 "anew, or --out for another folder"
             )
+        if used:
+            self._check_ownership()
         fields = self.directory / FIELDS
         fields.mkdir(parents=True, exist_ok=True)
         if self.overwrite:
             for old in fields.iterdir():
                 if OWN_FILE.fullmatch(old.name):
                     old.unlink()
+
+    def _check_ownership(self) -> None:
+        """Refuse folders that are not ours, and a resume that would drop other scenes."""
+        fields, study = self.directory / FIELDS, self.directory / STUDY
+        if fields.is_symlink():
+            raise ResultsError(f"{fields}: expected a folder, got a link to elsewhere")
+        names = (RESULTS, MEASURES, "report.html")
+        foreign = [name for name in names if (self.directory / name).exists()]
+        if foreign and not study.exists():
+            raise ResultsError(
+                f"{self.directory} has {', '.join(foreign)} that roughline has not written"
+            )
+        if not (self.resume and study.exists()):
+            return
+        kept = {scene.name for scene in load_study(self.directory).scenes}
+        dropped = kept - {plan.scene.name for plan in self.plans}
+        if dropped:
+            raise ResultsError(
+                f"{self.directory} has results of {', '.join(sorted(dropped))}: name these scenes "
+                "too, or choose another --out"
+            )
 
     def _solve(self, plans: list[Plan]) -> None:
         tasks = [task for plan in plans for task in plan.tasks()]

@@ -6,6 +6,7 @@ Heavy packages are imported inside the commands, so that help and errors come at
 from __future__ import annotations
 
 import contextlib
+import io
 import os
 import shlex
 import sys
@@ -38,6 +39,10 @@ def main(arguments: list[str] | None = None) -> None:
 
 def run_command(arguments: list[str]) -> int:
     """Run a command and return its exit code; every expected error becomes one clear message."""
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            # A console that cannot show a narrow space or a micro sign shows a question mark.
+            stream.reconfigure(errors="replace")
     shadows = foreign_packages()
     if shadows:
         return _complain("roughline's packages are shadowed by others:", shadows)
@@ -179,6 +184,14 @@ def solve(
 
     if json and csv is not None:
         return _complain("--json and --csv: expected at most one of them", [])
+    for target in (csv, vtu):
+        if (
+            target is not None
+            and Path(scene).exists()
+            and target.exists()
+            and target.samefile(scene)
+        ):
+            return _complain(f"{target}: expected another file than the scene itself", [])
     options = tuple(
         each if "." in each.partition("=")[0] else f"{method}.{each}" for each in option
     )

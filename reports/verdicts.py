@@ -94,7 +94,7 @@ def _why_missing(scene: SceneRecord, name: str) -> str:
         return "the reduced model was not asked for"
     table = selection.compared_measures(scene)
     if (table["quantity"] == name).any():
-        return "the reduced model does not give it"
+        return "the reduced model does not give it, or there is one load only"
     return "there is nothing to compare it with"
 
 

@@ -43,6 +43,8 @@ class BemDense(GridMethod):
     def refused(self, task: Task) -> str:
         """Refuse contacts of more cells than a dense matrix should hold."""
         assert isinstance(task.options, DenseOptions)
+        if super().refused(task):
+            return super().refused(task)
         number, limit = contact_cells(task), task.options.max_cells
         if number <= limit:
             return ""

@@ -25,6 +25,7 @@ LARGEST_PATCH = 40
 # Condensed compliance, elimination fronts and mesh, per unknown: measured peak over 20 000 to
 # 60 000 unknowns, rounded up.
 BYTES_PER_UNKNOWN = 27_000
+LARGEST_ASPECT = 50
 STRAIGHT_EDGED = (SquarePunch, PolygonPunch)
 
 
@@ -62,7 +63,7 @@ class Fem(Method):
     def refused(self, task: Task) -> str:
         """Refuse patches whose elimination would take minutes."""
         if not isinstance(task.geometry, RoughGeometry):
-            return ""
+            return _elongated(task.geometry, task.resolution)
         points = max(task.geometry.points) * task.resolution // task.geometry.points[0]
         if points <= LARGEST_PATCH:
             return ""
@@ -177,6 +178,20 @@ def _stretch(indenter: Indenter) -> tuple[float, float]:
         return 1.0, 1.0
     ratio = float(np.sqrt(half_x / half_y))
     return ratio, 1 / ratio
+
+
+def _elongated(geometry: IndenterGeometry, resolution: int) -> str:
+    """Return why a very elongated contact is out of reach, or an empty text."""
+    if isinstance(geometry.indenter, STRAIGHT_EDGED):
+        across = [max(2, round(h * resolution / geometry.contact_radius)) for h in geometry.reach]
+        number = 4 * across[0] * across[1]
+        if number > LARGEST_PATCH**2:
+            return f"{number} surface elements on an elongated face, more than {LARGEST_PATCH**2}"
+        return ""
+    longer = max(_stretch(geometry.indenter)) ** 2
+    if longer <= LARGEST_ASPECT:
+        return ""
+    return f"a contact {longer:.0f} times as long as wide: elements are tested to {LARGEST_ASPECT}"
 
 
 def _punch_body(

@@ -16,6 +16,7 @@ from reference.halfspace import areas as area_measures
 
 Operator = FreeOperator | PeriodicOperator
 # Cells of the finest grid planned after refining by a factor: a 512 x 512 map is refined once.
+MOST_INDENTER_CELLS = 3_000_000
 LARGEST_REFINED = {1: 2**24, 2: 1400**2, 4: 512**2}
 
 
@@ -77,6 +78,9 @@ def contact_cells(task: Task) -> float:
     geometry, load = task.geometry, float(task.loads.values[-1])
     total = cells(geometry, task.resolution)
     if isinstance(geometry, IndenterGeometry):
+        if geometry.indenter.flat:
+            half_x, half_y = geometry.reach
+            return total * geometry.indenter.area / (4 * half_x * half_y)
         return float(np.pi * task.resolution**2)
     if task.loads.control == "force":
         # A/A0 is about 2 F / (E* A0 h') at small loads, and never above it; the iteration starts
@@ -120,6 +124,15 @@ class GridMethod(Method):
         load = 0.1 * operator.effective_modulus if task.loads.control == "force" else half
         for _ in self.sweep(task, operator, gap)(np.array([load, 1.1 * load])):
             pass
+
+    def refused(self, task: Task) -> str:
+        """Refuse grids that only a very elongated indenter asks for."""
+        number = cells(task.geometry, task.resolution)
+        # A round contact needs some 10 N^2 cells.
+        round_one = isinstance(task.geometry, RoughGeometry) or number <= 100 * task.resolution**2
+        if round_one or number <= MOST_INDENTER_CELLS:
+            return ""
+        return f"{number} cells to cover an elongated contact, more than {MOST_INDENTER_CELLS}"
 
     def solve(self, task: Task) -> Solution:
         """Solve every realisation on the same operator."""

@@ -619,3 +619,23 @@ def test_a_reader_that_goes_away_is_no_error(tmp_path):
         process.wait(timeout=120)
     assert complaint == ""
     assert process.returncode == 0
+
+
+# --- what a hostile user found ---------------------------------------------------------------
+
+
+def test_deep_keys_are_refused_before_they_cost_memory(roughline, tmp_path):
+    """The TOML parser is quadratic in the parts of a dotted key."""
+    (tmp_path / "deep.toml").write_text("a" + ".a" * 50_000 + " = 1\n")
+    found = roughline("solve", "deep.toml", "--method", "reduced")
+    assert found.code == 2
+    assert "keys of at most" in found.err
+
+
+def test_results_of_another_program_or_scene_are_never_lost(roughline, ball, tmp_path):
+    (tmp_path / "theirs").mkdir()
+    (tmp_path / "theirs" / "results.csv").write_text("mine")
+    found = roughline("run", "ball.toml", "--out", "theirs", "--overwrite")
+    assert found.code == 2
+    assert "has not written" in found.err
+    assert (tmp_path / "theirs" / "results.csv").read_text() == "mine"
