@@ -21,7 +21,7 @@ from reference.halfspace.areas import corrected_area
 
 LARGEST_POISSON = 0.4999
 # Surface points per side of a rough patch: 32 take 2 s, and the cost grows as the fourth power.
-LARGEST_PATCH = 40
+LARGEST_PATCH = 32
 # Condensed compliance, elimination fronts and mesh, per unknown: measured peak over 20 000 to
 # 60 000 unknowns, rounded up.
 BYTES_PER_UNKNOWN = 27_000
