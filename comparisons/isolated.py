@@ -1,0 +1,125 @@
+"""The process that `comparisons.isolation` starts: work in, answer or error out."""
+
+from __future__ import annotations
+
+import ctypes
+import importlib
+import json
+import os
+import pickle
+import signal
+import sys
+import threading
+import traceback
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from comparisons.isolation import (
+    ANSWER,
+    DOCUMENT,
+    ERROR,
+    MALFORMED,
+    OUT_OF_MEMORY,
+    RAISED,
+    WORK,
+    Ended,
+    address_space,
+)
+
+_PR_SET_PDEATHSIG = 1
+
+
+def main(folder: Path) -> None:
+    """Do the work of a folder and write its answer, or its error, beside it."""
+    _end_with_parent()
+    try:
+        # The pickle is our own: the parent wrote it a moment ago.
+        work, arguments, memory = pickle.loads((folder / WORK).read_bytes())  # noqa: S301
+        _limit_address_space(memory)
+        answer = _function(work)(*arguments)
+    except MemoryError:
+        _report(folder, OUT_OF_MEMORY, "no memory left for an allocation")
+    except BaseException as error:
+        if isinstance(error, SystemExit):
+            raise
+        _report(folder, RAISED, _reason(error))
+    else:
+        try:
+            _write(folder / ANSWER, answer)
+        except (TypeError, ValueError) as error:
+            _report(folder, MALFORMED, f"the answer cannot be passed on: {error}")
+
+
+def _function(work: str) -> Callable[..., Any]:
+    module, _, name = work.partition(":")
+    function: Callable[..., Any] = getattr(importlib.import_module(module), name)
+    return function
+
+
+def _reason(error: BaseException) -> str:
+    frames = traceback.extract_tb(error.__traceback__)
+    where = f" (in {frames[-1].name})" if len(frames) > 1 else ""
+    name, text = type(error).__name__, str(error)
+    return f"{name}: {text}{where}" if text else f"{name}{where}"
+
+
+def _report(folder: Path, ended: Ended, reason: str) -> None:
+    text = json.dumps({"ended": ended, "reason": reason})
+    (folder / ERROR).write_text(text, encoding="utf-8")
+
+
+def _write(path: Path, answer: Any) -> None:
+    """Write an answer as npz: arrays as they are, the rest as one JSON text."""
+    if not isinstance(answer, dict) or not all(isinstance(key, str) for key in answer):
+        raise TypeError(f"expected a dict with text keys, got {type(answer).__name__}")
+    arrays = {key: value for key, value in answer.items() if isinstance(value, np.ndarray)}
+    refused = [key for key, value in arrays.items() if value.dtype.kind not in "biufcUS"]
+    if refused:
+        raise TypeError(f"arrays of objects: {', '.join(refused)}")
+    rest = {key: _plain(value) for key, value in answer.items() if key not in arrays}
+    members = {f"a.{key}": value for key, value in arrays.items()}
+    members[DOCUMENT] = np.array(json.dumps(rest))
+    partial = path.with_suffix(".part")
+    with partial.open("wb") as file:
+        np.savez(file, **members)
+    partial.replace(path)
+
+
+def _plain(value: Any) -> Any:
+    return value.item() if isinstance(value, np.generic) else value
+
+
+def _limit_address_space(memory: float | None) -> None:
+    if memory is None:
+        return
+    try:
+        import resource
+    except ImportError:  # Windows
+        return
+    limit, (_, hard) = address_space(memory), resource.getrlimit(resource.RLIMIT_AS)
+    if hard == resource.RLIM_INFINITY or limit < hard:
+        resource.setrlimit(resource.RLIMIT_AS, (limit, hard))
+
+
+def _end_with_parent() -> None:
+    """End this process when the one that started it is gone, even by a kill."""
+    if sys.platform == "linux":
+        # At once, even while compiled code holds the interpreter.
+        ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
+    # Our own handle of the pipe: work that reads or closes standard input does no harm.
+    pipe = os.dup(0)
+    os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
+    threading.Thread(target=_wait_for_end_of, args=(pipe,), daemon=True).start()
+
+
+def _wait_for_end_of(pipe: int) -> None:
+    while os.read(pipe, 1):
+        pass
+    os._exit(1)
+
+
+if __name__ == "__main__":
+    main(Path(sys.argv[1]))

@@ -1,0 +1,175 @@
+"""Work in its own process: every way it can end, and that nothing of it stays behind."""
+
+from __future__ import annotations
+
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import numpy as np
+import psutil
+import pytest
+
+from comparisons import isolation
+
+# Functions that only the isolated process imports.
+WORK = """
+import os, subprocess, sys, time
+import numpy as np
+
+def echo(*values):
+    print("standard output is nobody's")
+    return {str(k): value for k, value in enumerate(values)}
+
+def threads():
+    from threadpoolctl import threadpool_info
+    np.ones((64, 64)) @ np.ones((64, 64))
+    return {"threads": max(pool["num_threads"] for pool in threadpool_info())}
+
+def raises():
+    raise ArithmeticError("stalled at 1e-3")
+
+def eats(size):
+    kept = []
+    while True:
+        kept.append(np.ones(size // 8))
+        time.sleep(0.01)
+
+def allocates(size):
+    return {"a": np.ones(size // 8)}
+
+def objects():
+    return {"a": np.array([object()])}
+
+def leaves(path):
+    child = subprocess.Popen([sys.executable, "-c", "import time; time.sleep(600)"])
+    with open(path, "w") as file:
+        file.write(str(child.pid))
+    time.sleep(600)
+
+def dies():
+    print("lost the licence", file=sys.stderr)
+    os.abort()
+"""
+
+
+@pytest.fixture
+def strange(tmp_path, monkeypatch):
+    """Write the functions where the isolated process, and nobody else, imports them."""
+    (tmp_path / "strange_work.py").write_text(WORK)
+    monkeypatch.setattr(sys, "path", [*sys.path, str(tmp_path)])
+    return "strange_work:"
+
+
+def gone(pid: int, within: float = 5.0) -> bool:
+    """Whether a process ends soon; a zombie that nobody has waited for is gone, too."""
+    deadline = time.monotonic() + within
+    while time.monotonic() < deadline:
+        try:
+            if psutil.Process(pid).status() == psutil.STATUS_ZOMBIE:
+                return True
+        except psutil.NoSuchProcess:
+            return True
+        time.sleep(0.05)
+    return False
+
+
+def test_arrays_and_numbers_return_bit_for_bit(strange):
+    field = np.linspace(0, 1, 12).reshape(3, 4) / 3
+    contact = field > 0.1
+    outcome = isolation.run(strange + "echo", field, contact, 1 / 3, "text", [1, None], seconds=60)
+    assert outcome.ok, outcome.reason
+    assert outcome.reason == ""
+    assert outcome.answer["0"].tobytes() == field.tobytes()
+    assert (outcome.answer["1"] == contact).all()
+    assert [outcome.answer[k] for k in "234"] == [1 / 3, "text", [1, None]]
+
+
+def test_work_has_one_thread(strange):
+    assert isolation.run(strange + "threads", seconds=60).answer == {"threads": 1}
+
+
+@pytest.mark.parametrize(
+    ("work", "arguments", "limits", "ended", "words"),
+    [
+        ("raises", (), {}, isolation.RAISED, "ArithmeticError: stalled at 1e-3"),
+        ("nowhere", (), {}, isolation.RAISED, "nowhere"),
+        ("dies", (), {}, isolation.KILLED, "SIGABRT: lost the licence"),
+        ("eats", (10**7,), {"memory": 4e8}, isolation.OUT_OF_MEMORY, "more memory than 0.4 GB"),
+        ("allocates", (10**13,), {"memory": 4e8}, isolation.OUT_OF_MEMORY, "allocation"),
+        ("objects", (), {}, isolation.MALFORMED, "arrays of objects: a"),
+        ("echo", (np.array([1.0, np.nan]),), {}, isolation.MALFORMED, "not finite: 0"),
+        ("echo", (1.0, [2.0, {"a": float("inf")}]), {}, isolation.MALFORMED, "not finite: 1"),
+    ],
+)
+def test_every_failure_has_its_reason(strange, work, arguments, limits, ended, words):
+    outcome = isolation.run(strange + work, *arguments, **({"seconds": 60} | limits))
+    assert outcome.ended == ended, outcome
+    assert words in outcome.reason
+    assert outcome.answer == {}
+    assert not outcome.ok
+
+
+@pytest.mark.parametrize(
+    ("work", "arguments", "ended", "words"),
+    [
+        ("builtins:int", (), isolation.MALFORMED, "expected a dict"),
+        ("os:_exit", (0,), isolation.MALFORMED, "without an answer"),
+        ("os:_exit", (7,), isolation.KILLED, "exit code 7"),
+        ("sys:exit", (3,), isolation.KILLED, "exit code 3"),
+    ],
+)
+def test_an_early_exit_is_no_answer(work, arguments, ended, words):
+    outcome = isolation.run(work, *arguments, seconds=60)
+    assert (outcome.ended, words in outcome.reason) == (ended, True), outcome
+
+
+def test_nan_passes_where_the_caller_expects_it(strange):
+    value = np.array([1.0, np.nan])
+    outcome = isolation.run(strange + "echo", value, seconds=60, finite=False)
+    np.testing.assert_array_equal(outcome.answer["0"], value)
+
+
+def test_hung_work_and_its_children_are_ended_at_the_limit(strange, tmp_path):
+    note = tmp_path / "pid"
+    outcome = isolation.run(strange + "leaves", str(note), seconds=3)
+    assert outcome.ended == isolation.HUNG
+    assert "within 3 s" in outcome.reason
+    # One look and a farewell beyond the limit, with room for a busy machine.
+    assert outcome.seconds < 3 + 5
+    assert gone(int(note.read_text()))
+
+
+@pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGKILL, signal.SIGTERM])
+def test_no_orphan_when_the_caller_is_interrupted_or_killed(tmp_path, how):
+    (tmp_path / "sleeper.py").write_text(
+        "import os, time\n"
+        "def sleep(path):\n"
+        "    open(path + '.part', 'w').write(str(os.getpid()))\n"
+        "    os.replace(path + '.part', path)\n"
+        "    time.sleep(600)\n"
+    )
+    note = tmp_path / "pid"
+    program = f"from comparisons import isolation; isolation.run('sleeper:sleep', {str(note)!r})"
+    paths = os.pathsep.join([str(tmp_path), *(p for p in sys.path if p)])
+    caller = subprocess.Popen(
+        [sys.executable, "-c", program],
+        env=os.environ | {"PYTHONPATH": paths},
+        stderr=subprocess.DEVNULL,
+    )
+    try:
+        deadline = time.monotonic() + 30
+        while not note.exists() and time.monotonic() < deadline:
+            time.sleep(0.05)
+        caller.send_signal(how)
+        caller.wait(10)
+        assert gone(int(note.read_text()))
+    finally:
+        caller.kill()
+
+
+def test_wrong_calls_are_refused_at_once():
+    with pytest.raises(ValueError, match=r"module:function.*seconds.*-1"):
+        isolation.run("no function", seconds=-1)
