@@ -90,11 +90,17 @@ def test_numerics_know_nothing_of_files_and_progress_bars():
 
 
 def test_results_are_never_unpickled():
-    """No pickle in what reads files, and no numpy load that would allow one."""
+    """No pickle in what reads files, and no numpy load that would allow one.
+
+    Work for an isolated process goes there as a pickle, through a folder that nobody else can
+    write; what comes back does not.
+    """
+    sender, receiver = (ROOT / "comparisons" / name for name in ("isolation.py", "isolated.py"))
     for package in PACKAGES:
         for path in (ROOT / package).rglob("*.py"):
             text = path.read_text(encoding="utf-8")
-            assert "import pickle" not in text, path
+            assert "import pickle" not in text or path in {sender, receiver}, path
+            assert "pickle.load" not in text or path == receiver, path
             assert "allow_pickle=True" not in text, path
 
 
