@@ -346,14 +346,24 @@ def parse_scene(
     return make_scene(data, source, directory)
 
 
-def _override(data: dict[str, Any], path: list[str], value: Any) -> None:
-    """Set a nested key; where a table is expected and something else stands, validation says so."""
+def _override(data: Any, path: list[str], value: Any) -> None:
+    """Set a nested key, numbers being places in a list.
+
+    Where a table is expected and something else stands, validation says so.
+    """
     for key in path[:-1]:
-        below = data.setdefault(key, {})
-        if not isinstance(below, dict):
-            return
-        data = below
-    data[path[-1]] = value
+        data = data.setdefault(key, {}) if isinstance(data, dict) else _item(data, key)
+    if isinstance(data, dict):
+        data[path[-1]] = value
+    elif _item(data, path[-1]) is not None:
+        data[int(path[-1])] = value
+
+
+def _item(values: Any, key: str) -> Any:
+    """Return an item of a list by the digits of its place, None where there is none."""
+    if isinstance(values, list) and key.isdecimal() and int(key) < len(values):
+        return values[int(key)]
+    return None
 
 
 def make_scene(data: dict[str, Any], source: str, directory: Path) -> Scene:
@@ -363,7 +373,7 @@ def make_scene(data: dict[str, Any], source: str, directory: Path) -> Scene:
         tables = {key: value for key, value in data.items() if key != "directory"}
         scene = Scene.model_validate({**tables, "directory": str(directory)})
     except ValidationError as error:
-        problems = [_readable(each) for each in error.errors()] + problems
+        problems = [readable(each) for each in error.errors()] + problems
         raise SceneError(source, problems) from error
     if problems:
         raise SceneError(source, problems)
@@ -402,7 +412,7 @@ _PLAIN = {
 }
 
 
-def _readable(error: Mapping[str, Any]) -> str:
+def readable(error: Mapping[str, Any]) -> str:
     """Turn one of pydantic's errors into ``path: expected ..., got ...``."""
     tags = ("self_affine", "map")
     location = [each for each in error["loc"] if each not in tags]

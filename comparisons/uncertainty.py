@@ -112,6 +112,56 @@ def ensemble_uncertainty(samples: np.ndarray) -> np.ndarray:
         return np.where(mean > 0, quantile * standard_error(samples) / mean, np.nan)
 
 
+def ratio_of_means(
+    numerator: np.ndarray, denominator: np.ndarray, *, paired: bool
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the ratio of two ensemble means and its relative 95 % half-width.
+
+    The delta method: with x, y the means and s their standard errors, the relative variance of
+    x/y is (s_x/x)^2 + (s_y/y)^2 - 2 s_xy/(x y). The covariance counts where realisation k of both
+    ensembles is the same surface; it makes ratios far better known than either mean. Realisations
+    that either of a pair lost are left out. Student's t with the smaller number of degrees of
+    freedom turns the standard error into a half-width.
+
+    Parameters
+    ----------
+    numerator, denominator : ndarray, shape (n, k), (m, k)
+        Realisations along axis 0; m = n where `paired`.
+    paired : bool
+        Whether row k of both belongs to the same surface.
+
+    Returns
+    -------
+    ratio, half_width : ndarray, shape (k,)
+        The half-width is NaN below two realisations, except where both ensembles are single
+        values: then nothing scatters, and it is zero.
+
+    Examples
+    --------
+    >>> y = np.array([[1.0], [2.0], [3.0]])
+    >>> ratio, bar = ratio_of_means(2 * y, y, paired=True)
+    >>> float(ratio[0]), round(float(bar[0]), 12)
+    (2.0, 0.0)
+    """
+    x, y = np.asarray(numerator, dtype=float), np.asarray(denominator, dtype=float)
+    if paired:
+        both = np.isfinite(x) & np.isfinite(y)
+        x, y = np.where(both, x, np.nan), np.where(both, y, np.nan)
+    counts = [np.isfinite(each).sum(axis=0) for each in (x, y)]
+    with np.errstate(invalid="ignore", divide="ignore"):
+        means = [np.nansum(e, axis=0) / n for e, n in zip((x, y), counts, strict=True)]
+        # Relative deviations: their difference has the variance of the ratio, to first order.
+        deviations = [e / m - 1 for e, m in zip((x, y), means, strict=True)]
+        if len(x) == len(y) == 1:
+            return means[0] / means[1], np.zeros(x.shape[1])
+        if paired:
+            error = standard_error(deviations[0] - deviations[1])
+        else:
+            error = np.hypot(*(standard_error(each) for each in deviations))
+        freedom = np.maximum(np.minimum(*counts) - 1, 1)
+        return means[0] / means[1], stats.t.ppf(0.975, freedom) * error
+
+
 def combined(*sources: np.ndarray) -> np.ndarray:
     """Combine independent relative half-widths: the root of the sum of squares."""
     return np.sqrt(np.sum([np.asarray(source) ** 2 for source in sources], axis=0))

@@ -101,6 +101,25 @@ def to_si(value: object, dimension: Dimension) -> float:
         raise ValueError("expected a number within the range of floats") from error
 
 
+def number_and_unit(text: str) -> tuple[float, str]:
+    """Split a text such as "10 mm" into its number and its unit.
+
+    Raises
+    ------
+    ValueError
+        Where it does not begin with a number.
+
+    Examples
+    --------
+    >>> number_and_unit("10 mm")
+    (10.0, 'mm')
+    """
+    match = _QUANTITY.fullmatch(text)
+    if match is None or len(text) > 100:
+        raise ValueError('expected a number with a unit such as "10 mm"')
+    return float(match[1].replace("_", "")), match[2]
+
+
 def _expectation(dimension: Dimension) -> str:
     if dimension == NUMBER:
         return "expected a number"

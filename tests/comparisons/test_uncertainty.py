@@ -14,6 +14,7 @@ from comparisons.uncertainty import (
     combined,
     ensemble_uncertainty,
     grid_uncertainty,
+    ratio_of_means,
     standard_error,
 )
 
@@ -161,3 +162,34 @@ def test_ensemble_bars_hold_the_truth_95_times_in_100():
 def test_independent_sources_add_as_squares():
     assert combined(np.array([3.0]), np.array([4.0]))[0] == 5
     assert np.isnan(combined(np.array([np.nan]), np.array([4.0])))[0]
+
+
+def test_ratio_of_means_covers_as_often_as_it_says():
+    """Two correlated ensembles of 20: the 95 % bar holds the true ratio in 93 to 97 % of cases.
+
+    4000 repetitions have a standard error of 0.35 %; the delta method is first order only.
+    """
+    rng = np.random.default_rng(3)
+    common = rng.normal(size=(20, 4000))
+    x = 3 + 0.5 * common + 0.1 * rng.normal(size=(20, 4000))
+    y = 2 + 0.4 * common + 0.1 * rng.normal(size=(20, 4000))
+    paired, narrow = ratio_of_means(x, y, paired=True)
+    _, wide = ratio_of_means(x, y, paired=False)
+    covered = np.mean(np.abs(paired / 1.5 - 1) <= narrow)
+    assert 0.93 < covered < 0.97
+    # The common part cancels: without the covariance the bar is far too wide.
+    assert np.median(wide) > 2 * np.median(narrow)
+
+
+def test_ratio_of_means_of_single_values_does_not_scatter():
+    ratio, bar = ratio_of_means(np.array([[2.0]]), np.array([[4.0]]), paired=True)
+    assert ratio[0] == 0.5
+    assert bar[0] == 0
+
+
+def test_ratio_of_means_leaves_out_pairs_that_lost_a_partner():
+    x = np.array([[1.0], [2.0], [np.nan]])
+    y = np.array([[1.0], [2.0], [90.0]])
+    ratio, bar = ratio_of_means(x, y, paired=True)
+    assert ratio[0] == 1
+    assert bar[0] == 0
