@@ -9,6 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any, Literal
 
 import numpy as np
@@ -53,10 +54,11 @@ class Plan:
     notes: tuple[str, ...]
     realisations: int
 
-    def tasks(self) -> list[Task]:
-        """Return the independent solves, cheap methods first."""
+    @cached_property
+    def tasks(self) -> tuple[Task, ...]:
+        """The independent solves, cheap methods first."""
         pictured = "pressure" in self.scene.compare.quantities
-        return [
+        return tuple(
             task_of(
                 self,
                 planned.method,
@@ -67,7 +69,7 @@ class Plan:
             for planned in self.methods
             for resolution in planned.resolutions
             for block in self.blocks(planned.method)
-        ]
+        )
 
     def blocks(self, method: str) -> list[tuple[int, ...]]:
         """Return the realisations of a method in blocks of one task each."""

@@ -119,7 +119,7 @@ class Study:
         """Return the planned solves that have no complete answer, with the first reason."""
         missing = []
         for plan in self.plans:
-            for task in plan.tasks():
+            for task in plan.tasks:
                 solution = self._solutions.get(task.key)
                 if solution is None:
                     missing.append((task, "not done"))
@@ -169,7 +169,7 @@ class Study:
             )
 
     def _solve(self, plans: list[Plan]) -> None:
-        tasks = [task for plan in plans for task in plan.tasks()]
+        tasks = [task for plan in plans for task in plan.tasks]
         tasks = [task for task in tasks if task.key not in self._solutions]
         todo = [task for task in tasks if not self._restore(task)]
         done = len(tasks) - len(todo)
@@ -212,18 +212,15 @@ class Study:
 
     def _solved(self, plan: Plan) -> Solved:
         """Return the solutions of a plan whose blocks of realisations are all done."""
+        blocks: dict[tuple[str, int], list[Solution | None]] = {}
+        for task in plan.tasks:
+            done = self._solutions.get(task.key)
+            blocks.setdefault((task.method, task.resolution), []).append(done)
         solved: Solved = {}
-        for planned in plan.methods:
-            for resolution in planned.resolutions:
-                tasks = [
-                    t
-                    for t in plan.tasks()
-                    if (t.method, t.resolution) == (planned.method, resolution)
-                ]
-                parts = [self._solutions.get(task.key) for task in tasks]
-                complete = [part for part in parts if part is not None]
-                if complete and len(complete) == len(parts):
-                    solved[planned.method, resolution] = joined(complete)
+        for planned, parts in blocks.items():
+            complete = [part for part in parts if part is not None]
+            if len(complete) == len(parts):
+                solved[planned] = joined(complete)
         return solved
 
     def _scene_record(
@@ -241,7 +238,7 @@ class Study:
         reference = result.reference
         fields = {
             (task.method, task.resolution): self._path(task)
-            for task in plan.tasks()
+            for task in plan.tasks
             if task.realisations[0] == 0 and task.key in self._solutions
         }
         for path in fields.values():

@@ -13,11 +13,12 @@ import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 
 from comparisons.geometry import Geometry, Loads, RoughGeometry
-from comparisons.machine import versions
+from comparisons.machine import source_digest, versions
 from comparisons.options import Options
 from comparisons.scene import Scene
 
@@ -54,10 +55,11 @@ class Task:
         """Whether pressure fields are asked for."""
         return "pressure" in self.quantities
 
-    @property
+    @cached_property
     def key(self) -> str:
-        """A name that is the same exactly when the task and the installed versions are the same."""
+        """A name that is the same exactly when the task, the code and its packages are the same."""
         identity = {
+            "source": source_digest(),
             "versions": versions(),
             "scene": self.scene.model_dump(mode="json", exclude={"title", "compare", "methods"}),
             "geometry": self.geometry.digest,

@@ -243,18 +243,18 @@ def test_keys_tell_different_tasks_apart_and_equal_ones_not(scene, rough):
 def test_a_changed_map_is_another_task(map_scene, tmp_path):
     """The scene's text and its absolute loads are the same; only a height differs."""
     made = map_scene(loading={"penetration": ["1 nm"]})
-    before = [task.key for task in plan_scene(made)[0].tasks()]
+    before = [task.key for task in plan_scene(made)[0].tasks]
     heights = np.load(tmp_path / "map.npy")
     heights[3, 3] -= 1e-12
     np.save(tmp_path / "map.npy", heights)
-    after = [task.key for task in plan_scene(made)[0].tasks()]
+    after = [task.key for task in plan_scene(made)[0].tasks]
     assert len(after) == len(before)
     assert not set(after) & set(before)
 
 
 def test_tasks_travel_by_pickle_with_their_key(rough):
     (plan, *_) = plan_scene(rough(realisations=2))
-    for task in plan.tasks():
+    for task in plan.tasks:
         again = pickle.loads(pickle.dumps(task))
         assert again.key == task.key
 
@@ -319,7 +319,7 @@ def test_the_patch_is_named_repeatable_and_where_all_methods_meet(map_scene):
     assert any("test-patch" in note and "crop" in note for note in whole.notes)
     assert {m.method for m in patch.methods if m.supported} >= {"bem_dense", "bem_fft", "fem"}
     (again,) = plan_scene(patch.scene)
-    assert [t.key for t in again.tasks()] == [t.key for t in patch.tasks()]
+    assert [t.key for t in again.tasks] == [t.key for t in patch.tasks]
 
 
 def test_a_patch_of_a_crop_is_cut_from_the_same_file(map_scene):

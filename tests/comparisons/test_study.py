@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
@@ -257,7 +258,7 @@ def test_an_interrupted_block_of_realisations_is_not_half_a_mean(rough, tmp_path
     """Two blocks of 25; with one of them, no mean of the ensemble is shown."""
     many = rough(realisations=30, compare={"methods": ["reduced"], "resolutions": [64]})
     plans = plan_scene(many, "full")
-    assert len(plans[0].tasks()) == 2
+    assert len(plans[0].tasks) == 2
     interrupt_after(monkeypatch, 1)
     with pytest.raises(KeyboardInterrupt):
         Study(plans, tmp_path / "out", effort="full").run()
@@ -272,12 +273,18 @@ def test_an_interrupted_block_of_realisations_is_not_half_a_mean(rough, tmp_path
     ]
 
 
-def test_other_versions_of_the_packages_solve_anew(ball, tmp_path, counted, monkeypatch):
-    """What another numpy found is not mixed with what this one finds."""
+@pytest.mark.parametrize(
+    ("what", "now"), [("versions", {"numpy": "99"}), ("source_digest", "edited")]
+)
+def test_other_packages_or_an_edited_source_solve_anew(
+    ball, tmp_path, counted, monkeypatch, what, now
+):
+    """What another numpy, or another roughline, found is not mixed with what this one finds."""
     Study(ball, tmp_path / "out").run()
     counted.clear()
-    monkeypatch.setattr(base, "versions", lambda: {"numpy": "99"})
-    Study(ball, tmp_path / "out", resume=True).run()
+    monkeypatch.setattr(base, what, lambda: now)
+    again = [replace(plan) for plan in ball]  # plans made anew, as another process would
+    Study(again, tmp_path / "out", resume=True).run()
     assert len(counted) == 5
 
 

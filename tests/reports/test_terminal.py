@@ -42,7 +42,7 @@ def record(plans, tmp_path):
 
 
 def task_of(plans):
-    return plans[0].tasks()[0]
+    return plans[0].tasks[0]
 
 
 def test_progress_is_silent_where_nobody_watches(capsys, plans):
