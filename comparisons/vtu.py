@@ -16,9 +16,11 @@ def mesh_of(fields: dict[str, np.ndarray]) -> meshio.Mesh | None:
     None where there is neither (lines, closed forms, or pressure not asked for).
     """
     if "mesh_points" in fields:
+        cells = fields["mesh_cells"]
+        kind = "tetra" if cells.shape[1] == 4 else "hexahedron"
         return meshio.Mesh(
             fields["mesh_points"],
-            [("hexahedron", fields["mesh_cells"])],
+            [(kind, cells)],
             point_data={
                 "displacement": fields["mesh_displacement"],
                 "von_mises": fields["mesh_von_mises"],

@@ -140,8 +140,10 @@ def _deformed_body(job: dict[str, np.ndarray]):
             cells = np.vstack([cells, image_cells + len(moved)])
             moved = np.vstack([moved, image])
             data = {name: np.concatenate([values, values]) for name, values in data.items()}
-    table = np.hstack([np.full((len(cells), 1), 8), cells]).ravel()
-    kinds = np.full(len(cells), pyvista.CellType.HEXAHEDRON)
+    corners = cells.shape[1]
+    table = np.hstack([np.full((len(cells), 1), corners), cells]).ravel()
+    kind = pyvista.CellType.TETRA if corners == 4 else pyvista.CellType.HEXAHEDRON
+    kinds = np.full(len(cells), kind)
     grid = pyvista.UnstructuredGrid(table, kinds, moved)
     for name, values in data.items():
         grid[name] = values
@@ -152,7 +154,8 @@ def _mirrored(points: np.ndarray, cells: np.ndarray, side: int) -> tuple[np.ndar
     """Return the mirror image; corners are renumbered so that volumes stay positive."""
     image = points.copy()
     image[:, side] *= -1
-    return image, cells[:, [1, 0, 3, 2, 5, 4, 7, 6]]
+    order = [1, 0, 2, 3] if cells.shape[1] == 4 else [1, 0, 3, 2, 5, 4, 7, 6]
+    return image, cells[:, order]
 
 
 def _contact_rim(opened):

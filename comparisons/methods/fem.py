@@ -285,7 +285,7 @@ def _body_fields(step: Step) -> dict[str, np.ndarray]:
     recovered = fem.recover(step.body, step.contact.reactions)
     return {
         "mesh_points": recovered.points,
-        "mesh_cells": recovered.hexahedra,
+        "mesh_cells": recovered.cells,
         "mesh_displacement": recovered.displacement,
         "mesh_von_mises": recovered.von_mises,
     }

@@ -1,4 +1,4 @@
-"""Stiffness of isotropic hexahedra, all elements at once.
+"""Stiffness of isotropic hexahedra and tetrahedra, all elements at once.
 
 `skfem.BilinearForm` on vector elements loops over pairs of the 81 vector basis functions; here
 the gradients of the 27 scalar ones are taken from the scikit-fem basis and every element matrix
@@ -9,8 +9,8 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from skfem import Basis, MeshHex
-from skfem.element import ElementHex1, ElementHex2
+from skfem import Basis, MeshHex, MeshTet
+from skfem.element import ElementHex2, ElementTetP2
 
 LARGEST_POISSON_RATIO = 0.4999
 
@@ -53,15 +53,32 @@ def gauss_points(per_direction: int) -> tuple[NDArray[np.float64], NDArray[np.fl
     return points, np.einsum("i,j,k->ijk", weights, weights, weights).ravel()
 
 
-def element_order(mesh: MeshHex) -> int:
-    """1 for trilinear, 2 for 27-node triquadratic hexahedra."""
-    return 2 if mesh.elem is ElementHex2 else 1
+def simplex_points(degree: int) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Rule on the unit tetrahedron exact to `degree` 0, 1 (the centroid) or 2 (four points).
+
+    Four points on the medians (Zienkiewicz & Taylor 2000, *The Finite Element Method*, table 9.2):
+    enough for the stiffness of a straight ten-node tetrahedron.
+    """
+    if degree < 2:
+        return np.full((3, 1), 0.25), np.array([1.0 / 6.0])
+    near, far = (5.0 + 3.0 * np.sqrt(5.0)) / 20.0, (5.0 - np.sqrt(5.0)) / 20.0
+    points = np.full((3, 4), far)
+    points[np.arange(3), np.arange(1, 4)] = near
+    return points, np.full(4, 1.0 / 24.0)
+
+
+def element_order(mesh: MeshHex | MeshTet) -> int:
+    """1 for linear, 2 for 27-node hexahedra and ten-node tetrahedra."""
+    return 2 if mesh.elem in (ElementHex2, ElementTetP2) else 1
 
 
 def shape_gradients(
-    mesh: MeshHex, per_direction: int
+    mesh: MeshHex | MeshTet, per_direction: int
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Gradients of the scalar shape functions at the Gauss points.
+
+    Hexahedra take `per_direction` points in each direction; tetrahedra the rule that is exact to
+    one degree less, which is what their gradients need.
 
     Returns
     -------
@@ -69,14 +86,15 @@ def shape_gradients(
     volumes : (elements, points)
         Gauss weight times Jacobian.
     """
-    element = ElementHex2() if element_order(mesh) == 2 else ElementHex1()
-    basis = Basis(mesh, element, quadrature=gauss_points(per_direction))
+    simplex = isinstance(mesh, MeshTet)
+    rule = simplex_points(per_direction - 1) if simplex else gauss_points(per_direction)
+    basis = Basis(mesh, mesh.elem(), quadrature=rule)
     gradients = np.stack([function[0].grad for function in basis.basis])
     return np.ascontiguousarray(gradients.transpose(2, 3, 0, 1)), np.asarray(basis.dx)
 
 
 def stiffness_matrices(
-    mesh: MeshHex, poisson_ratio: float, *, reduced_integration: bool = True
+    mesh: MeshHex | MeshTet, poisson_ratio: float, *, reduced_integration: bool = True
 ) -> NDArray[np.float64]:
     """Stiffness matrices of all elements for a unit Young's modulus.
 
@@ -106,7 +124,7 @@ def stiffness_matrices(
     return stiffness
 
 
-def _gradient_products(mesh: MeshHex, per_direction: int) -> NDArray[np.float64]:
+def _gradient_products(mesh: MeshHex | MeshTet, per_direction: int) -> NDArray[np.float64]:
     """``int dN_a/dx_i dN_b/dx_j`` as (elements, 3 nodes, 3 nodes)."""
     gradients, volumes = shape_gradients(mesh, per_direction)
     flat = gradients.reshape(*gradients.shape[:2], -1)

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+from skfem import MeshHex, MeshTet
 from skfem.element import ElementHex1, ElementHex2
 
 from reference.fem.body import CondensedBody
@@ -14,6 +15,7 @@ from reference.fem.elasticity import (
     gauss_points,
     lame_parameters,
     shape_gradients,
+    simplex_points,
 )
 from reference.fem.nested_dissection import Front, condense, expand
 
@@ -31,8 +33,8 @@ class Fields:
     ----------
     points : (m, 3)
         z points into the half-space.
-    hexahedra : (k, 8)
-        Corner numbers in VTK order; a 27-node element gives eight.
+    cells : (k, 8) or (k, 4)
+        Corner numbers in VTK order of hexahedra (a 27-node element gives eight) or tetrahedra.
     displacement : (m, 3)
     stress : (m, 6)
         xx, yy, zz, yz, xz, xy; tension positive.
@@ -40,7 +42,7 @@ class Fields:
     """
 
     points: NDArray[np.float64]
-    hexahedra: NDArray[np.int64]
+    cells: NDArray[np.int64]
     displacement: NDArray[np.float64]
     stress: NDArray[np.float64]
     von_mises: NDArray[np.float64]
@@ -77,7 +79,7 @@ def recover(body: CondensedBody, reactions: ArrayLike) -> Fields:
     points[:, :2] += body.offset
     return Fields(
         points=points * body.length,
-        hexahedra=_hexahedra(body),
+        cells=_cells(body.grid.mesh),
         displacement=displacement * body.length,
         stress=stress,
         von_mises=von_mises(stress),
@@ -112,13 +114,13 @@ def _nodal_stress(body: CondensedBody, displacement: NDArray[np.float64]) -> NDA
     order = element_order(mesh)
     lame, shear = lame_parameters(body.poisson_ratio)
     elements = mesh.dofs.element_dofs.T
-    gradients, volumes = shape_gradients(mesh, order)
+    gradients, volumes = shape_gradients(mesh, order + isinstance(mesh, MeshTet))
     gradient = np.einsum("eqaj,eai->eqij", gradients, displacement[elements], optimize=True)
     strain = 0.5 * (gradient + np.swapaxes(gradient, -1, -2))
     trace = np.trace(strain, axis1=-2, axis2=-1)[..., None, None]
     stress = 2.0 * shear * strain + lame * trace * np.eye(3)
     at_points = stress[..., [0, 1, 2, 1, 0, 0], [0, 1, 2, 2, 2, 1]]
-    at_nodes = np.einsum("nq,eqs->ens", _extrapolation(order), at_points)
+    at_nodes = np.einsum("nq,eqs->ens", _extrapolation(mesh), at_points)
     weights = np.broadcast_to(volumes.sum(axis=1)[:, None], elements.shape).ravel()
     total = np.bincount(elements.ravel(), weights)
     columns = [
@@ -127,11 +129,13 @@ def _nodal_stress(body: CondensedBody, displacement: NDArray[np.float64]) -> NDA
     return np.stack(columns, axis=1)
 
 
-def _extrapolation(order: int) -> NDArray[np.float64]:
-    """Values at the element nodes from those at the reduced Gauss points (tensor Lagrange)."""
-    locations = (ElementHex2 if order == 2 else ElementHex1).doflocs
-    if order == 1:
+def _extrapolation(mesh: MeshHex | MeshTet) -> NDArray[np.float64]:
+    """Values at the element nodes from those at the Gauss points (tensor Lagrange, or linear)."""
+    locations = mesh.elem.doflocs
+    if element_order(mesh) == 1:
         return np.ones((len(locations), 1))
+    if isinstance(mesh, MeshTet):
+        return np.linalg.solve(_barycentric(simplex_points(2)[0].T).T, _barycentric(locations).T).T
     line = np.unique(gauss_points(2)[0][0])
     toward = (locations - line[0]) / (line[1] - line[0])
     factors = np.stack([1.0 - toward, toward], axis=1)
@@ -140,9 +144,24 @@ def _extrapolation(order: int) -> NDArray[np.float64]:
     )
 
 
-def _hexahedra(body: CondensedBody) -> NDArray[np.int64]:
-    """Every element, or its eight sub-cells, as VTK hexahedra of positive volume."""
-    mesh = body.grid.mesh
+def _barycentric(points: NDArray[np.float64]) -> NDArray[np.float64]:
+    return np.column_stack([1.0 - points.sum(axis=1), points])
+
+
+def _cells(mesh: MeshHex | MeshTet) -> NDArray[np.int64]:
+    """Every element, or the eight sub-cells of a 27-node one, as VTK cells of positive volume."""
+    if isinstance(mesh, MeshTet):
+        cells, swapped = np.asarray(mesh.dofs.element_dofs[:4].T), [0, 2, 1, 3]
+    else:
+        cells, swapped = _hexahedra(mesh), [4, 5, 6, 7, 0, 1, 2, 3]
+    corners = mesh.p.T[cells]
+    edges = corners[:, [1, 2, 3] if isinstance(mesh, MeshTet) else [1, 3, 4]] - corners[:, [0]]
+    inverted = np.linalg.det(edges) < 0.0
+    cells[inverted] = cells[inverted][:, swapped]
+    return cells
+
+
+def _hexahedra(mesh: MeshHex) -> NDArray[np.int64]:
     order = element_order(mesh)
     element = ElementHex2 if order == 2 else ElementHex1
     lattice = np.empty((mesh.t.shape[1],) + (order + 1,) * 3, dtype=np.int64)
@@ -152,9 +171,4 @@ def _hexahedra(body: CondensedBody) -> NDArray[np.int64]:
     for start in np.ndindex(order, order, order):
         i, j, k = (np.array(start) + VTK_CORNERS).T
         cells.append(lattice[:, i, j, k])
-    hexahedra = np.concatenate(cells)
-    corners = mesh.p.T[hexahedra]
-    edges = corners[:, [1, 3, 4]] - corners[:, [0]]
-    inverted = np.linalg.det(edges) < 0.0
-    hexahedra[inverted] = hexahedra[inverted][:, [4, 5, 6, 7, 0, 1, 2, 3]]
-    return hexahedra
+    return np.concatenate(cells)

@@ -221,7 +221,7 @@ def test_recovered_cells_have_positive_volume_and_fill_the_body():
     """Eight straight sub-cells for each curved element: chords of 11 degrees miss 0.6 %."""
     body = ball_body(1.0, 1.0, 0.3, elements=4, extent=3.0)
     fields = recover(body, np.zeros(len(body.weights)))
-    corners = fields.points[fields.hexahedra]
+    corners = fields.points[fields.cells]
     edges = corners[:, [1, 3, 4]] - corners[:, [0]]
     assert np.all(np.linalg.det(edges) > 0.0)
     # a hexahedron as six tetrahedra around its diagonal 0-6
