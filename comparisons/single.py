@@ -11,15 +11,14 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from comparisons.archive import joined
 from comparisons.errors import InputError
-from comparisons.execution import execute
 from comparisons.geometry import IndenterGeometry
 from comparisons.methods import METHODS, Solution
 from comparisons.plain import plain
 from comparisons.planning import Plan, plan_scene, task_of
 from comparisons.reference import mean_curves
 from comparisons.scene import load_scene
+from comparisons.solving import solve_blocks
 from comparisons.store import write_table
 from comparisons.uncertainty import standard_error
 from comparisons.vtu import write_fields
@@ -139,7 +138,7 @@ def solve_scene(
         task_of(plan, method, chosen, block, with_body=with_fields and block[0] == 0)
         for block in blocks
     ]
-    solution = joined([execute(task) for task in tasks])
+    solution = solve_blocks(tasks)
     return SingleResult(plan, method, chosen, solution)
 
 

@@ -1,0 +1,34 @@
+"""Plans solved here and now, in memory: for single solves, claims and checks that keep no folder."""
+
+from __future__ import annotations
+
+from comparisons.archive import joined
+from comparisons.execution import execute
+from comparisons.methods import Solution, Task
+from comparisons.planning import Plan
+from comparisons.reference import Solved
+
+
+def solve_plan(plan: Plan) -> Solved:
+    """Solve every method and resolution of a plan; blocks of realisations are joined.
+
+    Nothing raises for physics: a step without an answer is NaN, with its reason.
+
+    Examples
+    --------
+    >>> from comparisons.planning import plan_scene
+    >>> from comparisons.scene import load_scene
+    >>> scene = load_scene("paraboloid", {"compare.methods": ["closed_form", "reduced"]})
+    >>> solved = solve_plan(plan_scene(scene)[0])
+    >>> sorted(solved)
+    [('closed_form', 1), ('reduced', 5), ('reduced', 10), ('reduced', 20)]
+    """
+    blocks: dict[tuple[str, int], list[Task]] = {}
+    for task in plan.tasks:
+        blocks.setdefault((task.method, task.resolution), []).append(task)
+    return {key: solve_blocks(tasks) for key, tasks in blocks.items()}
+
+
+def solve_blocks(tasks: list[Task]) -> Solution:
+    """Solve the blocks of realisations of one method at one resolution as one solution."""
+    return joined([execute(task) for task in tasks])
