@@ -1,4 +1,4 @@
-"""Plans solved here and now, in memory: for single solves, claims and checks that keep no folder."""
+"""Plans solved in memory: for single solves, claims and checks that keep no folder."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ def solve_plan(plan: Plan) -> Solved:
     >>> scene = load_scene("paraboloid", {"compare.methods": ["closed_form", "reduced"]})
     >>> solved = solve_plan(plan_scene(scene)[0])
     >>> sorted(solved)
-    [('closed_form', 1), ('reduced', 5), ('reduced', 10), ('reduced', 20)]
+    [('closed_form', 1), ('reduced', 10), ('reduced', 20), ('reduced', 40)]
     """
     blocks: dict[tuple[str, int], list[Task]] = {}
     for task in plan.tasks:
