@@ -1,0 +1,240 @@
+"""Hard cases run: one outcome for every method and case, whatever happens."""
+
+from __future__ import annotations
+
+import tempfile
+import warnings
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from comparisons.archive import joined
+from comparisons.errors import InputError
+from comparisons.execution import execute
+from comparisons.formatting import relative
+from comparisons.hard_cases.case import Curves, Expected, HardCase, Known, Trusted, not_for
+from comparisons.methods import METHODS, Solution
+from comparisons.metrics import relative_error
+from comparisons.planning import MethodPlan, Plan, plan_scene, refusal, task_of
+from comparisons.reference import EXACT, Solved, mean_curves, references
+from comparisons.scene import Scene, make_scene
+
+# What counts as accurate where nothing is expected (methods from outside).
+USUAL = 0.01
+ACCURATE, DEGRADED, REFUSED, NOT_FOR, LOST = "accurate", "degraded", "refused", "not for", "lost"
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What one method did with one case.
+
+    Attributes
+    ----------
+    case, title, method : str
+    kind : str
+        "accurate", "degraded", "refused", "not for", or "lost" (no number where one was meant).
+    error, area_error, bar : float
+        Largest relative errors over the load steps (main quantity, contact area) and the bar of the
+        truth at the main quantity; NaN where there is none.
+    seconds : float
+    resolution : int
+        0 where nothing was solved.
+    reason : str
+        Why there is no number, or why steps are lost.
+    lost : tuple of int
+        Load steps without an answer.
+    expected : str
+        The expectation in words; "" where there is none (a method from outside).
+    deviation : str
+        How the outcome differs from the expectation; "" where it does not.
+    """
+
+    case: str
+    title: str
+    method: str
+    kind: str
+    error: float = float("nan")
+    area_error: float = float("nan")
+    bar: float = float("nan")
+    seconds: float = float("nan")
+    resolution: int = 0
+    reason: str = ""
+    lost: tuple[int, ...] = ()
+    expected: str = ""
+    deviation: str = ""
+
+
+@dataclass(frozen=True)
+class _Truth:
+    curves: Curves
+    bars: Curves
+
+
+def run_cases(
+    cases: Iterable[HardCase], methods: Iterable[str], *, full: bool
+) -> Iterator[Outcome]:
+    """Yield the outcomes case by case; quick runs leave out the slow pairs."""
+    methods = list(methods)
+    for case in cases:
+        chosen = [name for name in methods if full or name not in case.slow]
+        if chosen:
+            yield from run_case(case, chosen)
+
+
+def run_case(case: HardCase, methods: Iterable[str]) -> list[Outcome]:
+    """Return what each of the methods does with a case."""
+    with tempfile.TemporaryDirectory(prefix="roughline-") as folder:
+        if case.files is not None:
+            case.files(Path(folder))
+        try:
+            plan = plan_scene(_scene(case, Path(folder)), "full")[0]
+        except InputError as error:
+            # The door refuses before any method sees the scene.
+            return [_judged(case, name, kind=REFUSED, reason=str(error)) for name in methods]
+        truth = _truth(case, plan, Path(folder))
+        return [_outcome(case, plan, truth, name) for name in methods]
+
+
+def _scene(case: HardCase, folder: Path, tables: dict[str, Any] | None = None) -> Scene:
+    data = {"name": case.id, **case.scene, **(tables or {})}
+    return make_scene(data, f"{case.id}.toml", folder)
+
+
+def _outcome(case: HardCase, plan: Plan, truth: _Truth, name: str) -> Outcome:
+    if case.only and name not in case.expected:
+        return _judged(case, name, kind=NOT_FOR, reason=case.only)
+    (planned,) = [each for each in plan.methods if each.method == name]
+    resolution = case.resolutions.get(name)
+    if resolution is None or METHODS[name].resolutions(plan.scene, plan.geometry) == (1,):
+        resolution = _usual(planned, plan)
+    why = planned.reason if not planned.supported else ""
+    if resolution and not why:
+        why = refusal(plan, name, resolution)
+    if why:
+        meant = METHODS[name].supports(plan.scene).ok
+        return _judged(case, name, kind=REFUSED if meant else NOT_FOR, reason=why)
+    solution, warned = _solve(plan, name, resolution)
+    return _measured(case, plan, truth, name, resolution, solution, warned)
+
+
+def _usual(planned: MethodPlan, plan: Plan) -> int:
+    return METHODS[planned.method].usual(planned.resolutions, plan.geometry) if planned.resolutions else 0
+
+
+def _solve(plan: Plan, name: str, resolution: int) -> tuple[Solution, list[str]]:
+    """Solve all blocks; a warning of the numerics is a flaw, and is told."""
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("ignore")
+        warnings.simplefilter("always", RuntimeWarning)
+        tasks = [task_of(plan, name, resolution, block) for block in plan.blocks(name)]
+        solution = joined([execute(task) for task in tasks])
+    texts = [str(each.message) for each in caught if issubclass(each.category, RuntimeWarning)]
+    return solution, list(dict.fromkeys(texts))
+
+
+def _measured(
+    case: HardCase,
+    plan: Plan,
+    truth: _Truth,
+    name: str,
+    resolution: int,
+    solution: Solution,
+    warned: list[str],
+) -> Outcome:
+    lost = tuple(int(step) for step in np.flatnonzero(~solution.converged.all(axis=0)))
+    reasons = list(dict.fromkeys(solution.reasons.values()))
+    reason = "; ".join([*reasons, *(f"warned: {text}" for text in warned)])
+    common: dict[str, Any] = {"reason": reason, "lost": lost, "resolution": resolution}
+    if not solution.converged.any():
+        return _judged(case, name, kind=LOST, **common)
+    common["seconds"] = solution.seconds
+    main = "force" if plan.loads.control != "force" else "penetration"
+    error, bar = _largest_error(truth, solution, main)
+    area, area_bar = _largest_error(truth, solution, "contact_area")
+    if not np.isfinite(error):
+        return _judged(case, name, kind=LOST, **common | {"reason": f"gives no {main}; {reason}"})
+    kind = ACCURATE if error + bar <= USUAL else DEGRADED
+    return _judged(
+        case, name, kind=kind, error=error, bar=bar, area_error=area + area_bar, **common
+    )
+
+
+def _largest_error(truth: _Truth, solution: Solution, name: str) -> tuple[float, float]:
+    """Return the largest relative error over the steps with an answer, and the truth's bar there."""
+    curves = mean_curves(solution)
+    if name not in curves or name not in truth.curves:
+        return float("nan"), 0.0
+    error = np.abs(relative_error(curves[name], truth.curves[name]))
+    if not np.isfinite(error).any():
+        return float("nan"), 0.0
+    step = int(np.nanargmax(error))
+    return float(error[step]), float(truth.bars[name][step])
+
+
+def _truth(case: HardCase, plan: Plan, folder: Path) -> _Truth:
+    """Return what the case is judged by: a formula, the closed form, or a trusted method."""
+    if isinstance(case.truth, Known):
+        curves = case.truth.curves(plan)
+        return _Truth(curves, {name: np.full(len(v), EXACT) for name, v in curves.items()})
+    trusted = case.truth or Trusted("closed_form", (1,))
+    if trusted.tables:
+        plan = plan_scene(_scene(case, folder, dict(trusted.tables)), "full")[0]
+    solved: Solved = {
+        (trusted.method, n): _solve(plan, trusted.method, n)[0] for n in trusted.resolutions
+    }
+    (reference,) = references(solved)
+    # All methods solve the same surfaces, so the scatter between surfaces is no error.
+    return _Truth(reference.curves, reference.systematic)
+
+
+def _judged(case: HardCase, name: str, **found: Any) -> Outcome:
+    outcome = Outcome(case.id, case.title, name, **found)
+    expectation = case.expected.get(name)
+    if expectation is None and case.only:
+        expectation = not_for(case.only)
+    if expectation is None:
+        return outcome
+    return replace(
+        outcome, expected=words(expectation), deviation=_deviation(outcome, expectation)
+    )
+
+
+def words(expectation: Expected) -> str:
+    """Return an expectation as the table shows it."""
+    if expectation.kind in (REFUSED, NOT_FOR):
+        return f"{expectation.kind}: {expectation.text}"
+    bounds = [f"error at most {relative(expectation.error)}"]
+    if np.isfinite(expectation.area):
+        bounds.append(f"area {relative(expectation.area)}")
+    if expectation.lost:
+        steps = ", ".join(str(step + 1) for step in expectation.lost)
+        bounds.append(f"no answer at step {steps}: {expectation.text}")
+    why = f" ({expectation.why})" if expectation.why else ""
+    return f"{expectation.kind}, {', '.join(bounds)}{why}"
+
+
+def _deviation(outcome: Outcome, expectation: Expected) -> str:
+    """Return in words how an outcome differs from what was expected, "" where it does not."""
+    if outcome.kind != expectation.kind and not (
+        outcome.kind == LOST and expectation.kind == REFUSED
+    ):
+        return f"{outcome.kind} instead of {expectation.kind}"
+    found = []
+    total = outcome.error + outcome.bar
+    if total > expectation.error:
+        found.append(f"error {relative(total)} instead of at most {relative(expectation.error)}")
+    if outcome.area_error > expectation.area:
+        found.append(
+            f"area off by {relative(outcome.area_error)} instead of at most "
+            f"{relative(expectation.area)}"
+        )
+    if outcome.kind != LOST and outcome.lost != expectation.lost:
+        found.append(f"lost steps {outcome.lost} instead of {expectation.lost}")
+    if expectation.text not in outcome.reason:
+        found.append(f"the reason does not say {expectation.text!r}")
+    if "warned: " in outcome.reason:
+        found.append("it warns")
+    return "; ".join(found)
