@@ -8,6 +8,7 @@ import statistics
 import sys
 import time
 import traceback
+import warnings
 from collections.abc import Callable
 from pathlib import Path
 
@@ -17,6 +18,7 @@ from threadpoolctl import threadpool_limits
 
 from comparisons.geometry import RoughGeometry
 from comparisons.methods import METHODS, Solution, Task
+from comparisons.methods.spans import lost, solve_in_spans
 
 REPEATS = 3
 REPEAT_SECONDS = 1.0
@@ -37,22 +39,22 @@ def execute(task: Task) -> Solution:
     A method that raises anything but a keyboard interrupt costs only its own rows: every step is
     marked as failed with the reason. So is a step that comes back with NaN or inf.
     """
-    method = METHODS[task.method]
     try:
         with threadpool_limits(limits=THREADS):
             compile_seconds = _warm_up(task)
             _prepare(task)
-            solution, seconds, memory = _first(lambda: method.solve(task))
+            solution, seconds, memory = _first(lambda: _solve(task))
             times, setups = [seconds], [solution.setup_seconds]
-            while len(times) < REPEATS and sum(times) < REPEAT_SECONDS:
+            answered = solution.converged.any()
+            while answered and len(times) < REPEATS and sum(times) < REPEAT_SECONDS:
                 start = time.perf_counter()
-                again = method.solve(task)
+                again = _solve(task)
                 times.append(time.perf_counter() - start)
                 setups.append(again.setup_seconds)
             _refuse_nan(solution)
             _add_body(solution)
     except Exception as error:  # the study carries on
-        return failed(task, _reason(error))
+        return lost(task, _reason(error))
     finally:
         if isinstance(task.geometry, RoughGeometry):
             task.geometry.forget()
@@ -84,12 +86,20 @@ def _refuse_nan(solution: Solution) -> None:
             values[index] = np.nan
 
 
-def failed(task: Task, reason: str) -> Solution:
-    """Return a solution without answers, for a task that could not be solved at all."""
-    solution = Solution.empty(task)
-    for row in range(len(task.realisations)):
-        for step in range(len(task.loads.values)):
-            solution.fail((row, step), reason)
+def _solve(task: Task) -> Solution:
+    """Solve in spans of similar contact sizes.
+
+    Warnings of the arithmetic (overflow at absurd scales) are told only if every step has an
+    answer: where steps are lost, the reason says it.
+    """
+    method = METHODS[task.method]
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", RuntimeWarning)
+        solution = solve_in_spans(task, method.span, method.solve, _reason)
+    finite = all(np.isfinite(values).all() for values in solution.quantities.values())
+    if solution.converged.all() and finite:
+        for each in caught:
+            warnings.warn_explicit(each.message, each.category, each.filename, each.lineno)
     return solution
 
 

@@ -8,6 +8,7 @@ a scene gives relative to its roughness become absolute here, so all methods get
 from __future__ import annotations
 
 import hashlib
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -39,14 +40,18 @@ class Loads:
 
 @dataclass(frozen=True)
 class IndenterGeometry:
-    """A rigid indenter, with an estimate of the largest contact.
+    """A rigid indenter, with an estimate of the largest contact and of the contact at each load.
 
-    The estimate comes from the reduced model, in a microsecond; it only sizes grids and meshes.
+    The estimates come from the reduced model, in a millisecond; they only size grids and meshes.
+    NaN where there is none, for the reason in `unreached` (load step -> why).
     """
 
     indenter: Indenter
     penetration: float
     contact_radius: float
+    penetrations: tuple[float, ...] = ()
+    contact_radii: tuple[float, ...] = ()
+    unreached: Mapping[int, str] = field(default_factory=dict)
 
     @cached_property
     def reach(self) -> tuple[float, float]:
@@ -229,19 +234,70 @@ def equivalent_profile(indenter: Indenter) -> profiles.Profile:
     return profile
 
 
+# Estimates of one line of springs are used down to this share of its largest contact radius.
+COARSEST_SHARE = 1 / 8
+
+
 def _press_estimate(scene: Scene, loads: Loads) -> IndenterGeometry:
     assert scene.indenter is not None
+    depth, radius = (np.full(len(loads.values), np.nan) for _ in range(2))
+    unreached: dict[int, str] = {}
     try:
-        contact = foundation.indent(
-            equivalent_profile(scene.indenter),
-            scene.effective_modulus,
-            **{loads.control: loads.values[-1:]},
-        )
+        profile = equivalent_profile(scene.indenter)
+        with np.errstate(all="ignore"):
+            _estimate(profile, scene.effective_modulus, loads, 0, depth, radius, unreached)
+        if len(unreached) == len(depth):
+            raise ValueError(unreached[0])
         if isinstance(scene.indenter, Sphere):
             # Springs have no limit; the closed form raises where the contact would reach R.
-            sphere(scene.indenter.radius, scene.effective_modulus).force(contact.penetration)
+            closed = sphere(scene.indenter.radius, scene.effective_modulus)
+            closed.force(depth[np.isfinite(depth)])
     except (ValueError, RuntimeError, ArithmeticError) as error:
         raise SceneError(scene.name, [f"loading.{loads.control}: {error}"]) from error
+    last = np.flatnonzero(np.isfinite(radius))[-1]
     return IndenterGeometry(
-        scene.indenter, float(contact.penetration[-1]), float(contact.contact_radius[-1])
+        scene.indenter,
+        float(depth[last]),
+        float(radius[last]),
+        tuple(depth.tolist()),
+        tuple(radius.tolist()),
+        unreached,
     )
+
+
+def _estimate(
+    profile: profiles.Profile,
+    modulus: float,
+    loads: Loads,
+    first: int,
+    depth: np.ndarray,
+    radius: np.ndarray,
+    unreached: dict[int, str],
+) -> None:
+    """Fill in depth and radius of loads, the first of them step `first`.
+
+    A line of springs fits its largest contact; contacts much smaller get a finer line. Loads that
+    have no estimate are found by halving, so that they take no other with them.
+    """
+    values, reason = loads.values, "beyond the range of double precision"
+    try:
+        contact = foundation.indent(profile, modulus, **{loads.control: values})
+        lengths = contact.contact_radius
+        fits = (lengths >= COARSEST_SHARE * lengths[-1]) & np.isfinite(contact.penetration)
+        own = int(np.argmin(fits[::-1])) if not fits.all() else len(values)
+    except (ValueError, RuntimeError, ArithmeticError) as error:
+        own = 0
+        if isinstance(error, (ValueError, RuntimeError)) and "NaN" not in str(error):
+            reason = str(error)
+    start = len(values) - own
+    if own:
+        steps = slice(first + start, first + len(values))
+        depth[steps], radius[steps] = contact.penetration[start:], lengths[start:]
+    elif len(values) == 1:
+        unreached[first] = reason
+        return
+    cut = start if own else len(values) // 2
+    for low, high in ((0, cut), (cut, start)):
+        if low < high:
+            part = Loads(loads.control, values[low:high])
+            _estimate(profile, modulus, part, first + low, depth, radius, unreached)

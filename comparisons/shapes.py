@@ -174,8 +174,9 @@ class PowerLaw(_Axisymmetric):
         return float(value)
 
     def profile(self, r: np.ndarray) -> np.ndarray:
-        """Return coefficient * r^exponent."""
-        return self.coefficient * np.asarray(r) ** self.exponent
+        """Return coefficient * r^exponent; inf, which never touches, where it overflows."""
+        with np.errstate(over="ignore"):
+            return self.coefficient * np.asarray(r) ** self.exponent
 
     def overlap_radius(self, penetration: float) -> float:
         """Return (d / coefficient)^(1 / exponent)."""

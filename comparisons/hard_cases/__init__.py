@@ -1,0 +1,1 @@
+"""Hard cases: a catalogue of scenes that break solvers, with what each method must do there."""

@@ -121,7 +121,11 @@ def _outcome(case: HardCase, plan: Plan, truth: _Truth, name: str) -> Outcome:
 
 
 def _usual(planned: MethodPlan, plan: Plan) -> int:
-    return METHODS[planned.method].usual(planned.resolutions, plan.geometry) if planned.resolutions else 0
+    return (
+        METHODS[planned.method].usual(planned.resolutions, plan.geometry)
+        if planned.resolutions
+        else 0
+    )
 
 
 def _solve(plan: Plan, name: str, resolution: int) -> tuple[Solution, list[str]]:
@@ -163,7 +167,7 @@ def _measured(
 
 
 def _largest_error(truth: _Truth, solution: Solution, name: str) -> tuple[float, float]:
-    """Return the largest relative error over the steps with an answer, and the truth's bar there."""
+    """Return the largest relative error over the answered steps, and the truth's bar there."""
     curves = mean_curves(solution)
     if name not in curves or name not in truth.curves:
         return float("nan"), 0.0
@@ -197,9 +201,7 @@ def _judged(case: HardCase, name: str, **found: Any) -> Outcome:
         expectation = not_for(case.only)
     if expectation is None:
         return outcome
-    return replace(
-        outcome, expected=words(expectation), deviation=_deviation(outcome, expectation)
-    )
+    return replace(outcome, expected=words(expectation), deviation=_deviation(outcome, expectation))
 
 
 def words(expectation: Expected) -> str:

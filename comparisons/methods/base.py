@@ -147,11 +147,17 @@ class Solution:
 
 
 class Method:
-    """Base of all methods; a new one overrides ``supports``, ``resolutions`` and ``solve``."""
+    """Base of all methods; a new one overrides ``supports``, ``resolutions`` and ``solve``.
+
+    ``dimension`` is 3 for a candidate of the truth, 1 for a model under test. ``span`` is the
+    largest ratio of the contact radii of an indenter's loads that one ``solve`` is given: loads
+    over more decades come in several calls, each with a geometry sized for its own contacts.
+    """
 
     name = ""
     title = ""
     dimension = 3
+    span = 8.0
 
     def supports(self, scene: Scene) -> Support:
         """Say whether the method can do the scene, with the reason where not."""

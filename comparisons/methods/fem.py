@@ -34,6 +34,7 @@ class Fem(Method):
 
     name = "fem"
     title = "FEM"
+    span = 1e6  # each load scales the mesh onto its own contact
 
     def supports(self, scene: Scene) -> Support:
         """Free half-space, nu up to 0.4999, force or penetration control."""

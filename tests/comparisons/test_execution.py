@@ -12,6 +12,7 @@ from comparisons import execution
 from comparisons.archive import joined, load_solution, save_solution
 from comparisons.execution import execute
 from comparisons.methods import METHODS, Method, Solution, base
+from comparisons.methods.spans import lost
 from comparisons.planning import plan_scene, task_of
 from comparisons.store import ResultsError, write_arrays
 
@@ -274,10 +275,10 @@ def test_blocks_join_in_order_with_their_times_added(rough):
 def test_a_lost_block_joins_as_lost(rough):
     (plan,) = plan_scene(rough(realisations=2))
     good = execute(task_of(plan, "reduced", 64, (0,)))
-    lost = execution.failed(task_of(plan, "reduced", 64, (1,)), "no luck")
+    without = lost(task_of(plan, "reduced", 64, (1,)), "no luck")
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        whole = joined([good, lost])
+        whole = joined([good, without])
     assert whole.converged.tolist() == [[True, True], [False, False]]
     assert np.isnan(whole.quantities["force"][1]).all()
     assert whole.reasons == {(1, 0): "no luck", (1, 1): "no luck"}

@@ -1,0 +1,120 @@
+"""Loads over many decades, and absurd ones: each contact has its own grid, each loss its step."""
+
+from __future__ import annotations
+
+import math
+import warnings
+
+import numpy as np
+import pytest
+
+from comparisons.execution import execute
+from comparisons.methods import METHODS
+from comparisons.planning import plan_scene, task_of
+from comparisons.scene import SceneError
+
+DECADES = {"from": 1e-12, "to": 1e3, "steps": 6, "spacing": "log"}
+
+
+@pytest.fixture
+def solve(scene):
+    """Return a solver of the ball on steel under other loads, or of another shape."""
+
+    def run(method, resolution, loading, **indenter):
+        tables = {"indenter": indenter} if indenter else {}
+        made = scene(loading=loading, **tables)
+        plan = plan_scene(made)[0]
+        return plan, execute(task_of(plan, method, resolution))
+
+    return run
+
+
+@pytest.mark.parametrize(("method", "resolution"), [("reduced", 20), ("bem_fft", 16), ("fem", 2)])
+def test_hertz_over_fifteen_decades_of_force(solve, method, resolution):
+    """Penetration d = (9 F^2 / (16 R E*^2))^(1/3) at every load.
+
+    On one grid for all loads the smallest contact would be 1e-5 of a cell. At 16 cells per
+    radius the half-space errs by 0.1 %, and on the smallest contact of a span, with 2 cells,
+    by some per cent.
+    """
+    plan, solution = solve(method, resolution, {"force": DECADES})
+    force, modulus = plan.loads.values, plan.scene.effective_modulus
+    exact = (9 * force**2 / (16 * 10e-3 * modulus**2)) ** (1 / 3)
+    assert solution.converged.all(), solution.reasons
+    np.testing.assert_allclose(solution.quantities["penetration"][0], exact, rtol=0.03)
+
+
+def test_a_steep_power_law_keeps_its_order_at_small_loads(solve):
+    """Shape c r^4: d = (8/3) c a^4 and F = (8/5) E* d a, at loads a million apart."""
+    loads = {"from": 1e-12, "to": 1e-6, "steps": 7, "spacing": "log"}
+    plan, solution = solve(
+        "reduced", 40, {"penetration": loads}, shape="power_law", exponent=4, coefficient=1e6
+    )
+    depth = plan.loads.values
+    radius = (depth / (8 / 3 * 1e6)) ** 0.25
+    exact = 1.6 * plan.scene.effective_modulus * depth * radius
+    np.testing.assert_allclose(solution.quantities["force"][0], exact, rtol=1e-4)
+
+
+@pytest.mark.parametrize("control", ["penetration", "force"])
+@pytest.mark.parametrize("method", ["closed_form", "reduced", "bem_fft", "fem"])
+def test_an_absurd_load_costs_its_own_step_only(solve, method, control):
+    """The other two steps are those of a scene without it, and nothing is warned of.
+
+    Under force the iterative solvers stop at a tolerance of 1e-8 or 1e-9.
+    """
+    resolution = {"closed_form": 1, "reduced": 20, "bem_fft": 16, "fem": 2}[method]
+    loads = [1e-6, 2e-6] if control == "penetration" else [1.0, 2.0]
+    with warnings.catch_warnings():
+        warnings.simplefilter("error")
+        _, usual = solve(method, resolution, {control: loads})
+        _, solution = solve(method, resolution, {control: [*loads, 1e300]})
+    assert solution.converged.tolist() == [[True, True, False]]
+    for name, values in usual.quantities.items():
+        np.testing.assert_allclose(solution.quantities[name][0, :2], values[0], rtol=1e-7)
+        assert math.isnan(solution.quantities[name][0, 2])
+    assert set(solution.reasons) == {(0, 2)}
+
+
+def test_a_method_that_raises_at_deep_loads_keeps_the_others(solve, monkeypatch):
+    """It is called again for halves of the loads, until the one that raises stands alone."""
+    original = METHODS["reduced"]
+
+    class Shallow(type(original)):
+        def solve(self, task):
+            if task.loads.values[-1] > 5e-6:
+                raise ValueError("too deep for me")
+            return super().solve(task)
+
+    monkeypatch.setitem(METHODS, "reduced", Shallow())
+    _, solution = solve("reduced", 10, {"penetration": [1e-6, 2e-6, 3e-6, 4e-6, 5e-6, 6e-6]})
+    assert solution.converged.tolist() == [[True] * 5 + [False]]
+    assert "too deep for me" in solution.reasons[0, 5]
+
+
+def test_a_method_that_always_raises_is_not_asked_for_every_load(solve, monkeypatch):
+    """Halves of halves down to the smallest load: log2 of the number of loads, not their number."""
+    calls = []
+
+    class Broken(type(METHODS["reduced"])):
+        def solve(self, task):
+            calls.append(len(task.loads.values))
+            raise ValueError("broken")
+
+    monkeypatch.setitem(METHODS, "reduced", Broken())
+    loads = {"from": 1e-6, "to": 2e-6, "steps": 64}
+    _, solution = solve("reduced", 10, {"penetration": loads})
+    assert not solution.converged.any()
+    assert calls == [64, 32, 16, 8, 4, 2, 1]
+
+
+@pytest.mark.parametrize(("radius", "depth"), [(1e300, 1e296), (1e-300, 1e-303)])
+def test_lengths_beyond_double_precision_are_refused_in_words(scene, radius, depth):
+    """R d over- or underflows: no method is asked, and no NaN is shown."""
+    with pytest.raises(SceneError, match="beyond the range of double precision"):
+        plan_scene(
+            scene(
+                indenter={"shape": "paraboloid", "radius": radius},
+                loading={"penetration": [depth]},
+            )
+        )
