@@ -29,11 +29,11 @@ _STATUS = Path("/proc/self/status")
 _compiled: dict[tuple[object, ...], float] = {}
 
 
-def execute(task: Task) -> Solution:
+def execute(task: Task, repeats: int = REPEATS) -> Solution:
     """Solve a task on one thread, with its times and its peak memory.
 
-    The time is the median of repeats on warm code, until three repeats or one second; compilation
-    is counted apart. Memory is the rise of the process's peak during the first solve (Linux; NaN
+    The time is the median of repeats on warm code, until `repeats` or one second; compilation is
+    counted apart. Memory is the rise of the process's peak during the first solve (Linux; NaN
     elsewhere).
 
     A method that raises anything but a keyboard interrupt costs only its own rows: every step is
@@ -46,7 +46,7 @@ def execute(task: Task) -> Solution:
             solution, seconds, memory = _first(lambda: _solve(task))
             times, setups = [seconds], [solution.setup_seconds]
             answered = solution.converged.any()
-            while answered and len(times) < REPEATS and sum(times) < REPEAT_SECONDS:
+            while answered and len(times) < repeats and sum(times) < REPEAT_SECONDS:
                 start = time.perf_counter()
                 again = _solve(task)
                 times.append(time.perf_counter() - start)

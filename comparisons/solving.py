@@ -3,16 +3,17 @@
 from __future__ import annotations
 
 from comparisons.archive import joined
-from comparisons.execution import execute
+from comparisons.execution import REPEATS, execute
 from comparisons.methods import Solution, Task
 from comparisons.planning import Plan
 from comparisons.reference import Solved
 
 
-def solve_plan(plan: Plan) -> Solved:
+def solve_plan(plan: Plan, repeats: int = REPEATS) -> Solved:
     """Solve every method and resolution of a plan; blocks of realisations are joined.
 
-    Nothing raises for physics: a step without an answer is NaN, with its reason.
+    Nothing raises for physics: a step without an answer is NaN, with its reason. One repeat is
+    enough where times do not matter.
 
     Examples
     --------
@@ -26,9 +27,9 @@ def solve_plan(plan: Plan) -> Solved:
     blocks: dict[tuple[str, int], list[Task]] = {}
     for task in plan.tasks:
         blocks.setdefault((task.method, task.resolution), []).append(task)
-    return {key: solve_blocks(tasks) for key, tasks in blocks.items()}
+    return {key: solve_blocks(tasks, repeats) for key, tasks in blocks.items()}
 
 
-def solve_blocks(tasks: list[Task]) -> Solution:
+def solve_blocks(tasks: list[Task], repeats: int = REPEATS) -> Solution:
     """Solve the blocks of realisations of one method at one resolution as one solution."""
-    return joined([execute(task) for task in tasks])
+    return joined([execute(task, repeats) for task in tasks])

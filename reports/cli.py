@@ -259,6 +259,46 @@ def bench(what: str | None = None, *, json: Path | None = None) -> int:
 
 
 @app.command
+def check(
+    *scenes: str,
+    method: str = "reduced",
+    baseline: Path | None = None,
+    update: Annotated[bool, Parameter(negative=())] = False,
+    junit: Path | None = None,
+) -> int:
+    """Compare the reduced model with a baseline: which moved, the model, the truth or the machine.
+
+    Parameters
+    ----------
+    scenes
+        Scene files or built-in scenes; default: all single contacts and a rough surface.
+    method
+        The method that is judged.
+    baseline
+        The stored curves; default: roughline-baseline.json here, else the one that came with
+        roughline.
+    update
+        Show the drift, then store what is now; without --baseline in roughline-baseline.json.
+    junit
+        Write the findings as JUnit XML for a continuous integration server.
+    """
+    from comparisons.regression import CHECK_SCENES, PACKAGED
+    from comparisons.regression.check import check_against, update_baseline
+    from comparisons.regression.junit import write_junit
+    from reports import terminal
+
+    own = Path("roughline-baseline.json")
+    stored = baseline or (own if own.exists() or update else PACKAGED)
+    with terminal.status() as say:
+        act = update_baseline if update else check_against
+        findings = act(stored, method, scenes or CHECK_SCENES, progress=say)
+    terminal.print_findings(findings, stored)
+    if junit is not None:
+        write_junit(junit, findings)
+    return LOST if any(each.drifted for each in findings) and not update else FINE
+
+
+@app.command
 def report(directory: Path, *, pictures: bool = True) -> int:
     """Write the report of a results folder anew.
 

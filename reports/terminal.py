@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rich.console import Console
@@ -15,16 +16,17 @@ if TYPE_CHECKING:
     from comparisons.benchmarks.yardstick import Measurement
     from comparisons.methods import Task
     from comparisons.planning import Plan
+    from comparisons.regression import Finding
     from comparisons.single import SingleResult
     from comparisons.store import StudyRecord
-    from comparisons.study import Progress as Callback
+    from comparisons.study import Progress as Report
     from reports.verdicts import Verdict
 
 MANY = 12
 
 
 @contextmanager
-def progress() -> Iterator[Callback]:
+def progress() -> Iterator[Report]:
     """Give a study something to report to: a bar on a terminal, silence elsewhere."""
     console = Console(stderr=True)
     if not console.is_terminal:
@@ -146,6 +148,40 @@ def print_benchmarks(found: dict[str, list[Measurement]]) -> None:
         console.print(table)
     console.print(f"one thread; {machine_text(machine(1))}", markup=False, highlight=False)
     console.print(f"vector units: {vector_features()}", markup=False, highlight=False)
+
+
+@contextmanager
+def status() -> Iterator[Callable[[str], None]]:
+    """Give a long command somewhere to say what it is at: one line, on a terminal only."""
+    console = Console(stderr=True)
+    if not console.is_terminal:
+        yield lambda text: None
+        return
+    with console.status("starting") as line:
+        yield lambda text: line.update(_plain(text))
+
+
+def print_findings(findings: list[Finding], baseline: Path) -> None:
+    """Print what a check found: everything that drifted, and what is worth knowing besides."""
+    console = _console()
+    if not findings:
+        console.print(f"a new baseline: {baseline}", markup=False)
+        return
+    scenes = list(dict.fromkeys(each.scene for each in findings))
+    table = _table(f"Against {baseline}", "scene", "what", "found")
+    for scene in scenes:
+        own = [each for each in findings if each.scene == scene]
+        told = [each for each in own if each.drifted or each.notable]
+        if not told:
+            table.add_row(scene, "", "as in the baseline")
+        for index, each in enumerate(told):
+            style = "bold" if each.drifted else ""
+            name = scene if index == 0 else ""
+            table.add_row(name, each.subject, escape(each.text), style=style)
+    console.print(table)
+    drifted = len({each.scene for each in findings if each.drifted})
+    words = f"{drifted} of {len(scenes)} scenes drifted" if drifted else "nothing drifted"
+    console.print(words, markup=False)
 
 
 def print_scenes() -> None:
