@@ -67,13 +67,18 @@ def test_an_absurd_load_costs_its_own_step_only(solve, method, control):
     loads = [1e-6, 2e-6] if control == "penetration" else [1.0, 2.0]
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        _, usual = solve(method, resolution, {control: loads})
+        plan, usual = solve(method, resolution, {control: loads})
         _, solution = solve(method, resolution, {control: [*loads, 1e300]})
-    assert solution.converged.tolist() == [[True, True, False]]
     for name, values in usual.quantities.items():
         np.testing.assert_allclose(solution.quantities[name][0, :2], values[0], rtol=1e-7)
-        assert math.isnan(solution.quantities[name][0, 2])
+    assert solution.converged[0, :2].all()
+    if (method, control) == ("bem_fft", "force"):
+        # It forms no energy, and d = (9 F^2 / (16 R E*^2))^(1/3) = 4e196 m it can represent.
+        exact = (3 * 1e300 / 4 / plan.scene.effective_modulus) ** (2 / 3) / 10e-3 ** (1 / 3)
+        np.testing.assert_allclose(solution.quantities["penetration"][0, 2], exact, rtol=1e-3)
+        return
     assert set(solution.reasons) == {(0, 2)}
+    assert all(math.isnan(values[0, 2]) for values in solution.quantities.values())
 
 
 def test_a_method_that_raises_at_deep_loads_keeps_the_others(solve, monkeypatch):
