@@ -273,9 +273,20 @@ class Profile(_Axisymmetric):
         return np.where(np.asarray(r) <= self.r[-1], height, np.inf)
 
     def overlap_radius(self, penetration: float) -> float:
-        """Return the first tabulated radius that lies above `penetration`, or the edge."""
+        """Return a radius at which the table lies above `penetration`, or the edge."""
         above = np.flatnonzero(np.array(self.f) > penetration)
-        return self.r[above[0]] if len(above) else self.r[-1]
+        if not len(above):
+            return self.r[-1]
+        # Halving between two tabulated radii: a table of few points must not ask for a grid that
+        # reaches to the next of them.
+        low, high = self.r[above[0] - 1], self.r[above[0]]
+        for _ in range(30):
+            middle = 0.5 * (low + high)
+            if float(self.profile(np.array(middle))) > penetration:
+                high = middle
+            else:
+                low = middle
+        return high
 
 
 class Ellipsoid(Indenter):

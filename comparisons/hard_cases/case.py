@@ -87,6 +87,10 @@ class Known:
     source: str
 
 
+# The finite-element solver takes seconds where the others take milliseconds.
+ONLY_FULL = frozenset({"fem"})
+
+
 @dataclass(frozen=True)
 class HardCase:
     """One entry of the catalogue.
@@ -121,4 +125,4 @@ class HardCase:
     truth: Trusted | Known | None = None
     files: Callable[[Path], None] | None = None
     only: str = ""
-    slow: frozenset[str] = frozenset()
+    slow: frozenset[str] = ONLY_FULL
