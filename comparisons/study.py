@@ -8,19 +8,16 @@ import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 from joblib import Parallel, delayed
 
-from comparisons.answer import answer
 from comparisons.archive import joined, load_solution, save_solution
-from comparisons.comparison import compare
 from comparisons.execution import THREADS, execute
-from comparisons.machine import machine, machine_text, versions, versions_text
+from comparisons.machine import machine, versions
 from comparisons.methods import Solution, Task
-from comparisons.plain import plain
 from comparisons.planning import Plan
-from comparisons.reference import Reference, Solved, disagreements, known_to, sentence
+from comparisons.record import record_scene
+from comparisons.reference import Solved
 from comparisons.refinement import refined
 from comparisons.store import (
     FIELDS,
@@ -94,20 +91,15 @@ class Study:
                     )
         except KeyboardInterrupt as error:
             interrupted = error
-        described, found = machine(THREADS), versions()
         record = StudyRecord(
             directory=self.directory,
             created=created,
             command=self.command,
             effort=self.effort,
             seconds=time.perf_counter() - start,
-            machine=described,
-            versions=found,
-            scenes=tuple(
-                self._scene_record(plan, described, found)
-                for plan in self.plans
-                if self._solved(plan)
-            ),
+            machine=machine(THREADS),
+            versions=versions(),
+            scenes=tuple(self._scene_record(plan) for plan in self.plans if self._solved(plan)),
             interrupted=interrupted is not None,
         )
         save_study(record)
@@ -223,19 +215,7 @@ class Study:
                 solved[planned] = joined(complete)
         return solved
 
-    def _scene_record(
-        self, plan: Plan, described: dict[str, Any], found: dict[str, str]
-    ) -> SceneRecord:
-        solved = self._solved(plan)
-        scene = plan.scene
-        constants = {
-            "threads": THREADS,
-            "versions": versions_text(found),
-            "machine": machine_text(described),
-        }
-        result = compare(plan, solved, constants)
-        asked, control = scene.compare.quantities, plan.loads.control
-        reference = result.reference
+    def _scene_record(self, plan: Plan) -> SceneRecord:
         fields = {
             (task.method, task.resolution): self._path(task)
             for task in plan.tasks
@@ -243,33 +223,8 @@ class Study:
         }
         for path in fields.values():
             write_fields(path.with_suffix(".vtu"), self._solutions[path.stem].fields)
-        return SceneRecord(
-            name=scene.name,
-            title=scene.heading,
-            text=scene.text,
-            control=control,
-            quantities=asked,
-            tolerance=scene.compare.tolerance,
-            plan=plan.document(),
-            reference={} if reference is None else _reference_document(control, reference, asked),
-            answer=answer(asked, control, scene.compare.tolerance, result.measures, reference),
-            disagreements=disagreements(solved, reference, asked),
-            rows=result.rows,
-            measures=result.measures,
-            fields=fields,
-        )
+        return record_scene(plan, self._solved(plan), fields)
 
 
 def _with_task(task: Task) -> tuple[Task, Solution]:
     return task, execute(task)
-
-
-def _reference_document(
-    control: str, reference: Reference, asked: tuple[str, ...]
-) -> dict[str, Any]:
-    return {
-        "method": reference.method,
-        "resolution": reference.resolution,
-        "text": sentence(control, reference, asked),
-        "uncertainty": plain({name: known_to(control, reference, name) for name in asked}),
-    }

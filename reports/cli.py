@@ -259,6 +259,52 @@ def bench(what: str | None = None, *, json: Path | None = None) -> int:
 
 
 @app.command
+def advise(
+    scene: str,
+    *,
+    tolerance: str | None = None,
+    quantities: str | None = None,
+    full: Annotated[bool, Parameter(name="--full", negative="--quick")] = False,
+    json: Annotated[bool, Parameter(negative=())] = False,
+) -> int:
+    """Say which method and resolution is the cheapest that meets a tolerance, bar included.
+
+    Parameters
+    ----------
+    scene
+        A scene file or the name of a built-in scene.
+    tolerance
+        Relative error that is good enough, such as 5% or 0.05; default: the scene's.
+    quantities
+        What has to be that good, separated by commas; default: what the scene compares.
+    full
+        Every realisation, as the scene says; --quick: at most 10.
+    json
+        Print one JSON object.
+    """
+    from comparisons.advice import advise as advice_of
+    from comparisons.planning import plan_scene
+    from comparisons.record import record_scene
+    from comparisons.scene import load_scene
+    from comparisons.solving import solve_plan
+    from reports import terminal
+
+    overrides: dict[str, Any] = {}
+    if tolerance is not None:
+        overrides["compare.tolerance"] = _share(tolerance)
+    if quantities is not None:
+        overrides["compare.quantities"] = [each.strip() for each in quantities.split(",")]
+    plans = plan_scene(load_scene(scene, overrides), "full" if full else "quick")
+    found = []
+    with terminal.status() as say:
+        for plan in plans:
+            say(f"solving {plan.scene.name} with every method")
+            found.append((plan.scene.name, advice_of(record_scene(plan, solve_plan(plan)))))
+    terminal.print_advice(found, as_json=json)
+    return FINE
+
+
+@app.command
 def check(
     *scenes: str,
     method: str = "reduced",
@@ -320,6 +366,19 @@ def _write_report(directory: Path, pictures: bool) -> Path:
     path = directory / "report.html"
     write_report(load_study(directory), path, pictures=pictures)
     return path
+
+
+def _share(text: str) -> float:
+    """Read a relative number: 5%, 5 % or 0.05."""
+    from comparisons.errors import InputError
+
+    bare = text.strip().removesuffix("%")
+    try:
+        return float(bare) / (100 if bare != text.strip() else 1)
+    except ValueError:
+        raise InputError(
+            f"--tolerance: expected a share such as 5% or 0.05, got {text!r}"
+        ) from None
 
 
 def _overrides(methods: str | None, options: tuple[str, ...]) -> dict[str, Any]:

@@ -13,6 +13,7 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from rich.table import Table
 
 if TYPE_CHECKING:
+    from comparisons.advice import Advice
     from comparisons.benchmarks.yardstick import Measurement
     from comparisons.methods import Task
     from comparisons.planning import Plan
@@ -182,6 +183,35 @@ def print_findings(findings: list[Finding], baseline: Path) -> None:
     drifted = len({each.scene for each in findings if each.drifted})
     words = f"{drifted} of {len(scenes)} scenes drifted" if drifted else "nothing drifted"
     console.print(words, markup=False)
+
+
+def print_advice(found: list[tuple[str, Advice]], *, as_json: bool = False) -> None:
+    """Print which method to use for each plan of a scene, and all that was measured for it."""
+    import json
+
+    if as_json:
+        print(json.dumps([advice.document(name) for name, advice in found], indent=1))
+        return
+    from comparisons.formatting import duration, relative
+    from comparisons.machine import machine, machine_text
+
+    console = _console()
+    for name, advice in found:
+        console.print(f"{name}: {advice.sentence}", markup=False, highlight=False)
+        heads = [f"error in {q.replace('_', ' ')}" for q in advice.quantities]
+        table = _table("Measured just now, fastest first", "method", "N", "time", *heads, "verdict")
+        for each in advice.settings:
+            errors = [relative(each.errors[q]) for q in advice.quantities]
+            cells = (each.title, str(each.resolution), duration(each.seconds), *errors)
+            word = (
+                f"{each.verdict} (the truth: errors are its bars)"
+                if each.is_truth
+                else each.verdict
+            )
+            chosen = "bold" if each is advice.cheapest else ""
+            table.add_row(*map(escape, cells), word, style=chosen)
+        console.print(table)
+    console.print(f"one thread; {machine_text(machine(1))}", markup=False, highlight=False)
 
 
 def print_scenes() -> None:

@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import json
 import math
 import pickle
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
@@ -12,21 +14,41 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from comparisons import machine
-from comparisons.answer import answer, time_at_error
+from comparisons.advice import advise, time_at_error
 from comparisons.errors import InputError
 from comparisons.methods import METHODS
-from comparisons.reference import Reference
 from comparisons.scene import builtin_names
+from comparisons.store import SceneRecord
 from comparisons.suites import SUITES
 from comparisons.verdicts import judge
+from reports.cli import main
 
 
-def truth(method, bar):
-    curve, bars = {"force": np.arange(1.0, 4.0)}, {"force": np.full(3, bar)}
-    return Reference(method, 8, curve, bars, bars, "The truth.")
-
-
-EXACT = truth("closed_form", 1e-12)
+def record(rows, method="closed_form", bar=0.0, quantities=("force",), tolerance=0.01):
+    """Make a record as a study would, from (method, N, rms, seconds) of each quantity."""
+    columns = ("method", "resolution", "rms", "seconds", "quantity")
+    table = pd.DataFrame([(*row, "force")[:5] for row in rows], columns=columns)
+    verdict = np.where(table["rms"] <= tolerance, "within", "outside")
+    measures = table.assign(at="penetration", verdict=verdict) if rows else pd.DataFrame()
+    return SceneRecord(
+        name="scene",
+        title="Scene",
+        text="",
+        control="penetration",
+        quantities=quantities,
+        tolerance=tolerance,
+        plan={},
+        reference={
+            "method": method,
+            "resolution": 64,
+            "text": "The truth.",
+            "uncertainty": dict.fromkeys(quantities, bar),
+        },
+        answer="",
+        disagreements=(),
+        rows=pd.DataFrame({"method": [method], "resolution": [64], "seconds": [2.0]}),
+        measures=measures,
+    )
 
 
 # --- time at equal error --------------------------------------------------------------------
@@ -55,46 +77,81 @@ def test_nothing_is_extrapolated_to_an_error_that_was_never_reached():
     assert time_at_error(np.array([1.0, 4.0]), np.array([0.1, 0.0]), 0.01) == (4.0, 1)
 
 
-def measured(rows):
-    columns = ("method", "resolution", "rms", "seconds")
-    table = pd.DataFrame(rows, columns=columns)
-    verdict = np.where(table["rms"] <= 0.01, "within", "outside")
-    return table.assign(quantity="force", at="penetration", verdict=verdict)
-
-
 def test_the_sentence_names_the_cheapest_setting_of_each_method_fastest_first():
-    table = measured(
-        [
-            ("fem", 4, 0.02, 1.0),
-            ("fem", 8, 0.005, 8.0),
-            ("reduced", 10, 0.001, 1e-3),
-            ("bem_fft", 8, 0.04, 0.01),
-        ]
-    )
-    said = answer(("force",), "penetration", 0.01, table, EXACT)
+    rows = [
+        ("fem", 4, 0.02, 1.0),
+        ("fem", 8, 0.005, 8.0),
+        ("reduced", 10, 0.001, 1e-3),
+        ("bem_fft", 8, 0.04, 0.01),
+    ]
+    advice = advise(record(rows))
+    said = advice.sentence
     model, fem, fft = (METHODS[name].title for name in ("reduced", "fem", "bem_fft"))
     assert said.startswith(f"For 1\u202f% in force: {model} 1.0\u202fms (N = 10), {fem} ")
     assert "(N = 8)" in said
     assert f"not reached by {fft} (best 4.0\u202f%)" in said
     assert said.endswith("truth: closed form.")
+    assert (advice.cheapest.method, advice.cheapest.resolution) == ("reduced", 10)
+    assert [each.seconds for each in advice.settings] == [1e-3, 0.01, 1.0, 2.0, 8.0]
 
 
 def test_the_sentence_admits_what_is_not_known():
-    unknown = truth("bem_fft", np.nan)
-    table = measured([("reduced", 10, 0.2, 1e-3)])
-    said = answer(("force",), "penetration", 0.01, table, unknown)
-    assert "no method is sure to get there" in said
-    assert "its error is not known" in said
-    empty = answer(("force",), "penetration", 0.01, pd.DataFrame(), EXACT)
-    assert "Nothing else was run" in empty
-    assert "no truth to compare with" in answer(("force",), "force", 0.01, table, None)
+    unknown = advise(record([("reduced", 10, 0.2, 1e-3)], "bem_fft", None))
+    assert "no method is sure to get there" in unknown.sentence
+    assert "its error is not known" in unknown.sentence
+    assert unknown.cheapest is None
+    assert "Nothing else was run" in advise(record([])).sentence
+    nothing = replace(record([]), reference={})
+    assert "no truth to compare with" in advise(nothing).sentence
 
 
 def test_a_setting_whose_bar_is_wider_than_the_question_is_not_called_good_enough():
-    table = measured([("fem", 4, 0.004, 1.0), ("bem_fft", 8, 0.02, 0.1)])
-    said = answer(("force",), "penetration", 0.01, table.assign(verdict="not resolved"), EXACT)
-    assert "no method is sure to get there" in said
-    assert "not resolved: " in said
+    rows = record([("fem", 4, 0.004, 1.0), ("bem_fft", 8, 0.02, 0.1)])
+    advice = advise(replace(rows, measures=rows.measures.assign(verdict="not resolved")))
+    assert "no method is sure to get there" in advice.sentence
+    assert "not resolved: " in advice.sentence
+    assert advice.cheapest is None or advice.cheapest.is_truth
+
+
+def test_a_setting_has_to_be_good_in_every_quantity_that_is_asked():
+    rows = [
+        ("reduced", 10, 0.001, 1e-3, "force"),
+        ("reduced", 10, 0.2, 1e-3, "contact_area"),
+        ("fem", 4, 0.002, 1.0, "force"),
+        ("fem", 4, 0.003, 1.0, "contact_area"),
+        ("bem_fft", 8, 0.001, 0.1, "force"),
+    ]
+    advice = advise(record(rows, quantities=("force", "contact_area")))
+    assert advice.cheapest.method == "fem"
+    assert "in force and contact area" in advice.sentence
+    assert f"not reached by {METHODS['reduced'].title} (best 20\u202f%)" in advice.sentence
+    assert f"without all of these: {METHODS['bem_fft'].title}" in advice.sentence
+
+
+def test_a_truth_that_is_known_well_enough_is_an_answer_itself():
+    rows = [("reduced", 10, 0.2, 1e-3)]
+    good = advise(record(rows, "bem_fft", 0.004))
+    assert "FFT BEM 2.0\u202fs (N = 64, the truth itself)" in good.sentence
+    assert good.cheapest.is_truth
+    assert advise(record(rows, "bem_fft", 0.04)).cheapest is None
+
+
+def test_a_user_gets_advice_for_a_tolerance_and_quantities(capsys):
+    """A cylinder's force is exact in the reduced model: nothing cheaper can be advised."""
+    asked = ["advise", "cylinder", "--tolerance", "2 %", "--quantities", "force", "--json"]
+    assert exit_code(asked) == 0
+    (found,) = json.loads(capsys.readouterr().out)
+    assert found["tolerance"] == 0.02
+    assert found["cheapest"]["method"] == "reduced"
+    assert found["sentence"].startswith("For 2\u202f% in force: reduced model")
+    for wrong in (["--tolerance", "many"], ["--tolerance", "-1"], ["--quantities", "beauty"]):
+        assert exit_code(["advise", "cylinder", *wrong]) == 2
+
+
+def exit_code(arguments):
+    with pytest.raises(SystemExit) as ended:
+        main(arguments)
+    return ended.value.code
 
 
 # --- verdicts -------------------------------------------------------------------------------

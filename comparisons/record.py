@@ -1,0 +1,67 @@
+"""The record of one scene: its solutions compared, judged and put into words."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from comparisons.advice import advise
+from comparisons.comparison import compare
+from comparisons.execution import THREADS
+from comparisons.machine import machine, machine_text, versions, versions_text
+from comparisons.plain import plain
+from comparisons.planning import Plan
+from comparisons.reference import Reference, Solved, disagreements, known_to, sentence
+from comparisons.store import SceneRecord
+
+
+def record_scene(
+    plan: Plan, solved: Solved, fields: Mapping[tuple[str, int], Path] | None = None
+) -> SceneRecord:
+    """Compare the solutions of a plan with their best reference, and say what follows.
+
+    Parameters
+    ----------
+    plan : Plan
+    solved : dict
+        (method, resolution) -> Solution.
+    fields : mapping, optional
+        (method, resolution) -> file with the arrays at the last load.
+    """
+    constants = {
+        "threads": THREADS,
+        "versions": versions_text(versions()),
+        "machine": machine_text(machine(THREADS)),
+    }
+    result = compare(plan, solved, constants)
+    scene, control, reference = plan.scene, plan.loads.control, result.reference
+    asked = scene.compare.quantities
+    record = SceneRecord(
+        name=scene.name,
+        title=scene.heading,
+        text=scene.text,
+        control=control,
+        quantities=asked,
+        tolerance=scene.compare.tolerance,
+        plan=plan.document(),
+        reference={} if reference is None else _reference_document(control, reference, asked),
+        answer="",
+        disagreements=disagreements(solved, reference, asked),
+        rows=result.rows,
+        measures=result.measures,
+        fields=dict(fields or {}),
+    )
+    return replace(record, answer=advise(record).sentence)
+
+
+def _reference_document(
+    control: str, reference: Reference, asked: tuple[str, ...]
+) -> dict[str, Any]:
+    return {
+        "method": reference.method,
+        "resolution": reference.resolution,
+        "text": sentence(control, reference, asked),
+        "uncertainty": plain({name: known_to(control, reference, name) for name in asked}),
+    }
