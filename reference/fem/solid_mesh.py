@@ -1,0 +1,240 @@
+"""A user's mesh of a body: cells of one kind, checked, refined, and its faces found."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import coo_matrix
+from scipy.sparse.csgraph import connected_components
+from skfem import MeshHex, MeshTet
+
+from reference.fem.cells import CUBE_FACES, KINDS, CellKind
+
+# A Jacobian this small against the usual one is none.
+NO_VOLUME = 1e-9
+
+
+@dataclass(frozen=True, eq=False)
+class SolidMesh:
+    """Cells of one kind.
+
+    A face is a pair (cell, local face); faces are arrays (k, 2) of them.
+
+    Attributes
+    ----------
+    kind : CellKind
+    points : (n, 3)
+    cells : (e, nodes)
+        Nodes in the order of `kind.locations`.
+    """
+
+    kind: CellKind
+    points: NDArray[np.float64]
+    cells: NDArray[np.int64]
+
+    @classmethod
+    def from_vtk(cls, name: str, points: NDArray[np.float64], cells: NDArray[np.int64]) -> SolidMesh:
+        """Take cells with VTK's numbering, as meshio has them.
+
+        ``hexahedron20`` become 27-node hexahedra: the corners of 20-node ones carry negative
+        weights on a face, so that no nodal contact pressure can be had from them. Points that no
+        cell uses are dropped.
+
+        Raises
+        ------
+        ValueError
+            For a kind that is not supported.
+
+        Examples
+        --------
+        >>> cube = np.array([[x, y, z] for z in (0, 1) for y in (0, 1) for x in (0, 1)], float)
+        >>> mesh = SolidMesh.from_vtk("hexahedron", cube, np.array([[0, 1, 3, 2, 4, 5, 7, 6]]))
+        >>> len(mesh.boundary_faces), len(mesh.inverted())
+        (6, 0)
+        """
+        points = np.asarray(points, dtype=float)
+        cells = np.asarray(cells, dtype=np.int64)
+        if name == "hexahedron20":
+            points, cells = _with_middles(points, cells)
+            name = "hexahedron27"
+        if name not in KINDS:
+            raise ValueError(f"expected {', '.join(KINDS)} or hexahedron20, got {name!r}")
+        kind = KINDS[name]
+        used, numbers = np.unique(cells[:, kind.from_vtk], return_inverse=True)
+        return cls(kind, points[used], numbers.reshape(len(cells), -1))
+
+    @property
+    def corner_cells(self) -> NDArray[np.int64]:
+        """Corners (e, 4 or 8) of the cells."""
+        return self.cells[:, : self.kind.corners]
+
+    @cached_property
+    def face_corners(self) -> NDArray[np.int64]:
+        """Sorted corners (e, faces, 3 or 4) of every face."""
+        return np.sort(self.cells[:, np.array(self.kind.faces)], axis=-1)
+
+    @cached_property
+    def boundary_faces(self) -> NDArray[np.int64]:
+        """Faces (k, 2) that belong to one cell only."""
+        corners = self.face_corners.reshape(-1, self.face_corners.shape[-1])
+        _, first, counts = np.unique(corners, axis=0, return_index=True, return_counts=True)
+        return np.stack(np.divmod(np.sort(first[counts == 1]), len(self.kind.faces)), axis=1)
+
+    def faces_within(self, inside: NDArray[np.bool_]) -> NDArray[np.int64]:
+        """Boundary faces (k, 2) all of whose corners are among the marked nodes (n,)."""
+        cells, faces = self.boundary_faces.T
+        return self.boundary_faces[inside[self.face_corners[cells, faces]].all(axis=1)]
+
+    def nodes_of(self, faces: NDArray[np.int64]) -> NDArray[np.int64]:
+        """All nodes of the given faces, each once, in increasing order."""
+        parts = [
+            self.cells[faces[faces[:, 1] == face, 0]][:, nodes].ravel()
+            for face, nodes in enumerate(self.kind.face_nodes)
+        ]
+        return np.unique(np.concatenate(parts))
+
+    def inverted(self) -> NDArray[np.int64]:
+        """Cells whose Jacobian is negative at a node, or not positive at an integration point."""
+        at_points = self._jacobians(self.kind.gauss_points)
+        tiny = NO_VOLUME * np.median(np.abs(at_points))
+        at_nodes = self._jacobians(self.kind.locations)
+        wrong = (at_points <= tiny).any(axis=1) | (at_nodes < -tiny).any(axis=1)
+        return np.flatnonzero(wrong)
+
+    def _jacobians(self, points: NDArray[np.float64]) -> NDArray[np.float64]:
+        _, slopes = self.kind.shapes(points)
+        gradient = np.einsum("eni,ndq->eqid", self.points[self.cells], slopes, optimize=True)
+        return np.linalg.det(gradient)
+
+    def parts(self) -> int:
+        """Number of pieces that no face, edge or node connects."""
+        start = np.repeat(self.cells[:, :1], self.cells.shape[1], axis=1)
+        pairs = (start.ravel(), self.cells.ravel())
+        graph = coo_matrix((np.ones(self.cells.size), pairs), shape=(len(self.points),) * 2)
+        return int(connected_components(graph, directed=False)[0])
+
+    def transformed(self, origin: NDArray[np.float64], axes: NDArray[np.float64]) -> SolidMesh:
+        """Return the mesh in coordinates ``axes @ (p - origin)``; the axes may be left-handed."""
+        return replace(self, points=(self.points - origin) @ np.asarray(axes).T)
+
+    def face_integrals(
+        self, faces: NDArray[np.int64]
+    ) -> list[tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.float64]]]:
+        """Nodes, shape functions and outward area vectors at the integration points of faces.
+
+        Returns
+        -------
+        list of (nodes (k, n), shapes (n, m), areas (k, m, 3))
+            One entry for each local face that occurs; the areas include the weights.
+        """
+        found = []
+        for face in np.unique(faces[:, 1]):
+            cells = self.cells[faces[faces[:, 1] == face, 0]]
+            points, weights, tangents = self.kind.face_rule(int(face))
+            shapes, slopes = self.kind.shapes(points)
+            corners = self.points[cells]
+            edges = np.einsum("kni,ndq,td->tkqi", corners, slopes, tangents, optimize=True)
+            areas = np.cross(edges[0], edges[1]) * weights[:, None]
+            outward = np.einsum("kni,nq->kqi", corners, shapes) - corners.mean(axis=1)[:, None]
+            sign = np.sign(np.einsum("kqi,kqi->k", areas, outward))
+            nodes = self.kind.face_nodes[int(face)]
+            found.append((cells[:, nodes], shapes[nodes], areas * sign[:, None, None]))
+        return found
+
+    def find(self, corners: NDArray[np.int64]) -> NDArray[np.int64]:
+        """Boundary faces (k, 2) with the given corners (m, 3 or 4); those of no face are left out.
+
+        Corners may stand in any order.
+        """
+        cells, faces = self.boundary_faces.T
+        if corners.shape[1] != self.face_corners.shape[-1]:
+            return np.zeros((0, 2), dtype=np.int64)
+        keys = _keys(len(self.points))
+        known = keys[self.face_corners[cells, faces]].sum(axis=1)
+        return self.boundary_faces[np.isin(known, keys[corners].sum(axis=1))]
+
+    def refined(
+        self, *marked: NDArray[np.int64]
+    ) -> tuple[SolidMesh, NDArray[np.int64], list[NDArray[np.int64]]]:
+        """Cut every cell into eight, along the curves of the mesh; marked faces follow.
+
+        Nodes of neighbours are recognised by what they interpolate (all weights are multiples of
+        1/512), not by their place, so that cracks stay open.
+
+        Returns
+        -------
+        SolidMesh
+        numbers : (n,)
+            New number of each old node.
+        list of (k, 2)
+            The marked faces, cut into four.
+        """
+        kind = self.kind
+        places = np.concatenate([kind.in_child(child, kind.locations) for child in range(8)])
+        weights = np.round(512.0 * kind.shapes(places)[0].T).astype(np.int64)
+        keys = _keys(len(self.points))
+        names = keys[self.cells] @ weights.T  # wraps around: a hash
+        known, first, numbers = np.unique(names.ravel(), return_index=True, return_inverse=True)
+        cell, place = np.divmod(first, len(places))
+        points = np.einsum("pn,pni->pi", weights[place] / 512.0, self.points[self.cells[cell]])
+        cells = numbers.reshape(8 * len(self.cells), -1)
+        old = np.searchsorted(known, 512 * keys)
+        finer = replace(self, points=points, cells=cells)
+        return finer, old, [self._cut(faces) for faces in marked]
+
+    def _cut(self, faces: NDArray[np.int64]) -> NDArray[np.int64]:
+        pieces = np.array(self.kind.child_faces)[faces[:, 1]]
+        cells = 8 * faces[:, 0, None] + pieces[..., 0]
+        return np.stack([cells, pieces[..., 1]], axis=-1).reshape(-1, 2)
+
+    def to_scikit(self) -> tuple[MeshHex | MeshTet, NDArray[np.int64]]:
+        """Return the mesh in scikit-fem, and its number (n,) for each of our nodes."""
+        corners = self.corner_cells
+        used, t = np.unique(corners, return_inverse=True)
+        t = np.ascontiguousarray(t.reshape(corners.shape).T)
+        mesh = self.kind.straight(np.ascontiguousarray(self.points[used].T), t)
+        if self.kind.order == 2:
+            mesh = self.kind.mesh.from_mesh(mesh)
+            locations = np.array(mesh.doflocs)
+            locations[:, mesh.dofs.element_dofs] = self.points[self.cells].transpose(2, 1, 0)
+            mesh = self.kind.mesh(locations, mesh.t)
+        numbers = np.empty(len(self.points), dtype=np.int64)
+        numbers[self.cells.T] = mesh.dofs.element_dofs
+        return mesh, numbers
+
+
+def _keys(count: int) -> NDArray[np.int64]:
+    """One random number per node: sums of them name sets of nodes, whatever their order."""
+    return np.random.default_rng(0).integers(2**62, size=count, dtype=np.int64)
+
+
+def _with_middles(
+    points: NDArray[np.float64], cells: NDArray[np.int64]
+) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """Add to 20-node hexahedra the middles of faces and cells, by their own interpolation.
+
+    In the middle of a face its corners weigh -1/4 and its edges 1/2; in the middle of the cell
+    -1/4 and 1/4.
+    """
+    middle_weights = np.concatenate([np.full(8, -0.25), np.full(12, 0.25)])
+    vtk = KINDS["hexahedron27"].vtk
+    columns, new = [cells], [points]
+    count = len(points)
+    face_values, face_names = [], []
+    for face, corners in enumerate(CUBE_FACES):
+        middle = vtk[20 + face]
+        edges = [k for k in range(8, 20) if np.isclose(np.abs(vtk[k] - middle).sum(), 0.5)]
+        values = 0.5 * points[cells[:, edges]].sum(axis=1)
+        face_values.append(values - 0.25 * points[cells[:, list(corners)]].sum(axis=1))
+        face_names.append(np.sort(cells[:, list(corners)], axis=1))
+    names = np.stack(face_names, axis=1).reshape(-1, 4)
+    _, first, numbers = np.unique(names, axis=0, return_index=True, return_inverse=True)
+    new.append(np.stack(face_values, axis=1).reshape(-1, 3)[first])
+    columns.append(count + numbers.reshape(len(cells), 6))
+    count += len(first)
+    new.append(np.einsum("n,eni->ei", middle_weights, points[cells]))
+    columns.append(count + np.arange(len(cells))[:, None])
+    return np.concatenate(new), np.concatenate(columns, axis=1)

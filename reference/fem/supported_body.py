@@ -1,0 +1,199 @@
+"""A finite body with supports, condensed onto the nodes of its contact surface."""
+
+from __future__ import annotations
+
+import time
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import cho_factor, cho_solve
+
+from reference.fem.body import CondensedBody
+from reference.fem.elasticity import stiffness_matrices
+from reference.fem.mesh import GradedMesh
+from reference.fem.nested_dissection import LinearSystem, condense
+from reference.fem.solid_mesh import SolidMesh
+
+# Linear tetrahedra have one lambda per cell whatever the rule: they lock.
+LARGEST_POISSON_LINEAR_TETRAHEDRA = 0.45
+# A corner of a ten-node tetrahedron carries nothing of a uniform pressure.
+NO_WEIGHT = 1e-6
+RIGID_MOTIONS = (
+    *("translation along x", "translation along y", "translation along z"),
+    *("rotation about x", "rotation about y", "rotation about z"),
+)
+
+
+def supported_body(
+    mesh: SolidMesh,
+    surface: NDArray[np.int64],
+    held: NDArray[np.bool_],
+    youngs_modulus: float,
+    poisson_ratio: float,
+    *,
+    symmetry: int = 1,
+    nodes: NDArray[np.int64] | None = None,
+) -> CondensedBody:
+    """Condense a supported body onto the normal displacements of its contact surface.
+
+    Nothing is assumed about the far field: the body ends where its mesh ends, and only the
+    supports hold it.
+
+    Parameters
+    ----------
+    mesh : SolidMesh
+        z points into the body, away from the indenter.
+    surface : (k, 2)
+        Faces that may touch.
+    held : (n, 3) bool
+        Which displacement components of the nodes are zero.
+    youngs_modulus, poisson_ratio : float
+        ``-1 < nu <= 0.4999``; at most 0.45 for linear tetrahedra, which lock.
+    symmetry : int
+        Number of equal parts of which the mesh is one; it enters forces and areas.
+    nodes : (c,), optional
+        The candidates: nodes that may touch, some or all of `contact_nodes`, the default.
+
+    Returns
+    -------
+    CondensedBody
+        Candidates in the order of `nodes`.
+
+    Raises
+    ------
+    ValueError
+        If the supports leave a rigid motion free, naming it, and for arguments out of range.
+    """
+    _check(mesh, surface, held, youngs_modulus, poisson_ratio)
+    started = time.perf_counter()
+    length = 2.0 ** np.round(np.log2(np.ptp(mesh.points[mesh.nodes_of(surface), :2])))
+    grid, numbers = mesh.to_scikit()
+    grid = type(grid)(grid.doflocs / length, grid.t)
+    weights = _weights(mesh, surface) / length**2
+    nodes = contact_nodes(mesh, surface) if nodes is None else nodes
+    seconds = {"mesh": time.perf_counter() - started}
+    started = time.perf_counter()
+    system = _system(mesh, grid, numbers, nodes, held, poisson_ratio)
+    seconds["assembly"] = time.perf_counter() - started
+    started = time.perf_counter()
+    exterior = np.zeros((0, 0))
+    stiffness = condense(system, exterior)
+    compliance = cho_solve(cho_factor(stiffness), np.eye(len(stiffness)))
+    seconds["condensation"] = time.perf_counter() - started
+    facets = grid.t2f[surface[:, 1], surface[:, 0]]
+    return CondensedBody(
+        length=float(length),
+        youngs_modulus=youngs_modulus,
+        poisson_ratio=poisson_ratio,
+        scaled_points=mesh.points[nodes, :2] / length,
+        scaled_weights=weights[nodes],
+        scaled_compliance=0.5 * (compliance + compliance.T),
+        symmetry=symmetry,
+        offset=np.zeros(2),
+        ring=None,
+        stretch=(1.0, 1.0),
+        spacing_scaled=float(np.sqrt(np.median(weights[nodes]))),
+        unknowns=system.first,
+        solver="nested dissection",
+        seconds=seconds,
+        grid=GradedMesh(grid, np.asarray(facets), np.zeros(0, dtype=np.int64), quarter=False),
+        system=system,
+        exterior=exterior,
+    )
+
+
+def contact_nodes(mesh: SolidMesh, surface: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Nodes of the surface that a contact force can act on, in the order of x, then y.
+
+    Those with a tributary area: all of them for hexahedra and linear tetrahedra, the middles of the
+    edges for ten-node tetrahedra, whose corners carry nothing of a uniform pressure.
+    """
+    weights = _weights(mesh, surface)
+    nodes = np.flatnonzero(weights > NO_WEIGHT * weights.max())
+    return nodes[np.lexsort(mesh.points[nodes, 1::-1].T)]
+
+
+def free_motions(points: NDArray[np.float64], held: NDArray[np.bool_]) -> list[str]:
+    """Names of the rigid motions that no support resists, empty where the body is held.
+
+    Examples
+    --------
+    Held along z everywhere at the bottom, it can still slide and turn:
+
+    >>> corners = np.array([[0.0, 0, 1], [1, 0, 1], [0, 1, 1]])
+    >>> free_motions(corners, np.tile([False, False, True], (3, 1)))
+    ['translation along x', 'translation along y', 'rotation about z']
+    """
+    centred = points - points.mean(axis=0)
+    centred = centred / np.abs(centred).max()
+    turns = np.cross(np.eye(3)[:, None], centred)
+    shifts = np.broadcast_to(np.eye(3)[:, None], turns.shape)
+    modes = np.concatenate([shifts, turns])[:, held].T
+    if not len(modes):
+        return list(RIGID_MOTIONS)
+    _, values, directions = np.linalg.svd(modes, full_matrices=True)
+    values = np.concatenate([values, np.zeros(6 - len(values))])
+    null = directions[values <= 1e-9 * np.sqrt(len(points))]
+    if not len(null):
+        return []
+    share = np.linalg.norm(null, axis=0)
+    return [name for name, size in zip(RIGID_MOTIONS, share, strict=True) if size > 0.1]
+
+
+def _weights(mesh: SolidMesh, surface: NDArray[np.int64]) -> NDArray[np.float64]:
+    """Consistent share (n,) of each node in the surface, projected along z."""
+    weights = np.zeros(len(mesh.points))
+    for nodes, shapes, areas in mesh.face_integrals(surface):
+        np.add.at(weights, nodes, np.abs(areas[..., 2]) @ shapes.T)
+    return weights
+
+
+def _system(
+    mesh: SolidMesh,
+    grid: object,
+    numbers: NDArray[np.int64],
+    nodes: NDArray[np.int64],
+    held: NDArray[np.bool_],
+    poisson_ratio: float,
+) -> LinearSystem:
+    free = np.empty_like(held)
+    free[numbers] = ~held
+    number = np.full(free.shape, -1, dtype=np.int64)
+    number[free] = np.arange(free.sum())
+    elements = grid.dofs.element_dofs.T
+    return LinearSystem(
+        matrices=stiffness_matrices(grid, poisson_ratio),
+        unknowns=number[elements].reshape(len(elements), -1),
+        boundary=np.zeros((0, 0)),
+        first=int(free.sum()),
+        retained=number[numbers[nodes], 2],
+        centres=grid.p[:, grid.t].mean(axis=1).T,
+    )
+
+
+def _check(
+    mesh: SolidMesh,
+    surface: NDArray[np.int64],
+    held: NDArray[np.bool_],
+    youngs_modulus: float,
+    poisson_ratio: float,
+) -> None:
+    wrong = []
+    if not (np.isfinite(youngs_modulus) and youngs_modulus > 0.0):
+        wrong.append(f"youngs_modulus must be positive and finite, got {youngs_modulus!r}")
+    linear_tetrahedra = mesh.kind.simplex and mesh.kind.order == 1
+    if linear_tetrahedra and poisson_ratio > LARGEST_POISSON_LINEAR_TETRAHEDRA:
+        wrong.append(
+            f"poisson_ratio must be at most {LARGEST_POISSON_LINEAR_TETRAHEDRA} with linear "
+            f"tetrahedra, which lock, got {poisson_ratio!r}: take ten-node tetrahedra"
+        )
+    if held.shape != mesh.points.shape:
+        wrong.append(f"held must have shape {mesh.points.shape}, got {held.shape}")
+    else:
+        free = free_motions(mesh.points, held)
+        if free:
+            wrong.append(f"the supports leave the body free: {', '.join(free)}")
+        if held[mesh.nodes_of(surface), 2].any():
+            wrong.append("nodes of the contact surface must not be held along z")
+    if wrong:
+        raise ValueError("; ".join(wrong))
