@@ -18,7 +18,7 @@ from scipy.ndimage import zoom
 
 from comparisons.loading import Control, Loading
 from comparisons.scene import MeasuredMap, Scene, SceneError, SelfAffine
-from comparisons.shapes import Indenter, Sphere
+from comparisons.shapes import Indenter, RigidPlane, Sphere
 from comparisons.topography import MapError, read_map
 from reduced import foundation, profiles
 from reference import surfaces
@@ -156,8 +156,9 @@ def prepare(scene: Scene) -> tuple[Geometry, Loads]:
         equator).
     """
     if scene.surface is None:
-        assert scene.indenter is not None
         loads = Loads(scene.loading.control, np.array(scene.loading.range.values))
+        if scene.indenter is None:  # a [body] under a rigid plane: no half-space to estimate from
+            return IndenterGeometry(RigidPlane(), np.nan, np.nan), loads
         return _press_estimate(scene, loads), loads
     surface = scene.surface
     geometry = (

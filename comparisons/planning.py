@@ -15,8 +15,9 @@ from typing import Any, Literal
 import numpy as np
 import psutil
 
+from comparisons.bodies import BodyGeometry, with_body
 from comparisons.geometry import Geometry, IndenterGeometry, Loads, RoughGeometry, prepare
-from comparisons.methods import METHODS, Task
+from comparisons.methods import METHODS, Support, Task
 from comparisons.methods.bem_fft import ARRAYS_FREE, ARRAYS_PERIODIC
 from comparisons.scene import MeasuredMap, Scene, SceneError, SelfAffine
 
@@ -151,6 +152,8 @@ def realisation_count(scene: Scene, method: str, limit: int) -> int:
 
 def _plan(scene: Scene, effort: Effort) -> Plan:
     geometry, loads = prepare(scene)
+    if isinstance(geometry, IndenterGeometry) and scene.body is not None:
+        geometry = with_body(scene, geometry)
     asked = scene.surface.realisations if scene.surface is not None else 1
     realisations = min(asked, QUICK_REALISATIONS) if effort == "quick" else asked
     draft = Plan(scene, geometry, loads, (), (), (), realisations)
@@ -171,7 +174,7 @@ def _plan_method(draft: Plan, name: str) -> MethodPlan:
     scene, method = draft.scene, METHODS[name]
     if scene.compare.methods is not None and name not in scene.compare.methods:
         return MethodPlan(name, False, "not asked for")
-    support = method.supports(scene)
+    support = _support(draft, name)
     if not support.ok:
         return MethodPlan(name, False, support.reason)
     planned = method.resolutions(scene, draft.geometry)
@@ -184,6 +187,16 @@ def _plan_method(draft: Plan, name: str) -> MethodPlan:
         return MethodPlan(name, False, dropped[0].partition(": ")[2])
     reason = support.reason if not dropped else "left out " + "; ".join(dropped)
     return MethodPlan(name, True, reason, kept, method.model(scene, draft.geometry))
+
+
+def _support(draft: Plan, name: str) -> Support:
+    method = METHODS[name]
+    if isinstance(draft.geometry, BodyGeometry):
+        support = method.supports_body(draft.geometry)
+        if not support.ok or not (own := method.supports(draft.scene)).ok:
+            return support if not support.ok else own
+        return support
+    return method.supports(draft.scene)
 
 
 def refusal(draft: Plan, name: str, resolution: int) -> str:
@@ -289,7 +302,9 @@ def _left_out(scene: Scene, geometry: Geometry) -> Iterable[tuple[str, str]]:
         )
     yield "memory of the material", "the scene is elastic: nothing relaxes"
     yield "tangential displacements at the surface", "no friction in the scene"
-    if isinstance(geometry, IndenterGeometry):
+    if isinstance(geometry, BodyGeometry):
+        yield "a far field", "the body ends where its mesh ends; only the supports hold it"
+    elif isinstance(geometry, IndenterGeometry):
         yield (
             "the surface beyond the geometric overlap",
             "contact cannot reach it: without adhesion the surface never rises",

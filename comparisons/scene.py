@@ -27,6 +27,8 @@ from pydantic import (
     model_validator,
 )
 
+from comparisons import body_table
+from comparisons.body_table import Body
 from comparisons.errors import InputError
 from comparisons.loading import Loading
 from comparisons.options import METHOD_NAMES, MethodOptions
@@ -45,6 +47,7 @@ LARGEST_FILE = 10_000_000
 DEEPEST_KEY = 20
 KEYS = re.compile(r"^[ \t]*\[{0,2}((?:[\w\"'-]+[ \t]*\.[ \t]*)+)", re.MULTILINE)
 MOST_PROBLEMS = 50
+BARE = re.compile(r"[A-Za-z0-9_-]+")
 
 
 class SceneError(InputError):
@@ -201,7 +204,7 @@ class Compare(_Table):
 
     quantities: tuple[Literal[QUANTITIES], ...] = DEFAULT_QUANTITIES  # type: ignore[valid-type]
     tolerance: Positive = 0.01
-    resolutions: tuple[Annotated[int, Field(strict=True, ge=2, le=2**20)], ...] | None = None
+    resolutions: tuple[Annotated[int, Field(strict=True, ge=1, le=2**20)], ...] | None = None
     methods: tuple[Literal[METHOD_NAMES], ...] | None = None  # type: ignore[valid-type]
 
     @field_validator("tolerance")
@@ -227,6 +230,7 @@ class Scene(_Table):
     half_space: HalfSpace
     indenter: AnyIndenter | None = None
     surface: Surface | None = None
+    body: Body | None = None
     loading: Loading
     compare: Compare = Compare()
     methods: MethodOptions = MethodOptions()
@@ -280,7 +284,8 @@ def to_toml(tables: Mapping[str, Any]) -> str:
 
 def _inline(value: Any) -> str:
     if isinstance(value, Mapping):
-        return "{ " + ", ".join(f"{k} = {_inline(v)}" for k, v in value.items()) + " }"
+        pairs = [(k if BARE.fullmatch(k) else _inline(k), v) for k, v in value.items()]
+        return "{ " + ", ".join(f"{k} = {_inline(v)}" for k, v in pairs) + " }"
     if isinstance(value, (list, tuple)):
         return "[" + ", ".join(_inline(each) for each in value) + "]"
     if isinstance(value, str):
@@ -370,10 +375,13 @@ def make_scene(data: dict[str, Any], source: str, directory: Path) -> Scene:
     """Validate the tables of a scene, listing all problems at once."""
     problems = _table_problems(data)
     try:
-        tables = {key: value for key, value in data.items() if key != "directory"}
+        tables = {k: v for k, v in body_table.with_material(data).items() if k != "directory"}
         scene = Scene.model_validate({**tables, "directory": str(directory)})
     except ValidationError as error:
-        problems = [readable(each) for each in error.errors()] + problems
+        found = [readable(each) for each in error.errors()]
+        if "body" in data and "half_space" not in data:
+            found = [re.sub("^half_space", "body", each) for each in found]
+        problems = found + problems
         raise SceneError(source, problems) from error
     if problems:
         raise SceneError(source, problems)
@@ -385,10 +393,15 @@ def _table_problems(data: dict[str, Any]) -> list[str]:
     problems = []
     if "directory" in data:
         problems.append("directory: unknown key")
+    problems += body_table.table_problems(data)
     bodies = [key for key in ("indenter", "surface") if key in data]
-    if len(bodies) != 1:
+    if len(bodies) != 1 and "body" not in data:
         came = " and ".join(f"[{b}]" for b in bodies) or "none"
         problems.append(f"expected exactly one of [indenter] and [surface], got {came}")
+    compare = data.get("compare")
+    levels = compare.get("resolutions") if isinstance(compare, dict) else None
+    if "body" not in data and isinstance(levels, (list, tuple)) and 1 in levels:
+        problems.append("compare.resolutions: expected at least 2 (1 is a [body]'s mesh as it is)")
     loading = data.get("loading")
     if isinstance(loading, dict) and "indenter" in data:
         if "mean_gap" in loading:

@@ -83,6 +83,21 @@ class _Axisymmetric(Indenter):
         return radius, radius
 
 
+class RigidPlane(Indenter):
+    """What presses where a scene has a [body] and no [indenter]: no scene file names it."""
+
+    shape: Literal["plane"] = "plane"
+
+    @property
+    def axisymmetric(self) -> bool:
+        """No: its contact has the shape of the body."""
+        return False
+
+    def gap(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        """Return zeros."""
+        return np.zeros(np.shape(x))
+
+
 class Paraboloid(_Axisymmetric):
     """f = r^2 / (2 R)."""
 

@@ -17,6 +17,7 @@ from functools import cached_property
 
 import numpy as np
 
+from comparisons.bodies import BodyGeometry
 from comparisons.geometry import Geometry, Loads, RoughGeometry
 from comparisons.machine import source_digest, versions
 from comparisons.options import Options
@@ -162,6 +163,10 @@ class Method:
     def supports(self, scene: Scene) -> Support:
         """Say whether the method can do the scene, with the reason where not."""
         raise NotImplementedError
+
+    def supports_body(self, geometry: BodyGeometry) -> Support:
+        """Say whether the method can do a finite body with supports, too."""
+        return Support(False, "models a half-space, and the [body] is finite")
 
     def resolutions(self, scene: Scene, geometry: Geometry) -> tuple[int, ...]:
         """Return the resolutions that the scene's tolerance asks for, coarse to fine."""

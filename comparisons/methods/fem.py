@@ -8,7 +8,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from comparisons.bodies import BodyGeometry
 from comparisons.geometry import Geometry, IndenterGeometry, RoughGeometry
+from comparisons.methods import fem_body
 from comparisons.methods.base import Method, Solution, Support, Task
 from comparisons.methods.sweeps import outcomes
 from comparisons.options import FemOptions
@@ -49,8 +51,14 @@ class Fem(Method):
             return Support(False, "models one free patch, not a periodic half-space")
         return Support(True)
 
+    def supports_body(self, geometry: BodyGeometry) -> Support:
+        """Any: with the boundary conditions of its supports."""
+        return Support(True)
+
     def resolutions(self, scene: Scene, geometry: Geometry) -> tuple[int, ...]:
         """Elements per contact radius; a rough patch takes the points of its map, then more."""
+        if isinstance(geometry, BodyGeometry):
+            return fem_body.resolutions(geometry)
         if isinstance(geometry, RoughGeometry):
             n, most = geometry.points[0], max(geometry.points)
             return tuple(f * n for f in (1, 2, 3) if f * most <= LARGEST_PATCH) or (n,)
@@ -63,6 +71,8 @@ class Fem(Method):
 
     def refused(self, task: Task) -> str:
         """Refuse patches whose elimination would take minutes."""
+        if isinstance(task.geometry, BodyGeometry):
+            return fem_body.refused(task.geometry, task.resolution)
         if not isinstance(task.geometry, RoughGeometry):
             return _elongated(task.geometry, task.resolution)
         points = max(task.geometry.points) * task.resolution // task.geometry.points[0]
@@ -72,12 +82,16 @@ class Fem(Method):
 
     def memory(self, task: Task) -> float:
         """Bytes of the elimination, from the number of unknowns expected."""
+        if isinstance(task.geometry, BodyGeometry):
+            return BYTES_PER_UNKNOWN * fem_body.unknowns(task.geometry, task.resolution)
         if isinstance(task.geometry, RoughGeometry):
             return BYTES_PER_UNKNOWN * 1.3 * task.resolution**3
         return BYTES_PER_UNKNOWN * 800.0 * task.resolution**2
 
     def model(self, scene: Scene, geometry: Geometry) -> str:
         """Name the mesh."""
+        if isinstance(geometry, BodyGeometry):
+            return fem_body.model(geometry)
         far = "outside it Boussinesq fields"
         if isinstance(geometry, RoughGeometry):
             return f"a block below the patch, mesh nodes at the points of the map; {far}"
@@ -87,6 +101,8 @@ class Fem(Method):
 
     def solve(self, task: Task) -> Solution:
         """Build and condense the body once, then press it load by load."""
+        if isinstance(task.geometry, BodyGeometry):
+            return fem_body.solve(task)
         solution = Solution.empty(task)
         with solution.setup():
             body = make_body(task)

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from comparisons.bodies import BodyGeometry
 from comparisons.geometry import (
     Geometry,
     IndenterGeometry,
@@ -16,7 +17,7 @@ from comparisons.methods.base import Method, Solution, Support, Task
 from comparisons.methods.radial import profile_fields, unit_rings
 from comparisons.options import ReducedOptions
 from comparisons.scene import Scene
-from comparisons.shapes import Indenter
+from comparisons.shapes import Indenter, RigidPlane
 from reduced import (
     foundation,
     line_regions,
@@ -44,6 +45,12 @@ class Reduced(Method):
         if options.rule == "half_radius" and equivalent_profile(scene.indenter).section is None:
             return Support(False, "the half-radius rule needs an axisymmetric section")
         return Support(True, _rule(scene.indenter, options))
+
+    def supports_body(self, geometry: BodyGeometry) -> Support:
+        """Under an indenter on a plane surface, as if the body were a half-space."""
+        if isinstance(geometry.indenter, RigidPlane) or not geometry.flat_surface:
+            return Support(False, "the contact is not that of an indenter on a plane surface")
+        return Support(True, "takes the [body] for a half-space: its error is that of doing so")
 
     def resolutions(self, scene: Scene, geometry: Geometry) -> tuple[int, ...]:
         """Springs per contact radius; on rough scenes the points per side of the surface's grid.

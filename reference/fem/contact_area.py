@@ -69,10 +69,18 @@ def contact_radius(
         return None
     radii = body.scaled_radii
     reach = radii[active].max()
-    second, fourth = (reactions @ radii**k / reactions.sum() for k in (2, 4))
-    root = 49.0 * second**2 - 31.5 * fourth
-    if root < 0.0 or not active[radii < 0.8 * reach].all():
+    radius = radius_from_moments(radii, reactions)
+    if radius is None or not active[radii < 0.8 * reach].all():
         return None
-    radius = np.sqrt(0.5 * (7.0 * second - np.sqrt(root)))
     spacing = body.spacing_scaled / np.sqrt(body.stretch[0] * body.stretch[1])
     return float(radius * body.length) if abs(radius - reach) < spacing else None
+
+
+def radius_from_moments(radii: NDArray[np.float64], reactions: NDArray[np.float64]) -> float | None:
+    """Radius of ``p = sqrt(a^2 - r^2) (c_0 + c_1 r^2)`` from nodal forces at the given radii.
+
+    None where their moments are not those of such a pressure.
+    """
+    second, fourth = (reactions @ radii**k / reactions.sum() for k in (2, 4))
+    root = 49.0 * second**2 - 31.5 * fourth
+    return None if root < 0.0 else float(np.sqrt(0.5 * (7.0 * second - np.sqrt(root))))

@@ -36,7 +36,9 @@ class SolidMesh:
     cells: NDArray[np.int64]
 
     @classmethod
-    def from_vtk(cls, name: str, points: NDArray[np.float64], cells: NDArray[np.int64]) -> SolidMesh:
+    def from_vtk(
+        cls, name: str, points: NDArray[np.float64], cells: NDArray[np.int64]
+    ) -> SolidMesh:
         """Take cells with VTK's numbering, as meshio has them.
 
         ``hexahedron20`` become 27-node hexahedra: the corners of 20-node ones carry negative

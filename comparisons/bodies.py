@@ -1,0 +1,261 @@
+"""A user's body made ready for contact: read, checked, turned towards the indenter.
+
+In the frame of the contact z points into the body, x and y are the two other axes of the file in
+alphabetical order, and the origin is where the indenter's axis meets the highest point of the
+contact surface. (That frame may be left-handed; isotropic elasticity does not mind.)
+"""
+
+from __future__ import annotations
+
+import hashlib
+from dataclasses import dataclass, fields
+from pathlib import Path
+
+import numpy as np
+
+from comparisons.body_files import BodyError, BodyFile, NamedPart, read_body
+from comparisons.body_table import AXES, Body
+from comparisons.geometry import IndenterGeometry
+from comparisons.quantities import shown
+from comparisons.scene import Scene, SceneError
+from reference.fem.solid_mesh import SolidMesh
+from reference.fem.supported_body import contact_nodes, free_motions
+
+# Contact is linearised about the direction of the indenter: at this slope its normal is off by
+# 30 degrees, and forces along it by a seventh.
+STEEPEST = np.cos(np.radians(30.0))
+# A height variation this small, over the width of the surface, is none.
+FLAT = 1e-6
+# How far a face's normal may lean from an axis on a roller, as a sine.
+ALIGNED = 1e-6
+SHOWN_CELLS = 5
+
+
+@dataclass(frozen=True, eq=False)
+class Support:
+    """Displacement components that are zero on faces (k, 2), or at nodes that no face has."""
+
+    faces: np.ndarray
+    nodes: np.ndarray
+    components: tuple[int, ...]
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class BodyGeometry(IndenterGeometry):
+    """An indenter (or a rigid plane) over a supported body.
+
+    Attributes
+    ----------
+    solid : SolidMesh
+        In metres, in the frame of the contact.
+    surface : (k, 2)
+        Faces that may touch.
+    supports : tuple of Support
+    symmetric_parts : int
+    origin, axes : (3,), (3, 3)
+        The frame: coordinates in it are ``axes @ (p - origin)``.
+    """
+
+    solid: SolidMesh
+    surface: np.ndarray
+    supports: tuple[Support, ...]
+    symmetric_parts: int
+    origin: np.ndarray
+    axes: np.ndarray
+
+    @property
+    def flat_surface(self) -> bool:
+        """Whether the contact surface is a plane across the indenter's axis."""
+        points = self.solid.points[self.solid.nodes_of(self.surface)]
+        return bool(np.ptp(points[:, 2]) <= FLAT * np.ptp(points[:, :2]))
+
+    @property
+    def digest(self) -> str:
+        """What identifies the mesh beside the scene's text."""
+        state = hashlib.sha256(super().digest.encode())
+        arrays = [self.solid.points, self.solid.cells, self.surface]
+        arrays += [each for s in self.supports for each in (s.faces, s.nodes)]
+        for array in arrays:
+            state.update(np.ascontiguousarray(array).tobytes())
+        return state.hexdigest()
+
+    def held(self, mesh: SolidMesh, numbers: np.ndarray, faces: list[np.ndarray]) -> np.ndarray:
+        """Return the components (n, 3) held on a refined mesh: its numbers of our nodes, and faces."""
+        held = np.zeros(mesh.points.shape, dtype=bool)
+        for support, own in zip(self.supports, faces, strict=True):
+            nodes = np.concatenate([numbers[support.nodes], mesh.nodes_of(own)]).astype(np.int64)
+            held[np.ix_(nodes, support.components)] = True
+        return held
+
+
+def with_body(scene: Scene, contact: IndenterGeometry) -> BodyGeometry:
+    """Read and check the body of a scene.
+
+    Parameters
+    ----------
+    scene : Scene
+    contact : IndenterGeometry
+        The indenter, with its contact on a half-space of the same moduli.
+
+    Raises
+    ------
+    SceneError
+        Listing everything that is wrong with the file and its names.
+    """
+    table = scene.body
+    assert table is not None
+    try:
+        return _geometry(table, read_body(Path(scene.directory) / table.file), contact)
+    except BodyError as error:
+        raise SceneError(scene.name, [f"body.{each}" for each in error.problems]) from error
+
+
+def _geometry(table: Body, read: BodyFile, contact: IndenterGeometry) -> BodyGeometry:
+    axes = _axes(table.direction)
+    problems = _mesh_problems(read.mesh)
+    surface, found = _contact_surface(table, read, axes)
+    problems += found
+    for name in table.supports:
+        if name not in read.parts:
+            problems.append(f"supports.{name}: {_unknown(name, read)}")
+    if problems:
+        raise BodyError(problems)
+    mesh = read.mesh.transformed(np.zeros(3), table.unit * axes)
+    origin, problems = _origin(table, mesh, surface)
+    mesh = mesh.transformed(origin, np.eye(3))
+    supports = []
+    for name, how in table.supports.items():
+        supports.append(_support(mesh, read.parts[name], how, axes, name, problems))
+    if problems:
+        raise BodyError(problems)
+    geometry = BodyGeometry(
+        **{each.name: getattr(contact, each.name) for each in fields(contact)},
+        solid=mesh,
+        surface=surface,
+        supports=tuple(supports),
+        symmetric_parts=table.symmetric_parts,
+        origin=axes.T @ origin,
+        axes=axes,
+    )
+    _check_supports(geometry)
+    return geometry
+
+
+def _axes(direction: str) -> np.ndarray:
+    """Rows: the two axes across the indenter's direction in alphabetical order, the direction."""
+    along = AXES.index(direction[1])
+    rows = [np.eye(3)[k] for k in range(3) if k != along]
+    return np.array([*rows, (1.0 if direction[0] == "+" else -1.0) * np.eye(3)[along]])
+
+
+def _mesh_problems(mesh: SolidMesh) -> list[str]:
+    problems = []
+    inverted = mesh.inverted()
+    if len(inverted):
+        some = ", ".join(str(each) for each in inverted[:SHOWN_CELLS])
+        more = ", ..." if len(inverted) > SHOWN_CELLS else ""
+        problems.append(
+            f"file: expected cells of positive volume, got {len(inverted)} of {len(mesh.cells)} "
+            f"inverted or flat (numbered from 0: {some}{more})"
+        )
+    if mesh.parts() > 1:
+        problems.append(f"file: expected one connected body, got {mesh.parts()} separate pieces")
+    return problems
+
+
+def _unknown(name: str, read: BodyFile) -> str:
+    names = [shown(each) for each, part in read.parts.items() if len(part.nodes)]
+    return f"expected one of the file's names ({', '.join(names) or 'it has none'}), got {name!r}"
+
+
+def _contact_surface(table: Body, read: BodyFile, axes: np.ndarray) -> tuple[np.ndarray, list[str]]:
+    """Return the faces that may touch, and what is wrong with them."""
+    name = table.contact_surface
+    part = read.parts.get(name)
+    if part is None:
+        return np.zeros((0, 2), np.int64), [f"contact_surface: {_unknown(name, read)}"]
+    if part.inside or not len(part.faces):
+        came = f"{part.inside} faces that are not" if part.inside else "no face of it"
+        return part.faces, [f"contact_surface: expected faces on the body's boundary, got {came}"]
+    areas = np.concatenate([a.sum(axis=1) for *_, a in read.mesh.face_integrals(part.faces)])
+    normals = areas / np.linalg.norm(areas, axis=1, keepdims=True)
+    facing = -normals @ axes[2]
+    mean = areas.sum(axis=0) / np.linalg.norm(areas.sum(axis=0))
+    text = f"the indenter moves along {table.direction}"
+    if -mean @ axes[2] <= 0.0:
+        normal = ", ".join(f"{each:.2g}" for each in mean)
+        return part.faces, [
+            f"contact_surface: expected to face the indenter; {text}, and the outward normal is "
+            f"({normal})"
+        ]
+    if facing.min() < STEEPEST:
+        steep = int((facing < STEEPEST).sum())
+        lean = np.degrees(np.arccos(facing.min()))
+        return part.faces, [
+            f"contact_surface: expected a surface that leans at most 30 degrees, because contact is "
+            f"linearised ({text}), got {steep} of {len(facing)} faces that lean up to {lean:.0f}"
+        ]
+    return part.faces, []
+
+
+def _origin(table: Body, mesh: SolidMesh, surface: np.ndarray) -> tuple[np.ndarray, list[str]]:
+    """Return where the indenter's axis meets the top of the surface, in turned coordinates."""
+    points = mesh.points[mesh.nodes_of(surface)]
+    low, high = points[:, :2].min(axis=0), points[:, :2].max(axis=0)
+    if table.position is None:
+        parts = mesh.face_integrals(surface)
+        moments = sum(
+            np.einsum("kni,nq,kq->i", mesh.points[nodes], shapes, np.abs(areas[..., 2]))
+            for nodes, shapes, areas in parts
+        )
+        position = moments[:2] / sum(np.abs(areas[..., 2]).sum() for *_, areas in parts)
+    else:
+        position = np.array(table.position)
+    problems = []
+    slack = 1e-9 * (high - low)
+    if ((position < low - slack) | (position > high + slack)).any():
+        ranges = " x ".join(f"{a:.6g} to {b:.6g} m" for a, b in zip(low, high, strict=True))
+        came = ", ".join(f"{each:.6g}" for each in position)
+        problems.append(f"position: expected a place on the surface ({ranges}), got [{came}]")
+    return np.array([*position, points[:, 2].min()]), problems
+
+
+def _support(
+    mesh: SolidMesh, part: NamedPart, how: str, axes: np.ndarray, name: str, problems: list[str]
+) -> Support:
+    """Return a support in the frame of the contact; what is wrong joins the problems."""
+    if how != "roller":
+        turned = [int(np.abs(axes[:, AXES.index(each)]).argmax()) for each in how]
+        return Support(part.faces, part.nodes, tuple(sorted(turned)))
+    normals = np.zeros((0, 3))
+    if len(part.faces):
+        normals = np.concatenate([a.sum(axis=1) for *_, a in mesh.face_integrals(part.faces)])
+        normals = np.abs(normals) / np.linalg.norm(normals, axis=1, keepdims=True)
+    axis = int(normals.sum(axis=0).argmax()) if len(normals) else 0
+    if not len(normals) or (np.delete(normals, axis, axis=1) > ALIGNED).any():
+        problems.append(
+            f"supports.{name}: expected plane faces across x, y or z for a roller, got "
+            + ("faces of other directions" if len(normals) else "no faces")
+        )
+    return Support(part.faces, mesh.nodes_of(part.faces), (axis,))
+
+
+def _check_supports(geometry: BodyGeometry) -> None:
+    mesh, problems = geometry.solid, []
+    same = np.arange(len(mesh.points))
+    held = geometry.held(mesh, same, [each.faces for each in geometry.supports])
+    free = free_motions(mesh.points, held)
+    if free:
+        # The axes are those of the contact: name them as the file does.
+        letters = [AXES[int(np.abs(row).argmax())] for row in geometry.axes]
+        named = [each[:-1] + letters[AXES.index(each[-1])] for each in free]
+        problems.append(
+            f"supports: expected supports that hold the body, got free {', '.join(named)}"
+        )
+    if held[contact_nodes(mesh, geometry.surface), 2].any():
+        problems.append(
+            "supports: expected supports away from the contact surface, got nodes of it that "
+            "are held along the indenter's direction"
+        )
+    if problems:
+        raise BodyError(problems)

@@ -1,0 +1,151 @@
+"""Meshes of users' bodies, read through meshio: the cells, and what has a name.
+
+Names come from Gmsh's physical groups, Abaqus' node and element sets, and from arrays of VTU files
+(where they are not zero).
+"""
+
+from __future__ import annotations
+
+import contextlib
+import io
+from collections import Counter
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+
+import meshio
+import numpy as np
+
+from comparisons.errors import InputError
+from reference.fem.cells import KINDS
+from reference.fem.solid_mesh import SolidMesh
+
+SOLIDS = (*KINDS, "hexahedron20")
+CORNERS = {"triangle": 3, "quad": 4}
+
+
+class BodyError(InputError):
+    """A body's file cannot be used; ``problems`` lists why."""
+
+    def __init__(self, problems: list[str]) -> None:
+        super().__init__("; ".join(problems))
+        self.problems = problems
+
+
+@dataclass(frozen=True, eq=False)
+class NamedPart:
+    """What a name stands for: faces (k, 2) of the mesh, and nodes beside or on them."""
+
+    faces: np.ndarray
+    nodes: np.ndarray
+    inside: int = 0
+
+
+@dataclass(frozen=True, eq=False)
+class BodyFile:
+    """The mesh in the file's own coordinates and unit, and its named parts."""
+
+    mesh: SolidMesh
+    parts: dict[str, NamedPart]
+
+
+def read_body(path: Path) -> BodyFile:
+    """Read a mesh and its names.
+
+    Raises
+    ------
+    BodyError
+        If the file cannot be read, or its cells are not of one supported kind.
+    """
+    if not path.is_file():
+        raise BodyError([f"file: expected a mesh, got {str(path)!r}, which is no file"])
+    raw = _read(path)
+    solids = Counter()
+    for block in raw.cells:
+        if block.dim == 3:
+            solids[block.type] += len(block.data)
+    if len(solids) != 1 or not set(solids) <= set(SOLIDS):
+        came = ", ".join(f"{count} {kind}" for kind, count in solids.items()) or "no volume cells"
+        raise BodyError([f"file: expected cells of one kind of {', '.join(SOLIDS)}, got {came}"])
+    (kind,) = solids
+    cells = np.concatenate([block.data for block in raw.cells if block.type == kind])
+    if raw.points.shape[1] != 3 or not np.isfinite(raw.points).all():
+        raise BodyError(["file: expected finite coordinates x, y, z of all points"])
+    used, numbers = np.unique(cells, return_inverse=True)
+    mesh = SolidMesh.from_vtk(kind, raw.points[used], numbers.reshape(cells.shape))
+    known = np.full(len(raw.points), -1)
+    known[used] = np.arange(len(used))
+    return BodyFile(mesh, dict(_parts(raw, mesh, known)))
+
+
+def _read(path: Path) -> meshio.Mesh:
+    """Read with meshio, which prints, and ends the program where it fails."""
+    said = io.StringIO()
+    try:
+        with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said):
+            return meshio.read(path)
+    except (Exception, SystemExit) as error:
+        lines = [line.strip() for line in said.getvalue().splitlines() if line.strip()]
+        why = lines[0] if isinstance(error, SystemExit) and lines else str(error)
+        kind = "" if isinstance(error, SystemExit) else f"{type(error).__name__}: "
+        raise BodyError([f"file: {path.name} is no mesh that meshio reads ({kind}{why})"]) from None
+
+
+def _parts(raw: meshio.Mesh, mesh: SolidMesh, known: np.ndarray) -> Iterator[tuple[str, NamedPart]]:
+    """Yield every name with its part; a later name of the same text wins."""
+    for name, mask in raw.point_data.items():
+        if mask.ndim == 1 and np.isfinite(mask).all():
+            yield name, _node_part(mesh, known, np.flatnonzero(mask))
+    for name, nodes in raw.point_sets.items():
+        yield name, _node_part(mesh, known, np.asarray(nodes, dtype=np.int64))
+    for name, chosen in _cell_groups(raw):
+        yield name, _cell_part(raw, mesh, known, chosen)
+
+
+def _cell_groups(raw: meshio.Mesh) -> Iterator[tuple[str, list[np.ndarray]]]:
+    """Yield names of cells with, for each block of cells, which of them are meant."""
+    empty = np.zeros(0, dtype=np.int64)
+    for name, blocks in raw.cell_data.items():
+        if name.startswith("gmsh:") or any(np.ndim(each) != 1 for each in blocks):
+            continue
+        yield name, [np.flatnonzero(each) for each in blocks]
+    for name, blocks in raw.cell_sets.items():
+        if not name.startswith("gmsh:"):
+            chosen = [empty if each is None else np.asarray(each, np.int64) for each in blocks]
+            yield name, chosen
+    tags = raw.cell_data.get("gmsh:physical")
+    if tags is None:
+        return
+    names = {(int(dim), int(tag)): name for name, (tag, dim) in raw.field_data.items()}
+    groups = {(b.dim, int(t)) for b, own in zip(raw.cells, tags, strict=True) for t in set(own)}
+    for dim, tag in sorted(groups - {(b.dim, 0) for b in raw.cells}):
+        pairs = zip(raw.cells, tags, strict=True)
+        chosen = [np.flatnonzero(own == tag) if b.dim == dim else empty for b, own in pairs]
+        yield names.get((dim, tag), str(tag)), chosen
+
+
+def _node_part(mesh: SolidMesh, known: np.ndarray, nodes: np.ndarray) -> NamedPart:
+    """Faces all of whose corners are named, and the nodes."""
+    nodes = known[nodes]
+    inside = np.zeros(len(mesh.points), dtype=bool)
+    inside[nodes[nodes >= 0]] = True
+    return NamedPart(mesh.faces_within(inside), np.flatnonzero(inside))
+
+
+def _cell_part(
+    raw: meshio.Mesh, mesh: SolidMesh, known: np.ndarray, chosen: list[np.ndarray]
+) -> NamedPart:
+    """Faces under named triangles and quadrilaterals; lines and vertices name nodes."""
+    faces, nodes, inside = [np.zeros((0, 2), np.int64)], [np.zeros(0, np.int64)], 0
+    for block, which in zip(raw.cells, chosen, strict=True):
+        if block.dim == 3 or not len(which):
+            continue
+        own = known[block.data[which]]
+        nodes.append(own[own >= 0])
+        if block.dim == 2:
+            corners = own[:, : 3 if block.type.startswith("triangle") else 4]
+            found = mesh.find(corners[(corners >= 0).all(axis=1)])
+            inside += len(which) - len(found)
+            faces.append(found)
+    found = np.unique(np.concatenate(faces), axis=0)
+    return NamedPart(found, np.unique(np.concatenate([*nodes, mesh.nodes_of(found)])), inside)

@@ -1,0 +1,103 @@
+"""The [body] table: a user's mesh in place of the half-space, with its supports."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated, Any, Literal
+
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
+
+from comparisons.quantities import FiniteLength, fail
+from comparisons.units import LENGTH, to_si
+
+AXES = "xyz"
+ELASTIC_KEYS = ("youngs_modulus", "shear_modulus", "effective_modulus", "poisson_ratio")
+Name = Annotated[str, Field(min_length=1, max_length=200)]
+
+
+def _length_unit(value: Any) -> Any:
+    try:
+        if not isinstance(value, str) or not 0.0 < to_si(f"1 {value}", LENGTH) < float("inf"):
+            raise ValueError
+    except ValueError as error:
+        raise fail('expected the unit of the file\'s coordinates, such as "mm"', value) from error
+    return value
+
+
+def _support(value: Any) -> Any:
+    """Bring "fixed", "roller", "xy" or ["x", "y"] to "roller" or the held directions in order."""
+    text = value
+    if isinstance(value, (list, tuple)) and all(isinstance(each, str) for each in value):
+        text = "".join(value)
+    if text in ("roller", "fixed"):
+        return "roller" if text == "roller" else AXES
+    if not isinstance(text, str) or not text or len(set(text)) != len(text) or set(text) - {*AXES}:
+        raise fail('expected "fixed", "roller", or held directions such as "x", "xy"', value)
+    return "".join(sorted(text))
+
+
+def _supports(value: Any) -> Any:
+    if not isinstance(value, Mapping) or not value:
+        raise fail('expected a table of supports such as { bottom = "fixed" }', value)
+    return value
+
+
+Support = Annotated[str, BeforeValidator(_support)]
+
+
+class Body(BaseModel):
+    """A mesh from a file: what presses on it where, and what holds it.
+
+    length_unit: of the coordinates in the file, which itself does not know.
+    contact_surface: named faces that the indenter may touch.
+    supports: name -> "fixed", "roller" (no displacement along the normal) or held directions.
+    direction: where the indenter moves, in the coordinates of the file.
+    position: of the indenter's axis, in the two other coordinates (alphabetical); default: the
+    centre of the contact surface.
+    symmetric_parts: of how many equal parts the mesh is one; forces and areas are those of all.
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+    file: Annotated[str, Field(min_length=1, max_length=4096)]
+    length_unit: Annotated[str, BeforeValidator(_length_unit)]
+    contact_surface: Name
+    supports: Annotated[dict[Name, Support], BeforeValidator(_supports)]
+    direction: Literal["+x", "-x", "+y", "-y", "+z", "-z"] = "-z"
+    position: tuple[FiniteLength, FiniteLength] | None = None
+    symmetric_parts: Annotated[int, Field(strict=True, ge=1, le=1000)] = 1
+
+    @property
+    def unit(self) -> float:
+        """The length unit in metres."""
+        return to_si(f"1 {self.length_unit}", LENGTH)
+
+
+def with_material(data: dict[str, Any]) -> dict[str, Any]:
+    """Move elastic constants that stand in [body] to [half_space], where there is none.
+
+    They belong to the same elastic body; where both tables have them, validation objects.
+    """
+    body = data.get("body")
+    if not isinstance(body, dict) or "half_space" in data:
+        return data
+    own = {key: body[key] for key in ELASTIC_KEYS if key in body}
+    rest = {key: value for key, value in body.items() if key not in own}
+    return data | {"half_space": own, "body": rest}
+
+
+def table_problems(data: dict[str, Any]) -> list[str]:
+    """Problems of a scene with a [body] that no single table shows."""
+    body, problems = data.get("body"), []
+    if body is None:
+        return problems
+    if "surface" in data:
+        problems.append("surface: a [body] takes an [indenter], or nothing: then a rigid plane")
+    if isinstance(body, dict) and body.get("symmetric_parts", 1) != 1 and "position" not in body:
+        problems.append("body.position: expected, because the mesh is a part (symmetric_parts)")
+    material = with_material(data).get("half_space")
+    if isinstance(material, dict) and "effective_modulus" in material:
+        problems.append("body: expected E or G with nu: a finite body depends on more than E*")
+    loading = data.get("loading")
+    if "indenter" not in data and isinstance(loading, dict) and "mean_gap" in loading:
+        problems.append("loading.mean_gap: expected force or penetration, a [body] has no mean gap")
+    return problems
