@@ -80,7 +80,7 @@ class BodyGeometry(IndenterGeometry):
         return state.hexdigest()
 
     def held(self, mesh: SolidMesh, numbers: np.ndarray, faces: list[np.ndarray]) -> np.ndarray:
-        """Return the components (n, 3) held on a refined mesh: its numbers of our nodes, and faces."""
+        """Return the components (n, 3) held on a refined mesh, from its numbers and faces."""
         held = np.zeros(mesh.points.shape, dtype=bool)
         for support, own in zip(self.supports, faces, strict=True):
             nodes = np.concatenate([numbers[support.nodes], mesh.nodes_of(own)]).astype(np.int64)
@@ -192,8 +192,8 @@ def _contact_surface(table: Body, read: BodyFile, axes: np.ndarray) -> tuple[np.
         steep = int((facing < STEEPEST).sum())
         lean = np.degrees(np.arccos(facing.min()))
         return part.faces, [
-            f"contact_surface: expected a surface that leans at most 30 degrees, because contact is "
-            f"linearised ({text}), got {steep} of {len(facing)} faces that lean up to {lean:.0f}"
+            f"contact_surface: expected to lean at most 30 degrees, because contact is linearised "
+            f"({text}), got {steep} of {len(facing)} faces that lean up to {lean:.0f} degrees"
         ]
     return part.faces, []
 

@@ -128,9 +128,10 @@ def solve_scene(
     if with_fields and "pressure" not in scene.compare.quantities:
         changes["compare.quantities"] = [*scene.compare.quantities, "pressure"]
     if resolution is not None:
-        if resolution < 2 and method != "closed_form":
-            raise InputError(f"--resolution: expected at least 2, got {resolution}")
-        changes["compare.resolutions"] = [max(resolution, 2)]
+        least = 2 if scene.body is None else 1  # 1 is a user's mesh as it is
+        if resolution < least and method != "closed_form":
+            raise InputError(f"--resolution: expected at least {least}, got {resolution}")
+        changes["compare.resolutions"] = [max(resolution, least)]
     plan = plan_scene(load_scene(source, changes), "full")[0]
     chosen = _chosen(plan, method, resolution)
     blocks = plan.blocks(method)

@@ -64,13 +64,13 @@ def _part(task: Task, start: int, end: int) -> Task:
     geometry = task.geometry
     if isinstance(geometry, IndenterGeometry) and len(geometry.contact_radii) == steps:
         inside = slice(start, end)
-        geometry = IndenterGeometry(
-            geometry.indenter,
-            geometry.penetrations[end - 1],
-            geometry.contact_radii[end - 1],
-            geometry.penetrations[inside],
-            geometry.contact_radii[inside],
-            {step - start: why for step, why in geometry.unreached.items() if start <= step < end},
+        geometry = replace(
+            geometry,
+            penetration=geometry.penetrations[end - 1],
+            contact_radius=geometry.contact_radii[end - 1],
+            penetrations=geometry.penetrations[inside],
+            contact_radii=geometry.contact_radii[inside],
+            unreached={s - start: why for s, why in geometry.unreached.items() if start <= s < end},
         )
     loads = Loads(task.loads.control, task.loads.values[start:end])
     body = task.with_body and end == steps

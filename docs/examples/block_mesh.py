@@ -1,7 +1,7 @@
 """Make the Gmsh file of the body example: a finite steel block, graded towards one corner.
 
 A quarter of a block of 4 mm x 4 mm x 2 mm: the indenter's axis is the edge x = y = 0, the symmetry
-planes are rollers. Run ``python docs/examples/block_mesh.py FOLDER``; it writes ``block.msh``, which
+planes are rollers. ``python docs/examples/block_mesh.py FOLDER`` writes ``block.msh``, which
 ``block.toml`` beside this script names. With Gmsh itself, give the same surfaces physical names.
 """
 

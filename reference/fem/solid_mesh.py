@@ -112,7 +112,7 @@ class SolidMesh:
         return np.linalg.det(gradient)
 
     def parts(self) -> int:
-        """Number of pieces that no face, edge or node connects."""
+        """Return the number of pieces that no face, edge or node connects."""
         start = np.repeat(self.cells[:, :1], self.cells.shape[1], axis=1)
         pairs = (start.ravel(), self.cells.ravel())
         graph = coo_matrix((np.ones(self.cells.size), pairs), shape=(len(self.points),) * 2)

@@ -1,0 +1,419 @@
+"""Scenes with a user's body: files of three programs, frames, supports, and what is refused."""
+
+from __future__ import annotations
+
+import importlib.util
+import shutil
+from pathlib import Path
+
+import meshio
+import numpy as np
+import pytest
+
+from comparisons.planning import plan_scene
+from comparisons.scene import SceneError, load_scene, make_scene, parse_scene
+from comparisons.single import solve_scene
+
+EXAMPLES = Path(__file__).parents[2] / "docs" / "examples"
+E, NU, R = 1e9, 0.3, 0.1
+CORNERS = ((0, 0), (1, 0), (1, 1), (0, 1))
+
+
+def hexahedra(lines):
+    """Points and cells of a box between mesh lines; z up, the top is the last plane."""
+    points = np.stack(np.meshgrid(*lines, indexing="ij"), axis=-1).reshape(-1, 3)
+    number = np.arange(len(points)).reshape([len(each) for each in lines])
+    n = [len(each) - 1 for each in lines]
+    cells = [
+        number[i : i + n[0], j : j + n[1], k : k + n[2]].ravel() for k in (0, 1) for i, j in CORNERS
+    ]
+    return points, np.stack(cells, axis=-1), number
+
+
+def sides(number):
+    """Return the quadrilaterals of the top, the bottom and the four walls."""
+    parts = {
+        "top": number[:, :, -1],
+        "bottom": number[:, :, 0],
+        "x0": number[0],
+        "x1": number[-1],
+        "y0": number[:, 0],
+        "y1": number[:, -1],
+    }
+    return {
+        name: np.stack(
+            [s[i : i + s.shape[0] - 1, j : j + s.shape[1] - 1].ravel() for i, j in CORNERS], 1
+        )
+        for name, s in parts.items()
+    }
+
+
+LINES = (np.linspace(-1.0, 1.0, 7), np.linspace(-1.0, 1.0, 7), np.linspace(-1.0, 0.0, 5))
+
+
+def write(path, lines=LINES, turn=None, change=None):
+    """Write a block of 2 x 2 x 1 in the format that the ending names, with names on its sides."""
+    points, cells, number = hexahedra(lines)
+    quads = sides(number)
+    if turn is not None:
+        points = points @ turn.T
+    if change is not None:
+        points, cells = change(points, cells)
+    if path.suffix == ".msh":
+        tags = [np.full(len(q), k) for k, q in enumerate(quads.values(), 1)]
+        physical = [np.concatenate(tags), np.full(len(cells), 9)]
+        mesh = meshio.Mesh(
+            points,
+            [("quad", np.concatenate(list(quads.values()))), ("hexahedron", cells)],
+            cell_data={"gmsh:physical": physical, "gmsh:geometrical": physical},
+            field_data={name: np.array([k, 2]) for k, name in enumerate(quads, 1)},
+        )
+        meshio.write(path, mesh, file_format="gmsh22")
+    elif path.suffix == ".inp":
+        sets = {name: np.unique(q) for name, q in quads.items()}
+        meshio.write(path, meshio.Mesh(points, [("hexahedron", cells)], point_sets=sets))
+    else:
+        everything = np.concatenate(list(quads.values()))
+        start = np.cumsum([0, *(len(q) for q in quads.values())])
+        marks = {}
+        for k, name in enumerate(quads):
+            mark = np.zeros(len(everything), dtype=np.int64)
+            mark[start[k] : start[k + 1]] = 1
+            marks[name] = [mark, np.zeros(len(cells), dtype=np.int64)]
+        blocks = [("quad", everything), ("hexahedron", cells)]
+        meshio.write(path, meshio.Mesh(points, blocks, cell_data=marks))
+    return path
+
+
+def tables(file, **body):
+    return {
+        "name": "own-body",
+        "half_space": {"youngs_modulus": E, "poisson_ratio": NU},
+        "indenter": {"shape": "paraboloid", "radius": R},
+        "body": {
+            "file": file,
+            "length_unit": "mm",
+            "contact_surface": "top",
+            "supports": {"bottom": "fixed"},
+            **body,
+        },
+        "loading": {"penetration": [2e-6, 4e-6]},
+    }
+
+
+def scene(tmp_path, file="block.msh", **body):
+    return make_scene(tables(file, **body), "test", tmp_path)
+
+
+def solved(made, resolution=1):
+    from comparisons.execution import execute
+    from comparisons.planning import task_of
+
+    (plan,) = plan_scene(made)
+    solution = execute(task_of(plan, "fem", resolution, with_body=True))
+    assert solution.converged.all(), solution.reasons
+    return solution
+
+
+def problems_of(tmp_path, **body):
+    with pytest.raises(SceneError) as caught:
+        plan_scene(scene(tmp_path, **body))
+    return "\n".join(caught.value.problems)
+
+
+# --- files ----------------------------------------------------------------------------------
+
+
+@pytest.mark.filterwarnings("ignore::UserWarning")
+def test_gmsh_abaqus_and_vtu_files_of_one_body_are_one_body(tmp_path):
+    """The same block three times: the same force to the digits that a text file keeps."""
+    forces = [
+        solved(scene(tmp_path, write(tmp_path / f"block{ending}").name)).quantities["force"]
+        for ending in (".msh", ".inp", ".vtu")
+    ]
+    np.testing.assert_allclose(forces[1], forces[0], rtol=1e-9)
+    np.testing.assert_allclose(forces[2], forces[0], rtol=1e-9)
+
+
+def test_the_unit_of_the_file_scales_the_body(tmp_path):
+    """In metres the same numbers are a body a thousand times larger: nearer to a half-space."""
+    write(tmp_path / "block.msh")
+    small = solved(scene(tmp_path)).quantities["force"][0]
+    points, cells, number = hexahedra(tuple(1e-3 * each for each in LINES))
+    write(tmp_path / "metres.msh", tuple(1e-3 * each for each in LINES))
+    same = solved(scene(tmp_path, "metres.msh", length_unit="m")).quantities["force"][0]
+    np.testing.assert_allclose(same, small, rtol=1e-9)
+
+
+def quarter_turns():
+    """Rotations that bring the top (+z) of the block to each of the six sides."""
+    x = np.array([[0, 0, 1], [0, 1, 0], [-1, 0, 0]], dtype=float)
+    y = np.array([[1, 0, 0], [0, 0, 1], [0, -1, 0]], dtype=float)
+    return {"-x": x, "+x": x.T, "-y": y, "+y": y.T, "-z": np.eye(3), "+z": y @ y}
+
+
+@pytest.mark.parametrize("direction", quarter_turns())
+def test_a_body_may_lie_on_any_side(tmp_path, direction):
+    """Turned in space, it carries the same force; its results come back in the file's axes."""
+    write(tmp_path / "upright.msh")
+    write(tmp_path / "block.msh", turn=quarter_turns()[direction])
+    upright = solved(scene(tmp_path, "upright.msh"))
+    turned = solved(scene(tmp_path, direction=direction))
+    force = upright.quantities["force"]
+    np.testing.assert_allclose(turned.quantities["force"], force, rtol=1e-9)
+    from comparisons.vtu import mesh_of
+
+    back = mesh_of(turned.fields)
+    raw = meshio.read(tmp_path / "block.msh")
+    np.testing.assert_allclose(back.points.min(0), 1e-3 * raw.points.min(0), atol=1e-12)
+    np.testing.assert_allclose(back.points.max(0), 1e-3 * raw.points.max(0), atol=1e-12)
+    corners = back.points[back.cells[0].data]
+    assert (np.linalg.det(corners[:, [1, 3, 4]] - corners[:, [0]]) > 0).all()
+    moved = back.point_data["displacement"]
+    along = "xyz".index(direction[1])
+    assert np.abs(moved[:, along]).max() == pytest.approx(
+        np.abs(mesh_of(upright.fields).point_data["displacement"][:, 2]).max(), rel=1e-6
+    )
+
+
+# --- physics --------------------------------------------------------------------------------
+
+
+def test_a_rigid_plane_compresses_a_block_uniformly(tmp_path):
+    """Without an [indenter] a plane presses: F = E A d / H on rollers, exactly (patch test)."""
+    write(tmp_path / "block.msh")
+    data = tables("block.msh", supports={"bottom": "z", "x0": "roller", "y0": "roller"})
+    del data["indenter"]
+    solution = solved(make_scene(data, "test", tmp_path))
+    exact = E * 4e-6 * np.array([2e-6, 4e-6]) / 1e-3
+    np.testing.assert_allclose(solution.quantities["force"][0], exact, rtol=1e-9)
+    np.testing.assert_allclose(solution.quantities["contact_area"][0], 4e-6, rtol=1e-9)
+
+
+def test_a_quarter_stands_for_the_whole(tmp_path):
+    """Rollers on two planes of symmetry, and the forces of four parts."""
+    write(tmp_path / "block.msh")
+    write(tmp_path / "quarter.msh", (LINES[0][3:], LINES[1][3:], LINES[2]))
+    whole = solved(scene(tmp_path))
+    supports = {"bottom": "fixed", "x0": "roller", "y0": "y"}
+    own = {"supports": supports, "symmetric_parts": 4, "position": [0, 0]}
+    quarter = solved(scene(tmp_path, "quarter.msh", **own))
+    for name in ("force", "energy", "stiffness", "contact_area_raw"):
+        np.testing.assert_allclose(
+            quarter.quantities[name], whole.quantities[name], rtol=1e-9, err_msg=name
+        )
+
+
+def test_refinement_halves_the_cells_and_converges(tmp_path):
+    """Three levels: the changes of the force shrink at least as fast as the spacing."""
+    file = write(tmp_path / "block.msh", (LINES[0][3:], LINES[1][3:], LINES[2]))
+    supports = {"bottom": "fixed", "x0": "roller", "y0": "roller"}
+    own = {"supports": supports, "symmetric_parts": 4, "position": [0, 0]}
+    made = scene(tmp_path, file.name, **own)
+    force = [solved(made, n).quantities["force"][0, -1] for n in (1, 2, 4)]
+    assert abs(force[2] - force[1]) < 0.5 * abs(force[1] - force[0])
+
+
+def test_the_surface_itself_is_part_of_the_gap(tmp_path):
+    """A crowned block under a plane is a flat one under the same crown: the same contact.
+
+    The crown is 1e-3 high, so the difference of the meshes is of that order.
+    """
+
+    def crown(points, cells):
+        lowered = points.copy()
+        lowered[:, 2] -= 0.5e-2 * (points[:, :2] ** 2).sum(axis=1) * (1.0 + points[:, 2])
+        return lowered, cells
+
+    write(tmp_path / "crowned.msh", change=crown)
+    write(tmp_path / "block.msh")
+    data = tables("crowned.msh")
+    del data["indenter"]
+    crowned = solved(make_scene(data, "test", tmp_path)).quantities["force"]
+    flat = solved(scene(tmp_path)).quantities["force"]
+    np.testing.assert_allclose(crowned, flat, rtol=0.01)
+
+
+# --- plans ----------------------------------------------------------------------------------
+
+
+def test_half_space_methods_say_that_the_body_is_finite(tmp_path):
+    write(tmp_path / "block.msh")
+    (plan,) = plan_scene(scene(tmp_path))
+    plans = {each.method: each for each in plan.methods}
+    assert plans["fem"].resolutions == (1, 2)
+    assert "held by its supports; no far field" in plans["fem"].modelled
+    for name in ("closed_form", "bem_dense", "bem_fft"):
+        assert not plans[name].supported
+        assert plans[name].reason == "models a half-space, and the [body] is finite"
+    assert plans["reduced"].supported
+    assert "half-space" in plans["reduced"].reason
+
+
+def test_material_may_stand_in_the_body(tmp_path):
+    """It is that of the same body; the scene is the same."""
+    write(tmp_path / "block.msh")
+    data = tables("block.msh")
+    data["body"] |= data.pop("half_space")
+    moved = make_scene(data, "test", tmp_path)
+    assert moved == scene(tmp_path)
+    assert parse_scene(moved.text, "test", tmp_path) == moved
+    del data["body"]["poisson_ratio"]
+    with pytest.raises(SceneError, match=r"body: expected youngs_modulus and poisson_ratio"):
+        make_scene(data, "test", tmp_path)
+
+
+def test_names_with_spaces_survive_the_canonical_text(tmp_path):
+    made = scene(tmp_path, supports={"left side": "xy", 'a "b"': ["z"]})
+    assert made.body.supports == {"left side": "xy", 'a "b"': "z"}
+    assert parse_scene(made.text, "test", tmp_path) == made
+
+
+def test_the_example_runs_from_its_scene_file(tmp_path):
+    """The block of docs/examples: its script makes the shipped file, and `solve` its fields."""
+    spec = importlib.util.spec_from_file_location("block_mesh", EXAMPLES / "block_mesh.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    module.main(str(tmp_path))
+    shipped = (EXAMPLES / "block.msh").read_bytes()
+    assert (tmp_path / "block.msh").read_bytes() == shipped
+    shutil.copy(EXAMPLES / "block.toml", tmp_path)
+    result = solve_scene(str(tmp_path / "block.toml"), "fem", 1, with_fields=True)
+    assert result.converged, result.reasons
+    result.write_vtu(tmp_path / "block.vtu")
+    mesh = meshio.read(tmp_path / "block.vtu")
+    assert mesh.point_data["von_mises"].max() > 0
+    assert load_scene(EXAMPLES / "block.toml").body.symmetric_parts == 4
+
+
+# --- what is refused ------------------------------------------------------------------------
+
+
+def test_missing_and_wrong_keys_are_all_listed(tmp_path):
+    data = tables("block.msh", supports={"bottom": "glued"}, direction="down", colour="red")
+    del data["body"]["length_unit"]
+    del data["body"]["contact_surface"]
+    data["body"]["symmetric_parts"] = 4
+    with pytest.raises(SceneError) as caught:
+        make_scene(data, "test", tmp_path)
+    text = "\n".join(caught.value.problems)
+    for part in (
+        "body.length_unit: expected, but missing",
+        "body.contact_surface: expected, but missing",
+        'body.supports.bottom: expected "fixed", "roller", or held directions',
+        "body.direction: expected '+x', '-x'",
+        "body.colour: unknown key",
+        "body.position: expected, because the mesh is a part",
+    ):
+        assert part in text, part
+
+
+@pytest.mark.parametrize("unit", ["furlong", "N", "", 3, "1 mm", "0 mm"])
+def test_a_length_unit_is_a_unit(tmp_path, unit):
+    with pytest.raises(SceneError, match=r"body.length_unit: expected the unit of the file"):
+        scene(tmp_path, length_unit=unit)
+
+
+def test_wrong_names_are_answered_with_the_right_ones(tmp_path):
+    write(tmp_path / "block.msh")
+    text = problems_of(tmp_path, contact_surface="lid", supports={"floor": "fixed"})
+    assert "body.contact_surface: expected one of the file's names ('top', 'bottom'" in text
+    assert "body.supports.floor: expected one of the file's names" in text
+
+
+def test_inverted_cells_are_counted_and_named(tmp_path):
+    def invert(points, cells):
+        cells = cells.copy()
+        cells[7, :4], cells[7, 4:] = cells[7, 4:].copy(), cells[7, :4].copy()
+        return points, cells
+
+    write(tmp_path / "block.msh", change=invert)
+    text = problems_of(tmp_path)
+    assert (
+        "expected cells of positive volume, got 1 of 144 inverted or flat (numbered from 0: 7)"
+        in text
+    )
+
+
+def test_a_surface_must_face_the_indenter(tmp_path):
+    write(tmp_path / "block.msh")
+    assert "and the outward normal is (0, 0, 1)" in problems_of(tmp_path, direction="+z")
+    text = problems_of(tmp_path, contact_surface="bottom", supports={"top": "fixed"})
+    assert "expected to face the indenter; the indenter moves along -z" in text
+    assert "expected to face the indenter" in problems_of(tmp_path, direction="-x")
+
+
+def test_a_steep_surface_is_refused(tmp_path):
+    def bend(points, cells):
+        bent = points.copy()
+        bent[:, 2] -= 0.8 * np.abs(points[:, 0])
+        return bent, cells
+
+    write(tmp_path / "block.msh", change=bend)
+    assert "lean at most 30 degrees" in problems_of(tmp_path)
+    assert "that lean up to 39 degrees" in problems_of(tmp_path)
+
+
+def test_supports_must_hold_the_body(tmp_path):
+    write(tmp_path / "block.msh")
+    text = problems_of(tmp_path, supports={"bottom": "z"})
+    assert "got free translation along x, translation along y, rotation about z" in text
+    assert "held along the indenter's direction" in problems_of(tmp_path, supports={"x0": "fixed"})
+
+
+def test_a_roller_needs_a_plane_across_an_axis(tmp_path):
+    turn = np.array([[0.8, -0.6, 0], [0.6, 0.8, 0], [0, 0, 1.0]])
+    write(tmp_path / "block.msh", turn=turn)
+    text = problems_of(tmp_path, supports={"bottom": "fixed", "x0": "roller"})
+    assert "body.supports.x0: expected plane faces across x, y or z for a roller" in text
+
+
+def test_the_indenter_must_meet_the_surface(tmp_path):
+    write(tmp_path / "block.msh")
+    text = problems_of(tmp_path, position=["3 mm", 0])
+    assert "body.position: expected a place on the surface (-0.001 to 0.001 m x" in text
+
+
+def test_separate_pieces_are_no_body(tmp_path):
+    def double(points, cells):
+        return np.concatenate([points, points + 5.0]), np.concatenate([cells, cells + len(points)])
+
+    write(tmp_path / "block.vtu".replace(".vtu", ".inp"), change=double)
+    text = problems_of(tmp_path, file="block.inp")
+    assert "expected one connected body, got 2 separate pieces" in text
+
+
+@pytest.mark.parametrize("content", [b"", b"$MeshFormat\n9 9 9\n", b"\x00\xff" * 50])
+def test_files_that_are_no_mesh_are_said_to_be_none(tmp_path, content, capfd):
+    """The reader prints and would end the program; neither may reach the user."""
+    (tmp_path / "block.msh").write_bytes(content)
+    assert "body.file: block.msh is no mesh that meshio reads" in problems_of(tmp_path)
+    assert capfd.readouterr() == ("", "")
+
+
+def test_missing_files_and_other_cells_are_named(tmp_path):
+    assert "which is no file" in problems_of(tmp_path, file="nowhere.msh")
+    wedge = [[0, 1, 2, 3, 4, 5]]
+    points = np.array([[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1], [1, 0, 1], [0, 1, 1]], float)
+    meshio.write(tmp_path / "wedge.vtu", meshio.Mesh(points, [("wedge", wedge)]))
+    assert "got 1 wedge" in problems_of(tmp_path, file="wedge.vtu")
+    meshio.write(tmp_path / "flat.vtu", meshio.Mesh(points, [("triangle", [[0, 1, 2]])]))
+    assert "got no volume cells" in problems_of(tmp_path, file="flat.vtu")
+
+
+def test_tables_that_do_not_go_together_are_refused(tmp_path):
+    data = tables("block.msh")
+    data["half_space"] = {"effective_modulus": 1e9}
+    data["surface"] = {"kind": "map", "file": "a.csv"}
+    data["loading"] = {"mean_gap": [1e-6]}
+    del data["indenter"]
+    with pytest.raises(SceneError) as caught:
+        make_scene(data, "test", tmp_path)
+    text = "\n".join(caught.value.problems)
+    assert "surface: a [body] takes an [indenter], or nothing" in text
+    assert "a finite body depends on more than E*" in text
+    assert "a [body] has no mean gap" in text
+    plain = {**tables("x"), "compare": {"resolutions": [1, 2]}}
+    del plain["body"]
+    with pytest.raises(SceneError, match="1 is a .body.'s mesh as it is"):
+        make_scene(plain, "test", tmp_path)
