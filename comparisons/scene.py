@@ -401,7 +401,8 @@ def _table_problems(data: dict[str, Any]) -> list[str]:
     compare = data.get("compare")
     levels = compare.get("resolutions") if isinstance(compare, dict) else None
     if "body" not in data and isinstance(levels, (list, tuple)) and 1 in levels:
-        problems.append("compare.resolutions: expected at least 2 (1 is a [body]'s mesh as it is)")
+        path = f"compare.resolutions.{levels.index(1)}"
+        problems.append(f"{path}: expected greater than or equal to 2 without a [body], got 1")
     loading = data.get("loading")
     if isinstance(loading, dict) and "indenter" in data:
         if "mean_gap" in loading:

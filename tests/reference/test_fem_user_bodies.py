@@ -111,7 +111,7 @@ def test_a_crack_stays_open_when_cells_are_cut():
     mesh = block("hexahedron27", CUBE)
     both = SolidMesh(
         mesh.kind,
-        np.concatenate([mesh.points, mesh.points + [1.0, 0.0, 0.0]]),
+        np.concatenate([mesh.points, mesh.points + np.eye(3)[0]]),
         np.concatenate([mesh.cells, mesh.cells + len(mesh.points)]),
     )
     assert both.parts() == 2
