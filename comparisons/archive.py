@@ -12,7 +12,7 @@ from comparisons.store import ResultsError, read_arrays, write_arrays
 
 _PREFIX = "solution."
 _ARRAYS = ("converged", "iterations", "violation")
-_NUMBERS = ("unknowns", "seconds", "setup_seconds", "compile_seconds", "memory")
+_NUMBERS = ("unknowns", "truncation", "seconds", "setup_seconds", "compile_seconds", "memory")
 
 
 def save_solution(path: Path, solution: Solution) -> None:
@@ -77,6 +77,7 @@ def joined(parts: list[Solution]) -> Solution:
         unknowns=parts[0].unknowns,
         reasons=reasons,
         fields=parts[0].fields,
+        truncation=max(p.truncation for p in parts),
         seconds=sum(p.seconds for p in parts),
         setup_seconds=sum(p.setup_seconds for p in parts),
         compile_seconds=sum(p.compile_seconds for p in parts),

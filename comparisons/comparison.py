@@ -16,12 +16,14 @@ from comparisons.reference import (
     OTHER_AXIS,
     Reference,
     Solved,
+    Sources,
     choose_reference,
     finest,
     main_axis,
     mean_curves,
     on_common_realisations,
     own_discretisation,
+    sources_of,
     uncertainty_of,
 )
 from comparisons.scene import QUANTITIES
@@ -29,6 +31,8 @@ from comparisons.uncertainty import combined, ensemble_uncertainty, standard_err
 from comparisons.verdicts import judge
 
 SCALARS = tuple(name for name in QUANTITIES if name != "pressure")
+# What the judged method adds to the reference's own sources.
+LINES, SPRINGS = "realisations of the line", "discretisation of the line"
 
 
 @dataclass(frozen=True)
@@ -203,7 +207,8 @@ def _measure_rows(
             if name == at:
                 continue
             error = errors_of(control, curves, reference, name, at)
-            bar = _total_bar(plan, solved, method, resolution, reference, name, at)
+            parts = error_sources(plan, solved, method, resolution, reference, name, at)
+            bar = combined(*parts.values())
             rows.append({"quantity": name, "at": at} | _measure(plan, error, bar))
     return [common | row for row in rows]
 
@@ -221,7 +226,7 @@ def _measure(plan: Plan, error: np.ndarray, bar: np.ndarray) -> dict[str, Any]:
     }
 
 
-def _total_bar(
+def error_sources(
     plan: Plan,
     solved: Solved,
     method: str,
@@ -229,19 +234,19 @@ def _total_bar(
     reference: Reference,
     name: str,
     at: str,
-) -> np.ndarray:
-    """Return the bar of an error: the reference's, the ensemble's, the method's own grid's.
+) -> Sources:
+    """Return the sources of an error's bar: the reference's, the ensemble's, the method's grid's.
 
     3-D methods solve the very same surfaces as the reference, so the scatter over realisations
     is not an uncertainty of the difference.
     """
     line = METHODS[method].dimension == 1
     control = plan.loads.control
-    sources = [uncertainty_of(control, reference, name, at, same_surfaces=not line)]
+    parts = sources_of(control, reference, name, at, same_surfaces=not line)
     solution = solved[method, resolution]
     if line:
-        sources.append(ensemble_uncertainty(solution.quantities[name]))
+        parts[LINES] = ensemble_uncertainty(solution.quantities[name])
         if resolution == finest(solved, method):
             own = own_discretisation(solved, method, name)
-            sources.append(np.nan_to_num(own, nan=0.0))
-    return combined(*sources)
+            parts[SPRINGS] = np.nan_to_num(own, nan=0.0)
+    return parts

@@ -18,6 +18,10 @@ GRIDS = ("bem_fft", "bem_dense")
 # The load that is compared at besides the prescribed one.
 OTHER_AXIS = {"penetration": "force", "force": "penetration", "mean_gap": "force"}
 Solved = dict[tuple[str, int], Solution]
+# What the uncertainty of a truth consists of.
+GRID, SOLVER, TRUNCATION = "discretisation", "solver", "truncation"
+ENSEMBLE, ARITHMETIC = "realisations", "arithmetic"
+Sources = dict[str, np.ndarray]
 
 
 @dataclass(frozen=True)
@@ -29,12 +33,9 @@ class Reference:
     method, resolution : str, int
     curves : dict
         Quantity -> (k,) mean over realisations.
-    uncertainty : dict
-        Quantity -> (k,) relative 95 % half-width at the prescribed load, all sources together;
-        NaN where it is not known.
-    systematic : dict
-        The same without the scatter over realisations: what counts between methods that solve
-        the very same surfaces.
+    sources : dict
+        Quantity -> source -> (k,) relative 95 % half-width at the prescribed load; NaN where it
+        is not known. The sources: GRID, SOLVER, TRUNCATION, ENSEMBLE; ARITHMETIC of closed forms.
     text : str
         One sentence for the report.
     """
@@ -42,9 +43,13 @@ class Reference:
     method: str
     resolution: int
     curves: dict[str, np.ndarray]
-    uncertainty: dict[str, np.ndarray]
-    systematic: dict[str, np.ndarray]
+    sources: dict[str, Sources]
     text: str
+
+    @property
+    def uncertainty(self) -> dict[str, np.ndarray]:
+        """Quantity -> (k,) all sources together."""
+        return {name: combined(*parts.values()) for name, parts in self.sources.items()}
 
     @property
     def label(self) -> str:
@@ -154,16 +159,16 @@ def main_axis(control: str, name: str) -> str:
     return OTHER_AXIS[control] if name == control else control
 
 
-def uncertainty_of(
+def sources_of(
     control: str, reference: Reference, name: str, at: str, *, same_surfaces: bool = False
-) -> np.ndarray:
-    """Return the reference's uncertainty of a quantity at equal `at`, (k,).
+) -> Sources:
+    """Return the sources of the reference's uncertainty of a quantity at equal `at`, (k,) each.
 
     At the other load, the uncertainty of that load enters through the slope of the curve.
-    `same_surfaces` leaves out the scatter over realisations.
+    `same_surfaces` leaves out the scatter over realisations: methods that solve the very same
+    surfaces do not differ by it.
     """
-    bars = reference.systematic if same_surfaces else reference.uncertainty
-    own = bars[name]
+    own = dict(_systematic(reference, name) if same_surfaces else reference.sources[name])
     if at == control or at not in reference.curves:
         return own
     x, y = reference.curves[at], reference.curves[name]
@@ -172,7 +177,22 @@ def uncertainty_of(
     steps = np.diff(np.log(x))
     monotone = bool(np.all(steps > 0) or np.all(steps < 0))
     slope = np.gradient(np.log(y), np.log(x)) if monotone else np.ones(len(x))
-    return combined(own, slope * bars[at])
+    load = reference.sources[at]
+    return {key: combined(part, slope * load[key]) for key, part in own.items()}
+
+
+def _systematic(reference: Reference, name: str) -> Sources:
+    """Return the sources that remain where both methods solve the very same surfaces."""
+    parts = reference.sources[name]
+    return {key: part for key, part in parts.items() if key != ENSEMBLE}
+
+
+def uncertainty_of(
+    control: str, reference: Reference, name: str, at: str, *, same_surfaces: bool = False
+) -> np.ndarray:
+    """Return the reference's uncertainty of a quantity at equal `at`, all sources together."""
+    parts = sources_of(control, reference, name, at, same_surfaces=same_surfaces)
+    return combined(*parts.values())
 
 
 def known_to(control: str, reference: Reference, name: str) -> float:
@@ -186,21 +206,28 @@ def known_to(control: str, reference: Reference, name: str) -> float:
 def _reference(solved: Solved, method: str, resolution: int) -> Reference:
     solution = solved[method, resolution]
     curves = mean_curves(solution)
-    exact = method == "closed_form"
-    systematic, total = {}, {}
-    residual = np.where(np.isnan(solution.violation), 0.0, solution.violation).max(axis=0)
-    for name in curves:
-        if exact:
-            systematic[name] = total[name] = np.full(len(curves[name]), EXACT)
-            continue
-        systematic[name] = combined(own_discretisation(solved, method, name), residual)
-        total[name] = combined(systematic[name], ensemble_uncertainty(solution.quantities[name]))
+    sources = {name: _sources(solved, method, resolution, name) for name in curves}
     count = len(solution.converged)
     text = "The truth is the closed form, exact to round-off."
-    if not exact:
+    if method != "closed_form":
         text = f"The truth is the finest solution of {METHODS[method].title} (N = {resolution}"
         text += f", mean of {count} realisations)" if count > 1 else ")"
-    return Reference(method, resolution, curves, total, systematic, text)
+    return Reference(method, resolution, curves, sources, text)
+
+
+def _sources(solved: Solved, method: str, resolution: int, name: str) -> Sources:
+    """Return what is not known of a quantity of a solution, source by source."""
+    solution = solved[method, resolution]
+    steps = solution.converged.shape[1]
+    if method == "closed_form":
+        return {ARITHMETIC: np.full(steps, EXACT)}
+    residual = np.where(np.isnan(solution.violation), 0.0, solution.violation).max(axis=0)
+    return {
+        GRID: own_discretisation(solved, method, name),
+        SOLVER: residual,
+        TRUNCATION: np.full(steps, solution.truncation),
+        ENSEMBLE: ensemble_uncertainty(solution.quantities[name]),
+    }
 
 
 def sentence(control: str, reference: Reference, quantities: tuple[str, ...]) -> str:
@@ -234,7 +261,8 @@ def disagreements(
         names = [n for n in quantities if n in other.curves and n in chosen.curves]
         for name in names if other.method != chosen.method else ():
             difference = np.abs(relative_error(other.curves[name], chosen.curves[name]))
-            allowed = combined(other.systematic[name], chosen.systematic[name]) + EXACT
+            bars = [combined(*_systematic(each, name).values()) for each in (other, chosen)]
+            allowed = combined(*bars) + EXACT
             sentence = _disagreement(difference, allowed)
             if sentence:
                 found.append(

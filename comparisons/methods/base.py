@@ -92,6 +92,8 @@ class Solution:
         Solver iterations, and the largest relative overlap or tension (NaN for direct methods).
     fields : dict
         Arrays of realisation 0 at the last load: ``pressure``, ``pressure_x``, ...
+    truncation : float
+        Relative 95 % half-width of what a bounded domain leaves out (0 for exact kernels).
     body_fields : callable or None
         Computes the fields in the body, where a task asks for them; not part of the solve.
     unknowns : int
@@ -107,6 +109,7 @@ class Solution:
     unknowns: int
     reasons: dict[tuple[int, int], str] = field(default_factory=dict)
     fields: dict[str, np.ndarray] = field(default_factory=dict)
+    truncation: float = 0.0
     body_fields: Callable[[], dict[str, np.ndarray]] | None = None
     seconds: float = float("nan")
     setup_seconds: float = 0.0
