@@ -17,7 +17,12 @@ GROWTH = {"fem": 40.0, "bem_dense": 64.0}
 USUAL_GROWTH = 6.0
 
 
-def refined(plan: Plan, solved: Callable[[Plan], Solved], solve: Callable[[Plan], None]) -> Plan:
+def refined(
+    plan: Plan,
+    solved: Callable[[Plan], Solved],
+    solve: Callable[[Plan], None],
+    budget: float = BUDGET,
+) -> Plan:
     """Return the plan with as many finer resolutions of its reference as the tolerance needs.
 
     Parameters
@@ -27,6 +32,8 @@ def refined(plan: Plan, solved: Callable[[Plan], Solved], solve: Callable[[Plan]
         Returns the solutions of a plan.
     solve : callable
         Solves whatever of a plan is not solved yet.
+    budget : float
+        Seconds that one more solve may be expected to take.
     """
     control = plan.loads.control
     main = next((q for q in plan.scene.compare.quantities if q != "pressure"), None)
@@ -37,7 +44,7 @@ def refined(plan: Plan, solved: Callable[[Plan], Solved], solve: Callable[[Plan]
         if reference is None or known_to(control, reference, main) <= wanted:
             return plan
         finer = 2 * reference.resolution
-        why = refusal(plan, reference.method, finer) or _over_budget(reference, known)
+        why = refusal(plan, reference.method, finer) or _over_budget(reference, known, budget)
         if why:
             note = f"full: refinement of {reference.method} ends at N = {reference.resolution}, "
             return replace(plan, notes=(*plan.notes, note + why))
@@ -50,12 +57,12 @@ def refined(plan: Plan, solved: Callable[[Plan], Solved], solve: Callable[[Plan]
     return plan
 
 
-def _over_budget(reference: Reference, known: Solved) -> str:
+def _over_budget(reference: Reference, known: Solved, budget: float) -> str:
     last: Solution = known[reference.method, reference.resolution]
     expected = last.seconds * GROWTH.get(reference.method, USUAL_GROWTH)
-    if expected <= BUDGET:
+    if expected <= budget:
         return ""
-    return f"the next would take about {expected:.0f} s, more than the budget of {BUDGET:.0f} s"
+    return f"the next would take about {expected:.0f} s, more than the budget of {budget:.0f} s"
 
 
 def _with(planned: MethodPlan, reference: Reference, resolution: int) -> MethodPlan:

@@ -373,30 +373,58 @@ class EllipticPunch(_FlatPunch):
         return self.semi_axes
 
 
-class SquarePunch(_FlatPunch):
+class RightAngledPunch(_FlatPunch):
+    """Flat rectangular face, sides along x and y."""
+
+    @property
+    def lengths(self) -> tuple[float, float]:
+        """Sides along x and y."""
+        raise NotImplementedError
+
+    @property
+    def area(self) -> float:
+        """Area of the rectangle."""
+        return self.lengths[0] * self.lengths[1]
+
+    def gap(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        """Return 0 on the face and inf outside."""
+        half_x, half_y = self.reach(0.0)
+        inside = (np.abs(x) <= half_x) & (np.abs(y) <= half_y)
+        return np.where(inside, 0.0, np.inf)
+
+    @property
+    def outline(self) -> np.ndarray:
+        """The four corners."""
+        corners = np.array([[-0.5, -0.5], [0.5, -0.5], [0.5, 0.5], [-0.5, 0.5]])
+        return corners * self.lengths
+
+    def reach(self, penetration: float) -> tuple[float, float]:
+        """Return half the sides."""
+        return self.lengths[0] / 2, self.lengths[1] / 2
+
+
+class SquarePunch(RightAngledPunch):
     """Flat square face, sides along x and y."""
 
     shape: Literal["square_punch"]
     side: Length
 
     @property
-    def area(self) -> float:
-        """Area of the square."""
-        return self.side**2
+    def lengths(self) -> tuple[float, float]:
+        """The side, twice."""
+        return self.side, self.side
 
-    def gap(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
-        """Return 0 on the face and inf outside."""
-        inside = np.maximum(np.abs(x), np.abs(y)) <= self.side / 2
-        return np.where(inside, 0.0, np.inf)
+
+class RectanglePunch(RightAngledPunch):
+    """Flat rectangular face, sides along x and y."""
+
+    shape: Literal["rectangle_punch"]
+    sides: tuple[Length, Length]
 
     @property
-    def outline(self) -> np.ndarray:
-        """The four corners."""
-        return self.side / 2 * np.array([[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]])
-
-    def reach(self, penetration: float) -> tuple[float, float]:
-        """Return half the side, twice."""
-        return self.side / 2, self.side / 2
+    def lengths(self) -> tuple[float, float]:
+        """The sides."""
+        return self.sides
 
 
 class PolygonPunch(_FlatPunch):
@@ -472,6 +500,7 @@ AnyIndenter = Annotated[
     | Ellipsoid
     | EllipticPunch
     | SquarePunch
+    | RectanglePunch
     | PolygonPunch
     | Profile,
     Field(discriminator="shape"),

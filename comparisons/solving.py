@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 from comparisons.archive import joined
 from comparisons.execution import REPEATS, execute
 from comparisons.methods import Solution, Task
@@ -9,11 +11,22 @@ from comparisons.planning import Plan
 from comparisons.reference import Solved
 
 
-def solve_plan(plan: Plan, repeats: int = REPEATS) -> Solved:
+def solve_plan(
+    plan: Plan, repeats: int = REPEATS, *, known: Solved | None = None, bodies: bool = True
+) -> Solved:
     """Solve every method and resolution of a plan; blocks of realisations are joined.
 
-    Nothing raises for physics: a step without an answer is NaN, with its reason. One repeat is
-    enough where times do not matter.
+    Nothing raises for physics: a step without an answer is NaN, with its reason.
+
+    Parameters
+    ----------
+    plan : Plan
+    repeats : int
+        Of short solves, for their times; one is enough where times do not matter.
+    known : dict, optional
+        What of it is solved already; it is not changed, and part of the answer.
+    bodies : bool
+        Compute the fields in the body, where the plan asks for them.
 
     Examples
     --------
@@ -26,8 +39,13 @@ def solve_plan(plan: Plan, repeats: int = REPEATS) -> Solved:
     """
     blocks: dict[tuple[str, int], list[Task]] = {}
     for task in plan.tasks:
-        blocks.setdefault((task.method, task.resolution), []).append(task)
-    return {key: solve_blocks(tasks, repeats) for key, tasks in blocks.items()}
+        kept = task if bodies else replace(task, with_body=False)
+        blocks.setdefault((task.method, task.resolution), []).append(kept)
+    solved = dict(known or {})
+    for key, tasks in blocks.items():
+        if key not in solved:
+            solved[key] = solve_blocks(tasks, repeats)
+    return solved
 
 
 def solve_blocks(tasks: list[Task], repeats: int = REPEATS) -> Solution:

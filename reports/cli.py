@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import App, CycloptsError, Parameter
 
+from reports.claims_command import claims
 from reports.house import foreign_packages
 
 if TYPE_CHECKING:
@@ -30,6 +31,7 @@ app = App(
     version_flags=["--version"],
     suppress_keyboard_interrupt=False,  # our own exit code says that --resume will go on
 )
+app.command(claims)
 
 
 def main(arguments: list[str] | None = None) -> None:
@@ -217,12 +219,16 @@ def list_(what: str) -> int:
     Parameters
     ----------
     what
-        "scenes" or "methods".
+        "scenes", "methods" or "claims".
     """
     from comparisons.errors import InputError
     from reports import terminal
 
-    lists = {"scenes": terminal.print_scenes, "methods": terminal.print_methods}
+    lists = {
+        "scenes": terminal.print_scenes,
+        "methods": terminal.print_methods,
+        "claims": terminal.print_claim_list,
+    }
     if what not in lists:
         raise InputError(f"list: expected one of {', '.join(lists)}, got {what!r}")
     lists[what]()
@@ -360,10 +366,15 @@ def report(directory: Path, *, pictures: bool = True) -> int:
 
 
 def _write_report(directory: Path, pictures: bool) -> Path:
-    from comparisons.store import load_study
+    from comparisons.claims.record import RECORD, load_claims_record
+    from comparisons.store import STUDY, load_study
+    from reports.claims_page import write_claims_report
     from reports.html import write_report
 
     path = directory / "report.html"
+    if not (directory / STUDY).exists() and (directory / RECORD).exists():
+        write_claims_report(load_claims_record(directory), path)
+        return path
     write_report(load_study(directory), path, pictures=pictures)
     return path
 

@@ -15,7 +15,7 @@ from collections import Counter
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
-from typing import Any
+from typing import Any, Protocol
 
 from jinja2 import Environment, FileSystemLoader, StrictUndefined, select_autoescape
 from markupsafe import Markup
@@ -39,6 +39,22 @@ from reports.verdicts import NO_RESULT, NOT_RESOLVED, OUTSIDE, WITHIN, Verdict, 
 
 TEMPLATES = Path(__file__).with_name("templates")
 STRIP_DECADES = (-6.0, 0.0)  # the small error scale beside a verdict: 1 ppm to 100 %
+
+
+class Judged(Protocol):
+    """An error with its bar and the tolerance asked for."""
+
+    @property
+    def error(self) -> float:
+        """Relative error."""
+
+    @property
+    def uncertainty(self) -> float:
+        """Half-width of its bar."""
+
+    @property
+    def tolerance(self) -> float:
+        """What was asked for."""
 
 
 @dataclass(frozen=True)
@@ -83,14 +99,14 @@ def page(record: StudyRecord, *, with_pictures: bool = True) -> str:
     script = (TEMPLATES / "report.js").read_text(encoding="utf-8")
     library = get_plotlyjs()
     return (
-        _environment()
+        environment()
         .get_template("report.html.j2")
         .render(
             record=record,
             views=views,
             quantities=_columns(views),
             tally=_tally(views),
-            policy=_policy([library, script]),
+            policy=content_policy([library, script]),
             style=Markup((TEMPLATES / "report.css").read_text(encoding="utf-8")),  # noqa: S704
             script=Markup(script),  # noqa: S704  our own file
             library=Markup(library),  # noqa: S704  the plotly package's own file
@@ -114,7 +130,7 @@ def embedded_json(value: Any) -> Markup:
     return Markup(text)  # noqa: S704
 
 
-def _policy(scripts: list[str]) -> str:
+def content_policy(scripts: list[str]) -> str:
     """Return the content security policy: our scripts by hash, nothing from anywhere else."""
     hashes = (base64.b64encode(hashlib.sha256(s.encode()).digest()).decode() for s in scripts)
     allowed = " ".join(f"'sha256-{digest}'" for digest in hashes)
@@ -125,15 +141,16 @@ def _policy(scripts: list[str]) -> str:
 
 
 @cache
-def _environment() -> Environment:
-    environment = Environment(
+def environment() -> Environment:
+    """Return the templates with everything that they share."""
+    found = Environment(
         loader=FileSystemLoader(TEMPLATES),
         autoescape=select_autoescape(default=True, default_for_string=True),
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    environment.globals |= {
+    found.globals |= {
         "fmt": fmt,
         "method_style": style,
         "term": _term,
@@ -141,7 +158,7 @@ def _environment() -> Environment:
         "finite": fmt.finite,
         "data_uri": lambda png: "data:image/png;base64," + base64.b64encode(png).decode(),
     }
-    return environment
+    return found
 
 
 def _views(record: StudyRecord, with_pictures: bool) -> list[SceneView]:
@@ -208,7 +225,7 @@ def _term(key: str, text: str | None = None) -> Markup:
     )
 
 
-def _strip(verdict: Verdict) -> Markup:
+def _strip(verdict: Judged) -> Markup:
     """Return a small logarithmic scale from 1 ppm to 100 %: tolerance, error and its bar."""
     low, high = STRIP_DECADES
 

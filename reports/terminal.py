@@ -13,8 +13,11 @@ from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, T
 from rich.table import Table
 
 if TYPE_CHECKING:
+    from pathlib import Path
+
     from comparisons.advice import Advice
     from comparisons.benchmarks.yardstick import Measurement
+    from comparisons.claims.record import ClaimsRecord
     from comparisons.methods import Task
     from comparisons.planning import Plan
     from comparisons.regression import Finding
@@ -42,6 +45,13 @@ def progress() -> Iterator[Report]:
             bar.update(line, completed=done, total=total, description=f"solved{name}")
 
         yield report
+
+
+@contextmanager
+def claim_progress() -> Iterator[Callable[[int, int, str], None]]:
+    """Give a run of claims something to report to, as `progress` does for a study."""
+    with progress() as report:
+        yield lambda done, total, name: report(done, total, None)
 
 
 def print_plans(plans: list[Plan]) -> None:
@@ -128,6 +138,33 @@ def print_solution(result: SingleResult) -> None:
         f"{duration(solution.seconds)} (set-up {duration(solution.setup_seconds)})",
         highlight=False,
     )
+
+
+def print_claims(record: ClaimsRecord, report: Path) -> None:
+    """Print each verdict with its numbers, what disagrees, and where the report is."""
+    from comparisons.formatting import duration
+
+    console = _console()
+    for claim in record.claims:
+        for text in claim.disagreements:
+            console.print(f"{claim.id}: {text}", style="bold", markup=False)
+    table = _table(f"Claims, {record.effort}", "claim", "equation", "verdict", "what was found")
+    for claim in record.claims:
+        word = f"{claim.verdict}, expected {claim.expected}" if claim.differs else claim.verdict
+        cells = (claim.id, claim.equation, word, claim.sentence)
+        table.add_row(*map(_plain, cells), style="bold" if claim.differs else None)
+    console.print(table)
+    console.print(f"\n{report}  ({duration(record.seconds)})", markup=False)
+
+
+def print_claim_list() -> None:
+    """Print the built-in claims."""
+    from comparisons.claims.claim import load_claims
+
+    table = _table("Built-in claims", "id", "equation", "reading", "what it says")
+    for claim in load_claims():
+        table.add_row(*map(_plain, (claim.id, claim.equation, claim.reading, claim.text)))
+    _console().print(table)
 
 
 def print_benchmarks(found: dict[str, list[Measurement]]) -> None:

@@ -17,6 +17,7 @@ from pydantic import (
     BeforeValidator,
     ConfigDict,
     Field,
+    StrictBool,
     ValidationError,
     field_validator,
     model_validator,
@@ -69,6 +70,9 @@ class Vary(_Table):
     an experiment, whose parameter is its own.
     name: the parameter in words, with its symbol; default: the path, or the experiment's.
     unit: what the number is multiplied by before it stands in the scene ("10 mm").
+    integer: only whole numbers (points, terms, springs).
+    bisections: how often the grid interval that a boundary lies in is halved at full effort;
+    half as often at quick effort.
     """
 
     path: Annotated[tuple[Name, ...], BeforeValidator(_listed)] = ()
@@ -78,6 +82,8 @@ class Vary(_Table):
     steps: Annotated[int, Field(strict=True, ge=2, le=MOST_STEPS)]
     spacing: Literal["linear", "log"] = "linear"
     unit: Annotated[str, Field(max_length=40)] = ""
+    integer: StrictBool = False
+    bisections: Annotated[int, Field(strict=True, ge=0, le=40)] = 6
 
     @field_validator("unit")
     @classmethod
@@ -97,8 +103,19 @@ class Vary(_Table):
             raise fail("expected from > 0 for logarithmic spacing", self.start)
         return self
 
+    @property
+    def whole(self) -> bool:
+        """Whether the parameter takes whole numbers only."""
+        return self.integer or self.path == (RESOLUTION,)
+
+    def halvings(self, effort: str) -> int:
+        """Return how often an interval is halved."""
+        return self.bisections if effort == "full" else self.bisections // 2
+
     def value(self, number: float) -> Any:
         """Return what stands in the scene for a number: a multiple of the unit, as text."""
+        if self.whole:
+            return int(number)
         if not self.unit:
             return number
         factor, unit = number_and_unit(self.unit)

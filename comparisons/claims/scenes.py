@@ -1,0 +1,185 @@
+"""A claim measured on its scene: how far the judged method is off, and how well that is known."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import replace
+
+import numpy as np
+
+from comparisons.claims.claim import RESOLUTION, Claim, overrides
+from comparisons.comparison import error_sources, errors_of
+from comparisons.experiments import Measurement
+from comparisons.experiments.base import Effort
+from comparisons.geometry import IndenterGeometry
+from comparisons.methods import METHODS
+from comparisons.metrics import rms_and_maximum
+from comparisons.planning import Plan, plan_scene
+from comparisons.pressures import pressure_measures
+from comparisons.reference import (
+    Reference,
+    Solved,
+    choose_reference,
+    disagreements,
+    finest,
+    main_axis,
+    mean_curves,
+    uncertainty_of,
+)
+from comparisons.refinement import refined
+from comparisons.scene import load_scene
+from comparisons.solving import solve_plan
+from comparisons.uncertainty import combined
+
+# Seconds that one more refinement of the truth may take at full effort.
+REFINEMENT_BUDGET = 8.0
+PRESSURES = ("pressure", "pressure_integral", "pressure_peak")
+
+
+def measure_scene(
+    claim: Claim, value: float | None, effort: Effort, *, independent: bool
+) -> Measurement:
+    """Solve a claim's scene at one value of its parameter and measure the claim's error.
+
+    Parameters
+    ----------
+    claim : Claim
+    value : float or None
+        The parameter.
+    effort : "quick" or "full"
+        Full refines the truth until its bar is a fifth of the tolerance.
+    independent : bool
+        Solve with every 3-D method, so that references check each other; else the cheapest that
+        knows the truth.
+
+    Raises
+    ------
+    InputError
+        If the scene cannot be prepared at this value.
+    """
+    started = time.perf_counter()
+    plan = _plan(claim, value, effort, independent)
+    solved = solve_plan(plan, repeats=1, bodies=False)
+    if effort == "full":
+        plan = refined(
+            plan,
+            lambda _: solved,
+            lambda finer: solved.update(solve_plan(finer, repeats=1, known=solved, bodies=False)),
+            budget=REFINEMENT_BUDGET,
+        )
+    reference = choose_reference(solved, plan.scene.compare.quantities)
+    level = finest(solved, claim.method)
+    if reference is None or level is None:
+        reasons = [why for s in solved.values() for why in s.reasons.values()]
+        details: dict[str, float | str] = {"no result": next(iter(reasons), "nothing was solved")}
+        return Measurement(value, np.nan, np.nan, details, time.perf_counter() - started)
+    found = [_measured(claim, plan, solved, level, reference, name) for name in claim.quantity]
+    error, bar, details = max(found, key=lambda each: (each[0] + each[1], each[0]))
+    details |= {"truth": reference.label, "resolution": float(level)}
+    differing = disagreements(solved, reference, plan.scene.compare.quantities)
+    if differing:
+        details["references disagree"] = " ".join(differing)
+    return Measurement(value, error, bar, details, time.perf_counter() - started)
+
+
+def _plan(claim: Claim, value: float | None, effort: Effort, independent: bool) -> Plan:
+    """Plan the judged method and the references that the measurement needs."""
+    changed = overrides(claim, value)
+    scene = load_scene(claim.source, changed)
+    methods = [claim.method, "closed_form"]
+    if independent or not METHODS["closed_form"].supports(scene).ok:
+        methods.append("bem_fft")
+    if independent:
+        methods.append("fem")
+    changed["compare.methods"] = list(dict.fromkeys(methods))
+    (plan, *_) = plan_scene(load_scene(claim.source, changed), effort)
+    if claim.vary is None or claim.vary.path != (RESOLUTION,):
+        return plan
+    assert value is not None
+    fixed = [
+        replace(each, resolutions=(int(value),)) if each.method == claim.method else each
+        for each in plan.methods
+    ]
+    return replace(plan, methods=tuple(fixed))
+
+
+def _measured(
+    claim: Claim, plan: Plan, solved: Solved, level: int, reference: Reference, name: str
+) -> tuple[float, float, dict[str, float | str]]:
+    """Return signed error, bar and details of one quantity."""
+    if name in PRESSURES:
+        return _pressure(claim, plan, solved, level, reference, name)
+    if name == "area_from_stiffness":
+        return _area_from_stiffness(claim, plan, reference)
+    control = plan.loads.control
+    at = claim.at or main_axis(control, name)
+    curves = mean_curves(solved[claim.method, level])
+    if name not in curves or name not in reference.curves:
+        return np.nan, np.nan, {"no result": f"{name} is not known here"}
+    errors = errors_of(control, curves, reference, name, at)
+    parts = error_sources(plan, solved, claim.method, level, reference, name, at)
+    return interval(claim, name, errors, parts)
+
+
+def _pressure(
+    claim: Claim, plan: Plan, solved: Solved, level: int, reference: Reference, name: str
+) -> tuple[float, float, dict[str, float | str]]:
+    found = pressure_measures(plan, solved, claim.method, level, reference)
+    for each in found:
+        if each["quantity"] == name:
+            bar = {"pressure field": np.array([each["bar"]])}
+            return interval(claim, name, np.array([each["error"]]), bar)
+    why = "no pressure field" if not found else "the true pressure has no finite peak"
+    return np.nan, np.nan, {"no result": why}
+
+
+def _area_from_stiffness(
+    claim: Claim, plan: Plan, reference: Reference
+) -> tuple[float, float, dict[str, float | str]]:
+    """Judge D = k/E* (19.13) read backwards: A = (pi/4) (k/E*)^2 against the true area."""
+    modulus = plan.scene.effective_modulus
+    area = np.pi / 4 * (reference.curves["stiffness"] / modulus) ** 2
+    errors = area / reference.curves["contact_area"] - 1
+    control = plan.loads.control
+    stiffness = uncertainty_of(control, reference, "stiffness", control)
+    own = uncertainty_of(control, reference, "contact_area", control)
+    flat = isinstance(plan.geometry, IndenterGeometry) and plan.geometry.indenter.flat
+    parts = {"stiffness, twice": 2 * stiffness}
+    if not flat:  # the area of a face is known
+        parts["area"] = own
+    return interval(claim, "area_from_stiffness", errors, parts)
+
+
+def interval(
+    claim: Claim, name: str, errors: np.ndarray, sources: dict[str, np.ndarray]
+) -> tuple[float, float, dict[str, float | str]]:
+    """Reduce errors with bars over the load steps to one signed error with its half-width.
+
+    The measure lies between two values whatever the true errors are inside their bars: the
+    maximum of |e| between max(|e| - u) and max(|e| + u), the rms between rms(e) -+ rms(u) by the
+    triangle inequality. Their middle and half distance are returned; where all bars are equal,
+    that is the measure itself and its bar. The sign is that of the largest error. A load step
+    without a value or a bar leaves the upper end unknown.
+    """
+    bars = combined(*sources.values())
+    known = np.isfinite(errors) & np.isfinite(bars)
+    if not known.any():
+        return np.nan, np.nan, {"no result": f"{name}: no error, or no bar, at any load step"}
+    sizes, widths = np.abs(errors[known]), bars[known]
+    if claim.measure == "last":
+        low, high = sizes[-1] - widths[-1], sizes[-1] + widths[-1]
+    elif claim.measure == "rms":
+        middle, half = rms_and_maximum(sizes)[0], rms_and_maximum(widths)[0]
+        low, high = middle - half, middle + half
+    else:
+        low, high = np.max(sizes - widths), np.max(sizes + widths)
+    worst = int(np.flatnonzero(known)[np.argmax(sizes)])
+    details: dict[str, float | str] = {"quantity": name}
+    details |= {f"bar: {key}": float(part[worst]) for key, part in sources.items() if part[worst]}
+    missing = int((~known).sum())
+    if missing:
+        details["load steps without a value"] = float(missing)
+        if low <= claim.tolerance:
+            high = np.inf
+    sign = -1.0 if errors[worst] < 0 else 1.0
+    return sign * float(0.5 * (low + high)), float(0.5 * (high - low)), details

@@ -1,0 +1,123 @@
+"""Where along a parameter a claim holds: a grid of points, then bisection of each boundary."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import groupby, pairwise
+
+import numpy as np
+
+from comparisons.claims.claim import FAILS, HOLDS, IN_A_RANGE, NOT_RESOLVED, Vary
+from comparisons.experiments import Measurement
+from comparisons.verdicts import OUTSIDE, WITHIN, judge
+
+Measure = Callable[[float | None], Measurement]
+
+
+@dataclass(frozen=True)
+class Point:
+    """A measurement and the word on it: "within", "outside", "not resolved" or "no result"."""
+
+    measurement: Measurement
+    word: str
+
+    @property
+    def parameter(self) -> float:
+        """Where it was measured; NaN where nothing varies."""
+        value = self.measurement.parameter
+        return float("nan") if value is None else value
+
+
+@dataclass(frozen=True)
+class Range:
+    """A stretch of the parameter over which every measured point is within the tolerance.
+
+    low, high: the outermost points within. below, above: the next measured points, which are not
+    within (None at the end of what was tested): the boundary lies between, and their distance is
+    its resolution.
+    """
+
+    low: float
+    high: float
+    below: float | None
+    above: float | None
+
+
+def search(vary: Vary | None, tolerance: float, measure: Measure, bisections: int) -> list[Point]:
+    """Measure a claim over its grid, then halve each interval between within and outside.
+
+    Where a midpoint is not resolved, the boundary cannot be known better, and stays there.
+
+    Returns
+    -------
+    list of Point
+        In the order of the parameter.
+    """
+
+    def at(value: float | None) -> Point:
+        found = measure(value)
+        return Point(found, judge(found.error, found.uncertainty, tolerance))
+
+    if vary is None:
+        return [at(None)]
+    points = [at(value) for value in grid(vary)]
+    for left, right in list(pairwise(points)):
+        low, high = left, right
+        for _ in range(bisections):
+            middle = _between(vary, low.parameter, high.parameter)
+            if {low.word, high.word} != {WITHIN, OUTSIDE} or middle is None:
+                break
+            point = at(middle)
+            points.append(point)
+            low, high = (point, high) if point.word == low.word else (low, point)
+    return sorted(points, key=lambda point: point.parameter)
+
+
+def grid(vary: Vary) -> list[float]:
+    """Return the first values of the parameter, its ends exactly."""
+    if vary.spacing == "log":
+        ratio = (vary.end / vary.start) ** (np.arange(1, vary.steps - 1) / (vary.steps - 1))
+        inner = vary.start * ratio
+    else:
+        inner = np.linspace(vary.start, vary.end, vary.steps)[1:-1]
+    values = [vary.start, *(float(each) for each in inner), vary.end]
+    return list(dict.fromkeys(float(round(v)) for v in values)) if vary.whole else values
+
+
+def _between(vary: Vary, low: float, high: float) -> float | None:
+    """Return the midpoint on the parameter's scale, None where two whole numbers have none."""
+    middle = float(np.sqrt(low * high)) if vary.spacing == "log" else 0.5 * (low + high)
+    if not vary.whole:
+        return middle
+    middle = float(round(middle))
+    return middle if low < middle < high else None
+
+
+def verdict_of(points: list[Point]) -> str:
+    """Return the verdict on a claim from all that was measured.
+
+    One point outside refutes a claim that is stated for the whole range: it "holds in a range" if
+    another is within, else it "fails". Without any outside it "holds" if all are within, else it
+    is "not resolved".
+    """
+    words = {point.word for point in points}
+    if words == {WITHIN}:
+        return HOLDS
+    if OUTSIDE in words:
+        return IN_A_RANGE if WITHIN in words else FAILS
+    return NOT_RESOLVED
+
+
+def ranges_of(points: list[Point]) -> list[Range]:
+    """Return the stretches over which a claim holds (none where nothing varies)."""
+    found, start = [], 0
+    for word, group in groupby(points, key=lambda point: point.word):
+        members = list(group)
+        stop = start + len(members)
+        if word == WITHIN and members[0].measurement.parameter is not None:
+            below = points[start - 1].parameter if start else None
+            above = points[stop].parameter if stop < len(points) else None
+            found.append(Range(members[0].parameter, members[-1].parameter, below, above))
+        start = stop
+    return found

@@ -1,0 +1,77 @@
+"""The command ``roughline claims``: statements about the reduced model, judged."""
+
+from __future__ import annotations
+
+import os
+import shlex
+import sys
+from pathlib import Path
+from typing import Annotated
+
+from cyclopts import Parameter
+
+FINE, DIFFERS = 0, 1
+
+
+def claims(
+    *ids: str,
+    full: Annotated[bool, Parameter(name="--full", negative="--quick")] = False,
+    out: Path = Path("roughline-results/claims"),
+    json: Path | None = None,
+    overwrite: Annotated[bool, Parameter(negative=())] = False,
+    resume: Annotated[bool, Parameter(negative=())] = False,
+    workers: int | None = None,
+) -> int:
+    """Judge claims about the reduced model: holds, fails, holds in a range, not resolved.
+
+    Parameters
+    ----------
+    ids
+        Built-in claims by their id, or claim files; default: all built-in ones.
+    full
+        Refine the truth until its bar is a fifth of the tolerance, and each boundary further;
+        --quick: wider bars, so more may stay unresolved.
+    out
+        Folder for claims.json, the measurements and report.html.
+    json
+        Write the record of the run to this file too.
+    overwrite
+        Start anew in a folder that has results.
+    resume
+        Go on with the measurements of an interrupted run.
+    workers
+        Processes, each on one thread; default: the cores here, at most 2.
+    """
+    from comparisons.claims.claim import load_claims
+    from comparisons.claims.record import load_claims_record
+    from comparisons.claims.runner import ClaimRun
+    from comparisons.errors import InputError
+    from comparisons.store import write_text
+    from reports import terminal
+    from reports.claims_page import write_claims_report
+
+    cores = os.cpu_count() or 1
+    chosen = min(2, cores) if workers is None else workers
+    if not 1 <= chosen <= max(2, cores):
+        raise InputError(f"--workers: expected 1 to {max(2, cores)}, the cores here, got {chosen}")
+    with terminal.claim_progress() as progress:
+        run = ClaimRun(
+            load_claims(ids),
+            out,
+            "full" if full else "quick",
+            command=shlex.join(["roughline", *sys.argv[1:]]),
+            workers=chosen,
+            resume=resume,
+            overwrite=overwrite,
+            progress=progress,
+        )
+        try:
+            record = run.run()
+        except KeyboardInterrupt:
+            write_claims_report(load_claims_record(out), out / "report.html")
+            raise
+    write_claims_report(record, out / "report.html")
+    if json is not None:
+        write_text(json, record.model_dump_json(indent=1) + "\n")
+    terminal.print_claims(record, out / "report.html")
+    return DIFFERS if any(claim.differs for claim in record.claims) else FINE
