@@ -34,12 +34,16 @@ def execute(task: Task, repeats: int = REPEATS) -> Solution:
 
     The time is the median of repeats on warm code, until `repeats` or one second; compilation is
     counted apart. Memory is the rise of the process's peak during the first solve (Linux; NaN
-    elsewhere).
+    elsewhere). A method that works in a process of its own measures all that there.
 
     A method that raises anything but a keyboard interrupt costs only its own rows: every step is
     marked as failed with the reason. So is a step that comes back with NaN or inf.
     """
     try:
+        if METHODS[task.method].isolated:
+            solution = _solve(task)
+            _refuse_nan(solution)
+            return solution
         with threadpool_limits(limits=THREADS):
             compile_seconds = _warm_up(task)
             _prepare(task)

@@ -15,6 +15,7 @@ import psutil
 PACKAGES = (
     *("roughline", "numpy", "scipy", "numba", "scikit-fem", "pyamg", "meshio", "pyvista"),
     *("pandas", "plotly", "SurfaceTopography", "pypardiso"),
+    *("tamaas", "ContactMechanics", "muGrid", "ngsolve"),
 )
 
 # What a solve runs; the face (reports) changes no result.

@@ -68,6 +68,17 @@ class FemOptions(Options):
     penalty: Positive = 1e3
 
 
+class PeerOptions(Options):
+    """Options of other people's solvers.
+
+    tolerance: largest violation as we measure it; the peer's own tolerance follows from it.
+    seconds: limit of wall-clock time of one task in the peer's process.
+    """
+
+    tolerance: Annotated[Positive, Field(gt=1e-13, lt=1e-2)] = 1e-8
+    seconds: Positive = 600.0
+
+
 class MethodOptions(Options):
     """The tables [methods.NAME] of a scene."""
 
@@ -76,6 +87,8 @@ class MethodOptions(Options):
     bem_dense: DenseOptions = DenseOptions()
     bem_fft: FftOptions = FftOptions()
     fem: FemOptions = FemOptions()
+    tamaas: PeerOptions = PeerOptions()
+    contactmechanics: PeerOptions = PeerOptions()
 
     def of(self, method: str) -> Options:
         """Return the options of one method: none for a method that has no model here."""

@@ -114,7 +114,7 @@ def choose_reference(solved: Solved, quantities: tuple[str, ...]) -> Reference |
     as the FFT one on the same grid: of the two only the finer grid is a candidate, lest a bar
     that is small by chance on coarse grids wins.
     """
-    candidates = references(solved)
+    candidates = [each for each in references(solved) if not METHODS[each.method].peer]
     grids = {each.method: each.resolution for each in candidates if each.method in GRIDS}
     if len(grids) == len(GRIDS):
         worse = "bem_dense" if grids["bem_fft"] >= grids["bem_dense"] else "bem_fft"

@@ -41,8 +41,11 @@ STYLES = {
     "bem_dense": MethodStyle("dense BEM", SKY, "square", "dot", 10),
     "bem_fft": MethodStyle("FFT BEM", BLUE, "diamond", "dashdot", 9),
     "fem": MethodStyle("FEM", GREEN, "triangle-up", "longdash", 12),
+    # Other people's codes are grey.
+    "tamaas": MethodStyle("Tamaas", "@peer", "pentagon", "longdashdot", 11),
+    "contactmechanics": MethodStyle("ContactMechanics", "@peer", "hexagon", "longdashdot", 8),
 }
-PEER_SYMBOLS = ("pentagon", "triangle-down", "hexagon", "bowtie")
+PEER_SYMBOLS = ("triangle-down", "bowtie", "x", "cross")
 # Later ones are drawn on top: the widest markers first, the model under test last.
 DRAWING_ORDER = ("closed_form", "fem", "bem_dense", "bem_fft")
 

@@ -7,10 +7,11 @@ from comparisons.methods.bem_dense import BemDense
 from comparisons.methods.bem_fft import BemFft
 from comparisons.methods.closed_form import ClosedForm
 from comparisons.methods.fem import Fem
+from comparisons.methods.peers import ContactMechanics, Tamaas
 from comparisons.methods.reduced import Reduced
 
-METHODS: dict[str, Method] = {
-    method.name: method for method in (ClosedForm(), Reduced(), BemDense(), BemFft(), Fem())
-}
+_OWN = (ClosedForm(), Reduced(), BemDense(), BemFft(), Fem())
+_PEERS = (Tamaas(), ContactMechanics())
+METHODS: dict[str, Method] = {method.name: method for method in (*_OWN, *_PEERS)}
 
 __all__ = ["METHODS", "Method", "Solution", "Support", "Task"]

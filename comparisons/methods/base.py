@@ -162,6 +162,10 @@ class Method:
     title = ""
     dimension = 3
     span = 8.0
+    # Runs its work in a process of its own, and says itself how long it took.
+    isolated = False
+    # Other people's code: it checks the reference, and is never the reference itself.
+    peer = False
 
     def supports(self, scene: Scene) -> Support:
         """Say whether the method can do the scene, with the reason where not."""

@@ -1,0 +1,101 @@
+"""In a peer's process: all surfaces, all loads, times around the solves and nothing else.
+
+A driver module (`run_tamaas`, `run_contactmechanics`) makes a `Peer`; what is the same for both
+stands here. The problem is dimensionless: E* = 1, lengths in units of the domain, heights in units
+of a typical penetration (`comparisons.peers.press`), so that no peer stumbles over units.
+"""
+
+from __future__ import annotations
+
+import resource
+import statistics
+import time
+from collections.abc import Callable
+from typing import Any, Protocol
+
+import numpy as np
+import psutil
+
+Problem = dict[str, Any]
+# Repeats end after this time, as for our own methods.
+REPEAT_SECONDS = 1.0
+
+
+class Peer(Protocol):
+    """A solver with its model and kernel set up for one grid."""
+
+    def surface(self, gap: np.ndarray) -> None:
+        """Take a new surface: its gap (nx, ny), +inf where it can never touch."""
+
+    def step(self, load: float, tolerance: float, depth: float, start: np.ndarray) -> Step:
+        """Solve one load from a starting pressure; `depth` is a rough guess at the penetration."""
+
+
+class Step:
+    """A pressure with the peer's own count of iterations (0: not told), or why there is none."""
+
+    def __init__(self, pressure: np.ndarray | None, iterations: int = 0, reason: str = "") -> None:
+        self.pressure = pressure
+        self.iterations = iterations
+        self.reason = reason
+
+
+def drive(problem: Problem, make: Callable[[Problem], Peer]) -> dict[str, Any]:
+    """Solve a problem, and say what it took.
+
+    Parameters
+    ----------
+    problem : dict
+        gaps (m, nx, ny), starts (m, nx, ny), spacing, periodic, control, loads (k,), tolerance
+        and depth (m, k), repeats (largest number of timed repeats).
+    make : callable
+        Imports the peer and sets up its model; called anew for every repeat.
+
+    Returns
+    -------
+    dict
+        pressure (m, k, nx, ny), iterations (m, k), reasons [[row, step, text], ...], seconds (one
+        per repeat), setup_seconds, compile_seconds (imports, and what the first solve plans),
+        memory (rise of the peak in bytes).
+    """
+    begin = time.perf_counter()
+    peer = make(problem)  # imports
+    before = psutil.Process().memory_info().rss
+    peer.surface(problem["gaps"][0])
+    # The first solve plans its transforms; a loose one does it as well.
+    peer.step(problem["loads"][0], 1e-2, problem["depth"][0, 0], problem["starts"][0])
+    compile_seconds = time.perf_counter() - begin
+    seconds: list[float] = []
+    setups: list[float] = []
+    while len(seconds) < problem["repeats"] and (not seconds or sum(seconds) < REPEAT_SECONDS):
+        start = time.perf_counter()
+        peer = make(problem)
+        setups.append(time.perf_counter() - start)
+        answer = _press(problem, peer)
+        seconds.append(time.perf_counter() - start)
+    return answer | {
+        "seconds": seconds,
+        "setup_seconds": statistics.median(setups),
+        "compile_seconds": compile_seconds,
+        "memory": float(1024 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before),
+    }
+
+
+def _press(problem: Problem, peer: Peer) -> dict[str, Any]:
+    gaps, loads = problem["gaps"], problem["loads"]
+    pressure = np.zeros((len(gaps), len(loads), *gaps.shape[1:]))
+    iterations = np.zeros(pressure.shape[:2], dtype=int)
+    reasons = []
+    for row, gap in enumerate(gaps):
+        peer.surface(gap)
+        start = problem["starts"][row]
+        for step, load in enumerate(loads):
+            tolerance, depth = problem["tolerance"][row, step], problem["depth"][row, step]
+            found = peer.step(float(load), float(tolerance), float(depth), start)
+            if found.pressure is None:
+                reasons.append([row, step, found.reason])
+                continue
+            pressure[row, step] = found.pressure
+            iterations[row, step] = found.iterations
+            start = pressure[row, step]  # warm start of the next load
+    return {"pressure": pressure, "iterations": iterations, "reasons": reasons}

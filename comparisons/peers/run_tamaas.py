@@ -1,0 +1,102 @@
+"""Tamaas in its own process: projected conjugate gradients (Rey, Anciaux & Molinari 2017).
+
+Tamaas (https://gitlab.com/tamaas/tamaas) is AGPL: it is installed by the user, imported in this
+process only, called through its public interface, and nothing of it is copied here.
+
+It controls the mean pressure, or the mean gap on the periodic half-space; a penetration of the
+free half-space is found by a secant search in the force, every solve started from the last.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from comparisons.peers.driver import Problem, Step, drive
+
+MOST_ITERATIONS = 10_000
+# Steps of the search for a penetration: four or five are usual.
+MOST_STEPS = 20
+_FREE = "dcfft"  # its name for the discrete convolution with Love's kernel
+
+
+def solve(problem: Problem) -> dict[str, Any]:
+    """Solve a problem of `comparisons.peers.press`."""
+    return drive(problem, TamaasPeer)
+
+
+class TamaasPeer:
+    """A 2-D surface model, periodic or free."""
+
+    def __init__(self, problem: Problem) -> None:
+        import tamaas
+
+        tamaas.set_log_level(tamaas.LogLevel.error)
+        self.tamaas, self.control, self.free = tamaas, problem["control"], not problem["periodic"]
+        self.shape = problem["gaps"].shape[1:]
+        self.size = [n * d for n, d in zip(self.shape, problem["spacing"], strict=True)]
+        kind = tamaas.model_type.basic_2d
+        self.model = tamaas.ModelFactory.createModel(kind, self.size, list(self.shape))
+        self.model.E, self.model.nu = 1.0, 0.0
+        if self.free:
+            tamaas.ModelFactory.registerNonPeriodic(self.model, _FREE)
+
+    def surface(self, gap: np.ndarray) -> None:
+        """Take a new surface; where it can never touch it lies far below."""
+        finite = np.isfinite(gap)
+        self.gap = np.where(finite, gap, 10 * gap[finite].max() + 10)
+
+    def step(self, load: float, tolerance: float, depth: float, start: np.ndarray) -> Step:
+        """Solve one load."""
+        if self.control == "force":
+            return self._at_force(load, tolerance, start)
+        if not self.free:
+            mean = load if self.control == "mean_gap" else float(self.gap.mean()) - load
+            return self._at_mean_gap(mean, tolerance)
+        return self._at_penetration(load, tolerance, start)
+
+    def _at_force(self, force: float, tolerance: float, start: np.ndarray) -> Step:
+        self.model.traction[:] = start  # rescaled to the wanted mean
+        solver = self.tamaas.PolonskyKeerRey(self.model, -self.gap, tolerance)
+        if self.free:
+            solver.setIntegralOperator(_FREE)
+        return self._finish(solver, force / (self.size[0] * self.size[1]), tolerance)
+
+    def _at_mean_gap(self, mean: float, tolerance: float) -> Step:
+        kind = self.tamaas.PolonskyKeerRey.gap
+        self.model.traction[:] = 0.0
+        solver = self.tamaas.PolonskyKeerRey(self.model, -self.gap, tolerance, kind, kind)
+        return self._finish(solver, mean, tolerance)
+
+    def _finish(self, solver: Any, target: float, tolerance: float) -> Step:
+        solver.max_iter = MOST_ITERATIONS
+        error = solver.solve(target)
+        if not error <= tolerance:
+            return Step(None, reason=f"Tamaas stopped at an error of {error:.1e}")
+        return Step(np.array(self.model.traction))
+
+    def _at_penetration(self, depth: float, tolerance: float, start: np.ndarray) -> Step:
+        """Search the force in logarithms, where F(d) is nearly straight."""
+        cell = self.size[0] * self.size[1] / start.size
+        force, slope = start.sum() * cell, 1.5
+        last: tuple[float, float] | None = None
+        for _ in range(MOST_STEPS):
+            found = self._at_force(force, tolerance, start)
+            if found.pressure is None:
+                return found
+            start = found.pressure
+            here = self._penetration()
+            if abs(here / depth - 1) <= tolerance:
+                return found
+            if last is not None and here != last[1]:
+                slope = np.log(force / last[0]) / np.log(here / last[1])
+            last = (force, here)
+            force *= (depth / here) ** np.clip(slope, 0.5, 4.0)
+        return Step(None, reason=f"no force found with the penetration in {MOST_STEPS} solves")
+
+    def _penetration(self) -> float:
+        """Return d: its displacements are measured from the approached body, u - d."""
+        displacement = np.zeros(self.shape)
+        self.model.operators[_FREE](self.model.traction, displacement)
+        return float((displacement - self.model.displacement).mean())
