@@ -56,6 +56,7 @@ QUANTITIES = {
     "energy": Quantity("elastic energy", "U", "J"),
     "pressure": Quantity("contact pressure", "p", "Pa"),
     "pressure_peak": Quantity("peak pressure", "p_max", "Pa"),
+    "pressure_same_grid": Quantity("pressure against FFT BEM on the same grid", "p", "Pa"),
     "pressure_integral": Quantity("integrated pressure", "∫p dA", "N"),
 }
 

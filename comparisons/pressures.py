@@ -15,6 +15,7 @@ from comparisons.polygons import distance_to_outline
 from comparisons.reference import Reference, Solved
 from comparisons.uncertainty import SAFE
 
+COUNTERPART = "bem_fft"
 Fields = dict[str, np.ndarray]
 
 
@@ -33,6 +34,9 @@ def pressure_measures(
     force = float(solution.quantities["force"][0, -1])
     whole = float(np.nansum(fields["pressure"] * fields["pressure_weight"]) / force - 1)
     found = [{"quantity": "pressure_integral", "error": whole, "bar": 0.0}]
+    same = same_grid_difference(solved, method, resolution)
+    if same is not None:
+        found.append({"quantity": "pressure_same_grid", "error": same, "bar": 0.0})
     truth = _true_pressure(plan, solved, reference, fields)
     if truth is None:
         return found
@@ -44,6 +48,27 @@ def pressure_measures(
         peak = float(np.max(fields["pressure"]) / np.max(truth) - 1)
         found.append({"quantity": "pressure_peak", "error": peak, "bar": bar})
     return found
+
+
+def same_grid_difference(solved: Solved, method: str, resolution: int) -> float | None:
+    """Return the relative L2 distance of a grid solver's pressure from FFT BEM's on its cells.
+
+    Both solve the same equations, so this is no discretisation error: it is of the order of their
+    violations of the contact conditions, or one of them is wrong. None where there is no such pair.
+    """
+    other = solved.get((COUNTERPART, resolution))
+    fields = solved[method, resolution].fields
+    if method == COUNTERPART or other is None or "pressure_shape" not in fields:
+        return None
+    theirs = other.fields
+    if not other.converged[0, -1] or not np.array_equal(
+        fields["pressure_shape"], theirs.get("pressure_shape", ())
+    ):
+        return None
+    everywhere = np.ones(fields["pressure"].shape, dtype=bool)
+    return pressure_difference(
+        fields["pressure"], fields["pressure_weight"], theirs["pressure"], everywhere
+    )
 
 
 def regular_points(plan: Plan, reference: Reference, fields: Fields) -> np.ndarray:

@@ -41,9 +41,11 @@ STYLES = {
     "bem_dense": MethodStyle("dense BEM", SKY, "square", "dot", 10),
     "bem_fft": MethodStyle("FFT BEM", BLUE, "diamond", "dashdot", 9),
     "fem": MethodStyle("FEM", GREEN, "triangle-up", "longdash", 12),
-    # Other people's codes are grey.
+}
+# Other people's codes are grey.
+PEER_STYLES = {
     "tamaas": MethodStyle("Tamaas", "@peer", "pentagon", "longdashdot", 11),
-    "contactmechanics": MethodStyle("ContactMechanics", "@peer", "hexagon", "longdashdot", 8),
+    "contactmechanics": MethodStyle("ContactMechanics", "@peer", "hexagon", "6px,3px", 8),
 }
 PEER_SYMBOLS = ("triangle-down", "bowtie", "x", "cross")
 # Later ones are drawn on top: the widest markers first, the model under test last.
@@ -62,8 +64,9 @@ class Figure:
 
 def style(method: str) -> MethodStyle:
     """Return a method's style; methods of other people are grey, with a marker of their own."""
-    if method in STYLES:
-        return STYLES[method]
+    known = STYLES | PEER_STYLES
+    if method in known:
+        return known[method]
     symbol = PEER_SYMBOLS[sum(method.encode()) % len(PEER_SYMBOLS)]
     return MethodStyle(method.replace("_", " "), "@peer", symbol, "longdashdot", 8)
 

@@ -45,8 +45,8 @@ class PeerMethod(Method):
         return scene.surface is not None and scene.surface.periodic
 
     def resolutions(self, scene: Scene, geometry: Geometry) -> tuple[int, ...]:
-        """The surface's own points; two grids of `bem_fft` for indenters: it checks, not leads."""
-        return geometry.points[:1] if isinstance(geometry, RoughGeometry) else (16, 32)
+        """Return the surface's own points; for indenters one grid: it checks, not leads."""
+        return geometry.points[:1] if isinstance(geometry, RoughGeometry) else (32,)
 
     def memory(self, task: Task) -> float:
         """Bytes of both processes."""

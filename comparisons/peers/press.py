@@ -204,8 +204,8 @@ def _once(
         else:
             result.contacts[index] = found
     result.seconds = answer["seconds"]
-    result.setup_seconds, result.compile_seconds = answer["setup_seconds"], answer["compile_seconds"]
-    result.memory = answer["memory"]
+    for name in ("setup_seconds", "compile_seconds", "memory"):
+        setattr(result, name, answer[name])
     return result
 
 

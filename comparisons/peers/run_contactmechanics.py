@@ -28,18 +28,19 @@ class ContactMechanicsPeer:
     """A substrate, periodic or free."""
 
     def __init__(self, problem: Problem) -> None:
-        import ContactMechanics as package
+        import ContactMechanics
         from SurfaceTopography import Topography
 
-        self.package, self.Topography = package, Topography
+        self.minimise = ContactMechanics.Optimization.constrained_conjugate_gradients
+        self.Topography = Topography
         self.control, self.periodic = problem["control"], problem["periodic"]
         self.shape = problem["gaps"].shape[1:]
         self.size = tuple(n * d for n, d in zip(self.shape, problem["spacing"], strict=True))
         self.cell = float(np.prod(problem["spacing"]))
         if self.periodic:
-            kind, options = package.PeriodicFFTElasticHalfSpace, {"stiffness_q0": 0.0}
+            kind, options = ContactMechanics.PeriodicFFTElasticHalfSpace, {"stiffness_q0": 0.0}
         else:
-            kind, options = package.FreeFFTElasticHalfSpace, {}
+            kind, options = ContactMechanics.FreeFFTElasticHalfSpace, {}
         self.substrate = kind(self.shape, 1.0, self.size, **options)
 
     def surface(self, gap: np.ndarray) -> None:
@@ -59,7 +60,7 @@ class ContactMechanicsPeer:
         forces = np.zeros(self.substrate.nb_subdomain_grid_pts)
         forces[: self.shape[0], : self.shape[1]] = -start * self.cell
         contact_cells = np.count_nonzero(start)
-        result = self.package.Optimization.constrained_conjugate_gradients(
+        result = self.minimise(
             self.substrate,
             self.topography,
             initial_forces=forces,

@@ -67,7 +67,11 @@ class TamaasPeer:
         kind = self.tamaas.PolonskyKeerRey.gap
         self.model.traction[:] = 0.0
         solver = self.tamaas.PolonskyKeerRey(self.model, -self.gap, tolerance, kind, kind)
-        return self._finish(solver, mean, tolerance)
+        found = self._finish(solver, mean, tolerance)
+        if found.pressure is not None:
+            # The gap is the unknown: where it is open, what is left of the pressure is residual.
+            found.pressure[np.array(self.model["gap"]).reshape(self.shape) > 0] = 0.0
+        return found
 
     def _finish(self, solver: Any, target: float, tolerance: float) -> Step:
         solver.max_iter = MOST_ITERATIONS

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from reports import figures, model_figure, pressure_figures, selection, speed_figure
-from reports.figure_style import STYLES, log_ticks, style
+from reports.figure_style import PEER_STYLES, STYLES, log_ticks, style
 
 TOKENS = {
     "@truth-band": "#888888",
@@ -45,6 +45,9 @@ def test_methods_differ_in_colour_marker_and_dash():
     """Colour alone must not carry the meaning."""
     for part in ("colour", "symbol", "dash", "label"):
         values = [getattr(item, part) for item in STYLES.values()]
+        assert len(set(values)) == len(values), part
+    for part in ("symbol", "dash", "label"):
+        values = [getattr(item, part) for item in (STYLES | PEER_STYLES).values()]
         assert len(set(values)) == len(values), part
     assert style("reduced").colour == "#D55E00"
     assert style("bem_fft").colour == "#0072B2"
