@@ -205,6 +205,7 @@ def _refuse_closed_gap(operator: HalfSpace, gap: Field, depth: float) -> None:
 
 
 def _problem(operator: HalfSpace, gap: Field, kind: str, value: float) -> Problem:
+    gap = np.ascontiguousarray(gap)
     allowed = np.isfinite(gap)
     finite = np.where(allowed, gap, 0.0)
     if kind == "penetration":

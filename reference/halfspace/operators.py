@@ -6,32 +6,84 @@ grid (free, or the periodic images of the grid) is the operator's business.
 
 from __future__ import annotations
 
-from typing import Protocol
+from collections.abc import Callable, Hashable
+from typing import Any, TypeVar
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike, DTypeLike, NDArray
 from scipy import fft
 
 from reference.halfspace import kernels
+from reference.halfspace.convolution import Convolution
 
-# One FFT thread: studies run one task per core, and threads inside a task would fight over them.
-_WORKERS = 1
+Made = TypeVar("Made")
 
 
-class HalfSpace(Protocol):
-    """What the iterative solvers need to know of a half-space."""
+class HalfSpace:
+    """What the iterative solvers need to know of a half-space.
 
-    shape: tuple[int, int]
-    spacing: tuple[float, float]
-    effective_modulus: float
+    Everything is computed on first use and kept, work memory included: an operator serves one
+    thread at a time. Copies by pickling carry the arguments only.
+    """
+
     periodic: bool
+    _padded: tuple[int, int]
+
+    def __init__(
+        self, shape: tuple[int, int], spacing: tuple[float, float], effective_modulus: float
+    ) -> None:
+        check_grid(shape, spacing, effective_modulus)
+        self.shape = (int(shape[0]), int(shape[1]))
+        self.spacing = (float(spacing[0]), float(spacing[1]))
+        self.effective_modulus = float(effective_modulus)
+        self._made: dict[Hashable, Any] = {}
+
+    def __getstate__(self) -> dict[str, Any]:
+        return self.__dict__ | {"_made": {}}
 
     @property
     def cell_area(self) -> float:
-        """Area of one cell."""
+        """Area of one cell, dx dy."""
+        return self.spacing[0] * self.spacing[1]
+
+    def kept(self, key: Hashable, make: Callable[[], Made]) -> Made:
+        """Return what `make` made when this key was first asked for."""
+        if key not in self._made:
+            self._made[key] = make()
+        return self._made[key]
+
+    def _transfer(self) -> NDArray[np.float64]:
+        """Transfer function from pressure to displacement on the padded grid."""
+        raise NotImplementedError
+
+    @property
+    def unit(self) -> float:
+        """Power of two near the largest transfer factor: what `convolution` is in units of."""
+        return self.kept("unit", lambda: power_of_two(self._kept_transfer().max()))
+
+    def _kept_transfer(self) -> NDArray[np.float64]:
+        return self.kept("transfer", self._transfer)
+
+    def convolution(self, dtype: DTypeLike) -> Convolution:
+        """Compiled operator, displacement/`unit` from pressure, in single or double precision."""
+        dtype = np.dtype(dtype)
+
+        def make() -> Convolution:
+            return Convolution(self.shape, self._padded, self._kept_transfer() / self.unit, dtype)
+
+        return self.kept(("convolution", dtype.name), make)
 
     def apply(self, pressure: ArrayLike) -> NDArray[np.float64]:
-        """Displacement of the cell centres under the given cell pressures."""
+        """Displacement of all cell centres under cell pressures of shape `shape`."""
+        pressure = np.ascontiguousarray(check_pressure(pressure, self.shape))
+        displacement = self.convolution(np.float64)(pressure)
+        displacement *= self.unit
+        return displacement
+
+
+def power_of_two(value: float) -> float:
+    """Largest power of two up to a positive value."""
+    return float(2.0 ** (np.frexp(value)[1] - 1)) if value > 0 else 1.0
 
 
 def check_grid(
@@ -57,7 +109,7 @@ def check_pressure(pressure: ArrayLike, shape: tuple[int, int]) -> NDArray[np.fl
     return pressure
 
 
-class FreeOperator:
+class FreeOperator(HalfSpace):
     """Free half-space under a rectangle of cells with uniform pressure: u = K p, (19.2).
 
     The sum over cells is an exact linear convolution with Love's coefficients (`kernels.love`),
@@ -91,49 +143,40 @@ class FreeOperator:
     def __init__(
         self, shape: tuple[int, int], spacing: tuple[float, float], effective_modulus: float
     ) -> None:
-        check_grid(shape, spacing, effective_modulus)
-        self.shape = (int(shape[0]), int(shape[1]))
-        self.spacing = (float(spacing[0]), float(spacing[1]))
-        self.effective_modulus = float(effective_modulus)
+        super().__init__(shape, spacing, effective_modulus)
         self._padded = tuple(fft.next_fast_len(2 * n - 1, real=True) for n in self.shape)
-        self._transfer = self._transform()
-        self._parts: dict[tuple[int, int], FreeOperator] = {}
 
-    @property
-    def cell_area(self) -> float:
-        """Area of one cell, dx dy."""
-        return self.spacing[0] * self.spacing[1]
+    def coefficients(self, shape: tuple[int, int]) -> NDArray[np.float64]:
+        """Love's coefficients at offsets from zero to less than `shape`; (19.3)."""
+        known = self._made.get("coefficients")
+        if known is None or any(n > k for n, k in zip(shape, known.shape, strict=True)):
+            offsets = np.arange(shape[0])[:, None], np.arange(shape[1])[None, :]
+            known = kernels.love(*offsets, self.spacing, self.effective_modulus)
+            self._made["coefficients"] = known
+        return known[: shape[0], : shape[1]]
 
-    def _transform(self) -> NDArray[np.float64]:
+    def _transfer(self) -> NDArray[np.float64]:
         """Transform of the wrapped kernel: real, because the kernel is even in both offsets."""
         offsets = [np.minimum(np.arange(m), m - np.arange(m)) for m in self._padded]
-        quarter = kernels.love(
-            np.arange(offsets[0].max() + 1)[:, None],
-            np.arange(offsets[1].max() + 1)[None, :],
-            self.spacing,
-            self.effective_modulus,
-        )
-        return fft.rfft2(quarter[np.ix_(*offsets)], workers=_WORKERS).real.copy()
-
-    def apply(self, pressure: ArrayLike) -> NDArray[np.float64]:
-        """Displacement of all cell centres under cell pressures of shape `shape`."""
-        pressure = check_pressure(pressure, self.shape)
-        nx, ny = self.shape
-        # rows of zeros need no transform along y, and rows of no interest need none on the way back
-        rows = fft.rfft(pressure, n=self._padded[1], axis=1, workers=_WORKERS)
-        spectrum = fft.fft(rows, n=self._padded[0], axis=0, workers=_WORKERS)
-        spectrum *= self._transfer
-        rows = fft.ifft(spectrum, axis=0, overwrite_x=True, workers=_WORKERS)[:nx]
-        return fft.irfft(rows, n=self._padded[1], axis=1, workers=_WORKERS)[:, :ny]
+        # offsets that no pair of cells has may hold anything: zero
+        wrapped = np.zeros(self._padded)
+        used = [np.flatnonzero(o < n) for o, n in zip(offsets, self.shape, strict=True)]
+        quarter = self.coefficients(self.shape)
+        wrapped[np.ix_(*used)] = quarter[offsets[0][used[0]][:, None], offsets[1][used[1]]]
+        return fft.rfft2(wrapped, workers=1).real.copy()
 
     def restrict(self, shape: tuple[int, int]) -> FreeOperator:
         """Operator of the same half-space on a smaller rectangle of the same cells (kept)."""
-        if shape not in self._parts:
-            self._parts[shape] = FreeOperator(shape, self.spacing, self.effective_modulus)
-        return self._parts[shape]
+
+        def make() -> FreeOperator:
+            part = FreeOperator(shape, self.spacing, self.effective_modulus)
+            part._made["coefficients"] = self.coefficients(self.shape)
+            return part
+
+        return self.kept(("restricted", shape), make)
 
 
-class PeriodicOperator:
+class PeriodicOperator(HalfSpace):
     """Half-space under periodic pressure with zero mean displacement: u^(q) = T(q) p^(q).
 
     Parameters
@@ -167,21 +210,10 @@ class PeriodicOperator:
         effective_modulus: float,
         kernel: kernels.Kernel = "continuum",
     ) -> None:
-        check_grid(shape, spacing, effective_modulus)
-        self.shape = (int(shape[0]), int(shape[1]))
-        self.spacing = (float(spacing[0]), float(spacing[1]))
-        self.effective_modulus = float(effective_modulus)
+        super().__init__(shape, spacing, effective_modulus)
         self.kernel = kernel
-        self._transfer = kernels.periodic(self.shape, self.spacing, self.effective_modulus, kernel)
+        self._padded = self.shape
+        self._kept_transfer()  # an unknown kernel is refused here
 
-    @property
-    def cell_area(self) -> float:
-        """Area of one cell, dx dy."""
-        return self.spacing[0] * self.spacing[1]
-
-    def apply(self, pressure: ArrayLike) -> NDArray[np.float64]:
-        """Displacement (mean zero) of all cell centres under one period of pressures."""
-        pressure = check_pressure(pressure, self.shape)
-        spectrum = fft.rfft2(pressure, workers=_WORKERS)
-        spectrum *= self._transfer
-        return fft.irfft2(spectrum, s=self.shape, overwrite_x=True, workers=_WORKERS)
+    def _transfer(self) -> NDArray[np.float64]:
+        return kernels.periodic(self.shape, self.spacing, self.effective_modulus, self.kernel)
