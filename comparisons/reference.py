@@ -51,6 +51,10 @@ class Reference:
         """Quantity -> (k,) all sources together."""
         return {name: combined(*parts.values()) for name, parts in self.sources.items()}
 
+    def systematic(self, name: str) -> Sources:
+        """Return the sources that remain where both methods solve the very same surfaces."""
+        return {key: part for key, part in self.sources[name].items() if key != ENSEMBLE}
+
     @property
     def label(self) -> str:
         """Method and resolution, as in results.csv."""
@@ -168,7 +172,7 @@ def sources_of(
     `same_surfaces` leaves out the scatter over realisations: methods that solve the very same
     surfaces do not differ by it.
     """
-    own = dict(_systematic(reference, name) if same_surfaces else reference.sources[name])
+    own = dict(reference.systematic(name) if same_surfaces else reference.sources[name])
     if at == control or at not in reference.curves:
         return own
     x, y = reference.curves[at], reference.curves[name]
@@ -179,12 +183,6 @@ def sources_of(
     slope = np.gradient(np.log(y), np.log(x)) if monotone else np.ones(len(x))
     load = reference.sources[at]
     return {key: combined(part, slope * load[key]) for key, part in own.items()}
-
-
-def _systematic(reference: Reference, name: str) -> Sources:
-    """Return the sources that remain where both methods solve the very same surfaces."""
-    parts = reference.sources[name]
-    return {key: part for key, part in parts.items() if key != ENSEMBLE}
 
 
 def uncertainty_of(
@@ -261,7 +259,7 @@ def disagreements(
         names = [n for n in quantities if n in other.curves and n in chosen.curves]
         for name in names if other.method != chosen.method else ():
             difference = np.abs(relative_error(other.curves[name], chosen.curves[name]))
-            bars = [combined(*_systematic(each, name).values()) for each in (other, chosen)]
+            bars = [combined(*each.systematic(name).values()) for each in (other, chosen)]
             allowed = combined(*bars) + EXACT
             sentence = _disagreement(difference, allowed)
             if sentence:

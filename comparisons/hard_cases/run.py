@@ -21,6 +21,7 @@ from comparisons.metrics import relative_error
 from comparisons.planning import MethodPlan, Plan, plan_scene, refusal, task_of
 from comparisons.reference import EXACT, Solved, mean_curves, references
 from comparisons.scene import Scene, make_scene
+from comparisons.uncertainty import combined
 
 # What counts as accurate where nothing is expected (methods from outside).
 USUAL = 0.01
@@ -201,7 +202,8 @@ def _truth(case: HardCase, plan: Plan, folder: Path) -> _Truth:
         residual = np.nan_to_num(solution.violation, nan=0.0).max(axis=0) + EXACT
         return _Truth(reference.curves, dict.fromkeys(reference.curves, residual))
     # All methods solve the same surfaces, so the scatter between surfaces is no error.
-    return _Truth(reference.curves, reference.systematic)
+    bars = {name: combined(*reference.systematic(name).values()) for name in reference.sources}
+    return _Truth(reference.curves, bars)
 
 
 def _judged(case: HardCase, name: str, **found: Any) -> Outcome:
