@@ -8,10 +8,9 @@ import numpy as np
 import psutil
 import pytest
 
-from comparisons import refinement
 from comparisons.methods import Solution
 from comparisons.planning import plan_scene
-from comparisons.refinement import refined
+from comparisons.refinement import BUDGET, refined
 
 SQUARE = {"shape": "square_punch", "side": 1e-3}
 
@@ -20,7 +19,8 @@ SQUARE = {"shape": "square_punch", "side": 1e-3}
 def refine(scene):
     """Refine a plan whose FFT solver has an error of C/N in force, at a cost of N^2 seconds."""
 
-    def run(*, error=1.0, tolerance=0.05, seconds=1e-6, lost_from=10**9, start=(8, 16)):
+    def run(*, error=1.0, tolerance=0.05, seconds=1e-6, lost_from=10**9, budget=BUDGET):
+        start = (8, 16)
         compared = {"tolerance": tolerance, "methods": ["bem_fft"], "resolutions": list(start)}
         (plan,) = plan_scene(scene(indenter=SQUARE, compare=compared))
         store = {}
@@ -41,7 +41,7 @@ def refine(scene):
             return found
 
         solve(plan)
-        done = refined(plan, lambda _: dict(store), solve)
+        done = refined(plan, lambda _: dict(store), solve, budget)
         (planned,) = [each for each in done.methods if each.method == "bem_fft"]
         return planned.resolutions, done.notes
 
@@ -78,12 +78,11 @@ def test_what_ends_a_refinement_is_named(refine, monkeypatch):
     assert f"ends at N = {resolutions[-1]}, needs about" in note
 
 
-def test_growth_of_work_is_that_of_the_method(refine, monkeypatch):
+def test_growth_of_work_is_that_of_the_method(refine):
     """With a budget just above six times the last solve it goes on, just below it ends."""
-    monkeypatch.setattr(refinement, "BUDGET", 6.0 * 16**2 * 1.01)
-    assert refine(tolerance=1e-3, seconds=1.0)[0] == (8, 16, 32)
-    monkeypatch.setattr(refinement, "BUDGET", 6.0 * 16**2 * 0.99)
-    assert refine(tolerance=1e-3, seconds=1.0)[0] == (8, 16)
+    last = 6.0 * 16**2
+    assert refine(tolerance=1e-3, seconds=1.0, budget=1.01 * last)[0] == (8, 16, 32)
+    assert refine(tolerance=1e-3, seconds=1.0, budget=0.99 * last)[0] == (8, 16)
 
 
 def test_a_scene_with_a_closed_form_needs_no_refinement(scene):
