@@ -2,9 +2,13 @@
 
 from __future__ import annotations
 
+from comparisons.experiments import kernel
 from comparisons.experiments.base import Experiment, Measurement
 
-# Each module of this package offers a tuple of its experiments; they are listed here.
-EXPERIMENTS: dict[str, Experiment] = {}
+# Each module of this package offers a tuple EXPERIMENTS; the modules are listed here.
+_MODULES = (kernel,)
+EXPERIMENTS: dict[str, Experiment] = {
+    each.name: each for module in _MODULES for each in module.EXPERIMENTS
+}
 
 __all__ = ["EXPERIMENTS", "Experiment", "Measurement"]
