@@ -1,0 +1,66 @@
+"""Theories of the real contact area of random surfaces, as functions of the relative load."""
+
+from __future__ import annotations
+
+import math
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+from scipy.special import erf
+
+from reference.closed_form.form import checked_load
+
+# kappa = A E* h'/F at vanishing load, h' the rms of the full gradient.
+KAPPA_PERSSON = math.sqrt(8 / math.pi)
+KAPPA_BUSH = math.sqrt(2 * math.pi)
+
+
+def persson_area(relative_load: ArrayLike) -> Any:
+    """Return A/A0 = erf(sqrt(2) p/(E* h')) of Persson's theory.
+
+    B. N. J. Persson, J. Chem. Phys. 115 (2001) 3840: A/A0 = erf(p/(2 sqrt G)) with
+    G = (pi/4) E*^2 int q^3 C2D dq = (E* h')^2/8. Exact in full contact, a diffusion
+    approximation below; A = sqrt(8/pi) F/(E* h') at small loads. Stationary random surfaces much
+    larger than their roll-off wavelength.
+
+    Parameters
+    ----------
+    relative_load : array_like
+        F/(E* A0 h'), not negative, h' = sqrt<|grad h|^2>.
+
+    Raises
+    ------
+    ValueError
+        For a load that is negative or not finite.
+
+    Examples
+    --------
+    >>> round(float(persson_area(1e-3)) / 1e-3 / KAPPA_PERSSON, 5)
+    1.0
+    """
+    return erf(math.sqrt(2) * checked_load("relative_load", relative_load))[()]
+
+
+def bush_gibson_thomas_area(relative_load: ArrayLike) -> Any:
+    """Return A/A0 = sqrt(2 pi) F/(E* A0 h'), the limit of vanishing load.
+
+    A. W. Bush, R. D. Gibson and T. R. Thomas, Wear 35 (1975) 87: paraboloids on the summits of an
+    isotropic Gaussian surface, without interaction, as the separation tends to infinity.
+
+    Parameters
+    ----------
+    relative_load : array_like
+        F/(E* A0 h'), not negative. An asymptote: meaningless where it exceeds one.
+
+    Raises
+    ------
+    ValueError
+        For a load that is negative or not finite.
+
+    Examples
+    --------
+    >>> round(float(bush_gibson_thomas_area(0.01)), 5)
+    0.02507
+    """
+    return np.asarray(KAPPA_BUSH * checked_load("relative_load", relative_load))[()]
