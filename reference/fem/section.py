@@ -1,0 +1,249 @@
+"""A finite body on a flat punch, in a half-section: axisymmetric, or in plane strain.
+
+The punch of half-width a presses with depth d on the flat side of a half-ball (half-cylinder) of
+radius R. The mesh is confocal with the edges of the punch: x = a cosh(m) cos(n), z = a sinh(m)
+sin(n), with the punch at m = 0, the free surface at n = 0 and the axis at n = pi/2. That takes the
+square root out of the edge's singularity, and R enters as its logarithm: bodies of a million a are
+as cheap as small ones.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import Any, Literal
+
+import numpy as np
+import skfem
+from numpy.typing import NDArray
+from scipy.sparse.linalg import splu
+from skfem.helpers import ddot, div, dot, sym_grad
+
+from reference.fem.elasticity import lame_parameters
+
+Kind = Literal["axisymmetric", "plane"]
+Support = Literal["fixed", "inertia"]
+
+# From this coordinate m on the mesh lines are circles.
+_CIRCLES = 1.0
+SMALLEST_CIRCLE = float(np.cosh(_CIRCLES))
+
+
+@dataclass(frozen=True)
+class SectionContact:
+    """A flat punch pressed into a finite body by d, relative to its size and modulus.
+
+    Attributes
+    ----------
+    radius : float
+        R/a.
+    stiffness : float
+        F/(E* a d) of the axisymmetric body, F/(E* d) per length in plane strain.
+    radii : ndarray, shape (m,)
+        Radii rho/a around the centre of the punch, the last one R/a.
+    energy : ndarray, shape (m,)
+        Share of the elastic energy F d/2 that lies within each of them.
+    mean_displacement : ndarray, shape (m,)
+        Mean of u_z/d over the part of the body within each of them; u vanishes at the round side
+        ("fixed"), or its mean over the body does ("inertia").
+    mean_square_displacement : ndarray, shape (m,)
+        Mean of |u|^2/d^2 there.
+    """
+
+    radius: float
+    stiffness: float
+    radii: NDArray[np.float64]
+    energy: NDArray[np.float64]
+    mean_displacement: NDArray[np.float64]
+    mean_square_displacement: NDArray[np.float64]
+
+
+def press_section(
+    radius: float,
+    poisson_ratio: float,
+    *,
+    kind: Kind = "axisymmetric",
+    support: Support = "fixed",
+    radii: Sequence[float] = (),
+    elements: int = 8,
+) -> SectionContact:
+    """Press a flat frictionless punch into a finite body.
+
+    Parameters
+    ----------
+    radius : float
+        R/a, at least 4.
+    poisson_ratio : float
+        ``-1 < nu <= 0.4999``.
+    kind : {"axisymmetric", "plane"}
+        A half-ball, or a half-cylinder in plane strain.
+    support : {"fixed", "inertia"}
+        The round side held (u = 0 there), so that d is the approach of punch and round side; or
+        free, the punch force balanced by the inertia of the uniformly accelerated body, so that
+        d is the approach of the punch and the centre of mass.
+    radii : sequence of float
+        Further radii rho/a in [1.55, R/a] within which averages are wanted; mesh lines pass there.
+    elements : int
+        Elements from the axis to the free surface.
+
+    Returns
+    -------
+    SectionContact
+        Errors fall as the fourth power of the element size: 4e-4 in the stiffness with 8 elements,
+        2e-5 with 16.
+
+    Raises
+    ------
+    ValueError
+        For every argument out of range, with the value that came.
+    """
+    _check(radius, poisson_ratio, kind, support, radii, elements)
+    wanted = np.array([*radii, radius], dtype=float)
+    plain, mesh = _meshes(_lines(wanted, elements), elements)
+    basis = skfem.Basis(mesh, skfem.ElementVector(skfem.ElementQuad2()), intorder=6)
+    density = _energy_density(poisson_ratio, kind)
+    stiffness = skfem.BilinearForm(density).assemble(basis)
+    mass = skfem.BilinearForm(lambda u, v, w: dot(u, v) * _measure(w.x, kind)).assemble(basis)
+    field, force = _solve(basis, plain, stiffness, mass, support)
+    outer = plain.p[0][plain.t].max(axis=0)
+    inside = [outer <= np.arccosh(rho) * (1 + 1e-9) for rho in wanted]
+
+    def within(integrand: Callable[[Any], Any]) -> NDArray[np.float64]:
+        parts = skfem.Functional(integrand).elemental(basis, u=field)
+        return np.array([parts[elements].sum() for elements in inside])
+
+    energy = within(lambda w: density(w["u"], w["u"], w))
+    volume = within(lambda w: _measure(w.x, kind) + 0 * w.x[0])
+    # force and form leave out the angle around the axis, or the other half of the section
+    return SectionContact(
+        radius=float(radius),
+        stiffness=(2 * np.pi if kind == "axisymmetric" else 2.0) * force,
+        radii=wanted,
+        energy=energy / energy[-1],
+        mean_displacement=within(lambda w: w["u"][1] * _measure(w.x, kind)) / volume,
+        mean_square_displacement=within(lambda w: dot(w["u"], w["u"]) * _measure(w.x, kind))
+        / volume,
+    )
+
+
+def _lines(wanted: NDArray[np.float64], elements: int) -> NDArray[np.float64]:
+    """Mesh lines in m: graded to the first circle, then even between the wanted radii."""
+    marks = np.unique([_CIRCLES, *np.arccosh(wanted)])
+    step = np.pi / 2 / elements
+    parts = [
+        np.linspace(start, end, max(1, round((end - start) / step)) + 1)[1:]
+        for start, end in pairwise(marks)
+    ]
+    return np.concatenate([_CIRCLES * _graded(elements), *parts])
+
+
+def _graded(elements: int) -> NDArray[np.float64]:
+    """Lines from 0 to 1 that crowd quadratically at 0, where the edge of the punch is.
+
+    There the displacement is w f(arg w), w = m + i n, which no polynomial is; the error falls with
+    the square of the smallest element, so as the fourth power of `elements`.
+    """
+    return np.linspace(0, 1, elements + 1) ** 2
+
+
+def _meshes(lines: NDArray[np.float64], elements: int) -> tuple[skfem.MeshQuad, skfem.MeshQuad2]:
+    """Make the mesh in (m, n), and the same mesh with curved quadratic elements in (x, z)."""
+    plain = skfem.MeshQuad.init_tensor(lines, np.pi / 2 * _graded(elements))
+    curved = skfem.MeshQuad2.from_mesh(plain)
+    m, n = curved.doflocs
+    # the ellipses pass over into circles with a continuous slope on either side
+    share = np.minimum(m / _CIRCLES, 1.0) ** 2
+    share *= 3 - 2 * np.minimum(m / _CIRCLES, 1.0)
+    z = (np.sinh(m) + share * np.exp(-m)) * np.sin(n)  # cosh - sinh = exp(-m)
+    x = np.cosh(m) * np.cos(n)
+    x[np.abs(n - np.pi / 2) < 1e-12] = 0.0
+    return plain, skfem.MeshQuad2(np.stack([x, z]), curved.t)
+
+
+def _measure(x: NDArray[np.float64], kind: Kind) -> NDArray[np.float64] | float:
+    return x[0] if kind == "axisymmetric" else 1.0
+
+
+def _energy_density(poisson_ratio: float, kind: Kind) -> Callable[..., Any]:
+    """Twice the strain energy density for E* = 1, times the circumference over 2 pi."""
+    lame_parameters(poisson_ratio)  # the range of nu that a displacement method can do
+    shear = (1 - poisson_ratio) / 2
+    lame = 2 * shear * poisson_ratio / (1 - 2 * poisson_ratio)
+
+    def density(u: Any, v: Any, w: Any) -> Any:
+        eps_u, eps_v = sym_grad(u), sym_grad(v)
+        hoop_u, hoop_v = (
+            (each[0] / w.x[0] if kind == "axisymmetric" else 0 * each[0]) for each in (u, v)
+        )
+        trace = (div(u) + hoop_u) * (div(v) + hoop_v)
+        return (lame * trace + 2 * shear * (ddot(eps_u, eps_v) + hoop_u * hoop_v)) * _measure(
+            w.x, kind
+        )
+
+    return density
+
+
+def _vertical(basis: skfem.Basis) -> NDArray[np.float64]:
+    """Return the rigid displacement u_z = 1."""
+    ones = basis.zeros()
+    ones[basis.split_indices()[1]] = 1.0
+    return ones
+
+
+def _solve(
+    basis: skfem.Basis, plain: skfem.MeshQuad, stiffness: Any, mass: Any, support: Support
+) -> tuple[NDArray[np.float64], float]:
+    """Displacements for d = 1, the support or the centre of mass at rest, and the punch force."""
+    lines = plain.p[0].min(), plain.p[0].max()
+    face, round_side = (
+        basis.get_dofs(plain.facets_satisfying(lambda x, at=at: np.isclose(x[0], at)))
+        for at in lines
+    )
+    axis = basis.get_dofs(plain.facets_satisfying(lambda x: np.isclose(x[1], np.pi / 2)))
+    pushed = face.all(["u^2"])
+    held = [axis.all(["u^1"]), pushed]
+    if support == "fixed":
+        held.append(round_side.all())
+    held = np.unique(np.concatenate(held))
+    free = np.setdiff1d(np.arange(basis.N), held)
+    field, load = basis.zeros(), basis.zeros()
+    if support == "fixed":
+        field[pushed] = 1.0
+    else:
+        load = -(mass @ _vertical(basis))
+    inner = stiffness[free][:, free].tocsc()
+    field[free] = splu(inner).solve((load - stiffness @ field)[free])
+    force = float((stiffness @ field - load)[pushed].sum())
+    if support == "inertia":
+        ones = _vertical(basis)
+        centre = ones @ mass @ field / (ones @ mass @ ones)
+        field, force = (field - centre * ones) / -centre, force / -centre
+    return field, force
+
+
+def _check(
+    radius: float,
+    poisson_ratio: float,
+    kind: str,
+    support: str,
+    radii: Sequence[float],
+    elements: int,
+) -> None:
+    wrong = []
+    if not (np.isfinite(radius) and radius >= 4):
+        wrong.append(f"radius must be finite and at least 4 half-widths, got {radius!r}")
+    try:
+        lame_parameters(poisson_ratio)
+    except ValueError as fault:
+        wrong.append(str(fault))
+    if kind not in ("axisymmetric", "plane"):
+        wrong.append(f"kind must be 'axisymmetric' or 'plane', got {kind!r}")
+    if support not in ("fixed", "inertia"):
+        wrong.append(f"support must be 'fixed' or 'inertia', got {support!r}")
+    if any(not SMALLEST_CIRCLE < rho <= radius for rho in radii):
+        wrong.append(f"radii must lie between {SMALLEST_CIRCLE:.3f} and {radius!r}, got {radii!r}")
+    if int(elements) != elements or elements < 2:
+        wrong.append(f"elements must be an integer of at least 2, got {elements!r}")
+    if wrong:
+        raise ValueError("; ".join(wrong))

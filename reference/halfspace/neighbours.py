@@ -1,0 +1,79 @@
+"""Contacts side by side on one half-space: how much they feel each other."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.linalg import cho_factor, cho_solve
+
+from reference.halfspace import kernels
+
+
+def pair_force(distance: float, cells: int) -> float:
+    """Force of each of two equal flat round punches over that of one alone, at equal depth.
+
+    The pressures of both are mirror images, so that one disc of square cells is solved, with the
+    coefficients (19.3) of its own cells plus those of the other disc's. The ratio is what the
+    interaction leaves; far apart it is 1/(1 + 2a/(pi s)), the other punch being a point force
+    2 E* a d. The radius is taken from the stiffness of the disc of cells, 2 E* a, not from its
+    outline: the staircase of the edge then errs in the shape of the pressure alone.
+
+    Parameters
+    ----------
+    distance : float
+        s/a, centre distance over radius, more than 2.
+    cells : int
+        Cells per radius.
+
+    Examples
+    --------
+    >>> round(pair_force(20.0, 8), 3), round(1 / (1 + 2 / (np.pi * 20)), 3)
+    (0.969, 0.969)
+    """
+    if not (np.isfinite(distance) and distance > 2):
+        raise ValueError(f"distance must be finite and more than two radii, got {distance!r}")
+    if int(cells) != cells or cells < 2:
+        raise ValueError(f"cells must be an integer of at least 2 per radius, got {cells!r}")
+    axis = (np.arange(-cells, cells) + 0.5) / cells
+    x, y = (each.ravel() for each in np.meshgrid(axis, axis, indexing="ij"))
+    inside = np.hypot(x, y) < 1
+    x, y = x[inside] * cells, y[inside] * cells
+    spacing = (1 / cells, 1 / cells)
+    own = kernels.love(x[:, None] - x, y[:, None] - y, spacing, 1.0)
+    alone = cho_solve(cho_factor(own), np.ones(x.size)).sum()
+    apart = distance * cells * (alone / cells**2 / 2)
+    other = kernels.love(apart - x[:, None] - x, y[:, None] - y, spacing, 1.0)
+    beside = cho_solve(cho_factor(own + other), np.ones(x.size)).sum()
+    return float(beside / alone)
+
+
+def array_force(distance: float, per_side: int) -> float:
+    """Force of a square array of flat round punches over that of as many single ones.
+
+    All at equal depth, per_side^2 punches of radius a at the distance s. Each is a spring of
+    stiffness 2 E* a, and to the others a point force: d = F_i/(2 E* a) + sum_j F_j/(pi E* r_ij),
+    which leaves out terms of the relative order (a/s)^2 of the interaction.
+
+    Parameters
+    ----------
+    distance : float
+        s/a, at least 3.
+    per_side : int
+        Punches per side of the array, at most 80.
+
+    Examples
+    --------
+    >>> array_force(20.0, 1)
+    1.0
+    """
+    wrong = []
+    if not (np.isfinite(distance) and distance >= 3):
+        wrong.append(f"distance must be finite and at least three radii, got {distance!r}")
+    if int(per_side) != per_side or not 1 <= per_side <= 80:
+        wrong.append(f"per_side must be an integer from 1 to 80, got {per_side!r}")
+    if wrong:
+        raise ValueError("; ".join(wrong))
+    place = np.indices((per_side, per_side)).reshape(2, -1)
+    apart = np.hypot(*(place[:, :, None] - place[:, None, :])) * distance
+    np.fill_diagonal(apart, 2 / np.pi)  # so that 2/(pi r) is the spring's own compliance
+    forces = cho_solve(cho_factor(2 / np.pi / apart), np.ones(per_side**2))
+    return float(forces.mean())
