@@ -1,0 +1,104 @@
+"""(19.5)-(19.8): the chapter's iteration ends without tension and overlap, and how soon."""
+
+from __future__ import annotations
+
+
+import numpy as np
+from scipy import stats
+
+from comparisons.experiments.rough_ensemble import SEED, Surface
+from comparisons.experiments.running import Finding, above, experiment, one_of
+from reference.errors import ConvergenceError
+from reference.halfspace import Contact, FreeOperator, dense
+
+STARTS = ("overlap", "all", "random", "summit")
+
+
+def _start(kind: str, gap: np.ndarray, depth: float, rng: np.random.Generator) -> Contact | None:
+    """Return a contact with the assumed contact area: "to begin, a contact area is assumed"."""
+    if kind == "overlap":
+        return None
+    possible = gap < depth
+    area = {
+        "all": possible,
+        "random": possible & (rng.random(gap.shape) < 0.5),
+        "summit": gap == gap.min(),
+    }[kind]
+    pressure = (area | (gap == gap.min())).astype(float)
+    return Contact(depth, 1.0, 0.0, pressure, 0 * gap, 0, 0.0)
+
+
+def _ends(
+    effort: str,
+    *,
+    share: float = 0.1,
+    start: str = "overlap",
+    rounds: float = 7,
+    points: float = 32,
+    hurst: float = 0.8,
+    runs: float = 200,
+    limit: float = 1e-12,
+) -> Finding:
+    """Share of rough patches whose iteration does not end properly within so many rounds.
+
+    A patch is pressed until its geometric overlap covers the `share` of it. Properly: without
+    tension (the dense solver leaves none), the largest overlap below `limit` times the penetration,
+    within `rounds` rounds and before the solver's fallback to single changes, which the chapter
+    does not have. Bar: 95 % of Clopper and Pearson for a share of independent runs.
+    """
+    one_of("start", start, *STARTS)
+    above("rounds", rounds, 0)
+    above("runs", runs, 0)
+    if not 0 < share <= 1:
+        raise ValueError(f"share must lie in (0, 1], not {share!r}")
+    surface = Surface.of(points, hurst, 1.0, 2.0, False)
+    count = int(runs) if effort == "full" else min(int(runs), 30)
+    operator = surface.operator()
+    assert isinstance(operator, FreeOperator)
+    rng = np.random.default_rng(np.random.SeedSequence(SEED, spawn_key=(3,)))
+    lengths, violations = [], []
+    for realisation in range(count):
+        heights = surface.heights(realisation)
+        gap = heights.max() - heights
+        depth = float(np.quantile(gap, share)) + np.finfo(float).tiny
+        begin = _start(start, gap, depth, rng)
+        try:
+            contact = dense.solve(operator, gap, penetration=depth, start=begin)
+        except ConvergenceError as fault:
+            lengths.append(len(fault.history))
+            violations.append(np.inf)
+            continue
+        lengths.append(contact.iterations)
+        violations.append(contact.violation)
+    late = np.array(lengths) > rounds
+    failed = late | (np.array(violations) > limit)
+    number = int(failed.sum())
+    low, high = _clopper_pearson(number, count)
+    details: dict[str, float | str] = {
+        "runs": float(count),
+        "failures": float(number),
+        "rounds, median": float(np.median(lengths)),
+        "rounds, most": float(max(lengths)),
+        "overlap over penetration, largest": float(min(max(violations), 1.0)),
+    }
+    error = number / count
+    return Finding(error, max(error - low, high - error), details)
+
+
+def _clopper_pearson(successes: int, trials: int) -> tuple[float, float]:
+    """95 % interval of a share; one-sided where nothing or everything happened."""
+    found = stats.binomtest(successes, trials).proportion_ci(
+        0.90 if successes in (0, trials) else 0.95, method="exact"
+    )
+    return float(found.low), float(found.high)
+
+
+EXPERIMENTS = (
+    experiment(
+        "active-set",
+        "Rough patches on which the iteration of (19.5)-(19.8) does not end properly",
+        "share of the patch in geometric overlap",
+        "share",
+        _ends,
+    ),
+)
