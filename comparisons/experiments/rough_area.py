@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from comparisons.experiments.rough_ensemble import (
     QUANTITIES,
     Surface,
@@ -41,13 +43,17 @@ def _measure(
     above("realisations", realisations, 2)
     above("line_length", line_length, 0)
     one_of("quantity", quantity, *QUANTITIES)
-    one_of("grid", grid, "native", "refined")
     one_of("statement", statement, "line", *_THEORIES)
     if statement != "line" and not quantity.startswith("contact_area"):
         raise ValueError(f"{statement} speaks of contact_area, not of {quantity}")
     surface = Surface.of(points, hurst, roll_off, shortest, periodic)
     count = int(realisations) if effort == "full" else min(int(realisations), 20)
-    true, grid_bar = truth(surface, float(load), quantity, grid, count)
+    stiffness = quantity == "stiffness"
+
+    def sample(factor: int, number: int) -> np.ndarray:
+        return surface_samples(surface, float(load), factor, number, stiffness)[quantity]
+
+    true, grid_bar = truth(sample, grid, count)
     if statement == "line":
         lines = line_samples(
             *(surface, float(load), max(count, _LINES), rule, edges),
@@ -57,7 +63,7 @@ def _measure(
     else:
         stated = [float(_THEORIES[statement](load))]
     error, bar = compare(stated, true, grid_bar)
-    share = surface_samples(surface, float(load), 1, count, quantity == "stiffness")
+    share = surface_samples(surface, float(load), 1, count, stiffness)
     details: dict[str, float | str] = {
         "stated": float(sum(stated) / len(stated)),
         "true": float(true.mean()),

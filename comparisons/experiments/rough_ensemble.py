@@ -7,17 +7,18 @@ are kept for the life of the process.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
+from scipy import stats
 
-from comparisons.experiments.running import above
-from comparisons.uncertainty import SAFE, combined, ensemble_uncertainty, ratio_of_means
+from comparisons.experiments.running import above, one_of
+from comparisons.uncertainty import SAFE, combined, ratio_of_means, standard_error
 from reduced import ensemble, spectrum
 from reference import surfaces
-from reference.halfspace import FreeOperator, HalfSpace, PeriodicOperator, areas, fft
+from reference.halfspace import Contact, FreeOperator, HalfSpace, PeriodicOperator, areas, fft
 
 # Overlap relative to the penetration: far below the scatter of the ensembles.
 _TOLERANCE = 1e-4
@@ -91,28 +92,32 @@ class Surface:
         return spectrum.prescribed(self.points, 1.0, **self.recipe, rule=rule)
 
 
+def press(
+    operator: HalfSpace, heights: np.ndarray, load: float, stiffness: bool = False
+) -> tuple[Contact, dict[str, float]]:
+    """Press one map with the force `load` (E* = A0 = 1); return the contact and its quantities."""
+    contact = fft.solve(operator, heights.max() - heights, force=load, tolerance=_TOLERANCE)
+    mask, periodic = contact.mask, operator.periodic
+    found = areas.patches(mask, operator.spacing, periodic)
+    row = {
+        "contact_area": areas.corrected_area(mask, operator.spacing, periodic),
+        "contact_area_raw": areas.raw_area(mask, operator.spacing),
+        "penetration": contact.penetration,
+        "mean_gap": contact.mean_gap,
+        "contact_length": float(np.sqrt(4 * found.areas / np.pi).sum()),
+    }
+    if stiffness:
+        row["stiffness"] = areas.contact_stiffness(operator, mask, tolerance=1e-6)
+    return contact, row
+
+
 @lru_cache(maxsize=512)
 def surface_samples(
     surface: Surface, load: float, factor: int, count: int, stiffness: bool = False
 ) -> dict[str, np.ndarray]:
     """Return the quantities of `count` realisations at F = load E* A0 h', arrays (count,)."""
     operator = surface.operator(factor)
-    rows = []
-    for realisation in range(count):
-        heights = surface.heights(realisation, factor)
-        contact = fft.solve(operator, heights.max() - heights, force=load, tolerance=_TOLERANCE)
-        mask, periodic = contact.mask, surface.periodic
-        found = areas.patches(mask, operator.spacing, periodic)
-        row = {
-            "contact_area": areas.corrected_area(mask, operator.spacing, periodic),
-            "contact_area_raw": areas.raw_area(mask, operator.spacing),
-            "penetration": contact.penetration,
-            "mean_gap": contact.mean_gap,
-            "contact_length": float(np.sqrt(4 * found.areas / np.pi).sum()),
-        }
-        if stiffness:
-            row["stiffness"] = areas.contact_stiffness(operator, mask, tolerance=1e-6)
-        rows.append(row)
+    rows = [press(operator, surface.heights(k, factor), load, stiffness)[1] for k in range(count)]
     return {name: np.array([row[name] for row in rows]) for name in rows[0]}
 
 
@@ -149,34 +154,29 @@ def line_samples(
 
 
 def truth(
-    surface: Surface, load: float, quantity: str, grid: str, count: int
+    sample: Callable[[int, int], np.ndarray], grid: str, count: int
 ) -> tuple[np.ndarray, float]:
-    """Return samples of a quantity, scaled to the best mean, and the grid's relative 95 % bar.
+    """Return samples scaled to the best mean, and the grid's relative 95 % bar.
 
-    With ``grid="native"`` the surface's own points are the truth, as in the chapter, and nothing is
-    added. ``"refined"`` continues the same realisations on grids two and four times finer (a
-    sixth and a thirtieth of them; their ratios scatter far less than the values), and the bar is
-    the last change times Roache's factor at first order, the order of areas, with the scatter of
-    the ratios.
+    ``sample(factor, number)`` are the values of the first `number` surfaces on grids `factor` times
+    finer than their own. With ``grid="native"`` the surface's own points are the truth, as in the
+    chapter, and nothing is added. ``"refined"`` continues the same realisations on grids two and
+    four times finer (a sixth and a thirtieth of them; their ratios scatter far less than the
+    values), and the bar is the last change times Roache's factor at first order, the order of
+    areas, with the scatter of the ratios.
     """
-    stiffness = quantity == "stiffness"
-
-    def on(factor: int, number: int) -> np.ndarray:
-        return surface_samples(surface, load, factor, number, stiffness)[quantity]
-
-    samples = on(1, count)
+    one_of("grid", grid, "native", "refined")
+    samples = sample(1, count)
     if grid == "native":
         return samples, 0.0
-    steps = [(2, max(6, count // 6)), (4, max(3, count // 30))]
     ratios, bars = [], []
-    for factor, number in steps:
-        fine, coarse = on(factor, number), on(factor // 2, number)
+    for factor, number in ((2, max(6, count // 6)), (4, max(3, count // 30))):
+        fine, coarse = sample(factor, number), sample(factor // 2, number)
         ratio, bar = ratio_of_means(fine[:, None], coarse[:, None], paired=True)
         ratios.append(float(ratio[0]))
         bars.append(float(bar[0]))
     change = abs(1 - 1 / ratios[-1])
-    scale = float(np.prod(ratios))
-    return samples * scale, float(combined(SAFE * change, *bars))
+    return samples * float(np.prod(ratios)), float(combined(SAFE * change, *bars))
 
 
 def compare(
@@ -187,6 +187,12 @@ def compare(
     Both ensembles are independent; a statement of one value (a theory) has no scatter.
     """
     stated = np.asarray(statement, dtype=float)
-    ratio = float(stated.mean() / true.mean())
-    bars = [ensemble_uncertainty(each[:, None])[0] for each in (stated, true)]
-    return ratio - 1, float(abs(ratio) * combined(grid_bar, *bars))
+    mean, ratio = float(true.mean()), float(stated.mean() / true.mean())
+    scatter = [
+        float(standard_error(each[:, None])[0]) * stats.t.ppf(0.975, each.size - 1) / mean
+        for each in (stated, true)
+        if each.size > 1
+    ]
+    # the statement's own scatter is absolute, so that a statement of zero has a bar, too
+    own, other = scatter if stated.size > 1 else (0.0, *scatter)
+    return ratio - 1, float(combined(own, ratio * other, ratio * grid_bar))
