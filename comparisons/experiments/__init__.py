@@ -2,11 +2,25 @@
 
 from __future__ import annotations
 
-from comparisons.experiments import bodies, kernel, line_statistics, neighbours, rough_area
+from comparisons.experiments import (
+    active_set,
+    bodies,
+    cost,
+    impact,
+    kernel,
+    line_statistics,
+    neighbours,
+    rough_area,
+    stress_use,
+    two_bodies,
+)
 from comparisons.experiments.base import Experiment, Measurement
 
 # Each module of this package offers a tuple EXPERIMENTS; the modules are listed here.
-_MODULES = (kernel, bodies, neighbours, line_statistics, rough_area)
+_MODULES = (
+    *(kernel, active_set, bodies, neighbours, impact),
+    *(line_statistics, rough_area, stress_use, two_bodies, cost),
+)
 EXPERIMENTS: dict[str, Experiment] = {
     each.name: each for module in _MODULES for each in module.EXPERIMENTS
 }

@@ -76,6 +76,8 @@ def _two_bodies(
     above("realisations", realisations, 2)
     if not -1 < correlation < 1:
         raise ValueError(f"correlation must lie in (-1, 1), not {correlation!r}")
+    if correlation and hurst != second_hurst:
+        raise ValueError("correlated bodies have one spectrum: hurst = second_hurst")
     first, second = (Surface.of(points, h, 1.0, 2.0, False) for h in (hurst, second_hurst))
     force = float(load) * np.sqrt(2)
     count = int(realisations) if effort == "full" else min(int(realisations), 20)

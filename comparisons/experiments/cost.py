@@ -1,0 +1,169 @@
+"""Section 19.1.2: finite elements are not practical for rough surfaces. Time and memory, measured.
+
+Every solver runs through the same clock as a study (`comparisons.execution`), one thread, the same
+surfaces and loads, on grids of N x N points of ever finer spacing.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from comparisons.execution import execute
+from comparisons.experiments.running import Finding, above, experiment, one_of
+from comparisons.methods import Task
+from comparisons.planning import plan_scene
+from comparisons.scene import load_scene
+
+# A patch whose shortest wave has four points on the coarsest of these grids (eight per side).
+_RECIPE = {
+    "surface.points": 8,
+    "surface.short_cutoff": "0.25 um",
+    "surface.realisations": 3,
+    "loading.force": {
+        "from": 0.02, "to": 0.1, "steps": 3, "spacing": "log", "relative_to": "E* A0 h'"
+    },
+    "compare.quantities": ["penetration", "contact_area"],
+}  # fmt: skip
+_GRIDS = {
+    "quick": {"fem": (8, 16, 24), "bem_fft": (16, 32, 64, 128), "reduced": (16, 32, 64, 128)},
+    "full": {"fem": (8, 16, 24, 32, 48), "bem_fft": (16, 32, 64, 128), "reduced": (16, 32, 64, 128)},
+}
+_TRUTH = 256
+
+
+@dataclass(frozen=True)
+class Series:
+    """One method on ever finer grids: points per side, seconds and bytes a surface, rms error."""
+
+    points: np.ndarray
+    seconds: np.ndarray
+    memory: np.ndarray
+    errors: np.ndarray
+
+
+@dataclass(frozen=True)
+class Law:
+    """Least squares of y = c N^p on logarithms, with the standard error of a prediction."""
+
+    constant: float
+    exponent: float
+    scatter: float
+
+    def at(self, points: float) -> float:
+        """Value at N points per side."""
+        return float(np.exp(self.constant + self.exponent * np.log(points)))
+
+    def reaches(self, value: float) -> float:
+        """N at which the law has a value."""
+        return float(np.exp((np.log(value) - self.constant) / self.exponent))
+
+
+def power_law(points: np.ndarray, values: np.ndarray) -> Law:
+    """Fit y = c N^p.
+
+    >>> law = power_law(np.array([1.0, 2.0, 4.0]), np.array([3.0, 12.0, 48.0]))
+    >>> round(law.exponent, 12), round(law.at(8), 9)
+    (2.0, 192.0)
+    """
+    x, y = np.log(points), np.log(values)
+    exponent, constant = np.polyfit(x, y, 1)
+    rest = y - constant - exponent * x
+    freedom = max(len(x) - 2, 1)
+    return Law(float(constant), float(exponent), float(np.sqrt((rest**2).sum() / freedom)))
+
+
+@lru_cache(maxsize=8)
+def measure_series(method: str, effort: str) -> Series:
+    """Measure a method; errors are rms over surfaces and loads, against the finest grid."""
+    (plan, *_) = plan_scene(load_scene("rough-patch", _RECIPE))
+    realisations = tuple(range(3))
+    quantities = ("penetration", "contact_area")
+
+    def solve(name: str, points: int) -> tuple[np.ndarray, float, float]:
+        options = getattr(plan.scene.methods, name)
+        task = Task(
+            *(plan.scene, plan.geometry, plan.loads, name, points, options, quantities),
+            realisations=realisations,
+        )
+        found = execute(task)
+        if not found.converged.all():
+            raise ArithmeticError(f"{name} at {points} points: {found.reasons}")
+        count = len(realisations)
+        return found.quantities["penetration"], found.seconds / count, found.memory
+
+    true = solve("bem_fft", _TRUTH)[0]
+    points = _GRIDS[effort][method]
+    rows = [solve(method, n) for n in points]
+    errors = [float(np.sqrt(np.mean((row[0] / true - 1) ** 2))) for row in rows]
+    return Series(
+        np.array(points, dtype=float),
+        np.array([row[1] for row in rows]),
+        np.array([max(row[2], 1.0) for row in rows]),
+        np.array(errors),
+    )
+
+
+def _cost(
+    effort: str,
+    *,
+    accuracy: float = 0.02,
+    points: float = 0,
+    against: str = "bem_fft",
+    times: float = 100,
+) -> Finding:
+    """Time of another method over that of finite elements, a surface and three loads.
+
+    At the grids where either reaches the rms `accuracy` of the penetration (laws c N^p of error and
+    time, fitted), or with `points` at that number of points per side. The statement, made
+    measurable: finite elements cost at least `times` as much. The error is 0 where they do, else
+    what the ratio lacks of it; the bar is the scatter of the fits.
+    """
+    one_of("against", against, "bem_fft", "reduced")
+    above("times", times, 0)
+    if not 0 < accuracy < 1:
+        raise ValueError(f"accuracy must lie in (0, 1), not {accuracy!r}")
+    if against == "reduced" and not points:
+        raise ValueError("a line does not converge to the surface: compare with reduced at points")
+    series = {name: measure_series(name, effort) for name in ("fem", against)}
+    time = {name: power_law(each.points, each.seconds) for name, each in series.items()}
+    grids, scatter = {}, []
+    for name, each in series.items():
+        scatter.append(time[name].scatter)
+        if points:
+            grids[name] = above("points", points, 1)
+        else:
+            error = power_law(each.points, each.errors)
+            grids[name] = max(error.reaches(accuracy), 2.0)
+            scatter.append(time[name].exponent * error.scatter / abs(error.exponent))
+    seconds = {name: time[name].at(grids[name]) for name in series}
+    ratio = seconds["fem"] / seconds[against]
+    spread = float(np.exp(2 * np.hypot.reduce(scatter)))
+    lacks, best, worst = (max(1 - r / times, 0.0) for r in (ratio, ratio * spread, ratio / spread))
+    memory = power_law(series["fem"].points, series["fem"].memory)
+    details: dict[str, float | str] = {
+        "time of finite elements over the other": ratio,
+        "factor of the bar": spread,
+        "points per side, finite elements": grids["fem"],
+        f"points per side, {against}": grids[against],
+        "exponent of time, finite elements": time["fem"].exponent,
+        f"exponent of time, {against}": time[against].exponent,
+        "exponent of memory, finite elements": memory.exponent,
+        "hours for 450 surfaces of 64 x 64, finite elements": time["fem"].at(64) * 450 / 3600,
+        f"hours for 450 surfaces of 64 x 64, {against}": time[against].at(64) * 450 / 3600,
+        "gigabytes at 64 x 64, finite elements": memory.at(64) / 1e9,
+    }
+    return Finding(lacks, max(worst - lacks, lacks - best), details)
+
+
+EXPERIMENTS = (
+    experiment(
+        "finite-element-cost",
+        "Time of finite elements on rough surfaces over that of another method",
+        "rms error of the penetration that both reach",
+        "accuracy",
+        _cost,
+    ),
+)
