@@ -27,9 +27,10 @@ _RECIPE = {
     },
     "compare.quantities": ["penetration", "contact_area"],
 }  # fmt: skip
+_DOUBLED = (16, 32, 64, 128)
 _GRIDS = {
-    "quick": {"fem": (8, 16, 24), "bem_fft": (16, 32, 64, 128), "reduced": (16, 32, 64, 128)},
-    "full": {"fem": (8, 16, 24, 32, 48), "bem_fft": (16, 32, 64, 128), "reduced": (16, 32, 64, 128)},
+    "quick": {"fem": (8, 16, 24), "bem_fft": _DOUBLED, "reduced": _DOUBLED},
+    "full": {"fem": (8, 16, 24, 32, 48), "bem_fft": _DOUBLED, "reduced": _DOUBLED},
 }
 _TRUTH = 256
 

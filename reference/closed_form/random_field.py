@@ -10,6 +10,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
@@ -83,19 +84,28 @@ def surface_peaks(slope_moment: float, curvature_moment: float) -> Peaks:
     1.0
     """
     require_positive("surface_peaks", slope_moment=slope_moment, curvature_moment=curvature_moment)
-    total = _summit_average(lambda total, gauss: np.ones_like(gauss))
     root = math.sqrt(curvature_moment)
-
-    def average(quantity: Quantity) -> float:
-        return _summit_average(quantity) / total
-
+    mean, square, gauss, radius = _unit_summits()
     return Peaks(
         density=curvature_moment / slope_moment / (6 * math.sqrt(3) * math.pi),
-        mean_curvature=root * average(lambda total, gauss: total / 2),
-        mean_square_curvature=curvature_moment * average(lambda total, gauss: total**2 / 4),
-        gaussian_curvature=curvature_moment * average(lambda total, gauss: gauss),
-        mean_radius=average(lambda total, gauss: 1 / np.sqrt(gauss)) / root,
+        mean_curvature=root * mean,
+        mean_square_curvature=curvature_moment * square,
+        gaussian_curvature=curvature_moment * gauss,
+        mean_radius=radius / root,
     )
+
+
+@lru_cache(maxsize=1)
+def _unit_summits() -> tuple[float, ...]:
+    """Averages for m4 = 1: (k1 + k2)/2, its square, k1 k2 and 1/sqrt(k1 k2)."""
+    whole = _summit_average(lambda total, gauss: np.ones_like(gauss))
+    quantities: tuple[Quantity, ...] = (
+        lambda total, gauss: total / 2,
+        lambda total, gauss: total**2 / 4,
+        lambda total, gauss: gauss,
+        lambda total, gauss: 1 / np.sqrt(gauss),
+    )
+    return tuple(_summit_average(each) / whole for each in quantities)
 
 
 def _summit_average(quantity: Quantity) -> float:

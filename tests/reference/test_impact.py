@@ -1,0 +1,85 @@
+"""Impact with waves: Lamb's half-space, Miller and Pursey's shares, Hunter's loss."""
+
+from __future__ import annotations
+
+import math
+
+import pytest
+from scipy.integrate import quad
+
+from reference.impact import (
+    HERTZ_DURATION,
+    impact,
+    radiation_number,
+    rayleigh_share,
+    weak_loss,
+)
+
+
+def test_two_thirds_of_the_radiated_power_are_rayleigh_waves():
+    """67.4 % at nu = 1/4 (Miller and Pursey 1955).
+
+    The share is the pole's residue on the real axis over an integral on the imaginary one: two
+    paths around Lamb's integrand, so that a slip in either shows.
+    """
+    assert rayleigh_share(0.25) == pytest.approx(0.674, abs=0.001)
+
+
+@pytest.mark.parametrize("poisson_ratio", [0.0, 0.25, 0.3, 0.5])
+def test_the_waves_of_the_body_and_of_the_surface_add_up(poisson_ratio):
+    """I = int_0^1 Im + residue: the branch cuts of body waves, integrated on the real axis.
+
+    For k < g both roots are imaginary, for g < k < 1 one is (Miller and Pursey's P and S waves).
+    """
+    g2 = (1 - 2 * poisson_ratio) / (2 * (1 - poisson_ratio))
+
+    def power(k: float) -> float:
+        a = 1j * math.sqrt(g2 - k * k) if k * k < g2 else math.sqrt(k * k - g2)
+        b = 1j * math.sqrt(1 - k * k)
+        return abs((k * a / ((2 * k * k - 1) ** 2 - 4 * k * k * a * b)).imag)
+
+    g = math.sqrt(g2)
+    body = quad(power, 0, g, limit=200)[0] + quad(power, g, 1, limit=200)[0]
+    share = body / radiation_number(poisson_ratio)
+    assert share + rayleigh_share(poisson_ratio) == pytest.approx(1, abs=1e-5)
+
+
+def test_slow_impacts_lose_what_hunter_found():
+    """1.04 (v/c0)^(3/5) for sphere and half-space of one material (Hunter 1957; Johnson 11.4).
+
+    He replaced the history of the force by half a sine and took one value of nu: 10 %.
+    """
+    found = impact(1e-5, 0.25, elastic_sphere=True)
+    assert found.energy_lost / 1e-5**0.6 == pytest.approx(1.04, rel=0.1)
+
+
+def test_the_loss_tends_to_its_first_order_linearly():
+    """The relative difference of loss and first order halves with e, to 20 %."""
+    rest = []
+    for speed in (1e-4, 1e-4 / 2 ** (5 / 3)):
+        found = impact(speed)
+        rest.append(weak_loss(found.radiation) / found.energy_lost - 1)
+    assert rest[0] / rest[1] == pytest.approx(2, rel=0.2)
+
+
+def test_without_waves_it_is_hertzs_impact():
+    """Duration 2.9432 delta/v (Johnson (11.24)); a millionth of the speed of sound loses 0.07 %."""
+    assert pytest.approx(2.9432, abs=1e-4) == HERTZ_DURATION
+    slow = impact(1e-6)
+    assert slow.duration == pytest.approx(1, abs=1e-4)
+    assert slow.restitution == pytest.approx(1 - slow.energy_lost / 2, rel=1e-6)
+    assert slow.energy_lost < 1e-3
+
+
+def test_heavy_spheres_radiate_less_of_their_energy():
+    """As e = beta F v/delta^2 ~ m v^3/delta^3 and delta ~ (m v^2)^(2/5): e ~ m^(-1/5)."""
+    light, heavy = (impact(1e-6, density_ratio=ratio).radiation for ratio in (1.0, 32.0))
+    assert light / heavy == pytest.approx(2.0, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    "wrong", [{"speed": 0.0}, {"speed": 0.3}, {"poisson_ratio": 0.6}, {"density_ratio": -1.0}]
+)
+def test_impacts_outside_the_theory_are_refused(wrong):
+    with pytest.raises(ValueError, match=r"expected|poisson_ratio"):
+        impact(**({"speed": 0.01} | wrong))

@@ -1,0 +1,109 @@
+"""A flat punch on a finite body: limits, rates, and the energy of a point force far away."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from reference.fem.section import press_section
+
+
+def test_the_half_ball_tends_to_the_half_space_as_its_inverse_radius():
+    """k/(2 E* a) - 1 = c a/R: constant c to 2 % between R/a = 100 and 1000 (mesh error 2e-5)."""
+    excess = [
+        (press_section(radius, 0.3, elements=16).stiffness / 2 - 1) * radius
+        for radius in (100.0, 1000.0)
+    ]
+    assert excess[0] == pytest.approx(excess[1], rel=0.02)
+    assert 1.0 < excess[0] < 1.2
+
+
+@pytest.mark.parametrize("kind", ["axisymmetric", "plane"])
+@pytest.mark.parametrize("support", ["fixed", "inertia"])
+def test_the_stiffness_converges_with_the_fourth_power_of_the_elements(kind, support):
+    """Order of three meshes; the root singularity of the edge would leave first order at best."""
+    values = [
+        press_section(20.0, 0.3, kind=kind, support=support, elements=n).stiffness
+        for n in (4, 8, 16)
+    ]
+    order = np.log2(abs(values[0] - values[1]) / abs(values[1] - values[2]))
+    assert order > 3
+
+
+@pytest.mark.parametrize("poisson_ratio", [0.0, 0.3, 0.45])
+def test_in_plane_strain_the_compliance_grows_by_two_over_pi_per_e_fold(poisson_ratio):
+    """Flamant's field: d = (2 F/(pi E*)) ln R + const, whatever nu; corrections O((a/R)^2)."""
+    low, high = (
+        1 / press_section(radius, poisson_ratio, kind="plane", elements=16).stiffness
+        for radius in (100.0, 1e4)
+    )
+    assert (high - low) / np.log(100) == pytest.approx(2 / np.pi, rel=2e-4)
+
+
+def boussinesq_energy(radius: float, poisson_ratio: float) -> float:
+    """Energy outside a hemisphere around a point force F = 1, E* = 1: half the work on it.
+
+    Displacements of Johnson (1985), (3.18), in the polar plane; tractions from their numerical
+    gradients (central differences), so that no stress formula of the solver is shared.
+    """
+    nu = poisson_ratio
+    shear = (1 - nu) / 2
+    lame = 2 * shear * nu / (1 - 2 * nu)
+
+    def displacement(r, z):
+        rho = np.hypot(r, z)
+        ur = (r * z / rho**3 - (1 - 2 * nu) * r / (rho * (rho + z))) / (4 * np.pi * shear)
+        return ur, (z * z / rho**3 + 2 * (1 - nu) / rho) / (4 * np.pi * shear)
+
+    nodes, weights = np.polynomial.legendre.leggauss(60)
+    angle = (nodes + 1) * np.pi / 4
+    r, z = radius * np.sin(angle), radius * np.cos(angle)
+    step = 1e-4 * radius
+    d_r = [(p - m) / (2 * step) for p, m in zip(
+        displacement(r + step, z), displacement(r - step, z), strict=True)]  # fmt: skip
+    d_z = [(p - m) / (2 * step) for p, m in zip(
+        displacement(r, z + step), displacement(r, z - step), strict=True)]  # fmt: skip
+    ur, uz = displacement(r, z)
+    trace = d_r[0] + d_z[1] + ur / r
+    s_rr, s_zz = lame * trace + 2 * shear * d_r[0], lame * trace + 2 * shear * d_z[1]
+    s_rz = shear * (d_r[1] + d_z[0])
+    normal = r / radius, z / radius
+    work = (s_rr * normal[0] + s_rz * normal[1]) * ur + (s_rz * normal[0] + s_zz * normal[1]) * uz
+    # outward from the outside region is inward here: the sign
+    return float(-0.5 * (weights * np.pi / 4 * work * 2 * np.pi * r * radius).sum())
+
+
+@pytest.mark.parametrize("poisson_ratio", [0.0, 0.3])
+def test_the_energy_far_away_is_that_of_a_point_force(poisson_ratio):
+    """Beyond rho = 20 a of a body of 1e4 a, share of U = F d/2, to (a/rho)^2 = 0.25 %."""
+    rho = 20.0
+    found = press_section(1e4, poisson_ratio, radii=(rho,), elements=16)
+    # E* a d^2 is the unit of energy, E* a d of force
+    outside = boussinesq_energy(rho, poisson_ratio) * found.stiffness**2
+    assert 1 - found.energy[0] == pytest.approx(outside / (found.stiffness / 2), rel=0.005)
+
+
+@pytest.mark.parametrize("poisson_ratio", [0.1, 0.3])
+def test_the_mean_displacement_is_that_of_the_chapters_estimate_with_its_coefficient(poisson_ratio):
+    """2 <u>/d = (7 - 6 nu)/(2 pi (1 - nu)) D/R in a half-ball of the half-space, as R grows.
+
+    By integrating Boussinesq's u_z over the half-ball; corrections are O((a/R)^2) and the radius of
+    the body around, 1e-3.
+    """
+    radius = 50.0
+    found = press_section(1e5, poisson_ratio, radii=(radius,), elements=16)
+    exact = (7 - 6 * poisson_ratio) / (2 * np.pi * (1 - poisson_ratio))
+    assert 2 * found.mean_displacement[0] * radius / 2 == pytest.approx(exact, rel=2e-3)
+
+
+def test_a_free_body_deforms_about_its_centre_of_mass():
+    """Koenig: measured from the centre of mass the mean vanishes, and K exceeds m v^2/2."""
+    found = press_section(20.0, 0.3, support="inertia")
+    assert abs(found.mean_displacement[-1]) < 1e-12
+    assert found.mean_square_displacement[-1] > 0
+    assert found.energy[-1] == 1.0
+
+
+def test_everything_wrong_with_a_section_is_listed():
+    with pytest.raises(ValueError, match=r"radius.*poisson_ratio.*kind.*support.*radii.*elements"):
+        press_section(1.0, 0.6, kind="x", support="y", radii=(1.0,), elements=1)
