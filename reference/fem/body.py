@@ -35,6 +35,8 @@ class CondensedBody:
         Candidate positions on the surface / length.
     scaled_weights : (n,)
         Area that belongs to each candidate / length^2 (of the meshed part).
+    nodes : (n,)
+        Mesh node of each candidate.
     scaled_compliance : (n, n)
         Normal displacement at i for a unit normal force at j (meshed part), times E length.
     symmetry : int
@@ -65,6 +67,7 @@ class CondensedBody:
     poisson_ratio: float
     scaled_points: NDArray[np.float64]
     scaled_weights: NDArray[np.float64]
+    nodes: NDArray[np.int64]
     scaled_compliance: NDArray[np.float64]
     symmetry: int
     offset: NDArray[np.float64]
@@ -176,6 +179,7 @@ def condensed_body(
         poisson_ratio=poisson_ratio,
         scaled_points=grid.mesh.p[:2, nodes].T.copy(),
         scaled_weights=weights,
+        nodes=nodes,
         scaled_compliance=0.5 * (compliance + compliance.T),
         symmetry=4 if grid.quarter else 1,
         offset=np.zeros(2),

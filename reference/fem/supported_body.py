@@ -87,6 +87,7 @@ def supported_body(
         poisson_ratio=poisson_ratio,
         scaled_points=mesh.points[nodes, :2] / length,
         scaled_weights=weights[nodes],
+        nodes=numbers[nodes],
         scaled_compliance=0.5 * (compliance + compliance.T),
         symmetry=symmetry,
         offset=np.zeros(2),

@@ -1,0 +1,108 @@
+"""Where the faces of two meshes overlap: convex polygons cut into triangles."""
+
+from __future__ import annotations
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+# Two convex quadrilaterals meet in at most eight corners.
+MOST_CORNERS = 8
+# A sliver of this share of a face is none: it would come from rounding at a shared edge.
+SLIVER = 1e-12
+
+
+def overlap_triangles(
+    first: NDArray[np.float64], second: NDArray[np.float64]
+) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """Cut the faces of two plane meshes against each other (Puso & Laursen 2004).
+
+    Parameters
+    ----------
+    first, second : (m, 4, 2), (n, 4, 2)
+        Corners of convex quadrilaterals in cyclic order, either way round.
+
+    Returns
+    -------
+    triangles : (t, 3, 2)
+        Together they are the common area; none overlaps another.
+    owners : (t, 2)
+        The faces of `first` and `second` that each lies in.
+
+    Examples
+    --------
+    >>> square = np.array([[[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]]])
+    >>> triangles, owners = overlap_triangles(square, square + 0.5)
+    >>> edges = triangles[:, 1:] - triangles[:, :1]
+    >>> float(abs(np.linalg.det(edges)).sum() / 2)
+    0.25
+    """
+    first, second = _turned(first), _turned(second)
+    pairs = _close_pairs(first, second)
+    return _cut(first, second, pairs)
+
+
+def _turned(faces: NDArray[np.float64]) -> NDArray[np.float64]:
+    """Return the faces counter-clockwise."""
+    across = faces[:, 2] - faces[:, 0], faces[:, 3] - faces[:, 1]
+    clockwise = across[0][:, 0] * across[1][:, 1] - across[0][:, 1] * across[1][:, 0] < 0.0
+    return np.where(clockwise[:, None, None], faces[:, ::-1], faces)
+
+
+def _close_pairs(first: NDArray[np.float64], second: NDArray[np.float64]) -> NDArray[np.int64]:
+    """Pairs whose bounding boxes overlap."""
+    low = np.maximum(first.min(axis=1)[:, None], second.min(axis=1))
+    high = np.minimum(first.max(axis=1)[:, None], second.max(axis=1))
+    return np.argwhere((high > low).all(axis=-1))
+
+
+@numba.njit(cache=True)
+def _cut(first, second, pairs):
+    triangles = np.empty((len(pairs) * MOST_CORNERS, 3, 2))
+    owners = np.empty((len(pairs) * MOST_CORNERS, 2), dtype=np.int64)
+    count = 0
+    polygon, other = np.empty((2 * MOST_CORNERS, 2)), np.empty((2 * MOST_CORNERS, 2))
+    for one, two in pairs:
+        corners = 4
+        polygon[:4] = first[one]
+        for side in range(4):
+            a, b = second[two, side], second[two, (side + 1) % 4]
+            corners = _half_plane(polygon, corners, a, b, other)
+            polygon, other = other, polygon
+        whole = _double_area(first[one], 4)
+        if corners < 3 or _double_area(polygon, corners) < SLIVER * whole:
+            continue
+        for k in range(1, corners - 1):
+            triangles[count, 0] = polygon[0]
+            triangles[count, 1] = polygon[k]
+            triangles[count, 2] = polygon[k + 1]
+            owners[count, 0], owners[count, 1] = one, two
+            count += 1
+    return triangles[:count], owners[:count]
+
+
+@numba.njit(cache=True)
+def _half_plane(polygon, corners, a, b, result):
+    """Keep what lies left of the line from a to b (Sutherland & Hodgman 1974)."""
+    kept = 0
+    for k in range(corners):
+        p, q = polygon[k], polygon[(k + 1) % corners]
+        here = (b[0] - a[0]) * (p[1] - a[1]) - (b[1] - a[1]) * (p[0] - a[0])
+        there = (b[0] - a[0]) * (q[1] - a[1]) - (b[1] - a[1]) * (q[0] - a[0])
+        if here >= 0.0:
+            result[kept] = p
+            kept += 1
+        if (here > 0.0 and there < 0.0) or (here < 0.0 and there > 0.0):
+            share = here / (here - there)
+            result[kept] = p + share * (q - p)
+            kept += 1
+    return kept
+
+
+@numba.njit(cache=True)
+def _double_area(polygon, corners):
+    total = 0.0
+    for k in range(corners):
+        p, q = polygon[k], polygon[(k + 1) % corners]
+        total += p[0] * q[1] - p[1] * q[0]
+    return total

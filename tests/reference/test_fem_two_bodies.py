@@ -1,0 +1,234 @@
+"""Two deformable bodies: overlaps, the contact patch test, Hertz on meshes that do not match."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from skfem import MeshHex, MeshHex2
+
+from reference.closed_form import paraboloid
+from reference.fem import ball_body, press, tensor_body
+from reference.fem.cells import KINDS
+from reference.fem.overlaps import overlap_triangles
+from reference.fem.solid_mesh import SolidMesh
+from reference.fem.supported_body import supported_body
+from reference.fem.two_bodies import couple
+
+# --- overlaps -------------------------------------------------------------------------------
+
+
+def areas_of(triangles):
+    edges = triangles[:, 1:] - triangles[:, :1]
+    return 0.5 * np.abs(np.linalg.det(edges))
+
+
+def plane_mesh(lines_x, lines_y, wobble=0.0, seed=0):
+    """Quadrilaterals that fill a rectangle; inner corners moved by a share of a cell."""
+    x, y = np.meshgrid(lines_x, lines_y, indexing="ij")
+    move = np.random.default_rng(seed).uniform(-wobble, wobble, (2, *x.shape))
+    move[:, [0, -1]] = move[:, :, [0, -1]] = 0.0
+    place = np.stack(
+        [x + move[0] * np.diff(lines_x).min(), y + move[1] * np.diff(lines_y).min()], -1
+    )
+    corners = [place[:-1, :-1], place[1:, :-1], place[1:, 1:], place[:-1, 1:]]
+    return np.stack(corners, axis=2).reshape(-1, 4, 2)
+
+
+@settings(deadline=None)  # the first call compiles
+@given(
+    st.integers(1, 6),
+    st.integers(1, 6),
+    st.floats(0.0, 0.3),
+    st.floats(-0.7, 0.7),
+    st.floats(-0.7, 0.7),
+)
+def test_overlaps_of_two_meshes_fill_the_overlap_of_their_outlines(n, m, wobble, dx, dy):
+    """No matter how the faces lie, the triangles cover the common rectangle once."""
+    first = plane_mesh(np.linspace(0, 1, n + 1), np.linspace(0, 1, n + 2), wobble, 1)
+    second = plane_mesh(np.linspace(0, 1, m + 1), np.linspace(0, 1, m + 3), wobble, 2)
+    second = second + np.array([dx, dy])
+    triangles, owners = overlap_triangles(first, second[:, ::-1])
+    exact = (1.0 - abs(dx)) * (1.0 - abs(dy))
+    assert areas_of(triangles).sum() == pytest.approx(exact, rel=1e-10)
+    low, high = first[owners[:, 0]].min(1)[:, None], first[owners[:, 0]].max(1)[:, None]
+    assert ((triangles >= low - 1e-12) & (triangles <= high + 1e-12)).all()
+
+
+# --- the patch test -------------------------------------------------------------------------
+
+
+def cube(order, cells, modulus, poisson_ratio, wobble=0.0):
+    """Return a cube on rollers whose contact face has `cells` per side, moved in its plane."""
+    lines = np.linspace(0.0, 1.0, cells + 1)
+    mesh = MeshHex.init_tensor(lines, lines, lines)
+    p = np.array(mesh.p)
+    bump = wobble * np.sin(np.pi * p[0]) * np.sin(np.pi * p[1])
+    p[0] += bump
+    p[1] -= 0.5 * bump
+    mesh = MeshHex(p, mesh.t) if order == 1 else MeshHex2.from_mesh(MeshHex(p, mesh.t))
+    kind = KINDS["hexahedron27" if order == 2 else "hexahedron"]
+    solid = SolidMesh(kind, np.array(mesh.doflocs.T), np.asarray(mesh.dofs.element_dofs.T))
+    held = solid.points < 1e-12
+    held[:, 2] = solid.points[:, 2] > 1.0 - 1e-12
+    surface = solid.faces_within(solid.points[:, 2] < 1e-12)
+    return supported_body(solid, surface, held, modulus, poisson_ratio)
+
+
+PAIRS = {"matching": (3, 3), "3 on 4": (3, 4), "5 on 2": (5, 2)}
+
+
+@pytest.mark.parametrize("order", [1, 2])
+@pytest.mark.parametrize("multipliers", ["dual", "standard"])
+@pytest.mark.parametrize("cells", PAIRS.values(), ids=PAIRS)
+def test_a_mortar_passes_the_patch_test(order, multipliers, cells):
+    """Two blocks of different moduli pressed together: p = d / (H1/E1 + H2/E2) everywhere.
+
+    The faces do not match and are distorted; they stay straight. 1e-10 is the target of the issue.
+    """
+    first, second = cube(order, cells[0], 1.0, 0.3, 0.05), cube(order, cells[1], 2.0, 0.2, -0.05)
+    pair = couple(first, second, multipliers=multipliers)
+    (step,) = pair.press(lambda x, y: 0.0 * x, penetration=0.15)
+    assert step.force == pytest.approx(0.1, rel=1e-10)
+    np.testing.assert_allclose(step.pressure, 0.1, rtol=1e-10)
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_node_to_surface_fails_the_patch_test(order):
+    """What tells it from the mortar: pressures off by more than a tenth where faces do not match.
+
+    On matching meshes it passes.
+    """
+    errors = {}
+    for name, (n, m) in PAIRS.items():
+        pair = couple(
+            cube(order, n, 1.0, 0.3), cube(order, m, 2.0, 0.2), coupling="node_to_surface"
+        )
+        (step,) = pair.press(lambda x, y: 0.0 * x, penetration=0.15)
+        errors[name] = np.abs(step.pressure / 0.1 - 1.0).max()
+    assert errors["matching"] < 1e-10
+    assert errors["3 on 4"] > 0.1
+
+
+@pytest.mark.parametrize("coupling", ["mortar", "node_to_surface"])
+def test_action_is_reaction(coupling):
+    """Both bodies get the same force, and the same moment about every axis in the plane."""
+    pair = couple(cube(1, 4, 1.0, 0.3), cube(1, 3, 2.0, 0.2), coupling=coupling)
+    (step,) = pair.press(lambda x, y: 0.1 * (x - 0.3) ** 2 + 0.2 * (y - 0.6) ** 2, penetration=0.02)
+    on_slave, on_master = pair.forces(step)
+    assert on_slave.sum() == pytest.approx(step.force, rel=1e-12)
+    assert on_master.sum() == pytest.approx(step.force, rel=1e-12)
+    np.testing.assert_allclose(
+        on_slave @ pair.slave.points, on_master @ pair.master.points, rtol=1e-10
+    )
+
+
+# --- two-body Hertz -------------------------------------------------------------------------
+
+MODULI = ((1.0, 0.3), (2.0, 0.2))
+COMBINED = 1.0 / sum((1.0 - nu**2) / modulus for modulus, nu in MODULI)
+RADII = (3.0, 1.5)
+
+
+@cache
+def half_space(cells, order, moduli):
+    lines = np.linspace(0.0, 1.25, round(1.25 * cells) + 1)
+    return tensor_body(lines, lines, *moduli, symmetry="quarter", order=order)
+
+
+def two_spheres(x, y):
+    """Distance of two paraboloids with radii 3 and 1.5: together 1."""
+    return sum((x**2 + y**2) / (2.0 * radius) for radius in RADII)
+
+
+def oscillation(pair):
+    """Rms error of force, and L2 error of the pressure within 0.85 a, over several loads."""
+    forces, pressures = [], []
+    exact = paraboloid(1.0, COMBINED)
+    for depth in np.linspace(0.6, 1.0, 5):
+        (step,) = pair.press(two_spheres, penetration=depth)
+        radius = np.hypot(*pair.combined.points.T)
+        inside = radius < 0.85 * np.sqrt(depth)
+        truth, weight = exact.pressure(radius[inside], 0.0, depth), pair.combined.weights[inside]
+        error = weight * (step.pressure[inside] - truth) ** 2
+        pressures.append(np.sqrt(error.sum() / (weight * truth**2).sum()))
+        forces.append(step.force / exact.force(depth) - 1.0)
+    return np.sqrt(np.mean(np.square(forces))), np.mean(pressures)
+
+
+def test_two_elastic_spheres_are_hertz_with_both_compliances():
+    """1/E* adds, 1/R adds: force to 2e-3 on 4 elements per radius against 5.
+
+    Side by side, the pressures of the mortar are ten times smoother than node-to-surface ones.
+    """
+    first, second = half_space(4, 2, MODULI[0]), half_space(5, 2, MODULI[1])
+    force, smooth = oscillation(couple(first, second))
+    assert force < 2e-3
+    assert smooth < 0.02
+    force, rough = oscillation(couple(first, second, coupling="node_to_surface"))
+    assert force < 5e-3
+    assert rough > 4.0 * smooth
+
+
+def test_the_force_of_a_mortar_converges():
+    """Triquadratic cells, 2 to 5 per radius: at least second order in the rms over depths."""
+    cells, errors = np.array([2, 3, 4]), []
+    for n in cells:
+        pair = couple(half_space(n, 2, MODULI[0]), half_space(n + 1, 2, MODULI[1]))
+        errors.append(oscillation(pair)[0])
+    slope = np.polyfit(np.log(cells), np.log(errors), 1)[0]
+    assert slope < -2.0
+
+
+def test_a_very_stiff_master_is_a_rigid_one():
+    """With a master 1e9 times stiffer the pair is the single body, up to the weighted gap."""
+    lines = np.linspace(-1.25, 1.25, 13)
+    body = tensor_body(lines, lines, 1.0, 0.3)
+    stiff = tensor_body(np.linspace(-1.3, 1.3, 9), np.linspace(-1.3, 1.3, 9), 1e9, 0.3)
+    pair = couple(body, stiff, coupling="node_to_surface")
+    (both,) = pair.press(two_spheres, penetration=0.8)
+    (one,) = press(body, two_spheres(*body.points.T), penetration=0.8)
+    assert both.force == pytest.approx(one.force, rel=1e-7)
+    (both,) = couple(body, stiff).press(two_spheres, penetration=0.8)
+    assert both.force == pytest.approx(one.force, rel=0.02)
+
+
+def test_units_do_not_change_digits():
+    """Lengths and moduli scaled by powers of two give the same digits."""
+    lines, others = np.linspace(-1.0, 1.0, 6), np.linspace(-1.1, 1.1, 8)
+    forces = []
+    for size, modulus in ((1.0, 1.0), (2.0**-30, 2.0**37)):
+        pair = couple(
+            tensor_body(lines * size, lines * size, modulus, 0.3),
+            tensor_body(others * size, others * size, 2.0 * modulus, 0.2),
+        )
+        (step,) = pair.press(lambda x, y, s=size: two_spheres(x, y) / s, penetration=0.5 * size)
+        forces.append(step.force / (modulus * size**2))
+    assert forces[0] == forces[1]
+
+
+def test_a_pair_of_half_spaces_scales():
+    """Without a length of its own, a pair twice as large is twice as stiff."""
+    lines = np.linspace(-1.0, 1.0, 6)
+    body = tensor_body(lines, lines, 1.0, 0.3)
+    pair = couple(body, body)
+    (small,) = pair.press(two_spheres, penetration=0.4)
+    (large,) = pair.scaled(2.0).press(lambda x, y: two_spheres(x, y) / 2.0, penetration=0.8)
+    assert large.force == pytest.approx(4.0 * small.force, rel=1e-13)
+
+
+def test_what_cannot_be_coupled_is_refused():
+    lines = np.linspace(0.0, 1.0, 4)
+    body = tensor_body(lines, lines, 1.0, 0.3)
+    quarter = tensor_body(lines, lines, 1.0, 0.3, symmetry="quarter")
+    with pytest.raises(ValueError, match=r"coupling must be.*multipliers must be.*same share"):
+        couple(body, quarter, coupling="glue", multipliers="triple")
+    with pytest.raises(ValueError, match="straight sides"):
+        couple(ball_body(1.0, 1.0, 0.3, elements=2), quarter)
+    with pytest.raises(ValueError, match="do not overlap"):
+        couple(body, tensor_body(lines + 5.0, lines, 1.0, 0.3))
+    with pytest.raises(ValueError, match="finite"):
+        couple(body, body).press(lambda x, y: np.full_like(x, np.nan), penetration=1.0)
