@@ -15,7 +15,14 @@ from comparisons.methods.base import Method, Solution, Support, Task
 from comparisons.methods.sweeps import outcomes
 from comparisons.options import FemOptions
 from comparisons.scene import Scene
-from comparisons.shapes import Ellipsoid, EllipticPunch, Indenter, PolygonPunch, RightAngledPunch
+from comparisons.shapes import (
+    Ellipsoid,
+    EllipticPunch,
+    Indenter,
+    PolygonPunch,
+    RightAngledPunch,
+    RoundedPunch,
+)
 from reference import fem
 from reference.closed_form import ellipsoid
 from reference.errors import ConvergenceError
@@ -194,8 +201,17 @@ def make_body(task: Task) -> fem.CondensedBody:
         nu,
         elements=task.resolution,
         edge=geometry.contact_radius,
+        sharp=_sharp(geometry),
         stretch=_stretch(geometry.indenter),
     )
+
+
+def _sharp(geometry: IndenterGeometry) -> bool:
+    """Whether the pressure is singular at the edge of the contact, or nearly so."""
+    indenter = geometry.indenter
+    if isinstance(indenter, RoundedPunch):
+        return indenter.flat_radius > 0.3 * geometry.contact_radius
+    return indenter.flat
 
 
 def _stretch(indenter: Indenter) -> tuple[float, float]:

@@ -89,7 +89,7 @@ class CondensedBody:
     @property
     def weights(self) -> NDArray[np.float64]:
         """Tributary areas (n,) of the candidates, of the meshed part."""
-        return self.scaled_weights * self.length**2
+        return self.scaled_weights * self.length * self.length
 
     @cached_property
     def compliance(self) -> NDArray[np.float64]:

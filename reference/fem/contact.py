@@ -130,7 +130,7 @@ class _Problem:
         if method != "active_set":
             per_area = penalty / (1.0 - body.poisson_ratio**2) / body.spacing_scaled
             self.softness = 1.0 / (per_area * self.weights)
-        self.force_unit = body.youngs_modulus * body.length**2 * body.symmetry
+        self.force_unit = body.youngs_modulus * body.length * body.length * body.symmetry
 
     def by_penetration(self, values: NDArray[np.float64]) -> Iterator[Contact]:
         active = None
@@ -246,7 +246,7 @@ class _Problem:
 
     def _contact(self, step: _Step, penetration: float, force: float | None) -> Contact:
         body = self.body
-        unit = body.youngs_modulus * body.length**2
+        unit = body.youngs_modulus * body.length * body.length
         count = len(body.scaled_weights)
         reactions = np.zeros(count)
         active = np.zeros(count, dtype=bool)

@@ -33,7 +33,7 @@ def best_area(
 
 
 def fitted_area(body: CondensedBody, stiffness: float) -> float:
-    """Area of a smooth contact whose edge is on the mesh circle.
+    """Area of a smooth contact whose edge is on the mesh circle, or a node beside it.
 
     The area of the flat punch with the stiffness ``pi E* a / K(1 - b^2/a^2)`` (Johnson 1985) of
     the contact set: nodes on the circle support a little beyond it, 0.2 % in the radius.
@@ -45,7 +45,7 @@ def fitted_area(body: CondensedBody, stiffness: float) -> float:
 
 
 def _ellipse(body: CondensedBody, radius: float) -> float:
-    return float(np.pi * body.stretch[0] * body.stretch[1] * radius**2)
+    return float(np.pi * body.stretch[0] * body.stretch[1] * radius * radius)
 
 
 def contact_radius(

@@ -1,7 +1,7 @@
 """Stiffness of isotropic hexahedra and tetrahedra, all elements at once.
 
 `skfem.BilinearForm` on vector elements loops over pairs of the 81 vector basis functions; here
-the gradients of the 27 scalar ones are taken from the scikit-fem basis and every element matrix
+the gradients of the 27 scalar ones are taken from the scikit-fem element and every element matrix
 comes out of one batched matrix product, 26 to 96 times faster.
 """
 
@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import numpy as np
 from numpy.typing import NDArray
-from skfem import Basis, MeshHex, MeshTet
+from skfem import MeshHex, MeshTet
 from skfem.element import ElementHex2, ElementTetP2
 
 LARGEST_POISSON_RATIO = 0.4999
@@ -87,10 +87,26 @@ def shape_gradients(
         Gauss weight times Jacobian.
     """
     simplex = isinstance(mesh, MeshTet)
-    rule = simplex_points(per_direction - 1) if simplex else gauss_points(per_direction)
-    basis = Basis(mesh, mesh.elem(), quadrature=rule)
-    gradients = np.stack([function[0].grad for function in basis.basis])
-    return np.ascontiguousarray(gradients.transpose(2, 3, 0, 1)), np.asarray(basis.dx)
+    points, weights = simplex_points(per_direction - 1) if simplex else gauss_points(per_direction)
+    element = mesh.elem()
+    nodes = mesh.dofs.element_dofs
+    # (nodes, 3, points): the reference gradients are the same for all elements
+    local = np.stack([element.lbasis(points, i)[1] for i in range(len(nodes))])
+    corners = mesh.doflocs[:, nodes].transpose(2, 0, 1)
+    jacobian = np.matmul(corners, local.reshape(len(nodes), -1))
+    # rows of the Jacobian are the coordinates, columns the local directions
+    jacobian = jacobian.reshape(-1, 3, 3, len(weights)).transpose(0, 3, 1, 2)
+    inverse, determinant = _inverted(jacobian)
+    gradients = np.matmul(local.transpose(2, 0, 1), inverse)
+    return gradients, np.abs(determinant) * weights
+
+
+def _inverted(matrices: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Inverses and determinants of 3 x 3 matrices (..., 3, 3), by cofactors."""
+    a, b, c = matrices[..., 0, :], matrices[..., 1, :], matrices[..., 2, :]
+    cofactors = np.stack([np.cross(b, c), np.cross(c, a), np.cross(a, b)], axis=-1)
+    determinant = (a * cofactors[..., 0]).sum(axis=-1)
+    return cofactors / determinant[..., None, None], determinant
 
 
 def stiffness_matrices(

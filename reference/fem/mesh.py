@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.integrate import cumulative_simpson
 from skfem import MeshHex, MeshHex2
 from skfem.element import ElementHex1, ElementHex2, ElementQuad1, ElementQuad2
 
@@ -87,6 +88,27 @@ def growing_lines(start: float, end: float, first: float, growth: float) -> NDAr
     count = max(1, round(np.log1p((end - start) * (growth - 1.0) / first) / np.log(growth)))
     lines = np.concatenate([[0.0], np.cumsum(growth ** np.arange(count))])
     return start + (end - start) * lines / lines[-1]
+
+
+def edge_lines(
+    reach: float, count: int, exponent: float, far_exponent: float = 1.0
+) -> NDArray[np.float64]:
+    """Lines from 0 to `reach` whose cells crowd towards 0 and grow beyond 1.
+
+    The size of a cell at t goes as ``t^exponent (1 + t)^(far_exponent - exponent)``: the first
+    power suits a field with a root or a singularity at 0, the second one that decays with 1 + t.
+
+    Examples
+    --------
+    >>> np.round(edge_lines(3.0, 4, 0.5), 3)
+    array([0.   , 0.112, 0.5  , 1.337, 3.   ])
+    """
+    # t = reach s^(1/(1 - exponent)) turns the integral of 1/size into a smooth one
+    s = np.linspace(0.0, 1.0, 4001)
+    t = reach * s ** (1.0 / (1.0 - exponent))
+    number = cumulative_simpson((1.0 + t) ** (exponent - far_exponent), x=s, initial=0.0)
+    place = np.interp(np.linspace(0.0, number[-1], count + 1), number, s)
+    return reach * place ** (1.0 / (1.0 - exponent))
 
 
 def graded_lines(start: float, end: float, count: int, exponent: float) -> NDArray[np.float64]:

@@ -14,6 +14,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
+from numba import njit
 from numpy.typing import NDArray
 from scipy.linalg import cholesky, solve_triangular
 
@@ -155,8 +156,7 @@ class _Dissection:
         place[order] = np.arange(len(names))
         matrix = np.zeros((len(names), len(names)))
         for part, block in parts:
-            rows = place[np.searchsorted(names, part)]
-            matrix[rows[:, None], rows] += block
+            _add(matrix, place[np.searchsorted(names, part)], block)
         return self.eliminate(names[order], matrix, int(complete.sum()))
 
     def eliminate(
@@ -180,7 +180,7 @@ class _Dissection:
             # zero displacements (-1) are collected in the last row, which is dropped
             rows = np.searchsorted(names, system.unknowns[element])
             rows[system.unknowns[element] < 0] = len(names)
-            matrix[rows[:, None], rows] += system.matrices[element]
+            _add(matrix, rows, system.matrices[element])
         names, matrix = self._follow_far_field(names, matrix[:-1, :-1])
         return self._merge(names, [(names, matrix)], self._uses(elements, names))
 
@@ -220,7 +220,9 @@ class _Dissection:
     def _cuts(self, key: NDArray[np.float64]) -> Iterator[NDArray[np.bool_]]:
         """Find the cut between layers nearest to the median."""
         ordered = np.sort(key)
-        steps = np.diff(ordered) > 1e-6 * max(ordered[-1] - ordered[0], np.finfo(float).tiny)
+        # the second term: elements of one layer differ by rounding, which is no place to cut
+        least = 1e-6 * (ordered[-1] - ordered[0]) + 1e-9 * np.abs(ordered[[0, -1]]).max()
+        steps = np.diff(ordered) > least
         places = np.flatnonzero(steps) + 1
         count = len(key)
         places = places[(places >= count // 4) & (places <= count - count // 4)]
@@ -234,6 +236,14 @@ class _Dissection:
         other = np.zeros_like(marked)
         other[self.system.unknowns[right]] = True
         return int(np.count_nonzero(marked & other))
+
+
+@njit(cache=True)
+def _add(matrix: NDArray[np.float64], rows: NDArray[np.int64], block: NDArray[np.float64]) -> None:
+    """Add a block to the given rows and columns: several times faster than fancy indexing."""
+    for i in range(len(rows)):
+        for j in range(len(rows)):
+            matrix[rows[i], rows[j]] += block[i, j]
 
 
 def _sorted(

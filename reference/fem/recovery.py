@@ -72,7 +72,7 @@ def recover(body: CondensedBody, reactions: ArrayLike) -> Fields:
             f"reactions must be finite with shape {body.scaled_weights.shape}, "
             f"got shape {reactions.shape}"
         )
-    unit = body.youngs_modulus * body.length**2
+    unit = body.youngs_modulus * body.length * body.length
     displacement = _displacement(body, reactions / unit)
     stress = _nodal_stress(body, displacement) * body.youngs_modulus
     points = body.grid.mesh.p.T.copy()

@@ -10,6 +10,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +21,7 @@ from reference.errors import ConvergenceError
 from reference.fem.body import CondensedBody
 from reference.fem.contact import Contact, press
 from reference.fem.contact_area import fitted_area
+from reference.fem.surface_pressure import RingPressure
 
 Shape = Callable[[NDArray[np.float64], NDArray[np.float64]], NDArray[np.float64]]
 
@@ -51,7 +53,8 @@ def indent(
     ------
     (CondensedBody, Contact)
         The body at the size fitted to this load, whose `points` the nodal values belong to.
-        ``contact_area`` is that of the fitted ellipse when the active set agrees with it.
+        ``contact_area`` is that of the ellipse with the stiffness of the contact set, and where
+        that is the mesh circle ``pressure`` comes from a weighted projection (`RingPressure`).
 
     Raises
     ------
@@ -94,8 +97,11 @@ def _steps(
         load = {"force": value} if by_force else {"penetration": value}
         gap = ring.gap(size, fitted.points)
         step = next(press(fitted, gap, contact=contact, penalty=penalty, **load))
-        if np.isfinite(gap).all() and np.array_equal(step.active, fitted.inside_ring):
+        if np.isfinite(gap).all():
             step = replace(step, contact_area=fitted_area(fitted, step.stiffness))
+            if np.array_equal(step.active, fitted.inside_ring):
+                pressure = ring.projection.pressure(fitted, step.reactions)
+                step = replace(step, pressure=pressure)
         yield fitted, step
 
 
@@ -106,10 +112,16 @@ class _Ring:
         inside = body.inside_ring
         compliance = body.scaled_compliance[np.ix_(inside, inside)]
         ones = np.ones(len(compliance))
+        self.body = body
         self.shape = shape
         self.points = body.points[inside]
         self.forces = cho_solve(cho_factor(compliance), ones) * body.symmetry
         self.modulus = body.youngs_modulus * body.length
+
+    @cached_property
+    def projection(self) -> RingPressure:
+        """From nodal forces to pressure, for every size of the mesh."""
+        return RingPressure(self.body, float(self.forces.sum()) * self.modulus)
 
     def gap(self, size: float, points: NDArray[np.float64] | None = None) -> NDArray[np.float64]:
         x, y = (self.points * size if points is None else points).T

@@ -9,8 +9,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import quad
-from scipy.special import ellipe, ellipk
+from scipy.special import ellipk, gamma
 
+from reference.closed_form import ellipsoid
 from reference.errors import ConvergenceError
 from reference.fem import (
     ball_body,
@@ -29,8 +30,11 @@ def default_body(nu=0.3):
 
 
 @cache
-def fitted_body(nu=0.3, elements=4):
-    return ball_body(1.0, 1.0, nu, edge=1.0, elements=elements)
+def fitted_body(nu=0.3, elements=4, sharp=False, aspect=1.0):
+    root = float(np.sqrt(aspect))
+    return ball_body(
+        1.0, 1.0, nu, edge=1.0, elements=elements, sharp=sharp, stretch=(root, 1.0 / root)
+    )
 
 
 def paraboloid(body):
@@ -54,76 +58,78 @@ def test_hertz_force_on_the_default_mesh(nu):
     assert max(abs(hertz_error(body, step)) for step in steps) < 5e-3
 
 
-@pytest.mark.parametrize("nu", [0.0, 0.3, 0.49, 0.499])
+@pytest.mark.parametrize("nu", [0.0, 0.3, 0.49, 0.4999])
 def test_hertz_on_a_fitted_mesh_at_any_depth(nu):
-    """Measured 1.2e-4 (nu = 0) to 1.6e-4 (nu = 0.499) in force, 2.5e-4 to 3.2e-4 in area."""
+    """Measured 2e-5 (nu = 0.3) to 1e-4 in force with 7000 unknowns; the contract is 2e-4."""
     body = fitted_body(nu)
     for depth, (fitted, step) in zip(
         (1e-6, 0.2, 7.0),
         indent(body, lambda x, y: 0.5 * (x**2 + y**2), penetration=[1e-6, 0.2, 7.0]),
         strict=True,
     ):
-        assert abs(hertz_error(fitted, step)) < 3e-4
-        assert step.contact_area == pytest.approx(np.pi * depth, rel=6e-4)
+        assert abs(hertz_error(fitted, step)) < 2e-4
+        assert step.contact_area == pytest.approx(np.pi * depth, rel=4e-4)
         assert step.stiffness == pytest.approx(
-            2 * body.effective_modulus * np.sqrt(depth), rel=6e-4
+            2 * body.effective_modulus * np.sqrt(depth), rel=4e-4
         )
         # U = 2/5 F d for a paraboloid
-        assert step.energy == pytest.approx(0.4 * step.force * depth, rel=6e-4)
+        assert step.energy == pytest.approx(0.4 * step.force * depth, rel=4e-4)
 
 
-def test_force_converges_with_nearly_the_square_of_the_cell():
-    """Fitted mesh, 2 to 5 elements per radius: measured order 1.85.
+def force_error(body, exponent):
+    """Error of F at d = 1 for c r^n with contact radius 1 (Love 1939; Popov & Hess 2015).
 
-    The growth of the outer cells shrinks only with the square root of the cell size, to keep the
-    number of unknowns proportional to the cube of the resolution.
+    ``d = kappa_n c a^n`` and ``F = 2 E* n/(n + 1) d a``.
     """
-    sizes, errors = np.array([2, 3, 4, 5]), []
-    for elements in sizes:
-        fitted, step = next(
-            indent(
-                fitted_body(0.3, int(elements)),
-                lambda x, y: 0.5 * (x**2 + y**2),
-                penetration=1.0,
-            )
-        )
-        errors.append(abs(hertz_error(fitted, step)))
-    order = -np.polyfit(np.log(sizes), np.log(errors), 1)[0]
-    assert order > 1.6
-    assert errors[-1] < 1e-4
+    kappa = np.sqrt(np.pi) / 2 * exponent * gamma(exponent / 2) / gamma((exponent + 1) / 2)
+    _, step = next(indent(body, lambda x, y: np.hypot(x, y) ** exponent / kappa, penetration=1.0))
+    exact = 2.0 * body.effective_modulus * exponent / (exponent + 1)
+    return step.force / exact - 1.0
 
 
-def test_cone_and_fourth_power_force():
-    """Love 1939: F = 2 E* d^2/(pi tan) ; F = 2 E* n/(n+1) d a with d = 8/3 c a^4 (n = 4).
+@pytest.mark.parametrize("nu", [0.0, 0.3, 0.49, 0.4999])
+@pytest.mark.parametrize("exponent", [1, 2, 3, 4])
+def test_power_laws_from_cone_to_fourth_power(nu, exponent):
+    """With 7000 unknowns: the contract is 2e-4 for the paraboloid; the others keep it too."""
+    assert abs(force_error(fitted_body(nu), exponent)) < 2e-4
 
-    Measured 8e-5 and 1.1e-4; the kink of the cone's tip costs nothing because it is a node.
+
+@pytest.mark.parametrize("nu", [0.3, 0.49, 0.4999])
+def test_hertz_force_converges_with_fourth_order(nu):
+    """Errors at 2, 3, 4, 6 elements per radius; the fit must reach the promised 3.5.
+
+    Measured 3.9 to 5.6. At nu = 0 the error changes its sign at 1e-4 and has no order to speak of.
     """
-    body = fitted_body()
-    _, cone = next(indent(body, lambda x, y: 0.1 * np.hypot(x, y), penetration=0.02))
-    assert cone.force == pytest.approx(
-        2.0 / np.pi * body.effective_modulus * 0.02**2 / 0.1, rel=3e-4
-    )
-    _, flat = next(indent(body, lambda x, y: 3.0 * np.hypot(x, y) ** 4, penetration=0.02))
-    radius = (0.02 * 3.0 / 8.0 / 3.0) ** 0.25
-    assert flat.force == pytest.approx(1.6 * body.effective_modulus * 0.02 * radius, rel=3e-4)
-    assert flat.contact_area == pytest.approx(np.pi * radius**2, rel=2e-3)
+    sizes = np.array([2, 3, 4, 6])
+    errors = np.abs([force_error(fitted_body(nu, int(n)), 2) for n in sizes])
+    assert -np.polyfit(np.log(sizes), np.log(errors), 1)[0] > 3.5
+    assert errors[-1] < 2e-5
 
 
-@pytest.mark.parametrize("aspect", [1.0, 2.0, 5.0])
-def test_flat_elliptic_punch_stiffness(aspect):
-    """Exact dF/dd = pi E* a / K(1 - b^2/a^2) (Johnson 1985, sec. 3.8).
-
-    Measured +0.2 to +0.25 %: the ring element cannot bend like sqrt(distance) at the edge.
-    It halves from 4 to 6 elements.
-    """
-    body = ball_body(1.0, 1.0, 0.3, edge=1.0, elements=4, stretch=(aspect, 1.0))
-    x, y = body.points.T
-    gap = np.where(np.hypot(x / aspect, y) <= 1.0 + 1e-9, 0.0, np.inf)
+def punch_stiffness(elements, aspect=1.0, nu=0.3):
+    """dF/dd over the exact ``pi E* a / K(1 - b^2/a^2)`` (Johnson 1985, sec. 3.8), minus 1."""
+    body = fitted_body(nu, elements, sharp=True, aspect=aspect)
+    gap = np.where(body.scaled_radii <= 1.0 + 1e-9, 0.0, np.inf)
     (step,) = press(body, gap, penetration=0.01)
-    exact = np.pi * body.effective_modulus * aspect / ellipk(1.0 - aspect**-2)
-    assert 0.0 < step.stiffness / exact - 1.0 < 3.5e-3
+    major = np.sqrt(aspect)
+    exact = np.pi * body.effective_modulus * major / ellipk(1.0 - aspect**-2)
     assert step.force == pytest.approx(step.stiffness * 0.01, rel=1e-12)
-    assert step.contact_area == pytest.approx(np.pi * aspect, rel=1e-12)
+    assert step.contact_area == pytest.approx(np.pi, rel=1e-12)
+    return step.stiffness / exact - 1.0
+
+
+@pytest.mark.parametrize(("aspect", "bound"), [(1.0, 1.2e-3), (2.0, 1.3e-3), (5.0, 2e-3)])
+def test_flat_elliptic_punch_stiffness(aspect, bound):
+    """Rings crowd towards the singular edge; from above, as contact in nodes of a Ritz method."""
+    assert 0.0 < punch_stiffness(4, aspect) < bound
+
+
+def test_cylinder_stiffness_and_its_extrapolation():
+    """Errors 5.7e-4 and 1.6e-4 at 5 and 7 elements: order 3.8; extrapolated with 4: 1.7e-5."""
+    coarse, fine = (punch_stiffness(n) for n in (5, 7))
+    assert fine < 2e-4
+    assert np.log(coarse / fine) / np.log(1.4) > 3.5
+    assert abs(fine - (coarse - fine) / (1.4**4 - 1)) < 5e-5
 
 
 def test_square_punch_with_mesh_lines_on_its_edge():
@@ -139,41 +145,30 @@ def test_square_punch_with_mesh_lines_on_its_edge():
     assert 0.0 < step.stiffness / disc / 1.0212 - 1.0 < 8e-3
 
 
-def test_elliptic_paraboloid_and_curvature_ratio():
-    """Aspect 2 contact of a paraboloid with the curvature ratio that belongs to it.
-
-    Johnson 1985, eqs. 4.26-4.32, by the complete elliptic integrals; measured 2e-4.
-    """
-    major, minor = 2.0, 1.0
-    m = 1.0 - (minor / major) ** 2
-    k, e = ellipk(m), ellipe(m)
-    # p0 from A, B: with p = p0 sqrt(1 - x^2/a^2 - y^2/b^2), u = p0/(E*) [..] (eqs. 3.41)
-    body = ball_body(1.0, 1.0, 0.3, edge=1.0, elements=4, stretch=(major, minor))
-    p0 = 1.0
-    scale = p0 * minor / (body.effective_modulus * m * major**2)
-    curve_x = scale * (k - e)
-    curve_y = scale * ((major / minor) ** 2 * e - k)
-    depth = p0 * minor * k / body.effective_modulus
-    force = 2.0 / 3.0 * p0 * np.pi * major * minor
-    fitted, step = next(
-        indent(body, lambda x, y: curve_x * x**2 + curve_y * y**2, penetration=depth)
-    )
-    assert step.force == pytest.approx(force, rel=1e-3)
-    assert step.contact_area == pytest.approx(np.pi * major * minor, rel=2e-3)
-    assert fitted.length == pytest.approx(1.0, rel=5e-3)
+@pytest.mark.parametrize("nu", [0.0, 0.49])
+@pytest.mark.parametrize("ratio", [4.0, 25.0])
+def test_ellipsoid_force_and_area(ratio, nu):
+    """R'/R'' = 4 and 25 against Hertz (Johnson 1985, eqs. 4.26-4.32): 7e-5 and up to 3.1e-4."""
+    half_x, half_y = ellipsoid(ratio, 1.0, 1.0).semi_axes(1.0)
+    body = fitted_body(nu, 4, aspect=half_x / half_y)
+    exact = ellipsoid(ratio, 1.0, body.effective_modulus)
+    _, step = next(indent(body, lambda x, y: 0.5 * (x**2 / ratio + y**2), penetration=0.1))
+    assert step.force == pytest.approx(exact.force(0.1), rel=4e-4)
+    assert step.contact_area == pytest.approx(exact.contact_area(0.1), rel=8e-4)
 
 
 @pytest.mark.parametrize("radius", [1.01, 1.1, 3.0])
 def test_rounded_punch_with_its_kink_anywhere_inside_the_mesh(radius):
     """Flat to 1, then (r - 1)^2/2: F by the method of dimensionality reduction (Popov & Hess 2015).
 
-    Measured 1e-5 to 3e-4 in force and 1e-3 in area, though no mesh line follows the kink.
+    No mesh line follows the kink; the crowded rings of a sharp edge resolve the pressure next to
+    it. Measured up to 4.3e-4 in force and 3e-3 in area.
     """
 
     def profile(x):
         return x * (np.sqrt(x * x - 1.0) - np.arccos(1.0 / x)) if x > 1.0 else 0.0
 
-    body = fitted_body()
+    body = fitted_body(sharp=True)
     depth = profile(radius)
     exact = depth * radius - quad(profile, 1.0, radius)[0]
     _, step = next(
@@ -184,21 +179,36 @@ def test_rounded_punch_with_its_kink_anywhere_inside_the_mesh(radius):
         )
     )
     assert step.force == pytest.approx(2.0 * body.effective_modulus * exact, rel=6e-4)
-    assert step.contact_area == pytest.approx(np.pi * radius**2, rel=2e-3)
+    assert step.contact_area == pytest.approx(np.pi * radius**2, rel=4e-3)
 
 
-def test_pressure_is_that_of_hertz():
-    """Nodal forces over tributary areas: L2 1.2 % and peak 0.8 % with 4 elements.
-
-    With 6 elements 0.6 % and 0.4 %.
-    """
-    fitted, step = next(indent(fitted_body(), lambda x, y: 0.5 * (x**2 + y**2), penetration=1.0))
+def test_pressure_peak_and_radius_are_those_of_hertz():
+    """At 24 000 unknowns: peak 1e-3, L2 5e-3, contact radius 5e-4 (measured 7e-5, 5e-4, 1e-6)."""
+    fitted, step = next(
+        indent(fitted_body(0.3, 6), lambda x, y: 0.5 * (x**2 + y**2), penetration=1.0)
+    )
     radius = np.hypot(*fitted.points.T)
     peak = 2.0 * fitted.effective_modulus / np.pi
     exact = peak * np.sqrt(np.clip(1.0 - radius**2, 0.0, None))
     error = fitted.weights @ (step.pressure - exact) ** 2 / (fitted.weights @ exact**2)
-    assert np.sqrt(error) < 0.018
-    assert step.pressure[radius == 0.0][0] == pytest.approx(peak, rel=0.012)
+    assert np.sqrt(error) < 5e-3
+    assert step.pressure.max() == pytest.approx(peak, rel=1e-3)
+    assert np.sqrt(step.contact_area / np.pi) == pytest.approx(1.0, rel=5e-4)
+
+
+def test_pressure_of_the_fourth_power_is_hollow_in_the_middle():
+    """Pressure E* (32 c/(3 pi)) sqrt(a^2 - r^2) (a^2 + 2 r^2)/3 for c r^4: L2 1.4 %.
+
+    q is quadratic in r here, and bilinear in the projection.
+    """
+    fitted, step = next(
+        indent(fitted_body(), lambda x, y: 3 / 8 * (x**2 + y**2) ** 2, penetration=1.0)
+    )
+    r = np.clip(np.hypot(*fitted.points.T), 0.0, 1.0)
+    exact = fitted.effective_modulus * 4 / np.pi * np.sqrt(1 - r**2) * (1 + 2 * r**2) / 3
+    error = fitted.weights @ (step.pressure - exact) ** 2 / (fitted.weights @ exact**2)
+    assert np.sqrt(error) < 0.02
+    assert step.pressure[0] < 0.9 * step.pressure.max()
 
 
 def test_contact_radius_from_moments_beats_counting():
@@ -413,10 +423,3 @@ def test_fixed_meshes_refuse_and_report():
         indent(box, lambda x, y: x**2, penetration=1.0)
     with pytest.raises(ConvergenceError, match="infinite at every size"):
         next(indent(body, lambda x, y: np.full_like(x, np.inf), penetration=1.0))
-
-
-@pytest.mark.slow
-def test_fitted_mesh_reaches_a_few_parts_in_a_hundred_thousand():
-    """With 8 elements per radius: measured 3e-5 in the Hertz force at 78 000 unknowns."""
-    fitted, step = next(indent(fitted_body(0.3, 8), lambda x, y: 0.5 * (x**2 + y**2), force=1.0))
-    assert abs(hertz_error(fitted, step)) < 6e-5
