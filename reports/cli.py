@@ -242,7 +242,7 @@ def bench(what: str | None = None, *, json: Path | None = None) -> int:
     Parameters
     ----------
     what
-        "reduced"; default: everything there is.
+        "reduced" or "bem"; default: everything there is.
     json
         Write the rows as a list of {name, seconds, yardstick, yardstick_seconds, ratio, target,
         met}.

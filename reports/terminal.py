@@ -180,8 +180,9 @@ def print_benchmarks(found: dict[str, list[Measurement]]) -> None:
         table = _table(f"Benchmark: {name}", *heads)
         for row in rows:
             target = "" if row.target is None else f"{row.target:g}"
-            times = duration(row.seconds), duration(row.yardstick_seconds)
-            cells = (row.name, times[0], row.yardstick, times[1], f"{row.ratio:.3g}", target)
+            its = "" if row.yardstick_seconds is None else duration(row.yardstick_seconds)
+            ratio = "" if row.ratio is None else f"{row.ratio:.3g}"
+            cells = (row.name, duration(row.seconds), row.yardstick, its, ratio, target)
             table.add_row(*map(escape, cells), words[row.met])
         console.print(table)
     console.print(f"one thread; {machine_text(machine(1))}", markup=False, highlight=False)

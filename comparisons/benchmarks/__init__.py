@@ -4,7 +4,10 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from comparisons.benchmarks import reduced
+from comparisons.benchmarks import bem, reduced
 from comparisons.benchmarks.yardstick import Measurement
 
-BENCHMARKS: dict[str, Callable[[], list[Measurement]]] = {"reduced": reduced.measure}
+BENCHMARKS: dict[str, Callable[[], list[Measurement]]] = {
+    "reduced": reduced.measure,
+    "bem": bem.measure,
+}

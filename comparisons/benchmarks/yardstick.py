@@ -26,10 +26,10 @@ class Measurement:
         Median time of one call on warm code.
     yardstick : str
         What it is compared with.
-    yardstick_seconds : float
-        Median time of that, readings taken in turns.
-    ratio : float
-        Median of the ratios of neighbouring readings.
+    yardstick_seconds : float or None
+        Median time of that, readings taken in turns; None where there is none, or it has no time.
+    ratio : float or None
+        Median of the ratios of neighbouring readings; None without a yardstick.
     target : float or None
         Largest ratio aimed at; None where the row is there for information.
     """
@@ -37,24 +37,31 @@ class Measurement:
     name: str
     seconds: float
     yardstick: str
-    yardstick_seconds: float
-    ratio: float
+    yardstick_seconds: float | None
+    ratio: float | None
     target: float | None = None
 
     @property
     def met(self) -> bool | None:
-        """Whether the target is met; None without one."""
-        return None if self.target is None else self.ratio <= self.target
+        """Whether the target is met; None without one, or without a yardstick."""
+        if self.target is None or self.ratio is None:
+            return None
+        return self.ratio <= self.target
 
     def row(self) -> dict[str, object]:
         """Return the row of the JSON file."""
         return asdict(self) | {"met": self.met}
 
 
-def interleaved(tasks: dict[str, Callable[[], object]], repeats: int = 7) -> dict[str, list[float]]:
+def interleaved(
+    tasks: dict[str, Callable[[], object]],
+    repeats: int = 7,
+    clock: Callable[[], float] = time.perf_counter,
+) -> dict[str, list[float]]:
     """Seconds per call of each task, `repeats` readings in turns after one unmeasured call each.
 
     The first call compiles and fills caches; garbage is collected before, not during the readings.
+    With `time.process_time` as the clock other work on the machine does not count.
     """
     with threadpool_limits(limits=1):
         counts = {name: _calls(task) for name, task in tasks.items()}
@@ -64,10 +71,10 @@ def interleaved(tasks: dict[str, Callable[[], object]], repeats: int = 7) -> dic
         try:
             for _ in range(repeats):
                 for name, task in tasks.items():
-                    start = time.perf_counter()
+                    start = clock()
                     for _ in range(counts[name]):
                         task()
-                    times[name].append((time.perf_counter() - start) / counts[name])
+                    times[name].append((clock() - start) / counts[name])
         finally:
             gc.enable()
     return times

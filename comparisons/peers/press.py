@@ -24,8 +24,8 @@ PACKAGES = {
     "tamaas": ("tamaas",),
     "contactmechanics": ("ContactMechanics", "muGrid", "SurfaceTopography"),
 }
-# Timed repeats, as for our own methods.
-REPEATS = 3
+# Timed repeats until so many or so long, as for our own methods.
+REPEATS, REPEAT_SECONDS = 3, 1.0
 # How often a tolerance is changed, and the share of the wanted violation that is then aimed at.
 ATTEMPTS, AIM = 6, 0.5
 # Loosened only when the violation is this far below the wanted one.
@@ -68,6 +68,8 @@ class PeerResult:
     seconds : list of float
         Wall-clock of each repeat of the whole problem inside the peer's process, set-up included,
         without imports and planning; empty where it has no answer at all.
+    processor_seconds : list of float
+        The same in processor time, which other work on the machine does not prolong.
     setup_seconds, compile_seconds, memory : float
         Model and kernel; imports and planned transforms; rise of the peak memory in bytes.
     """
@@ -76,6 +78,7 @@ class PeerResult:
     reasons: dict[tuple[int, int], str] = field(default_factory=dict)
     tolerance: np.ndarray = field(default_factory=lambda: np.empty((0, 0)))
     seconds: list[float] = field(default_factory=list)
+    processor_seconds: list[float] = field(default_factory=list)
     setup_seconds: float = 0.0
     compile_seconds: float = 0.0
     memory: float = float("nan")
@@ -131,7 +134,7 @@ def press(
     best: PeerResult | None = None
     result = PeerResult()
     for _ in range(ATTEMPTS):
-        result = _once(peer, problem, tolerance, repeats, seconds, memory)
+        result = attempt(peer, problem, tolerance, repeats=repeats, seconds=seconds, memory=memory)
         measured = _violations(result, tolerance.shape)
         bad = measured > violation
         if not bad.any():
@@ -171,19 +174,21 @@ def _without_misses(result: PeerResult, violation: float) -> PeerResult:
     return result
 
 
-def _once(
+def attempt(
     peer: str,
     problem: Problem,
     tolerance: np.ndarray,
-    repeats: int,
-    seconds: float | None,
-    memory: float | None,
+    *,
+    repeats: int = REPEATS,
+    repeat_seconds: float = REPEAT_SECONDS,
+    seconds: float | None = None,
+    memory: float | None = None,
 ) -> PeerResult:
-    """Solve with given tolerances of the peer's own kind."""
+    """Solve once with given tolerances (m, k) of the peer's own kind; other arguments: `press`."""
     stated, unit = _dimensionless(problem, tolerance)
     outcome = isolation.run(
         f"comparisons.peers.run_{peer}:solve",
-        stated | {"repeats": repeats},
+        stated | {"repeats": repeats, "repeat_seconds": repeat_seconds},
         seconds=seconds,
         memory=memory,
     )
@@ -203,8 +208,7 @@ def _once(
             result.reasons[index] = found
         else:
             result.contacts[index] = found
-    result.seconds = answer["seconds"]
-    for name in ("setup_seconds", "compile_seconds", "memory"):
+    for name in ("seconds", "processor_seconds", "setup_seconds", "compile_seconds", "memory"):
         setattr(result, name, answer[name])
     return result
 

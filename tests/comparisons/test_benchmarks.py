@@ -10,9 +10,10 @@ import numpy as np
 import pytest
 
 from comparisons import benchmarks
-from comparisons.benchmarks import reduced
+from comparisons.benchmarks import bem, bem_cases, bem_cost, reduced
 from comparisons.benchmarks.yardstick import interleaved, measurement, vector_features
 from reduced.rough_line import press
+from reference.halfspace import fft
 from reports.cli import run_command
 
 KEYS = {"name", "seconds", "yardstick", "yardstick_seconds", "ratio", "target", "met"}
@@ -79,7 +80,7 @@ def test_command_prints_the_table_and_writes_the_rows(monkeypatch, tmp_path, cap
 
 def test_an_unknown_benchmark_is_wrong_input(capsys):
     assert run_command(["bench", "nothing"]) == 2
-    assert "expected one of reduced" in capsys.readouterr().err
+    assert "expected one of reduced, bem" in capsys.readouterr().err
 
 
 @pytest.mark.slow
@@ -91,3 +92,78 @@ def test_the_whole_benchmark_runs_and_long_lines_cost_less_than_ordering_them():
     assert all(row.seconds > 0 and np.isfinite(row.ratio) for row in rows.values())
     assert rows["1e6 springs x 100 loads, H = 0.8, force, nodal"].met
     assert rows["1e6 springs x 100 loads, H = 0.8, force, sub_cell"].ratio < 1.5
+
+
+# --- the half-space solver against public codes ---------------------------------------------------
+
+
+def tiny(target=0.125):
+    return bem_cases.rough(32, 8, bem_cases.USUAL, target)
+
+
+def test_the_surfaces_of_the_half_space_benchmark_are_in_the_contact_they_promise():
+    """20 to 25 % and 3 to 5 % of the cells, at a cutoff of 8 cells."""
+    for fraction, low, high in ((bem_cases.USUAL, 0.2, 0.25), (bem_cases.LIGHT, 0.03, 0.05)):
+        case = bem_cases.rough(64, 8, fraction, None)
+        contact = fft.solve(case.operator(), case.gaps[0], force=float(case.loads[0]))
+        assert low <= contact.mask.mean() <= high
+        assert f"{contact.mask.mean():.0%}"[:1] in case.name
+
+
+@pytest.mark.parametrize("cropped", [False, True])
+def test_the_paraboloid_of_the_benchmark_touches_over_the_radius_it_promises(cropped):
+    """Hertz: a cell count errs by less than its rim; cropping changes nothing but the grid."""
+    case = bem_cases.hertz(64, 12, None, cropped=cropped)
+    assert case.gaps.shape[1] == (34 if cropped else 64)
+    contact = fft.solve(case.operator(), case.gaps[0], force=float(case.loads[0]))
+    assert np.sqrt(contact.mask.sum() / np.pi) == pytest.approx(12, abs=0.5)
+
+
+def test_rows_without_a_peer_say_so_and_still_have_our_time(monkeypatch):
+    monkeypatch.setattr(bem.press, "installed", lambda peer: False)
+    row = bem.against_peers(tiny())
+    assert row.seconds > 0
+    assert row.yardstick == "no peer installed: pip install 'roughline[peers]'"
+    assert (row.yardstick_seconds, row.ratio, row.target, row.met) == (None, None, 0.125, None)
+    assert json.loads(json.dumps(row.row(), allow_nan=False))["met"] is None
+
+
+def test_the_faster_peer_is_the_yardstick_and_a_missed_target_is_said(monkeypatch):
+    """Two peers of 1 ms and 1 us beside a solve of milliseconds."""
+    monkeypatch.setattr(bem.press, "installed", lambda peer: True)
+    times = {"tamaas": 1e-3, "contactmechanics": 1e-6}
+
+    def answer(peer, *_, **__):
+        return bem.press.PeerResult(processor_seconds=[times[peer]] * 3)
+
+    monkeypatch.setattr(bem.press, "press", answer)
+    monkeypatch.setattr(bem.press, "attempt", answer)
+    row = bem.against_peers(tiny())
+    assert row.yardstick.startswith("ContactMechanics")
+    assert row.yardstick_seconds == 1e-6
+    assert row.met is False
+
+
+def test_share_of_transforms_is_a_share():
+    """At 128 points a side transforms are a good part of the work, and not all of it."""
+    share = bem_cost.fft_share(bem_cases.rough(128, 8, bem_cases.USUAL, None))
+    assert 0.1 < share < 0.95
+
+
+def test_the_memory_of_a_solve_is_that_of_its_own_process():
+    found = bem_cost.largest(32)
+    assert found["seconds"] > 0
+    assert found["peak"] > 2e7  # Python with NumPy alone has more
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("peer", tuple(bem.press.PACKAGES))
+def test_a_real_peer_becomes_a_yardstick_at_the_same_violation(peer, monkeypatch):
+    if not bem.press.installed(peer):
+        pytest.skip(f"{peer} is not installed")
+    monkeypatch.setattr(bem.press, "installed", lambda each: each == peer)
+    row = bem.against_peers(tiny())
+    assert row.yardstick.startswith(bem.press.PACKAGES[peer][0])
+    ours, theirs = (float(text.rpartition(" ")[2]) for text in (row.name, row.yardstick))
+    assert ours / 20 < theirs <= 1.1 * ours  # both printed with one digit
+    assert row.ratio == pytest.approx(row.seconds / row.yardstick_seconds)

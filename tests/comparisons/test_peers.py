@@ -176,7 +176,13 @@ def answering(monkeypatch, change):
         pressure = change(scale * np.array(step))
         count = np.ones(pressure.shape[:2], dtype=int)
         answer = {"pressure": pressure, "iterations": count, "reasons": []}
-        times = {"seconds": [1.0], "setup_seconds": 0.0, "compile_seconds": 0.0, "memory": 1.0}
+        times = {
+            "seconds": [1.0],
+            "processor_seconds": [1.0],
+            "setup_seconds": 0.0,
+            "compile_seconds": 0.0,
+            "memory": 1.0,
+        }
         return isolation.Outcome("answered", answer | times)
 
     monkeypatch.setattr(isolation, "run", run)

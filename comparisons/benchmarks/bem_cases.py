@@ -1,0 +1,119 @@
+"""The contact problems of the half-space benchmark: rough surfaces and Hertz, E* = 1."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from comparisons.peers.press import Problem
+from reference import surfaces
+from reference.halfspace import FreeOperator, HalfSpace, PeriodicOperator, fft
+
+HURST, SLOPE = 0.8, 0.1
+# Contact fractions that a load aims at, and how far beside is still the same regime.
+USUAL, LIGHT = 0.225, 0.04
+_BESIDE = 0.1
+
+
+@dataclass(frozen=True)
+class Case:
+    """A problem that can be set up anew for every reading, because set-up is part of the work.
+
+    `target` is the largest share of the peer's time that is aimed at.
+    """
+
+    name: str
+    gaps: np.ndarray
+    spacing: tuple[float, float]
+    periodic: bool
+    control: str
+    loads: np.ndarray
+    target: float | None = None
+
+    def operator(self) -> HalfSpace:
+        """Return a new operator."""
+        kind = PeriodicOperator if self.periodic else FreeOperator
+        return kind(self.gaps.shape[1:], self.spacing, 1.0)
+
+    def problem(self) -> Problem:
+        """Return what a peer is given."""
+        return Problem(self.operator(), self.gaps, self.control, self.loads)
+
+    def solve(self, tolerance: float) -> np.ndarray:
+        """Solve everything with our own solver; return the violations (m, k)."""
+        operator = self.operator()
+        found = []
+        for gap in self.gaps:
+            steps = fft.sweep(operator, gap, **{self.control: self.loads}, tolerance=tolerance)
+            found.append([contact.violation for contact in steps])
+        return np.array(found)
+
+
+def rough(points: int, cutoff: int, fraction: float, target: float | None) -> Case:
+    """Return a periodic self-affine surface at a load with the wanted fraction in contact."""
+    gap = _surface(points, cutoff)
+    force, reached = _force_at(gap, fraction)
+    name = f"periodic {points}^2, cutoff {cutoff} cells, {reached:.1%} contact"
+    return Case(name, gap[None], _spacing(points), True, "force", np.array([force]), target)
+
+
+def sweep(points: int, cutoff: int, steps: int, target: float | None) -> Case:
+    """Return the same surface under increasing forces up to the usual contact fraction."""
+    gap = _surface(points, cutoff)
+    force, reached = _force_at(gap, USUAL)
+    name = f"periodic {points}^2, cutoff {cutoff} cells, {steps} loads to {reached:.1%} contact"
+    loads = force * np.linspace(1 / steps, 1, steps)
+    return Case(name, gap[None], _spacing(points), True, "force", loads, target)
+
+
+def hertz(points: int, radius: int, target: float | None, *, cropped: bool) -> Case:
+    """Return a paraboloid whose contact has a radius of so many cells, amid a large free grid.
+
+    Cropped is the box of the geometric overlap (sqrt(2) contact radii): all that can touch.
+    """
+    side = 2 * int(np.ceil(np.sqrt(2) * radius)) if cropped else points
+    # Off the grid's symmetry, as real surfaces are.
+    x = np.arange(side) - side / 2 + 0.3
+    gap = (x[:, None] ** 2 + x**2) / 2 / points
+    force = 4 / 3 * (radius**3 / points)
+    where = f"cropped to {side}^2" if cropped else f"{points}^2"
+    name = f"free Hertz, {where}, contact radius {radius} cells"
+    return Case(name, gap[None], (1.0, 1.0), False, "force", np.array([force]), target)
+
+
+def ensemble(count: int, points: int, loads: int, target: float | None) -> Case:
+    """Return free patches with all waves that the points resolve, forces up to half of E* A0 h'."""
+    gaps = np.array([_surface(points, 2, k) for k in range(count)])
+    forces = SLOPE * np.geomspace(1e-3, 0.1, loads)
+    name = f"{count} free {points}^2 patches x {loads} loads"
+    return Case(name, gaps, _spacing(points), False, "force", forces, target)
+
+
+def _spacing(points: int) -> tuple[float, float]:
+    return (1 / points, 1 / points)
+
+
+def _surface(points: int, cutoff: int, realisation: int = 0) -> np.ndarray:
+    heights = surfaces.self_affine(
+        (points, points),
+        (1.0, 1.0),
+        hurst=HURST,
+        rms_slope=SLOPE,
+        short_cutoff=cutoff / points,
+        seed=1,
+        realisation=realisation,
+    )
+    return np.asarray(heights.max() - heights)
+
+
+def _force_at(gap: np.ndarray, fraction: float) -> tuple[float, float]:
+    """Return a force with about the wanted fraction of cells in contact, and that fraction."""
+    operator = PeriodicOperator(gap.shape, _spacing(len(gap)), 1.0)
+    force = fraction * SLOPE / 2  # A/A0 = 2 F/(E* A0 h')
+    while True:
+        contact = fft.solve(operator, gap, force=force, tolerance=1e-3)
+        reached = float(np.mean(contact.pressure > 0))
+        if abs(reached / fraction - 1) < _BESIDE:
+            return force, reached
+        force *= fraction / reached
