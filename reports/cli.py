@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from cyclopts import App, CycloptsError, Parameter
 
 from reports.claims_command import claims
+from reports.hard_cases_command import hard_cases
 from reports.house import foreign_packages
 
 if TYPE_CHECKING:
@@ -32,6 +33,7 @@ app = App(
     suppress_keyboard_interrupt=False,  # our own exit code says that --resume will go on
 )
 app.command(claims)
+app.command(hard_cases)
 
 
 def main(arguments: list[str] | None = None) -> None:
@@ -219,7 +221,7 @@ def list_(what: str) -> int:
     Parameters
     ----------
     what
-        "scenes", "methods" or "claims".
+        "scenes", "methods", "claims" or "hard-cases".
     """
     from comparisons.errors import InputError
     from reports import terminal
@@ -228,6 +230,7 @@ def list_(what: str) -> int:
         "scenes": terminal.print_scenes,
         "methods": terminal.print_methods,
         "claims": terminal.print_claim_list,
+        "hard-cases": terminal.print_hard_case_list,
     }
     if what not in lists:
         raise InputError(f"list: expected one of {', '.join(lists)}, got {what!r}")
@@ -367,13 +370,18 @@ def report(directory: Path, *, pictures: bool = True) -> int:
 
 def _write_report(directory: Path, pictures: bool) -> Path:
     from comparisons.claims.record import RECORD, load_claims_record
+    from comparisons.hard_cases import record as hard
     from comparisons.store import STUDY, load_study
     from reports.claims_page import write_claims_report
+    from reports.hard_cases_page import write_hard_cases_report
     from reports.html import write_report
 
     path = directory / "report.html"
     if not (directory / STUDY).exists() and (directory / RECORD).exists():
         write_claims_report(load_claims_record(directory), path)
+        return path
+    if not (directory / STUDY).exists() and (directory / hard.RECORD).exists():
+        write_hard_cases_report(hard.load_record(directory), path)
         return path
     write_report(load_study(directory), path, pictures=pictures)
     return path

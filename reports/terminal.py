@@ -18,6 +18,7 @@ if TYPE_CHECKING:
     from comparisons.advice import Advice
     from comparisons.benchmarks.yardstick import Measurement
     from comparisons.claims.record import ClaimsRecord
+    from comparisons.hard_cases.record import HardCasesRecord, OutcomeRecord
     from comparisons.methods import Task
     from comparisons.planning import Plan
     from comparisons.regression import Finding
@@ -250,6 +251,45 @@ def print_advice(found: list[tuple[str, Advice]], *, as_json: bool = False) -> N
             table.add_row(*map(escape, cells), word, style=chosen)
         console.print(table)
     console.print(f"one thread; {machine_text(machine(1))}", markup=False, highlight=False)
+
+
+def print_hard_cases(record: HardCasesRecord, page: Path) -> None:
+    """Print the stability table, and what differs from the catalogue."""
+    console = _console()
+    cases: dict[str, dict[str, OutcomeRecord]] = {}
+    for outcome in record.outcomes:
+        cases.setdefault(outcome.case, {})[outcome.method] = outcome
+    table = _table(f"Hard cases ({record.effort})", "case", *map(_plain, record.methods))
+    table.columns[0].no_wrap = True
+    for case, row in cases.items():
+        table.add_row(case, *(_outcome_cell(row.get(name)) for name in record.methods))
+    console.print(table)
+    for each in (*record.deviations, *record.lost):
+        why = each.deviation or f"lost: {each.reason}"
+        console.print(f"{each.case}, {each.method}: {why}", style="bold", markup=False)
+    if record.outcomes and not (record.deviations or record.lost):
+        console.print("every outcome is as the catalogue expects", highlight=False)
+    console.print(f"\n{page}", markup=False)
+
+
+def _outcome_cell(outcome: OutcomeRecord | None) -> str:
+    from comparisons.formatting import relative
+
+    if outcome is None:
+        return ""
+    number = "" if outcome.error is None else f" {relative(outcome.error)}"
+    return escape(f"{outcome.kind}{number}{' (!)' if outcome.deviation else ''}")
+
+
+def print_hard_case_list() -> None:
+    """Print the catalogue: what is hard about each case."""
+    from comparisons.hard_cases.catalogue import CASES
+
+    table = _table("Hard cases", "id", "title", "what is hard")
+    table.columns[0].no_wrap = True
+    for case in CASES.values():
+        table.add_row(case.id, escape(case.title), escape(case.hard))
+    _console().print(table)
 
 
 def print_scenes() -> None:

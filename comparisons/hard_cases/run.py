@@ -19,7 +19,7 @@ from comparisons.hard_cases.case import Curves, Expected, HardCase, Known, Trust
 from comparisons.methods import METHODS, Solution
 from comparisons.metrics import relative_error
 from comparisons.planning import MethodPlan, Plan, plan_scene, refusal, task_of
-from comparisons.reference import EXACT, Solved, mean_curves, references
+from comparisons.reference import ENSEMBLE, EXACT, GRID, Solved, mean_curves, references
 from comparisons.scene import Scene, make_scene
 from comparisons.uncertainty import combined
 
@@ -196,13 +196,16 @@ def _truth(case: HardCase, plan: Plan, folder: Path) -> _Truth:
         (trusted.method, n): _solve(plan, trusted.method, n)[0] for n in trusted.resolutions
     }
     (reference,) = references(solved)
-    if len(trusted.resolutions) == 1:
-        # Judged on the very same grid, where only the solver's own residual is in doubt.
-        ((_, solution),) = solved.items()
-        residual = np.nan_to_num(solution.violation, nan=0.0).max(axis=0) + EXACT
-        return _Truth(reference.curves, dict.fromkeys(reference.curves, residual))
-    # All methods solve the same surfaces, so the scatter between surfaces is no error.
-    bars = {name: combined(*reference.systematic(name).values()) for name in reference.sources}
+    # All methods solve the same surfaces, so the scatter between surfaces is no error; and on the
+    # very same grid only the solver is in doubt.
+    left_out = {ENSEMBLE, GRID} if len(trusted.resolutions) == 1 else {ENSEMBLE}
+    bars = {
+        name: combined(
+            np.full(len(reference.curves[name]), EXACT),
+            *(bar for source, bar in sources.items() if source not in left_out),
+        )
+        for name, sources in reference.sources.items()
+    }
     return _Truth(reference.curves, bars)
 
 

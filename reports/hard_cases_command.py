@@ -1,0 +1,98 @@
+"""The command ``roughline hard-cases``: every method on scenes that break solvers."""
+
+from __future__ import annotations
+
+import datetime
+import shlex
+import sys
+import time
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+from cyclopts import Parameter
+
+if TYPE_CHECKING:
+    from comparisons.hard_cases.record import HardCasesRecord
+
+FINE, DIFFERS = 0, 1
+
+
+def hard_cases(
+    *methods: str,
+    full: Annotated[bool, Parameter(name="--full", negative="--quick")] = False,
+    out: Path = Path("roughline-results/hard-cases"),
+    json: Path | None = None,
+    case: tuple[str, ...] = (),
+) -> int:
+    """Run the catalogue of hard cases: accurate, degraded, or refused, as expected or not.
+
+    Parameters
+    ----------
+    methods
+        The methods; default: all of them.
+    full
+        Every method on every case; --quick: the slow pairs are left out.
+    out
+        Folder for hard-cases.json, hard-cases.csv and report.html.
+    json
+        Write the record of the run to this file too.
+    case
+        Only this case; may be repeated.
+    """
+    from comparisons.errors import InputError
+    from comparisons.hard_cases.catalogue import CASES
+    from comparisons.hard_cases.record import PAGE, open_folder, save_record
+    from comparisons.methods import METHODS
+    from comparisons.store import write_text
+    from reports import terminal
+    from reports.hard_cases_page import write_hard_cases_report
+
+    problems = [
+        f"{what}: expected one of {', '.join(known)}, got {each!r}"
+        for what, given, known in (("methods", methods, METHODS), ("--case", case, CASES))
+        for each in given
+        if each not in known
+    ]
+    if problems:
+        raise InputError("\n".join(problems))
+    open_folder(out)
+    record = _run(methods or tuple(METHODS), case or tuple(CASES), full)
+    save_record(out, record)
+    write_hard_cases_report(record, out / PAGE)
+    if json is not None:
+        write_text(json, record.model_dump_json(indent=1) + "\n")
+    terminal.print_hard_cases(record, out / PAGE)
+    if record.interrupted:
+        raise KeyboardInterrupt
+    return DIFFERS if record.deviations or record.lost else FINE
+
+
+def _run(methods: tuple[str, ...], names: tuple[str, ...], full: bool) -> HardCasesRecord:
+    """Run the cases; interrupted, what is done is kept."""
+    from comparisons.execution import THREADS
+    from comparisons.hard_cases.catalogue import CASES
+    from comparisons.hard_cases.record import HardCasesRecord, recorded
+    from comparisons.hard_cases.run import run_cases
+    from comparisons.machine import machine, versions
+    from reports import terminal
+
+    start, found, interrupted = time.perf_counter(), [], False
+    created = datetime.datetime.now(datetime.UTC).astimezone().isoformat(timespec="seconds")
+    try:
+        with terminal.status() as say:
+            for number, name in enumerate(names, start=1):
+                say(f"{name} ({number} of {len(names)})")
+                found += [recorded(each) for each in run_cases([CASES[name]], methods, full=full)]
+    except KeyboardInterrupt:
+        interrupted = True
+    return HardCasesRecord(
+        created=created,
+        command=shlex.join(["roughline", *sys.argv[1:]]),
+        effort="full" if full else "quick",
+        seconds=time.perf_counter() - start,
+        machine=machine(THREADS),
+        versions=versions(),
+        interrupted=interrupted,
+        hard={name: CASES[name].hard for name in names},
+        outcomes=found,
+    )

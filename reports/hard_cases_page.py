@@ -1,0 +1,58 @@
+"""The page of the hard cases: the stability table, and time against error with failures."""
+
+from __future__ import annotations
+
+from collections import Counter
+from pathlib import Path
+
+from markupsafe import Markup
+from plotly.offline import get_plotlyjs
+
+from comparisons.formatting import ROUND_OFF
+from comparisons.hard_cases.record import HardCasesRecord, OutcomeRecord
+from comparisons.store import write_text
+from reports.hard_case_figure import stability
+from reports.html import TEMPLATES, content_policy, embedded_json, environment
+
+# The colours of the verdicts on scenes; a refusal is an answer, a lost solve is not.
+CLASSES = {
+    "accurate": "within",
+    "degraded": "not-resolved",
+    "refused": "partly",
+    "not for": "no-result",
+    "left out": "no-result",
+    "lost": "outside",
+}
+
+
+def write_hard_cases_report(record: HardCasesRecord, path: Path) -> None:
+    """Write the stability table as one HTML file, atomically."""
+    write_text(path, hard_cases_page(record))
+
+
+def hard_cases_page(record: HardCasesRecord) -> str:
+    """Return the whole page as text."""
+    figure = stability(record)
+    cases: dict[str, dict[str, OutcomeRecord]] = {}
+    for outcome in record.outcomes:
+        cases.setdefault(outcome.case, {})[outcome.method] = outcome
+    counts = Counter(outcome.kind for outcome in record.outcomes)
+    script = (TEMPLATES / "report.js").read_text(encoding="utf-8")
+    library = get_plotlyjs()
+    return (
+        environment()
+        .get_template("hard_cases.html.j2")
+        .render(
+            record=record,
+            cases=cases,
+            figure=figure,
+            tally=[(word, counts[word]) for word in CLASSES if counts[word]],
+            classes=CLASSES,
+            round_off=ROUND_OFF,
+            policy=content_policy([library, script]),
+            style=Markup((TEMPLATES / "report.css").read_text(encoding="utf-8")),  # noqa: S704
+            script=Markup(script),  # noqa: S704  our own file
+            library=Markup(library),  # noqa: S704  the plotly package's own file
+            figure_data=embedded_json(figure.spec) if figure else None,
+        )
+    )
