@@ -29,7 +29,7 @@ def hard_cases(
     Parameters
     ----------
     methods
-        The methods; default: all of them.
+        The methods; default: all of them, peers (tamaas, ...) in full runs only.
     full
         Every method on every case; --quick: the slow pairs are left out.
     out
@@ -56,7 +56,9 @@ def hard_cases(
     if problems:
         raise InputError("\n".join(problems))
     open_folder(out)
-    record = _run(methods or tuple(METHODS), case or tuple(CASES), full)
+    # Each solve of a peer starts a process: quick runs have them only if they are named.
+    usual = tuple(name for name, method in METHODS.items() if full or not method.peer)
+    record = _run(methods or usual, case or tuple(CASES), full)
     save_record(out, record)
     write_hard_cases_report(record, out / PAGE)
     if json is not None:

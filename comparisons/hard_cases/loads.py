@@ -98,11 +98,11 @@ LOADS = (
         "the absurd load must not take the others with it",
         {"penetration": [1e-6, 2e-6, 1e300]},
         usual(
-            closed_form=_without_last("closed_form", "energy came out as inf"),
-            reduced=_without_last("reduced", "energy came out as nan"),
-            bem_dense=_without_last("bem_dense", "force came out as inf"),
-            bem_fft=_without_last("bem_fft", "force came out as nan"),
-            fem=_without_last("fem", "contact_radius came out as inf"),
+            closed_form=_without_last("closed_form", "came out as"),
+            reduced=_without_last("reduced", "came out as"),
+            bem_dense=_without_last("bem_dense", "came out as"),
+            bem_fft=_without_last("bem_fft", "came out as"),
+            fem=_without_last("fem", "came out as"),
         ),
     ),
     _loads(

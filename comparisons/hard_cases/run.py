@@ -25,6 +25,7 @@ from comparisons.uncertainty import combined
 
 # What counts as accurate where nothing is expected (methods from outside).
 USUAL = 0.01
+PEER = "nothing is promised for other people's code: it is shown as it is"
 ACCURATE, DEGRADED, REFUSED, NOT_FOR, LOST, LEFT_OUT = (
     *("accurate", "degraded", "refused", "not for", "lost", "left out"),
 )
@@ -214,6 +215,8 @@ def _judged(case: HardCase, name: str, **found: Any) -> Outcome:
     expectation = case.expected.get(name)
     if expectation is None and case.only:
         expectation = not_for(case.only)
+    if expectation is None and METHODS[name].peer:
+        return replace(outcome, expected=PEER)
     if expectation is None:
         return outcome
     return replace(outcome, expected=words(expectation), deviation=_deviation(outcome, expectation))
