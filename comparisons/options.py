@@ -62,10 +62,15 @@ class FftOptions(Options):
 
 
 class FemOptions(Options):
-    """Options of the finite-element solver; `penalty` is in units of E*/h."""
+    """Options of the finite-element solver; `penalty` is in units of E*/h.
+
+    coupling: of an indenter with a [counter_body]: "mortar" or "node_to_surface" mesh both bodies;
+    "effective_modulus" puts both compliances into one.
+    """
 
     contact: Literal["active_set", "penalty", "augmented_lagrangian"] = "active_set"
     penalty: Positive = 1e3
+    coupling: Literal["mortar", "node_to_surface", "effective_modulus"] = "mortar"
 
 
 class PeerOptions(Options):

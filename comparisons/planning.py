@@ -161,6 +161,8 @@ def _plan(scene: Scene, effort: Effort) -> Plan:
     notes = list(geometry.treatment) if isinstance(geometry, RoughGeometry) else []
     if realisations < asked:
         notes.append(f"quick: {realisations} of {asked} realisations (--full runs all of them)")
+    if scene.counter_body is not None:
+        notes.append("both bodies are elastic: 1/E* is the sum of theirs")
     if scene.half_space.poisson_ratio is None:
         notes.append(
             "only E* is given: fem takes nu = 0.3; frictionless contact depends on E* alone"

@@ -228,6 +228,7 @@ class Scene(_Table):
     name: str
     title: Annotated[str, Field(max_length=300)] = ""
     half_space: HalfSpace
+    counter_body: HalfSpace | None = None
     indenter: AnyIndenter | None = None
     surface: Surface | None = None
     body: Body | None = None
@@ -248,10 +249,38 @@ class Scene(_Table):
         """Whether the scene presses a rough surface rather than an indenter."""
         return self.surface is not None
 
+    @model_validator(mode="after")
+    def _counter_body_is_a_half_space(self) -> Scene:
+        if self.counter_body is None:
+            return self
+        if self.body is not None:
+            raise fail("counter_body: expected no [body] beside it: what presses on one is rigid")
+        if self.indenter is not None and self.indenter.flat:
+            raise fail(
+                "counter_body: expected an [indenter] without a sharp edge: an elastic punch is no "
+                "half-space, and 1/E* does not add"
+            )
+        return self
+
     @property
     def effective_modulus(self) -> float:
-        """E* of the half-space."""
-        return self.half_space.modulus
+        """E* of the contact: 1/E* = (1 - nu1^2)/E1 + (1 - nu2^2)/E2 where both bodies are elastic.
+
+        Hertz's addition of compliances (Johnson 1985, eq. 4.5): exact for two frictionless
+        half-spaces.
+        """
+        if self.counter_body is None:
+            return self.half_space.modulus
+        return 1.0 / (1.0 / self.half_space.modulus + 1.0 / self.counter_body.modulus)
+
+    @property
+    def elastic_constants(self) -> tuple[float, float]:
+        """E and nu of one half-space that is as soft under a rigid shape as both bodies together.
+
+        nu is that of the [half_space]; frictionless contact depends on E* alone.
+        """
+        nu = self.half_space.elastic_constants[1]
+        return self.effective_modulus * (1 - nu**2), nu
 
     @property
     def heading(self) -> str:

@@ -10,7 +10,7 @@ import numpy as np
 
 from comparisons.bodies import BodyGeometry
 from comparisons.geometry import Geometry, IndenterGeometry, RoughGeometry
-from comparisons.methods import fem_body
+from comparisons.methods import fem_body, fem_pair
 from comparisons.methods.base import Method, Solution, Support, Task
 from comparisons.methods.sweeps import outcomes
 from comparisons.options import FemOptions
@@ -51,7 +51,8 @@ class Fem(Method):
 
     def supports(self, scene: Scene) -> Support:
         """Free half-space, nu up to 0.4999, force or penetration control."""
-        _, nu = scene.half_space.elastic_constants
+        bodies = [each for each in (scene.half_space, scene.counter_body) if each is not None]
+        nu = max(each.elastic_constants[1] for each in bodies)
         if nu > LARGEST_POISSON:
             return Support(
                 False, f"nu = {nu:g} is incompressible: a displacement element locks above 0.4999"
@@ -74,6 +75,8 @@ class Fem(Method):
             n, most = geometry.points[0], max(geometry.points)
             return tuple(f * n for f in (1, 2, 3) if f * most <= LARGEST_PATCH) or (n,)
         fine = scene.compare.tolerance < 0.003
+        if fem_pair.meshes_both(scene, geometry):
+            return (3, 4, 6) if fine else (2, 3, 4)
         if isinstance(geometry.indenter, PolygonPunch):
             return (5, 7, 9)  # trilinear cells, and a staircase along oblique edges
         if isinstance(geometry.indenter, RightAngledPunch):
@@ -95,6 +98,8 @@ class Fem(Method):
         """Bytes of the elimination, from the number of unknowns expected."""
         if isinstance(task.geometry, BodyGeometry):
             return BYTES_PER_UNKNOWN * fem_body.unknowns(task.geometry, task.resolution)
+        if fem_pair.meshes_both(task.scene, task.geometry):
+            return BYTES_PER_UNKNOWN * fem_pair.unknowns(task.resolution)
         if isinstance(task.geometry, RoughGeometry):
             return BYTES_PER_UNKNOWN * 1.3 * task.resolution**3
         return BYTES_PER_UNKNOWN * 800.0 * task.resolution**2
@@ -103,6 +108,8 @@ class Fem(Method):
         """Name the mesh."""
         if isinstance(geometry, BodyGeometry):
             return fem_body.model(geometry)
+        if fem_pair.meshes_both(scene, geometry):
+            return fem_pair.model(scene)
         far = "outside it Boussinesq fields"
         if isinstance(geometry, RoughGeometry):
             return f"a block below the patch, mesh nodes at the points of the map; {far}"
@@ -114,6 +121,8 @@ class Fem(Method):
         """Build and condense the body once, then press it load by load."""
         if isinstance(task.geometry, BodyGeometry):
             return fem_body.solve(task)
+        if fem_pair.meshes_both(task.scene, task.geometry):
+            return fem_pair.solve(task)
         solution = Solution.empty(task)
         with solution.setup():
             body = make_body(task)
@@ -184,7 +193,7 @@ def _sweep(
 
 def make_body(task: Task) -> fem.CondensedBody:
     """Return the condensed half-space that fits the scene's contact."""
-    modulus, nu = task.scene.half_space.elastic_constants
+    modulus, nu = task.scene.elastic_constants
     geometry = task.geometry
     if isinstance(geometry, RoughGeometry):
         shape = geometry.heights(task.realisations[0], task.resolution).shape

@@ -127,18 +127,14 @@ def _body(task: Task) -> tuple[fem.CondensedBody, np.ndarray, float]:
     return body, gap, edge
 
 
-def _area(task: Task, body: fem.CondensedBody, contact: fem.Contact) -> float:
-    """Return the best estimate of the contact area.
+def round_area(body: fem.CondensedBody, contact: fem.Contact) -> float:
+    """Return the area of a round contact on a plane.
 
-    Round contacts on a plane: the radius that the moments of the pressure give, where it agrees
-    with the nodes that touch. Else their tributary area, uncertain by half a spacing all round.
+    From the radius that the moments of the pressure give, where it agrees with the nodes that
+    touch; else their tributary area, uncertain by half a spacing all round.
     """
-    geometry = task.geometry
-    assert isinstance(geometry, BodyGeometry)
-    if not (geometry.indenter.axisymmetric and geometry.flat_surface and contact.active.any()):
+    if not contact.active.any():
         return contact.contact_area
-    if geometry.indenter.flat:
-        return geometry.indenter.area
     radii = np.hypot(*body.points.T)
     radius = radius_from_moments(radii, contact.reactions)
     spacing = np.sqrt(body.weights[contact.active].max())
@@ -147,8 +143,17 @@ def _area(task: Task, body: fem.CondensedBody, contact: fem.Contact) -> float:
     return float(np.pi * radius**2)
 
 
+def _area(geometry: BodyGeometry, body: fem.CondensedBody, contact: fem.Contact) -> float:
+    indenter = geometry.indenter
+    if not (indenter.axisymmetric and geometry.flat_surface):
+        return contact.contact_area
+    return indenter.area if indenter.flat else round_area(body, contact)
+
+
 def _quantities(task: Task, body: fem.CondensedBody, contact: fem.Contact) -> dict[str, float]:
-    area = _area(task, body, contact)
+    geometry = task.geometry
+    assert isinstance(geometry, BodyGeometry)
+    area = _area(geometry, body, contact)
     values = {
         "penetration": contact.penetration,
         "force": contact.force,
@@ -159,8 +164,6 @@ def _quantities(task: Task, body: fem.CondensedBody, contact: fem.Contact) -> di
         "contact_length_stiffness": contact.stiffness / task.scene.effective_modulus,
         "energy": contact.energy,
     }
-    geometry = task.geometry
-    assert isinstance(geometry, BodyGeometry)
     if geometry.indenter.axisymmetric and geometry.flat_surface:
         values["contact_radius"] = values["equivalent_radius"]
     return values

@@ -1,0 +1,99 @@
+"""Scenes with a [counter_body]: compliances add, and finite elements mesh both bodies."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from comparisons.execution import execute
+from comparisons.planning import plan_scene, task_of
+from comparisons.scene import SceneError, make_scene, parse_scene
+
+TABLES = {
+    "name": "two-bodies",
+    "half_space": {"youngs_modulus": 2e9, "poisson_ratio": 0.3},
+    "counter_body": {"youngs_modulus": 1e9, "poisson_ratio": 0.2},
+    "indenter": {"shape": "paraboloid", "radius": 0.01},
+    "loading": {"penetration": [1e-7, 1e-5]},
+    "compare": {"quantities": ["force", "contact_area", "pressure"]},
+}
+COMBINED = 1 / ((1 - 0.3**2) / 2e9 + (1 - 0.2**2) / 1e9)
+
+
+def scene(**changes):
+    return make_scene(TABLES | changes, "test", Path())
+
+
+def solved(made, method, resolution):
+    (plan,) = plan_scene(made)
+    solution = execute(task_of(plan, method, resolution, with_body=True))
+    assert solution.converged.all(), solution.reasons
+    return solution
+
+
+def test_compliances_of_two_half_spaces_add():
+    """Johnson 1985, eq. (4.5); the canonical text keeps both bodies."""
+    made = scene()
+    assert made.effective_modulus == pytest.approx(COMBINED, rel=1e-14)
+    assert parse_scene(made.text, "test", Path()) == made
+    (plan,) = plan_scene(made)
+    assert "both bodies are elastic: 1/E* is the sum of theirs" in plan.notes
+
+
+@pytest.mark.parametrize(("method", "resolution"), [("closed_form", 1), ("reduced", 20)])
+def test_half_space_methods_take_the_sum(method, resolution):
+    force = solved(scene(), method, resolution).quantities["force"][0]
+    exact = 4 / 3 * COMBINED * np.sqrt(0.01) * np.array([1e-7, 1e-5]) ** 1.5
+    np.testing.assert_allclose(force, exact, rtol=2e-3)
+
+
+@pytest.mark.parametrize(("coupling", "tolerance"), [("mortar", 1e-3), ("node_to_surface", 5e-3)])
+def test_finite_elements_find_the_sum_by_meshing_both_bodies(coupling, tolerance):
+    """The addition is a result here, not an input: at loads a thousandfold apart.
+
+    The same digits at both loads, because each scales the grids to its contact.
+    """
+    solution = solved(scene(methods={"fem": {"coupling": coupling}}), "fem", 3)
+    exact = 4 / 3 * COMBINED * np.sqrt(0.01) * np.array([1e-7, 1e-5]) ** 1.5
+    error = solution.quantities["force"][0] / exact - 1
+    assert np.abs(error).max() < tolerance
+    assert error[0] == pytest.approx(error[1], rel=1e-6)
+    fields = solution.fields
+    total = (fields["pressure"] * fields["pressure_weight"]).sum()
+    assert total == pytest.approx(solution.quantities["force"][0, -1], rel=1e-12)
+    assert fields["mesh_von_mises"].max() > 0
+
+
+def test_one_body_with_both_compliances_is_the_other_way():
+    made = scene(methods={"fem": {"coupling": "effective_modulus"}})
+    (plan,) = plan_scene(made)
+    modelled = {each.method: each.modelled for each in plan.methods}
+    assert "both bodies" not in modelled["fem"]
+    assert (
+        "a quarter of both bodies"
+        in {each.method: each.modelled for each in plan_scene(scene())[0].methods}["fem"]
+    )
+    force = solved(made, "fem", 3).quantities["force"][0]
+    exact = 4 / 3 * COMBINED * np.sqrt(0.01) * np.array([1e-7, 1e-5]) ** 1.5
+    np.testing.assert_allclose(force, exact, rtol=1e-3)
+
+
+def test_what_is_no_pair_of_half_spaces_is_refused():
+    """An elastic punch with a sharp edge deforms otherwise; a user's body is pressed by rigid ones."""
+    with pytest.raises(SceneError, match="an elastic punch is no half-space"):
+        scene(indenter={"shape": "cylinder", "radius": 0.01})
+    body = {"file": "a.msh", "length_unit": "m", "contact_surface": "a", "supports": {"b": "x"}}
+    with pytest.raises(SceneError, match="what presses on one is rigid"):
+        scene(body=body)
+    with pytest.raises(SceneError, match="counter_body: expected youngs_modulus and"):
+        scene(counter_body={"youngs_modulus": 1e9})
+
+
+def test_an_incompressible_counter_body_is_refused_by_finite_elements():
+    made = scene(counter_body={"youngs_modulus": 1e9, "poisson_ratio": 0.5})
+    (plan,) = plan_scene(made)
+    (fem,) = [each for each in plan.methods if each.method == "fem"]
+    assert not fem.supported
+    assert "0.5 is incompressible" in fem.reason
