@@ -81,7 +81,7 @@ def test_one_body_with_both_compliances_is_the_other_way():
 
 
 def test_what_is_no_pair_of_half_spaces_is_refused():
-    """An elastic punch with a sharp edge deforms otherwise; a user's body is pressed by rigid ones."""
+    """An elastic punch deforms otherwise; what presses on a user's body is rigid."""
     with pytest.raises(SceneError, match="an elastic punch is no half-space"):
         scene(indenter={"shape": "cylinder", "radius": 0.01})
     body = {"file": "a.msh", "length_unit": "m", "contact_surface": "a", "supports": {"b": "x"}}
