@@ -8,7 +8,7 @@ that is as wanted.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from importlib import metadata, util
 from typing import Any
 
@@ -261,4 +261,4 @@ def _measured(
     contact = assemble(operator, gap, pressure, depth, iterations, [])
     missed = abs(contact.force / load - 1) if problem.control == "force" else 0.0
     worst = max(contact.violation, tension / float(pressure[mask].mean()), missed)
-    return Contact(**(vars(contact) | {"violation": worst}))
+    return replace(contact, violation=worst)

@@ -60,6 +60,16 @@ class Problem:
     total: float | None = None
     unilateral: bool = True
 
+    @classmethod
+    def of(cls, operator: HalfSpace, gap: Field, kind: str, value: float) -> Problem:
+        """Problem of a gap, infinite where nothing can touch, under a penetration or a force."""
+        gap = np.ascontiguousarray(gap)
+        allowed = np.isfinite(gap)
+        finite = np.where(allowed, gap, 0.0)
+        if kind == "penetration":
+            return cls(operator, finite, allowed, depth=value)
+        return cls(operator, finite, allowed, total=value / operator.cell_area)
+
 
 @dataclass
 class State:

@@ -16,14 +16,16 @@ from numpy.typing import ArrayLike, NDArray
 from reference.errors import ConvergenceError
 from reference.halfspace.conjugate_gradients import Problem, minimise
 from reference.halfspace.operators import FreeOperator, HalfSpace
-from reference.halfspace.overlap import overlap_depth, overlap_pressure
+from reference.halfspace.overlap import overlap_depth
 from reference.halfspace.solution import (
     Contact,
     assemble,
     check_control,
     check_gap,
     check_load,
+    contact_of,
 )
+from reference.halfspace.starts import starting_pressure
 
 Field = NDArray[np.float64]
 
@@ -171,28 +173,32 @@ def _solve(
         if gap.min() >= value:
             return assemble(operator, gap, np.zeros(operator.shape), value, 0, [0.0])
     elif operator.periodic and not gap.any():
-        return _flat_on_flat(operator, value)
+        return _flat_on_flat(operator, gap, value)
     reach = value if kind == "penetration" else 1.5 * overlap_depth(operator, gap, value)
     while True:
         window = _window(operator, gap, reach, start)
         part = _restricted(operator, window)
-        problem = _problem(part, gap[window], kind, value)
-        first = overlap_pressure(part, gap[window], reach) if start is None else start[window]
+        inside = np.ascontiguousarray(gap[window])
+        first = starting_pressure(part, inside, kind, value) if start is None else start[window]
+        problem = Problem.of(part, inside, kind, value)
         state = minimise(problem, first, tolerance, max_iterations)
+        history = state.history
+        found = state.depth, state.violation, len(history), history
+        if part is operator:
+            return contact_of(operator, gap, state.pressure, *found, state.displacement)
         pressure = np.zeros(operator.shape)
         pressure[window] = state.pressure
-        if state.depth <= reach or part is operator:
-            history = state.history
-            return assemble(operator, gap, pressure, state.depth, len(history), history)
+        if state.depth <= reach:
+            # u >= 0 everywhere and the gap outside is at least the depth: no cell there overlaps
+            return contact_of(operator, gap, pressure, *found)
         # under force control the depth was only estimated: cells outside might overlap
         reach, start = 1.2 * state.depth, pressure
 
 
-def _flat_on_flat(operator: HalfSpace, force: float) -> Contact:
+def _flat_on_flat(operator: HalfSpace, gap: Field, force: float) -> Contact:
     """Uniform pressure of a periodic flat: no penetration that violations could be relative to."""
-    nothing = np.zeros(operator.shape)
-    pressure = nothing + force / (nothing.size * operator.cell_area)
-    return Contact(0.0, force, 0.0, pressure, nothing, 0, 0.0, [0.0])
+    pressure = np.full(operator.shape, force / (gap.size * operator.cell_area))
+    return contact_of(operator, gap, pressure, 0.0, 0.0, 0, [0.0], np.zeros(operator.shape))
 
 
 def _refuse_closed_gap(operator: HalfSpace, gap: Field, depth: float) -> None:
@@ -202,15 +208,6 @@ def _refuse_closed_gap(operator: HalfSpace, gap: Field, depth: float) -> None:
             "half-space is in full contact there and the penetration does not set the force; "
             "give the force"
         )
-
-
-def _problem(operator: HalfSpace, gap: Field, kind: str, value: float) -> Problem:
-    gap = np.ascontiguousarray(gap)
-    allowed = np.isfinite(gap)
-    finite = np.where(allowed, gap, 0.0)
-    if kind == "penetration":
-        return Problem(operator, finite, allowed, depth=value)
-    return Problem(operator, finite, allowed, total=value / operator.cell_area)
 
 
 def _window(

@@ -53,23 +53,28 @@ class HalfSpace:
         return self._made[key]
 
     def _transfer(self) -> NDArray[np.float64]:
-        """Transfer function from pressure to displacement on the padded grid."""
         raise NotImplementedError
 
     @property
     def unit(self) -> float:
         """Power of two near the largest transfer factor: what `convolution` is in units of."""
-        return self.kept("unit", lambda: power_of_two(self._kept_transfer().max()))
+        return self.kept("unit", lambda: power_of_two(self.transfer.max()))
 
-    def _kept_transfer(self) -> NDArray[np.float64]:
+    @property
+    def transfer(self) -> NDArray[np.float64]:
+        """Transfer function from pressure to displacement on the padded grid, modes of `rfft2`."""
         return self.kept("transfer", self._transfer)
+
+    def coarser(self) -> HalfSpace | None:
+        """Half-space on every second point of the grid, or None if it has none (kept)."""
+        raise NotImplementedError
 
     def convolution(self, dtype: DTypeLike) -> Convolution:
         """Compiled operator, displacement/`unit` from pressure, in single or double precision."""
         dtype = np.dtype(dtype)
 
         def make() -> Convolution:
-            return Convolution(self.shape, self._padded, self._kept_transfer() / self.unit, dtype)
+            return Convolution(self.shape, self._padded, self.transfer / self.unit, dtype)
 
         return self.kept(("convolution", dtype.name), make)
 
@@ -165,6 +170,12 @@ class FreeOperator(HalfSpace):
         wrapped[np.ix_(*used)] = quarter[offsets[0][used[0]][:, None], offsets[1][used[1]]]
         return fft.rfft2(wrapped, workers=1).real.copy()
 
+    def coarser(self) -> FreeOperator:
+        """Operator on every second point (kept)."""
+        shape = tuple((n + 1) // 2 for n in self.shape)
+        spacing = tuple(2 * step for step in self.spacing)
+        return self.kept("coarser", lambda: FreeOperator(shape, spacing, self.effective_modulus))
+
     def restrict(self, shape: tuple[int, int]) -> FreeOperator:
         """Operator of the same half-space on a smaller rectangle of the same cells (kept)."""
 
@@ -213,7 +224,16 @@ class PeriodicOperator(HalfSpace):
         super().__init__(shape, spacing, effective_modulus)
         self.kernel = kernel
         self._padded = self.shape
-        self._kept_transfer()  # an unknown kernel is refused here
+        _ = self.transfer  # an unknown kernel is refused here
 
     def _transfer(self) -> NDArray[np.float64]:
         return kernels.periodic(self.shape, self.spacing, self.effective_modulus, self.kernel)
+
+    def coarser(self) -> PeriodicOperator | None:
+        """Operator on every second point (kept), if the period holds a whole number of them."""
+        if any(n % 2 for n in self.shape):
+            return None
+        shape = tuple(n // 2 for n in self.shape)
+        spacing = tuple(2 * step for step in self.spacing)
+        arguments = shape, spacing, self.effective_modulus, self.kernel
+        return self.kept("coarser", lambda: PeriodicOperator(*arguments))

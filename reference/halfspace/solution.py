@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from reference.halfspace.operators import HalfSpace
+
+Field = NDArray[np.float64]
 
 
 @dataclass(frozen=True)
@@ -21,27 +24,29 @@ class Contact:
         Rigid approach d after first touch; contact means displacement = d - gap.
     force : float
         Sum of pressure times cell area.
-    mean_gap : float
-        Mean of gap - d + displacement over the cells with a finite gap.
-    pressure, displacement : ndarray, shape (nx, ny)
-        Cell values; pressure >= 0, displacement positive into the half-space.
+    pressure : ndarray, shape (nx, ny)
+        Cell values, not negative.
     iterations : int
-        Iterations of the method that found it (all stages).
+        Iterations of the method that found it (all stages on the grid itself).
     violation : float
         Largest distance from the contact conditions, relative to the penetration: the overlap of
         cells without pressure or the remaining gap (of either sign) of cells with pressure,
         whichever is larger; evaluated anew in double precision on the final pressure.
+    operator, initial_gap
+        The half-space and the gap of the problem.
     history : list of float
         The violation at each iteration.
+
+    Displacement and gaps of the whole grid are evaluated when they are asked for.
     """
 
     penetration: float
     force: float
-    mean_gap: float
-    pressure: NDArray[np.float64]
-    displacement: NDArray[np.float64]
+    pressure: Field
     iterations: int
     violation: float
+    operator: HalfSpace = field(repr=False)
+    initial_gap: Field = field(repr=False)
     history: list[float] = field(default_factory=list, repr=False)
 
     @property
@@ -49,33 +54,72 @@ class Contact:
         """Cells in contact, pressure > 0."""
         return self.pressure > 0
 
+    @cached_property
+    def displacement(self) -> Field:
+        """Displacement of all cells, positive into the half-space."""
+        return self.operator.apply(self.pressure)
+
+    @property
+    def gap(self) -> Field:
+        """Remaining gap of all cells; infinite where the shape has no material."""
+        return self.initial_gap - self.penetration + self.displacement
+
+    @cached_property
+    def mean_gap(self) -> float:
+        """Mean of the remaining gap over the cells where it is finite."""
+        finite = np.isfinite(self.initial_gap)
+        if self.operator.periodic and finite.all():
+            # the mean displacement is zero
+            return float(self.initial_gap.mean()) - self.penetration
+        return float(self.gap[finite].mean())
+
 
 def assemble(
     operator: HalfSpace,
-    gap: NDArray[np.float64],
-    pressure: NDArray[np.float64],
+    gap: Field,
+    pressure: Field,
     penetration: float,
     iterations: int,
     history: Sequence[float],
 ) -> Contact:
-    """Evaluate displacement, force, mean gap and violation of a final pressure."""
+    """Evaluate force and violation of a final pressure on the whole grid."""
     displacement = operator.apply(pressure)
     finite = np.isfinite(gap)
     clearance = np.where(finite, gap, 0.0) - penetration + displacement
-    return Contact(
-        penetration=float(penetration),
-        force=float(pressure.sum() * operator.cell_area),
-        mean_gap=float(clearance[finite].mean()),
-        pressure=pressure,
-        displacement=displacement,
-        iterations=int(iterations),
-        violation=violation(clearance, pressure > 0, finite, penetration),
-        history=list(history),
+    worst = violation(clearance, pressure > 0, finite, penetration)
+    return contact_of(
+        operator, gap, pressure, penetration, worst, iterations, history, displacement
     )
 
 
+def contact_of(
+    operator: HalfSpace,
+    gap: Field,
+    pressure: Field,
+    penetration: float,
+    violation: float,
+    iterations: int,
+    history: Sequence[float],
+    displacement: Field | None = None,
+) -> Contact:
+    """Return the answer, with the displacement where it is known already."""
+    contact = Contact(
+        penetration=float(penetration),
+        force=float(pressure.sum() * operator.cell_area),
+        pressure=pressure,
+        iterations=int(iterations),
+        violation=float(violation),
+        operator=operator,
+        initial_gap=gap,
+        history=list(history),
+    )
+    if displacement is not None:
+        vars(contact)["displacement"] = displacement
+    return contact
+
+
 def violation(
-    clearance: NDArray[np.float64],
+    clearance: Field,
     mask: NDArray[np.bool_],
     finite: NDArray[np.bool_],
     penetration: float,
@@ -87,7 +131,7 @@ def violation(
     return float(worst / penetration) if worst > 0 else 0.0
 
 
-def check_gap(operator: HalfSpace, gap: ArrayLike) -> NDArray[np.float64]:
+def check_gap(operator: HalfSpace, gap: ArrayLike) -> Field:
     """Return the gap as a double array, or raise ValueError listing what is wrong with it."""
     gap = np.asarray(gap, dtype=float)
     faults = []
