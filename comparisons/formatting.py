@@ -179,11 +179,21 @@ def relative(value: object, digits: int = 2) -> str:
 def tolerance(value: object) -> str:
     """Write a tolerance as it was asked for, without padding zeros.
 
-    >>> tolerance(0.01), tolerance(0.025), tolerance(5e-6)
-    ('1\u202f%', '2.5\u202f%', '5\u202fppm')
+    >>> tolerance(0.01), tolerance(0.025), tolerance(5e-6), tolerance(1e-9)
+    ('1\u202f%', '2.5\u202f%', '5\u202fppm', '1×10⁻⁹')
     """
     text, unit = _relative_parts(value, 3)
-    return _join(text.rstrip("0").rstrip(".") if "." in text else text, unit)
+    return _join(without_padding(text), unit)
+
+
+def without_padding(text: str) -> str:
+    """Take the zeros off that only fill up to a number of digits.
+
+    >>> without_padding("20.0"), without_padding("1.50×10⁻⁹"), without_padding("100")
+    ('20', '1.5×10⁻⁹', '100')
+    """
+    head, times, power = text.partition("×")
+    return (head.rstrip("0").rstrip(".") if "." in head else head) + times + power
 
 
 def plus_minus(error: object, uncertainty: object) -> str:

@@ -2,17 +2,25 @@
 
 from __future__ import annotations
 
+import contextlib
 from dataclasses import replace
+from pathlib import Path
 
-from comparisons.archive import joined
+from comparisons.archive import joined, load_solution, save_solution
 from comparisons.execution import REPEATS, execute
 from comparisons.methods import Solution, Task
 from comparisons.planning import Plan
 from comparisons.reference import Solved
+from comparisons.store import ResultsError
 
 
 def solve_plan(
-    plan: Plan, repeats: int = REPEATS, *, known: Solved | None = None, bodies: bool = True
+    plan: Plan,
+    repeats: int = REPEATS,
+    *,
+    known: Solved | None = None,
+    bodies: bool = True,
+    kept: Path | None = None,
 ) -> Solved:
     """Solve every method and resolution of a plan; blocks of realisations are joined.
 
@@ -27,6 +35,8 @@ def solve_plan(
         What of it is solved already; it is not changed, and part of the answer.
     bodies : bool
         Compute the fields in the body, where the plan asks for them.
+    kept : Path, optional
+        Folder of solved tasks: what is there is taken, what is new is added.
 
     Examples
     --------
@@ -39,15 +49,29 @@ def solve_plan(
     """
     blocks: dict[tuple[str, int], list[Task]] = {}
     for task in plan.tasks:
-        kept = task if bodies else replace(task, with_body=False)
-        blocks.setdefault((task.method, task.resolution), []).append(kept)
+        wanted = task if bodies else replace(task, with_body=False)
+        blocks.setdefault((task.method, task.resolution), []).append(wanted)
     solved = dict(known or {})
     for key, tasks in blocks.items():
         if key not in solved:
-            solved[key] = solve_blocks(tasks, repeats)
+            solved[key] = solve_blocks(tasks, repeats, kept)
     return solved
 
 
-def solve_blocks(tasks: list[Task], repeats: int = REPEATS) -> Solution:
+def solve_blocks(tasks: list[Task], repeats: int = REPEATS, kept: Path | None = None) -> Solution:
     """Solve the blocks of realisations of one method at one resolution as one solution."""
-    return joined([execute(task, repeats) for task in tasks])
+    return joined([_solved(task, repeats, kept) for task in tasks])
+
+
+def _solved(task: Task, repeats: int, kept: Path | None) -> Solution:
+    """Take a solution from the folder if a whole one with an answer is there."""
+    path = None if kept is None else kept / f"{task.key}.npz"
+    if path is not None and path.exists():
+        with contextlib.suppress(ResultsError):
+            known = load_solution(path)
+            if known.converged.any():
+                return known
+    solution = execute(task, repeats)
+    if path is not None:
+        save_solution(path, solution)
+    return solution

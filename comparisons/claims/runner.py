@@ -35,7 +35,7 @@ from comparisons.scene import load_scene
 from comparisons.store import ResultsError, write_text
 
 MEASUREMENTS = "measurements"
-OWN_FILE = re.compile(r"[a-z0-9-]+-[0-9a-f]{16}\.json")
+OWN_FILE = re.compile(r"[a-z0-9-]+-[0-9a-f]{16}\.json|[a-z0-9_-]+-[0-9a-f]{12}\.npz")
 COPIED = {"id", "text", "equation", "reading", "corrects", "method", "measure"}
 COPIED |= {"tolerance", "refuted_by", "expected"}
 Progress = Callable[[int, int, str], None]
@@ -146,7 +146,7 @@ def judge_claim(claim: Claim, effort: Effort, kept: Path | None = None) -> Claim
     claim : Claim
     effort : {"quick", "full"}
     kept : Path, optional
-        Folder of finished measurements: what is there is taken, what is new is added.
+        Folder of finished measurements and solves: what is there is taken, what is new is added.
     """
     started = time.perf_counter()
 
@@ -155,7 +155,7 @@ def judge_claim(claim: Claim, effort: Effort, kept: Path | None = None) -> Claim
         known = None if path is None else _restored(path)
         if known is not None:
             return known
-        found = _measured(claim, value, effort)
+        found = _measured(claim, value, effort, kept)
         if path is not None:
             write_text(path, json.dumps(plain(asdict(found))))
         return found
@@ -180,13 +180,17 @@ def judge_claim(claim: Claim, effort: Effort, kept: Path | None = None) -> Claim
     )
 
 
-def _measured(claim: Claim, value: float | None, effort: Effort) -> Measurement:
+def _measured(claim: Claim, value: float | None, effort: Effort, kept: Path | None) -> Measurement:
     """Measure; an error costs this point only."""
     try:
         if claim.experiment is not None:
             return EXPERIMENTS[claim.experiment].measure(value, effort, **claim.parameters)
-        ends = claim.vary is None or value in (claim.vary.start, claim.vary.end)
-        return measure_scene(claim, value, effort, independent=ends)
+        checked: tuple[float | None, ...] = (None,)
+        if claim.vary is not None:
+            # References check each other where the range begins; at full effort also at its end.
+            checked = (claim.vary.start, claim.vary.end if effort == "full" else None)
+        independent = value in checked
+        return measure_scene(claim, value, effort, independent=independent, kept=kept)
     except Exception as error:  # one measurement must not end a run of an hour
         why = f"{type(error).__name__}: {error}" if str(error) else type(error).__name__
         return Measurement(value, float("nan"), float("nan"), {"no result": why})

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Callable
 from dataclasses import replace
+from pathlib import Path
 
 import numpy as np
 
@@ -14,7 +16,7 @@ from comparisons.experiments.base import Effort
 from comparisons.geometry import IndenterGeometry
 from comparisons.methods import METHODS
 from comparisons.metrics import rms_and_maximum
-from comparisons.planning import Plan, plan_scene
+from comparisons.planning import MethodPlan, Plan, plan_scene
 from comparisons.pressures import pressure_measures
 from comparisons.reference import (
     Reference,
@@ -24,20 +26,29 @@ from comparisons.reference import (
     finest,
     main_axis,
     mean_curves,
+    own_discretisation,
     uncertainty_of,
 )
-from comparisons.refinement import refined
+from comparisons.refinement import SHARE, refined
 from comparisons.scene import load_scene
 from comparisons.solving import solve_plan
 from comparisons.uncertainty import combined
 
 # Seconds that one more refinement of the truth may take at full effort.
 REFINEMENT_BUDGET = 8.0
+# What references aim at that only check a closed form.
+CHECKING = 0.01
+MOST_SPRINGS = 20_000
 PRESSURES = ("pressure", "pressure_integral", "pressure_peak")
 
 
 def measure_scene(
-    claim: Claim, value: float | None, effort: Effort, *, independent: bool
+    claim: Claim,
+    value: float | None,
+    effort: Effort,
+    *,
+    independent: bool,
+    kept: Path | None = None,
 ) -> Measurement:
     """Solve a claim's scene at one value of its parameter and measure the claim's error.
 
@@ -51,6 +62,8 @@ def measure_scene(
     independent : bool
         Solve with every 3-D method, so that references check each other; else the cheapest that
         knows the truth.
+    kept : Path, optional
+        Folder of solves, which claims on the same scene share.
 
     Raises
     ------
@@ -59,15 +72,16 @@ def measure_scene(
     """
     started = time.perf_counter()
     plan = _plan(claim, value, effort, independent)
-    solved = solve_plan(plan, repeats=1, bodies=False)
+    solved = solve_plan(plan, repeats=1, bodies=False, kept=kept)
+
+    def solve(finer: Plan) -> None:
+        solved.update(solve_plan(finer, repeats=1, known=solved, bodies=False, kept=kept))
+
     if effort == "full":
-        plan = refined(
-            plan,
-            lambda _: solved,
-            lambda finer: solved.update(solve_plan(finer, repeats=1, known=solved, bodies=False)),
-            budget=REFINEMENT_BUDGET,
-        )
+        plan = refined(plan, lambda _: solved, solve, budget=REFINEMENT_BUDGET)
     reference = choose_reference(solved, plan.scene.compare.quantities)
+    if reference is not None and not _fixed(claim):
+        _refine_judged(claim, plan, solved, solve)
     level = finest(solved, claim.method)
     if reference is None or level is None:
         reasons = [why for s in solved.values() for why in s.reasons.values()]
@@ -83,24 +97,50 @@ def measure_scene(
 
 
 def _plan(claim: Claim, value: float | None, effort: Effort, independent: bool) -> Plan:
-    """Plan the judged method and the references that the measurement needs."""
+    """Plan the judged method and the references that the measurement needs.
+
+    A closed form needs no fine grids beside it: they only check it.
+    """
     changed = overrides(claim, value)
-    scene = load_scene(claim.source, changed)
+    exact = METHODS["closed_form"].supports(load_scene(claim.source, changed)).ok
     methods = [claim.method, "closed_form"]
-    if independent or not METHODS["closed_form"].supports(scene).ok:
+    if independent or not exact:
         methods.append("bem_fft")
-    if independent:
+    if independent and (effort == "full" or not exact):
         methods.append("fem")
+    if exact:
+        changed["compare.tolerance"] = CHECKING
     changed["compare.methods"] = list(dict.fromkeys(methods))
     (plan, *_) = plan_scene(load_scene(claim.source, changed), effort)
-    if claim.vary is None or claim.vary.path != (RESOLUTION,):
+    if not _fixed(claim):
         return plan
     assert value is not None
-    fixed = [
-        replace(each, resolutions=(int(value),)) if each.method == claim.method else each
-        for each in plan.methods
-    ]
-    return replace(plan, methods=tuple(fixed))
+    return replace(plan, methods=tuple(_with(m, claim, (int(value),)) for m in plan.methods))
+
+
+def _fixed(claim: Claim) -> bool:
+    """Tell whether the claim is about the judged method at one resolution."""
+    return claim.vary is not None and claim.vary.path == (RESOLUTION,)
+
+
+def _with(planned: MethodPlan, claim: Claim, resolutions: tuple[int, ...]) -> MethodPlan:
+    return replace(planned, resolutions=resolutions) if planned.method == claim.method else planned
+
+
+def _refine_judged(claim: Claim, plan: Plan, solved: Solved, solve: Callable[[Plan], None]) -> None:
+    """Double the springs until they matter no more: the claim is about the model, not its sums."""
+    if METHODS[claim.method].dimension == 3 or not isinstance(plan.geometry, IndenterGeometry):
+        return
+    while True:
+        level = finest(solved, claim.method)
+        if level is None or 2 * level > MOST_SPRINGS:
+            return
+        curves = mean_curves(solved[claim.method, level])
+        bars = [own_discretisation(solved, claim.method, n) for n in claim.quantity if n in curves]
+        if not bars or not np.nanmax(bars) > SHARE * claim.tolerance:
+            return
+        planned = tuple(_with(m, claim, (2 * level,)) for m in plan.methods)
+        solve(replace(plan, methods=planned))
 
 
 def _measured(

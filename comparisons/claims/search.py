@@ -45,9 +45,11 @@ class Range:
 
 
 def search(vary: Vary | None, tolerance: float, measure: Measure, bisections: int) -> list[Point]:
-    """Measure a claim over its grid, then halve each interval between within and outside.
+    """Measure a claim over its grid, then halve each interval in which a boundary must lie.
 
-    Where a midpoint is not resolved, the boundary cannot be known better, and stays there.
+    That is an interval between within and outside, and one between two points outside whose
+    errors have opposite signs: the error passes zero there, and the claim holds around it. Where a
+    midpoint is not resolved, the boundary cannot be known better, and stays there.
 
     Returns
     -------
@@ -59,19 +61,27 @@ def search(vary: Vary | None, tolerance: float, measure: Measure, bisections: in
         found = measure(value)
         return Point(found, judge(found.error, found.uncertainty, tolerance))
 
+    def halve(low: Point, high: Point, left: int) -> list[Point]:
+        middle = _between(vary, low.parameter, high.parameter) if vary is not None else None
+        if not left or middle is None or not _holds_boundary(low, high):
+            return []
+        point = at(middle)
+        return [*halve(low, point, left - 1), point, *halve(point, high, left - 1)]
+
     if vary is None:
         return [at(None)]
     points = [at(value) for value in grid(vary)]
-    for left, right in list(pairwise(points)):
-        low, high = left, right
-        for _ in range(bisections):
-            middle = _between(vary, low.parameter, high.parameter)
-            if {low.word, high.word} != {WITHIN, OUTSIDE} or middle is None:
-                break
-            point = at(middle)
-            points.append(point)
-            low, high = (point, high) if point.word == low.word else (low, point)
-    return sorted(points, key=lambda point: point.parameter)
+    found = points[:1]
+    for low, high in pairwise(points):
+        found += [*halve(low, high, bisections), high]
+    return found
+
+
+def _holds_boundary(low: Point, high: Point) -> bool:
+    """Tell whether the claim must begin or cease to hold between two neighbours."""
+    words = {low.word, high.word}
+    opposite = low.measurement.error * high.measurement.error < 0
+    return words == {WITHIN, OUTSIDE} or (words == {OUTSIDE} and opposite)
 
 
 def grid(vary: Vary) -> list[float]:

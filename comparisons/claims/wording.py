@@ -6,7 +6,7 @@ import numpy as np
 
 from comparisons.claims.claim import FAILS, HOLDS, IN_A_RANGE, Claim
 from comparisons.claims.search import Point, Range
-from comparisons.formatting import number, plus_minus, tolerance
+from comparisons.formatting import number, plus_minus, tolerance, without_padding
 from comparisons.verdicts import NO_RESULT, OUTSIDE, WITHIN
 
 
@@ -45,9 +45,7 @@ def value(parameter: float) -> str:
     >>> value(20.0), value(1.964), value(1e-9)
     ('20', '1.96', '1×10⁻⁹')
     """
-    text = number(parameter)
-    head, times, power = text.partition("×")
-    return (head.rstrip("0").rstrip(".") if "." in head else head) + times + power
+    return without_padding(number(parameter))
 
 
 def _single(point: Point, limit: str) -> str:

@@ -258,7 +258,7 @@ def test_a_fault_in_the_judged_method_and_in_the_truth_is_seen_by_the_second_tru
         return solution
 
     monkeypatch.setattr(ClosedForm, "solve", wrong)
-    measured = measure_scene(claim, 1.0, "quick", independent=True)
+    measured = measure_scene(claim, 1.0, "full", independent=True)
     text = measured.details["references disagree"]
     assert "FFT BEM and closed form differ in force" in text
     assert "FEM and closed form differ in force" in text
