@@ -2,9 +2,9 @@
 
 Between two neighbouring depths of the line the set of cells cut by the surface does not change:
 the contact length grows at a constant rate (or not at all for nodal sums) and the force is
-quadratic (linear) in d. One pass over the ordered depths meets all loads. Rates of steep and flat
-cells are added and taken away again, which costs digits when slopes differ by orders of magnitude:
-the result is a start for Newton's method on the walk, which as a rule confirms it.
+quadratic (linear) in d. One pass over the ordered depths meets all loads. The rates of cells that
+differ in slope by orders of magnitude are added and taken away again; a compensated sum keeps their
+digits, and everything else only grows.
 """
 
 from __future__ import annotations
@@ -13,71 +13,88 @@ import numpy as np
 from numba import njit
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def roots(
     depth: np.ndarray,
     order: np.ndarray,
-    offset: np.ndarray,
-    slope: float,
+    rising: bool,
+    goals: np.ndarray,
     sub_cell: bool,
     periodic: bool,
+    room: np.ndarray,
     found: np.ndarray,
 ) -> None:
-    """Zeros of Phi(d) - offset - slope d, see `line_inversion`; they increase along `offset`.
+    """Penetrations d at which the force over E* dx equals each goal.
 
     Parameters
     ----------
-    depth, order : ndarray, shape (n,)
-        Depths, and the indices that put them in increasing order.
-    offset : ndarray, shape (k,)
-        Right-hand sides.
-    slope : float
-        0 for forces, n for mean gaps.
+    depth : ndarray, shape (n,)
+        Depths below the highest peak, >= 0.
+    order : ndarray, shape (n,)
+        Indices that put them in increasing order, or in decreasing order if not `rising`.
+    rising : bool
+        Which of both.
+    goals : ndarray, shape (k,)
+        Increasing forces.
     sub_cell, periodic : bool
         As for `line_walk.walk`.
+    room : ndarray, shape (n + 1,)
+        Room to work in.
     found : ndarray, shape (k,)
         Is filled with the penetrations.
     """
     n = depth.size
-    side = 1.0 if slope == 0.0 else -1.0
-    force = length = rate = y = 0.0
+    _inverse_rises(depth, sub_cell, periodic, room)
+    ends = 0.5 if sub_cell and not periodic else 0.0
+    force = length = rate = carry = y = 0.0
     j = 0
-    for i in range(offset.size):
+    for i in range(goals.size):
         while j < n:
-            t = depth[order[j]] - y
-            next_force = force + t * (length + 0.5 * rate * t)
-            excess = next_force - offset[i] - slope * (y + t)
-            if t > 0.0 and side * excess >= 0.0:
+            point = order[j] if rising else order[n - 1 - j]
+            t = depth[point] - y
+            grown = t * (rate + carry)
+            next_force = force + t * (length + 0.5 * grown)
+            if next_force >= goals[i] and t > 0.0:
                 break
-            force, y = next_force, y + t
-            jump, bend = _knot(depth, order[j], sub_cell, periodic)
-            length = max(length + rate * t + jump, 0.0)
-            rate = max(rate + bend, 0.0)
+            force, y = next_force, depth[point]
+            length += grown
+            before, after = room[point], room[point + 1]
+            if not sub_cell or after == np.inf:  # a whole spring; the flat cell behind a point
+                length, after = length + 1.0, 0.0
+            if before == np.inf:
+                before = 0.0
+            if point == 0 or point == n - 1:
+                length += ends
+            rate, carry = _add(rate, carry, after)
+            rate, carry = _add(rate, carry, -before)
             j += 1
-        excess = force - offset[i] - slope * y
-        tilt = length - slope
-        root = np.sqrt(max(tilt * tilt - 2.0 * rate * excess, 0.0))
-        total = tilt + side * root
-        found[i] = y - 2.0 * excess / total if total != 0.0 else y
+        missing = goals[i] - force
+        slope_rate = max(rate + carry, 0.0)
+        root = np.sqrt(length * length + 2.0 * slope_rate * missing)
+        found[i] = y + 2.0 * missing / (length + root)
 
 
 @njit(cache=True)
-def _knot(depth, i, sub_cell, periodic):
-    """Jump of the contact length, and of its rate of growth, as the surface passes point i."""
+def _add(total, carry, term):
+    """Sum with the digits that rounding cut off kept apart (Knuth's two-sum)."""
+    result = total + term
+    back = result - total
+    return result, carry + ((total - (result - back)) + (term - back))
+
+
+@njit(cache=True, error_model="numpy")
+def _inverse_rises(depth, sub_cell, periodic, out):
+    """Inverse rise of the cell before each point and of the last one behind; inf where it is flat.
+
+    Zero where no cell is ever cut: with whole springs, and beyond free ends.
+    """
+    n = depth.size
     if not sub_cell:
-        return 1.0, 0.0
-    n, y = depth.size, depth[i]
-    jump = bend = 0.0
-    for step in (-1, 1):
-        other = i + step
-        if other < 0 or other == n:
-            if not periodic:
-                jump += 0.5
-                continue
-            other = n - 1 if other < 0 else 0
-        rise = depth[other] - y
-        if rise != 0.0:
-            bend += 1.0 / rise
-        elif step == 1:
-            jump += 1.0
-    return jump, bend
+        out[: n + 1] = 0.0
+        return
+    for i in range(1, n):
+        out[i] = 1.0 / (depth[i] - depth[i - 1])
+    out[0] = out[n] = 1.0 / (depth[0] - depth[n - 1]) if periodic else 0.0
+    for i in range(n + 1):
+        if out[i] == -np.inf:
+            out[i] = np.inf

@@ -17,10 +17,13 @@ import numpy as np
 from numba import njit
 
 FORCE, LENGTH, SQUARES, COUNT, LONGEST, ENERGY = range(6)
-MEASURES = 6
+# Per level: where the open contact begins, how far it reaches beyond that point, and the number,
+# heights and squares of the whole cells that no shallower level has.
+_BEGIN, _REACH, _CELLS, _TOTAL, _SQUARE = range(6, 11)
+ROOM = 11
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def walk(
     depth: np.ndarray,
     start: int,
@@ -28,7 +31,6 @@ def walk(
     sub_cell: bool,
     periodic: bool,
     out: np.ndarray,
-    scratch: np.ndarray,
 ) -> None:
     """Measures of the contact at every level.
 
@@ -40,43 +42,38 @@ def walk(
         Index of the deepest point of a periodic line (no contact short of the full one passes it);
         0 for a free line.
     levels : ndarray, shape (k,)
-        Increasing penetrations.
+        Penetrations that do not decrease.
     sub_cell : bool
         Linear line between points and contacts that end inside cells; False: whole springs.
     periodic : bool
         Whether the last point is the first point's neighbour.
-    out : ndarray, shape (6, k)
-        Is filled with: force over E* dx, contact length, sum of squared contact lengths, number of
-        contacts, longest contact (lengths in dx), energy over E* dx.
-    scratch : ndarray, shape (5 (k + 1),) or longer
-        Room to work in, so that short lines do not wait for memory.
+    out : ndarray, shape (k + 1, ROOM)
+        The first six numbers of each of the first k rows are filled with: force over E* dx, contact
+        length, sum of squared contact lengths, number of contacts, longest contact (lengths in dx),
+        energy over E* dx. What one edge needs lies side by side; the rest is room to work in.
     """
     n, k = depth.size, levels.size
-    out[:] = 0.0
-    # Per level: whole cells, their heights and squares, where the open contact begins, and how far
-    # it reaches beyond that point.
-    cells = scratch[: 5 * (k + 1)].reshape(5, k + 1)
-    cells[:] = 0.0
-    level = np.searchsorted(levels, depth[start], side="right")
+    out[: k + 1] = 0.0
+    y = depth[start]
+    level = np.searchsorted(levels, y, side="right")
     if not periodic:
         for j in range(level, k):
-            cells[4, j] = _end_half_cell(out, j, levels[j] - depth[start])
-    y = depth[start]
-    level = _stretch(depth, y, start + 1, n, level, levels, sub_cell, cells, out, start)
+            out[j, _REACH] = _end_half_cell(out, j, levels[j] - y)
+    level = _stretch(depth, y, start + 1, n, level, levels, sub_cell, out, start)
     if periodic:
         y = depth[n - 1]
-        level = _stretch(depth, y, 0, start + 1, level, levels, sub_cell, cells, out, start - n)
+        level = _stretch(depth, y, 0, start + 1, level, levels, sub_cell, out, start - n)
     for j in range(level, k):
         if periodic:
             _close(out, j, float(n))
         else:
             part = _end_half_cell(out, j, levels[j] - depth[n - 1])
-            _close(out, j, (n - 1 - cells[3, j]) + cells[4, j] + part)
-    _sum_whole_cells(out, cells, levels, 1.0 / 3.0 if sub_cell else 0.5)
+            _close(out, j, (n - 1 - out[j, _BEGIN]) + out[j, _REACH] + part)
+    _sum_whole_cells(out, levels, 1.0 / 3.0 if sub_cell else 0.5)
 
 
-@njit(cache=True)
-def _stretch(depth, y, first, stop, level, levels, sub_cell, cells, out, origin):
+@njit(cache=True, error_model="numpy")
+def _stretch(depth, y, first, stop, level, levels, sub_cell, out, origin):
     """Walk from a point at depth y to the points first ... stop - 1.
 
     `origin` is the index whose place on the walk is zero, `level` the number of levels that leave
@@ -95,20 +92,20 @@ def _stretch(depth, y, first, stop, level, levels, sub_cell, cells, out, origin)
                 count += 1.0
                 total += y + z
                 square += y * (y + cross * z) + z * z
-            cells[0, level] += count
-            cells[1, level] += total
-            cells[2, level] += square
+            out[level, _CELLS] += count
+            out[level, _TOTAL] += total
+            out[level, _SQUARE] += square
             count = total = square = 0.0
             if opens:
                 while level > 0 and levels[level - 1] > z:
                     level -= 1
-                    cells[3, level] = i - origin
-                    cells[4, level] = _edge_cell(out, level, levels[level] - z, y - z, sub_cell)
+                    out[level, _BEGIN] = i - origin
+                    out[level, _REACH] = _edge_cell(out, level, levels[level] - z, y - z, sub_cell)
             else:
                 while level < k and levels[level] <= z:
                     part = _edge_cell(out, level, levels[level] - y, z - y, sub_cell)
-                    inner = i - 1 - origin - cells[3, level]
-                    _close(out, level, inner + cells[4, level] + part)
+                    inner = i - 1 - origin - out[level, _BEGIN]
+                    _close(out, level, inner + out[level, _REACH] + part)
                     level += 1
             lower = levels[level - 1] if level > 0 else -np.inf
             upper = levels[level] if level < k else np.inf
@@ -119,13 +116,13 @@ def _stretch(depth, y, first, stop, level, levels, sub_cell, cells, out, origin)
         total += y + z
         square += y * (y + cross * z) + z * z
         y = z
-    cells[0, level] += count
-    cells[1, level] += total
-    cells[2, level] += square
+    out[level, _CELLS] += count
+    out[level, _TOTAL] += total
+    out[level, _SQUARE] += square
     return level
 
 
-@njit(cache=True)
+@njit(cache=True, error_model="numpy")
 def _edge_cell(out, level, deflection, drop, sub_cell):
     """Add the cell that holds a contact edge; returns how far the contact reaches into it.
 
@@ -134,36 +131,37 @@ def _edge_cell(out, level, deflection, drop, sub_cell):
     if not sub_cell:
         return _end_half_cell(out, level, deflection)
     part = deflection / drop
-    out[FORCE, level] += 0.5 * deflection * part
-    out[ENERGY, level] += deflection * deflection * part / 6.0
+    out[level, FORCE] += 0.5 * deflection * part
+    out[level, ENERGY] += deflection * deflection * part / 6.0
     return part
 
 
 @njit(cache=True)
 def _end_half_cell(out, level, deflection):
     """Add the outer half of a whole spring: nodal edges, and the ends of a free line."""
-    out[FORCE, level] += 0.5 * deflection
-    out[ENERGY, level] += 0.25 * deflection * deflection
+    out[level, FORCE] += 0.5 * deflection
+    out[level, ENERGY] += 0.25 * deflection * deflection
     return 0.5
 
 
 @njit(cache=True)
 def _close(out, level, length):
     """Count a finished contact."""
-    out[LENGTH, level] += length
-    out[SQUARES, level] += length * length
-    out[COUNT, level] += 1.0
-    out[LONGEST, level] = max(out[LONGEST, level], length)
+    out[level, LENGTH] += length
+    out[level, SQUARES] += length * length
+    out[level, COUNT] += 1.0
+    if length > out[level, LONGEST]:
+        out[level, LONGEST] = length
 
 
 @njit(cache=True)
-def _sum_whole_cells(out, cells, levels, third):
+def _sum_whole_cells(out, levels, third):
     """Force and energy of the whole cells, summed from the shallowest level down."""
     count = depth = square = 0.0
     for j in range(levels.size):
-        count += cells[0, j]
-        depth += 0.5 * cells[1, j]
-        square += third * cells[2, j]
+        count += out[j, _CELLS]
+        depth += 0.5 * out[j, _TOTAL]
+        square += third * out[j, _SQUARE]
         d = levels[j]
-        out[FORCE, j] += count * d - depth
-        out[ENERGY, j] += 0.5 * (d * (count * d - 2.0 * depth) + square)
+        out[j, FORCE] += count * d - depth
+        out[j, ENERGY] += 0.5 * (d * (count * d - 2.0 * depth) + square)

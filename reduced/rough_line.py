@@ -8,12 +8,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from . import line_inversion
 from .errors import ConvergenceError
-from .line_inversion import CONVERGED, press_lines
-from .line_walk import COUNT, ENERGY, FORCE, LENGTH, LONGEST, SQUARES
 from .loads import one_load_list
 
-_CONTROLS = {"penetration": 0, "force": 1, "mean_gap": 2}
+_CONTROLS = {
+    "penetration": line_inversion.PENETRATION,
+    "force": line_inversion.FORCE,
+    "mean_gap": line_inversion.MEAN_GAP,
+}
 _SHORT = 1024  # points up to which ordering a line is cheaper than a ladder of levels
 _BLOCK = 2**15  # points: 450 lines of 64 points are one block, long lines a block each
 
@@ -118,37 +121,33 @@ def press(
     heights = np.atleast_2d(np.ascontiguousarray(lines, dtype=float))
     _check(heights, spacing, effective_modulus, edges, threads)
     name, loads = one_load_list(force=force, penetration=penetration, mean_gap=mean_gap)
-    shape = (heights.shape[0], loads.size)
     goals = loads / (effective_modulus * spacing) if name == "force" else loads
-    penetrations, gaps = np.empty(shape), np.empty(shape)
-    measures = np.empty((shape[0], 6, shape[1]))
+    stiff = effective_modulus * spacing
+    area = np.pi / 4 * spacing * spacing
+    units = np.array([1.0, stiff, area, spacing, spacing, 1.0, stiff, stiff])
+    fields = np.empty((line_inversion.FIELDS, heights.shape[0], loads.size))
+    counts = np.empty(fields.shape[1:], np.int64)
 
     def press_rows(rows: slice) -> None:
-        depths = heights[rows].max(axis=1)[:, None] - heights[rows]
-        starts = depths.argmax(axis=1) if periodic else np.zeros(depths.shape[0], np.int64)
-        ordered = name != "penetration" and depths.shape[1] <= _SHORT
-        orders = (depths if ordered else depths[:, :0]).argsort(axis=1)
-        residual = press_lines(
-            *(depths, starts, depths.mean(axis=1), orders, goals, _CONTROLS[name]),
-            *(edges == "sub_cell", periodic, penetrations[rows], measures[rows], gaps[rows]),
+        block = heights[rows]
+        ordered = name != "penetration" and block.shape[1] <= _SHORT
+        orders = (block if ordered else block[:, :0]).argsort(axis=1)
+        steps = line_inversion.press_lines(
+            *(heights, orders, rows.start, goals, _CONTROLS[name], edges == "sub_cell", periodic),
+            *(units, fields, counts),
         )
-        if not np.all(residual <= CONVERGED):
-            row = rows.start + int(np.argmax(~(residual <= CONVERGED)))
-            raise ConvergenceError(f"{name} of line {row} could not be inverted", residual)
+        if not np.all(steps <= line_inversion.CONVERGED):
+            row = rows.start + int(np.argmax(~(steps <= line_inversion.CONVERGED)))
+            raise ConvergenceError(f"{name} of line {row} could not be inverted", steps)
 
     _for_blocks(press_rows, heights.shape, threads)
-    length = measures[:, LENGTH] * spacing
-    forces = measures[:, FORCE] * (effective_modulus * spacing)
+    if not np.isfinite(fields).all():
+        raise ConvergenceError("lengths, forces or energies leave the range of floating point")
+    if name != "penetration":
+        fields[line_inversion.FORCES if name == "force" else line_inversion.GAPS] = loads
+    penetration, force, area, length, longest, gap, energy, stiffness = fields
     return LineContact(
-        penetration=penetrations,
-        force=np.broadcast_to(loads, shape).copy() if name == "force" else forces,
-        contact_area=np.pi / 4 * spacing**2 * measures[:, SQUARES],
-        contact_length=length,
-        contact_count=measures[:, COUNT].astype(np.int64),
-        longest_contact=measures[:, LONGEST] * spacing,
-        mean_gap=np.broadcast_to(loads, shape).copy() if name == "mean_gap" else gaps,
-        stiffness=effective_modulus * length,
-        energy=measures[:, ENERGY] * (effective_modulus * spacing),
+        *(penetration, force, area, length, counts, longest, gap, stiffness, energy)
     )
 
 
