@@ -15,6 +15,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from .arguments import refuse
 from .quadrature import integrate_panels
 from .section import Curve, Profile
 
@@ -68,8 +69,7 @@ def from_function(
         for k, v in (("length", length), ("edge", edge), ("breakpoints", min(marks, default=1.0)))
         if not v > 0
     ]
-    if wrong:
-        raise ValueError("; ".join(wrong))
+    refuse(wrong)
     nodes = np.array([0.0, *marks, edge])
     second = f_second or _relative_difference(f_prime, nodes)
     jumps = np.array([_jump(f_prime, b) for b in marks])

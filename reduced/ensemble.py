@@ -8,6 +8,7 @@ from dataclasses import dataclass, fields
 
 import numpy as np
 
+from .arguments import count_faults, refuse
 from .rough_line import LineContact, press
 from .spectrum import LineSpectrum, synthesise
 
@@ -167,15 +168,10 @@ def _check(
     realisations: int, quantities: Sequence[str], levels: Sequence[float], workers: int
 ) -> None:
     """Raise one ValueError for everything wrong."""
-    wrong = [
-        f"{name} must be an integer >= 1, got {value!r}"
-        for name, value in (("realisations", realisations), ("workers", workers))
-        if int(value) != value or value < 1
-    ]
+    wrong = count_faults(realisations=realisations, workers=workers)
     unknown = [name for name in quantities if name not in QUANTITIES]
     if unknown:
         wrong.append(f"quantities must be among {', '.join(QUANTITIES)}, got {', '.join(unknown)}")
     if not all(0 <= level <= 1 for level in levels):
         wrong.append(f"levels must be in [0, 1], got {levels!r}")
-    if wrong:
-        raise ValueError("; ".join(wrong))
+    refuse(wrong)

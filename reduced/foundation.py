@@ -7,8 +7,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .arguments import choice_faults, count_faults, positive_faults, refuse
 from .errors import ConvergenceError
-from .loads import one_load_list
+from .loads import EDGES, one_load_list
 from .quadrature import gauss_legendre
 from .section import Profile, invert
 from .spring_line import NodalLine, SmoothLine
@@ -134,19 +135,12 @@ def _check(
     effective_modulus: float, springs: int, spacing: float | None, edges: str, offset: float
 ) -> None:
     """Raise one ValueError for everything wrong."""
-    wrong = []
-    if spacing is not None and not (np.isfinite(spacing) and spacing > 0):
-        wrong.append(f"spacing must be finite and positive, got {spacing!r}")
-    if not (np.isfinite(effective_modulus) and effective_modulus > 0):
-        wrong.append(f"effective_modulus must be finite and positive, got {effective_modulus!r}")
-    if int(springs) != springs or springs < 1:
-        wrong.append(f"springs must be an integer >= 1, got {springs!r}")
-    if edges not in ("sub_cell", "nodal"):
-        wrong.append(f"edges must be 'sub_cell' or 'nodal', got {edges!r}")
+    wrong = [] if spacing is None else positive_faults(spacing=spacing)
+    wrong += positive_faults(effective_modulus=effective_modulus)
+    wrong += count_faults(springs=springs) + choice_faults("edges", edges, EDGES)
     if not 0 <= offset < 1:
         wrong.append(f"offset must be in [0, 1), got {offset!r}")
-    if wrong:
-        raise ValueError("; ".join(wrong))
+    refuse(wrong)
 
 
 def _continuum_radius(profile: Profile, reduced_force: float) -> float:

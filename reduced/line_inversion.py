@@ -22,7 +22,7 @@ from .line_walk import walk
 PENETRATION, FORCE, MEAN_GAP = range(3)
 PENETRATIONS, FORCES, AREAS, LENGTHS, LONGESTS, GAPS, ENERGIES, STIFFNESSES = range(8)
 FIELDS = 8
-CONVERGED = 1e-12  # relative step; rounding of Phi keeps it from reaching one unit in the last place
+CONVERGED = 1e-12  # relative step; rounding of Phi keeps it from reaching the last digit
 _FINISHED, _AGREED = 5e-14, 1e-13
 # Steps after which the next is as good as none: third order where cells are cut, else second. As a
 # rule; the walk finds out.
@@ -248,7 +248,8 @@ def first_guess(depth, goals, mean, sub_cell, periodic, guess):
         below, above = sums[j - 1, line_sums.FORCE], sums[j, line_sums.FORCE]
         span, width = np.log(above / below), np.log(b / a)
         part = np.log(goals[i] / below) / span if span > 0.0 else 0.0
-        begin, end = sums[j - 1, line_sums.LENGTH] * a / below, sums[j, line_sums.LENGTH] * b / above
+        begin = sums[j - 1, line_sums.LENGTH] * a / below
+        end = sums[j, line_sums.LENGTH] * b / above
         guess[i] = a * np.exp(width * _cubic(part, span / width, begin, end)) if width > 0.0 else b
 
 

@@ -6,6 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from .arguments import choice_faults, positive_faults, refuse
+from .loads import EDGES
+
 RULES = ("own_curvature", "one_radius")
 
 
@@ -144,10 +147,9 @@ def line_stress(
     ValueError
         If an argument is out of range.
     """
-    if rule not in RULES:
-        raise ValueError(f"rule must be one of {', '.join(RULES)}, got {rule!r}")
-    if not (np.isfinite(effective_modulus) and effective_modulus > 0):
-        raise ValueError(f"effective_modulus must be finite and positive, got {effective_modulus}")
+    refuse(
+        choice_faults("rule", rule, RULES) + positive_faults(effective_modulus=effective_modulus)
+    )
     found = regions(line, spacing, penetration, edges=edges, periodic=periodic)
     if found.points.size == 0:
         return LineStress(np.zeros(0), np.zeros(0, bool), 0.0, found)
@@ -191,11 +193,7 @@ def _check(h: np.ndarray, spacing: float, penetration: float, edges: str) -> Non
     wrong = []
     if h.ndim != 1 or h.size < 2 or not np.all(np.isfinite(h)):
         wrong.append(f"line must be finite, of shape (n,), n >= 2, got shape {h.shape}")
-    if not (np.isfinite(spacing) and spacing > 0):
-        wrong.append(f"spacing must be finite and positive, got {spacing!r}")
+    wrong += positive_faults(spacing=spacing)
     if not np.isfinite(penetration):
         wrong.append(f"penetration must be finite, got {penetration!r}")
-    if edges not in ("sub_cell", "nodal"):
-        wrong.append(f"edges must be 'sub_cell' or 'nodal', got {edges!r}")
-    if wrong:
-        raise ValueError("; ".join(wrong))
+    refuse(wrong + choice_faults("edges", edges, EDGES))

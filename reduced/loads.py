@@ -1,8 +1,11 @@
-"""Checks of load lists, shared by the solvers."""
+"""Load lists and discrete laws, shared by the solvers."""
 
 from __future__ import annotations
 
 import numpy as np
+
+EDGES = ("sub_cell", "nodal")
+"""Contacts that end inside a cell, and the chapter's sums over whole springs."""
 
 
 def one_load_list(**given: object) -> tuple[str, np.ndarray]:

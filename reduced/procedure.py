@@ -124,7 +124,7 @@ def calculate(
     Raises
     ------
     ValueError
-        If an argument is out of range.
+        If an argument is out of range, or the map is level.
     ConvergenceError
         If a load could not be inverted.
 
@@ -137,6 +137,8 @@ def calculate(
     """
     surface = measured(height, size, periodic)
     line = line_of(surface, variant.spectrum)
+    if not np.any(line.power > 0):
+        raise ValueError("the map is level: it has no power to make a line of")
     points = variant.refinement * max(surface.power.shape)
     # Corner modes lie beyond the map's own Nyquist wavenumber, and a line must resolve its modes.
     points = max(points, 2 * int(np.flatnonzero(line.power > 0)[-1] + 1) + 2)

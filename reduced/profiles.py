@@ -15,6 +15,7 @@ import numpy as np
 from scipy.special import poch
 
 from .abel_transform import from_function, inverse_transform
+from .arguments import positive_faults, refuse
 from .section import Profile, Section
 from .tabulated import tabulated
 
@@ -49,7 +50,7 @@ def paraboloid(radius: float) -> Profile:
     >>> float(paraboloid(4.0).contact_radius(1.0))  # Hertz: a = sqrt(R d)
     2.0
     """
-    _require_positive(radius=radius)
+    refuse(positive_faults(radius=radius))
     section = _power_section("paraboloid", 2.0, 0.5 / radius, radius)
     return Profile(
         "paraboloid",
@@ -69,7 +70,7 @@ def sphere(radius: float) -> Profile:
     The height is infinite from x = R on: however deep, the contact radius stays below R. The
     linear theory behind it asks for a << R.
     """
-    _require_positive(radius=radius)
+    refuse(positive_faults(radius=radius))
 
     def height(x: np.ndarray) -> np.ndarray:
         return _below(x, radius, lambda t: radius * t * np.arctanh(t))
@@ -104,7 +105,7 @@ def cone(slope: float) -> Profile:
     >>> float(cone(2 / np.pi).contact_radius(3.0))
     3.0
     """
-    _require_positive(slope=slope)
+    refuse(positive_faults(slope=slope))
     factor = np.pi / 2 * slope
     return Profile(
         "cone",
@@ -130,7 +131,7 @@ def power_law(exponent: float, coefficient: float) -> Profile:
     coefficient : float
         c, in units of length^(1-n).
     """
-    _require_positive(exponent=exponent, coefficient=coefficient)
+    refuse(positive_faults(exponent=exponent, coefficient=coefficient))
     n = float(exponent)
     kappa = np.sqrt(np.pi) / 2 * n / poch(n / 2, 0.5)
     section = _power_section("power_law", n, coefficient, _power_length(n, coefficient))
@@ -148,7 +149,7 @@ def power_law(exponent: float, coefficient: float) -> Profile:
 
 def cylinder(radius: float) -> Profile:
     """Flat circular punch: g = 0 up to the sharp edge at x = radius (19.13)."""
-    _require_positive(radius=radius)
+    refuse(positive_faults(radius=radius))
     flat = Section(
         "cylinder",
         height=lambda x: np.where(np.asarray(x) <= radius, 0.0, np.inf),
@@ -175,7 +176,7 @@ def rounded_punch(flat_radius: float, edge_radius: float) -> Profile:
     flat_radius, edge_radius : float
         b and R, both positive.
     """
-    _require_positive(flat_radius=flat_radius, edge_radius=edge_radius)
+    refuse(positive_faults(flat_radius=flat_radius, edge_radius=edge_radius))
     b, radius = float(flat_radius), float(edge_radius)
 
     def height(x: np.ndarray) -> np.ndarray:
@@ -207,7 +208,7 @@ def ellipsoid(radius_x: float, radius_y: float) -> Profile:
     An approximation, 1 % low in force at equal penetration for Rx/Ry = 2 (the chapter's rule after
     (19.17), Johnson 1985 sec. 4.2).
     """
-    _require_positive(radius_x=radius_x, radius_y=radius_y)
+    refuse(positive_faults(radius_x=radius_x, radius_y=radius_y))
     return replace(paraboloid(float(np.sqrt(radius_x) * np.sqrt(radius_y))), name="ellipsoid")
 
 
@@ -217,7 +218,7 @@ def equivalent_punch(area: float) -> Profile:
     The chapter claims a stiffness within 3 % for squares and triangles; the square needs a factor
     1.0212 on the stiffness of this punch.
     """
-    _require_positive(area=area)
+    refuse(positive_faults(area=area))
     return replace(cylinder(float(np.sqrt(area / np.pi))), name="equivalent_punch")
 
 
@@ -295,14 +296,3 @@ def _t_minus_arctan(t: np.ndarray) -> np.ndarray:
     for k in range(26, 0, -1):
         series = small * ((-1) ** (k + 1) / (2 * k + 1) + series)
     return np.where(t < 0.5, t * series, t - np.arctan(t))
-
-
-def _require_positive(**values: float) -> None:
-    """Raise one ValueError for all values that are not finite and positive."""
-    wrong = [
-        f"{k} must be finite and positive, got {v!r}"
-        for k, v in values.items()
-        if not (np.isfinite(v) and v > 0)
-    ]
-    if wrong:
-        raise ValueError("; ".join(wrong))

@@ -9,8 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from . import line_inversion
+from .arguments import choice_faults, count_faults, positive_faults, refuse
 from .errors import ConvergenceError
-from .loads import one_load_list
+from .loads import EDGES, one_load_list
 
 _CONTROLS = {
     "penetration": line_inversion.PENETRATION,
@@ -146,9 +147,7 @@ def press(
     if name != "penetration":
         fields[line_inversion.FORCES if name == "force" else line_inversion.GAPS] = loads
     penetration, force, area, length, longest, gap, energy, stiffness = fields
-    return LineContact(
-        *(penetration, force, area, length, counts, longest, gap, stiffness, energy)
-    )
+    return LineContact(*(penetration, force, area, length, counts, longest, gap, stiffness, energy))
 
 
 def _for_blocks(work: Callable[[slice], None], shape: tuple[int, int], threads: int) -> None:
@@ -173,12 +172,6 @@ def _check(
         wrong.append(f"lines must have shape (m, n) or (n,), n >= 2, got {heights.shape}")
     elif not np.all(np.isfinite(heights)):
         wrong.append("lines must be finite")
-    for name, value in (("spacing", spacing), ("effective_modulus", effective_modulus)):
-        if not (np.isfinite(value) and value > 0):
-            wrong.append(f"{name} must be finite and positive, got {value!r}")
-    if edges not in ("sub_cell", "nodal"):
-        wrong.append(f"edges must be 'sub_cell' or 'nodal', got {edges!r}")
-    if int(threads) != threads or threads < 1:
-        wrong.append(f"threads must be an integer >= 1, got {threads!r}")
-    if wrong:
-        raise ValueError("; ".join(wrong))
+    wrong += positive_faults(spacing=spacing, effective_modulus=effective_modulus)
+    wrong += choice_faults("edges", edges, EDGES) + count_faults(threads=threads)
+    refuse(wrong)

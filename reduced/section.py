@@ -162,7 +162,7 @@ def _bracket(
     function: Curve, value: np.ndarray, length: float, end: float
 ) -> tuple[np.ndarray, np.ndarray]:
     """Lower and upper bounds of the roots, by doubling or halving from `length`."""
-    upper = np.full(value.shape, min(length, end))
+    upper = np.full(value.shape, float(min(length, end)))
     for _ in range(_ITERATIONS):
         short = (function(upper) < value) & (upper < end)
         if not short.any():

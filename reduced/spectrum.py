@@ -18,6 +18,7 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.fft
 
+from .arguments import choice_faults, positive_faults, refuse
 from .surface_spectrum import (
     SurfaceSpectrum,
     cutoffs,
@@ -27,6 +28,8 @@ from .surface_spectrum import (
     self_affine,
     self_affine_faults,
 )
+
+RULES = ("rings", "split", "printed")
 
 
 @dataclass(frozen=True)
@@ -138,7 +141,7 @@ def line_of(surface: SurfaceSpectrum, rule: str = "rings") -> LineSpectrum:
     ValueError
         If the rule is unknown.
     """
-    _refuse(_rule_faults(rule))
+    refuse(choice_faults("rule", rule, RULES))
     if rule == "printed":
         whole = surface.whole_rings
         density = surface.radial_average().density[:whole]
@@ -234,8 +237,9 @@ def prescribed(
         "long_cutoff": long_cutoff,
         "short_cutoff": short_cutoff,
     }
-    shape, sides = pair(points, int), pair(size, float)
-    _refuse(self_affine_faults(shape, sides, *parameters.values()) + _rule_faults(rule))
+    shape, sides = pair(points, "points"), pair(size, "size")
+    wrong = self_affine_faults(shape, sides, *parameters.values())
+    refuse(wrong + choice_faults("rule", rule, RULES))
     surface = self_affine(shape, sides, **parameters)
     if rule != "printed":
         return line_of(surface, rule)
@@ -306,8 +310,7 @@ def resample(spectrum: LineSpectrum, length: float) -> LineSpectrum:
     C1D is constant over the band of width 2 pi/L around each mode and is integrated over the bands
     of the new modes. Power in waves longer than the new line's lowest band is left out.
     """
-    if not (np.isfinite(length) and length > 0):
-        raise ValueError(f"length must be finite and positive, got {length!r}")
+    refuse(positive_faults(length=length))
     count = spectrum.power.size
     ratio = length / spectrum.length
     edges = np.arange(count + 1) + 0.5
@@ -322,15 +325,3 @@ def _sample_rule(density: np.ndarray, mode: np.ndarray, length: float) -> LineSp
     """C1D = pi q C2D (19.26) sampled at the modes, with (19.25)."""
     wavenumber = 2 * np.pi / length * mode
     return LineSpectrum(wavenumber, 2 * np.pi / length * (np.pi * wavenumber * density), length)
-
-
-def _rule_faults(rule: str) -> list[str]:
-    """Say what is wrong with the name of a rule: nothing, or one sentence."""
-    known = rule in ("rings", "split", "printed")
-    return [] if known else [f"rule must be 'rings', 'split' or 'printed', got {rule!r}"]
-
-
-def _refuse(wrong: list[str]) -> None:
-    """Raise one ValueError for everything wrong."""
-    if wrong:
-        raise ValueError("; ".join(wrong))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from .arguments import positive_faults, refuse
 from .quadrature import integrate_panels
 from .section import Profile
 
@@ -106,8 +107,7 @@ def local_rule(
         If an argument is out of range.
     """
     r, a = _check(profile, effective_modulus, penetration, r)
-    if not (np.isfinite(spacing) and spacing > 0):
-        raise ValueError(f"spacing must be finite and positive, got {spacing!r}")
+    refuse(positive_faults(spacing=spacing))
     inside = r < a
     deflection = np.where(inside, penetration - profile.height(np.where(inside, r, 0.0)), 0.0)
     curvature = np.zeros(r.shape)
@@ -158,15 +158,10 @@ def _check(
 ) -> tuple[np.ndarray, float]:
     """Radii as an array and the contact radius, or one ValueError for everything wrong."""
     r = np.asarray(r, dtype=float)
-    wrong = [
-        f"{name} must be finite and positive, got {value!r}"
-        for name, value in (("effective_modulus", effective_modulus), ("penetration", penetration))
-        if not (np.isfinite(value) and value > 0)
-    ]
+    wrong = positive_faults(effective_modulus=effective_modulus, penetration=penetration)
     if not (np.all(np.isfinite(r)) and np.all(r >= 0)):
         wrong.append(f"r must be finite and >= 0, got {r}")
-    if wrong:
-        raise ValueError("; ".join(wrong))
+    refuse(wrong)
     return r, float(profile.contact_radius(penetration))
 
 

@@ -11,6 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 import scipy.fft
 
+from .arguments import count_faults, positive_faults, refuse
+
 
 @dataclass(frozen=True)
 class RadialAverage:
@@ -136,18 +138,13 @@ def measured(
         is not positive.
     """
     h = np.asarray(height, dtype=float)
-    sides = pair(size, float)
-    wrong = [
-        f"side must be finite and positive, got {s!r}"
-        for s in sides
-        if not (np.isfinite(s) and s > 0)
-    ]
+    sides = pair(size, "size")
+    wrong = positive_faults(size=sides[0]) or positive_faults(size=sides[1])
     if h.ndim != 2 or min(h.shape) < 2:
         wrong.append(f"height must be a 2-D map of at least 2 x 2 points, got shape {h.shape}")
     elif not np.all(np.isfinite(h)):
         wrong.append("height must be finite: fill undefined points first")
-    if wrong:
-        raise ValueError("; ".join(wrong))
+    refuse(wrong)
     h = h - h.mean()
     if not periodic:
         h = _hann(h)
@@ -171,12 +168,13 @@ def self_affine(
 
     See `spectrum.prescribed` for parameters and errors.
     """
-    shape, sides = pair(points, int), pair(size, float)
-    wrong = self_affine_faults(
-        shape, sides, hurst, power, rms_slope, rms_height, long_cutoff, short_cutoff
+    shape, sides = pair(points, "points"), pair(size, "size")
+    refuse(
+        self_affine_faults(
+            shape, sides, hurst, power, rms_slope, rms_height, long_cutoff, short_cutoff
+        )
     )
-    if wrong:
-        raise ValueError("; ".join(wrong))
+    shape = (int(shape[0]), int(shape[1]))
     exponent = float(power) if hurst is None else 2 * (1 + float(hurst))
     low, high = cutoffs(shape, sides, long_cutoff, short_cutoff)
     magnitude = _magnitude(shape, sides)
@@ -224,34 +222,36 @@ def _magnitude(shape: tuple[int, ...], sides: tuple[float, float]) -> np.ndarray
     return np.hypot(qx[:, None], qy)
 
 
-def pair(value, kind: type) -> tuple:
+def pair(value, name: str) -> tuple:
     """Turn a number into a pair, or leave a pair."""
-    return (kind(value), kind(value)) if np.ndim(value) == 0 else (kind(value[0]), kind(value[1]))
+    if np.shape(value) not in ((), (1,), (2,)):
+        raise ValueError(f"{name} must be one number or two, got {value!r}")
+    return tuple(np.broadcast_to(np.asarray(value), 2).tolist())
 
 
 def self_affine_faults(
     shape, sides, hurst, power, rms_slope, rms_height, long_cutoff, short_cutoff
 ) -> list[str]:
     """List everything that is wrong with the parameters of `self_affine`."""
-    wrong = []
-    if min(shape) < 2:
-        wrong.append(f"points must be at least 2 per side, got {shape}")
-    if (hurst is None) == (power is None):
-        wrong.append(f"give exactly one of hurst and power, got {hurst!r} and {power!r}")
-    if (rms_slope is None) == (rms_height is None):
-        wrong.append(
-            f"give exactly one of rms_slope and rms_height, got {rms_slope!r} and {rms_height!r}"
-        )
+    wrong = [*count_faults(2, points=shape[0]), *positive_faults(size=sides[0])]
+    if shape[1] != shape[0]:
+        wrong += count_faults(2, points=shape[1])
+    if sides[1] != sides[0]:
+        wrong += positive_faults(size=sides[1])
+    for names, values in (
+        ("hurst and power", (hurst, power)),
+        ("rms_slope and rms_height", (rms_slope, rms_height)),
+    ):
+        if (values[0] is None) == (values[1] is None):
+            wrong.append(f"give exactly one of {names}, got {values[0]!r} and {values[1]!r}")
     named = {
+        "hurst": hurst,
         "rms_slope": rms_slope,
         "rms_height": rms_height,
         "long_cutoff": long_cutoff,
         "short_cutoff": short_cutoff,
-        "size": min(sides),
     }
-    wrong += [
-        f"{name} must be finite and positive, got {value!r}"
-        for name, value in named.items()
-        if value is not None and not (np.isfinite(value) and value > 0)
-    ]
+    wrong += positive_faults(**{k: v for k, v in named.items() if v is not None})
+    if power is not None and not np.isfinite(power):
+        wrong.append(f"power must be finite, got {power!r}")
     return wrong

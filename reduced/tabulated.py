@@ -6,6 +6,7 @@ import numpy as np
 from scipy.interpolate import PchipInterpolator, PPoly
 from scipy.special import elliprf
 
+from .arguments import choice_faults, refuse
 from .quadrature import double_exponential, gauss_legendre
 from .section import Profile, Section
 
@@ -55,9 +56,7 @@ def tabulated(r: np.ndarray, f: np.ndarray, interpolation: str = "pchip") -> Pro
 
 def _check_table(r: np.ndarray, f: np.ndarray, interpolation: str) -> None:
     """Raise one ValueError with everything wrong."""
-    wrong = []
-    if interpolation not in ("pchip", "linear"):
-        wrong.append(f"interpolation must be 'pchip' or 'linear', got {interpolation!r}")
+    wrong = choice_faults("interpolation", interpolation, ("pchip", "linear"))
     if r.ndim != 1 or f.shape != r.shape or r.size < 2:
         wrong.append(f"r and f must be 1-D of equal length >= 2, got {r.shape} and {f.shape}")
     elif not (np.all(np.isfinite(r)) and np.all(np.isfinite(f))):
@@ -74,8 +73,7 @@ def _check_table(r: np.ndarray, f: np.ndarray, interpolation: str) -> None:
                 f"f must not decrease (hollow behind r = {r[at]}: {f[at]} then {f[at + 1]}); "
                 "the reduced model holds for compact contacts only"
             )
-    if wrong:
-        raise ValueError("; ".join(wrong))
+    refuse(wrong)
 
 
 def _interpolant(r: np.ndarray, f: np.ndarray, interpolation: str) -> PPoly:
