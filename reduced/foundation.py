@@ -144,8 +144,12 @@ def _check(
 
 
 def _continuum_radius(profile: Profile, reduced_force: float) -> float:
-    """Contact radius a with 2 int_0^a (g(a) - g(x)) dx = F/E*, for the spacing of the springs."""
-    marks = np.array([0.0, *profile.breakpoints])
+    """Contact radius a with 2 int_0^a (g(a) - g(x)) dx = F/E*, for the spacing of the springs.
+
+    To rounding for profiles with up to three breakpoints; of the many of a table a few will do.
+    """
+    every = max(1, -(-len(profile.breakpoints) // 3))
+    marks = np.array([0.0, *profile.breakpoints[::every]])
     nodes, weights = gauss_legendre(12)
 
     def force(a: np.ndarray) -> np.ndarray:

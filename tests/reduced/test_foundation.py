@@ -256,6 +256,23 @@ def test_contact_grows_with_load(offset):
     assert np.all(np.diff(contact.contact_radius) >= 0)
 
 
+def test_whole_numbers_are_numbers():
+    """A radius of 2 is one of 2.0."""
+    for make in (sphere, paraboloid, cylinder, cone, lambda r: rounded_punch(r, 3 * r)):
+        one, two = (indent(make(r), 1, penetration=[1], edges="sub_cell") for r in (2, 2.0))
+        np.testing.assert_array_equal(one.force, two.force)
+
+
+def test_long_tables_cost_what_their_nodes_cost():
+    """A parabola in 400 points under forces is the parabola, and is no matter of minutes."""
+    r = np.linspace(0, 2, 401)
+    force = np.geomspace(1e-2, 3.0, 5)
+    table = indent(tabulated(r, r**2 / 4), 1.0, force=force)
+    exact = indent(paraboloid(2.0), 1.0, force=force)
+    # Cubics with estimated slopes: third order at the first node, better elsewhere.
+    np.testing.assert_allclose(table.penetration, exact.penetration, rtol=2e-4)
+
+
 def test_bad_arguments_are_all_named():
     with pytest.raises(ValueError, match=r"effective_modulus.*springs.*edges.*offset"):
         indent(cone(1.0), 0.0, penetration=[1.0], springs=0, edges="cell", offset=1.0)

@@ -134,3 +134,9 @@ def test_the_tables_of_the_page_have_the_form_their_script_makes():
     assert len(rows) == 15
     orders = {(row[0], row[1]): row[3] for row in rows[1:]}
     assert orders["cylinder", "sub_cell"] == "exact"
+
+
+def test_a_level_map_is_refused():
+    """No waves, no line: said in words."""
+    with pytest.raises(ValueError, match="level"):
+        calculate(np.full((8, 8), 3.0), 1.0, 1.0, FORCE, realisations=2)

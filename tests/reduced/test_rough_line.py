@@ -2,11 +2,15 @@
 
 from __future__ import annotations
 
+from fractions import Fraction
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from reduced.errors import ConvergenceError
 from reduced.foundation import indent
 from reduced.profiles import paraboloid
 from reduced.rough_line import press
@@ -124,6 +128,51 @@ def test_force_and_gap_control_invert_the_discrete_law(control, edges, periodic,
         found, scale = (force, depth * line.size) if control == "force" else (gap, depth)
         assert found == pytest.approx(loads[k], rel=1e-11, abs=1e-13 * scale)
     np.testing.assert_array_equal(getattr(contact, control)[0], loads)
+
+
+@pytest.mark.parametrize("edges", EDGES)
+@pytest.mark.parametrize("periodic", [True, False])
+@pytest.mark.parametrize("points", [30, 1500])
+def test_mean_gaps_keep_their_digits_up_to_full_contact(edges, periodic, points):
+    """Gaps down to 1e-12 of the line's depth: what is open is the force of the line turned over.
+
+    The distance from full contact is a difference of two lengths near 1, so known to 1e-16; it is
+    1e-6 at the smallest gap, which grows as its square: nine digits.
+    """
+    line = np.random.default_rng(8).normal(size=points)
+    goals = (line.max() - line.mean()) * np.geomspace(1e-12, 1e-1, 12)
+    d = press(line, 1.0, 1.0, edges=edges, periodic=periodic, mean_gap=goals).penetration[0]
+    turned = {"edges": edges, "periodic": periodic, "penetration": np.ptp(line) - d}
+    # Nodal gaps are those of one spring at last, linear in that distance.
+    rounding = np.spacing(np.ptp(line))
+    found = press(-line, 1.0, 1.0, **turned).force[0] / points
+    np.testing.assert_allclose(found, goals, rtol=1e-9, atol=rounding)
+
+
+@pytest.mark.parametrize("periodic", [True, False])
+def test_slopes_apart_by_orders_of_magnitude_lose_no_digits(periodic):
+    """Heights spread over sixteen decades and pairs that nearly agree: exact rational sums."""
+    rng = np.random.default_rng(9)
+    for line in (rng.lognormal(0, 6, 40), 1 + 1e-12 * rng.normal(size=40), rng.normal(size=40)):
+        line[10:20:2] = line[11:21:2] * (1 + 1e-13)
+        goals = np.ptp(line) * np.geomspace(1e-9, 40, 12)
+        d = press(line, 1.0, 1.0, force=goals, periodic=periodic).penetration[0]
+        exact = [rational_force(line, each, periodic) for each in d]
+        np.testing.assert_allclose([float(f) for f in exact], goals, rtol=2e-14)
+
+
+def rational_force(line, d, periodic):
+    """F/E* of straight lines between the points, in exact arithmetic on the depths as stored."""
+    y = [Fraction(each) for each in (line.max() - line)]
+    d, total = Fraction(float(d)), Fraction(0)
+    cells = list(pairwise(y)) + ([(y[-1], y[0])] if periodic else [])
+    for low, high in map(sorted, cells):
+        if high < d:
+            total += d - (low + high) / 2
+        elif low < d:
+            total += (d - low) ** 2 / (2 * (high - low))
+    ends = [] if periodic else [y[0], y[-1]]
+    return total + sum(max(d - each, Fraction(0)) / 2 for each in ends)
 
 
 def rough(n, rng, lines=1):
@@ -349,5 +398,13 @@ def test_bad_arguments_are_all_named():
         press([1.0, 2.0], 1.0, 1.0)
     with pytest.raises(ValueError, match="strictly increasing"):
         press([1.0, 2.0], 1.0, 1.0, force=[2.0, 1.0])
+    with pytest.raises(ValueError, match="threads must be an integer"):
+        press([1.0, 2.0], 1.0, 1.0, force=[1.0], threads=np.nan)
     with pytest.raises(ValueError, match="n >= 2"):
         press([1.0], 1.0, 1.0, force=[1.0])
+
+
+def test_numbers_beyond_floating_point_raise():
+    """Energies of 1e320 are no answer."""
+    with pytest.raises(ConvergenceError, match="range of floating point"):
+        press([1e160, -1e160, 0.0], 1.0, 1.0, penetration=[1e160])

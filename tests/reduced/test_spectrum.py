@@ -271,9 +271,13 @@ def test_default_points_resolve_the_highest_mode():
 def test_bad_arguments_are_all_named():
     with pytest.raises(ValueError, match=r"hurst and power.*rms_slope and rms_height.*long.*rule"):
         prescribed(64, 1.0, long_cutoff=-1.0, rule="sums")
+    with pytest.raises(ValueError, match=r"points .*16.5.*size .*0.0.*hurst .*-0.5.*long_cutoff"):
+        prescribed((16.5, 16), (1.0, 0.0), hurst=-0.5, rms_slope=0.1, long_cutoff=np.nan)
+    with pytest.raises(ValueError, match="one number or two"):
+        prescribed(16, (1.0, 1.0, 1.0), hurst=0.8, rms_slope=0.1)
     with pytest.raises(ValueError, match="no mode"):
         prescribed(64, 1.0, hurst=0.8, rms_slope=0.1, short_cutoff=2.0)
-    with pytest.raises(ValueError, match=r"side.*2-D"):
+    with pytest.raises(ValueError, match=r"size.*2-D"):
         ring_sums(np.zeros(4), -1.0)
     with pytest.raises(ValueError, match="finite"):
         ring_sums(np.full((4, 4), np.nan), 1.0)
