@@ -144,7 +144,8 @@ def _refresh(problem: Problem, state: State, tolerance: float) -> bool:
     """Evaluate displacement, depth and clearance in double precision; True when good enough."""
     if problem.total is not None:
         # a step keeps the total but for rounding
-        state.pressure *= problem.total / state.pressure.sum()
+        with np.errstate(over="ignore", invalid="ignore"):
+            state.pressure *= problem.total / state.pressure.sum()
     operator = problem.operator
     operator.convolution(np.float64)(state.pressure, state.displacement)
     state.worst, state.depth = _clearances(
@@ -157,7 +158,7 @@ def _refresh(problem: Problem, state: State, tolerance: float) -> bool:
         np.nan if problem.depth is None else problem.depth,
         state.clearance,
     )
-    if not np.isfinite(state.worst):
+    if not np.isfinite([state.worst, state.depth]).all():
         raise ConvergenceError("the contact iteration left the range of numbers", state.history)
     return state.violation <= max(tolerance, _rounding(problem, state))
 

@@ -204,7 +204,7 @@ def _flat_on_flat(operator: HalfSpace, gap: Field, force: float) -> Contact:
 def _refuse_closed_gap(operator: HalfSpace, gap: Field, depth: float) -> None:
     if operator.periodic and np.isfinite(gap).all() and depth >= gap.mean():
         raise ValueError(
-            f"penetration {depth!r} reaches the mean gap {gap.mean()!r}: the periodic "
+            f"penetration {depth!r} reaches the mean gap {float(gap.mean())!r}: the periodic "
             "half-space is in full contact there and the penetration does not set the force; "
             "give the force"
         )

@@ -33,7 +33,7 @@ def random_gap(kind: str, shape: tuple[int, int], seed: int):
     return height.max() - height
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=200, deadline=None)
 @given(
     kind=SHAPES,
     shape=st.tuples(st.integers(1, 20), st.integers(1, 20)),

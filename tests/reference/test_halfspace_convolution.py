@@ -1,0 +1,119 @@
+"""The compiled convolution against SciPy's transforms, and the stages of the solver built on it."""
+
+from __future__ import annotations
+
+import pickle
+
+import numpy as np
+import pytest
+import scipy.fft
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.ndimage import gaussian_filter
+
+from reference.errors import ConvergenceError
+from reference.halfspace import FreeOperator, PeriodicOperator, conjugate_gradients, fft
+from reference.halfspace.conjugate_gradients import _Stage
+from reference.halfspace.convolution import Convolution
+
+# Every radix and their mixtures, primes beyond the radices (by chirps), single rows and columns.
+LENGTHS = st.sampled_from([1, 2, 3, 4, 5, 7, 8, 9, 11, 15, 16, 17, 24, 30, 31, 32, 40, 49, 64, 97])
+PADDING = st.sampled_from([0, 1, 5])
+
+
+def even_transfer(padded: tuple[int, int], rng: np.random.Generator) -> np.ndarray:
+    """Random transfer function, even in both wavenumbers."""
+    mirrored = [np.minimum(np.arange(n), n - np.arange(n)) for n in padded]
+    kernel = rng.standard_normal([n // 2 + 1 for n in padded])[np.ix_(*mirrored)]
+    return scipy.fft.rfft2(kernel).real
+
+
+@settings(max_examples=60, deadline=None)
+@given(
+    shape=st.tuples(LENGTHS, LENGTHS),
+    padding=st.tuples(PADDING, PADDING),
+    dtype=st.sampled_from([np.float32, np.float64]),
+    seed=st.integers(0, 1000),
+)
+def test_convolution_is_that_of_scipy_in_both_precisions(shape, padding, dtype, seed):
+    """Error relative to the largest value: transforms of n points lose about log2(n) roundings."""
+    rng = np.random.default_rng(seed)
+    padded = (shape[0] + padding[0], shape[1] + padding[1])
+    transfer = even_transfer(padded, rng)
+    field = rng.standard_normal(shape).astype(dtype)
+    spectrum = scipy.fft.rfft2(field.astype(float), s=padded) * transfer
+    expected = scipy.fft.irfft2(spectrum, s=padded)[: shape[0], : shape[1]]
+    result = Convolution(shape, padded, transfer, dtype)(field)
+    assert result.dtype == dtype
+    scale = np.abs(transfer).max() * np.linalg.norm(field)
+    assert np.abs(result - expected).max() <= 4 * np.finfo(dtype).eps * scale
+
+
+def test_work_memory_of_one_call_does_not_reach_the_next():
+    """Zero-padding is restored: the same field gives the same bits after another field."""
+    rng = np.random.default_rng(1)
+    operator = FreeOperator((13, 22), (1.0, 1.0), 1.0)
+    first, second = rng.random((2, 13, 22))
+    before = operator.apply(first)
+    operator.apply(second)
+    np.testing.assert_array_equal(operator.apply(first), before)
+
+
+def test_operators_travel_between_processes_without_their_work_memory():
+    operator = PeriodicOperator((64, 64), (1.0, 2.0), 3.0, kernel="cells")
+    pressure = np.random.default_rng(2).random((64, 64))
+    displacement = operator.apply(pressure)
+    packed = pickle.dumps(operator)
+    assert len(packed) < 1000
+    np.testing.assert_array_equal(pickle.loads(packed).apply(pressure), displacement)
+
+
+def problem(operator_class):
+    height = gaussian_filter(np.random.default_rng(3).standard_normal((48, 40)), 1.5, mode="wrap")
+    return operator_class((48, 40), (1.0, 1.0), 1.0), height.max() - height
+
+
+@pytest.mark.parametrize("operator_class", [FreeOperator, PeriodicOperator])
+@pytest.mark.parametrize(
+    "stage",
+    [_Stage(np.float64, False, 60), _Stage(np.float64, True, 2000)],
+    ids=["double", "plain"],
+)
+def test_every_stage_alone_reaches_the_same_contact(operator_class, stage, monkeypatch):
+    """The plain method, the last resort, needs no preconditioner and no single precision."""
+    operator, gap = problem(operator_class)
+    usual = fft.solve(operator, gap, force=20.0, tolerance=1e-11)
+    monkeypatch.setattr(conjugate_gradients, "_STAGES", (stage,))
+    alone = fft.solve(operator, gap, force=20.0, tolerance=1e-11)
+    np.testing.assert_array_equal(alone.mask, usual.mask)
+    np.testing.assert_allclose(alone.pressure, usual.pressure, atol=1e-8 * usual.pressure.max())
+
+
+@pytest.mark.parametrize("operator_class", [FreeOperator, PeriodicOperator])
+def test_a_preconditioner_that_misleads_is_given_up(operator_class, monkeypatch):
+    """With |q| replaced by its sixth power both preconditioned stages stall; the plain one ends."""
+    operator, gap = problem(operator_class)
+    usual = fft.solve(operator, gap, force=20.0)
+    sound = conjugate_gradients._preconditioner
+
+    def misleading(operator, dtype):
+        made = sound(operator, dtype)
+        return Convolution(
+            made.shape, made.padded, 1e-3 + np.hypot(*wavenumbers(made.padded)) ** 6, dtype
+        )
+
+    def wavenumbers(padded):
+        return np.fft.fftfreq(padded[0])[:, None], np.fft.rfftfreq(padded[1])[None, :]
+
+    monkeypatch.setattr(conjugate_gradients, "_preconditioner", misleading)
+    found = fft.solve(operator, gap, force=20.0)
+    assert found.violation <= 1e-8
+    assert found.iterations > 2 * usual.iterations
+    assert found.penetration == pytest.approx(usual.penetration, rel=1e-7)
+
+
+def test_a_field_out_of_the_range_of_numbers_is_an_error():
+    """A gap near the largest double overflows: the solver says so and returns no NaN."""
+    gap = np.array([[0.0, 1.0], [1.0, 1e300]]) * 1e8
+    with pytest.raises(ConvergenceError, match="range of numbers"):
+        fft.solve(FreeOperator((2, 2), (1.0, 1.0), 1e-300), gap, force=1e308)
