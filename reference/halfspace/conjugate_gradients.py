@@ -144,8 +144,7 @@ def _refresh(problem: Problem, state: State, tolerance: float) -> bool:
     """Evaluate displacement, depth and clearance in double precision; True when good enough."""
     if problem.total is not None:
         # a step keeps the total but for rounding
-        with np.errstate(over="ignore", invalid="ignore"):
-            state.pressure *= problem.total / state.pressure.sum()
+        state.pressure *= problem.total / state.pressure.sum()
     operator = problem.operator
     operator.convolution(np.float64)(state.pressure, state.displacement)
     state.worst, state.depth = _clearances(

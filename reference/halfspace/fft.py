@@ -157,6 +157,8 @@ def _checked_start(start: Contact, operator: HalfSpace) -> Field:
     return start.pressure
 
 
+# what overflows on the way is found in the result, and reported as such
+@np.errstate(over="ignore", invalid="ignore")
 def _solve(
     operator: HalfSpace,
     gap: Field,
