@@ -11,10 +11,14 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve
 
+from reference.fem import pardiso
 from reference.fem.elasticity import stiffness_matrices
 from reference.fem.far_field import exterior_stiffness, group_field, source_groups
+from reference.fem.flexibility import DenseFlexibility, Flexibility
 from reference.fem.mesh import GradedMesh, facet_nodes, facet_quadrature
+from reference.fem.multigrid import MultigridFlexibility
 from reference.fem.nested_dissection import LinearSystem, condense
+from reference.fem.sparse import stiffness_matrix
 
 Region = Callable[[NDArray[np.float64], NDArray[np.float64]], NDArray[np.bool_]]
 
@@ -60,6 +64,8 @@ class CondensedBody:
         For the recovery of the interior.
     exterior : (k, k)
         Far-field stiffness.
+    multigrid : MultigridFlexibility or None
+        In place of a condensation; `scaled_compliance` then has shape (0, 0).
     """
 
     length: float
@@ -80,6 +86,14 @@ class CondensedBody:
     grid: GradedMesh
     system: LinearSystem
     exterior: NDArray[np.float64]
+    multigrid: MultigridFlexibility | None = None
+
+    @cached_property
+    def flexibility(self) -> Flexibility:
+        """What the body answers to forces on its candidates, in scaled quantities."""
+        if self.multigrid is not None:
+            return self.multigrid
+        return DenseFlexibility(self.scaled_compliance, self.system, self.exterior)
 
     @property
     def points(self) -> NDArray[np.float64]:
@@ -140,6 +154,7 @@ def condensed_body(
     spacing: float,
     fixed: bool,
     reduced_integration: bool,
+    solver: str,
     started: float,
 ) -> CondensedBody:
     """Assemble a mesh (lengths in units of `length`) and condense it onto surface nodes.
@@ -156,6 +171,8 @@ def condensed_body(
     fixed : bool
         Clamp the outer boundary in place of the Boussinesq far field.
     reduced_integration : bool
+    solver : {"nested_dissection", "pardiso", "multigrid"}
+        The last condenses nothing.
     started : float
         `time.perf_counter()` before the mesh was made.
     """
@@ -170,8 +187,11 @@ def condensed_body(
         exterior = exterior_stiffness(grid.mesh, grid.outer, groups, poisson_ratio)
     seconds["assembly"] = time.perf_counter() - mark
     mark = time.perf_counter()
-    stiffness = condense(system, exterior)
-    compliance = cho_solve(cho_factor(stiffness), np.eye(len(stiffness)))
+    compliance, multigrid = np.zeros((0, 0)), None
+    if solver == "multigrid":
+        multigrid = MultigridFlexibility(system, exterior, *_places(grid, system))
+    else:
+        compliance = _compliance(system, exterior, solver)
     seconds["condensation"] = time.perf_counter() - mark
     return CondensedBody(
         length=length,
@@ -180,19 +200,47 @@ def condensed_body(
         scaled_points=grid.mesh.p[:2, nodes].T.copy(),
         scaled_weights=weights,
         nodes=nodes,
-        scaled_compliance=0.5 * (compliance + compliance.T),
+        scaled_compliance=compliance,
         symmetry=4 if grid.quarter else 1,
         offset=np.zeros(2),
         ring=ring,
         stretch=stretch,
         spacing_scaled=spacing,
         unknowns=system.first + len(groups),
-        solver="nested dissection",
+        solver=solver,
         seconds=seconds,
         grid=grid,
         system=system,
         exterior=exterior,
+        multigrid=multigrid,
     )
+
+
+def _compliance(
+    system: LinearSystem, exterior: NDArray[np.float64], solver: str
+) -> NDArray[np.float64]:
+    """Displacements of the retained unknowns for unit forces on them."""
+    if solver == "pardiso":
+        stiffness = pardiso.condense(stiffness_matrix(system, exterior), system.retained)
+    else:
+        stiffness = condense(system, exterior)
+    compliance = cho_solve(cho_factor(stiffness), np.eye(len(stiffness)))
+    return 0.5 * (compliance + compliance.T)
+
+
+def _places(
+    grid: GradedMesh, system: LinearSystem
+) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
+    """Position and direction of each free unknown."""
+    positions = np.zeros((system.first, 3))
+    components = np.zeros(system.first, dtype=np.int64)
+    elements = grid.mesh.dofs.element_dofs.T
+    numbers = system.unknowns.reshape(*elements.shape, 3)
+    free = (numbers >= 0) & (numbers < system.first)
+    node, direction = np.broadcast_arrays(elements[..., None], np.arange(3))
+    positions[numbers[free]] = grid.mesh.p.T[node[free]]
+    components[numbers[free]] = direction[free]
+    return positions, components
 
 
 def _candidates(

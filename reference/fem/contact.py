@@ -7,7 +7,6 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.linalg import cho_factor, cho_solve
 
 from reference.errors import ConvergenceError
 from reference.fem.body import CondensedBody
@@ -70,6 +69,7 @@ def press(
     contact: str = "active_set",
     penalty: float = 1e3,
     max_iterations: int = 100,
+    start: ArrayLike | None = None,
 ) -> Iterator[Contact]:
     """Press a rigid shape into the body, load by load.
 
@@ -93,6 +93,8 @@ def press(
         ``eps h / E*`` with h the size of the surface elements.
     max_iterations : int
         Rounds of the active set for each load.
+    start : (n,) bool, optional
+        Contact set to begin with; by default all points that overlap geometrically.
 
     Yields
     ------
@@ -107,7 +109,7 @@ def press(
     """
     gap = np.asarray(gap, dtype=float)
     _check(body, gap, penetration, force, contact, penalty, max_iterations)
-    problem = _Problem(body, gap, contact, penalty, max_iterations)
+    problem = _Problem(body, gap, contact, penalty, max_iterations, start)
     if penetration is not None:
         return problem.by_penetration(np.atleast_1d(np.asarray(penetration, dtype=float)))
     return problem.by_force(np.atleast_1d(np.asarray(force, dtype=float)))
@@ -117,14 +119,20 @@ class _Problem:
     """Scaled contact problem: lengths in body.length, forces in E length^2."""
 
     def __init__(
-        self, body: CondensedBody, gap: NDArray[np.float64], method: str, penalty: float, limit: int
+        self,
+        body: CondensedBody,
+        gap: NDArray[np.float64],
+        method: str,
+        penalty: float,
+        limit: int,
+        start: ArrayLike | None,
     ) -> None:
         self.body = body
         self.method = method
         self.limit = limit
         self.possible = np.flatnonzero(np.isfinite(gap))
         self.gap = gap[self.possible] / body.length
-        self.compliance = body.scaled_compliance[np.ix_(self.possible, self.possible)]
+        self.start = None if start is None else np.asarray(start, dtype=bool)[self.possible]
         self.weights = body.scaled_weights[self.possible]
         self.softness = np.zeros_like(self.weights)
         if method != "active_set":
@@ -133,7 +141,7 @@ class _Problem:
         self.force_unit = body.youngs_modulus * body.length * body.length * body.symmetry
 
     def by_penetration(self, values: NDArray[np.float64]) -> Iterator[Contact]:
-        active = None
+        active = self.start
         for value in values:
             depth = value / self.body.length
             step = self._solve(depth, active)
@@ -141,7 +149,7 @@ class _Problem:
             yield self._contact(step, value, None)
 
     def by_force(self, values: NDArray[np.float64]) -> Iterator[Contact]:
-        touching = self.gap == self.gap.min()
+        touching = self.gap == self.gap.min() if self.start is None else self.start
         step = self._fixed(touching, self.gap.min(), np.zeros_like(self.gap))
         for value in values:
             step = self._reach(value / self.force_unit, step)
@@ -217,25 +225,24 @@ class _Problem:
     def _fixed(self, active: NDArray[np.bool_], depth: float, offset: NDArray[np.float64]) -> _Step:
         """Solve for forces and displacements if exactly the active points touch."""
         reactions = np.zeros_like(self.gap)
+        everywhere, slope = np.zeros_like(self.body.scaled_weights), 0.0
         inside = np.flatnonzero(active)
-        slope = 0.0
         if len(inside):
             right = np.stack([depth - self.gap + offset, np.ones_like(offset)], axis=1)[inside]
-            solved = self._forces(inside, self.softness, right)
+            solved, displacement = self._respond(inside, self.softness, right)
             reactions[inside], slope = solved[:, 0], float(solved[:, 1].sum())
-        displacement = self.compliance[:, inside] @ reactions[inside]
-        return _Step(depth, active, reactions, displacement, slope)
+            everywhere = displacement[:, 0]
+        return _Step(depth, active, reactions, everywhere[self.possible], everywhere, slope)
 
-    def _forces(
+    def _respond(
         self, inside: NDArray[np.int64], softness: NDArray[np.float64], right: NDArray[np.float64]
-    ) -> NDArray[np.float64]:
-        matrix = self.compliance[np.ix_(inside, inside)]
-        matrix[np.diag_indices(len(inside))] += softness[inside]
-        return cho_solve(cho_factor(matrix, lower=True, overwrite_a=True), right)
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        flexibility = self.body.flexibility
+        return flexibility.respond(self.possible[inside], right, softness[inside])
 
     def _slope(self, active: NDArray[np.bool_], softness: NDArray[np.float64]) -> float:
         inside = np.flatnonzero(active)
-        return float(self._forces(inside, softness, np.ones(len(inside))).sum())
+        return float(self._respond(inside, softness, np.ones((len(inside), 1)))[0].sum())
 
     def _wanted(self, step: _Step, offset: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Who should touch: pushing points stay, overlapping points join."""
@@ -252,7 +259,7 @@ class _Problem:
         active = np.zeros(count, dtype=bool)
         reactions[self.possible] = step.reactions * unit
         active[self.possible] = step.active
-        displacement = body.scaled_compliance[:, self.possible] @ step.reactions * body.length
+        displacement = step.everywhere * body.length
         stiffness = step.slope * body.symmetry * body.youngs_modulus * body.length
         total = body.symmetry * reactions.sum()
         raw = float(body.symmetry * body.weights[active].sum())
@@ -287,6 +294,7 @@ class _Step:
     active: NDArray[np.bool_]
     reactions: NDArray[np.float64]
     displacement: NDArray[np.float64]
+    everywhere: NDArray[np.float64]
     slope: float
     iterations: int = 0
     history: list[int] = field(default_factory=list)

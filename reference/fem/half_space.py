@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
+from reference.fem import pardiso
 from reference.fem.body import CondensedBody, condensed_body
 from reference.fem.elasticity import lame_parameters
 from reference.fem.mesh import (
@@ -18,6 +19,8 @@ from reference.fem.mesh import (
     stretched,
     tensor_mesh,
 )
+
+SOLVERS = ("nested_dissection", "pardiso", "multigrid")
 
 
 def ball_body(
@@ -33,6 +36,7 @@ def ball_body(
     far_field: str = "boussinesq",
     extent: float = 2.5,
     reduced_integration: bool = True,
+    solver: str = "nested_dissection",
 ) -> CondensedBody:
     """Build a half-space for one contact inside a circle or ellipse.
 
@@ -63,6 +67,9 @@ def ball_body(
         Radius and depth of the mesh in contact radii.
     reduced_integration : bool
         False shows locking.
+    solver : {"nested_dissection", "pardiso", "multigrid"}
+        "pardiso" needs the optional package pypardiso and is no faster; "multigrid" condenses
+        nothing (see `reference.fem.multigrid`) and fits where a factorisation does not.
 
     Raises
     ------
@@ -79,6 +86,7 @@ def ball_body(
         stretch,
         far_field,
         extent,
+        solver,
     )
     started = time.perf_counter()
     ring = 1.0 if edge is None else edge / contact_radius
@@ -109,6 +117,7 @@ def ball_body(
         spacing=float(np.sqrt(stretch[0] * stretch[1])) / elements,
         fixed=far_field == "fixed",
         reduced_integration=reduced_integration,
+        solver=solver,
         started=started,
     )
 
@@ -165,6 +174,7 @@ def tensor_body(
     extent: float = 3.0,
     growth: float = 1.5,
     reduced_integration: bool = True,
+    solver: str = "nested_dissection",
 ) -> CondensedBody:
     """Build a half-space with a rectangular grid of candidate contact points.
 
@@ -184,6 +194,8 @@ def tensor_body(
         Distance of the outer boundary from the centre, in half-widths of the grid.
     growth : float
         Ratio of neighbouring cells outside the grid.
+    reduced_integration, solver
+        As in `ball_body`.
 
     Returns
     -------
@@ -191,7 +203,9 @@ def tensor_body(
         Candidates in C order: index ``i * ny + j`` for ``(x_i, y_j)``.
     """
     x, y = np.asarray(x_nodes, dtype=float), np.asarray(y_nodes, dtype=float)
-    _check_tensor(x, y, youngs_modulus, poisson_ratio, symmetry, order, far_field, extent, growth)
+    _check_tensor(
+        x, y, youngs_modulus, poisson_ratio, symmetry, order, far_field, extent, growth, solver
+    )
     started = time.perf_counter()
     quarter = symmetry == "quarter"
     half = 0.5 * max(np.ptp(x), np.ptp(y)) * (2.0 if quarter else 1.0)
@@ -216,6 +230,7 @@ def tensor_body(
         spacing=float(np.sqrt(np.mean(np.diff(lines[0])) * np.mean(np.diff(lines[1])))),
         fixed=far_field == "fixed",
         reduced_integration=reduced_integration,
+        solver=solver,
         started=started,
     )
     offset = np.array(centre) / length
@@ -243,8 +258,9 @@ def _check_ball(
     stretch: tuple[float, float],
     far_field: str,
     extent: float,
+    solver: str,
 ) -> None:
-    wrong = _common_faults(youngs_modulus, poisson_ratio, symmetry, far_field)
+    wrong = _common_faults(youngs_modulus, poisson_ratio, symmetry, far_field, solver)
     if not (np.isfinite(contact_radius) and contact_radius > 0.0):
         wrong.append(f"contact_radius must be positive and finite, got {contact_radius!r}")
     if int(elements) != elements or elements < 2:
@@ -271,8 +287,9 @@ def _check_tensor(
     far_field: str,
     extent: float,
     growth: float,
+    solver: str,
 ) -> None:
-    wrong = _common_faults(youngs_modulus, poisson_ratio, symmetry, far_field)
+    wrong = _common_faults(youngs_modulus, poisson_ratio, symmetry, far_field, solver)
     for name, line in (("x_nodes", x), ("y_nodes", y)):
         if line.ndim != 1 or len(line) < 2 or not np.all(np.diff(line) > 0.0):
             wrong.append(f"{name} must be strictly increasing, at least 2 values, got {line!r}")
@@ -289,7 +306,7 @@ def _check_tensor(
 
 
 def _common_faults(
-    youngs_modulus: float, poisson_ratio: float, symmetry: str, far_field: str
+    youngs_modulus: float, poisson_ratio: float, symmetry: str, far_field: str, solver: str
 ) -> list[str]:
     wrong = []
     if not (np.isfinite(youngs_modulus) and youngs_modulus > 0.0):
@@ -302,4 +319,8 @@ def _common_faults(
         wrong.append(f"symmetry must be 'quarter' or 'none', got {symmetry!r}")
     if far_field not in ("boussinesq", "fixed"):
         wrong.append(f"far_field must be 'boussinesq' or 'fixed', got {far_field!r}")
+    if solver not in SOLVERS:
+        wrong.append(f"solver must be one of {SOLVERS}, got {solver!r}")
+    elif solver == "pardiso" and not pardiso.available():
+        wrong.append("solver = 'pardiso' needs the package pypardiso (pip install roughline[fast])")
     return wrong

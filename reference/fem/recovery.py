@@ -17,7 +17,6 @@ from reference.fem.elasticity import (
     shape_gradients,
     simplex_points,
 )
-from reference.fem.nested_dissection import Front, condense, expand
 
 # corners of a hexahedron in the order of VTK (and meshio), as lattice offsets
 VTK_CORNERS = np.array(
@@ -100,9 +99,7 @@ def von_mises(stress: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _displacement(body: CondensedBody, reactions: NDArray[np.float64]) -> NDArray[np.float64]:
-    fronts: list[Front] = []
-    condense(body.system, body.exterior, fronts)
-    values = expand(body.system, fronts, body.scaled_compliance @ reactions)
+    values = body.flexibility.interior(reactions)
     numbers = np.full((body.grid.mesh.p.shape[1], 3), -1, dtype=np.int64)
     elements = body.grid.mesh.dofs.element_dofs.T
     numbers[elements] = body.system.unknowns.reshape(*elements.shape, 3)

@@ -14,7 +14,6 @@ from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.linalg import cho_factor, cho_solve
 from scipy.optimize import minimize_scalar
 
 from reference.errors import ConvergenceError
@@ -96,7 +95,8 @@ def _steps(
         fitted = body.scaled(size)
         load = {"force": value} if by_force else {"penetration": value}
         gap = ring.gap(size, fitted.points)
-        step = next(press(fitted, gap, contact=contact, penalty=penalty, **load))
+        start = fitted.inside_ring & np.isfinite(gap)
+        step = next(press(fitted, gap, contact=contact, penalty=penalty, start=start, **load))
         if np.isfinite(gap).all():
             step = replace(step, contact_area=fitted_area(fitted, step.stiffness))
             if np.array_equal(step.active, fitted.inside_ring):
@@ -110,12 +110,12 @@ class _Ring:
 
     def __init__(self, body: CondensedBody, shape: Shape) -> None:
         inside = body.inside_ring
-        compliance = body.scaled_compliance[np.ix_(inside, inside)]
-        ones = np.ones(len(compliance))
+        ones = np.ones((int(inside.sum()), 1))
+        forces, _ = body.flexibility.respond(np.flatnonzero(inside), ones, 0.0 * ones[:, 0])
         self.body = body
         self.shape = shape
         self.points = body.points[inside]
-        self.forces = cho_solve(cho_factor(compliance), ones) * body.symmetry
+        self.forces = forces[:, 0] * body.symmetry
         self.modulus = body.youngs_modulus * body.length
 
     @cached_property
