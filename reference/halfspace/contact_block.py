@@ -1,0 +1,166 @@
+"""Dense equations of the contact cells: looked-up coefficients and a factor that is kept.
+
+The matrix of (19.7) holds the contact cells alone, and rounds of the contact iteration change few
+of them. Its Cholesky factor is kept for a base set B; cells A that joined and cells R that left are
+added as a border,
+
+    [ K_BB  K_BA  E_R ] [p_B]   [b_B]
+    [ K_AB  K_AA   0  ] [p_A] = [b_A]        (the last rows say p_R = 0)
+    [ E_R'   0     0  ] [ f ]   [ 0 ]
+
+of which only the Schur complement, |A| + |R| equations, is new in a round.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+from scipy.linalg import LinAlgError, cholesky, solve, solve_triangular
+
+from reference.errors import ConvergenceError
+from reference.halfspace.operators import FreeOperator, power_of_two
+
+Field = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+Indices = NDArray[np.intp]
+
+# A dense Cholesky factor of this many cells takes 200 MB and seconds: beyond it `fft` is the tool.
+CELL_LIMIT = 5000
+
+# A border costs 2 n^2 operations per changed cell, a new factor n^3/3.
+_WIDEST_BORDER = 1 / 6
+
+
+@dataclass
+class Cells:
+    """The candidate cells: their places on the grid, gaps, and the table of coefficients.
+
+    The table is divided by `unit`, a power of two, so that the square roots of the factorisation
+    round alike in all units; pressures are multiplied by it.
+    """
+
+    rows: Indices
+    columns: Indices
+    gaps: Field
+    table: Field
+    unit: float
+    reach: float
+    _base: Indices = field(default_factory=lambda: np.zeros(0, dtype=np.intp))
+    _factor: Field = field(default_factory=lambda: np.zeros((0, 0)))
+
+    @classmethod
+    def of(cls, operator: FreeOperator, gap: Field, reach: float) -> Cells:
+        """Cells with a finite gap below `reach`: beyond the penetration nothing can touch."""
+        rows, columns = np.nonzero(np.isfinite(gap) & (gap < reach))
+        table = operator.coefficients((int(np.ptp(rows)) + 1, int(np.ptp(columns)) + 1))
+        unit = power_of_two(float(table[0, 0]))
+        return cls(rows, columns, gap[rows, columns], table / unit, unit, reach)
+
+    def overlapping(self, depth: float) -> Mask:
+        """Cells that overlap, or the deepest of them if they are more than can be factorised.
+
+        About half of a geometric overlap stays in contact, so this may still end below the limit.
+        """
+        active = self.gaps < depth
+        if np.count_nonzero(active) > CELL_LIMIT:
+            active[np.argsort(self.gaps, kind="stable")[CELL_LIMIT:]] = False
+        return active
+
+    def displacement(self, pressures: Field) -> Field:
+        """Displacement of every candidate cell under pressures of all candidates, (19.8)."""
+        loaded = np.flatnonzero(pressures)
+        places = self.rows, self.columns, self.rows[loaded], self.columns[loaded]
+        return _displacement(*places, pressures[loaded], self.table)
+
+    def equilibrium(self, active: Mask, depth: float, total: float | None) -> tuple[Field, float]:
+        """Pressures on a fixed contact set, (19.7), and the depth that carries the total."""
+        contact = np.flatnonzero(active)
+        sides = np.stack([np.ones(contact.size), self.gaps[contact]], axis=1)
+        unit, shape = self._solve(active, sides).T
+        if total is not None:
+            depth = float((total + shape.sum()) / unit.sum())
+        pressures = np.zeros(self.gaps.size)
+        pressures[contact] = depth * unit - shape
+        return pressures, depth
+
+    def _solve(self, active: Mask, sides: Field) -> Field:
+        """Solve the equations of the active cells, in the order of their indices."""
+        kept = np.zeros(active.size, dtype=bool)
+        kept[self._base] = True
+        joined, left = np.flatnonzero(active & ~kept), np.flatnonzero(kept & ~active)
+        if joined.size + left.size > _WIDEST_BORDER * self._base.size:
+            self._factorise(active)
+            joined = left = np.zeros(0, dtype=np.intp)
+        in_base, in_joined = active[self._base], np.searchsorted(np.flatnonzero(active), joined)
+        right = np.zeros((self._base.size, sides.shape[1]))
+        positions = np.searchsorted(np.flatnonzero(active), self._base[in_base])
+        right[in_base] = sides[positions]
+        first, second = self._bordered(joined, left, right, sides[in_joined])
+        result = np.empty_like(sides)
+        result[positions], result[in_joined] = first[in_base], second
+        return result
+
+    def _factorise(self, active: Mask) -> None:
+        contact = np.flatnonzero(active)
+        if contact.size > CELL_LIMIT:
+            raise ValueError(
+                f"{contact.size} cells in contact exceed the dense solver's limit of {CELL_LIMIT}: "
+                "use reference.halfspace.fft, or a coarser grid"
+            )
+        matrix = self._coefficients(contact, contact)
+        try:
+            self._factor = cholesky(matrix, lower=True, overwrite_a=True, check_finite=False)
+        except LinAlgError:
+            raise ConvergenceError("the matrix of the contact cells is not definite") from None
+        self._base = contact
+
+    def _bordered(
+        self, joined: Indices, left: Indices, right: Field, right_joined: Field
+    ) -> tuple[Field, Field]:
+        """Solve with the base factor and the border of changes: values in base and joined cells."""
+        forward = solve_triangular(self._factor, right, lower=True, check_finite=False)
+        border = np.zeros((self._base.size, joined.size + left.size))
+        if border.shape[1]:
+            border[:, : joined.size] = self._coefficients(self._base, joined)
+            border[np.searchsorted(self._base, left), joined.size + np.arange(left.size)] = 1.0
+            border = solve_triangular(self._factor, border, lower=True, check_finite=False)
+            small = -border.T @ border
+            small[: joined.size, : joined.size] += self._coefficients(joined, joined)
+            known = np.zeros((border.shape[1], right.shape[1]))
+            known[: joined.size] = right_joined
+            changes = solve(small, known - border.T @ forward, assume_a="sym", check_finite=False)
+            forward = forward - border @ changes
+        else:
+            changes = right_joined
+        back = solve_triangular(self._factor, forward, lower=True, trans="T", check_finite=False)
+        return back, changes[: joined.size]
+
+    def _coefficients(self, loaded: Indices, seen: Indices) -> Field:
+        places = self.rows[loaded], self.columns[loaded], self.rows[seen], self.columns[seen]
+        return _matrix(*places, self.table)
+
+
+@njit(cache=True)
+def _matrix(rows, columns, other_rows, other_columns, table):
+    """Look the coefficients of all pairs of cells up by their offsets."""
+    result = np.empty((rows.size, other_rows.size))
+    for i in range(rows.size):
+        for k in range(other_rows.size):
+            result[i, k] = table[abs(rows[i] - other_rows[k]), abs(columns[i] - other_columns[k])]
+    return result
+
+
+@njit(cache=True)
+def _displacement(rows, columns, loaded_rows, loaded_columns, pressures, table):
+    """Direct sum over the loaded cells, (19.2)."""
+    result = np.zeros(rows.size)
+    for i in range(rows.size):
+        total = 0.0
+        for k in range(loaded_rows.size):
+            row, column = abs(rows[i] - loaded_rows[k]), abs(columns[i] - loaded_columns[k])
+            total += table[row, column] * pressures[k]
+        result[i] = total
+    return result

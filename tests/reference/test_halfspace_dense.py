@@ -1,0 +1,115 @@
+"""The dense oracle: complementarity, kept factors, and starts that mislead it."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from reference.halfspace import FreeOperator, contact_block, dense, fft
+from reference.surfaces import self_affine
+
+
+def rough(points: int) -> tuple[FreeOperator, np.ndarray]:
+    height = self_affine(
+        points, 1.0, hurst=0.8, rms_slope=0.1, short_cutoff=4 / points, seed=4, realisation=0
+    )
+    return FreeOperator((points, points), (1 / points,) * 2, 1.0), height.max() - height
+
+
+@pytest.fixture
+def factorisations(monkeypatch):
+    """Sizes of the matrices that are factorised."""
+    sizes: list[int] = []
+    genuine = contact_block.cholesky
+
+    def counted(matrix, **arguments):
+        sizes.append(matrix.shape[0])
+        return genuine(matrix, **arguments)
+
+    monkeypatch.setattr(contact_block, "cholesky", counted)
+    return sizes
+
+
+@pytest.mark.parametrize("control", ["penetration", "force"])
+def test_complementarity_holds_to_rounding_at_every_load(control):
+    """Products p (u - d + g) vanish and both factors are positive, to 1e-12 of their scales."""
+    operator, gap = rough(32)
+    loads = np.geomspace(1e-4, 3e-2, 8) * (1.0 if control == "force" else gap.mean() / 3e-2)
+    for contact in dense.sweep(operator, gap, **{control: loads}):
+        clearance = contact.gap / contact.penetration
+        assert contact.pressure.min() >= 0
+        assert clearance.min() > -1e-12
+        assert np.abs(clearance[contact.mask]).max() < 1e-12
+
+
+@pytest.mark.parametrize("control", ["penetration", "force"])
+def test_a_sweep_keeps_its_factor_and_changes_only_its_border(control, factorisations):
+    """Fewer than half of the rounds factorise, and the answers are those of single solves."""
+    operator, gap = rough(48)
+    loads = np.linspace(0.2, 0.6, 25) * (2e-2 if control == "force" else gap.mean())
+    swept = list(dense.sweep(operator, gap, **{control: loads}))
+    assert len(factorisations) < 0.5 * sum(contact.iterations for contact in swept)
+    for load, contact in zip(loads[::6], swept[::6], strict=True):
+        single = dense.solve(operator, gap, **{control: load})
+        np.testing.assert_array_equal(single.mask, contact.mask)
+        scale = single.pressure.max()
+        np.testing.assert_allclose(contact.pressure, single.pressure, atol=1e-11 * scale)
+
+
+@settings(max_examples=40, deadline=None)
+@given(
+    seed=st.integers(0, 1000),
+    share=st.floats(0.02, 0.98),
+    control=st.sampled_from(["penetration", "force"]),
+)
+def test_any_contact_set_to_start_from_leads_to_the_same_contact(seed, share, control):
+    """Random sets have cells in tension and overlaps all over: block changes may return to a set.
+
+    Then single changes take over, under force control within Newton's iteration for the depth.
+    """
+    operator, gap = rough(16)
+    load = {control: 0.5 * gap.mean() if control == "penetration" else 5e-3}
+    expected = dense.solve(operator, gap, **load)
+    mask = np.random.default_rng(seed).random(gap.shape) < share
+    start = replace(expected, pressure=mask.astype(float))
+    found = dense.solve(operator, gap, **load, start=start)
+    np.testing.assert_array_equal(found.mask, expected.mask)
+    assert found.force == pytest.approx(expected.force, rel=1e-11)
+
+
+@pytest.mark.parametrize("control", ["penetration", "force"])
+def test_a_contact_set_that_returns_is_noticed(control, monkeypatch):
+    """A block change that undoes itself would go round for ever; single changes end it."""
+    operator, gap = rough(16)
+    load = {control: 0.5 * gap.mean() if control == "penetration" else 5e-3}
+    expected = dense.solve(operator, gap, **load)
+    genuine, calls = dense._changed, []
+
+    def back_and_forth(cells, active, wrong):
+        calls.append(wrong.sum())
+        return genuine(cells, active, wrong) if wrong.sum() == 1 else active.copy()
+
+    monkeypatch.setattr(dense, "_changed", back_and_forth)
+    found = dense.solve(operator, gap, **load)
+    assert calls[0] > 1
+    assert set(calls[1:]) == {1}
+    np.testing.assert_array_equal(found.mask, expected.mask)
+
+
+@pytest.mark.slow
+def test_the_dense_solver_carries_five_thousand_contact_cells():
+    """Hertz on a grid of 40 cells per radius: complementarity 1e-12; FFT pressures to 1e-7 of the peak."""
+    cells = 39.0
+    x = np.arange(112) - 55.7
+    operator = FreeOperator((112, 112), (1 / cells, 1 / cells), 1.0)
+    gap = (x[:, None] ** 2 + x**2) / (2 * cells**2)
+    exact = dense.solve(operator, gap, penetration=1.0)
+    assert 4700 < exact.mask.sum() <= contact_block.CELL_LIMIT
+    assert exact.violation < 1e-12
+    assert exact.force == pytest.approx(4 / 3, rel=2e-4)
+    found = fft.solve(operator, gap, penetration=1.0, tolerance=1e-10)
+    np.testing.assert_allclose(found.pressure, exact.pressure, atol=1e-7 * exact.pressure.max())
