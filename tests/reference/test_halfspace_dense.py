@@ -102,7 +102,7 @@ def test_a_contact_set_that_returns_is_noticed(control, monkeypatch):
 
 @pytest.mark.slow
 def test_the_dense_solver_carries_five_thousand_contact_cells():
-    """Hertz on a grid of 40 cells per radius: complementarity 1e-12; FFT pressures to 1e-7 of the peak."""
+    """Hertz, 39 cells per radius: complementarity 1e-12, the FFT agrees to 1e-7 of the peak."""
     cells = 39.0
     x = np.arange(112) - 55.7
     operator = FreeOperator((112, 112), (1 / cells, 1 / cells), 1.0)
