@@ -17,13 +17,17 @@ _NUMBERS = ("unknowns", "truncation", "seconds", "setup_seconds", "compile_secon
 
 def save_solution(path: Path, solution: Solution) -> None:
     """Write a solution atomically."""
+    write_arrays(path, arrays_of(solution))
+
+
+def arrays_of(solution: Solution) -> dict[str, np.ndarray]:
+    """Return everything in a solution as named arrays, the numbers and reasons as one JSON text."""
     arrays = dict(solution.fields)
     arrays |= {f"{_PREFIX}{name}": getattr(solution, name) for name in _ARRAYS}
     arrays |= {f"{_PREFIX}q.{name}": value for name, value in solution.quantities.items()}
     document = {name: _plain(getattr(solution, name)) for name in _NUMBERS}
     document["reasons"] = [[*index, why] for index, why in solution.reasons.items()]
-    arrays[f"{_PREFIX}json"] = np.array(json.dumps(document))
-    write_arrays(path, arrays)
+    return arrays | {f"{_PREFIX}json": np.array(json.dumps(document))}
 
 
 def load_solution(path: Path) -> Solution:
@@ -36,12 +40,19 @@ def load_solution(path: Path) -> Solution:
     """
     arrays = read_arrays(path)
     try:
-        return _solution(arrays)
+        return solution_of(arrays)
     except (KeyError, TypeError, ValueError) as error:
         raise ResultsError(f"{path}: not the arrays of a solved task ({error})") from error
 
 
-def _solution(arrays: dict[str, np.ndarray]) -> Solution:
+def solution_of(arrays: dict[str, np.ndarray]) -> Solution:
+    """Return the solution that `arrays_of` took apart.
+
+    Raises
+    ------
+    KeyError, TypeError, ValueError
+        If the arrays are something else.
+    """
     document = json.loads(str(arrays.pop(f"{_PREFIX}json")))
     own = {name: arrays.pop(name) for name in list(arrays) if name.startswith(_PREFIX)}
     start = len(_PREFIX) + 2

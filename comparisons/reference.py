@@ -139,7 +139,9 @@ def choose_reference(solved: Solved, quantities: tuple[str, ...]) -> Reference |
 def references(solved: Solved) -> list[Reference]:
     """Return every 3-D method's finest solution as a candidate, in order of preference."""
     names = [name for name in PREFERENCE if name in METHODS]
-    names += [n for n, m in METHODS.items() if m.dimension == 3 and n not in names]
+    names += [
+        n for n, m in METHODS.items() if m.dimension == 3 and not m.external and n not in names
+    ]
     found = []
     for name in names:
         resolution = finest(solved, name)

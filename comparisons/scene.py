@@ -31,7 +31,7 @@ from comparisons import body_table
 from comparisons.body_table import Body
 from comparisons.errors import InputError
 from comparisons.loading import Loading
-from comparisons.options import METHOD_NAMES, MethodOptions
+from comparisons.options import MethodName, MethodOptions
 from comparisons.quantities import Finite, Length, Modulus, Positive, fail, shown
 from comparisons.shapes import SHAPES, AnyIndenter
 
@@ -205,7 +205,7 @@ class Compare(_Table):
     quantities: tuple[Literal[QUANTITIES], ...] = DEFAULT_QUANTITIES  # type: ignore[valid-type]
     tolerance: Positive = 0.01
     resolutions: tuple[Annotated[int, Field(strict=True, ge=1, le=2**20)], ...] | None = None
-    methods: tuple[Literal[METHOD_NAMES], ...] | None = None  # type: ignore[valid-type]
+    methods: tuple[MethodName, ...] | None = None
 
     @field_validator("tolerance")
     @classmethod

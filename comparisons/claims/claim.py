@@ -25,7 +25,7 @@ from pydantic import (
 
 from comparisons.errors import InputError
 from comparisons.experiments import EXPERIMENTS
-from comparisons.options import METHOD_NAMES
+from comparisons.options import MethodName
 from comparisons.quantities import Finite, Positive, fail
 from comparisons.scene import LARGEST_FILE, QUANTITIES, load_scene, readable
 from comparisons.units import number_and_unit
@@ -135,7 +135,7 @@ class Claim(_Table):
     experiment: Name | None = None
     parameters: dict[str, Any] = {}
     vary: Vary | None = None
-    method: Literal[METHOD_NAMES] = "reduced"  # type: ignore[valid-type]
+    method: MethodName = "reduced"
     quantity: Names = ()
     at: Literal["penetration", "force"] | None = None
     measure: Literal[MEASURES] = "maximum"  # type: ignore[valid-type]

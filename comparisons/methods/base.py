@@ -166,6 +166,8 @@ class Method:
     isolated = False
     # Other people's code: it checks the reference, and is never the reference itself.
     peer = False
+    # A user's code, untrusted: it is judged, and takes no part in what the truth is.
+    external = False
 
     def supports(self, scene: Scene) -> Support:
         """Say whether the method can do the scene, with the reason where not."""

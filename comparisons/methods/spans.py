@@ -127,7 +127,8 @@ def _one_after_another(parts: list[Solution]) -> Solution:
             for part, start in zip(parts, starts, strict=False)
             for (row, step), why in part.reasons.items()
         },
-        seconds=sum(p.seconds for p in parts),
+        # Of methods that take their own time; a span without an answer has none.
+        seconds=float(np.nansum([p.seconds for p in parts])),
         setup_seconds=sum(p.setup_seconds for p in parts),
         compile_seconds=sum(p.compile_seconds for p in parts),
         memory=max(p.memory for p in parts),

@@ -1,0 +1,270 @@
+"""Methods from outside: a Python file or an entry point, each call in a process of its own.
+
+Nothing of their code is imported here. What comes back is untrusted: names, shapes and numbers are
+checked, and whatever is wrong becomes the reason of the method's own rows. A method from outside is
+judged; it never becomes the truth, nor does it take part in the disagreements of references.
+"""
+
+from __future__ import annotations
+
+import json
+import math
+import os
+import re
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from comparisons import isolation
+from comparisons.errors import InputError
+from comparisons.geometry import Geometry
+from comparisons.methods.base import Method, Solution, Support, Task
+from comparisons.methods.spans import lost
+from comparisons.options import METHOD_NAMES, register_method
+from comparisons.scene import QUANTITIES, Scene
+
+GROUP = "roughline.methods"
+WORK = "comparisons.methods.external_work"
+# Known to every process of a run: workers start with the methods of the command line.
+VARIABLE = "ROUGHLINE_METHODS"
+NAME = re.compile(r"[a-z][a-z0-9_]{0,39}")
+PLAN_SECONDS = 60.0
+LONGEST_TEXT = 300
+MOST_RESOLUTIONS = 10
+FIELDS = ("pressure_x", "pressure_y", "pressure", "pressure_weight")
+MOST_FIELD_POINTS = 4_000_000
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Wall-clock seconds of one task, and bytes of resident memory of its process."""
+
+    seconds: float = 120.0
+    memory: float = 2e9
+
+
+@dataclass(frozen=True)
+class Origin:
+    """Where a method comes from (``file:PATH`` or ``entry:NAME``), and what it calls itself."""
+
+    source: str
+    name: str
+    title: str
+    dimension: int
+    seconds: float
+    memory: float
+
+
+class ExternalMethod(Method):
+    """Stands for a method from outside; asks it in a process of its own."""
+
+    isolated = True
+    external = True
+    span = math.inf  # cut in the method's own process, where the next load costs no start
+
+    def __init__(self, origin: Origin) -> None:
+        self.origin = origin
+        self.name, self.title = origin.name, origin.title
+        self.dimension = origin.dimension
+        self._plans: dict[str, dict[str, Any]] = {}
+
+    def supports(self, scene: Scene) -> Support:
+        """Ask the method; one that hangs, raises or answers nonsense supports nothing."""
+        plan = self._plan(scene)
+        return Support(plan["ok"], plan["reason"])
+
+    def resolutions(self, scene: Scene, geometry: Geometry) -> tuple[int, ...]:
+        """Return what the method would use."""
+        return tuple(self._plan(scene).get("resolutions", (1,)))
+
+    def model(self, scene: Scene, geometry: Geometry) -> str:
+        """Return the method's own words."""
+        words: str = self._plan(scene).get("model", "")
+        return words
+
+    def _plan(self, scene: Scene) -> dict[str, Any]:
+        key = f"{scene.directory}\n{scene.text}"
+        if key not in self._plans:
+            seconds = min(PLAN_SECONDS, self.origin.seconds)
+            outcome = self._ask("plan", scene, seconds=seconds)
+            self._plans[key] = (
+                _checked_plan(outcome.answer) if outcome.ok else _no(f"planning {_told(outcome)}")
+            )
+        return self._plans[key]
+
+    def _ask(self, question: str, *arguments: Any, seconds: float) -> isolation.Outcome:
+        source, name = self.origin.source, self.origin.name
+        work, memory = f"{WORK}:{question}", self.origin.memory
+        return isolation.run(
+            work, source, name, *arguments, seconds=seconds, memory=memory, finite=False
+        )
+
+    def solve(self, task: Task) -> Solution:
+        """Solve in the method's own process, and check what comes back."""
+        outcome = self._ask("solve", task, 3, seconds=self.origin.seconds)
+        if not outcome.ok:
+            return lost(task, _told(outcome))
+        try:
+            return _checked_solution(outcome.answer, task)
+        except (KeyError, TypeError, ValueError, OverflowError) as error:
+            return lost(task, f"malformed answer: {_text(error)}")
+
+
+def add_methods(files: Sequence[str | Path] = (), limits: Limits | None = None) -> list[str]:
+    """Register the methods of files and of installed packages; return notices for the user.
+
+    Raises
+    ------
+    InputError
+        Listing every file that is no method. An installed package that is none is left out, with a
+        notice: it must not stop a command that does not use it.
+    """
+    limits = limits or Limits()
+    problems: list[str] = []
+    notices: list[str] = []
+    entries = [f"entry:{point.name}" for point in metadata.entry_points(group=GROUP)]
+    for source in entries:
+        _add(source, limits, notices)
+    for file in files:
+        path = Path(file)
+        if path.is_file():
+            _add(f"file:{path.resolve()}", limits, problems)
+        else:
+            problems.append(f"--method-file: {file}: no such file")
+    if problems:
+        raise InputError("\n".join(problems))
+    return notices
+
+
+def registered() -> dict[str, Method]:
+    """Return the methods that this process was started with."""
+    try:
+        origins = [Origin(**each) for each in json.loads(os.environ.get(VARIABLE, "[]"))]
+    except (TypeError, ValueError):
+        return {}
+    for origin in origins:
+        register_method(origin.name)
+    return {origin.name: ExternalMethod(origin) for origin in origins}
+
+
+def _add(source: str, limits: Limits, problems: list[str]) -> None:
+    from comparisons.methods import METHODS
+
+    outcome = isolation.run(
+        f"{WORK}:describe", source, seconds=PLAN_SECONDS, memory=limits.memory, finite=False
+    )
+    kind, _, where = source.partition(":")
+    label = f"--method-file: {where}" if kind == "file" else f"the installed method {where!r}"
+    if not outcome.ok:
+        problems.append(f"{label}: {_told(outcome)}")
+        return
+    try:
+        origins = [_origin(source, each, limits) for each in json.loads(outcome.answer["methods"])]
+    except (KeyError, TypeError, ValueError) as error:
+        problems.append(f"{label}: {_text(error)}")
+        return
+    for origin in origins:
+        known = METHODS.get(origin.name)
+        if isinstance(known, ExternalMethod) and known.origin.source != source:
+            problems.append(f"{label}: another method is called {origin.name!r} already")
+            continue
+        METHODS[origin.name] = ExternalMethod(origin)
+        register_method(origin.name)
+    own = [m.origin for m in METHODS.values() if isinstance(m, ExternalMethod)]
+    os.environ[VARIABLE] = json.dumps([asdict(each) for each in own])
+
+
+def _origin(source: str, found: Any, limits: Limits) -> Origin:
+    """Check what a method calls itself.
+
+    Raises
+    ------
+    ValueError
+        If its name is none, or is taken by a method of ours.
+    """
+    name, title, dimension = (found[key] for key in ("name", "title", "dimension"))
+    if not isinstance(name, str) or not NAME.fullmatch(name):
+        raise ValueError(f"name: expected a-z, 0-9 and _, at most 40 characters, got {name!r:.60}")
+    if name in METHOD_NAMES:
+        raise ValueError(f"name: {name!r} is a method of roughline's own")
+    if dimension not in (1, 3):
+        raise ValueError(f"dimension: expected 1 or 3, got {dimension!r:.60}")
+    return Origin(source, name, _text(title)[:60] or name, dimension, **asdict(limits))
+
+
+def _told(outcome: isolation.Outcome) -> str:
+    return f"{outcome.ended}: {_text(outcome.reason)}"
+
+
+def _text(value: object) -> str:
+    """Return text from outside as one short printable line."""
+    line = " ".join(str(value).split())
+    return "".join(c if c.isprintable() else "?" for c in line)[:LONGEST_TEXT]
+
+
+def _no(reason: str) -> dict[str, Any]:
+    return {"ok": False, "reason": reason}
+
+
+def _checked_plan(answer: dict[str, Any]) -> dict[str, Any]:
+    """Return a plan whose parts are what they should be, or one that refuses."""
+    if answer.get("ok") is not True:
+        return _no(_text(answer.get("reason") or "refused without a reason"))
+    levels = answer.get("resolutions")
+    usable = isinstance(levels, list) and 1 <= len(levels) <= MOST_RESOLUTIONS
+    if not usable or not all(type(n) is int and 1 <= n <= 2**20 for n in levels):
+        return _no(f"malformed answer: resolutions are {_text(levels)}")
+    model = _text(answer.get("model", ""))
+    return {"ok": True, "reason": _text(answer.get("reason", "")), "resolutions": levels} | {
+        "model": model
+    }
+
+
+def _checked_solution(answer: dict[str, Any], task: Task) -> Solution:
+    """Return a solution of known quantities in arrays of the right shape.
+
+    Raises
+    ------
+    ValueError, KeyError, TypeError
+        Saying what is wrong.
+    """
+    from comparisons.archive import solution_of
+
+    arrays = {name: value for name, value in answer.items() if isinstance(value, np.ndarray)}
+    solution = solution_of(arrays)
+    shape = (len(task.realisations), len(task.loads.values))
+    for name, values in solution.quantities.items():
+        if name not in QUANTITIES:
+            raise ValueError(f"unknown quantity {_text(name)!r}")
+        if values.shape != shape or values.dtype.kind not in "iuf":
+            raise ValueError(f"{name} has shape {values.shape} of {values.dtype}, not {shape}")
+        solution.quantities[name] = values.astype(float)
+    for name, kinds in (("converged", "b"), ("iterations", "iu"), ("violation", "f")):
+        values = getattr(solution, name)
+        if values.shape != shape or values.dtype.kind not in kinds:
+            raise ValueError(f"{name} has shape {values.shape} of {values.dtype}, not {shape}")
+    if solution.converged.any() and not solution.quantities:
+        raise ValueError("no quantity at all")
+    solution.reasons = {
+        (int(row), int(step)): _text(why)
+        for (row, step), why in solution.reasons.items()
+        if 0 <= int(row) < shape[0] and 0 <= int(step) < shape[1]
+    }
+    for row, step in np.argwhere(~solution.converged):
+        solution.reasons.setdefault((int(row), int(step)), "no answer, and no reason given")
+    solution.fields = _checked_fields(solution.fields)
+    solution.unknowns = max(0, int(solution.unknowns))
+    return solution
+
+
+def _checked_fields(fields: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
+    """Keep a pressure field whose parts fit together; anything else is not shown."""
+    kept = {name: np.ravel(fields[name]) for name in FIELDS if name in fields}
+    sizes = {values.size for values in kept.values()}
+    numeric = all(values.dtype.kind in "iuf" for values in kept.values())
+    whole = len(kept) == len(FIELDS) and len(sizes) == 1 and max(sizes) <= MOST_FIELD_POINTS
+    return kept if whole and numeric else {}
