@@ -10,6 +10,8 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
+from reports.outside import NOTHING, Outside
+
 FINE, DIFFERS = 0, 1
 
 
@@ -21,6 +23,8 @@ def claims(
     overwrite: Annotated[bool, Parameter(negative=())] = False,
     resume: Annotated[bool, Parameter(negative=())] = False,
     workers: int | None = None,
+    method: str | None = None,
+    outside: Outside = NOTHING,
 ) -> int:
     """Judge claims about the reduced model: holds, fails, holds in a range, not resolved.
 
@@ -41,8 +45,10 @@ def claims(
         Go on with the measurements of an interrupted run.
     workers
         Processes, each on one thread; default: the cores here, at most 2.
+    method
+        Judge this method instead of the reduced model, by the claims that stand on a scene.
     """
-    from comparisons.claims.claim import load_claims
+    from comparisons.claims.claim import about_method, load_claims
     from comparisons.claims.record import load_claims_record
     from comparisons.claims.runner import ClaimRun
     from comparisons.errors import InputError
@@ -50,13 +56,17 @@ def claims(
     from reports import terminal
     from reports.claims_page import write_claims_report
 
+    outside.load()
     cores = os.cpu_count() or 1
     chosen = min(2, cores) if workers is None else workers
     if not 1 <= chosen <= max(2, cores):
         raise InputError(f"--workers: expected 1 to {max(2, cores)}, the cores here, got {chosen}")
+    chosen_claims = load_claims(ids)
+    if method is not None:
+        chosen_claims = about_method(chosen_claims, method)
     with terminal.claim_progress() as progress:
         run = ClaimRun(
-            load_claims(ids),
+            chosen_claims,
             out,
             "full" if full else "quick",
             command=shlex.join(["roughline", *sys.argv[1:]]),

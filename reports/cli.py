@@ -18,6 +18,7 @@ from cyclopts import App, CycloptsError, Parameter
 from reports.claims_command import claims
 from reports.hard_cases_command import hard_cases
 from reports.house import foreign_packages
+from reports.outside import NOTHING, Outside
 
 if TYPE_CHECKING:
     from comparisons.planning import Plan
@@ -91,6 +92,7 @@ def run(
     workers: int = 1,
     resume: Annotated[bool, Parameter(negative=())] = False,
     pictures: bool = True,
+    outside: Outside = NOTHING,
 ) -> int:
     """Solve scenes with all methods, compare them, and write a report.
 
@@ -121,6 +123,7 @@ def run(
     from comparisons.study import Study
     from reports import terminal
 
+    outside.load()
     most = max(2, os.cpu_count() or 1)
     if not 1 <= workers <= most:
         raise InputError(f"--workers: expected 1 to {most}, the cores here, got {workers}")
@@ -163,6 +166,7 @@ def solve(
     json: Annotated[bool, Parameter(negative=())] = False,
     csv: Path | None = None,
     vtu: Path | None = None,
+    outside: Outside = NOTHING,
 ) -> int:
     """Solve one scene with one method.
 
@@ -186,6 +190,7 @@ def solve(
     from comparisons.single import solve_scene
     from reports import terminal
 
+    outside.load()
     if json and csv is not None:
         return _complain("--json and --csv: expected at most one of them", [])
     for target in (csv, vtu):
@@ -215,7 +220,7 @@ def solve(
 
 
 @app.command(name="list")
-def list_(what: str) -> int:
+def list_(what: str, *, outside: Outside = NOTHING) -> int:
     """List what is built in.
 
     Parameters
@@ -234,6 +239,7 @@ def list_(what: str) -> int:
     }
     if what not in lists:
         raise InputError(f"list: expected one of {', '.join(lists)}, got {what!r}")
+    outside.load()
     lists[what]()
     return FINE
 

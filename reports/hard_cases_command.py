@@ -11,6 +11,8 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
+from reports.outside import NOTHING, Outside
+
 if TYPE_CHECKING:
     from comparisons.hard_cases.record import HardCasesRecord
 
@@ -23,6 +25,7 @@ def hard_cases(
     out: Path = Path("roughline-results/hard-cases"),
     json: Path | None = None,
     case: tuple[str, ...] = (),
+    outside: Outside = NOTHING,
 ) -> int:
     """Run the catalogue of hard cases: accurate, degraded, or refused, as expected or not.
 
@@ -47,6 +50,7 @@ def hard_cases(
     from reports import terminal
     from reports.hard_cases_page import write_hard_cases_report
 
+    outside.load()
     problems = [
         f"{what}: expected one of {', '.join(known)}, got {each!r}"
         for what, given, known in (("methods", methods, METHODS), ("--case", case, CASES))

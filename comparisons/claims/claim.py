@@ -25,7 +25,7 @@ from pydantic import (
 
 from comparisons.errors import InputError
 from comparisons.experiments import EXPERIMENTS
-from comparisons.options import MethodName
+from comparisons.options import MethodName, method_names
 from comparisons.quantities import Finite, Positive, fail
 from comparisons.scene import LARGEST_FILE, QUANTITIES, load_scene, readable
 from comparisons.units import number_and_unit
@@ -178,6 +178,28 @@ class Claim(_Table):
 def builtin_folder() -> Path:
     """Return the folder of the built-in claims."""
     return Path(__file__).parent
+
+
+def about_method(claims: list[Claim], method: str) -> list[Claim]:
+    """Return the claims on scenes about the reduced model as claims about another method.
+
+    Nothing is expected of it; claims that are experiments of their own are left out.
+
+    Raises
+    ------
+    ClaimError
+        If there is no such method, or no claim that could be about it.
+    """
+    if method not in method_names():
+        raise ClaimError([f"--method: expected one of {', '.join(method_names())}, got {method!r}"])
+    found = [
+        claim.model_copy(update={"method": method, "expected": None})
+        for claim in claims
+        if claim.scene is not None and claim.method == "reduced"
+    ]
+    if not found:
+        raise ClaimError([f"--method: no claim here is about a scene that {method} could solve"])
+    return found
 
 
 def load_claims(names: tuple[str, ...] = ()) -> list[Claim]:

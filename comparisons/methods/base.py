@@ -59,8 +59,10 @@ class Task:
     @cached_property
     def key(self) -> str:
         """A name that is the same exactly when the task, the code and its packages are the same."""
+        from comparisons.methods import METHODS
+
         identity = {
-            "source": source_digest(),
+            "source": source_digest() + METHODS[self.method].identity,
             "versions": versions(),
             "scene": self.scene.model_dump(mode="json", exclude={"title", "compare", "methods"}),
             "geometry": self.geometry.digest,
@@ -168,6 +170,8 @@ class Method:
     peer = False
     # A user's code, untrusted: it is judged, and takes no part in what the truth is.
     external = False
+    # What tells one version of such code from another.
+    identity = ""
 
     def supports(self, scene: Scene) -> Support:
         """Say whether the method can do the scene, with the reason where not."""

@@ -7,6 +7,7 @@ judged; it never becomes the truth, nor does it take part in the disagreements o
 
 from __future__ import annotations
 
+import hashlib
 import json
 import math
 import os
@@ -33,6 +34,8 @@ WORK = "comparisons.methods.external_work"
 VARIABLE = "ROUGHLINE_METHODS"
 NAME = re.compile(r"[a-z][a-z0-9_]{0,39}")
 PLAN_SECONDS = 60.0
+# A method that passes its limits so often in a row would do so on every scene of a catalogue.
+MOST_STUCK = 4
 LONGEST_TEXT = 300
 MOST_RESOLUTIONS = 10
 FIELDS = ("pressure_x", "pressure_y", "pressure", "pressure_weight")
@@ -55,6 +58,7 @@ class Origin:
     name: str
     title: str
     dimension: int
+    digest: str
     seconds: float
     memory: float
 
@@ -70,6 +74,8 @@ class ExternalMethod(Method):
         self.origin = origin
         self.name, self.title = origin.name, origin.title
         self.dimension = origin.dimension
+        self.identity = origin.digest
+        self._stuck = 0
         self._plans: dict[str, dict[str, Any]] = {}
 
     def supports(self, scene: Scene) -> Support:
@@ -97,11 +103,21 @@ class ExternalMethod(Method):
         return self._plans[key]
 
     def _ask(self, question: str, *arguments: Any, seconds: float) -> isolation.Outcome:
-        source, name = self.origin.source, self.origin.name
-        work, memory = f"{WORK}:{question}", self.origin.memory
-        return isolation.run(
-            work, source, name, *arguments, seconds=seconds, memory=memory, finite=False
+        if self._stuck >= MOST_STUCK:
+            why = f"not asked again: {MOST_STUCK} times in a row it hung or ran out of memory"
+            return isolation.Outcome("raised", reason=why)
+        outcome = isolation.run(
+            f"{WORK}:{question}",
+            self.origin.source,
+            self.origin.name,
+            *arguments,
+            seconds=seconds,
+            memory=self.origin.memory,
+            finite=False,
         )
+        stuck = outcome.ended in (isolation.HUNG, isolation.OUT_OF_MEMORY)
+        self._stuck = self._stuck + 1 if stuck else 0
+        return outcome
 
     def solve(self, task: Task) -> Solution:
         """Solve in the method's own process, and check what comes back."""
@@ -164,7 +180,7 @@ def _add(source: str, limits: Limits, problems: list[str]) -> None:
         return
     try:
         origins = [_origin(source, each, limits) for each in json.loads(outcome.answer["methods"])]
-    except (KeyError, TypeError, ValueError) as error:
+    except (KeyError, TypeError, ValueError, OSError) as error:
         problems.append(f"{label}: {_text(error)}")
         return
     for origin in origins:
@@ -193,7 +209,17 @@ def _origin(source: str, found: Any, limits: Limits) -> Origin:
         raise ValueError(f"name: {name!r} is a method of roughline's own")
     if dimension not in (1, 3):
         raise ValueError(f"dimension: expected 1 or 3, got {dimension!r:.60}")
-    return Origin(source, name, _text(title)[:60] or name, dimension, **asdict(limits))
+    title = _text(title)[:60] or name
+    return Origin(source, name, title, dimension, _digest(source), **asdict(limits))
+
+
+def _digest(source: str) -> str:
+    """Return what tells one version of a source from another."""
+    kind, _, where = source.partition(":")
+    if kind == "file":
+        return hashlib.sha256(Path(where).read_bytes()).hexdigest()
+    (point,) = metadata.entry_points(group=GROUP, name=where)
+    return f"{point.value} {point.dist.version if point.dist else ''}"
 
 
 def _told(outcome: isolation.Outcome) -> str:

@@ -1,0 +1,55 @@
+"""Options of every command that runs methods: files with methods from outside, and their limits."""
+
+from __future__ import annotations
+
+import sys
+from dataclasses import dataclass
+from pathlib import Path
+
+from cyclopts import Parameter
+
+
+@Parameter(name="*")
+@dataclass(frozen=True)
+class Outside:
+    """Methods from outside.
+
+    Parameters
+    ----------
+    method_file
+        A Python file with a method of yours (docs/adding-a-method.md); may be repeated.
+    method_seconds
+        Longest time of one solve of such a method, start of its process included.
+    method_gigabytes
+        Most memory of such a method's process.
+    """
+
+    method_file: tuple[Path, ...] = ()
+    method_seconds: float = 120.0
+    method_gigabytes: float = 2.0
+
+    def load(self) -> None:
+        """Register the methods of the files, and of installed packages.
+
+        Raises
+        ------
+        InputError
+            Listing every file and limit that is wrong.
+        """
+        from comparisons.errors import InputError
+        from comparisons.methods.external import Limits, add_methods
+
+        limits = {"seconds": self.method_seconds, "gigabytes": self.method_gigabytes}
+        wrong = [
+            f"--method-{name}: expected a positive number, got {value:g}"
+            for name, value in limits.items()
+            if not 0 < value < float("inf")
+        ]
+        if wrong:
+            raise InputError("\n".join(wrong))
+        bounds = Limits(self.method_seconds, 1e9 * self.method_gigabytes)
+        for notice in add_methods(self.method_file, bounds):
+            print(f"left out: {notice}", file=sys.stderr)
+
+
+NOTHING = Outside()

@@ -1,0 +1,417 @@
+"""Methods from outside: judged like ours, trusted with nothing, costing only their own rows."""
+
+from __future__ import annotations
+
+import json
+import os
+from importlib import metadata
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from comparisons import isolation, options
+from comparisons.archive import arrays_of
+from comparisons.errors import InputError
+from comparisons.execution import execute
+from comparisons.hard_cases.catalogue import CASES
+from comparisons.hard_cases.run import run_case
+from comparisons.methods import METHODS, Solution, external, external_work
+from comparisons.methods.external import ExternalMethod, Limits, Origin, add_methods, registered
+from comparisons.planning import plan_scene, task_of
+from comparisons.reference import references
+from comparisons.scene import load_scene
+from reports.cli import run_command
+
+EXAMPLE = Path(__file__).resolve().parents[2] / "docs" / "examples" / "winkler.py"
+
+# Each of these does one bad thing on every scene; `fine` is exact for the paraboloid.
+BAD = '''
+import os, time
+import numpy as np
+from comparisons.methods import method
+
+def hertz(task, load, realisation):
+    """Hertz."""
+    radius = task.geometry.indenter.radius
+    return {"force": 4 / 3 * task.scene.effective_modulus * radius**0.5 * load**1.5}
+
+fine = method("fine", resolutions=(1,))(hertz)
+
+@method("nan", resolutions=(1,))
+def nan(task, load, realisation):
+    """NaN at the second load."""
+    force = hertz(task, load, realisation)["force"]
+    return {"force": force if load != task.loads.values[1] else np.nan}
+
+@method("raises", resolutions=(1,))
+def raises(task, load, realisation):
+    """An error that no method should raise."""
+    raise KeyError("lost my keys")
+
+@method("hangs", resolutions=(1,))
+def hangs(task, load, realisation):
+    """Never comes back."""
+    time.sleep(1000)
+
+@method("greedy", resolutions=(1,))
+def greedy(task, load, realisation):
+    """A hundred times the memory: a gigabyte for a few numbers."""
+    kept = [np.ones(10**6) for _ in range(125)]
+    return {"force": float(kept[0][0])}
+
+@method("dies", resolutions=(1,))
+def dies(task, load, realisation):
+    """Takes the interpreter with it."""
+    os._exit(7)
+'''
+
+
+@pytest.fixture(autouse=True)
+def registry(monkeypatch):
+    """Forget the methods of a test: names, instances, and what is handed to workers."""
+    monkeypatch.setattr(options, "_from_outside", [])
+    monkeypatch.setenv(external.VARIABLE, "[]")
+    before = dict(METHODS)
+    yield
+    METHODS.clear()
+    METHODS.update(before)
+
+
+@pytest.fixture
+def bad(tmp_path):
+    path = tmp_path / "bad.py"
+    path.write_text(BAD)
+    return path
+
+
+# --- the example -------------------------------------------------------------------------------
+
+
+def test_the_example_is_judged_by_a_hard_case():
+    """Springs of E*/a per area under a paraboloid: F = pi E* R d^2/a, at d = 1 um 3/4 pi Hertz.
+
+    a is the radius at the only load, so F/F_Hertz = (pi R d^2 / sqrt(R d)) / (4/3 sqrt(R) d^1.5)
+    = 3 pi/4: an error of 135.6 %; the overlap has twice the contact area.
+    """
+    assert add_methods([EXAMPLE]) == []
+    assert METHODS["winkler"].title == "Winkler foundation"
+    (outcome,) = run_case(CASES["load-one"], ["winkler"])
+    assert outcome.kind == "degraded"
+    assert outcome.error == pytest.approx(3 * np.pi / 4 - 1, rel=1e-3)
+    assert outcome.area_error == pytest.approx(1.0, rel=0.01)
+    assert (outcome.expected, outcome.deviation) == ("", "")
+    (refused,) = run_case(CASES["rough-steep"], ["winkler"])
+    assert (refused.kind, refused.reason) == (
+        "not for",
+        "indenters under prescribed penetration only",
+    )
+
+
+def test_the_example_is_about_twenty_lines():
+    """As documented: what a user has to write, blank lines and docstrings included."""
+    assert len(EXAMPLE.read_text().splitlines()) <= 30
+
+
+# --- misbehaviour ------------------------------------------------------------------------------
+
+
+@pytest.mark.slow
+def test_misbehaving_methods_cost_only_their_own_rows(bad, tmp_path, capsys):
+    """In a study: the reduced model's rows are what they are without them."""
+    limits = ["--method-seconds", "20", "--method-gigabytes", "0.6"]
+    names = ["fine", "nan", "raises", "hangs", "greedy", "dies"]
+    arguments = ["run", "paraboloid", "--no-pictures", "--out", str(tmp_path / "out")]
+    arguments += ["--methods", ",".join(["closed_form", "reduced", *names])]
+    assert run_command([*arguments, "--method-file", str(bad), *limits]) == 1
+    assert "lost" in capsys.readouterr().out
+    rows = pd.read_csv(tmp_path / "out" / "results.csv")
+    lost = rows[~rows["converged"]].groupby("method")
+    steps = rows[rows["method"] == "fine"]["step"].nunique()
+    assert lost.size().to_dict() == {n: 1 if n == "nan" else steps for n in names[1:]}
+    reasons = lost["reason"].first()
+    assert reasons["nan"] == "force came out as nan"
+    assert "lost my keys" in reasons["raises"]
+    assert reasons["hangs"].startswith("hung: no answer within 20 s")
+    assert reasons["greedy"].startswith("out of memory")
+    assert "exit code 7" in reasons["dies"]
+    ours = rows[rows["method"].isin(["reduced", "fine"])]
+    assert ours["converged"].all()
+    assert ours["error_force"].abs().max() < 1e-12
+    assert "lost my keys" in (tmp_path / "out" / "report.html").read_text()
+
+
+@pytest.mark.slow
+def test_misbehaving_methods_have_an_outcome_in_every_hard_case(bad):
+    """Whatever they do, a case gives an outcome, and the built-in ones are as expected."""
+    add_methods([bad], Limits(seconds=15, memory=6e8))
+    names = ["fine", "nan", "raises", "hangs", "greedy", "dies"]
+    found = {each.method: each for each in run_case(CASES["nu-0-3"], [*names, "reduced"])}
+    assert found["fine"].kind == "accurate"
+    assert found["nan"].lost == (1,)
+    assert {found[name].kind for name in names[2:]} == {"lost"}
+    assert all(found[name].reason for name in names[1:])
+    assert found["reduced"].deviation == ""
+
+
+@pytest.mark.slow
+def test_workers_know_the_methods_of_the_command_line(tmp_path):
+    """Processes of a parallel run are started with the names and files of their parent."""
+    arguments = ["run", "paraboloid", "--no-pictures", "--methods", "closed_form,winkler"]
+    arguments += ["--workers", "2", "--method-file", str(EXAMPLE), "--out", str(tmp_path / "out")]
+    assert run_command(arguments) == 0
+    rows = pd.read_csv(tmp_path / "out" / "results.csv")
+    assert rows[rows["method"] == "winkler"]["converged"].all()
+
+
+def test_a_method_that_always_hangs_is_asked_a_few_times_only(monkeypatch):
+    calls = []
+
+    def hang(work, *arguments, **limits):
+        calls.append(work)
+        return isolation.Outcome("hung", reason="no answer within 1 s")
+
+    monkeypatch.setattr(isolation, "run", hang)
+    method = ExternalMethod(Origin("file:x", "slow", "slow", 3, "", 1.0, 1e9))
+    scenes = [
+        load_scene(name) for name in ("paraboloid", "cone", "sphere", "cylinder", "ellipsoid-2")
+    ]
+    reasons = [method.supports(scene).reason for scene in scenes]
+    assert len(calls) == external.MOST_STUCK
+    assert "hung: no answer within 1 s" in reasons[0]
+    assert "not asked again" in reasons[-1]
+
+
+# --- what comes back is not trusted ------------------------------------------------------------
+
+
+@pytest.fixture
+def task():
+    METHODS["other"] = ExternalMethod(Origin("file:x", "other", "other", 3, "", 1.0, 1e9))
+    options.register_method("other")
+    plan = plan_scene(load_scene("paraboloid", {"compare.methods": ["reduced"]}))[0]
+    return task_of(plan, "other", 10)
+
+
+@pytest.fixture
+def answered(monkeypatch, task):
+    """Return a solver of the task by a process that answers what a test says."""
+
+    def solve(change) -> Solution:
+        solution = Solution.empty(task)
+        for step in range(len(task.loads.values)):
+            solution.put((0, step), {"force": 1.0 + step})
+        arrays = arrays_of(solution)
+        change(arrays)
+        answer = isolation.Outcome("answered", answer=arrays)
+        monkeypatch.setattr(isolation, "run", lambda *a, **k: answer)
+        return execute(task)
+
+    return solve
+
+
+def test_a_good_answer_is_taken(answered):
+    solution = answered(lambda arrays: None)
+    assert solution.converged.all()
+    assert solution.quantities["force"][0, 0] == 1.0
+
+
+STEPS = 7
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "reason"),
+    [
+        ("solution.q.force", np.ones(3), "force has shape (3,)"),
+        ("solution.q.force", np.full((1, STEPS), "x"), "force has shape"),
+        ("solution.q.<b>", np.ones((1, STEPS)), "unknown quantity '<b>'"),
+        ("solution.converged", np.ones((1, STEPS)), "converged has shape"),
+        ("solution.iterations", np.ones((2, 2), dtype=int), "iterations has shape"),
+        ("solution.json", np.array("{"), "malformed answer"),
+        ("solution.json", np.array('{"unknowns": "many"}'), "malformed answer"),
+    ],
+)
+def test_a_malformed_answer_is_the_reason_of_lost_steps(answered, name, value, reason):
+    solution = answered(lambda arrays: arrays.update({name: value}))
+    assert not solution.converged.any()
+    assert all(reason in why for why in solution.reasons.values())
+
+
+def test_a_missing_part_of_an_answer_is_the_reason_of_lost_steps(answered):
+    assert "malformed" in answered(lambda arrays: arrays.pop("solution.violation")).reasons[0, 0]
+
+
+def test_converged_steps_without_a_number_are_lost(answered):
+    def nan(arrays):
+        arrays["solution.q.force"][0, 2] = np.nan
+
+    solution = answered(nan)
+    assert solution.reasons == {(0, 2): "force came out as nan"}
+
+
+def test_fields_of_other_names_or_sizes_are_dropped(answered):
+    """Only a whole pressure field is shown; a name could be that of a file, or of a heights map."""
+    fields = {name: np.ones(4) for name in external.FIELDS}
+    good = answered(lambda arrays: arrays.update(fields | {"heights": np.ones((2, 2))}))
+    assert set(good.fields) == set(external.FIELDS)
+    torn = answered(lambda arrays: arrays.update(fields | {"pressure": np.ones(3)}))
+    assert torn.fields == {}
+
+
+def test_reasons_are_short_printable_and_about_steps_that_exist(answered):
+    def chatter(arrays):
+        document = json.loads(str(arrays["solution.json"]))
+        long = "\x1b[31m\nno" + "x" * 10_000
+        document["reasons"] = [[0, 0, long], [5, 5, "elsewhere"]]
+        arrays["solution.json"] = np.array(json.dumps(document))
+        arrays["solution.converged"][0, 0] = False
+
+    reasons = answered(chatter).reasons
+    assert set(reasons) == {(0, 0)}
+    assert len(reasons[0, 0]) <= external.LONGEST_TEXT
+    assert reasons[0, 0].isprintable()
+
+
+@pytest.mark.parametrize(
+    "levels", [[], [0], [2.5], ["4"], "444", [True], list(range(1, 100)), [2**40]]
+)
+def test_resolutions_are_a_few_whole_numbers(monkeypatch, levels):
+    answer = isolation.Outcome("answered", answer={"ok": True, "resolutions": levels})
+    monkeypatch.setattr(isolation, "run", lambda *a, **k: answer)
+    method = ExternalMethod(Origin("file:x", "odd", "odd", 3, "", 1.0, 1e9))
+    support = method.supports(load_scene("paraboloid"))
+    assert not support.ok
+    assert "resolutions" in support.reason
+
+
+def test_a_method_from_outside_is_never_the_truth(task):
+    """Nor does it disagree as a reference: it is judged."""
+    solution = Solution.empty(task)
+    solution.put((0, 0), {"force": 1.0})
+    assert references({("other", 10): solution}) == []
+
+
+# --- registration --------------------------------------------------------------------------------
+
+
+def described(monkeypatch, **found):
+    usual = {"name": "other", "title": "Other", "dimension": 3}
+    answer = {"methods": json.dumps([usual | found])}
+    done = isolation.Outcome("answered", answer=answer)
+    monkeypatch.setattr(isolation, "run", lambda *a, **k: done)
+
+
+@pytest.mark.parametrize(
+    ("found", "reason"),
+    [
+        ({"name": "../../etc"}, "expected a-z, 0-9 and _"),
+        ({"name": "<script>"}, "expected a-z, 0-9 and _"),
+        ({"name": "x" * 50}, "expected a-z, 0-9 and _"),
+        ({"name": 3}, "expected a-z, 0-9 and _"),
+        ({"name": "reduced"}, "'reduced' is a method of roughline's own"),
+        ({"dimension": 2}, "dimension: expected 1 or 3, got 2"),
+    ],
+)
+def test_a_method_may_not_call_itself_anything(monkeypatch, tmp_path, found, reason):
+    file = tmp_path / "m.py"
+    file.write_text("")
+    described(monkeypatch, **found)
+    before = dict(METHODS)
+    with pytest.raises(InputError, match="--method-file") as caught:
+        add_methods([file])
+    assert reason in str(caught.value)
+    assert before == METHODS
+
+
+def test_titles_are_short_and_printable(monkeypatch, tmp_path):
+    file = tmp_path / "m.py"
+    file.write_text("")
+    described(monkeypatch, title="\x1b[2J" + "<b>" * 100)
+    add_methods([file])
+    assert METHODS["other"].title.isprintable()
+    assert len(METHODS["other"].title) == 60
+
+
+def test_two_files_may_not_bring_the_same_name(monkeypatch, tmp_path):
+    files = [tmp_path / "a.py", tmp_path / "b.py"]
+    for file in files:
+        file.write_text("")
+    described(monkeypatch)
+    with pytest.raises(InputError, match="another method is called 'other' already"):
+        add_methods(files)
+
+
+def test_files_that_do_not_exist_are_all_listed(tmp_path):
+    with pytest.raises(InputError) as caught:
+        add_methods([tmp_path / "a.py", tmp_path / "b.py"])
+    assert str(caught.value).count("no such file") == 2
+
+
+def test_workers_are_told_in_their_environment(monkeypatch, tmp_path):
+    file = tmp_path / "m.py"
+    file.write_text("")
+    described(monkeypatch)
+    add_methods([file], Limits(5, 1e9))
+    monkeypatch.setattr(options, "_from_outside", [])
+    (made,) = registered().values()
+    assert (made.name, made.origin.seconds, made.origin.memory) == ("other", 5, 1e9)
+    assert "other" in options.method_names()
+    assert str(file) in os.environ[external.VARIABLE]
+
+
+def test_a_changed_file_is_another_method(monkeypatch, tmp_path):
+    """--resume must not take the results of an older version."""
+    file = tmp_path / "m.py"
+    keys = []
+    for text in ("first", "second"):
+        file.write_text(text)
+        described(monkeypatch)
+        add_methods([file])
+        plan = plan_scene(load_scene("paraboloid", {"compare.methods": ["reduced"]}))[0]
+        keys.append(task_of(plan, "other", 10).key)
+    assert keys[0] != keys[1]
+
+
+def test_installed_packages_bring_methods_and_a_broken_one_is_left_out(monkeypatch):
+    """The group `roughline.methods`; a package that fails must not stop other commands."""
+    points = metadata.EntryPoints(
+        metadata.EntryPoint(name, f"{name}:Method", external.GROUP) for name in ("good", "torn")
+    )
+    monkeypatch.setattr(metadata, "entry_points", lambda **which: points.select(**which))
+
+    def describe(work, source, **limits):
+        if source == "entry:torn":
+            return isolation.Outcome("raised", reason="ImportError: torn")
+        found = [{"name": "good", "title": "Good", "dimension": 1}]
+        return isolation.Outcome("answered", answer={"methods": json.dumps(found)})
+
+    monkeypatch.setattr(isolation, "run", describe)
+    assert add_methods() == ["the installed method 'torn': raised: ImportError: torn"]
+    assert METHODS["good"].origin.source == "entry:good"
+
+
+# --- the other side, in this process ----------------------------------------------------------
+
+
+def test_a_file_without_a_method_says_what_is_expected(tmp_path):
+    file = tmp_path / "empty.py"
+    file.write_text("from comparisons.methods import Method\nprint('imported')\n")
+    with pytest.raises(ValueError, match="no method in the file: expected a function under"):
+        external_work.describe(f"file:{file}")
+
+
+def test_classes_and_functions_are_found_and_imported_ones_are_not(tmp_path):
+    file = tmp_path / "two.py"
+    file.write_text(
+        "from comparisons.methods import Method, method\n"
+        "from comparisons.methods.reduced import Reduced\n"
+        "class Own(Method):\n    name = 'own'\n    dimension = 1\n"
+        "class Base(Method):\n    name = ''\n"
+        "@method('step')\ndef step(task, load, realisation):\n    return {}\n"
+    )
+    found = json.loads(external_work.describe(f"file:{file}")["methods"])
+    assert found == [
+        {"name": "own", "title": "", "dimension": 1},
+        {"name": "step", "title": "step", "dimension": 3},
+    ]
