@@ -37,6 +37,10 @@ SCENE_KEYS = ("name", "title", "text", "control", "quantities", "tolerance", "pl
 SCENE_KEYS += ("reference", "answer", "disagreements")
 
 
+# A scene or a method may well be called "nan" or "null": names are no missing values.
+_NAMES = dict.fromkeys(("scene", "method"), str)
+
+
 class ResultsError(InputError):
     """A results folder cannot be read or written as asked."""
 
@@ -197,8 +201,8 @@ def load_study(directory: str | Path) -> StudyRecord:
     root = Path(directory)
     try:
         document = parse_study((root / STUDY).read_text(encoding="utf-8"))
-        rows = pd.read_csv(root / RESULTS, low_memory=False)
-        measures = pd.read_csv(root / MEASURES)
+        rows = pd.read_csv(root / RESULTS, low_memory=False, converters=_NAMES)
+        measures = pd.read_csv(root / MEASURES, converters=_NAMES)
         scenes = tuple(_scene_record(item, root, rows, measures) for item in document["scenes"])
         return StudyRecord(
             directory=root,
