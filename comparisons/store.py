@@ -37,8 +37,8 @@ SCENE_KEYS = ("name", "title", "text", "control", "quantities", "tolerance", "pl
 SCENE_KEYS += ("reference", "answer", "disagreements")
 
 
-# A scene or a method may well be called "nan" or "null": names are no missing values.
-_NAMES = dict.fromkeys(("scene", "method"), str)
+# What is missing is written as nothing: a scene or a method may well be called "nan" or "null".
+_AS_WRITTEN: dict[str, Any] = {"keep_default_na": False, "na_values": [""]}
 
 
 class ResultsError(InputError):
@@ -201,8 +201,8 @@ def load_study(directory: str | Path) -> StudyRecord:
     root = Path(directory)
     try:
         document = parse_study((root / STUDY).read_text(encoding="utf-8"))
-        rows = pd.read_csv(root / RESULTS, low_memory=False, converters=_NAMES)
-        measures = pd.read_csv(root / MEASURES, converters=_NAMES)
+        rows = pd.read_csv(root / RESULTS, low_memory=False, **_AS_WRITTEN)
+        measures = pd.read_csv(root / MEASURES, **_AS_WRITTEN)
         scenes = tuple(_scene_record(item, root, rows, measures) for item in document["scenes"])
         return StudyRecord(
             directory=root,
