@@ -106,10 +106,13 @@ class Convolution:
         blocks = -(-modes // lanes)
         half = -(-((shape[1] + 1) // 2) // lanes) * lanes
         longest = max(line.work_length for line in lines)
-        self._size = padded[0] * padded[1]
+        # a half for the two fields that `part` adds up
+        self.mean_unit = 1 / (2 * padded[0] * padded[1])
+        blocked = np.zeros(blocks * padded[1] * lanes, self.dtype)
+        _fill_blocks(transfer, blocked, modes, padded[1], lanes, self.mean_unit)
         self.plan = Plan(
             lanes,
-            _blocked(transfer, padded, lanes).astype(self.dtype),
+            blocked,
             *lines,
             np.zeros((blocks, 2 * half, 2 * lanes), self.dtype),
             np.zeros(2 * lanes * longest, self.dtype),
@@ -124,27 +127,18 @@ class Convolution:
         return out
 
     def set_mean_factor(self, value: float) -> None:
-        """Change the transfer function at zero wavenumber."""
-        self.plan.transfer[0] = value / (2 * self._size)
-
-    @property
-    def mean_unit(self) -> float:
-        """What `Plan.transfer[0]` is for a unit transfer function."""
-        return 1 / (2 * self._size)
+        """Change the transfer function at zero wavenumber; `mean_unit` stands for one there."""
+        self.plan.transfer[0] = value * self.mean_unit
 
 
-def _blocked(
-    transfer: NDArray[np.float64], padded: tuple[int, int], lanes: int
-) -> NDArray[np.float64]:
+@njit(cache=True)
+def _fill_blocks(transfer, blocked, modes, columns, lanes, factor):
     """Order the transfer function as it is used: blocks of q_x, all q_y, the lanes of a block."""
-    modes = padded[0] // 2 + 1
-    blocks = -(-modes // lanes)
-    ordered = np.zeros((blocks * lanes, padded[1]))
-    columns = np.arange(padded[1])
-    # a half for the two fields that `part` adds up
-    ordered[:modes] = transfer[:modes, np.minimum(columns, padded[1] - columns)]
-    ordered /= 2 * padded[0] * padded[1]
-    return ordered.reshape(blocks, lanes, -1).transpose(0, 2, 1).ravel()
+    for block in range(-(-modes // lanes)):
+        for j in range(columns):
+            for lane in range(min(lanes, modes - block * lanes)):
+                value = transfer[block * lanes + lane, min(j, columns - j)] * factor
+                blocked[(block * columns + j) * lanes + lane] = value
 
 
 def _line(length: int, dtype: np.dtype) -> Line:

@@ -155,7 +155,9 @@ class FreeOperator(HalfSpace):
         """Love's coefficients at offsets from zero to less than `shape`; (19.3)."""
         known = self._made.get("coefficients")
         if known is None or any(n > k for n, k in zip(shape, known.shape, strict=True)):
-            offsets = np.arange(shape[0])[:, None], np.arange(shape[1])[None, :]
+            # some more than asked for: the next window of a sweep may be larger
+            size = (min(n, max(64, k)) for n, k in zip(self.shape, shape, strict=True))
+            offsets = np.ix_(*(np.arange(n) for n in size))
             known = kernels.love(*offsets, self.spacing, self.effective_modulus)
             self._made["coefficients"] = known
         return known[: shape[0], : shape[1]]
@@ -181,7 +183,7 @@ class FreeOperator(HalfSpace):
 
         def make() -> FreeOperator:
             part = FreeOperator(shape, self.spacing, self.effective_modulus)
-            part._made["coefficients"] = self.coefficients(self.shape)
+            part._made["coefficients"] = self.coefficients(shape)
             return part
 
         return self.kept(("restricted", shape), make)
