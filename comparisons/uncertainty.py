@@ -5,25 +5,53 @@ All uncertainties are half-widths at 95 %, relative to the value.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from scipy import stats
 
-# Roache's safety factors: 1.25 where three grids converge with a credible order, 3 otherwise.
-SAFE, UNSAFE = 1.25, 3.0
-# Contact edges move in jumps of a cell, so the observed order is noisy: nothing beyond first order
-# is trusted (areas and sharp edges have no more), and below half an order convergence is not
-# credible at all.
-LOWEST_ORDER, HIGHEST_ORDER = 0.5, 1.0
+
+@dataclass(frozen=True)
+class Rule:
+    """The parameters of the grid convergence index.
+
+    Attributes
+    ----------
+    safe, unsafe : float
+        Roache's safety factors: 1.25 where three grids converge with a credible order, 3
+        otherwise.
+    lowest, highest : float
+        Contact edges move in jumps of a cell, so the observed order is noisy: nothing beyond the
+        highest is trusted, and below the lowest convergence is not credible at all.
+    floor : float
+        A load step's own difference counts no less than this share of the median over the steps.
+
+    Roache's factors are taken as published; highest and floor are fixed by
+    `comparisons.calibration` on the fitting half of its shapes.
+    """
+
+    safe: float = 1.25
+    unsafe: float = 3.0
+    lowest: float = 0.5
+    highest: float = 1.25
+    floor: float = 0.5
 
 
-def grid_uncertainty(resolutions: np.ndarray, curves: np.ndarray) -> np.ndarray:
+RULE = Rule()
+# The safety factor of two values whose convergence is known otherwise.
+SAFE = RULE.safe
+
+
+def grid_uncertainty(resolutions: np.ndarray, curves: np.ndarray, rule: Rule = RULE) -> np.ndarray:
     """Return the relative uncertainty of the finest of several solutions, per load step.
 
     The grid convergence index of Roache (J. Fluids Eng. 116 (1994) 405): with f3 the finest of
     three values, r the ratio of resolutions and p the observed order,
     u = Fs |f3 - f2| / (r^p - 1). The order comes from the median differences over all load
     steps, because single steps can agree by chance; for the same reason a step's own difference
-    counts no less than half the median over the steps.
+    counts no less than a share of the median over the steps, and no less than the difference
+    before it predicts. Values that oscillate or diverge have no order: first order and the unsafe
+    factor; values that converge slowly, the lowest order and the unsafe factor.
 
     Parameters
     ----------
@@ -31,6 +59,7 @@ def grid_uncertainty(resolutions: np.ndarray, curves: np.ndarray) -> np.ndarray:
         Increasing.
     curves : ndarray, shape (m, k)
         One quantity at k load steps for each resolution.
+    rule : Rule
 
     Returns
     -------
@@ -56,31 +85,31 @@ def grid_uncertainty(resolutions: np.ndarray, curves: np.ndarray) -> np.ndarray:
         last = np.where(finest > 0, (curves[-1] - curves[-2]) / finest, np.nan)
         ratio = resolutions[-1] / resolutions[-2]
         if len(curves) == 2:
-            order, factor = 1.0, UNSAFE
+            order, factor = 1.0, rule.unsafe
         else:
             previous = np.where(finest > 0, (curves[-2] - curves[-3]) / finest, np.nan)
-            order, factor = _order(last, previous, ratio, resolutions[-2] / resolutions[-3])
+            order, factor = _order(rule, last, previous, ratio, resolutions[-2] / resolutions[-3])
             predicted = np.abs(previous) / ratio**order
             last = np.fmax(np.abs(last), predicted)
-        difference = np.fmax(np.abs(last), 0.5 * _typical(last))
+        difference = np.fmax(np.abs(last), rule.floor * _typical(last))
     return factor * difference / (ratio**order - 1)
 
 
 def _order(
-    last: np.ndarray, previous: np.ndarray, ratio: float, before: float
+    rule: Rule, last: np.ndarray, previous: np.ndarray, ratio: float, before: float
 ) -> tuple[float, float]:
     """Return the order used and the safety factor that its credibility deserves."""
     fine, coarse = _typical(last), _typical(previous)
     if fine == 0 or not np.isfinite(fine * coarse):
-        return HIGHEST_ORDER, SAFE
+        return 1.0, rule.safe
     # Equal ratios solve for the order directly; for unequal ones the mean ratio is close enough
     # for a number that is clipped.
     observed = np.log(coarse / fine) / np.log(np.sqrt(ratio * before)) if coarse else -np.inf
     monotone = np.nansum(last * previous) > 0
-    if monotone and observed >= LOWEST_ORDER:
-        return float(min(observed, HIGHEST_ORDER)), SAFE
+    if monotone and observed >= rule.lowest:
+        return float(min(observed, rule.highest)), rule.safe
     slow = monotone and observed > 0
-    return LOWEST_ORDER if slow else HIGHEST_ORDER, UNSAFE
+    return rule.lowest if slow else 1.0, rule.unsafe
 
 
 def _typical(values: np.ndarray) -> float:

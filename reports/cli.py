@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import App, CycloptsError, Parameter
 
+from reports.calibrate_command import calibrate
 from reports.claims_command import claims
 from reports.hard_cases_command import hard_cases
 from reports.house import foreign_packages
@@ -34,6 +35,7 @@ app = App(
     suppress_keyboard_interrupt=False,  # our own exit code says that --resume will go on
 )
 app.command(claims)
+app.command(calibrate)
 app.command(hard_cases)
 
 

@@ -1,0 +1,248 @@
+"""Is the bar right? The uncertainty of references against their true error, on closed forms.
+
+Every reference is solved at many resolutions on shapes whose exact solution is known. From each
+series of resolutions comes a bar, as for any scene, and beside it stands the true error of the
+finest solution. A bar is right if it covers the error in 95 % of the cases without being far wider.
+
+The parameters of the estimator are fixed on half of the shapes (FITTING); the other half
+(REPORTED) has no part in that, and is what is reported. Both halves have smooth shapes, kinks and
+tips, flat punches with sharp edges, and ellipses.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+from itertools import product
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+from joblib import Parallel, delayed
+
+from comparisons.execution import execute
+from comparisons.methods import Solution
+from comparisons.metrics import relative_error, rms_and_maximum
+from comparisons.planning import plan_scene, task_of
+from comparisons.reference import GRID, Solved, references
+from comparisons.scene import make_scene
+from comparisons.uncertainty import RULE, Rule, combined, grid_uncertainty
+
+FITTING: dict[str, dict[str, Any]] = {
+    "paraboloid": {"shape": "paraboloid", "radius": 1.0},
+    "cone": {"shape": "cone", "slope": 0.1},
+    "power law n = 3": {"shape": "power_law", "exponent": 3, "coefficient": 0.1},
+    "rounded punch, narrow": {"shape": "rounded_punch", "flat_radius": 0.5, "edge_radius": 2.0},
+    "ellipsoid 2 : 1": {"shape": "ellipsoid", "radius_x": 2.0, "radius_y": 1.0},
+    "flat ellipse 1.3 : 1": {"shape": "elliptic_punch", "semi_axes": [1.3, 1.0]},
+    "flat ellipse 2 : 1": {"shape": "elliptic_punch", "semi_axes": [2.0, 1.0]},
+}
+REPORTED: dict[str, dict[str, Any]] = {
+    "sphere": {"shape": "sphere", "radius": 1.0},
+    "power law n = 1.5": {"shape": "power_law", "exponent": 1.5, "coefficient": 0.1},
+    "power law n = 4": {"shape": "power_law", "exponent": 4, "coefficient": 0.1},
+    "rounded punch, wide": {"shape": "rounded_punch", "flat_radius": 1.0, "edge_radius": 1.0},
+    "ellipsoid 5 : 1": {"shape": "ellipsoid", "radius_x": 5.0, "radius_y": 1.0},
+    "cylinder": {"shape": "cylinder", "radius": 1.0},
+    "flat ellipse 3 : 1": {"shape": "elliptic_punch", "semi_axes": [3.0, 1.0]},
+}
+# Series of resolutions as plans use them, and odd ones.
+SERIES: dict[str, tuple[tuple[int, ...], ...]] = {
+    "bem_fft": ((8, 16, 32), (11, 22, 44), (16, 32, 64), (8, 11, 16), (16, 22, 32)),
+    "bem_dense": ((4, 8, 16), (5, 10, 20), (5, 8, 12), (4, 6, 8)),
+    "fem": ((2, 3, 4), (3, 4, 6)),
+}
+# A mesh costs seconds; it is the same under force control.
+CONTROLS = {"bem_fft": ("penetration", "force"), "bem_dense": ("penetration", "force")}
+QUANTITIES = ("force", "penetration", "contact_area", "stiffness")
+FLAT = ("cylinder", "elliptic_punch")
+LOADS = [0.02, 0.03, 0.05, 0.08]
+# What the fitting half must reach, over all its cases and for each of its shapes.
+WANTED, WANTED_OF_A_SHAPE = 0.975, 0.9
+
+
+@dataclass(frozen=True)
+class Case:
+    """One bar beside the true error it must cover: a quantity of one series of resolutions.
+
+    `curves` (levels, steps) and `others` (steps), the bars of the other sources, allow the grid's
+    bar to be computed anew with another rule. Error and bar are the rms over the load steps.
+    """
+
+    half: str
+    shape: str
+    method: str
+    control: str
+    quantity: str
+    resolutions: tuple[int, ...]
+    errors: np.ndarray
+    bars: np.ndarray
+    curves: np.ndarray
+    others: np.ndarray
+
+    @property
+    def error(self) -> float:
+        """True error, rms over the load steps."""
+        return rms_and_maximum(self.errors)[0]
+
+    @property
+    def bar(self) -> float:
+        """Estimated 95 % half-width, rms over the load steps."""
+        return rms_and_maximum(self.bars)[0]
+
+    def with_rule(self, rule: Rule) -> Case:
+        """Return the case with the bar that another rule gives."""
+        grid = grid_uncertainty(np.array(self.resolutions), self.curves, rule)
+        return replace(self, bars=combined(grid, self.others))
+
+
+def cases(workers: int = 1) -> list[Case]:
+    """Solve all shapes at all resolutions and return every bar with its true error."""
+    jobs = [
+        (half, name, table)
+        for half, shapes in (("fitting", FITTING), ("reported", REPORTED))
+        for name, table in shapes.items()
+    ]
+    if workers == 1:
+        return [case for job in jobs for case in shape_cases(*job)]
+    pool = Parallel(n_jobs=workers, batch_size=1)
+    return [case for found in pool(delayed(shape_cases)(*job) for job in jobs) for case in found]
+
+
+def shape_cases(
+    half: str,
+    shape: str,
+    table: dict[str, Any],
+    series: dict[str, tuple[tuple[int, ...], ...]] = SERIES,
+) -> list[Case]:
+    """Return the cases of one shape."""
+    found = []
+    for control in ("penetration", "force"):
+        names = [m for m in series if control in CONTROLS.get(m, ("penetration",))]
+        solved = _solved(table, control, {name: series[name] for name in names})
+        exact = solved["closed_form", 1].quantities
+        for method in names:
+            for levels in series[method]:
+                part = {(method, n): solved[method, n] for n in levels}
+                found += _series(half, shape, control, part, exact, table["shape"] in FLAT)
+    return found
+
+
+def _solved(
+    table: dict[str, Any], control: str, series: dict[str, tuple[tuple[int, ...], ...]]
+) -> Solved:
+    data = {
+        "name": "calibration",
+        "half_space": {"effective_modulus": 1.0},
+        "indenter": table,
+        "loading": {control: LOADS},
+        "compare": {"quantities": list(QUANTITIES)},
+    }
+    (plan, *_) = plan_scene(make_scene(data, "calibration", Path()))
+    wanted = [("closed_form", 1)]
+    wanted += [(m, n) for m, all_levels in series.items() for n in sorted(set(sum(all_levels, ())))]
+    return {key: execute(task_of(plan, *key), repeats=1) for key in wanted}
+
+
+def _series(
+    half: str,
+    shape: str,
+    control: str,
+    solved: Solved,
+    exact: dict[str, np.ndarray],
+    flat: bool,
+) -> Iterable[Case]:
+    """Yield a case for each quantity; the face of a punch has no area to be found."""
+    found = references(solved)
+    if not found or not all(_whole(solution) for solution in solved.values()):
+        return
+    (reference,) = found
+    levels = tuple(n for _, n in solved)
+    for name in QUANTITIES:
+        if name == control or name not in reference.curves or (flat and name == "contact_area"):
+            continue
+        parts = reference.sources[name]
+        yield Case(
+            half=half,
+            shape=shape,
+            method=reference.method,
+            control=control,
+            quantity=name,
+            resolutions=levels,
+            errors=np.abs(relative_error(reference.curves[name], exact[name][0])),
+            bars=combined(*parts.values()),
+            curves=np.array([solution.quantities[name][0] for solution in solved.values()]),
+            others=combined(*(part for key, part in parts.items() if key != GRID)),
+        )
+
+
+def _whole(solution: Solution) -> bool:
+    return bool(solution.converged.all())
+
+
+@dataclass(frozen=True)
+class Summary:
+    """How good a set of bars is.
+
+    coverage: share of the cases whose bar covers the true error; width: median of bar over error.
+    """
+
+    count: int
+    coverage: float
+    width: float
+
+
+def summary(found: Iterable[Case]) -> Summary:
+    """Return coverage and median width."""
+    pairs = [(case.error, case.bar) for case in found]
+    errors, bars = (np.array(each) for each in zip(*pairs, strict=True))
+    # An error that is round-off is covered whatever the bar; it says nothing about widths.
+    real = errors > 1e-13
+    return Summary(
+        count=len(pairs),
+        coverage=float(np.mean((errors <= bars) | ~real)),
+        width=float(np.median(bars[real] / errors[real])),
+    )
+
+
+def candidates() -> list[Rule]:
+    """Return the rules that the fit chooses among; Roache's factors stay as published."""
+    return [
+        replace(RULE, highest=highest, floor=floor)
+        for highest, floor in product((1.0, 1.25, 1.5, 1.75, 2.0), (0.25, 0.5, 1.0))
+    ]
+
+
+def fitted(found: list[Case]) -> Rule | None:
+    """Return the narrowest rule that covers enough of the fitting half, None where none does.
+
+    Enough is WANTED of all cases, and WANTED_OF_A_SHAPE of each shape's.
+    """
+    fitting = [case for case in found if case.half == "fitting"]
+    good = []
+    for rule in candidates():
+        tried = [case.with_rule(rule) for case in fitting]
+        shapes = {case.shape for case in tried}
+        worst = min(summary(c for c in tried if c.shape == name).coverage for name in shapes)
+        total = summary(tried)
+        if total.coverage >= WANTED and worst >= WANTED_OF_A_SHAPE:
+            good.append((total.width, rule))
+    return min(good, key=lambda pair: pair[0])[1] if good else None
+
+
+def table(found: list[Case]) -> pd.DataFrame:
+    """Return the cases as rows."""
+    return pd.DataFrame(
+        {
+            "half": case.half,
+            "shape": case.shape,
+            "method": case.method,
+            "control": case.control,
+            "quantity": case.quantity,
+            "resolutions": " ".join(map(str, case.resolutions)),
+            "error": case.error,
+            "bar": case.bar,
+        }
+        for case in found
+    )
