@@ -207,10 +207,12 @@ def summary(found: Iterable[Case]) -> Summary:
 
 
 def candidates() -> list[Rule]:
-    """Return the rules that the fit chooses among; Roache's factors stay as published."""
+    """Return the rules that the fit chooses among."""
     return [
-        replace(RULE, highest=highest, floor=floor)
-        for highest, floor in product((1.0, 1.25, 1.5, 1.75, 2.0), (0.25, 0.5, 1.0))
+        replace(RULE, highest=highest, unsafe=unsafe)
+        for highest, unsafe in product(
+            (1.0, 1.25, 1.5, 1.75, 2.0), (1.5, 1.75, 2.0, 2.25, 2.5, 2.75, 3.0)
+        )
     ]
 
 

@@ -13,7 +13,14 @@ from comparisons.execution import THREADS
 from comparisons.machine import machine, machine_text, versions, versions_text
 from comparisons.plain import plain
 from comparisons.planning import Plan
-from comparisons.reference import Reference, Solved, disagreements, known_to, sentence
+from comparisons.reference import (
+    Reference,
+    Solved,
+    disagreements,
+    known_from,
+    known_to,
+    sentence,
+)
 from comparisons.store import SceneRecord
 
 
@@ -64,4 +71,5 @@ def _reference_document(
         "resolution": reference.resolution,
         "text": sentence(control, reference, asked),
         "uncertainty": plain({name: known_to(control, reference, name) for name in asked}),
+        "sources": plain({name: known_from(control, reference, name) for name in asked}),
     }

@@ -203,6 +203,14 @@ def known_to(control: str, reference: Reference, name: str) -> float:
     return rms_and_maximum(bar)[0]
 
 
+def known_from(control: str, reference: Reference, name: str) -> dict[str, float]:
+    """Return the rms over the loads of each source of a quantity's bar."""
+    if name not in reference.curves:
+        return {}
+    parts = sources_of(control, reference, name, main_axis(control, name))
+    return {source: rms_and_maximum(part)[0] for source, part in parts.items()}
+
+
 def _reference(solved: Solved, method: str, resolution: int) -> Reference:
     solution = solved[method, resolution]
     curves = mean_curves(solution)

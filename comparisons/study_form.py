@@ -39,6 +39,7 @@ class _Reference(_Form):
     resolution: int = 0
     text: str = ""
     uncertainty: dict[str, float | None] = {}
+    sources: dict[str, dict[str, float | None]] = {}
 
 
 class _Scene(_Form):

@@ -8,7 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import stats
+from scipy import optimize, stats
 
 
 @dataclass(frozen=True)
@@ -18,25 +18,26 @@ class Rule:
     Attributes
     ----------
     safe, unsafe : float
-        Roache's safety factors: 1.25 where three grids converge with a credible order, 3
-        otherwise.
+        Safety factors where three grids converge with a credible order, and otherwise (Roache
+        takes 1.25 and 3).
     lowest, highest : float
         Contact edges move in jumps of a cell, so the observed order is noisy: nothing beyond the
         highest is trusted, and below the lowest convergence is not credible at all.
     floor : float
         A load step's own difference counts no less than this share of the median over the steps.
 
-    Roache's factors are taken as published; highest and floor are fixed by
-    `comparisons.calibration` on the fitting half of its shapes.
+    `highest` and `unsafe` are fixed by `comparisons.calibration` on the fitting half of its shapes.
     """
 
     safe: float = 1.25
-    unsafe: float = 3.0
+    unsafe: float = 2.25
     lowest: float = 0.5
     highest: float = 1.25
     floor: float = 0.5
 
 
+# Orders between which an observed one is looked for.
+LEAST, MOST = 1e-3, 10.0
 RULE = Rule()
 # The safety factor of two values whose convergence is known otherwise.
 SAFE = RULE.safe
@@ -88,8 +89,9 @@ def grid_uncertainty(resolutions: np.ndarray, curves: np.ndarray, rule: Rule = R
             order, factor = 1.0, rule.unsafe
         else:
             previous = np.where(finest > 0, (curves[-2] - curves[-3]) / finest, np.nan)
-            order, factor = _order(rule, last, previous, ratio, resolutions[-2] / resolutions[-3])
-            predicted = np.abs(previous) / ratio**order
+            before = resolutions[-2] / resolutions[-3]
+            order, factor = _order(rule, last, previous, ratio, before)
+            predicted = np.abs(previous) * (1 - ratio**-order) / (before**order - 1)
             last = np.fmax(np.abs(last), predicted)
         difference = np.fmax(np.abs(last), rule.floor * _typical(last))
     return factor * difference / (ratio**order - 1)
@@ -102,14 +104,29 @@ def _order(
     fine, coarse = _typical(last), _typical(previous)
     if fine == 0 or not np.isfinite(fine * coarse):
         return 1.0, rule.safe
-    # Equal ratios solve for the order directly; for unequal ones the mean ratio is close enough
-    # for a number that is clipped.
-    observed = np.log(coarse / fine) / np.log(np.sqrt(ratio * before)) if coarse else -np.inf
+    observed = _observed(coarse / fine, ratio, before)
     monotone = np.nansum(last * previous) > 0
     if monotone and observed >= rule.lowest:
         return float(min(observed, rule.highest)), rule.safe
     slow = monotone and observed > 0
     return rule.lowest if slow else 1.0, rule.unsafe
+
+
+def _observed(shrinking: float, ratio: float, before: float) -> float:
+    """Return the order p at which the differences of c n^-p shrink as they did, 0 where none does.
+
+    Their ratio is (before^p - 1) / (1 - ratio^-p), with the ratios of the finer and the coarser
+    pair of resolutions; it grows with p from ln(before) / ln(ratio).
+    """
+
+    def excess(order: float) -> float:
+        return float(np.expm1(order * np.log(before)) / -np.expm1(-order * np.log(ratio))) - (
+            shrinking
+        )
+
+    if excess(LEAST) >= 0:
+        return 0.0
+    return MOST if excess(MOST) <= 0 else float(optimize.brentq(excess, LEAST, MOST))
 
 
 def _typical(values: np.ndarray) -> float:

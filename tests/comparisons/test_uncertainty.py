@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
 from comparisons.uncertainty import (
+    RULE,
     combined,
     ensemble_uncertainty,
     grid_uncertainty,
@@ -49,19 +50,19 @@ def test_the_bar_encloses_the_true_error_of_every_credible_order(order, resoluti
 
 
 def test_oscillating_values_get_the_unsafe_factor():
-    """Differences +2 and -1 in 100: 3 times the last difference (order one, ratio two)."""
+    """Differences +2 and -1 in 100: the factor times the last one (order one, ratio two)."""
     bar = grid_uncertainty(N, column(99, 101, 100))
-    assert bar[0] == pytest.approx(3 * 0.01, rel=1e-12)
+    assert bar[0] == pytest.approx(RULE.unsafe * 0.01, rel=1e-12)
 
 
 def test_diverging_values_get_the_unsafe_factor():
     """Differences 1 and 4 in 105."""
     bar = grid_uncertainty(N, column(100, 101, 105))
-    assert bar[0] == pytest.approx(3 * 4 / 105, rel=1e-12)
+    assert bar[0] == pytest.approx(RULE.unsafe * 4 / 105, rel=1e-12)
 
 
 def test_slow_convergence_is_covered_by_half_an_order_and_the_unsafe_factor():
-    """Errors n^-0.3, 0.33 of 1 at the finest: 3 |f3 - f2| / (sqrt 2 - 1) is above it."""
+    """Errors n^-0.3, 0.33 of 1 at the finest: factor |f3 - f2| / (sqrt 2 - 1) is above it."""
     bar = grid_uncertainty(N, column(*(1 + np.asarray(N, float) ** -0.3)))
     finest = 1 + float(N[-1]) ** -0.3
     assert bar[0] >= (finest - 1) / finest
@@ -86,10 +87,11 @@ def test_a_constant_is_known_exactly():
 
 
 def test_two_grids_have_first_order_and_the_unsafe_factor():
-    """3 |f2 - f1|/(r - 1)."""
-    assert grid_uncertainty(N[:2], column(102, 100))[0] == pytest.approx(0.06, rel=1e-12)
+    """The unsafe factor times |f2 - f1|/(r - 1)."""
+    doubled = grid_uncertainty(N[:2], column(102, 100))
+    assert doubled[0] == pytest.approx(RULE.unsafe * 0.02, rel=1e-12)
     threefold = grid_uncertainty(np.array([10, 30]), column(102, 100))
-    assert threefold[0] == pytest.approx(0.03, rel=1e-12)
+    assert threefold[0] == pytest.approx(RULE.unsafe * 0.01, rel=1e-12)
 
 
 def test_one_grid_says_nothing():

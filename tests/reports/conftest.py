@@ -347,6 +347,7 @@ def rough_scene(folder: Path, rng: np.random.Generator) -> SceneRecord:
             "resolution": 128,
             "text": "BEM (FFT) on 128 x 128 points, five surfaces.",
             "uncertainty": {"penetration": 0.01, "contact_area": 0.02},
+            "sources": {"contact_area": {"discretisation": 0.016, "realisations": 0.012}},
         },
         answer="For 5 % in contact area: no setting of the reduced model (best 8 %).",
         disagreements=(

@@ -168,6 +168,12 @@ def test_no_number_has_more_digits_than_a_reader_wants(parsed):
     assert "nan" not in re.findall(r"[a-z]+", parsed.text)
 
 
+def test_the_bar_of_the_truth_is_listed_by_source(parsed):
+    """1.6 % of discretisation and 1.2 % of realisations are 2.0 % together."""
+    for part in ("discretisation", "realisations", "1.6\u202f%", "1.2\u202f%"):
+        assert part in parsed.text
+
+
 def test_reasons_answers_and_disagreements_stand_on_the_page(study, parsed):
     for scene in study.scenes:
         assert scene.answer in parsed.text
