@@ -30,7 +30,7 @@ class Rule:
     """
 
     safe: float = 1.25
-    unsafe: float = 2.25
+    unsafe: float = 2.0
     lowest: float = 0.5
     highest: float = 1.25
     floor: float = 0.5

@@ -128,7 +128,8 @@ def test_bars_are_numbers_never_negative_and_know_no_units(curves, start, growth
     # No less than the last two grids differ at that step, whatever the branch.
     last = np.abs(curves[-1] - curves[-2]) / np.abs(curves[-1])
     ratio = n[-1] / n[-2]
-    assert (bars >= 1.25 * last / max(ratio - 1, 1) * (1 - 1e-12)).all()
+    spread = max(ratio**RULE.highest - 1, 1)
+    assert (bars >= RULE.safe * last / spread * (1 - 1e-12)).all()
 
 
 # --- ensembles ------------------------------------------------------------------------------
