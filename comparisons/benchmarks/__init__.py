@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from collections.abc import Callable
 
-from comparisons.benchmarks import bem, reduced
+from comparisons.benchmarks import bem, fem, reduced
 from comparisons.benchmarks.yardstick import Measurement
 
 BENCHMARKS: dict[str, Callable[[], list[Measurement]]] = {
     "reduced": reduced.measure,
     "bem": bem.measure,
+    "fem": fem.measure,
 }

@@ -11,6 +11,7 @@ import pytest
 
 from comparisons import benchmarks
 from comparisons.benchmarks import bem, bem_cases, bem_cost, reduced
+from comparisons.benchmarks import fem as fem_benchmark
 from comparisons.benchmarks.yardstick import interleaved, measurement, vector_features
 from reduced.rough_line import press
 from reference.halfspace import fft
@@ -167,3 +168,41 @@ def test_a_real_peer_becomes_a_yardstick_at_the_same_violation(peer, monkeypatch
     ours, theirs = (float(text.rpartition(" ")[2]) for text in (row.name, row.yardstick))
     assert ours / 20 < theirs <= 1.1 * ours  # both printed with one digit
     assert row.ratio == pytest.approx(row.seconds / row.yardstick_seconds)
+
+
+def test_the_finite_element_job_is_hertz_at_thirty_depths():
+    """Three elements per radius hold 2e-4 at every depth; the parts add up to the whole."""
+    job = fem_benchmark.run(3)
+    assert job.errors.shape == (30,)
+    assert np.abs(job.errors).max() < 2e-4
+    shares = fem_benchmark._shares([job])
+    assert set(shares) == {"mesh", "assembly", "condensation", "sweep"}
+    assert sum(shares.values()) == pytest.approx(1.0)
+
+
+def test_pressure_peak_and_radius_rows_are_shares_of_the_errors_allowed():
+    rows = fem_benchmark.accuracy()
+    assert [row.met for row in rows] == [True, True, True]
+    assert fem_benchmark.order().met
+
+
+def test_cost_of_the_square_has_exponent_two():
+    row = fem_benchmark.growth({n: 1e-9 * n**2.0 for n in (5_000, 20_000, 80_000)})
+    assert row.ratio == pytest.approx(1.0)
+    assert "2.00" in row.name
+    assert "from 20000 to 80000" in row.name
+
+
+def test_a_peer_that_is_not_there_has_a_row_that_says_so():
+    row = fem_benchmark.against_peer("nobody")
+    assert (row.ratio, row.met) == (None, None)
+    assert "no such method" in row.yardstick
+
+
+def test_a_peer_is_timed_on_its_coarsest_mesh_with_the_error_asked_for():
+    """The FFT solver stands in for a finite-element code: any method will do."""
+    seconds, error, unknowns = fem_benchmark._peer_seconds("bem_fft", 5e-3)
+    assert seconds > 0
+    assert error <= 5e-3
+    assert unknowns > 100
+    assert "best error" in fem_benchmark._peer_seconds("bem_fft", 1e-9)
