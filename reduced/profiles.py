@@ -114,7 +114,7 @@ def cone(slope: float) -> Profile:
         curvature=lambda x: np.zeros(np.shape(x)),
         length=1.0,
         inverse=lambda d: d / factor,
-        abel_integral=lambda r, a: factor * np.arccosh(a / np.maximum(r, np.finfo(float).tiny * a)),
+        abel_integral=lambda r, a: factor * _inverse_cosine(r, a),
         section=_power_section("cone", 1.0, slope, 1.0),
     )
 
@@ -296,3 +296,8 @@ def _t_minus_arctan(t: np.ndarray) -> np.ndarray:
     for k in range(26, 0, -1):
         series = small * ((-1) ** (k + 1) / (2 * k + 1) + series)
     return np.where(t < 0.5, t * series, t - np.arctan(t))
+
+
+def _inverse_cosine(r: np.ndarray, a: float) -> np.ndarray:
+    """Calculate arcosh(a/r) with its digits where r comes close to a; large, not inf, at r = 0."""
+    return np.arcsinh(np.sqrt((a - r) * (a + r)) / np.maximum(r, np.finfo(float).tiny * a))

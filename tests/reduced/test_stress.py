@@ -31,6 +31,15 @@ def test_hertz_cone_and_punch_pressures():
     np.testing.assert_allclose(abel(cylinder(0.7), modulus, d, S * 0.7), expected, rtol=1e-12)
 
 
+def test_cone_pressure_keeps_its_digits_at_the_edge():
+    """Edge of p = (E* tan t/2) arcosh(a/r) -> (E* tan t/2) sqrt(2 (a/r - 1)) for r -> a."""
+    a = 1.0 / (np.pi / 2 * 0.3)
+    r = a * (1 - 2.0 ** -np.arange(26.0, 48.0, 4.0))
+    near = (a - r) / r
+    expected = 0.15 * np.sqrt(2 * near) * (1 - near / 12)  # the next term is near^2
+    np.testing.assert_allclose(abel(cone(0.3), 1.0, 1.0, r), expected, rtol=1e-14)
+
+
 def test_quartic_and_cubic_pressures():
     """Elementary integrals, w = sqrt(a^2 - r^2).
 
