@@ -2,9 +2,8 @@
 
 from __future__ import annotations
 
-import cProfile
-import pstats
 import time
+from collections.abc import Callable
 from functools import partial
 
 import numpy as np
@@ -12,13 +11,12 @@ import numpy as np
 from comparisons import isolation
 from comparisons.benchmarks import bem_cases
 from comparisons.benchmarks.yardstick import Measurement, interleaved, measurement
+from reference.halfspace import fft
 
 SIZES = tuple(2**k for k in range(6, 12))
 LARGEST, MOST_BYTES = 2048, 2e9
 CUTOFF = 16
 TOLERANCE = 1e-8
-# Compiled entries of SciPy's transforms, as the profiler names them.
-_TRANSFORMS = ("pocketfft", "c2c", "r2c", "c2r")
 
 
 def rows() -> list[Measurement]:
@@ -49,18 +47,21 @@ def _transforms(points: int) -> np.ndarray:
 
 
 def fft_share(case: bem_cases.Case) -> float:
-    """Return the share of a solve's time that is spent inside SciPy's transforms.
+    """Return the share of a solve's time that is spent inside transforms.
 
-    Under the profiler, whose own cost (a call of Python, not of compiled code) makes it a little
-    smaller.
+    The convolutions on the grid itself, as the solver counted them, times what one costs in either
+    precision; those of coarser grids, where the solve starts, are not counted.
     """
-    case.solve(TOLERANCE)
-    with cProfile.Profile() as profile:
-        case.solve(TOLERANCE)
-    entries = pstats.Stats(profile).stats.items()  # type: ignore[attr-defined]
-    total = sum(times[2] for _, times in entries)
-    inside = sum(times[2] for key, times in entries if any(name in key[2] for name in _TRANSFORMS))
-    return float(inside / total)
+    operator, load = case.operator(), {case.control: float(case.loads[-1])}
+    solve = partial(fft.solve, operator, case.gaps[0], **load, tolerance=TOLERANCE)
+    single, double = solve().convolutions
+    tasks: dict[str, Callable[[], object]] = {"solve": solve}
+    for name in ("float32", "float64"):
+        field = np.ones(operator.shape, name)
+        tasks[name] = partial(operator.convolution(name), field, np.empty_like(field))
+    times = interleaved(tasks, 5, time.process_time)
+    cost = {name: float(np.median(each)) for name, each in times.items()}
+    return (single * cost["float32"] + double * cost["float64"]) / cost["solve"]
 
 
 def _growth(seconds: list[float]) -> Measurement:

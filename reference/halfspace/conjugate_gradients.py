@@ -73,13 +73,18 @@ class Problem:
 
 @dataclass
 class State:
-    """Pressure, its displacement and clearance, the depth and the largest violation."""
+    """Pressure, its displacement and clearance, the depth and the largest violation.
+
+    `single` and `double` count the convolutions so far, in either precision.
+    """
 
     pressure: Field
     displacement: Field
     clearance: Field
     depth: float
     worst: float = np.inf
+    single: int = 0
+    double: int = 0
     history: list[float] = field(default_factory=list)
 
     @property
@@ -147,6 +152,7 @@ def _refresh(problem: Problem, state: State, tolerance: float) -> bool:
         state.pressure *= problem.total / state.pressure.sum()
     operator = problem.operator
     operator.convolution(np.float64)(state.pressure, state.displacement)
+    state.double += 1
     state.worst, state.depth = _clearances(
         state.pressure,
         state.displacement,
@@ -198,7 +204,7 @@ def _improve(
     precondition = _preconditioner(operator, stage.dtype)
     history = np.empty(max_iterations - len(state.history))
     settled = operator.periodic and problem.total is None
-    outcome, iterations, _ = descent.descend(
+    outcome, iterations, convolutions = descent.descend(
         work,
         operator.convolution(stage.dtype).plan,
         precondition.plan,
@@ -210,6 +216,10 @@ def _improve(
         stage.patience,
         history,
     )
+    if stage.dtype == np.float32:
+        state.single += convolutions
+    else:
+        state.double += convolutions
     state.history.extend(history[:iterations].tolist())
     _accept(state.pressure, work, problem.unilateral, pressure_unit)
     return outcome

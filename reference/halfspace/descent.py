@@ -75,7 +75,7 @@ def descend(work, kernel, precondition, plain, fixed_sum, settle, goal, depth, p
 
     Returns
     -------
-    (outcome, iterations, gain of depth)
+    (outcome, iterations, convolutions)
     """
     response = work.scaled
     residual, previous = work.residual, work.previous
@@ -83,17 +83,17 @@ def descend(work, kernel, precondition, plain, fixed_sum, settle, goal, depth, p
     work.direction[:] = 0
     previous[:] = 0
     shift = _loaded_mean(work) if fixed_sum else 0.0
-    descent, best, best_at, opened = 0.0, np.inf, 0, 0.0
+    descent, best, best_at, opened, convolutions = 0.0, np.inf, 0, 0.0, 0
     for iteration in range(history.size):
         worst, count = _residual(work, residual, shift, fixed_sum)
         total = depth + shift
         history[iteration] = worst / total if total > 0 else np.inf
         if worst <= goal:
-            return REACHED, iteration + 1, shift
+            return REACHED, iteration + 1, convolutions
         if worst < best / 2:
             best, best_at = worst, iteration
         if iteration - best_at > patience or count == 0:
-            return STALLED, iteration + 1, shift
+            return STALLED, iteration + 1, convolutions
         if plain:
             work.scaled[:] = residual
         else:
@@ -101,24 +101,28 @@ def descend(work, kernel, precondition, plain, fixed_sum, settle, goal, depth, p
             if settle > 0 and empty > 0 and abs(empty - opened) > empty / 5:
                 opened = empty
                 convolve(work.free, work.scaled, kernel)
+                convolutions += 1
                 precondition.transfer[0] = settle * count / _dot(work.free, work.scaled)
             convolve(residual, work.scaled, precondition)
+            convolutions += 1
         slope, descent = _turn(work, residual, previous, fixed_sum, count, descent)
         if not slope > 0:
-            return STALLED, iteration + 1, shift
+            return STALLED, iteration + 1, convolutions
         convolve(work.direction, response, kernel)
+        convolutions += 1
         curvature = _dot(work.direction, response)
         if not curvature > 0:
-            return STALLED, iteration + 1, shift
+            return STALLED, iteration + 1, convolutions
         clipped = _advance(work, response, slope / curvature)
         if clipped:
             if fixed_sum:
                 _restore_sum(work)
             convolve(work.correction, work.displacement, kernel)
+            convolutions += 1
         if fixed_sum:
             shift = _loaded_mean(work)
         residual, previous = previous, residual
-    return EXHAUSTED, history.size, shift
+    return EXHAUSTED, history.size, convolutions
 
 
 @njit(cache=True, error_model="numpy", fastmath=_REORDER)

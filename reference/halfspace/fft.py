@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from reference.errors import ConvergenceError
-from reference.halfspace.conjugate_gradients import Problem, minimise
+from reference.halfspace.conjugate_gradients import Problem, State, minimise
 from reference.halfspace.operators import FreeOperator, HalfSpace
 from reference.halfspace.overlap import overlap_depth
 from reference.halfspace.solution import (
@@ -188,17 +188,33 @@ def _solve(
         first = starting_pressure(part, inside, kind, value) if start is None else start[window]
         problem = Problem.of(part, inside, kind, value)
         state = minimise(problem, first, tolerance, max_iterations)
-        history = state.history
-        found = state.depth, state.violation, len(history), history
-        if part is operator:
-            return contact_of(operator, gap, state.pressure, *found, state.displacement)
-        pressure = np.zeros(operator.shape)
-        pressure[window] = state.pressure
-        if state.depth <= reach:
-            # u >= 0 everywhere and the gap outside is at least the depth: no cell there overlaps
-            return contact_of(operator, gap, pressure, *found)
-        # under force control the depth was only estimated: cells outside might overlap
-        reach, start = 1.2 * state.depth, pressure
+        # u >= 0 everywhere: where the gap outside is at least the depth, no cell there overlaps
+        if part is operator or state.depth <= reach:
+            return _answer(operator, gap, window, state)
+        # under force control the depth was only estimated
+        reach, start = 1.2 * state.depth, _embedded(operator, window, state.pressure)
+
+
+def _answer(operator: HalfSpace, gap: Field, window: tuple[slice, slice], state: State) -> Contact:
+    whole = state.pressure.shape == operator.shape
+    return contact_of(
+        operator,
+        gap,
+        state.pressure if whole else _embedded(operator, window, state.pressure),
+        state.depth,
+        state.violation,
+        len(state.history),
+        state.history,
+        displacement=state.displacement if whole else None,
+        convolutions=(state.single, state.double),
+    )
+
+
+def _embedded(operator: HalfSpace, window: tuple[slice, slice], inside: Field) -> Field:
+    """Pressures of a window on the whole grid."""
+    pressure = np.zeros(operator.shape)
+    pressure[window] = inside
+    return pressure
 
 
 def _flat_on_flat(operator: HalfSpace, gap: Field, force: float) -> Contact:

@@ -36,6 +36,8 @@ class Contact:
         The half-space and the gap of the problem.
     history : list of float
         The violation at each iteration.
+    convolutions : (int, int)
+        Convolutions of the FFT solver on its grid, in single and in double precision.
 
     Displacement and gaps of the whole grid are evaluated when they are asked for.
     """
@@ -48,6 +50,7 @@ class Contact:
     operator: HalfSpace = field(repr=False)
     initial_gap: Field = field(repr=False)
     history: list[float] = field(default_factory=list, repr=False)
+    convolutions: tuple[int, int] = (0, 0)
 
     @property
     def mask(self) -> NDArray[np.bool_]:
@@ -101,6 +104,7 @@ def contact_of(
     iterations: int,
     history: Sequence[float],
     displacement: Field | None = None,
+    convolutions: tuple[int, int] = (0, 0),
 ) -> Contact:
     """Return the answer, with the displacement where it is known already."""
     contact = Contact(
@@ -112,6 +116,7 @@ def contact_of(
         operator=operator,
         initial_gap=gap,
         history=list(history),
+        convolutions=convolutions,
     )
     if displacement is not None:
         vars(contact)["displacement"] = displacement
