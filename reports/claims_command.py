@@ -10,6 +10,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
+from reports.arguments import MaybeWhole
 from reports.outside import NOTHING, Outside
 
 FINE, DIFFERS = 0, 1
@@ -22,7 +23,7 @@ def claims(
     json: Path | None = None,
     overwrite: Annotated[bool, Parameter(negative=())] = False,
     resume: Annotated[bool, Parameter(negative=())] = False,
-    workers: int | None = None,
+    workers: MaybeWhole = None,
     method: str | None = None,
     outside: Outside = NOTHING,
 ) -> int:

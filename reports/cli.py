@@ -15,6 +15,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import App, CycloptsError, Parameter
 
+from reports.arguments import MaybeWhole, Whole
 from reports.calibrate_command import calibrate
 from reports.claims_command import claims
 from reports.hard_cases_command import hard_cases
@@ -39,13 +40,14 @@ app.command(calibrate)
 app.command(hard_cases)
 
 
-def main(arguments: list[str] | None = None) -> None:
-    """Run a command and exit with its code (0 fine, 1 lost, 2 wrong input, 3 interrupted)."""
-    sys.exit(run_command(sys.argv[1:] if arguments is None else arguments))
-
-
 def run_command(arguments: list[str]) -> int:
-    """Run a command and return its exit code; every expected error becomes one clear message."""
+    """Run a command; every expected error becomes one clear message.
+
+    Returns
+    -------
+    int
+        0 fine, 1 lost, 2 wrong input, 3 interrupted.
+    """
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
             # A console that cannot show a narrow space or a micro sign shows a question mark.
@@ -91,7 +93,7 @@ def run(
     plan: Annotated[bool, Parameter(negative=())] = False,
     out: Path | None = None,
     overwrite: Annotated[bool, Parameter(negative=())] = False,
-    workers: int = 1,
+    workers: Whole = 1,
     resume: Annotated[bool, Parameter(negative=())] = False,
     pictures: bool = True,
     outside: Outside = NOTHING,
@@ -163,7 +165,7 @@ def solve(
     scene: str,
     *,
     method: str,
-    resolution: int | None = None,
+    resolution: MaybeWhole = None,
     option: tuple[str, ...] = (),
     json: Annotated[bool, Parameter(negative=())] = False,
     csv: Path | None = None,

@@ -315,8 +315,14 @@ def print_methods() -> None:
     _console().print(table)
 
 
+class _Terminal(Console):
+    def on_broken_pipe(self) -> None:
+        """Tell the caller: rich would end the program with exit code 1."""
+        raise BrokenPipeError
+
+
 def _console() -> Console:
-    return Console(emoji=False)
+    return _Terminal(emoji=False)
 
 
 def _plain(text: str) -> str:

@@ -21,7 +21,7 @@ from comparisons.scene import builtin_names
 from comparisons.store import SceneRecord
 from comparisons.suites import SUITES
 from comparisons.verdicts import judge
-from reports.cli import main
+from reports.cli import run_command
 
 
 def record(rows, method="closed_form", bar=0.0, quantities=("force",), tolerance=0.01):
@@ -148,10 +148,7 @@ def test_a_user_gets_advice_for_a_tolerance_and_quantities(capsys):
         assert exit_code(["advise", "cylinder", *wrong]) == 2
 
 
-def exit_code(arguments):
-    with pytest.raises(SystemExit) as ended:
-        main(arguments)
-    return ended.value.code
+exit_code = run_command
 
 
 # --- verdicts -------------------------------------------------------------------------------

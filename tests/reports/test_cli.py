@@ -23,7 +23,8 @@ from comparisons.methods import METHODS
 from comparisons.scene import builtin_names
 from comparisons.store import load_study
 from comparisons.suites import SUITES
-from reports.cli import main, run_command
+from reports.__main__ import main
+from reports.cli import run_command
 
 ROOT = Path(__file__).parents[2]
 BALL = """
@@ -581,9 +582,48 @@ def test_python_m_reports_is_the_program(tmp_path):
 
 def test_the_exit_code_of_the_program_is_that_of_the_command(tmp_path, monkeypatch):
     monkeypatch.setattr(sys, "argv", ["roughline", "list", "wishes"])
+    monkeypatch.setattr(signal, "signal", lambda *arguments: None)  # the tests want their ctrl-C
     with pytest.raises(SystemExit) as end:
         main()
     assert end.value.code == 2
+
+
+@pytest.mark.parametrize("seconds", [0.15, 0.4, 0.8])
+def test_control_c_while_packages_are_imported_is_code_3(tmp_path, seconds):
+    """Whichever import it meets; before our first line, Python itself answers."""
+    with subprocess.Popen(
+        [sys.executable, "-X", "importtime", "-m", "reports", "list", "scenes"],
+        cwd=tmp_path,
+        env=ENVIRONMENT,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+        text=True,
+    ) as process:
+        for line in process.stderr:
+            if line.endswith(" cyclopts.exceptions\n"):
+                break
+        time.sleep(seconds - 0.15)
+        process.send_signal(signal.SIGINT)
+        said = process.stderr.read()
+    assert process.returncode == 3
+    assert "Traceback" not in said
+    assert "interrupted" in said
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["solve", "paraboloid", "--method", "reduced", "--resolution", "1.5"],
+        ["solve", "paraboloid", "--method", "reduced", "--resolution", "4e1"],
+        ["run", "paraboloid", "--workers", "1.5"],
+        ["claims", "--workers", "1.5"],
+    ],
+)
+def test_whole_numbers_are_not_rounded(arguments, capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert run_command(arguments) == 2
+    assert "expected a whole number" in "".join(capsys.readouterr())
+    assert list(tmp_path.iterdir()) == []
 
 
 def test_control_c_is_code_3_and_what_is_done_can_be_gone_on_with(tmp_path):
@@ -603,11 +643,17 @@ def test_control_c_is_code_3_and_what_is_done_can_be_gone_on_with(tmp_path):
     assert (tmp_path / "o" / "report.html").exists()
 
 
-def test_a_reader_that_goes_away_is_no_error(tmp_path):
-    """As in roughline ... | head -1."""
-    command = [sys.executable, "-m", "reports", "solve", "cone", "--method", "bem_fft", "--json"]
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["solve", "cone", "--method", "bem_fft", "--json", "--resolution", "8"],
+        ["list", "scenes"],
+    ],
+)
+def test_a_reader_that_goes_away_is_no_error(tmp_path, arguments):
+    """As in roughline ... | head -1; tables of rich have a mind of their own about it."""
     with subprocess.Popen(
-        [*command, "--resolution", "8"],
+        [sys.executable, "-m", "reports", *arguments],
         cwd=tmp_path,
         env=ENVIRONMENT,
         stdout=subprocess.PIPE,

@@ -1,0 +1,21 @@
+"""Types of command-line arguments that cyclopts would read too generously."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Annotated
+
+from cyclopts import Parameter, Token
+
+
+def _whole(type_: type, tokens: Sequence[Token]) -> int:
+    """Read a whole number as it is written; cyclopts would round 1.5."""
+    text = tokens[0].value
+    try:
+        return int(text)
+    except ValueError:
+        raise ValueError(f"expected a whole number, got {text!r}") from None
+
+
+Whole = Annotated[int, Parameter(converter=_whole)]
+MaybeWhole = Annotated[int | None, Parameter(converter=_whole)]
