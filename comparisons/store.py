@@ -26,6 +26,7 @@ import numpy as np
 import pandas as pd
 
 from comparisons.errors import InputError
+from comparisons.results_form import field_problems, table_problems
 from comparisons.study_form import parse_study
 
 RESULTS = "results.csv"
@@ -38,7 +39,11 @@ SCENE_KEYS += ("reference", "answer", "disagreements")
 
 
 # What is missing is written as nothing: a scene or a method may well be called "nan" or "null".
-_AS_WRITTEN: dict[str, Any] = {"keep_default_na": False, "na_values": [""]}
+_AS_WRITTEN: dict[str, Any] = {
+    "keep_default_na": False,
+    "na_values": [""],
+    "dtype": dict.fromkeys(("scene", "method", "quantity", "at"), str),
+}
 
 
 class ResultsError(InputError):
@@ -91,9 +96,21 @@ class SceneRecord:
     fields: dict[tuple[str, int], Path] = field(default_factory=dict)
 
     def load_fields(self, method: str, resolution: int) -> dict[str, np.ndarray]:
-        """Return the stored arrays of one solution, or an empty dict where there are none."""
+        """Return the stored arrays of one solution, or an empty dict where there are none.
+
+        Raises
+        ------
+        ResultsError
+            If they are not such arrays.
+        """
         path = self.fields.get((method, int(resolution)))
-        return {} if path is None or not path.exists() else read_arrays(path)
+        if path is None or not path.exists():
+            return {}
+        fields = read_arrays(path)
+        problems = field_problems(fields)
+        if problems:
+            raise ResultsError(f"{path}: damaged results ({'; '.join(problems)})")
+        return fields
 
 
 @dataclass(frozen=True)
@@ -203,6 +220,10 @@ def load_study(directory: str | Path) -> StudyRecord:
         document = parse_study((root / STUDY).read_text(encoding="utf-8"))
         rows = pd.read_csv(root / RESULTS, low_memory=False, **_AS_WRITTEN)
         measures = pd.read_csv(root / MEASURES, **_AS_WRITTEN)
+        problems = [f"{RESULTS}: {each}" for each in table_problems(rows, "rows")]
+        problems += [f"{MEASURES}: {each}" for each in table_problems(measures, "measures")]
+        if problems:
+            raise ValueError("; ".join(problems))
         scenes = tuple(_scene_record(item, root, rows, measures) for item in document["scenes"])
         return StudyRecord(
             directory=root,

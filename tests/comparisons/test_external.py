@@ -22,6 +22,7 @@ from comparisons.methods.external import ExternalMethod, Limits, Origin, add_met
 from comparisons.planning import plan_scene, task_of
 from comparisons.reference import references
 from comparisons.scene import load_scene
+from comparisons.store import load_study
 from reports.cli import run_command
 
 EXAMPLE = Path(__file__).resolve().parents[2] / "docs" / "examples" / "winkler.py"
@@ -126,7 +127,7 @@ def test_misbehaving_methods_cost_only_their_own_rows(bad, tmp_path, capsys):
     arguments += ["--methods", ",".join(["closed_form", "reduced", *names])]
     assert run_command([*arguments, "--method-file", str(bad), *limits]) == 1
     assert "lost" in capsys.readouterr().out
-    rows = pd.read_csv(tmp_path / "out" / "results.csv")
+    rows = load_study(tmp_path / "out").scenes[0].rows
     planned = rows["reason"] != "not asked for"
     lost = rows[~rows["converged"] & planned].groupby("method")
     steps = rows[rows["method"] == "fine"]["step"].nunique()

@@ -6,6 +6,7 @@ import json
 import os
 import pickle
 import stat
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
@@ -77,7 +78,17 @@ def record(tmp_path):
         answer="No method got there.",
         disagreements=("a and b differ",),
         rows=rows,
-        measures=pd.DataFrame({"scene": ["a"], "rms": [THIRD]}),
+        measures=pd.DataFrame(
+            {
+                "scene": ["a"],
+                "method": ["fem"],
+                "resolution": [8],
+                "quantity": ["force"],
+                "at": ["penetration"],
+                "rms": [THIRD],
+                "maximum": [0.5],
+            }
+        ),
         fields={("bem_fft", 8): path},
     )
     return StudyRecord(
@@ -305,3 +316,58 @@ def test_what_is_no_folder_is_refused(tmp_path):
     for path in (file, tmp_path / "nowhere", tmp_path):
         with pytest.raises(ResultsError):
             load_study(path)
+
+
+# --- edited by hand ------------------------------------------------------------------------------
+
+
+def edited(record, name, change):
+    save_study(record)
+    table = pd.read_csv(record.directory / name)
+    change(table).to_csv(record.directory / name, index=False)
+    return load_study(record.directory)
+
+
+@pytest.mark.parametrize(
+    ("name", "change", "said"),
+    [
+        (RESULTS, lambda t: t.drop(columns="method"), "results.csv: column method: missing"),
+        (RESULTS, lambda t: t.assign(step="many"), "results.csv: column step: expected numbers"),
+        (RESULTS, lambda t: t.assign(resolution=-1), "results.csv: column resolution: expected"),
+        (MEASURES, lambda t: t.assign(quantity=""), "measures.csv: column quantity: expected a"),
+        (MEASURES, lambda t: t.assign(rms="small"), "measures.csv: column rms: expected numbers"),
+        (MEASURES, lambda t: t.assign(verdict="fine"), "measures.csv: column verdict: expected"),
+    ],
+)
+def test_tables_edited_by_hand_are_refused_in_words(record, name, change, said):
+    with pytest.raises(ResultsError, match=said):
+        edited(record, name, change)
+
+
+def test_a_scene_may_be_called_nan(record):
+    """Words that pandas takes for missing values are names like others."""
+    named = replace(record.scenes[0], name="nan", rows=record.scenes[0].rows.assign(scene="nan"))
+    save_study(replace(record, scenes=(named,)))
+    (scene,) = load_study(record.directory).scenes
+    assert scene.name == "nan"
+    assert len(scene.rows) == 3
+
+
+@pytest.mark.parametrize(
+    ("arrays", "said"),
+    [
+        ({"pressure": np.array(["x", "y"])}, "pressure: expected numbers"),
+        ({"pressure": np.ones(3), "pressure_x": np.ones(2)}, "expected lists of one length"),
+        ({"pressure": np.ones((2, 2))}, "expected lists of one length"),
+        ({"penetration": np.ones(2)}, "penetration: expected one number"),
+        ({"pressure": np.ones(4), "pressure_shape": np.array([3, 3])}, "pressure_shape: expected"),
+        ({"heights": np.ones(4), "size": np.ones(2)}, "heights: expected a map"),
+        ({"heights": np.ones((2, 2))}, "size: expected two numbers"),
+        ({"mesh_points": np.ones((4, 2))}, "mesh_points: expected points"),
+        ({"mesh_points": np.ones((4, 3)), "mesh_cells": np.array([[9]])}, "mesh_cells: expected"),
+    ],
+)
+def test_fields_edited_by_hand_are_refused_in_words(record, arrays, said):
+    write_arrays(record.scenes[0].fields["bem_fft", 8], arrays)
+    with pytest.raises(ResultsError, match=said):
+        record.scenes[0].load_fields("bem_fft", 8)

@@ -1,0 +1,107 @@
+"""The form of tables and fields in a results folder, checked when they are read.
+
+A folder may come from strangers or have been edited by hand: what is not as roughline writes it is
+told in words, before anything is drawn from it.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pandas as pd
+
+from comparisons.verdicts import NO_RESULT, NOT_RESOLVED, OUTSIDE, WITHIN
+
+VERDICTS = (WITHIN, OUTSIDE, NOT_RESOLVED, NO_RESULT)
+# Columns that must be there, and what may stand in them; all other columns are read with care.
+TEXTS = {"rows": ("scene", "method"), "measures": ("scene", "method", "quantity", "at")}
+NUMBERS = {"rows": ("resolution", "step"), "measures": ("resolution", "rms", "maximum")}
+LARGEST_RESOLUTION = 2**31
+# Arrays that belong together: of one dimension and one length.
+TOGETHER = (
+    ("profile_x", "profile_height"),
+    ("line_x", "line_height"),
+    ("pressure_x", "pressure_y", "pressure", "pressure_weight"),
+    ("pressure", "displacement", "gap"),
+)
+SCALARS = ("penetration", "profile_spacing", "line_penetration")
+POINTS = ("mesh_points", "mesh_displacement")
+
+
+def table_problems(table: pd.DataFrame, kind: str) -> list[str]:
+    """Return what is wrong with a table; `kind` is "rows" (results.csv) or "measures"."""
+    if table.empty:
+        return []
+    missing = [name for name in (*TEXTS[kind], *NUMBERS[kind]) if name not in table]
+    if missing:
+        return [f"column {name}: missing" for name in missing]
+    problems = [
+        f"column {name}: expected a text in every row"
+        for name in TEXTS[kind]
+        if table[name].isna().any() or not (table[name].astype(str).str.len() > 0).all()
+    ]
+    for name in NUMBERS[kind]:
+        number = pd.to_numeric(table[name], errors="coerce")
+        if (number.isna() & table[name].notna()).any():
+            problems.append(f"column {name}: expected numbers")
+    level = pd.to_numeric(table["resolution"], errors="coerce").dropna()
+    if not ((level >= 0) & (level <= LARGEST_RESOLUTION)).all():
+        problems.append(f"column resolution: expected numbers from 0 to {LARGEST_RESOLUTION}")
+    if "verdict" in table and not table["verdict"].isin(VERDICTS).all():
+        problems.append(f"column verdict: expected {', '.join(VERDICTS)}")
+    return problems
+
+
+def field_problems(fields: dict[str, np.ndarray]) -> list[str]:
+    """Return what is wrong with the arrays of one solution."""
+    wanted = {name for group in TOGETHER for name in group} | {*SCALARS, *POINTS}
+    known = {name: value for name, value in fields.items() if name in wanted}
+    problems = [
+        f"{name}: expected numbers"
+        for name, value in known.items()
+        if value.dtype.kind not in "iuf"
+    ]
+    problems += [
+        f"{name}: expected one number"
+        for name in SCALARS
+        if name in known and known[name].size != 1
+    ]
+    problems += [
+        f"{name}: expected points (n, 3)"
+        for name in POINTS
+        if name in known and (known[name].ndim != 2 or known[name].shape[1] != 3)
+    ]
+    for group in TOGETHER:
+        shapes = {known[name].shape for name in group if name in known}
+        if len(shapes) > 1 or any(len(shape) != 1 or shape == (0,) for shape in shapes):
+            problems.append(f"{', '.join(group)}: expected lists of one length")
+    return problems + _shape_problems(fields)
+
+
+def _shape_problems(fields: dict[str, np.ndarray]) -> list[str]:
+    """Check the arrays that say how others are laid out."""
+    problems = []
+    shape = fields.get("pressure_shape")
+    if shape is not None and (
+        shape.shape != (2,)
+        or shape.dtype.kind not in "iu"
+        or int(np.prod(shape)) != fields.get("pressure", np.empty(0)).size
+    ):
+        problems.append("pressure_shape: expected the two numbers of cells of the pressure")
+    heights = fields.get("heights")
+    if heights is not None:
+        size, contact = fields.get("size"), fields.get("contact")
+        if heights.ndim != 2 or heights.dtype.kind not in "iuf" or min(heights.shape) < 1:
+            problems.append("heights: expected a map of numbers")
+        if size is None or size.shape != (2,) or size.dtype.kind not in "iuf":
+            problems.append("size: expected two numbers")
+        if contact is not None and contact.shape != heights.shape:
+            problems.append("contact: expected a map like that of the heights")
+    cells, points = fields.get("mesh_cells"), fields.get("mesh_points")
+    if cells is not None and (
+        cells.ndim != 2
+        or cells.dtype.kind not in "iu"
+        or points is None
+        or not ((cells >= 0) & (cells < len(points))).all()
+    ):
+        problems.append("mesh_cells: expected numbers of mesh points")
+    return problems
