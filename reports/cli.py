@@ -285,6 +285,7 @@ def advise(
     quantities: str | None = None,
     full: Annotated[bool, Parameter(name="--full", negative="--quick")] = False,
     json: Annotated[bool, Parameter(negative=())] = False,
+    outside: Outside = NOTHING,
 ) -> int:
     """Say which method and resolution is the cheapest that meets a tolerance, bar included.
 
@@ -308,6 +309,7 @@ def advise(
     from comparisons.solving import solve_plan
     from reports import terminal
 
+    outside.load()
     overrides: dict[str, Any] = {}
     if tolerance is not None:
         overrides["compare.tolerance"] = _share(tolerance)
@@ -330,6 +332,7 @@ def check(
     baseline: Path | None = None,
     update: Annotated[bool, Parameter(negative=())] = False,
     junit: Path | None = None,
+    outside: Outside = NOTHING,
 ) -> int:
     """Compare the reduced model with a baseline: which moved, the model, the truth or the machine.
 
@@ -352,6 +355,7 @@ def check(
     from comparisons.regression.junit import write_junit
     from reports import terminal
 
+    outside.load()
     own = Path("roughline-baseline.json")
     stored = baseline or (own if own.exists() or update else PACKAGED)
     with terminal.status() as say:

@@ -93,6 +93,7 @@ def compare_snapshots(
         For every scene: the model, the references, their agreement, the speed.
     """
     found = []
+    who = "the reduced model" if now.method == "reduced" else _title(now.method)
     for name, scene in now.scenes.items():
         before = stored.scenes.get(name)
         if before is None:
@@ -101,14 +102,16 @@ def compare_snapshots(
             found.append(Finding(name, MODEL, "the scene's loads are not the baseline's", True))
         else:
             found += [
-                *_moves(name, before, scene, tolerance),
+                *_moves(name, who, before, scene, tolerance),
                 _agreement(name, before, scene),
-                *_speed(name, before.speed, scene.speed),
+                *_speed(name, who, before.speed, scene.speed),
             ]
     return found
 
 
-def _moves(name: str, before: SceneSnapshot, now: SceneSnapshot, tolerance: float) -> list[Finding]:
+def _moves(
+    name: str, who: str, before: SceneSnapshot, now: SceneSnapshot, tolerance: float
+) -> list[Finding]:
     model = _move(before.model, now.model)
     truths = {
         method: _move(curves, now.references.get(method))
@@ -118,9 +121,9 @@ def _moves(name: str, before: SceneSnapshot, now: SceneSnapshot, tolerance: floa
     model_moved = model.moved(tolerance)
     shared = [m for m, move in moved.items() if model_moved and _alike(model, move)]
     if shared:
-        return [_shared(name, model, shared, truths)]
+        return [_shared(name, who, model, shared, truths)]
     findings = [
-        Finding(name, MODEL, f"the reduced model moved: {model.words()}", True)
+        Finding(name, MODEL, f"{who} moved: {model.words()}", True)
         if model_moved
         else Finding(name, MODEL, "unchanged")
     ]
@@ -135,13 +138,15 @@ def _moves(name: str, before: SceneSnapshot, now: SceneSnapshot, tolerance: floa
     return findings
 
 
-def _shared(name: str, model: Move, shared: list[str], truths: dict[str, Move]) -> Finding:
+def _shared(
+    name: str, who: str, model: Move, shared: list[str], truths: dict[str, Move]
+) -> Finding:
     quantity, change = model.largest()
     still = [_title(m) for m, move in truths.items() if not move.moved(REFERENCE_TOLERANCE)]
     rest = f"; {_list(still)} did not move" if still else ""
     words = quantity.replace("_", " ")
     text = (
-        f"the reduced model and {_list([_title(m) for m in shared])} moved by the same factor "
+        f"{who} and {_list([_title(m) for m in shared])} moved by the same factor "
         f"{number(1 + change, 6)} ({words}): something they share has changed{rest}"
     )
     return Finding(name, MODEL, text, True)
@@ -195,13 +200,13 @@ def _agreement(name: str, before: SceneSnapshot, now: SceneSnapshot) -> Finding:
     return Finding(name, AGREEMENT, text if new else f"as in the baseline: {text}", new, True)
 
 
-def _speed(name: str, before: Speed | None, now: Speed | None) -> list[Finding]:
+def _speed(name: str, who: str, before: Speed | None, now: Speed | None) -> list[Finding]:
     if before is None or now is None:
         return []
     model = now.ratio / before.ratio
     machine = now.yardstick_seconds / before.yardstick_seconds
     if model > SLOWER_MODEL:
-        text = f"the reduced model is slower: {number(model, 2)} times its share of the yardstick"
+        text = f"{who} is slower: {number(model, 2)} times its share of the yardstick"
         return [Finding(name, SPEED, text, True)]
     if machine > SLOWER_MACHINE:
         text = f"the machine is slower: {number(machine, 2)} times; the model keeps its share of it"

@@ -136,9 +136,12 @@ def _agreement(
 
 
 def _speed(plan: Plan, method: str) -> Speed | None:
-    """Time the finest task of the model in turns with the yardstick."""
+    """Time the finest task of the model in turns with the yardstick.
+
+    A method in a process of its own would be measured with the start of that process: it is not.
+    """
     tasks = [task for task in plan.tasks if task.method == method]
-    if not tasks:
+    if not tasks or METHODS[method].isolated:
         return None
     numbers = np.random.default_rng(0).random(100_000)
     readings = interleaved(
