@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from reference import closed_form
 from reference.halfspace import FreeOperator, PeriodicOperator, areas, fft
 
 
@@ -189,3 +190,78 @@ def test_a_cell_alone_carries_the_own_cell_stiffness():
     assert by_depth.force == pytest.approx(0.5 * stiffness, rel=1e-12)
     assert by_force.penetration == pytest.approx(0.1 / stiffness, rel=1e-12)
     assert by_depth.mask.sum() == by_force.mask.sum() == 1
+
+
+def test_elliptic_contact_converges_at_second_order():
+    """Force, semi-axes and peak of the ellipsoid R_x/R_y = 3 (Hertz; Johnson 1985, sec. 4.2)."""
+    rng = np.random.default_rng(18)
+    exact = closed_form.ellipsoid(3.0, 1.0, effective_modulus=1.0)
+
+    def error(cells):
+        cells *= rng.uniform(0.95, 1.05)
+        n = int(3.6 * cells), int(2.2 * cells)
+        x, y = ((np.arange(m) - m / 2 + rng.uniform()) / cells for m in n)
+        operator = FreeOperator(n, (1 / cells, 1 / cells), 1.0)
+        contact = fft.solve(operator, x[:, None] ** 2 / 6 + y**2 / 2, penetration=0.4)
+        return contact.force / exact.force(0.4) - 1
+
+    rate, finest = observed_rates(error, (8, 16, 32, 64))
+    assert rate == pytest.approx(2.0, abs=0.25)
+    assert finest < 1e-4
+
+
+def test_westergaard_pressure_converges_at_first_order_in_the_mean_square():
+    """p(x) = 2 p cos(pi x/l)/s^2 sqrt(s^2 - sin^2(pi x/l)), s^2 = p/p* (Westergaard 1939).
+
+    The square root at the rim, cut by a cell, makes it first order, as for Hertz.
+    """
+    rng = np.random.default_rng(19)
+    ratio = 0.3
+
+    def error(points):
+        points = int(points)
+        x = (np.arange(points) + rng.uniform()) / points - 0.5
+        operator = PeriodicOperator((points, 1), (1 / points, 1.0), 1.0)
+        gap = (1 - np.cos(2 * np.pi * x))[:, None]
+        contact = fft.solve(operator, gap, force=ratio * np.pi)
+        sine = np.sin(np.pi * x)
+        root = np.sqrt(np.maximum(ratio - sine**2, 0))
+        exact = 2 * np.pi * np.cos(np.pi * x) * root
+        return np.linalg.norm(contact.pressure[:, 0] - exact) / np.linalg.norm(exact)
+
+    rate, finest = observed_rates(error, (32, 64, 128, 256))
+    assert rate == pytest.approx(1.0, abs=0.25)
+    assert finest < 0.01
+
+
+def two_way_wave(n: int, ratio: float, rng: np.random.Generator) -> float:
+    """Corrected contact fraction of the wave D cos cos at p/p* = ratio."""
+    x, y = (np.arange(n) + rng.uniform(0, 1, (2, 1))) / n
+    wave = np.cos(2 * np.pi * x)[:, None] * np.cos(2 * np.pi * y)
+    operator = PeriodicOperator((n, n), (1 / n, 1 / n), 1.0)
+    contact = fft.solve(operator, 1 - wave, force=ratio * np.sqrt(2) * np.pi)
+    return areas.corrected_area(contact.mask, operator.spacing, periodic=True)
+
+
+def test_johnson_greenwood_higginson_limit_of_light_loads_is_hertz():
+    """A/A0 -> pi (3 p/(8 pi p*))^(2/3): from above with the load, within 1 % at p/p* = 3e-4."""
+    rng = np.random.default_rng(20)
+    departures = []
+    for ratio in (1e-2, 3e-4):
+        limit = np.pi * (3 * ratio / (8 * np.pi)) ** (2 / 3)
+        fractions = [two_way_wave(512, ratio, rng) for _ in range(6)]
+        departures.append(np.mean(fractions) / limit - 1)
+    # counting scatters by half a per cent at ten cells per radius
+    assert abs(departures[1]) < 0.01
+    assert departures[0] > 0.01
+
+
+def test_johnson_greenwood_higginson_limit_of_nearly_full_contact():
+    """A/A0 -> 1 - (3/(2 pi)) (1 - p/p*): the open area, in units of that, tends to one."""
+    rng = np.random.default_rng(21)
+    open_area = [
+        (1 - two_way_wave(512, ratio, rng)) / (3 / (2 * np.pi) * (1 - ratio))
+        for ratio in (0.9, 0.97, 0.99)
+    ]
+    assert np.abs(np.subtract(open_area, 1))[-1] < 0.05
+    assert abs(open_area[-1] - 1) < abs(open_area[0] - 1) + 0.02
