@@ -51,7 +51,7 @@ def _ends(
     if not 0 < share <= 1:
         raise ValueError(f"share must lie in (0, 1], not {share!r}")
     surface = Surface.of(points, hurst, 1.0, 2.0, False)
-    count = int(runs) if effort == "full" else min(int(runs), 30)
+    count = int(runs) if effort == "full" else min(int(runs), 100)
     operator = surface.operator()
     assert isinstance(operator, FreeOperator)
     rng = np.random.default_rng(np.random.SeedSequence(SEED, spawn_key=(3,)))

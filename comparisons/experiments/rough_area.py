@@ -53,7 +53,7 @@ def _measure(
     def sample(factor: int, number: int) -> np.ndarray:
         return surface_samples(surface, float(load), factor, number, stiffness)[quantity]
 
-    true, grid_bar = truth(sample, grid, count)
+    true, grid_bar = truth(sample, grid, count, effort)
     if statement == "line":
         lines = line_samples(
             *(surface, float(load), max(count, _LINES), rule, edges),

@@ -15,7 +15,7 @@ import numpy as np
 from scipy import stats
 
 from comparisons.experiments.running import above, one_of
-from comparisons.uncertainty import SAFE, combined, ratio_of_means, standard_error
+from comparisons.uncertainty import SAFE, UNSAFE, combined, ratio_of_means, standard_error
 from reduced import ensemble, spectrum
 from reference import surfaces
 from reference.halfspace import Contact, FreeOperator, HalfSpace, PeriodicOperator, areas, fft
@@ -154,7 +154,7 @@ def line_samples(
 
 
 def truth(
-    sample: Callable[[int, int], np.ndarray], grid: str, count: int
+    sample: Callable[[int, int], np.ndarray], grid: str, count: int, effort: str
 ) -> tuple[np.ndarray, float]:
     """Return samples scaled to the best mean, and the grid's relative 95 % bar.
 
@@ -163,20 +163,24 @@ def truth(
     chapter, and nothing is added. ``"refined"`` continues the same realisations on grids two and
     four times finer (a sixth and a thirtieth of them; their ratios scatter far less than the
     values), and the bar is the last change times Roache's factor at first order, the order of
-    areas, with the scatter of the ratios.
+    areas, with the scatter of the ratios. A quick effort stops at twice, with the factor for two
+    grids.
     """
     one_of("grid", grid, "native", "refined")
     samples = sample(1, count)
     if grid == "native":
         return samples, 0.0
     ratios, bars = [], []
-    for factor, number in ((2, max(6, count // 6)), (4, max(3, count // 30))):
+    steps = [(2, max(6, count // 6))]
+    if effort == "full":
+        steps.append((4, max(3, count // 30)))
+    for factor, number in steps:
         fine, coarse = sample(factor, number), sample(factor // 2, number)
         ratio, bar = ratio_of_means(fine[:, None], coarse[:, None], paired=True)
         ratios.append(float(ratio[0]))
         bars.append(float(bar[0]))
-    change = abs(1 - 1 / ratios[-1])
-    return samples * float(np.prod(ratios)), float(combined(SAFE * change, *bars))
+    change, safety = abs(1 - 1 / ratios[-1]), SAFE if effort == "full" else UNSAFE
+    return samples * float(np.prod(ratios)), float(combined(safety * change, *bars))
 
 
 def compare(

@@ -169,7 +169,7 @@ def _above_hardness(
     def sample(factor: int, number: int) -> np.ndarray:
         return _true_shares(surface, float(load), float(hardness), factor, number)
 
-    true, grid_bar = truth(sample, "refined", count)
+    true, grid_bar = truth(sample, "refined", count, effort)
     if true.mean() == 0:
         raise ValueError(f"no cell of any surface is above {hardness!r} E* h'")
     # second differences need points: eight for each of the surface's

@@ -92,7 +92,7 @@ def _two_bodies(
         def sample(factor: int, many: int) -> np.ndarray:
             return _surfaces(first, second, float(correlation), force, factor, many)[quantity]
 
-        true, grid_bar = truth(sample, "refined", count)
+        true, grid_bar = truth(sample, "refined", count, effort)
     error, bar = compare(two, true, grid_bar)
     details: dict[str, float | str] = {
         "two lines": float(two.mean()),
