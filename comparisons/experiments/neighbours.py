@@ -16,7 +16,7 @@ def _independent(effort: str, *, distance: float = 10.0, per_side: float = 0) ->
     point forces leave out, measured on the pair.
     """
     above("distance", distance, 1)
-    resolutions = np.array([4, 8, 16] if effort == "quick" else [6, 12, 24])
+    resolutions = np.array([4, 8, 16] if effort == "quick" else [5, 10, 20])
     forces = np.array([pair_force(2 * distance, int(n)) for n in resolutions])
     interaction = 1 / forces - 1
     grid = float(grid_uncertainty(resolutions, interaction[:, None])[0])
