@@ -9,22 +9,21 @@ from comparisons.experiments.rough_ensemble import SEED, Surface
 from comparisons.experiments.running import Finding, above, experiment, one_of
 from reference.errors import ConvergenceError
 from reference.halfspace import Contact, FreeOperator, dense
+from reference.halfspace.solution import assemble
 
-STARTS = ("overlap", "all", "random", "summit")
+STARTS = ("overlap", "random", "summit")
 
 
-def _start(kind: str, gap: np.ndarray, depth: float, rng: np.random.Generator) -> Contact | None:
+def _start(
+    kind: str, operator: FreeOperator, gap: np.ndarray, depth: float, rng: np.random.Generator
+) -> Contact | None:
     """Return a contact with the assumed contact area: "to begin, a contact area is assumed"."""
     if kind == "overlap":
         return None
-    possible = gap < depth
-    area = {
-        "all": possible,
-        "random": possible & (rng.random(gap.shape) < 0.5),
-        "summit": gap == gap.min(),
-    }[kind]
-    pressure = (area | (gap == gap.min())).astype(float)
-    return Contact(depth, 1.0, 0.0, pressure, 0 * gap, 0, 0.0)
+    area = gap == gap.min()
+    if kind == "random":
+        area |= (gap < depth) & (rng.random(gap.shape) < 0.5)
+    return assemble(operator, gap, area.astype(float), depth, 0, [])
 
 
 def _ends(
@@ -60,7 +59,7 @@ def _ends(
         heights = surface.heights(realisation)
         gap = heights.max() - heights
         depth = float(np.quantile(gap, share)) + np.finfo(float).tiny
-        begin = _start(start, gap, depth, rng)
+        begin = _start(start, operator, gap, depth, rng)
         try:
             contact = dense.solve(operator, gap, penetration=depth, start=begin)
         except ConvergenceError as fault:

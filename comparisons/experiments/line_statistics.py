@@ -172,7 +172,7 @@ def _peaks(
     one_of("quantity", quantity, *PEAKS)
     above("ratio", ratio, 0)
     surface = Surface.of(points, hurst, roll_off, shortest, True)
-    count = 40 if effort == "full" else 6
+    count = 120 if effort == "full" else 12
     values = {}
     for factor in (4, 8):
         on_surface = _surface_peaks(surface, count, factor)[quantity]
