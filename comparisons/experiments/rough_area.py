@@ -39,13 +39,7 @@ def _measure(
     realisations: float = 450,
 ) -> Finding:
     """Mean over lines (or a theory) over the mean over surfaces, at equal F/(E* A0 h')."""
-    above("load", load, 0)
-    above("realisations", realisations, 2)
-    above("line_length", line_length, 0)
-    one_of("quantity", quantity, *QUANTITIES)
-    one_of("statement", statement, "line", *_THEORIES)
-    if statement != "line" and not quantity.startswith("contact_area"):
-        raise ValueError(f"{statement} speaks of contact_area, not of {quantity}")
+    _check(load, quantity, statement, line_length, realisations)
     surface = Surface.of(points, hurst, roll_off, shortest, periodic)
     count = int(realisations) if effort == "full" else min(int(realisations), 20)
     stiffness = quantity == "stiffness"
@@ -55,17 +49,14 @@ def _measure(
 
     true, grid_bar = truth(sample, grid, count, effort)
     if statement == "line":
-        lines = line_samples(
-            *(surface, float(load), max(count, _LINES), rule, edges),
-            *(float(line_length), int(line_points)),
-        )
-        stated = lines[quantity]
+        line = (rule, edges, float(line_length), int(line_points))
+        stated = line_samples(surface, float(load), max(count, _LINES), *line)[quantity]
     else:
-        stated = [float(_THEORIES[statement](load))]
+        stated = np.atleast_1d(_THEORIES[statement](load))
     error, bar = compare(stated, true, grid_bar)
     share = surface_samples(surface, float(load), 1, count, stiffness)
     details: dict[str, float | str] = {
-        "stated": float(sum(stated) / len(stated)),
+        "stated": float(stated.mean()),
         "true": float(true.mean()),
         "bar of the grid": grid_bar,
         "realisations": float(count),
@@ -75,6 +66,18 @@ def _measure(
         "half-space": "periodic" if surface.periodic else "free patch",
     }
     return Finding(error, bar, details)
+
+
+def _check(
+    load: float, quantity: str, statement: str, line_length: float, realisations: float
+) -> None:
+    above("load", load, 0)
+    above("realisations", realisations, 2)
+    above("line_length", line_length, 0)
+    one_of("quantity", quantity, *QUANTITIES)
+    one_of("statement", statement, "line", *_THEORIES)
+    if statement != "line" and not quantity.startswith("contact_area"):
+        raise ValueError(f"{statement} speaks of contact_area, not of {quantity}")
 
 
 EXPERIMENTS = (

@@ -10,9 +10,14 @@ the page are written anew::
 import re
 from pathlib import Path
 
+import numpy as np
+
 from comparisons.claims.claim import load_claims
 from comparisons.claims.runner import judge_claim
 from comparisons.experiments import EXPERIMENTS
+from reference.closed_form.random_field import line_peaks, surface_peaks
+from reference.fem.section import press_section
+from reference.impact import impact, rayleigh_share
 
 PAGE = Path(__file__).resolve().parents[1] / "experiments.md"
 LOADS = (0.001, 0.003, 0.01, 0.03, 0.1)
@@ -70,6 +75,41 @@ def load_curves(realisations: int = 300, effort: str = "full") -> list[list[str]
 
 
 # %%
+def constants() -> list[list[str]]:
+    """List the numbers of bodies, impacts and peaks that the page speaks of."""
+    held, free = (press_section(1e4, 0.3, support=s, elements=16) for s in ("fixed", "inertia"))
+    near = press_section(100.0, 0.3, elements=16)
+    shares = [EXPERIMENTS["energy-share"].measure(k) for k in (1.0, 5.0)]
+    plane = EXPERIMENTS["kinetic-energy"].measure(1e-4, frame="held", kind="plane")
+    slow, fast = (impact(v, 0.3) for v in (1e-5, 1e-2))
+    steel = impact(1e-5, 0.3, elastic_sphere=True)
+    line, summits = line_peaks(1.0, 8 / 3), surface_peaks(0.5, 1.0)
+    found = {
+        "k/(2E\\*a) − 1 of the held half-ball, times R/a": 100 * (near.stiffness / 2 - 1),
+        "energy farther than D": shares[0].error,
+        "energy farther than 5 D, times r/D": 5 * shares[1].error,
+        "(19.10) over the energy farther than D": shares[0].details[
+            "(19.10) over the energy beyond"
+        ],
+        "the same, farther than 5 D": shares[1].details["(19.10) over the energy beyond"],
+        "coefficient of D/R in (19.12), half-space, ν = 0.3": 5.2 / (2 * np.pi * 0.7),
+        "v0 of the round side": held.mean_displacement[-1] * held.radius,
+        "v0 of the centre of mass": abs(round(free.mean_displacement[-1] * free.radius, 9)),
+        "and of (D/R)²": free.mean_square_displacement[-1] * (free.radius / 2) ** 2,
+        "plane strain, D/R = 1e-4: m v0²/2 over K, less one": plane.error,
+        "Rayleigh waves' share of radiated power, ν = 1/4": rayleigh_share(0.25),
+        "energy lost over (v/c0)^(3/5), rigid sphere": slow.energy_lost / 1e-5**0.6,
+        "sphere and half-space of one material": steel.energy_lost / 1e-5**0.6,
+        "energy lost at v/c0 = 0.01, rigid sphere": fast.energy_lost,
+        "duration over Hertz's there": fast.duration,
+        "largest force over Hertz's there": fast.force,
+        "peak radius, line over Gaussian surface": line.mean_radius / summits.mean_radius,
+        "peak curvature, line over Gaussian surface": line.mean_curvature / summits.mean_curvature,
+    }
+    return [["number", "value"], *([name, f"{value:.4g}"] for name, value in found.items())]
+
+
+# %%
 def verdicts() -> list[list[str]]:
     """Every claim that an experiment judges, at full effort."""
     rows = [["claim", "equation", "verdict", "found"]]
@@ -88,7 +128,12 @@ def markdown(rows: list[list[str]]) -> str:
     return "\n".join([head, "|" + "---|" * len(rows[0]), *body])
 
 
-TABLES = {"readings": readings, "load-curves": load_curves, "verdicts": verdicts}
+TABLES = {
+    "constants": constants,
+    "readings": readings,
+    "load-curves": load_curves,
+    "verdicts": verdicts,
+}
 
 
 def written(page: str) -> str:

@@ -2,11 +2,16 @@
 
 from __future__ import annotations
 
+import importlib.util
 import math
+import re
+from pathlib import Path
 
 import numpy as np
 import pytest
 
+from comparisons.claims.claim import load_claims
+from comparisons.claims.runner import judge_claim
 from comparisons.errors import InputError
 from comparisons.experiments import EXPERIMENTS
 from comparisons.experiments.running import Finding, experiment
@@ -238,3 +243,54 @@ def test_finite_elements_cost_more_than_the_others():
     equal = measure("finite-element-cost", 0.02, times=5)
     assert equal.details["time of finite elements over the other"] > 5
     assert 1.5 < equal.details["exponent of time, finite elements"] < 5
+
+
+# --- claims and page --------------------------------------------------------------------------
+
+JUDGED = [claim for claim in load_claims() if claim.experiment]
+
+
+@pytest.mark.parametrize("claim", JUDGED, ids=lambda claim: claim.id)
+def test_every_claim_gives_its_experiment_what_it_knows(claim):
+    """Keywords only, without measuring: an unknown one would cost the claim its result."""
+    known = {"along", *_keywords(claim.experiment)}
+    assert set(claim.parameters) <= known
+    assert claim.parameters.get("along", next(iter(known))) in known
+    assert claim.expected is not None
+
+
+def _keywords(name):
+    """Return the keywords of an experiment, from what it says to a wrong one."""
+    with pytest.raises(InputError) as refused:
+        EXPERIMENTS[name].measure(None, "quick", **{"?": 1})
+    return str(refused.value).rpartition("known: ")[2].split(", ")
+
+
+@pytest.mark.slow
+def test_quick_verdicts_are_those_of_the_full_run_or_open():
+    """The contract of `roughline claims --quick`, for all claims of experiments (a minute)."""
+    differs = []
+    for claim in JUDGED:
+        record = judge_claim(claim, "quick")
+        if record.differs:
+            differs.append((claim.id, record.verdict, record.expected, record.sentence))
+    assert differs == []
+
+
+def test_the_tables_of_the_page_stand_as_their_script_makes_them(monkeypatch):
+    """Every marker has its table; the quick one is made anew and compared as it stands."""
+    root = Path(__file__).parents[3]
+    spec = importlib.util.spec_from_file_location(
+        "experiment_tables", root / "docs" / "examples" / "experiment_tables.py"
+    )
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    page = (root / "docs" / "experiments.md").read_text(encoding="utf-8")
+    for name in module.TABLES:
+        (block,) = re.findall(f"<!-- table: {name} -->\n(.*?)\n<!-- end -->", page, re.DOTALL)
+        assert len(block.splitlines()) > 3
+        if name == "constants":
+            assert module.markdown(module.constants()) == block
+    monkeypatch.setattr(module, "LOADS", (0.01,))
+    rows = module.readings(realisations=3, effort="quick")
+    assert len(rows) == 1 + len(module.READINGS)
