@@ -16,8 +16,8 @@ from comparisons.experiments.running import Finding, above, experiment, one_of
 from reference.closed_form.rough import bush_gibson_thomas_area, persson_area
 
 _THEORIES = {"persson": persson_area, "bush": bush_gibson_thomas_area}
-# Lines cost little: never fewer than this, so that the surfaces set the bar.
-_LINES = 450
+# Lines cost little: so many for each surface, and never fewer, so that surfaces set the bar.
+_LINES_EACH, _LEAST_LINES = 4, 450
 
 
 def _measure(
@@ -50,7 +50,9 @@ def _measure(
     true, grid_bar = truth(sample, grid, count, effort)
     if statement == "line":
         line = (rule, edges, float(line_length), int(line_points))
-        stated = line_samples(surface, float(load), max(count, _LINES), *line)[quantity]
+        stated = line_samples(surface, float(load), max(_LINES_EACH * count, _LEAST_LINES), *line)[
+            quantity
+        ]
     else:
         stated = np.atleast_1d(_THEORIES[statement](load))
     error, bar = compare(stated, true, grid_bar)
