@@ -9,7 +9,7 @@ from scipy import fft, stats
 
 from comparisons.experiments.rough_ensemble import SEED, Surface, compare
 from comparisons.experiments.running import Finding, above, experiment, one_of
-from comparisons.uncertainty import SAFE, combined
+from comparisons.uncertainty import RULE, combined
 from reduced import ensemble, surface_spectrum
 from reference.closed_form import random_field
 from reference.summits import hessian, summits
@@ -181,7 +181,7 @@ def _peaks(
     said = line / ratio if quantity == "mean_radius" else line * ratio
     coarse = values[4][0].mean() / values[4][1].mean()
     change = abs(coarse / (line.mean() / true.mean()) - 1)
-    error, bar = compare(said, true, float(combined(SAFE * change / 3)))
+    error, bar = compare(said, true, float(combined(RULE.safe * change / 3)))
     gauss = random_field.line_peaks(1.0, 8 / 3), random_field.surface_peaks(0.5, 1.0)
     details: dict[str, float | str] = {
         "line over surface": float(line.mean() / true.mean()),

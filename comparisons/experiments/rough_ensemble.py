@@ -15,7 +15,7 @@ import numpy as np
 from scipy import stats
 
 from comparisons.experiments.running import above, one_of
-from comparisons.uncertainty import SAFE, UNSAFE, combined, ratio_of_means, standard_error
+from comparisons.uncertainty import RULE, combined, ratio_of_means, standard_error
 from reduced import ensemble, spectrum
 from reference import surfaces
 from reference.halfspace import Contact, FreeOperator, HalfSpace, PeriodicOperator, areas, fft
@@ -179,7 +179,7 @@ def truth(
         ratio, bar = ratio_of_means(fine[:, None], coarse[:, None], paired=True)
         ratios.append(float(ratio[0]))
         bars.append(float(bar[0]))
-    change, safety = abs(1 - 1 / ratios[-1]), SAFE if effort == "full" else UNSAFE
+    change, safety = abs(1 - 1 / ratios[-1]), RULE.safe if effort == "full" else RULE.unsafe
     return samples * float(np.prod(ratios)), float(combined(safety * change, *bars))
 
 
