@@ -18,6 +18,7 @@ from comparisons.methods.grid import (
 from comparisons.options import DenseOptions
 from comparisons.scene import Scene
 from reference.halfspace import Contact, FreeOperator, dense
+from reference.halfspace.edge_cells import respond_dense
 
 
 class BemDense(GridMethod):
@@ -25,6 +26,7 @@ class BemDense(GridMethod):
 
     name = "bem_dense"
     title = "dense BEM"
+    face = staticmethod(respond_dense)
 
     def supports(self, scene: Scene) -> Support:
         """Free half-space under force or penetration control."""

@@ -9,10 +9,12 @@ import numpy as np
 
 from comparisons.geometry import Geometry, IndenterGeometry, RoughGeometry
 from comparisons.methods.base import Method, Solution, Task
+from comparisons.methods.punches import Respond, solve_punch
 from comparisons.methods.sweeps import outcomes
 from reference.errors import ConvergenceError
 from reference.halfspace import Contact, FreeOperator, PeriodicOperator
 from reference.halfspace import areas as area_measures
+from reference.halfspace.edge_cells import respond
 
 Operator = FreeOperator | PeriodicOperator
 # Cells of the finest grid planned after refining by a factor: a 512 x 512 map is refined once.
@@ -50,19 +52,16 @@ def make_grid(geometry: Geometry, resolution: int, realisation: int = 0) -> Grid
     """Return the grid of a scene: cells where contact is possible, and none beyond.
 
     The surface never rises above its undeformed level, so contact stays inside the region where
-    the shape overlaps the half-space. Under a flat punch the cells fit the box around its face.
+    the shape overlaps the half-space.
     """
     if isinstance(geometry, RoughGeometry):
         heights = geometry.heights(realisation, resolution)
         return Grid(heights.max() - heights, geometry.spacing(heights), (0.0, 0.0))
     shape = indenter_shape(geometry, resolution)
     cell = geometry.contact_radius / resolution
-    spacing = (cell, cell)
-    if geometry.indenter.flat:
-        spacing = tuple(2 * r / n for r, n in zip(geometry.reach, shape, strict=True))
-    origin = tuple(-n * step / 2 for n, step in zip(shape, spacing, strict=True))
-    empty = Grid(np.zeros(shape), spacing, origin)
-    return Grid(geometry.indenter.gap(*empty.centres), spacing, origin)
+    origin = tuple(-n * cell / 2 for n in shape)
+    empty = Grid(np.zeros(shape), (cell, cell), origin)
+    return Grid(geometry.indenter.gap(*empty.centres), empty.spacing, origin)
 
 
 def cells(geometry: Geometry, resolution: int) -> int:
@@ -100,7 +99,12 @@ def rough_resolutions(geometry: RoughGeometry) -> tuple[int, ...]:
 
 
 class GridMethod(Method):
-    """A solver of the half-space on a grid of rectangular cells."""
+    """A solver of the half-space on a grid of rectangular cells.
+
+    `face` is its solver of the linear problem of a flat face.
+    """
+
+    face: Respond = staticmethod(respond)
 
     def operator(
         self, task: Task, shape: tuple[int, int], spacing: tuple[float, float]
@@ -135,7 +139,9 @@ class GridMethod(Method):
         return f"{number} cells to cover an elongated contact, more than {MOST_INDENTER_CELLS}"
 
     def solve(self, task: Task) -> Solution:
-        """Solve every realisation on the same operator."""
+        """Solve every realisation on the same operator; a flat punch with its edge cells."""
+        if isinstance(task.geometry, IndenterGeometry) and task.geometry.indenter.flat:
+            return solve_punch(task, self.face)
         solution = Solution.empty(task)
         operator = None
         for row, realisation in enumerate(task.realisations):
@@ -166,8 +172,6 @@ def contact_quantities(
     periodic = operator.periodic
     raw = float(area_measures.raw_area(mask, grid.spacing))
     area = float(area_measures.corrected_area(mask, grid.spacing, periodic=periodic))
-    if isinstance(task.geometry, IndenterGeometry) and task.geometry.indenter.flat:
-        area = task.geometry.indenter.area  # the whole face, however its cells are counted
     values = {
         "penetration": contact.penetration,
         "force": contact.force,

@@ -1,0 +1,126 @@
+"""Flat punches on the half-space grid, edge cells by area fractions.
+
+The contact is the whole face at any load, so that everything is linear: one solve serves all
+loads.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+import numpy as np
+
+from comparisons.geometry import IndenterGeometry
+from comparisons.methods.base import Solution, Task
+from comparisons.polygons import area_fractions, offset_outline, signed_area
+from reference.errors import ConvergenceError
+from reference.halfspace import FreeOperator
+from reference.halfspace.edge_cells import EDGE_OFFSET, EDGE_SCATTER, FaceResponse, respond
+
+Respond = Callable[[FreeOperator, np.ndarray], FaceResponse]
+# Corners of the polygon that stands for an ellipse: its outline errs by 1e-6 of the radius.
+_CORNERS = 4096
+
+
+def face_outline(geometry: IndenterGeometry) -> np.ndarray:
+    """Return the corners of the face; an ellipse as a fine polygon of the same area."""
+    corners = geometry.indenter.outline
+    if corners is not None:
+        return corners
+    angle = 2 * np.pi * np.arange(_CORNERS) / _CORNERS
+    ellipse = np.stack([np.cos(angle), np.sin(angle)], axis=1) * geometry.indenter.reach(0.0)
+    return np.asarray(ellipse * np.sqrt(geometry.indenter.area / signed_area(ellipse)))
+
+
+def face_grid(
+    geometry: IndenterGeometry, cells: int, modulus: float
+) -> tuple[FreeOperator, np.ndarray, tuple[float, float]]:
+    """Return operator, area fractions and origin of square cells, so many per contact radius.
+
+    The outline is moved outwards by what the cells put the edge too far in.
+    """
+    side = geometry.contact_radius / cells
+    corners = offset_outline(face_outline(geometry), EDGE_OFFSET * side)
+    reach = np.abs(corners).max(axis=0)
+    shape = (2 * int(np.ceil(reach[0] / side - 1e-9)), 2 * int(np.ceil(reach[1] / side - 1e-9)))
+    origin = (-shape[0] * side / 2, -shape[1] * side / 2)
+    fractions = area_fractions(corners, shape, (side, side), origin)
+    return FreeOperator(shape, (side, side), modulus), fractions, origin
+
+
+def solve_punch(task: Task, solver: Respond = respond) -> Solution:
+    """Solve a flat punch once, and scale the answer to every load."""
+    geometry = task.geometry
+    assert isinstance(geometry, IndenterGeometry)
+    solution = Solution.empty(task)
+    with solution.setup():
+        grid = face_grid(geometry, task.resolution, task.scene.effective_modulus)
+        solution.unknowns = int(np.count_nonzero(grid[1]))
+    # The stiffness goes with the radius: both err by the same share.
+    solution.truncation = EDGE_SCATTER / task.resolution
+    loads = task.loads.values
+    try:
+        answer = solver(*grid[:2])
+    except ConvergenceError as error:
+        for step in range(len(loads)):
+            solution.fail((0, step), error.reason)
+        return solution
+    depths = loads if task.loads.control == "penetration" else loads / answer.stiffness
+    for step, depth in enumerate(depths):
+        solution.put((0, step), _quantities(geometry, grid, answer.stiffness, float(depth)))
+        solution.iterations[0, step] = answer.iterations
+        solution.violation[0, step] = answer.residual
+    solution.fields = _fields(task, grid, answer, float(depths[-1]))
+    return solution
+
+
+def _quantities(
+    geometry: IndenterGeometry,
+    grid: tuple[FreeOperator, np.ndarray, tuple[float, float]],
+    stiffness: float,
+    depth: float,
+) -> dict[str, float]:
+    """Return the quantities at one penetration: F = k d, and the whole face in contact."""
+    operator, fractions, _ = grid
+    area = geometry.indenter.area  # type: ignore[attr-defined]
+    values = {
+        "penetration": depth,
+        "force": stiffness * depth,
+        "contact_area_raw": float(np.count_nonzero(fractions) * operator.cell_area),
+        "contact_area": area,
+        "equivalent_radius": float(np.sqrt(area / np.pi)),
+        "stiffness": stiffness,
+        "contact_length_stiffness": stiffness / operator.effective_modulus,
+        "energy": stiffness * depth * (depth / 2),
+    }
+    if geometry.indenter.axisymmetric:
+        values["contact_radius"] = values["equivalent_radius"]
+    return values
+
+
+def _fields(
+    task: Task,
+    grid: tuple[FreeOperator, np.ndarray, tuple[float, float]],
+    answer: FaceResponse,
+    depth: float,
+) -> dict[str, np.ndarray]:
+    """Return the arrays that plots use, as for every half-space solution."""
+    fields = {"penetration": np.array(depth)}
+    if not task.wants_pressure:
+        return fields
+    operator, fractions, origin = grid
+    axes = [
+        start + (np.arange(n) + 0.5) * step
+        for start, n, step in zip(origin, operator.shape, operator.spacing, strict=True)
+    ]
+    x, y = np.meshgrid(*axes, indexing="ij")
+    displacement = depth * operator.apply(answer.pressure)
+    return fields | {
+        "pressure_x": x.ravel(),
+        "pressure_y": y.ravel(),
+        "pressure": depth * answer.pressure.ravel(),
+        "pressure_weight": np.full(x.size, operator.cell_area),
+        "pressure_shape": np.array(x.shape),
+        "displacement": displacement.ravel(),
+        "gap": np.where(fractions > 0, displacement - depth, np.inf).ravel(),
+    }
