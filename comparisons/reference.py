@@ -233,7 +233,7 @@ def _sources(solved: Solved, method: str, resolution: int, name: str) -> Sources
     return {
         GRID: own_discretisation(solved, method, name),
         SOLVER: residual,
-        TRUNCATION: np.full(steps, solution.truncation),
+        TRUNCATION: np.full(steps, 0.0 if name in solution.exact else solution.truncation),
         ENSEMBLE: ensemble_uncertainty(solution.quantities[name]),
     }
 

@@ -95,7 +95,10 @@ class Solution:
     fields : dict
         Arrays of realisation 0 at the last load: ``pressure``, ``pressure_x``, ...
     truncation : float
-        Relative 95 % half-width of what a bounded domain leaves out (0 for exact kernels).
+        Relative 95 % half-width of what a bounded domain leaves out, or of the place of an edge
+        inside a cell (0: nothing of the kind).
+    exact : tuple of str
+        Quantities that no grid and no truncation touches: the area of a flat face.
     body_fields : callable or None
         Computes the fields in the body, where a task asks for them; not part of the solve.
     unknowns : int
@@ -112,6 +115,7 @@ class Solution:
     reasons: dict[tuple[int, int], str] = field(default_factory=dict)
     fields: dict[str, np.ndarray] = field(default_factory=dict)
     truncation: float = 0.0
+    exact: tuple[str, ...] = ()
     body_fields: Callable[[], dict[str, np.ndarray]] | None = None
     seconds: float = float("nan")
     setup_seconds: float = 0.0

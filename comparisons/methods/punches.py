@@ -56,6 +56,7 @@ def solve_punch(task: Task, solver: Respond = respond) -> Solution:
     with solution.setup():
         grid = face_grid(geometry, task.resolution, task.scene.effective_modulus)
         solution.unknowns = int(np.count_nonzero(grid[1]))
+    solution.exact = ("contact_area", "contact_radius", "equivalent_radius")
     # The stiffness goes with the radius: both err by the same share.
     solution.truncation = EDGE_SCATTER / task.resolution
     loads = task.loads.values

@@ -175,12 +175,12 @@ def test_a_method_without_the_main_quantity_is_lost(altered):
 
 
 def test_the_bar_of_the_truth_counts_against_the_claim():
-    """The truth of the punch is known to 0.1 %: nobody can be shown to be closer than that."""
+    """The truth of the punch is known to 0.01 %: nobody can be shown to be closer than that."""
     case = CASES["edge-on-nodes"]
-    tight = replace(case, expected={"bem_fft": accurate(5e-4)}, resolutions={"bem_fft": 256})
+    tight = replace(case, expected={"bem_fft": accurate(2e-5)}, resolutions={"bem_fft": 256})
     (outcome,) = run_case(tight, ["bem_fft"])
     assert outcome.error < 1e-12
-    assert "instead of at most 0.05" in outcome.deviation
+    assert "instead of at most 20" in outcome.deviation
 
 
 def test_expectations_read_as_sentences():
