@@ -34,7 +34,7 @@ LEVELS = (2, 3, 4, 5, 6, 7, 8)
 PRESSURE_LEVEL = 6
 SIZES = (3, 4, 6, 8, 10, 12, 14)
 LARGEST_PARDISO = 150_000  # unknowns: beyond, the yardstick takes minutes
-BYTES_PER_UNKNOWN = 40_000
+BYTES_PER_UNKNOWN = 16_000
 NO_PARDISO = "no pypardiso: pip install 'roughline[fast]'"
 FACTORISATION = "one Pardiso factorisation of the same matrix"
 WHOLE, FIXED, MULTIGRID, PEER = 2.0, 3.0, 4.0, 1 / 20
@@ -175,7 +175,7 @@ def sizes() -> list[Measurement]:
     rows, found = [], {}
     for elements in SIZES:
         free = psutil.virtual_memory().available
-        expected = 100 * elements**3
+        expected = 115 * elements**3
         if expected * BYTES_PER_UNKNOWN > free:
             break
         before = _peak_memory()

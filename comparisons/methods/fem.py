@@ -31,14 +31,14 @@ from reference.halfspace.areas import corrected_area
 LARGEST_POISSON = 0.4999
 # Surface points per side of a rough patch: 32 take 2 s, and the cost grows as the fourth power.
 LARGEST_PATCH = 32
-# Condensed compliance, elimination fronts and mesh, per unknown: measured peak over 20 000 to
-# 60 000 unknowns, rounded up.
-BYTES_PER_UNKNOWN = 27_000
+# Condensed compliance, elimination fronts and mesh, per unknown: measured 13 000 at 24 000 unknowns
+# and 11 000 at 310 000 (``roughline bench fem``), rounded up.
+BYTES_PER_UNKNOWN = 16_000
 LARGEST_ASPECT = 50
 # What the far field beyond the mesh leaves out, measured by doubling the extent of the mesh and
-# rounded up: it falls with the elements where the mesh is fitted to the contact (`tests/reference`
-# has the measurement), and is constant on grids of straight lines.
-TRUNCATION_FITTED, TRUNCATION_SQUARE, TRUNCATION_GRID = 1.2e-3, 7e-4, 5e-3
+# rounded up: it falls with the cube of the elements where the mesh is fitted to the contact, smooth
+# or sharp (`tests/reference` has the measurement), and is constant on grids of straight lines.
+TRUNCATION_SMOOTH, TRUNCATION_SHARP, TRUNCATION_SQUARE, TRUNCATION_GRID = 6e-3, 4e-2, 7e-4, 5e-3
 STRAIGHT_EDGED = (RightAngledPunch, PolygonPunch)
 
 
@@ -50,12 +50,14 @@ class Fem(Method):
     span = 1e6  # each load scales the mesh onto its own contact
 
     def supports(self, scene: Scene) -> Support:
-        """Free half-space, nu up to 0.4999, force or penetration control."""
+        """Free half-space, force or penetration control; nu = 1/2 where elements are quadratic."""
         bodies = [each for each in (scene.half_space, scene.counter_body) if each is not None]
         nu = max(each.elastic_constants[1] for each in bodies)
-        if nu > LARGEST_POISSON:
+        if nu > LARGEST_POISSON and not _quadratic(scene):
             return Support(
-                False, f"nu = {nu:g} is incompressible: a displacement element locks above 0.4999"
+                False,
+                f"nu = {nu:g} is incompressible: the mixed form needs 27-node elements, which this "
+                "scene does not have; 8-node elements go to 0.4999",
             )
         if scene.loading.control == "mean_gap":
             return Support(False, "no mean-gap control")
@@ -102,7 +104,11 @@ class Fem(Method):
             return BYTES_PER_UNKNOWN * fem_pair.unknowns(task.resolution)
         if isinstance(task.geometry, RoughGeometry):
             return BYTES_PER_UNKNOWN * 1.3 * task.resolution**3
-        return BYTES_PER_UNKNOWN * 800.0 * task.resolution**2
+        if isinstance(task.geometry.indenter, STRAIGHT_EDGED):
+            return BYTES_PER_UNKNOWN * 800.0 * task.resolution**2
+        # Measured 110 N^3 unknowns on round contacts, 270 N^3 where they are 8 times as long.
+        aspect = max(_stretch(task.geometry.indenter)) ** 2
+        return BYTES_PER_UNKNOWN * 110.0 * task.resolution**3 * (1.0 + 0.8 * np.log(aspect))
 
     def model(self, scene: Scene, geometry: Geometry) -> str:
         """Name the mesh."""
@@ -149,7 +155,8 @@ class Fem(Method):
 
 def _truncation(task: Task, *, fitted: bool) -> float:
     if fitted:
-        return TRUNCATION_FITTED / task.resolution
+        largest = TRUNCATION_SHARP if _sharp(task.geometry) else TRUNCATION_SMOOTH
+        return largest / task.resolution**3
     geometry = task.geometry
     quarter = isinstance(geometry, IndenterGeometry) and geometry.indenter.quarter_symmetric
     return TRUNCATION_SQUARE if quarter else TRUNCATION_GRID
@@ -213,6 +220,13 @@ def make_body(task: Task) -> fem.CondensedBody:
         sharp=_sharp(geometry),
         stretch=_stretch(geometry.indenter),
     )
+
+
+def _quadratic(scene: Scene) -> bool:
+    """Whether the body is a half-space of 27-node elements, which have a mixed form."""
+    if scene.indenter is None or scene.counter_body is not None or scene.body is not None:
+        return False
+    return scene.indenter.quarter_symmetric
 
 
 def _sharp(geometry: IndenterGeometry) -> bool:

@@ -12,10 +12,11 @@ from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve
 
 from reference.fem import pardiso
-from reference.fem.elasticity import stiffness_matrices
+from reference.fem.elasticity import LARGEST_POISSON_RATIO, stiffness_matrices
 from reference.fem.far_field import exterior_stiffness, group_field, source_groups
 from reference.fem.flexibility import DenseFlexibility, Flexibility
 from reference.fem.mesh import GradedMesh, facet_nodes, facet_quadrature
+from reference.fem.mixed import STRESSES, mixed_matrices
 from reference.fem.multigrid import MultigridFlexibility
 from reference.fem.nested_dissection import LinearSystem, condense
 from reference.fem.sparse import stiffness_matrix
@@ -179,7 +180,12 @@ def condensed_body(
     seconds = {"mesh": time.perf_counter() - started}
     mark = time.perf_counter()
     nodes, weights = _candidates(grid, candidate)
-    matrices = stiffness_matrices(grid.mesh, poisson_ratio, reduced_integration=reduced_integration)
+    if poisson_ratio > LARGEST_POISSON_RATIO:
+        matrices = mixed_matrices(grid.mesh, poisson_ratio)
+    else:
+        matrices = stiffness_matrices(
+            grid.mesh, poisson_ratio, reduced_integration=reduced_integration
+        )
     groups = [] if fixed else source_groups(*sources, quarter=grid.quarter)
     system = _linear_system(grid, matrices, nodes, groups, poisson_ratio)
     exterior = np.zeros((0, 0))
@@ -278,20 +284,27 @@ def _linear_system(
     if not groups:
         number[outer] = -1
     free, following = number == 0, number == 1
-    number[free] = np.arange(free.sum())
-    number[following] = free.sum() + np.arange(following.sum())
+    elements = mesh.dofs.element_dofs.T
+    displacements = int(free.sum())
+    # in a mixed form the element matrices have rows for the mean stress, too
+    stresses = matrices.shape[1] > 3 * elements.shape[1]
+    extra = np.arange(len(elements) * STRESSES * stresses).reshape(-1, STRESSES) + displacements
+    first = displacements + extra.size
+    number[free] = np.arange(displacements)
+    number[following] = first + np.arange(following.sum())
     fields = [group_field(mesh.p.T[outer], group, poisson_ratio)[0] for group in groups]
     boundary = np.zeros((int(following.sum()), len(groups)))
     for column, field in enumerate(fields):
         everywhere = np.zeros((total, 3))
         everywhere[outer] = field
         boundary[:, column] = everywhere[following]
-    elements = mesh.dofs.element_dofs.T
+    unknowns = number[elements].reshape(len(elements), -1)
     return LinearSystem(
         matrices=matrices,
-        unknowns=number[elements].reshape(len(elements), -1),
+        unknowns=np.hstack([unknowns, extra]) if stresses else unknowns,
         boundary=boundary,
-        first=int(free.sum()),
+        first=first,
         retained=number[candidates, 2],
         centres=mesh.p[:, mesh.t].mean(axis=1).T,
+        mean_stresses=extra,
     )

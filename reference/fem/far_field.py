@@ -13,7 +13,6 @@ import numpy as np
 from numpy.typing import NDArray
 from skfem import MeshHex
 
-from reference.fem.elasticity import lame_parameters
 from reference.fem.mesh import facet_quadrature
 
 
@@ -102,6 +101,17 @@ def group_field(
     return displacement, gradient
 
 
+def _dilatational_stress(
+    points: NDArray[np.float64], group: NDArray[np.float64], poisson_ratio: float
+) -> NDArray[np.float64]:
+    """``lambda div u = -nu z / (pi r^3)`` of the field of a group: finite for nu = 1/2, too."""
+    total = np.zeros(points.shape[:-1])
+    for x, y in group:
+        radius = np.linalg.norm(points - np.array([x, y, 0.0]), axis=-1)
+        total -= poisson_ratio * points[..., 2] / (np.pi * radius**3) / len(group)
+    return total
+
+
 def exterior_stiffness(
     mesh: MeshHex,
     facets: NDArray[np.int64],
@@ -116,12 +126,12 @@ def exterior_stiffness(
     _, _, points, areas = facet_quadrature(mesh, facets, 5)
     # the meshed region is convex and holds the origin: outward is away from it
     areas = areas * np.sign((areas * points).sum(axis=-1))[..., None]
-    lame, shear = lame_parameters(poisson_ratio)
+    shear = 0.5 / (1.0 + poisson_ratio)
     displacements, tractions = [], []
     for group in groups:
         u, du = group_field(points, group, poisson_ratio)
         stress = shear * (du + np.swapaxes(du, -1, -2))
-        stress += lame * np.trace(du, axis1=-2, axis2=-1)[..., None, None] * np.eye(3)
+        stress += _dilatational_stress(points, group, poisson_ratio)[..., None, None] * np.eye(3)
         displacements.append(u)
         tractions.append(np.einsum("...ij,...j->...i", stress, areas))
     work = -np.einsum("kfqi,lfqi->kl", np.array(tractions), np.array(displacements))

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from reference.fem import pardiso
 from reference.fem.body import CondensedBody, condensed_body
-from reference.fem.elasticity import lame_parameters
+from reference.fem.elasticity import LARGEST_POISSON_RATIO
 from reference.fem.mesh import (
     edge_lines,
     graded_lines,
@@ -49,7 +49,7 @@ def ball_body(
     contact_radius : float
         Contact radius at the largest load; candidates reach 1.3 times as far.
     youngs_modulus, poisson_ratio : float
-        ``-1 < nu <= 0.4999``.
+        ``-1 < nu <= 0.5``; beyond 0.4999 in the mixed form of `reference.fem.mixed`.
     elements : int
         Elements per contact radius (each has two node spacings).
     symmetry : {"quarter", "none"}
@@ -297,6 +297,11 @@ def _check_tensor(
             wrong.append(f"{name} must start at 0 with quarter symmetry, got {line[0]!r}")
     if order not in (1, 2):
         wrong.append(f"order must be 1 or 2, got {order!r}")
+    elif order == 1 and poisson_ratio > LARGEST_POISSON_RATIO:
+        wrong.append(
+            f"poisson_ratio {poisson_ratio!r} is incompressible: 8-node elements cannot carry its "
+            "mean stress without checkerboards; take order = 2"
+        )
     if not (np.isfinite(extent) and extent >= 1.5):
         wrong.append(f"extent must be at least 1.5 half-widths, got {extent!r}")
     if not 1.0 < growth <= 4.0:
@@ -311,10 +316,13 @@ def _common_faults(
     wrong = []
     if not (np.isfinite(youngs_modulus) and youngs_modulus > 0.0):
         wrong.append(f"youngs_modulus must be positive and finite, got {youngs_modulus!r}")
-    try:
-        lame_parameters(poisson_ratio)
-    except ValueError as fault:
-        wrong.append(str(fault))
+    if not -1.0 < poisson_ratio <= 0.5:
+        wrong.append(f"poisson_ratio must lie in (-1, 0.5], got {poisson_ratio!r}")
+    elif poisson_ratio > LARGEST_POISSON_RATIO and solver != SOLVERS[0]:
+        wrong.append(
+            f"poisson_ratio above {LARGEST_POISSON_RATIO} takes a mixed form, which is indefinite: "
+            f"solver must be {SOLVERS[0]!r}, got {solver!r}"
+        )
     if symmetry not in ("quarter", "none"):
         wrong.append(f"symmetry must be 'quarter' or 'none', got {symmetry!r}")
     if far_field not in ("boussinesq", "fixed"):

@@ -11,7 +11,7 @@ Schur complement costs no right-hand sides.
 from __future__ import annotations
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 from numba import njit
@@ -19,6 +19,7 @@ from numpy.typing import NDArray
 from scipy.linalg import cholesky, solve_triangular
 
 LEAF_UNKNOWNS = 600
+SMALLEST_PIVOT = 1e-9  # of a mean stress that is determined, against rounding of 1e-16
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,6 +40,10 @@ class LinearSystem:
         The free unknowns to condense onto.
     centres : (elements, 3)
         Element centres, for the bisection.
+    mean_stresses : (elements, 4) or (0, 4)
+        Free unknowns that make the system indefinite: each element's mean stress (a constant and
+        three slopes) in a mixed form; they belong to one element each and are among its
+        `unknowns`.
     """
 
     matrices: NDArray[np.float64]
@@ -47,20 +52,30 @@ class LinearSystem:
     first: int
     retained: NDArray[np.int64]
     centres: NDArray[np.float64]
+    mean_stresses: NDArray[np.int64] = field(default_factory=lambda: np.zeros((0, 4), np.int64))
 
 
 @dataclass(frozen=True, eq=False)
 class Front:
-    """One elimination: ``u[eliminated] = -L^-T W u[kept]``."""
+    """One elimination: ``u[eliminated] = -sign L^-T W u[kept]``; sign -1 for mean stresses."""
 
     eliminated: NDArray[np.int64]
     kept: NDArray[np.int64]
     factor: NDArray[np.float64]
     coupling: NDArray[np.float64]
+    sign: float
+
+
+@dataclass(frozen=True, eq=False)
+class Shift:
+    """Change of unknowns: until here `others` stood for the difference to the unknown `base`."""
+
+    base: int
+    others: NDArray[np.int64]
 
 
 def condense(
-    system: LinearSystem, exterior: NDArray[np.float64], fronts: list[Front] | None = None
+    system: LinearSystem, exterior: NDArray[np.float64], fronts: list[Front | Shift] | None = None
 ) -> NDArray[np.float64]:
     """Stiffness on the retained unknowns, shape (r, r), in the order of `system.retained`.
 
@@ -85,15 +100,14 @@ def condense(
     position[kept] = np.arange(len(kept))
     modes = position[system.first :]
     matrix[np.ix_(modes, modes)] += exterior
-    order = np.concatenate([modes, position[system.retained]])
-    names = np.concatenate([np.arange(system.first, size), system.retained])
-    left, matrix = dissection.eliminate(names, matrix[np.ix_(order, order)], len(modes))
+    left, matrix = dissection.eliminate(kept, matrix, kept >= system.first)
+    left, matrix = dissection.eliminate(left, matrix, dissection.indefinite[left], sign=-1.0)
     place = np.searchsorted(left, system.retained)
     return matrix[np.ix_(place, place)]
 
 
 def expand(
-    system: LinearSystem, fronts: list[Front], retained_values: NDArray[np.float64]
+    system: LinearSystem, fronts: list[Front | Shift], retained_values: NDArray[np.float64]
 ) -> NDArray[np.float64]:
     """All displacements from those of the retained unknowns (no load on any other).
 
@@ -103,8 +117,11 @@ def expand(
     values = np.zeros(system.first + modes)
     values[system.retained] = retained_values
     for front in reversed(fronts):
+        if isinstance(front, Shift):
+            values[front.others] += values[front.base]
+            continue
         known = front.coupling @ values[front.kept]
-        values[front.eliminated] = -solve_triangular(
+        values[front.eliminated] = -front.sign * solve_triangular(
             front.factor, known, lower=True, trans="T", check_finite=False
         )
     return np.concatenate([values[: system.first], system.boundary @ values[system.first :]])
@@ -113,7 +130,7 @@ def expand(
 class _Dissection:
     """The recursion and what its levels share."""
 
-    def __init__(self, system: LinearSystem, fronts: list[Front] | None) -> None:
+    def __init__(self, system: LinearSystem, fronts: list[Front | Shift] | None) -> None:
         self.system = system
         self.fronts = fronts
         total = system.first + system.boundary.shape[1]
@@ -123,6 +140,9 @@ class _Dissection:
         # one use that no group ever completes keeps these unknowns to the top
         self.multiplicity[system.retained] += 1
         self.multiplicity[system.first :] = np.iinfo(np.int64).max
+        self.indefinite = np.zeros(total, dtype=bool)
+        self.indefinite[system.mean_stresses] = True
+        self.constants = system.mean_stresses[:, 0]
         x, y, z = system.centres.T
         radius = np.hypot(x, y)
         self.keys = np.stack([z, radius, np.arctan2(y, x), x, y])
@@ -136,7 +156,7 @@ class _Dissection:
         left, right = self._bisect(elements)
         first, second = self.reduce(left), self.reduce(right)
         names = np.union1d(first[0], second[0])
-        return self._merge(names, [first, second], self._uses(elements, names))
+        return self._merge(names, [first, second], elements, [left[0], right[0]])
 
     def _uses(self, elements: NDArray[np.int64], names: NDArray[np.int64]) -> NDArray[np.int64]:
         """How many elements of the group use each named unknown."""
@@ -148,28 +168,83 @@ class _Dissection:
         self,
         names: NDArray[np.int64],
         parts: list[tuple[NDArray[np.int64], NDArray[np.float64]]],
-        uses: NDArray[np.int64],
+        elements: NDArray[np.int64],
+        firsts: list[int] | NDArray[np.int64],
     ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-        complete = uses == self.multiplicity[names]
-        order = np.argsort(~complete, kind="stable")
-        place = np.empty(len(names), dtype=np.int64)
-        place[order] = np.arange(len(names))
-        matrix = np.zeros((len(names), len(names)))
-        for part, block in parts:
-            _add(matrix, place[np.searchsorted(names, part)], block)
-        return self.eliminate(names[order], matrix, int(complete.sum()))
+        """Add the parts of a group, and eliminate what no element outside it touches.
+
+        `firsts` are the first elements of the parts, whose constants stand for the mean stress of
+        their part.
+        """
+        complete = self._uses(elements, names) == self.multiplicity[names]
+        if not len(self.constants):
+            order = np.argsort(~complete, kind="stable")
+            matrix = _sum(names, parts, order)
+            return self._eliminate_first(names[order], matrix, int(complete.sum()), 1.0)
+        matrix = _sum(names, parts, np.arange(len(names)))
+        base = int(self.constants[elements[0]])
+        constants = np.setdiff1d(self.constants[firsts], base)
+        self._shift(names, matrix, base, constants)
+        # a group that is held all round carries any uniform mean stress: its base stays
+        finished = names[complete & (names != base)]
+        kind = self.indefinite[finished]
+        names, matrix = self.eliminate(names, matrix, np.isin(names, finished[~kind]))
+        slopes = np.setdiff1d(finished[kind], self.constants)
+        names, matrix = self.eliminate(names, matrix, np.isin(names, slopes), sign=-1.0)
+        waiting = np.intersect1d(finished[kind], self.constants)
+        try:
+            return self.eliminate(names, matrix, np.isin(names, waiting), sign=-1.0)
+        except np.linalg.LinAlgError:
+            return names, matrix  # the parts do not touch yet: the next level will do
+
+    def _shift(
+        self,
+        names: NDArray[np.int64],
+        matrix: NDArray[np.float64],
+        base: int,
+        others: NDArray[np.int64],
+    ) -> None:
+        """Let the constants of the parts stand for their differences to that of the group."""
+        if self.fronts is not None:
+            self.fronts.append(Shift(base, others))
+        place, rest = np.searchsorted(names, base), np.searchsorted(names, others)
+        matrix[:, place] += matrix[:, rest].sum(axis=1)
+        matrix[place] += matrix[rest].sum(axis=0)
 
     def eliminate(
-        self, names: NDArray[np.int64], matrix: NDArray[np.float64], count: int
+        self,
+        names: NDArray[np.int64],
+        matrix: NDArray[np.float64],
+        complete: NDArray[np.bool_],
+        sign: float = 1.0,
     ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-        """Schur complement after elimination of the first `count` unknowns."""
+        """Schur complement after elimination of a block that is definite, of the given sign.
+
+        Raises
+        ------
+        numpy.linalg.LinAlgError
+            If it is not; nothing has been done then.
+        """
+        count = int(complete.sum())
         if count == 0:
-            return _sorted(names, matrix)
-        factor = cholesky(matrix[:count, :count], lower=True, check_finite=False)
+            return names, matrix
+        order = np.argsort(~complete, kind="stable")
+        return self._eliminate_first(names[order], matrix[order[:, None], order], count, sign)
+
+    def _eliminate_first(
+        self, names: NDArray[np.int64], matrix: NDArray[np.float64], count: int, sign: float
+    ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+        if count == 0:
+            return names, matrix
+        block = sign * matrix[:count, :count]
+        factor = cholesky(block, lower=True, check_finite=False)
+        pivots = np.diag(factor) ** 2
+        if sign < 0.0 and pivots.min() < SMALLEST_PIVOT * np.diag(block).max():
+            raise np.linalg.LinAlgError("a mean stress is not determined yet")
         coupling = solve_triangular(factor, matrix[:count, count:], lower=True, check_finite=False)
         if self.fronts is not None:
-            self.fronts.append(Front(names[:count], names[count:], factor, coupling))
-        return _sorted(names[count:], matrix[count:, count:] - coupling.T @ coupling)
+            self.fronts.append(Front(names[:count], names[count:], factor, coupling, sign))
+        return names[count:], matrix[count:, count:] - sign * (coupling.T @ coupling)
 
     def _leaf(self, elements: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
         system = self.system
@@ -182,7 +257,7 @@ class _Dissection:
             rows[system.unknowns[element] < 0] = len(names)
             _add(matrix, rows, system.matrices[element])
         names, matrix = self._follow_far_field(names, matrix[:-1, :-1])
-        return self._merge(names, [(names, matrix)], self._uses(elements, names))
+        return self._merge(names, [(names, matrix)], elements, elements)
 
     def _follow_far_field(
         self, names: NDArray[np.int64], matrix: NDArray[np.float64]
@@ -238,20 +313,23 @@ class _Dissection:
         return int(np.count_nonzero(marked & other))
 
 
+def _sum(
+    names: NDArray[np.int64],
+    parts: list[tuple[NDArray[np.int64], NDArray[np.float64]]],
+    order: NDArray[np.int64],
+) -> NDArray[np.float64]:
+    """Sum of the matrices of some parts, on the names taken in an order."""
+    place = np.empty(len(names), dtype=np.int64)
+    place[order] = np.arange(len(names))
+    matrix = np.zeros((len(names), len(names)))
+    for part, block in parts:
+        _add(matrix, place[np.searchsorted(names, part)], block)
+    return matrix
+
+
 @njit(cache=True)
 def _add(matrix: NDArray[np.float64], rows: NDArray[np.int64], block: NDArray[np.float64]) -> None:
     """Add a block to the given rows and columns: several times faster than fancy indexing."""
     for i in range(len(rows)):
         for j in range(len(rows)):
             matrix[rows[i], rows[j]] += block[i, j]
-
-
-def _sorted(
-    names: NDArray[np.int64], matrix: NDArray[np.float64]
-) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-    order = np.argsort(names)
-    return (
-        (names, matrix)
-        if np.all(order == np.arange(len(names)))
-        else (names[order], matrix[order[:, None], order])
-    )

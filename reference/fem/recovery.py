@@ -17,6 +17,7 @@ from reference.fem.elasticity import (
     shape_gradients,
     simplex_points,
 )
+from reference.fem.mixed import mean_stress_modes
 
 # corners of a hexahedron in the order of VTK (and meshio), as lattice offsets
 VTK_CORNERS = np.array(
@@ -72,8 +73,9 @@ def recover(body: CondensedBody, reactions: ArrayLike) -> Fields:
             f"got shape {reactions.shape}"
         )
     unit = body.youngs_modulus * body.length * body.length
-    displacement = _displacement(body, reactions / unit)
-    stress = _nodal_stress(body, displacement) * body.youngs_modulus
+    values = body.flexibility.interior(reactions / unit)
+    displacement = _displacement(body, values)
+    stress = _nodal_stress(body, displacement, values) * body.youngs_modulus
     points = body.grid.mesh.p.T.copy()
     points[:, :2] += body.offset
     return Fields(
@@ -98,24 +100,31 @@ def von_mises(stress: NDArray[np.float64]) -> NDArray[np.float64]:
     return np.sqrt(0.5 * (differences**2).sum(axis=-1) + 3.0 * (stress[..., 3:] ** 2).sum(axis=-1))
 
 
-def _displacement(body: CondensedBody, reactions: NDArray[np.float64]) -> NDArray[np.float64]:
-    values = body.flexibility.interior(reactions)
+def _displacement(body: CondensedBody, values: NDArray[np.float64]) -> NDArray[np.float64]:
     numbers = np.full((body.grid.mesh.p.shape[1], 3), -1, dtype=np.int64)
     elements = body.grid.mesh.dofs.element_dofs.T
-    numbers[elements] = body.system.unknowns.reshape(*elements.shape, 3)
+    unknowns = body.system.unknowns[:, : 3 * elements.shape[1]]
+    numbers[elements] = unknowns.reshape(*elements.shape, 3)
     return np.where(numbers >= 0, values[numbers], 0.0)
 
 
-def _nodal_stress(body: CondensedBody, displacement: NDArray[np.float64]) -> NDArray[np.float64]:
+def _nodal_stress(
+    body: CondensedBody, displacement: NDArray[np.float64], values: NDArray[np.float64]
+) -> NDArray[np.float64]:
     mesh = body.grid.mesh
-    order = element_order(mesh)
-    lame, shear = lame_parameters(body.poisson_ratio)
+    per_direction = element_order(mesh) + isinstance(mesh, MeshTet)
     elements = mesh.dofs.element_dofs.T
-    gradients, volumes = shape_gradients(mesh, order + isinstance(mesh, MeshTet))
+    gradients, volumes = shape_gradients(mesh, per_direction)
     gradient = np.einsum("eqaj,eai->eqij", gradients, displacement[elements], optimize=True)
     strain = 0.5 * (gradient + np.swapaxes(gradient, -1, -2))
-    trace = np.trace(strain, axis1=-2, axis2=-1)[..., None, None]
-    stress = 2.0 * shear * strain + lame * trace * np.eye(3)
+    if len(body.system.mean_stresses):
+        shear = 0.5 / (1.0 + body.poisson_ratio)
+        modes = mean_stress_modes(mesh, per_direction)
+        mean = np.einsum("eqj,ej->eq", modes, values[body.system.mean_stresses])
+    else:
+        lame, shear = lame_parameters(body.poisson_ratio)
+        mean = lame * np.trace(strain, axis1=-2, axis2=-1)
+    stress = 2.0 * shear * strain + mean[..., None, None] * np.eye(3)
     at_points = stress[..., [0, 1, 2, 1, 0, 0], [0, 1, 2, 2, 2, 1]]
     at_nodes = np.einsum("nq,eqs->ens", _extrapolation(mesh), at_points)
     weights = np.broadcast_to(volumes.sum(axis=1)[:, None], elements.shape).ravel()
