@@ -149,6 +149,8 @@ class GridMethod(Method):
                 grid = make_grid(task.geometry, task.resolution, realisation)
                 if operator is None:
                     operator = self.operator(task, grid.gap.shape, grid.spacing)
+                    # kernels are made when first asked for: they are set-up
+                    operator.convolution(np.float64)
                     solution.unknowns = int(np.isfinite(grid.gap).sum())
             solver = self.sweep(task, operator, grid.gap)
             for step, outcome in enumerate(outcomes(solver, task.loads.values, ConvergenceError)):

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import importlib.util
+from pathlib import Path
+
 import mpmath
 import numpy as np
 import pytest
@@ -21,7 +24,9 @@ def love_with_50_digits(i: int, j: int, dx: float, dy: float):
         return (corner(a, c) - corner(b, c) - corner(a, d) + corner(b, d)) / mpmath.pi
 
 
-@pytest.mark.parametrize("spacing", [(1.0, 1.0), (1.0, 3.0), (10.0, 1.0), (0.25, 16.0)])
+@pytest.mark.parametrize(
+    "spacing", [(1.0, 1.0), (1.0, 3.0), (10.0, 1.0), (0.25, 16.0), (1.0, 50.0), (100.0, 1.0)]
+)
 def test_love_keeps_twelve_digits_from_the_own_cell_to_a_hundred_thousand_cells(spacing):
     """Also on the axes and just beside them, where the printed logarithms cancel."""
     rng = np.random.default_rng(7)
@@ -147,3 +152,14 @@ def test_operators_list_all_wrong_arguments():
         FreeOperator((4, 4), (1.0, 1.0), 1.0).apply(np.ones((4, 5)))
     with pytest.raises(ValueError, match="kernel"):
         PeriodicOperator((4, 4), (1.0, 1.0), 1.0, kernel="spline")
+
+
+def test_the_kernels_on_the_page_are_those_of_the_code():
+    """The table of cells over continuum in docs/half-space.md is written by its script."""
+    root = Path(__file__).resolve().parents[2]
+    script = root / "docs" / "examples" / "half_space_tables.py"
+    spec = importlib.util.spec_from_file_location(script.stem, script)
+    tables = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(tables)
+    page = (root / "docs" / "half-space.md").read_text(encoding="utf-8")
+    assert tables.markdown(tables.transfer_ratio()) in page

@@ -1,0 +1,245 @@
+"""Make the tables of docs/half-space.md: kernels, stages of the solver, dense against FFT.
+
+Run from the repository's root (a minute on one core); the tables between the markers of the page
+are written anew::
+
+    python docs/examples/half_space_tables.py
+"""
+
+# %%
+import re
+import time
+from collections.abc import Callable
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from reference.errors import ConvergenceError
+from reference.halfspace import (
+    Contact,
+    FreeOperator,
+    PeriodicOperator,
+    areas,
+    conjugate_gradients,
+    dense,
+    fft,
+    kernels,
+    starts,
+)
+from reference.surfaces import self_affine
+
+PAGE = Path(__file__).resolve().parents[1] / "half-space.md"
+POINTS = 256
+SLOPE = 0.1
+
+
+def gap_of(points: int, cutoff: int, roll_off: float | None = 0.25) -> np.ndarray:
+    """Return the initial gap of a self-affine surface of unit side, H = 0.8, cutoff in cells."""
+    height = self_affine(
+        points,
+        1.0,
+        hurst=0.8,
+        rms_slope=SLOPE,
+        long_cutoff=roll_off,
+        short_cutoff=cutoff / points,
+        seed=1,
+        realisation=0,
+    )
+    return height.max() - height
+
+
+def cpu(task: Callable[[], object], repeats: int = 5) -> float:
+    """Median processor time on warm code, in milliseconds."""
+    task()
+    times = []
+    for _ in range(repeats):
+        start = time.process_time()
+        task()
+        times.append(time.process_time() - start)
+    return 1e3 * float(np.median(times))
+
+
+# %% [markdown]
+# The two periodic kernels by wavelength, and what they and the free surroundings change in a
+# contact.
+
+
+# %%
+def transfer_ratio() -> list[list[str]]:
+    """Cells over continuum, for waves along an axis."""
+    shape, spacing = (POINTS, POINTS), (1.0, 1.0)
+    ratio = kernels.periodic(shape, spacing, 1.0, "cells")[1:, 0]
+    ratio /= kernels.periodic(shape, spacing, 1.0, "continuum")[1:, 0]
+    waves = (64, 16, 8, 4, 2)
+    shares = [f"{ratio[POINTS // wave - 1]:.4f}" for wave in waves]
+    return [["wavelength in cells", *map(str, waves)], ["cells/continuum", *shares]]
+
+
+def kernel_choice() -> list[list[str]]:
+    """Press one map with one force: corrected area and penetration against the continuum kernel."""
+    rows = [
+        [
+            "short cutoff in cells",
+            "area, cells",
+            "penetration, cells",
+            "area, free",
+            "penetration, free",
+        ]
+    ]
+    for cutoff in (16, 8, 4, 2):
+        gap = gap_of(POINTS, cutoff)
+        grid = gap.shape, (1 / POINTS, 1 / POINTS), 1.0
+        operators = (
+            PeriodicOperator(*grid),
+            PeriodicOperator(*grid, kernel="cells"),
+            FreeOperator(*grid),
+        )
+        found = [fft.solve(operator, gap, force=0.1 * SLOPE) for operator in operators]
+        base, *others = [(area_of(contact), contact.penetration) for contact in found]
+        cells = [
+            f"{100 * (value / reference - 1):+.2f} %"
+            for other in others
+            for value, reference in zip(other, base, strict=True)
+        ]
+        rows.append([str(cutoff), *cells])
+    return rows
+
+
+def area_of(contact: Contact) -> float:
+    """Perimeter-corrected contact area."""
+    operator = contact.operator
+    return areas.corrected_area(contact.mask, operator.spacing, operator.periodic)
+
+
+# %% [markdown]
+# What each part of the solver is worth: the same contacts with parts switched off.
+
+
+# %%
+def solver_parts() -> list[list[str]]:
+    """Count iterations and processor time of solves at 20 % and 4 % contact."""
+    full = conjugate_gradients._STAGES
+    variants = {
+        "all": (full, 128),
+        "without coarser grids": (full, 10**9),
+        "double precision only": (full[1:], 128),
+        "plain (no preconditioner, double)": (full[2:], 10**9),
+    }
+    cases = [(16, 0.1), (16, 0.02), (4, 0.1), (4, 0.02)]
+    rows = [["", *(f"cutoff {cutoff}, F = {share} E\\* A0 h'" for cutoff, share in cases)]]
+    for name, (stages, shortest) in variants.items():
+        conjugate_gradients._STAGES, starts._SHORTEST_COARSENED = stages, shortest
+        cells = []
+        for cutoff, share in cases:
+            gap = gap_of(POINTS, cutoff)
+            operator = PeriodicOperator(gap.shape, (1 / POINTS, 1 / POINTS), 1.0)
+            force = share * SLOPE
+            iterations = fft.solve(operator, gap, force=force).iterations
+            spent = cpu(partial(fft.solve, operator, gap, force=force))
+            cells.append(f"{iterations}, {spent:.0f} ms")
+        rows.append([name, *cells])
+    conjugate_gradients._STAGES, starts._SHORTEST_COARSENED = full, 128
+    return rows
+
+
+def near_full_contact() -> list[list[str]]:
+    """Count iterations towards the force that closes the last point."""
+    shares = (0.5, 0.9, 0.99, 0.9999, 1.0, 1.5)
+    rows = [["F/F_full", *map(str, shares)]]
+    gap = gap_of(POINTS, 4)
+    for kernel in ("continuum", "cells"):
+        operator = PeriodicOperator(gap.shape, (1 / POINTS, 1 / POINTS), 1.0, kernel=kernel)
+        closing = full_contact_force(operator, gap)
+        found = [fft.solve(operator, gap, force=share * closing) for share in shares]
+        cells = [f"{contact.iterations} ({contact.mask.mean():.2%})" for contact in found]
+        rows.append([f"iterations (contact), {kernel}", *cells])
+    return rows
+
+
+def full_contact_force(operator: PeriodicOperator, gap: np.ndarray) -> float:
+    """Smallest force of full contact: the linear pressure's minimum becomes zero."""
+    transfer = operator.transfer.copy()
+    transfer[0, 0] = np.inf
+    linear = np.fft.irfft2(np.fft.rfft2(-gap) / transfer, s=gap.shape)
+    return float(-linear.min() * gap.size * operator.cell_area)
+
+
+# %% [markdown]
+# The dense oracle against the FFT: Hertz with more and more contact cells.
+
+
+# %%
+def dense_or_fft() -> list[list[str]]:
+    """Processor time of one cold solve at given force; rounds and iterations."""
+    rows = [["contact cells", "dense", "rounds", "FFT", "iterations", "largest difference in p/p0"]]
+    for cells in (10, 30, 100, 300, 1000, 3000):
+        radius = np.sqrt(cells / np.pi)
+        n = 2 * int(1.45 * radius + 2)
+        x = np.arange(n) - n / 2 + 0.3
+        operator = FreeOperator((n, n), (1.0, 1.0), 1.0)
+        gap, force = (x[:, None] ** 2 + x**2) / 2 / radius**2, 4 / 3 * radius
+        exact = dense.solve(operator, gap, force=force)
+        found = fft.solve(operator, gap, force=force)
+        repeats = 3 if cells < 1000 else 1
+        spent = [cpu(partial(s.solve, operator, gap, force=force), repeats) for s in (dense, fft)]
+        difference = np.abs(found.pressure - exact.pressure).max() / exact.pressure.max()
+        counts = [str(exact.iterations), str(found.iterations)]
+        rows.append(
+            [
+                str(int(exact.mask.sum())),
+                f"{spent[0]:.1f} ms",
+                counts[0],
+                f"{spent[1]:.1f} ms",
+                counts[1],
+                f"{difference:.0e}",
+            ]
+        )
+    return rows
+
+
+def hardest() -> list[list[str]]:
+    """White noise on cells of 1:50 under a penetration near full contact."""
+    height = np.random.default_rng(3).standard_normal((64, 64))
+    operator = PeriodicOperator((64, 64), (1.0, 50.0), 1.0)
+    gap = height.max() - height
+    rows = [["penetration / mean gap at first touch", "outcome"]]
+    for share in (0.5, 0.9, 0.99, 0.9999):
+        try:
+            contact = fft.solve(operator, gap, penetration=share * float(gap.mean()))
+            outcome = f"{contact.iterations} iterations, violation {contact.violation:.0e}"
+        except ConvergenceError as error:
+            outcome = f"refused: {error.reason}"
+        rows.append([str(share), outcome])
+    return rows
+
+
+# %%
+def markdown(rows: list[list[str]]) -> str:
+    """Rows as a table."""
+    head, *body = (f"| {' | '.join(row)} |" for row in rows)
+    return "\n".join([head, "|" + "---|" * len(rows[0]), *body])
+
+
+TABLES = {
+    "transfer-ratio": transfer_ratio,
+    "kernel-choice": kernel_choice,
+    "solver-parts": solver_parts,
+    "near-full-contact": near_full_contact,
+    "hardest": hardest,
+    "dense-or-fft": dense_or_fft,
+}
+
+
+def written(page: str) -> str:
+    """Return the page with every table between its markers made anew."""
+    for name, make in TABLES.items():
+        block = re.compile(f"(<!-- table: {name} -->\n).*?(<!-- end -->)", re.DOTALL)
+        table = markdown(make())
+        page = block.sub(lambda found, table=table: f"{found[1]}{table}\n{found[2]}", page)
+    return page
+
+
+# %%
+if __name__ == "__main__":
+    PAGE.write_text(written(PAGE.read_text(encoding="utf-8")), encoding="utf-8")
