@@ -50,16 +50,17 @@ def experiment(name: str, title: str, parameter: str, along: str, run: Run) -> E
 
     Notes
     -----
-    ``measure`` raises InputError for a parameter that is unknown, given twice, or refused by `run`
-    (ValueError), and ArithmeticError for a result that is not finite.
+    ``measure`` raises InputError for a parameter that is unknown, of another type than its default,
+    given twice, or refused by `run` (ValueError); ArithmeticError for a result that is not finite.
     """
-    known = list(inspect.signature(run).parameters)[1:]
+    entries = list(inspect.signature(run).parameters.values())[1:]
+    known = {entry.name: entry.default for entry in entries}
     default = along
 
     def measure(
         value: float | None, effort: Effort = "full", *, along: str = default, **parameters: Any
     ) -> Measurement:
-        wrong = [*_unknown(known, [along, *parameters])]
+        wrong = [*_unknown(list(known), [along, *parameters]), *_of_other_types(known, parameters)]
         if effort not in ("quick", "full"):
             wrong.append(f"effort is 'quick' or 'full', not {effort!r}")
         if value is not None and along in parameters:
@@ -91,6 +92,17 @@ def _unknown(known: list[str], names: Iterable[str]) -> Iterable[str]:
             near = difflib.get_close_matches(name, known, n=1)
             hint = f"did you mean {near[0]}?" if near else f"known: {', '.join(known)}"
             yield f"no parameter {name!r}, {hint}"
+
+
+def _of_other_types(known: dict[str, Any], given: dict[str, Any]) -> Iterable[str]:
+    """Say which values are no number, text or truth value like their defaults."""
+    for name, value in given.items():
+        default = known.get(name, value)
+        kinds = {bool: "true or false", str: "a text"}
+        kind = type(default) if type(default) in kinds else (int, float)
+        alike = isinstance(value, kind) and isinstance(value, bool) == isinstance(default, bool)
+        if not alike:
+            yield f"{name} must be {kinds.get(kind, 'a number')}, not {value!r}"
 
 
 def one_of(name: str, value: str, *known: str) -> str:
