@@ -192,10 +192,12 @@ def _measured(scene: Scene, surface: MeasuredMap) -> RoughGeometry:
             Path(scene.directory) / surface.file, **{key: getattr(surface, key) for key in keys}
         )
     except MapError as error:
-        problems = [f"surface: {each}" for each in getattr(error, "problems", [str(error)])]
+        found = getattr(error, "problems", [str(error)])
+        problems = [f"surface.file: {surface.file}: {each}" for each in found]
         raise SceneError(scene.name, problems) from error
     except Exception as error:  # readers of instrument files raise whatever they stumble over
-        problem = f"surface.file: not a readable map ({type(error).__name__}: {error})"
+        why = f"not a readable map ({type(error).__name__}: {error})"
+        problem = f"surface.file: {surface.file}: {why}"
         raise SceneError(scene.name, [problem]) from error
     return RoughGeometry(
         size=result.size,

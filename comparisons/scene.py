@@ -410,11 +410,20 @@ def make_scene(data: dict[str, Any], source: str, directory: Path) -> Scene:
         found = [readable(each) for each in error.errors()]
         if "body" in data and "half_space" not in data:
             found = [re.sub("^half_space", "body", each) for each in found]
-        problems = found + problems
+        problems = found + problems + _missing_files(data, directory)
         raise SceneError(source, problems) from error
     if problems:
-        raise SceneError(source, problems)
+        raise SceneError(source, problems + _missing_files(data, directory))
     return scene
+
+
+def _missing_files(data: dict[str, Any], directory: Path) -> list[str]:
+    """Problems with the map that a wrong scene names: told together with the others."""
+    surface = data.get("surface")
+    file = surface.get("file") if isinstance(surface, dict) else None
+    if not isinstance(file, str) or not file or len(file) > 4096 or "\0" in file:
+        return []
+    return [] if (directory / file).is_file() else [f"surface.file: {file}: no such file"]
 
 
 def _table_problems(data: dict[str, Any]) -> list[str]:

@@ -102,7 +102,7 @@ LOADS = (
             reduced=_without_last("reduced", "came out as"),
             bem_dense=_without_last("bem_dense", "came out as"),
             bem_fft=_without_last("bem_fft", "came out as"),
-            fem=_without_last("fem", "came out as"),
+            fem=_without_last("fem", ""),
         ),
     ),
     _loads(

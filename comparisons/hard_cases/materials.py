@@ -59,7 +59,7 @@ def _penalty(value: float, name: str, expected: Any, contact: str = "penalty") -
 
 _OVERLAP = "the overlap is of order 1/eps"
 PENALTIES = (
-    _penalty(1e-2, "1e-2", degraded(0.95, 0.8, why=_OVERLAP)),
+    _penalty(1e-2, "1e-2", degraded(0.98, 1.0, why=_OVERLAP)),
     _penalty(1.0, "1", degraded(0.15, 0.2, why=_OVERLAP)),
     _penalty(1e2, "1e2", accurate(3e-3, 0.012)),
     _penalty(1e4, "1e4", accurate(5e-4, 1e-3)),

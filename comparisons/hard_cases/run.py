@@ -253,6 +253,8 @@ def _deviation(outcome: Outcome, expectation: Expected) -> str:
         )
     if outcome.kind != LOST and outcome.lost != expectation.lost:
         found.append(f"lost steps {outcome.lost} instead of {expectation.lost}")
+    if expectation.lost and not outcome.reason:
+        found.append("no reason is given for the lost steps")
     if expectation.text not in outcome.reason:
         found.append(f"the reason does not say {expectation.text!r}")
     if "warned: " in outcome.reason:

@@ -156,13 +156,13 @@ def test_the_digest_knows_the_map(measured):
 
 
 def test_a_map_that_cannot_be_used_is_a_problem_of_the_scene(measured, scene):
-    with pytest.raises(SceneError, match=r"surface: the map is flat"):
+    with pytest.raises(SceneError, match=r"surface.file: .*npy: the map is flat"):
         prepare(measured(np.zeros((8, 8))))
     holes = smooth_map()
     holes[2, 2] = np.nan
-    with pytest.raises(SceneError, match=r"surface: .*NaN"):
+    with pytest.raises(SceneError, match=r"surface.file: .*npy: .*NaN"):
         prepare(measured(holes))
-    with pytest.raises(SceneError, match=r"surface: no such file"):
+    with pytest.raises(SceneError, match=r"surface.file: nowhere.npy: no such file"):
         prepare(scene(surface={"kind": "map", "file": "nowhere.npy", "size": 1}))
 
 

@@ -121,8 +121,11 @@ SCENES = {
         BALL.replace('[indenter]\nshape = "paraboloid"\nradius = "10 mm"\n', ""),
         "expected exactly one of [indenter] and [surface], got none",
     ),
-    "missing map": (MAP.replace("map.npy", "nowhere.npy"), "surface: no such file"),
-    "NaN in the map": (MAP.replace("map.npy", "holes.npy"), "surface: "),
+    "missing map": (
+        MAP.replace("map.npy", "nowhere.npy"),
+        "surface.file: nowhere.npy: no such file",
+    ),
+    "NaN in the map": (MAP.replace("map.npy", "holes.npy"), "surface.file: holes.npy: "),
     "empty load list": (BALL.replace("[1e-6, 2e-6]", "[]"), "got an empty list"),
     "loads that fall": (BALL.replace("[1e-6, 2e-6]", "[2e-6, 1e-6]"), "strictly increasing"),
     "no TOML": ("this is not TOML", "not valid TOML"),
