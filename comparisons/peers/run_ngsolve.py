@@ -1,0 +1,255 @@
+"""NGSolve on a single contact, in its own process: Netgen's tetrahedra of fourth order.
+
+A quarter ball of half-space, the mesh circle (ellipse) on the expected contact edge and small
+elements along it. Contact is a penalty at the integration points of the surface, stiff enough to
+count as rigid (its overlap is a share 1e-5 of the penetration), solved by an active set on those
+points with a direct factorisation each round. The outer boundary follows the Boussinesq field of
+the unknown total force (Johnson 1985, eq. 3.18); what that leaves out falls with the cube of the
+extent, and is 1e-5 of the force here.
+
+Lengths are in contact radii, displacements in penetrations, and E* = 1.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable
+from typing import Any
+
+import psutil
+from netgen.occ import Box, Glue, OCCGeometry, Pnt, Sphere
+from ngsolve import (
+    CF,
+    BilinearForm,
+    Grad,
+    GridFunction,
+    IfPos,
+    InnerProduct,
+    LinearForm,
+    Mesh,
+    Parameter,
+    SetNumThreads,
+    VectorH1,
+    div,
+    ds,
+    dx,
+    sqrt,
+    x,
+    y,
+    z,
+)
+
+ORDER = 4
+EXTENT = 24.0
+# In units of E* over the contact radius: the overlap it leaves is a share of some 1e-5.
+PENALTY = 1e5
+GRADING = 0.5
+# Elements along the contact edge against those inside, per length.
+EDGE = 2.5
+MOST_ROUNDS = 40
+SETTLED = 1e-8
+PARTS = 4  # a quarter is meshed
+SURFACE = "inside|outside"
+SHARP = ("cylinder", "elliptic_punch")
+
+
+def solve(problem: dict[str, Any]) -> dict[str, Any]:
+    """Solve all loads of a problem.
+
+    Parameters
+    ----------
+    problem : dict
+        resolution (elements per contact radius), poisson_ratio, stretch (x, y), shape and its
+        parameters, control ("penetration" | "force"), steps: a list of {radius, depth, load}, the
+        load in units of depth, or of E* radius depth.
+
+    Returns
+    -------
+    dict
+        Lists over the steps: penetration, force, stiffness, counted_area, second, fourth (moments
+        of the pressure), rounds, reason; and unknowns, seconds, setup_seconds, memory.
+    """
+    SetNumThreads(1)
+    before = psutil.Process().memory_info().rss
+    start = time.perf_counter()
+    model = _Model(problem["resolution"], problem["poisson_ratio"], problem["stretch"])
+    setup = time.perf_counter() - start
+    steps = [_step(model, problem, each) for each in problem["steps"]]
+    return {
+        "seconds": time.perf_counter() - start,
+        "setup_seconds": setup,
+        "unknowns": int(model.space.ndof),
+        "memory": psutil.Process().memory_info().rss - before,
+        "steps": steps,
+    }
+
+
+def _quarter(radius: float) -> Any:
+    return Sphere(Pnt(0, 0, 0), radius) * Box(Pnt(0, 0, 0), Pnt(*[1.01 * radius] * 3))
+
+
+def _mesh(resolution: int) -> Mesh:
+    """Return a quarter ball of radius EXTENT around one of radius 1; z points into the body."""
+    inner = _quarter(1.0)
+    outer = _quarter(EXTENT) - inner
+    inner.maxh = 1.0 / resolution
+    for solid, surface in ((inner, "inside"), (outer, "outside")):
+        for face in solid.faces:
+            low, high = face.bounding_box
+            size = [high.x - low.x, high.y - low.y, high.z - low.z]
+            flat = [k for k in range(3) if size[k] < 1e-6 * max(size)]
+            if flat:
+                face.name = ("x", "y", surface)[flat[0]]
+            elif high.x > 1.5:
+                face.name = "far"
+    body = Glue([inner, outer])
+    for edge in body.edges:
+        low, high = edge.bounding_box
+        if abs(high.z) < 1e-6 and abs(high.x - 1) < 1e-5 and abs(high.y - 1) < 1e-5:
+            edge.maxh = 1.0 / (EDGE * resolution)
+    return Mesh(OCCGeometry(body).GenerateMesh(maxh=EXTENT / 2, grading=GRADING)).Curve(3)
+
+
+class _Model:
+    """Mesh, space and far field; they serve every load, because a half-space has no length."""
+
+    def __init__(self, resolution: int, poisson_ratio: float, stretch: list[float]) -> None:
+        self.mesh = _mesh(resolution)
+        if stretch[0] != stretch[1]:
+            self._stretch(stretch)
+        self.space = VectorH1(
+            self.mesh, order=ORDER, dirichlet="far", dirichletx="x", dirichlety="y"
+        )
+        nu = poisson_ratio
+        self.shear = 0.5 * (1 - nu)  # E = 1 - nu^2
+        self.lame = 2 * self.shear * nu / (1 - 2 * nu)
+        r = sqrt(x * x + y * y + z * z)
+        across = z / r**3 - (1 - 2 * nu) / (r * (r + z))
+        field = CF((x * across, y * across, z * z / r**3 + 2 * (1 - nu) / r))
+        # The field of the whole force; only a quarter of the body is here.
+        self.far = GridFunction(self.space)
+        far = self.mesh.Boundaries("far")
+        self.far.Set(field / (4 * math.pi * self.shear), definedon=far)
+        u, v = self.space.TnT()
+        self.elastic = BilinearForm(self.energy(u, v), symmetric=True).Assemble()
+        self.tests = [self._test(CF(1), far), self._test(x * x + y * y, far)]
+        self.tests.append(self._test((x * x + y * y) ** 2, far))
+        self.ring = self.mesh.BoundaryCF({"inside": 1.0}, default=0.0)
+
+    def energy(self, u: Any, v: Any) -> Any:
+        """Return the elastic energy's bilinear form."""
+
+        def strain(w: Any) -> Any:
+            return 0.5 * (Grad(w) + Grad(w).trans)
+
+        elastic = 2 * self.shear * InnerProduct(strain(u), strain(v))
+        return (elastic + self.lame * div(u) * div(v)) * dx
+
+    def _stretch(self, stretch: list[float]) -> None:
+        """Turn circles into ellipses, less and less towards the far boundary."""
+        r = sqrt(x * x + y * y + z * z)
+        fade = IfPos(1 - r, 1.0, IfPos(EXTENT - r, (EXTENT - r) / (EXTENT - 1), 0.0))
+        move = GridFunction(VectorH1(self.mesh, order=2))
+        move.Set(CF(((stretch[0] - 1) * x * fade, (stretch[1] - 1) * y * fade, 0)))
+        self.mesh.SetDeformation(move)
+
+    def _test(self, value: Any, far: Any) -> Any:
+        """Return a virtual displacement along z on the surface, to weigh contact forces with."""
+        test = GridFunction(self.space)
+        test.Set(CF((0, 0, value)), definedon=self.mesh.Boundaries(SURFACE))
+        for dof, there in enumerate(self.space.GetDofs(far)):
+            if there:
+                test.vec[dof] = 0.0
+        return test
+
+
+def _gap(shape: str, p: dict[str, Any], radius: float, depth: float) -> Any:
+    """Return the shape in contact radii and penetrations."""
+    a, b = radius * x, radius * y
+    r = sqrt(a * a + b * b)
+    makers: dict[str, Callable[[], Any]] = {
+        "paraboloid": lambda: r * r / (2 * p["radius"]),
+        "sphere": lambda: r * r / (p["radius"] + sqrt(_positive(p["radius"] ** 2 - r * r))),
+        "cone": lambda: p["slope"] * r,
+        "power_law": lambda: p["coefficient"] * r ** p["exponent"],
+        "rounded_punch": lambda: _positive(r - p["flat_radius"]) ** 2 / (2 * p["edge_radius"]),
+        "ellipsoid": lambda: a * a / (2 * p["radius_x"]) + b * b / (2 * p["radius_y"]),
+        "cylinder": lambda: Parameter(0.0),
+        "elliptic_punch": lambda: Parameter(0.0),
+    }
+    return makers[shape]() / depth
+
+
+def _positive(value: Any) -> Any:
+    return IfPos(value, value, 0.0)
+
+
+def _step(model: _Model, problem: dict[str, Any], step: dict[str, float]) -> dict[str, Any]:
+    """Solve one load by an active set on the integration points."""
+    contact = _Contact(model, problem, step)
+    value, rounds = math.inf, 0
+    for rounds in range(1, MOST_ROUNDS + 1):
+        before, value = value, contact.round()
+        if abs(value - before) <= SETTLED * abs(value):
+            return contact.answer() | {"rounds": rounds, "reason": ""}
+    return {"rounds": rounds, "reason": f"the contact did not settle in {MOST_ROUNDS} rounds"}
+
+
+class _Contact:
+    """One load: with a given set of touching points, force and penetration are linear."""
+
+    def __init__(self, model: _Model, problem: dict[str, Any], step: dict[str, float]) -> None:
+        self.model, self.load = model, step["load"]
+        self.by_force = problem["control"] == "force"
+        gap = _gap(problem["shape"], problem["parameters"], step["radius"], step["depth"])
+        u, v = model.space.TnT()
+        self.now, self.depth = GridFunction(model.space), Parameter(1.0)
+        self.first, self.force, self.stiffness = Parameter(1.0), 0.0, 0.0
+        touching = IfPos(self.depth - gap - self.now[2], 1.0, 0.0)
+        if problem["shape"] in SHARP:  # nothing of a punch is beyond its edge
+            touching = model.ring * touching
+        # Round one takes the inside of the expected edge.
+        self.active = PENALTY * IfPos(self.first - 0.5, model.ring, touching)
+        surface = ds(SURFACE, bonus_intorder=2)
+        energy = model.energy(u, v) + self.active * u[2] * v[2] * surface
+        self.system = BilinearForm(energy, symmetric=True)
+        self.plain = LinearForm(self.active * v[2] * surface)
+        self.shaped = LinearForm(self.active * gap * v[2] * surface)
+
+    def round(self) -> float:
+        """Solve with the present set; return what the load leaves open, force or penetration."""
+        model, one = self.model, self.model.tests[0].vec
+        for form in (self.system, self.plain, self.shaped):
+            form.Assemble()
+        inverse = self.system.mat.Inverse(model.space.FreeDofs(), inverse="sparsecholesky")
+        raised = (inverse * self.plain.vec).Evaluate()
+        formed = (inverse * self.shaped.vec).Evaluate()
+        pulled = (model.far.vec - inverse * (self.system.mat * model.far.vec)).Evaluate()
+        # u = d raised - formed + F pulled, so the contact force is F = d a - b - F c
+        a = PARTS * (InnerProduct(self.plain.vec, one) - InnerProduct(self.plain.vec, raised))
+        b = PARTS * (InnerProduct(self.shaped.vec, one) - InnerProduct(self.plain.vec, formed))
+        c = PARTS * InnerProduct(self.plain.vec, pulled)
+        depth = (self.load * (1 + c) + b) / a if self.by_force else self.load
+        self.force = self.load if self.by_force else (depth * a - b) / (1 + c)
+        self.stiffness = a / (1 + c)
+        self.depth.Set(depth)
+        self.now.vec.data = depth * raised - formed + self.force * pulled
+        self.first.Set(0.0)
+        return depth if self.by_force else self.force
+
+    def answer(self) -> dict[str, float]:
+        """Return the quantities of the last round; the moments are those of the nodal forces."""
+        model = self.model
+        forces = (model.elastic.mat * self.now.vec).Evaluate()
+        total, second, fourth = (InnerProduct(forces, test.vec) for test in model.tests)
+        self.plain.Assemble()
+        counted = PARTS * InnerProduct(self.plain.vec, model.tests[0].vec) / PENALTY
+        return {
+            "penetration": self.depth.Get(),
+            "force": self.force,
+            "stiffness": self.stiffness,
+            "counted_area": counted,
+            "second": second / total,
+            "fourth": fourth / total,
+        }
