@@ -84,6 +84,12 @@ class PeerOptions(Options):
     seconds: Positive = 600.0
 
 
+class NgSolveOptions(Options):
+    """Options of `ngsolve`: limit of wall-clock time of one task in its process."""
+
+    seconds: Positive = 600.0
+
+
 class MethodOptions(Options):
     """The tables [methods.NAME] of a scene."""
 
@@ -94,6 +100,7 @@ class MethodOptions(Options):
     fem: FemOptions = FemOptions()
     tamaas: PeerOptions = PeerOptions()
     contactmechanics: PeerOptions = PeerOptions()
+    ngsolve: NgSolveOptions = NgSolveOptions()
 
     def of(self, method: str) -> Options:
         """Return the options of one method: none for a method that has no model here."""

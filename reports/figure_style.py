@@ -46,6 +46,7 @@ STYLES = {
 PEER_STYLES = {
     "tamaas": MethodStyle("Tamaas", "@peer", "pentagon", "longdashdot", 11),
     "contactmechanics": MethodStyle("ContactMechanics", "@peer", "hexagon", "6px,3px", 8),
+    "ngsolve": MethodStyle("NGSolve", "@peer", "star-triangle-up", "4px,2px", 9),
 }
 PEER_SYMBOLS = ("triangle-down", "bowtie", "x", "cross")
 # Later ones are drawn on top: the widest markers first, the model under test last.

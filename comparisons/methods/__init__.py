@@ -9,11 +9,12 @@ from comparisons.methods.closed_form import ClosedForm
 from comparisons.methods.external import registered
 from comparisons.methods.fem import Fem
 from comparisons.methods.function import method
+from comparisons.methods.peer_fem import NgSolve
 from comparisons.methods.peers import ContactMechanics, Tamaas
 from comparisons.methods.reduced import Reduced
 
 _OWN = (ClosedForm(), Reduced(), BemDense(), BemFft(), Fem())
-_PEERS = (Tamaas(), ContactMechanics())
+_PEERS = (Tamaas(), ContactMechanics(), NgSolve())
 METHODS: dict[str, Method] = {each.name: each for each in (*_OWN, *_PEERS)}
 METHODS |= registered()
 

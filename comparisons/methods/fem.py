@@ -218,7 +218,7 @@ def make_body(task: Task) -> fem.CondensedBody:
         elements=task.resolution,
         edge=geometry.contact_radius,
         sharp=_sharp(geometry),
-        stretch=_stretch(geometry.indenter),
+        stretch=contact_stretch(geometry.indenter),
     )
 
 
@@ -237,7 +237,7 @@ def _sharp(geometry: IndenterGeometry) -> bool:
     return indenter.flat
 
 
-def _stretch(indenter: Indenter) -> tuple[float, float]:
+def contact_stretch(indenter: Indenter) -> tuple[float, float]:
     """Return how the contact ellipse deviates from the circle of equal area."""
     if isinstance(indenter, Ellipsoid):
         half_x, half_y = ellipsoid(indenter.radius_x, indenter.radius_y, 1.0).semi_axes(1.0)
@@ -257,7 +257,7 @@ def _elongated(geometry: IndenterGeometry, resolution: int) -> str:
         if number > LARGEST_PATCH**2:
             return f"{number} surface elements on an elongated face, more than {LARGEST_PATCH**2}"
         return ""
-    longer = max(_stretch(geometry.indenter)) ** 2
+    longer = max(contact_stretch(geometry.indenter)) ** 2
     if longer <= LARGEST_ASPECT:
         return ""
     return f"a contact {longer:.0f} times as long as wide: elements are tested to {LARGEST_ASPECT}"

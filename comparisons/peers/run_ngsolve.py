@@ -44,11 +44,13 @@ ORDER = 4
 EXTENT = 24.0
 # In units of E* over the contact radius: the overlap it leaves is a share of some 1e-5.
 PENALTY = 1e5
-GRADING = 0.5
-# Elements along the contact edge against those inside, per length.
-EDGE = 2.5
+# Growth of elements beyond the contact: at 0.5 elongated contacts err by 5e-4, at 0.25 by 6e-5.
+GRADING = 0.3
+# Elements along the contact edge against those inside, per length: a sharp one is singular.
+EDGE, SHARP_EDGE = 2.5, 5.0
 MOST_ROUNDS = 40
-SETTLED = 1e-8
+# Relative change of the answer in a round: single points at the edge may go on and off for ever.
+SETTLED = 1e-6
 PARTS = 4  # a quarter is meshed
 SURFACE = "inside|outside"
 SHARP = ("cylinder", "elliptic_punch")
@@ -73,7 +75,8 @@ def solve(problem: dict[str, Any]) -> dict[str, Any]:
     SetNumThreads(1)
     before = psutil.Process().memory_info().rss
     start = time.perf_counter()
-    model = _Model(problem["resolution"], problem["poisson_ratio"], problem["stretch"])
+    edge = SHARP_EDGE if problem["shape"] in SHARP else EDGE
+    model = _Model(problem["resolution"], edge, problem["poisson_ratio"], problem["stretch"])
     setup = time.perf_counter() - start
     steps = [_step(model, problem, each) for each in problem["steps"]]
     return {
@@ -89,7 +92,7 @@ def _quarter(radius: float) -> Any:
     return Sphere(Pnt(0, 0, 0), radius) * Box(Pnt(0, 0, 0), Pnt(*[1.01 * radius] * 3))
 
 
-def _mesh(resolution: int) -> Mesh:
+def _mesh(resolution: int, edge_density: float) -> Mesh:
     """Return a quarter ball of radius EXTENT around one of radius 1; z points into the body."""
     inner = _quarter(1.0)
     outer = _quarter(EXTENT) - inner
@@ -107,15 +110,17 @@ def _mesh(resolution: int) -> Mesh:
     for edge in body.edges:
         low, high = edge.bounding_box
         if abs(high.z) < 1e-6 and abs(high.x - 1) < 1e-5 and abs(high.y - 1) < 1e-5:
-            edge.maxh = 1.0 / (EDGE * resolution)
+            edge.maxh = 1.0 / (edge_density * resolution)
     return Mesh(OCCGeometry(body).GenerateMesh(maxh=EXTENT / 2, grading=GRADING)).Curve(3)
 
 
 class _Model:
     """Mesh, space and far field; they serve every load, because a half-space has no length."""
 
-    def __init__(self, resolution: int, poisson_ratio: float, stretch: list[float]) -> None:
-        self.mesh = _mesh(resolution)
+    def __init__(
+        self, resolution: int, edge: float, poisson_ratio: float, stretch: list[float]
+    ) -> None:
+        self.mesh = _mesh(resolution, edge)
         if stretch[0] != stretch[1]:
             self._stretch(stretch)
         self.space = VectorH1(

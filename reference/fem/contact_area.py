@@ -77,10 +77,22 @@ def contact_radius(
 
 
 def radius_from_moments(radii: NDArray[np.float64], reactions: NDArray[np.float64]) -> float | None:
-    """Radius of ``p = sqrt(a^2 - r^2) (c_0 + c_1 r^2)`` from nodal forces at the given radii.
-
-    None where their moments are not those of such a pressure.
-    """
+    """`moment_radius` of nodal forces at the given radii."""
     second, fourth = (reactions @ radii**k / reactions.sum() for k in (2, 4))
+    return moment_radius(second, fourth)
+
+
+def moment_radius(second: float, fourth: float) -> float | None:
+    """Radius of ``p = sqrt(a^2 - r^2) (c_0 + c_1 r^2)`` from its means of r^2 and r^4.
+
+    None where they are not those of such a pressure.
+
+    Examples
+    --------
+    Hertz's pressure of radius one:
+
+    >>> round(moment_radius(2.0 / 5.0, 8.0 / 35.0), 12)
+    1.0
+    """
     root = 49.0 * second**2 - 31.5 * fourth
     return None if root < 0.0 else float(np.sqrt(0.5 * (7.0 * second - np.sqrt(root))))

@@ -1,0 +1,180 @@
+"""The method `ngsolve`: other people's finite elements on single contacts."""
+
+from __future__ import annotations
+
+from importlib import metadata, util
+
+import numpy as np
+import psutil
+
+from comparisons import isolation
+from comparisons.geometry import Geometry, IndenterGeometry
+from comparisons.methods.base import Method, Solution, Support, Task
+from comparisons.methods.fem import contact_stretch
+from comparisons.options import NgSolveOptions
+from comparisons.scene import Scene
+from comparisons.shapes import Ellipsoid
+from reference.closed_form import ellipsoid
+from reference.fem.contact_area import moment_radius
+
+SHAPES = (
+    *("paraboloid", "sphere", "cone", "power_law", "rounded_punch", "ellipsoid"),
+    *("cylinder", "elliptic_punch"),
+)
+WORK = "comparisons.peers.run_ngsolve:solve"
+LARGEST_POISSON = 0.499
+# Measured with fourth order: 12 600 unknowns at two elements per radius, 40 000 at four, and a
+# factor of 20 kB per unknown.
+UNKNOWNS_PER_SQUARE, BYTES_PER_UNKNOWN = 3_200, 20_000
+MEMORY_SHARE = 0.8
+# How much a radius from the moments of the pressure may differ from that of the stiffness.
+AGREES = 0.05
+
+
+class NgSolve(Method):
+    """NGSolve and Netgen (Schöberl, J. Comput. Vis. Sci. 1 (1997) 41; ngsolve.org)."""
+
+    name = "ngsolve"
+    title = "NGSolve"
+    span = 1e6  # each load scales the mesh onto its own contact
+    isolated = True
+    peer = True
+
+    def supports(self, scene: Scene) -> Support:
+        """Where it is installed: indenters whose formula is translated."""
+        if util.find_spec("ngsolve") is None:
+            return Support(False, "not installed: pip install 'roughline[peers]'")
+        if scene.indenter is None:
+            return Support(False, "single contacts only: its mesh is fitted to one contact edge")
+        shape = scene.indenter.model_dump()["shape"]
+        if shape not in SHAPES:
+            return Support(False, f"no mesh is fitted to a {shape.replace('_', ' ')}")
+        nu = scene.elastic_constants[1]
+        if nu > LARGEST_POISSON:
+            return Support(False, f"nu = {nu:g}: displacement elements, up to {LARGEST_POISSON}")
+        return Support(True, f"ngsolve {metadata.version('ngsolve')}, in its own process")
+
+    def resolutions(self, scene: Scene, geometry: Geometry) -> tuple[int, ...]:
+        """Return elements per contact radius; one mesh: it checks, not leads."""
+        return (3,) if scene.compare.tolerance < 0.003 else (2,)
+
+    def memory(self, task: Task) -> float:
+        """Bytes of the factorisation."""
+        return BYTES_PER_UNKNOWN * UNKNOWNS_PER_SQUARE * float(task.resolution) ** 2
+
+    def model(self, scene: Scene, geometry: Geometry) -> str:
+        """Name the mesh and the contact."""
+        return (
+            "NGSolve, a public code: a quarter ball of tetrahedra of fourth order fitted to the "
+            "contact edge, penalty contact at integration points by an active set, outside it the "
+            "Boussinesq field of the force"
+        )
+
+    def solve(self, task: Task) -> Solution:
+        """Solve all loads in one process of the peer."""
+        assert isinstance(task.options, NgSolveOptions)
+        assert isinstance(task.geometry, IndenterGeometry)
+        geometry, solution = task.geometry, Solution.empty(task)
+        steps = _steps(task, geometry, solution)
+        if not steps:
+            return solution
+        outcome = isolation.run(
+            WORK,
+            _problem(task, geometry, list(steps.values())),
+            seconds=task.options.seconds,
+            memory=MEMORY_SHARE * psutil.virtual_memory().available,
+        )
+        if not outcome.ok:
+            for step in steps:
+                solution.fail((0, step), f"NGSolve: {outcome.reason}")
+            return solution
+        for (step, scales), found in zip(steps.items(), outcome.answer["steps"], strict=True):
+            solution.iterations[0, step] = found["rounds"]
+            if found["reason"]:
+                solution.fail((0, step), found["reason"])
+                continue
+            solution.put((0, step), _quantities(task, geometry, scales, found))
+        if solution.converged[0, -1]:
+            solution.fields = {"penetration": solution.quantities["penetration"][0, -1]}
+        for name in ("unknowns", "seconds", "setup_seconds", "memory"):
+            setattr(solution, name, outcome.answer[name])
+        return solution
+
+
+def _steps(
+    task: Task, geometry: IndenterGeometry, solution: Solution
+) -> dict[int, dict[str, float]]:
+    """Return the scales of each load step, and its load in them; a step without any has failed."""
+    steps, modulus = {}, task.scene.effective_modulus
+    for step, load in enumerate(task.loads.values):
+        radius, depth = _scales(task, geometry, step)
+        if not (radius > 0.0 and depth > 0.0):
+            solution.fail((0, step), geometry.unreached.get(step, "no estimate of its contact"))
+            continue
+        unit = depth if task.loads.control == "penetration" else modulus * radius * depth
+        steps[step] = {"radius": radius, "depth": depth, "load": float(load / unit)}
+    return steps
+
+
+def _scales(task: Task, geometry: IndenterGeometry, step: int) -> tuple[float, float]:
+    """Return the contact radius and penetration that the mesh is fitted to.
+
+    The estimates of the reduced model are exact but for ellipsoids: these take Hertz's ellipse.
+    """
+    indenter = geometry.indenter
+    if not isinstance(indenter, Ellipsoid):
+        return geometry.contact_radii[step], geometry.penetrations[step]
+    form = ellipsoid(indenter.radius_x, indenter.radius_y, task.scene.effective_modulus)
+    load = task.loads.values[step]
+    depth = float(load if task.loads.control == "penetration" else form.penetration(load))
+    return float(np.sqrt(np.prod(form.semi_axes(depth)))), depth
+
+
+def _problem(task: Task, geometry: IndenterGeometry, steps: list[dict[str, float]]) -> dict:
+    shape = geometry.indenter.model_dump()
+    return {
+        "resolution": task.resolution,
+        "poisson_ratio": task.scene.elastic_constants[1],
+        "stretch": list(contact_stretch(geometry.indenter)),
+        "shape": shape.pop("shape"),
+        "parameters": shape,
+        "control": task.loads.control,
+        "steps": steps,
+    }
+
+
+def _quantities(
+    task: Task, geometry: IndenterGeometry, scales: dict[str, float], found: dict[str, float]
+) -> dict[str, float]:
+    """Return the quantities with their units; the load as it was prescribed."""
+    radius, depth, modulus = scales["radius"], scales["depth"], task.scene.effective_modulus
+    raw = radius**2 * found["counted_area"]
+    values = {
+        "penetration": depth * found["penetration"],
+        "force": modulus * radius * depth * found["force"],
+        "contact_area": _area(geometry, radius, raw, found),
+        "contact_area_raw": raw,
+        "stiffness": modulus * radius * found["stiffness"],
+        "contact_length_stiffness": radius * found["stiffness"],
+    }
+    values["equivalent_radius"] = float(np.sqrt(values["contact_area"] / np.pi))
+    if geometry.indenter.axisymmetric:
+        values["contact_radius"] = values["equivalent_radius"]
+    return values
+
+
+def _area(geometry: IndenterGeometry, radius: float, raw: float, found: dict[str, float]) -> float:
+    """Return the face of a punch, the disc of a round contact, or the counted area.
+
+    Points counted along the edge of a round contact are noise where the pressure is steep (a cone
+    loses a quarter of them), its stiffness 2 E* a is not (Johnson 1985, eq. 3.36; a percent here);
+    the moments of the pressure are better still where they apply.
+    """
+    if geometry.indenter.flat:
+        return geometry.indenter.area
+    if not geometry.indenter.axisymmetric:
+        return raw
+    stiff = 0.5 * found["stiffness"]
+    best = moment_radius(found["second"], found["fourth"])
+    relative = best if best is not None and abs(best / stiff - 1) < AGREES else stiff
+    return np.pi * (radius * relative) ** 2
