@@ -88,7 +88,10 @@ class Fem(Method):
     def refused(self, task: Task) -> str:
         """Refuse patches whose elimination would take minutes."""
         if isinstance(task.geometry, BodyGeometry):
-            return fem_body.refused(task.geometry, task.resolution)
+            nu = task.scene.elastic_constants[1]
+            return fem_body.unsuited(task.geometry, nu) or fem_body.refused(
+                task.geometry, task.resolution
+            )
         if not isinstance(task.geometry, RoughGeometry):
             return _elongated(task.geometry, task.resolution)
         points = max(task.geometry.points) * task.resolution // task.geometry.points[0]
@@ -107,7 +110,7 @@ class Fem(Method):
         if isinstance(task.geometry.indenter, STRAIGHT_EDGED):
             return BYTES_PER_UNKNOWN * 800.0 * task.resolution**2
         # Measured 110 N^3 unknowns on round contacts, 270 N^3 where they are 8 times as long.
-        aspect = max(_stretch(task.geometry.indenter)) ** 2
+        aspect = max(contact_stretch(task.geometry.indenter)) ** 2
         return BYTES_PER_UNKNOWN * 110.0 * task.resolution**3 * (1.0 + 0.8 * np.log(aspect))
 
     def model(self, scene: Scene, geometry: Geometry) -> str:

@@ -17,8 +17,13 @@ from comparisons.options import FemOptions
 from reference import fem
 from reference.errors import ConvergenceError
 from reference.fem.contact_area import radius_from_moments
+from reference.fem.elasticity import LARGEST_POISSON_RATIO
 from reference.fem.solid_mesh import SolidMesh
-from reference.fem.supported_body import contact_nodes, supported_body
+from reference.fem.supported_body import (
+    LARGEST_POISSON_LINEAR_TETRAHEDRA,
+    contact_nodes,
+    supported_body,
+)
 
 # A minute of elimination on one core; memory is asked for apart.
 MOST_UNKNOWNS = 80_000
@@ -37,6 +42,16 @@ def unknowns(geometry: BodyGeometry, resolution: int) -> int:
 def resolutions(geometry: BodyGeometry) -> tuple[int, ...]:
     """Return the mesh as it is, and its refinements as far as they stay small."""
     return tuple(n for n in LEVELS if n == 1 or unknowns(geometry, n) <= USUAL_UNKNOWNS)
+
+
+def unsuited(geometry: BodyGeometry, poisson_ratio: float) -> str:
+    """Return why the user's cells cannot have this Poisson ratio, or an empty text."""
+    linear = geometry.solid.kind.simplex and geometry.solid.kind.order == 1
+    largest = LARGEST_POISSON_LINEAR_TETRAHEDRA if linear else LARGEST_POISSON_RATIO
+    if poisson_ratio <= largest:
+        return ""
+    cells = "linear tetrahedra, which lock," if linear else "a user's cells"
+    return f"nu = {poisson_ratio:g}: {cells} go to {largest}"
 
 
 def refused(geometry: BodyGeometry, resolution: int) -> str:

@@ -246,6 +246,16 @@ def test_half_space_methods_say_that_the_body_is_finite(tmp_path):
     assert "half-space" in plans["reduced"].reason
 
 
+def test_cells_that_would_lock_are_refused(tmp_path):
+    """A displacement form on hexahedra goes to 0.4999, whatever their order."""
+    write(tmp_path / "block.msh")
+    data = tables("block.msh") | {"half_space": {"shear_modulus": E, "poisson_ratio": 0.49995}}
+    (plan,) = plan_scene(make_scene(data, "test", tmp_path))
+    (fem,) = [each for each in plan.methods if each.method == "fem"]
+    assert not fem.supported
+    assert "0.4999" in fem.reason
+
+
 def test_material_may_stand_in_the_body(tmp_path):
     """It is that of the same body; the scene is the same."""
     write(tmp_path / "block.msh")
