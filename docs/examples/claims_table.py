@@ -41,8 +41,7 @@ def _cell(text: str) -> str:
 
 def short_row(claim: ClaimRecord) -> str:
     """Return what the README says of a claim."""
-    name = f"{claim.id}*" if claim.reading == "corrected" else claim.id
-    cells = (name, claim.equation, f"**{claim.verdict}**", claim.sentence)
+    cells = (claim.id, claim.equation, f"**{claim.verdict}**", claim.sentence)
     return "| " + " | ".join(map(_cell, cells)) + " |"
 
 
@@ -66,11 +65,15 @@ HEADS = {
 
 # %%
 def rendered(record: ClaimsRecord, kind: str) -> str:
-    """Return one table, with a line that says when and on what it was made."""
+    """Return one table, with a line that says when and on what it was made.
+
+    The short one has the claims as printed, the long one also those that correct them.
+    """
     row = short_row if kind == "short" else long_row
     heads = HEADS[kind]
+    shown = [c for c in record.claims if kind == "long" or c.reading == "printed"]
     lines = ["| " + " | ".join(heads) + " |", "|" + "---|" * len(heads)]
-    lines += [row(claim) for claim in record.claims]
+    lines += [row(claim) for claim in shown]
     lines += ["", f"(`{record.command}`, {record.created[:10]}, {duration(record.seconds)},"]
     lines[-1] += f" {machine_text(record.machine)})"
     return "\n".join(lines) + "\n"
