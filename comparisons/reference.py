@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -264,20 +265,36 @@ def disagreements(
     """
     if chosen is None:
         return ()
-    found = []
+    return tuple(
+        f"{METHODS[other.method].title} and {METHODS[chosen.method].title} differ in "
+        f"{name.replace('_', ' ')} by {words}."
+        for other, name, _, words in _differing(solved, chosen, quantities)
+    )
+
+
+def disputed(solved: Solved, chosen: Reference, name: str) -> np.ndarray:
+    """Return by how much other references differ from the chosen one beyond their bars, (k,).
+
+    Zero where all agree. Where they do not, one of the bars is wrong, and it is not known which:
+    the truth is then known no better than to their difference.
+    """
+    steps = len(next(iter(chosen.curves.values())))
+    found = [difference for *_, difference, _ in _differing(solved, chosen, (name,))]
+    return np.nan_to_num(np.max([np.zeros(steps), *found], axis=0))
+
+
+def _differing(
+    solved: Solved, chosen: Reference, quantities: tuple[str, ...]
+) -> Iterator[tuple[Reference, str, np.ndarray, str]]:
+    """Yield another reference, the quantity, the difference (k,), and by how much in words."""
     for other in references(solved):
         names = [n for n in quantities if n in other.curves and n in chosen.curves]
         for name in names if other.method != chosen.method else ():
             difference = np.abs(relative_error(other.curves[name], chosen.curves[name]))
             bars = [combined(*each.systematic(name).values()) for each in (other, chosen)]
-            allowed = combined(*bars) + EXACT
-            sentence = _disagreement(difference, allowed)
-            if sentence:
-                found.append(
-                    f"{METHODS[other.method].title} and {METHODS[chosen.method].title} differ in "
-                    f"{name.replace('_', ' ')} by {sentence}."
-                )
-    return tuple(found)
+            words = _disagreement(difference, combined(*bars) + EXACT)
+            if words:
+                yield other, name, difference, words
 
 
 def _disagreement(difference: np.ndarray, allowed: np.ndarray) -> str:

@@ -40,12 +40,12 @@ def sentence(claim: Claim, verdict: str, points: list[Point], ranges: list[Range
 
 
 def value(parameter: float) -> str:
-    """Write a value of a parameter: three digits, without padding zeros.
+    """Write a value of a parameter: four digits, without padding zeros.
 
-    >>> value(20.0), value(1.964), value(1e-9)
-    ('20', '1.96', '1×10⁻⁹')
+    >>> value(20.0), value(1.9641), value(1e-9)
+    ('20', '1.964', '1×10⁻⁹')
     """
-    return without_padding(number(parameter))
+    return without_padding(number(parameter, 4))
 
 
 def _single(point: Point, limit: str) -> str:

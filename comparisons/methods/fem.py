@@ -255,7 +255,7 @@ def contact_stretch(indenter: Indenter) -> tuple[float, float]:
 def _elongated(geometry: IndenterGeometry, resolution: int) -> str:
     """Return why a very elongated contact is out of reach, or an empty text."""
     if isinstance(geometry.indenter, STRAIGHT_EDGED):
-        across = [max(2, round(h * resolution / geometry.contact_radius)) for h in geometry.reach]
+        across = _cells_across(geometry, resolution)
         number = 4 * across[0] * across[1]
         if number > LARGEST_PATCH**2:
             return f"{number} surface elements on an elongated face, more than {LARGEST_PATCH**2}"
@@ -266,12 +266,22 @@ def _elongated(geometry: IndenterGeometry, resolution: int) -> str:
     return f"a contact {longer:.0f} times as long as wide: elements are tested to {LARGEST_ASPECT}"
 
 
+def _cells_across(geometry: IndenterGeometry, resolution: int) -> list[int]:
+    """Return the cells of each half-width: on the short side no fewer than a square would have.
+
+    Else the series of resolutions would refine the long side only, and tell nothing.
+    """
+    square = round(np.sqrt(np.pi) / 2 * resolution)
+    cells = [round(half * resolution / geometry.contact_radius) for half in geometry.reach]
+    return [max(2, square, number) for number in cells]
+
+
 def _punch_body(
     geometry: IndenterGeometry, resolution: int, modulus: float, nu: float
 ) -> fem.CondensedBody:
     """Return a mesh of straight lines; at the edges of a square they crowd, where it is sharp."""
     half_x, half_y = geometry.reach
-    counts = [max(2, round(h * resolution / geometry.contact_radius)) for h in (half_x, half_y)]
+    counts = _cells_across(geometry, resolution)
     if geometry.indenter.quarter_symmetric:
         lines = [
             half * (1 - (1 - np.arange(n + 1) / n) ** 2)
