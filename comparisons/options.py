@@ -66,7 +66,11 @@ class FemOptions(Options):
 
     coupling: of an indenter with a [counter_body]: "mortar" or "node_to_surface" mesh both bodies;
     "effective_modulus" puts both compliances into one.
+    solver: of a half-space: own "nested_dissection", "pardiso" (extra `fast`), or "multigrid"
+    (pyamg), which factorises nothing and takes rigid single contacts.
     """
+
+    solver: Literal["nested_dissection", "pardiso", "multigrid"] = "nested_dissection"
 
     contact: Literal["active_set", "penalty", "augmented_lagrangian"] = "active_set"
     penalty: Positive = 1e3

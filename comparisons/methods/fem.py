@@ -26,6 +26,7 @@ from comparisons.shapes import (
 from reference import fem
 from reference.closed_form import ellipsoid
 from reference.errors import ConvergenceError
+from reference.fem import pardiso
 from reference.halfspace.areas import corrected_area
 
 LARGEST_POISSON = 0.4999
@@ -61,6 +62,9 @@ class Fem(Method):
             )
         if scene.loading.control == "mean_gap":
             return Support(False, "no mean-gap control")
+        unfit = _solver_problem(scene)
+        if unfit:
+            return Support(False, unfit)
         if scene.surface is not None and scene.surface.periodic:
             return Support(False, "models one free patch, not a periodic half-space")
         return Support(True)
@@ -124,7 +128,10 @@ class Fem(Method):
             return f"a block below the patch, mesh nodes at the points of the map; {far}"
         part = "a quarter of " if geometry.indenter.quarter_symmetric else ""
         fitted = "" if isinstance(geometry.indenter, STRAIGHT_EDGED) else ", scaled to each load"
-        return f"{part}a block of graded hexahedra around the contact{fitted}; {far}"
+        solver = scene.methods.fem.solver
+        how = "solved by" if solver == "multigrid" else "condensed by"
+        block = f"{part}a block of graded hexahedra around the contact{fitted}"
+        return f"{block}; {far}; {how} {solver.replace('_', ' ')}"
 
     def solve(self, task: Task) -> Solution:
         """Build and condense the body once, then press it load by load."""
@@ -213,6 +220,7 @@ def make_body(task: Task) -> fem.CondensedBody:
         return fem.tensor_body(*lines, modulus, nu)
     if isinstance(geometry.indenter, STRAIGHT_EDGED):
         return _punch_body(geometry, task.resolution, modulus, nu)
+    assert isinstance(task.options, FemOptions)
     # The size is arbitrary: a half-space has no length, and each load scales the mesh.
     return fem.ball_body(
         geometry.contact_radius,
@@ -221,8 +229,25 @@ def make_body(task: Task) -> fem.CondensedBody:
         elements=task.resolution,
         edge=geometry.contact_radius,
         sharp=_sharp(geometry),
+        solver=task.options.solver,
         stretch=contact_stretch(geometry.indenter),
     )
+
+
+def _solver_problem(scene: Scene) -> str:
+    """Return why the linear solver asked for cannot do the scene, or an empty text."""
+    solver, contact = scene.methods.fem.solver, scene.methods.fem.contact
+    if solver == "nested_dissection":
+        return ""
+    if not _quadratic(scene) or isinstance(scene.indenter, STRAIGHT_EDGED):
+        return f"solver {solver} is for single contacts on a mesh that is fitted to them"
+    if scene.half_space.elastic_constants[1] > LARGEST_POISSON:
+        return f"solver {solver} needs a definite matrix: nu up to {LARGEST_POISSON}"
+    if solver == "multigrid" and contact != "active_set":
+        return "solver multigrid takes contact = active_set only"
+    if solver == "pardiso" and not pardiso.available():
+        return "pypardiso is not installed (pip install 'roughline[fast]')"
+    return ""
 
 
 def _quadratic(scene: Scene) -> bool:

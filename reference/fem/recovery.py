@@ -39,6 +39,8 @@ class Fields:
     stress : (m, 6)
         xx, yy, zz, yz, xz, xy; tension positive.
     von_mises : (m,)
+    largest_shear : (m,)
+        Half the difference of the extreme principal stresses.
     """
 
     points: NDArray[np.float64]
@@ -46,6 +48,7 @@ class Fields:
     displacement: NDArray[np.float64]
     stress: NDArray[np.float64]
     von_mises: NDArray[np.float64]
+    largest_shear: NDArray[np.float64]
 
 
 def recover(body: CondensedBody, reactions: ArrayLike) -> Fields:
@@ -84,6 +87,7 @@ def recover(body: CondensedBody, reactions: ArrayLike) -> Fields:
         displacement=displacement * body.length,
         stress=stress,
         von_mises=von_mises(stress),
+        largest_shear=largest_shear(stress),
     )
 
 
@@ -98,6 +102,18 @@ def von_mises(stress: NDArray[np.float64]) -> NDArray[np.float64]:
     direct = stress[..., :3]
     differences = direct - np.roll(direct, 1, axis=-1)
     return np.sqrt(0.5 * (differences**2).sum(axis=-1) + 3.0 * (stress[..., 3:] ** 2).sum(axis=-1))
+
+
+def largest_shear(stress: NDArray[np.float64]) -> NDArray[np.float64]:
+    """``(s_1 - s_3)/2`` of stresses (..., 6) in the order xx, yy, zz, yz, xz, xy.
+
+    Examples
+    --------
+    >>> float(largest_shear(np.array([-3.0, 0.0, 0.0, 0.0, 0.0, 0.0])))
+    1.5
+    """
+    principal = np.linalg.eigvalsh(stress[..., [[0, 5, 4], [5, 1, 3], [4, 3, 2]]])
+    return 0.5 * (principal[..., 2] - principal[..., 0])
 
 
 def _displacement(body: CondensedBody, values: NDArray[np.float64]) -> NDArray[np.float64]:

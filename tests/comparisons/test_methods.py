@@ -411,3 +411,21 @@ def test_quantities_of_a_line_are_per_side_of_the_surface(rough, length):
     overlap = np.maximum(line - line.max() + found["penetration"][0, -1], 0).sum()
     force = made.effective_modulus * overlap * solution.fields["line_x"][1] / length**2
     assert force == pytest.approx(plan.loads.values[-1], rel=0.05)
+
+
+def test_solvers_of_the_finite_elements_agree_and_say_what_they_cannot():
+    """Multigrid to 2e-5 of the direct force; refusals with reasons, the solver in the plan."""
+    sources = {"methods.fem.solver": "multigrid"}
+    plans = [plan_scene(load_scene("paraboloid", more))[0] for more in ({}, sources)]
+    forces = [METHODS["fem"].solve(task_of(plan, "fem", 3)).quantities["force"] for plan in plans]
+    np.testing.assert_allclose(forces[1], forces[0], rtol=2e-5)
+    model = METHODS["fem"].model(plans[1].scene, plans[1].geometry)
+    assert "solved by multigrid" in model
+    for name, more, reason in (
+        ("square-punch", {}, "single contacts"),
+        ("paraboloid", {"half_space.poisson_ratio": 0.5}, "definite matrix"),
+        ("paraboloid", {"methods.fem.contact": "penalty"}, "active_set only"),
+    ):
+        support = METHODS["fem"].supports(load_scene(name, sources | more))
+        assert not support.ok
+        assert reason in support.reason

@@ -92,18 +92,19 @@ def test_only_the_methods_asked_for(scene):
     assert planned(asked, "bem_fft").reason == "not asked for"
 
 
+TRIANGLE = [[0.0, 0.0], [1e-3, 0.0], [0.0, 1e-3]]
+
+
 @pytest.mark.parametrize(
     ("method", "change", "reason"),
     [
         ("closed_form", {"shape": "square_punch", "side": 1e-3}, "no closed form is known for a"),
-        ("fem", 0.5, "nu = 0.5"),
+        ("fem", {"shape": "polygon_punch", "vertices": TRIANGLE}, "nu = 0.5"),
     ],
 )
 def test_refusals_say_why(scene, method, change, reason):
-    if isinstance(change, dict):
-        made = scene(indenter=change)
-    else:
-        made = scene(half_space={"shear_modulus": "1 MPa", "poisson_ratio": change})
+    rubber = {"shear_modulus": "1 MPa", "poisson_ratio": 0.5}
+    made = scene(indenter=change, half_space=rubber)
     found = planned(made, method)
     assert not found.supported
     assert reason in found.reason

@@ -1,0 +1,58 @@
+"""Contact at the Gauss points of the surface elements in place of their nodes."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from reference.fem.body import CondensedBody
+from reference.fem.flexibility import DenseFlexibility
+from reference.fem.mesh import facet_quadrature
+
+
+def at_quadrature_points(body: CondensedBody, per_direction: int = 3) -> CondensedBody:
+    """Return the body with the Gauss points of its candidate surface as candidates.
+
+    With a penalty eps the pressure at a point is ``eps <d - g - u>`` and the nodal forces are its
+    moments ``int N_i p dA`` (Wriggers 2006, *Computational Contact Mechanics*, sec. 9.1): in the
+    terms of the points, ``(N C N^T + 1/(eps w)) R = d - g``, the problem that `press` solves. A
+    uniform pressure then gives exactly the consistent nodal forces, and gaps count inside the
+    elements, too. There are more points than nodes, so that rigid contact ("active_set") is not
+    defined; use "penalty" with the gap at the `points` of the result.
+
+    Parameters
+    ----------
+    body : CondensedBody
+        With a condensed compliance, not multigrid.
+    per_direction : int
+        Gauss points in each direction of a surface element.
+
+    Raises
+    ------
+    ValueError
+        For a body without condensation, or fewer than one point.
+    """
+    if not isinstance(body.flexibility, DenseFlexibility):
+        raise ValueError(
+            "contact at quadrature points needs a condensed body, got solver multigrid"
+        )
+    if int(per_direction) != per_direction or per_direction < 1:
+        raise ValueError(f"per_direction must be a positive integer, got {per_direction!r}")
+    mesh = body.grid.mesh
+    place = np.full(mesh.doflocs.shape[1], -1)
+    place[body.nodes] = np.arange(len(body.nodes))
+    nodes, shapes, points, areas = facet_quadrature(mesh, body.grid.surface, per_direction)
+    covered = (place[nodes] >= 0).all(axis=1)
+    count = int(covered.sum()) * shapes.shape[1]
+    interpolation = np.zeros((count, len(body.nodes)))
+    columns = np.repeat(place[nodes[covered]], shapes.shape[1], axis=0)
+    values = np.tile(shapes.T, (int(covered.sum()), 1))
+    interpolation[np.arange(count)[:, None], columns] = values
+    return replace(
+        body,
+        scaled_points=points[covered, :, :2].reshape(-1, 2) + body.offset,
+        scaled_weights=np.abs(areas[covered, :, 2]).ravel(),
+        scaled_compliance=interpolation @ body.scaled_compliance @ interpolation.T,
+        ring=None,
+    )

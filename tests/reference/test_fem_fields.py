@@ -1,0 +1,113 @@
+"""Stresses and energy inside the body, and contact at Gauss points."""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+import pytest
+
+from reference.fem import (
+    at_quadrature_points,
+    ball_body,
+    energy_within,
+    indent,
+    press,
+    recover,
+    tensor_body,
+)
+from reference.fem.elasticity import lame_parameters
+from reference.fem.far_field import boussinesq
+
+
+@cache
+def hertz(elements=4, nu=0.3):
+    body = ball_body(1.0, 1.0, nu, edge=1.0, elements=elements)
+    return next(indent(body, lambda x, y: 0.5 * (x**2 + y**2), penetration=1.0))
+
+
+def test_von_mises_and_largest_shear_on_the_axis_are_those_of_hertz():
+    """Johnson 1985, eqs. 3.45, nu = 0.3: largest at 0.481 a, shear 0.310 p0, von Mises 0.620 p0.
+
+    On the axis ``s_r = -p0 [(1 + nu)(1 - t) - 1/(2 (1 + z^2))]`` with ``t = z atan(1/z)`` and
+    ``s_z = -p0/(1 + z^2)``. Nodal averages of elements of a/4 are good to 2 % of p0.
+    """
+    body, step = hertz()
+    fields = recover(body, step.reactions)
+    peak = 2.0 * body.effective_modulus / np.pi
+    axis = np.flatnonzero((fields.points[:, :2] == 0.0).all(axis=1))
+    z = fields.points[axis, 2]
+    axis, z = axis[(z > 0.1) & (z < 1.5)], z[(z > 0.1) & (z < 1.5)]
+    radial = 0.5 / (1 + z**2) - 1.3 * (1 - z * np.arctan(1 / z))
+    shear = 0.5 * np.abs(radial + 1.0 / (1 + z**2))
+    np.testing.assert_allclose(fields.largest_shear[axis] / peak, shear, atol=0.02)
+    np.testing.assert_allclose(fields.von_mises[axis] / peak, 2 * shear, atol=0.04)
+    top = np.argmax(fields.largest_shear[axis])
+    assert fields.largest_shear[axis][top] / peak == pytest.approx(0.310, rel=0.04)
+    assert fields.von_mises[axis][top] / peak == pytest.approx(0.620, rel=0.04)
+    assert abs(z[top] - 0.481) < 0.15
+
+
+def energy_beyond_a_hemisphere(nu):
+    """Energy of Boussinesq's field of a unit force outside radius 1 (E = 1), by Clapeyron."""
+    cosine, weight = np.polynomial.legendre.leggauss(40)
+    cosine, weight = 0.5 * (cosine + 1.0), 0.5 * weight
+    normal = np.stack([np.sqrt(1 - cosine**2), 0 * cosine, cosine], axis=-1)
+    u, du = boussinesq(normal, nu)
+    lame, shear = lame_parameters(nu)
+    stress = shear * (du + np.swapaxes(du, -1, -2))
+    stress += lame * np.trace(du, axis1=-2, axis2=-1)[..., None, None] * np.eye(3)
+    work = np.einsum("qij,qj,qi->q", stress, normal, u)
+    return -0.5 * 2.0 * np.pi * weight @ work
+
+
+@pytest.mark.parametrize("nu", [0.0, 0.3])
+def test_energy_far_from_the_contact_is_that_of_a_point_force(nu):
+    """The chapter's (19.10): beyond r it falls as F^2/(E r).
+
+    At 2.4 a the moments of the pressure still add (a/r)^2 of some per cent: 10 %.
+    """
+    body, step = hertz(3, nu)
+    radii = np.array([0.25, 0.5, 1.0, 1.5, 2.0, 2.4]) * body.length
+    within, total = energy_within(body, step.reactions, radii)
+    assert total == pytest.approx(step.energy, rel=1e-9)
+    assert np.all(np.diff(within) > 0.0)
+    beyond = total - within[-1]
+    assert beyond == pytest.approx(
+        energy_beyond_a_hemisphere(nu) * step.force**2 / radii[-1], rel=0.1
+    )
+
+
+def test_energy_refuses_radii_beyond_the_mesh():
+    body, step = hertz(3, 0.0)
+    with pytest.raises(ValueError, match="at most the mesh"):
+        energy_within(body, step.reactions, [10.0])
+
+
+def test_penalty_at_gauss_points_approaches_hertz():
+    """Below 1 % of the force on a fixed mesh, and softer than a stiffer penalty."""
+    lines = np.linspace(0.0, 1.02, 7)
+    body = tensor_body(lines, lines, 1.0, 0.3, symmetry="quarter", order=2)
+    points = at_quadrature_points(body)
+    assert points.scaled_weights.sum() == pytest.approx(1.02**2, rel=1e-12)
+    gap = 0.5 * (points.points**2).sum(axis=1)
+    forces = [
+        next(press(points, gap, penetration=0.9, contact="penalty", penalty=value)).force
+        for value in (10.0, 100.0, 1000.0)
+    ]
+    assert forces == sorted(forces)
+    exact = 4.0 / 3.0 * body.effective_modulus * 0.9**1.5
+    assert forces[-1] == pytest.approx(exact, rel=0.01)
+
+
+def test_uniform_gap_gives_uniform_pressure_at_gauss_points():
+    """Under a soft penalty the pressure is eps times the overlap, at every point alike (1 %)."""
+    lines = np.linspace(0.0, 1.0, 4)
+    body = tensor_body(lines, lines, 1.0, 0.3, symmetry="quarter", order=2)
+    points = at_quadrature_points(body, 2)
+    (step,) = press(
+        points, np.zeros(len(points.weights)), penetration=1.0, contact="penalty", penalty=1e-3
+    )
+    assert np.ptp(step.pressure) < 0.01 * step.pressure.mean()
+    with pytest.raises(ValueError, match="per_direction"):
+        at_quadrature_points(body, 0)
