@@ -6,6 +6,7 @@ import datetime
 import hashlib
 import json
 import re
+import shlex
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import asdict, dataclass
@@ -30,6 +31,8 @@ from comparisons.execution import THREADS
 from comparisons.experiments import EXPERIMENTS, Measurement
 from comparisons.experiments.base import Effort
 from comparisons.machine import machine, versions
+from comparisons.methods import METHODS
+from comparisons.methods.external import ExternalMethod
 from comparisons.plain import plain
 from comparisons.scene import load_scene
 from comparisons.store import ResultsError, write_text
@@ -174,10 +177,21 @@ def judge_claim(claim: Claim, effort: Effort, kept: Path | None = None) -> Claim
         points=[_point(point) for point in points],
         ranges=[RangeRecord(**asdict(each)) for each in ranges],
         disagreements=_disagreements(points),
-        command=f"roughline claims {claim.id} --{effort}",
+        command=_repeats(claim, effort),
         seconds=time.perf_counter() - started,
         effort=effort,
     )
+
+
+def _repeats(claim: Claim, effort: Effort) -> str:
+    """Return the command that judges the claim again."""
+    command = f"roughline claims {claim.id} --{effort}"
+    method = METHODS[claim.method]
+    if not isinstance(method, ExternalMethod):
+        return command
+    kind, _, where = method.origin.source.partition(":")
+    file = f" --method-file {shlex.quote(where)}" if kind == "file" else ""
+    return f"{command} --method {claim.method}{file}"
 
 
 def _measured(claim: Claim, value: float | None, effort: Effort, kept: Path | None) -> Measurement:

@@ -13,6 +13,8 @@ import pytest
 
 from comparisons import isolation, options
 from comparisons.archive import arrays_of
+from comparisons.claims.claim import ClaimError, about_method, load_claims
+from comparisons.claims.runner import _repeats
 from comparisons.errors import InputError
 from comparisons.execution import execute
 from comparisons.hard_cases.catalogue import CASES
@@ -292,6 +294,18 @@ def test_a_method_from_outside_is_never_the_truth(task):
     solution = Solution.empty(task)
     solution.put((0, 0), {"force": 1.0})
     assert references({("other", 10): solution}) == []
+
+
+def test_claims_are_judged_about_a_method_from_outside(task):
+    """Those on scenes; what the chapter's model is expected to do is not expected of it."""
+    found = about_method(load_claims(), "other")
+    assert found
+    assert {(claim.method, claim.expected, claim.experiment) for claim in found} == {
+        ("other", None, None)
+    }
+    assert _repeats(found[0], "quick").endswith("--quick --method other --method-file x")
+    with pytest.raises(ClaimError, match="--method: expected one of"):
+        about_method(load_claims(), "nobody")
 
 
 # --- registration --------------------------------------------------------------------------------
