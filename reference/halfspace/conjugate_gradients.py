@@ -95,6 +95,11 @@ class State:
 
 @dataclass(frozen=True)
 class _Stage:
+    """One way to iterate, given up when the violation has not halved in `patience` iterations.
+
+    Where a stage works it gains a digit in five iterations or fewer.
+    """
+
     dtype: DTypeLike
     plain: bool
     patience: int

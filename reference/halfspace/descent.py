@@ -29,8 +29,7 @@ _REORDER = {"reassoc", "contract", "nsz"}
 # LLVM finds no vectors in a running maximum of floats: so many are run side by side.
 _PEAKS = 64
 
-# The iteration is given up when its best violation has not halved in so many iterations; where it
-# works it gains a digit in five or fewer.
+# How an iteration ends: at its goal, without progress, or at the limit of iterations.
 REACHED, STALLED, EXHAUSTED = 0, 1, 2
 
 

@@ -42,8 +42,8 @@ def love(
     nearest neighbours do not show but offset (5, 7) does (+466 %), and closes the bracket before
     the last two terms. Here the logarithms are log1p of rationalised ratios, so that neither
     negative arguments nor far cells cancel; from 16 cell sides on, the integral of 1/r over the
-    cell is taken by 4 x 4 Gauss points instead. Relative error below 1e-13 at any distance for
-    aspect ratios of the cell up to about 10 (tested against 50 digits).
+    cell is taken by 4 x 4 Gauss points instead. Relative error below 1e-12 at any distance for
+    aspect ratios of the cell up to 1:100 (tested against 50 digits).
 
     Parameters
     ----------
