@@ -345,3 +345,12 @@ def test_no_patch_where_none_is_needed(map_scene):
     assert len(plan_scene(map_scene(crop=[0, 0, PATCH_POINTS, PATCH_POINTS]))) == 1
     assert len(plan_scene(map_scene(compare={"methods": ["reduced", "bem_fft"]}))) == 1
     assert len(plan_scene(map_scene(periodic=True))) == 1
+
+
+def test_the_tolerance_decides_the_finite_element_mesh(scene):
+    """Ever finer meshes for ever smaller tolerances."""
+    finest = [
+        planned(scene(compare={"tolerance": wanted}), "fem").resolutions[-1]
+        for wanted in (1e-2, 1e-3, 1e-4, 1e-5)
+    ]
+    assert finest == [4, 6, 8, 10]
