@@ -23,9 +23,8 @@ SHAPES = (
 )
 WORK = "comparisons.peers.run_ngsolve:solve"
 LARGEST_POISSON = 0.499
-# Measured with fourth order: 12 600 unknowns at two elements per radius, 40 000 at four, and a
-# factor of 20 kB per unknown.
-UNKNOWNS_PER_SQUARE, BYTES_PER_UNKNOWN = 3_200, 20_000
+# Measured: 25 700 unknowns at two elements per radius, 37 900 at three; 20 kB of factor for each.
+UNKNOWNS_PER_SQUARE, BYTES_PER_UNKNOWN = 6_500, 20_000
 MEMORY_SHARE = 0.8
 # How much a radius from the moments of the pressure may differ from that of the stiffness.
 AGREES = 0.05

@@ -43,6 +43,7 @@ def solved(made, method, resolution):
 
 
 @needs_ngsolve
+@pytest.mark.slow
 def test_it_finds_the_force_of_hertz_at_loads_a_hundredfold_apart():
     """1e-4 with two elements of fourth order per radius: far field 1e-5, penalty 1e-5, mesh."""
     made = scene("paraboloid")
