@@ -180,13 +180,8 @@ def condensed_body(
     seconds = {"mesh": time.perf_counter() - started}
     mark = time.perf_counter()
     nodes, weights = _candidates(grid, candidate)
-    if poisson_ratio > LARGEST_POISSON_RATIO:
-        matrices = mixed_matrices(grid.mesh, poisson_ratio)
-    else:
-        matrices = stiffness_matrices(
-            grid.mesh, poisson_ratio, reduced_integration=reduced_integration
-        )
     groups = [] if fixed else source_groups(*sources, quarter=grid.quarter)
+    matrices = _matrices(grid, poisson_ratio, reduced_integration)
     system = _linear_system(grid, matrices, nodes, groups, poisson_ratio)
     exterior = np.zeros((0, 0))
     if groups:
@@ -220,6 +215,14 @@ def condensed_body(
         exterior=exterior,
         multigrid=multigrid,
     )
+
+
+def _matrices(
+    grid: GradedMesh, poisson_ratio: float, reduced_integration: bool
+) -> NDArray[np.float64]:
+    if poisson_ratio > LARGEST_POISSON_RATIO:
+        return mixed_matrices(grid.mesh, poisson_ratio)
+    return stiffness_matrices(grid.mesh, poisson_ratio, reduced_integration=reduced_integration)
 
 
 def _compliance(

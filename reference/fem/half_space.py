@@ -90,10 +90,7 @@ def ball_body(
     )
     started = time.perf_counter()
     ring = 1.0 if edge is None else edge / contact_radius
-    if edge is None:
-        rings, depths, cells = _even_rings(elements, extent, stretch)
-    else:
-        rings, depths, cells = _edge_rings(elements, ring, sharp, extent, stretch)
+    rings, depths, cells = _rings(elements, edge and ring, sharp, extent, stretch)
     quarter = symmetry == "quarter"
     grid = ring_mesh(
         rings,
@@ -103,8 +100,7 @@ def ball_body(
         stretch=stretch,
         quarter=quarter,
     )
-    limit = rings[np.searchsorted(rings, 1.2 - 1e-9)]
-    limits = stretched(np.diag([limit, limit]), np.asarray(stretch), extent).diagonal()
+    limits = _candidate_reach(rings, stretch, extent)
     return condensed_body(
         grid,
         lambda x, y: np.hypot(x / limits[0], y / limits[1]) <= 1.0 + 1e-9,
@@ -120,6 +116,26 @@ def ball_body(
         solver=solver,
         started=started,
     )
+
+
+def _candidate_reach(
+    rings: NDArray[np.float64], stretch: tuple[float, float], extent: float
+) -> NDArray[np.float64]:
+    """Half-axes of the mesh ellipse that lies 1.2 contact radii out, or next to it."""
+    limit = rings[np.searchsorted(rings, 1.2 - 1e-9)]
+    return stretched(np.diag([limit, limit]), np.asarray(stretch), extent).diagonal()
+
+
+def _rings(
+    elements: int,
+    ring: float | None,
+    sharp: bool,
+    extent: float,
+    stretch: tuple[float, float],
+) -> tuple[NDArray[np.float64], NDArray[np.float64], int]:
+    if ring is None:
+        return _even_rings(elements, extent, stretch)
+    return _edge_rings(elements, ring, sharp, extent, stretch)
 
 
 def _even_rings(
