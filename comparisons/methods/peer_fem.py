@@ -51,6 +51,8 @@ class NgSolve(Method):
         nu = scene.elastic_constants[1]
         if nu > LARGEST_POISSON:
             return Support(False, f"nu = {nu:g}: displacement elements, up to {LARGEST_POISSON}")
+        if "ngsolve" not in (scene.compare.methods or ()):
+            return Support(False, "takes seconds for each load: runs where it is asked for by name")
         return Support(True, f"ngsolve {metadata.version('ngsolve')}, in its own process")
 
     def resolutions(self, scene: Scene, geometry: Geometry) -> tuple[int, ...]:
