@@ -222,15 +222,16 @@ def fitted(found: list[Case]) -> Rule | None:
     Enough is WANTED of all cases, and WANTED_OF_A_SHAPE of each shape's.
     """
     fitting = [case for case in found if case.half == "fitting"]
-    good = []
-    for rule in candidates():
-        tried = [case.with_rule(rule) for case in fitting]
-        shapes = {case.shape for case in tried}
-        worst = min(summary(c for c in tried if c.shape == name).coverage for name in shapes)
-        total = summary(tried)
-        if total.coverage >= WANTED and worst >= WANTED_OF_A_SHAPE:
-            good.append((total.width, rule))
-    return min(good, key=lambda pair: pair[0])[1] if good else None
+    tried = {rule: [case.with_rule(rule) for case in fitting] for rule in candidates()}
+    good = {rule: summary(each).width for rule, each in tried.items() if enough(each)}
+    return min(good, key=lambda rule: good[rule], default=None)
+
+
+def enough(fitting: list[Case]) -> bool:
+    """Tell whether bars cover what the fitting half demands, in total and shape by shape."""
+    shapes = {case.shape for case in fitting}
+    worst = min(summary(c for c in fitting if c.shape == name).coverage for name in shapes)
+    return summary(fitting).coverage >= WANTED and worst >= WANTED_OF_A_SHAPE
 
 
 def table(found: list[Case]) -> pd.DataFrame:

@@ -12,6 +12,7 @@ from comparisons.calibration import (
     REPORTED,
     Case,
     cases,
+    enough,
     fitted,
     shape_cases,
     summary,
@@ -92,10 +93,13 @@ def test_the_page_tells_coverage_and_width_of_both_halves():
 
 @pytest.mark.slow
 def test_the_bars_cover_95_percent_of_the_reported_half_and_are_not_ten_times_too_wide():
-    """At least 200 cases, none of which had a part in fixing the rule; the fit is repeatable."""
+    """At least 200 cases that had no part in fixing the rule; the fitting half still bears it.
+
+    Solvers that improve after the rule was fixed may allow a narrower one (`fitted` names it).
+    """
     found = cases(workers=2)
     reported = summary(each for each in found if each.half == "reported")
     assert reported.count >= 200
     assert reported.coverage >= 0.95
     assert reported.width <= 10
-    assert fitted(found) == RULE
+    assert enough([each for each in found if each.half == "fitting"])
