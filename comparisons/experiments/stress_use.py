@@ -107,27 +107,21 @@ def _largest_mises(poisson_ratio: float = 0.3) -> float:
     return -float(minimize_scalar(negative, bounds=(1e-3, 3), method="bounded").fun)
 
 
-@lru_cache(maxsize=64)
-def _true_shares(
-    surface: Surface, load: float, hardness: float, factor: int, count: int
-) -> np.ndarray:
-    """Share of each contact's cells whose pressure is above the hardness."""
+@lru_cache(maxsize=16)
+def _pressures(surface: Surface, load: float, factor: int, count: int) -> list[np.ndarray]:
+    """Pressures of the cells in contact, one array for each realisation."""
     operator = surface.operator(factor)
-    shares = []
-    for realisation in range(count):
-        contact, _ = press(operator, surface.heights(realisation, factor), load)
-        loaded = contact.pressure[contact.mask]
-        shares.append(float(np.mean(loaded > hardness)))
-    return np.array(shares)
+    pressed = (press(operator, surface.heights(k, factor), load)[0] for k in range(count))
+    return [contact.pressure[contact.mask] for contact in pressed]
 
 
-@lru_cache(maxsize=64)
-def _stated_shares(
-    surface: Surface, load: float, hardness: float, rule: str, points: int, count: int
-) -> tuple[np.ndarray, np.ndarray]:
-    """Share of each line's springs in contact whose stress (19.37) is above the hardness.
+@lru_cache(maxsize=16)
+def _stresses(
+    surface: Surface, load: float, rule: str, points: int, count: int
+) -> tuple[list[np.ndarray], np.ndarray]:
+    """Stress (19.37) of the springs in contact, one array for each line.
 
-    And the share of them for which the rule has no real value; they are not above.
+    And the share of the springs for which the rule has no real value; they carry none.
     """
     lines = ensemble.lines(surface.line("rings"), points, range(count), seed=SEED)
     pressed = ensemble.press_ensemble(
@@ -141,8 +135,12 @@ def _stated_shares(
         line_regions.line_stress(line, 1 / points, 1.0, float(depth), rule=rule)
         for line, depth in zip(lines, depths, strict=True)
     ]
-    shares = [float(np.mean(each.pressure > hardness)) for each in found]
-    return np.array(shares), np.array([each.undefined_share for each in found])
+    return [each.pressure for each in found], np.array([each.undefined_share for each in found])
+
+
+def _shares(stresses: list[np.ndarray], hardness: float) -> np.ndarray:
+    """Share of each contact that is above the hardness."""
+    return np.array([float(np.mean(each > hardness)) for each in stresses])
 
 
 def _above_hardness(
@@ -167,15 +165,14 @@ def _above_hardness(
     count = int(realisations) if effort == "full" else min(int(realisations), 12)
 
     def sample(factor: int, number: int) -> np.ndarray:
-        return _true_shares(surface, float(load), float(hardness), factor, number)
+        return _shares(_pressures(surface, float(load), factor, number), hardness)
 
     true, grid_bar = truth(sample, "refined", count, effort)
     if true.mean() == 0:
         raise ValueError(f"no cell of any surface is above {hardness!r} E* h'")
     # second differences need points: eight for each of the surface's
-    stated, undefined = _stated_shares(
-        surface, float(load), float(hardness), rule, 8 * surface.points, 4 * count
-    )
+    stresses, undefined = _stresses(surface, float(load), rule, 8 * surface.points, 4 * count)
+    stated = _shares(stresses, hardness)
     error, bar = compare(stated, true, grid_bar)
     details: dict[str, float | str] = {
         "share stated": float(stated.mean()),
