@@ -140,6 +140,7 @@ class Claim(_Table):
     at: Literal["penetration", "force"] | None = None
     measure: Literal[MEASURES] = "maximum"  # type: ignore[valid-type]
     tolerance: Positive
+    tolerance_from: Literal["chapter", "ours"] = "ours"
     refuted_by: Prose
     expected: Literal[VERDICTS] | None = None  # type: ignore[valid-type]
     directory: str = Field(default=".", exclude=True)

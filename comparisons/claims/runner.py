@@ -40,7 +40,7 @@ from comparisons.store import ResultsError, write_text
 MEASUREMENTS = "measurements"
 OWN_FILE = re.compile(r"[a-z0-9-]+-[0-9a-f]{16}\.json|[a-z0-9_-]+-[0-9a-f]{12}\.npz")
 COPIED = {"id", "text", "equation", "reading", "corrects", "method", "measure"}
-COPIED |= {"tolerance", "refuted_by", "expected"}
+COPIED |= {"tolerance", "tolerance_from", "refuted_by", "expected"}
 Progress = Callable[[int, int, str], None]
 
 

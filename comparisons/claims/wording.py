@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 
 from comparisons.claims.claim import FAILS, HOLDS, IN_A_RANGE, Claim
@@ -29,12 +31,16 @@ def sentence(claim: Claim, verdict: str, points: list[Point], ranges: list[Range
         return f"Within {limit} for {stretch}; the largest error is {_at(largest)}."
     if verdict == FAILS:
         open_points = _open(points)
-        return f"Outside {limit} for {stretch}; the smallest error is {_at(smallest)}{open_points}."
+        changes = _sign_changes(points)
+        return (
+            f"Outside {limit} for {stretch}; the smallest error is {_at(smallest)}"
+            f"{open_points}{changes}."
+        )
     if verdict == IN_A_RANGE:
         found = "; ".join(_stretch(each) for each in ranges)
         return (
             f"Within {limit} for {claim.parameter} {found}. "
-            f"The largest error is {_at(largest)}{_open(points)}."
+            f"The largest error is {_at(largest)}{_open(points)}{_sign_changes(points)}."
         )
     return f"For {stretch} no error beyond {limit} is certain{_open(points)}."
 
@@ -71,6 +77,26 @@ def _stretch(stretch: Range) -> str:
     text = f"at {low}" if stretch.low == stretch.high else f"from {low} to {high}"
     beyond = [value(end) for end in (stretch.below, stretch.above) if end is not None]
     return f"{text} (not at {' nor at '.join(beyond)})" if beyond else text
+
+
+def _sign_changes(points: list[Point]) -> str:
+    """Tell between which points beyond the tolerance the error passes zero, "" if it does not.
+
+    What holds there holds where two faults cancel. Only signs that the bars leave no doubt of
+    count, and only between points that are not within.
+    """
+    sure = [
+        p
+        for p in points
+        if p.word not in (WITHIN, NO_RESULT)
+        and abs(p.measurement.error) > p.measurement.uncertainty
+    ]
+    found = [
+        f"{value(low.parameter)} and {value(high.parameter)}"
+        for low, high in pairwise(sure)
+        if low.measurement.error * high.measurement.error < 0
+    ]
+    return f"; the error changes sign between {', and between '.join(found)}" if found else ""
 
 
 def _open(points: list[Point]) -> str:

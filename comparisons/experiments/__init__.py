@@ -10,6 +10,7 @@ from comparisons.experiments import (
     kernel,
     line_statistics,
     neighbours,
+    reading_scan,
     rough_area,
     stress_use,
     two_bodies,
@@ -19,7 +20,7 @@ from comparisons.experiments.base import Experiment, Measurement
 # Each module of this package offers a tuple EXPERIMENTS; the modules are listed here.
 _MODULES = (
     *(kernel, active_set, bodies, neighbours, impact),
-    *(line_statistics, rough_area, stress_use, two_bodies, cost),
+    *(line_statistics, rough_area, reading_scan, stress_use, two_bodies, cost),
 )
 EXPERIMENTS: dict[str, Experiment] = {
     each.name: each for module in _MODULES for each in module.EXPERIMENTS

@@ -20,7 +20,7 @@ _THEORIES = {"persson": persson_area, "bush": bush_gibson_thomas_area}
 _LINES_EACH, _LEAST_LINES = 4, 450
 
 
-def _measure(
+def measure_area(
     effort: str,
     *,
     load: float = 0.01,
@@ -88,6 +88,6 @@ EXPERIMENTS = (
         "Load curves of random rough lines (or a theory) against those of the surfaces",
         "load F/(E* A0 h')",
         "load",
-        _measure,
+        measure_area,
     ),
 )

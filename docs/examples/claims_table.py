@@ -48,7 +48,8 @@ def short_row(claim: ClaimRecord) -> str:
 def long_row(claim: ClaimRecord) -> str:
     """Return what docs/claims.md says of a claim: its text, its verdict, the decisive numbers."""
     cells = (
-        *(claim.id, claim.equation, claim.reading, claim.text, tolerance(claim.tolerance)),
+        *(claim.id, claim.equation, claim.reading, claim.text),
+        f"{tolerance(claim.tolerance)}{' (chapter)' if claim.tolerance_from == 'chapter' else ''}",
         *(f"**{claim.verdict}**", largest(claim), claim.sentence),
     )
     return "| " + " | ".join(map(_cell, cells)) + " |"

@@ -237,6 +237,40 @@ def test_quick_may_leave_open_what_full_decides(monkeypatch):
     assert judge_claim(claim, "full").differs
 
 
+def test_a_quick_refutation_may_leave_the_range_open(monkeypatch):
+    """Outside for x > 1; at x = 1 within by a sharp bar, open by a wide one: no contradiction.
+
+    Without an open point a quick "fails" contradicts a range.
+    """
+
+    def measure(x, effort):
+        bar = 0.001 if effort == "full" else 0.02
+        return Measurement(x, 0.005 if x == 1 else 0.1, bar)
+
+    claim = experiment_claim(monkeypatch, measure, expected=IN_A_RANGE)
+    assert judge_claim(claim, "full").verdict == IN_A_RANGE
+    quick = judge_claim(claim, "quick")
+    assert quick.verdict == FAILS
+    assert not quick.differs
+    closed = experiment_claim(
+        monkeypatch, lambda x, effort: Measurement(x, 0.1, 0.001), expected=IN_A_RANGE
+    )
+    assert judge_claim(closed, "quick").differs
+
+
+def test_a_range_around_a_change_of_sign_is_called_that(monkeypatch):
+    """Error x - 5.25 in per cent: within at 5.25 only because it passes zero there."""
+    claim = experiment_claim(monkeypatch, lambda x, effort: Measurement(x, (x - 5.25) / 50, 1e-4))
+    record = judge_claim(claim, "full")
+    assert record.verdict == IN_A_RANGE
+    (found,) = record.ranges
+    assert (
+        f"the error changes sign between {found.below:.3g} and {found.above:.3g}" in record.sentence
+    )
+    one_sign = experiment_claim(monkeypatch, lambda x, effort: Measurement(x, 0.002 * x, 1e-4))
+    assert "sign" not in judge_claim(one_sign, "full").sentence
+
+
 def test_the_gaussian_radius_errs_as_the_exact_ellipse_says():
     """Radii 2 : 1: the force at equal penetration is 1.0 % low (theory notes, checked by hand)."""
     (claim,) = load_claims(("ellipsoid-force",))

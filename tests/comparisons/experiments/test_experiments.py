@@ -13,7 +13,7 @@ import pytest
 from comparisons.claims.claim import load_claims
 from comparisons.claims.runner import judge_claim
 from comparisons.errors import InputError
-from comparisons.experiments import EXPERIMENTS
+from comparisons.experiments import EXPERIMENTS, reading_scan
 from comparisons.experiments.running import Finding, experiment
 from reference.halfspace import FreeOperator, fft
 
@@ -176,6 +176,23 @@ def test_theories_bracket_the_periodic_surface():
     assert persson.error < 0 < bush.error
     with pytest.raises(InputError, match="speaks of contact_area"):
         measure("rough-contact", 0.03, statement="bush", quantity="mean_gap")
+
+
+def test_the_best_reading_is_the_best_of_all_and_judged_on_other_surfaces(monkeypatch):
+    """A scan of few surfaces on a coarse grid; the judgement is that of the reading alone."""
+    monkeypatch.setattr(reading_scan, "HURSTS", (0.3, 0.8))
+    monkeypatch.setattr(reading_scan, "_SURFACES", 3)
+    reading_scan.scan.cache_clear()
+    tried = reading_scan.scan(32)
+    worst = {reading: np.abs(np.log1p(errors)).max() for reading, errors in tried.items()}
+    assert len(tried) == 2 * 4 * 4
+    hurst, roll_off, length = reading_scan.best_reading(32)
+    assert worst[hurst, roll_off, length] == min(worst.values())
+    chosen = {"hurst": hurst, "roll_off": roll_off, "line_length": length}
+    counted = {"quantity": "contact_area_raw", "grid": "native", "points": 32}
+    alone = measure("rough-contact", 0.01, **counted, **chosen)
+    assert measure("best-reading", 0.01, points=32).error == alone.error
+    reading_scan.scan.cache_clear()
 
 
 def test_the_bar_of_the_grid_covers_the_change_to_finer_grids():
