@@ -56,7 +56,7 @@ def best_reading(points: int = 64) -> Reading:
 def _best(
     effort: str, *, load: float = 0.01, points: float = 64, realisations: float = 450
 ) -> Finding:
-    """Counted area of line over surface under the best of all readings, on fresh surfaces."""
+    """Compare the counted areas under the best of all readings, on fresh surfaces."""
     above("points", points, 3)
     hurst, roll_off, length = best_reading(int(points))
     found = measure_area(

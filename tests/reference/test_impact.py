@@ -50,7 +50,7 @@ def body_waves(poisson_ratio):
 
 @pytest.mark.parametrize("poisson_ratio", [0.25, 0.29, 0.3])
 def test_slow_impacts_of_steel_radiate_the_power_of_hertzs_force(poisson_ratio):
-    """int beta F'^2 dt / (m v^2/2), all by quadrature and in SI units.
+    """Radiated share, int beta F'^2 dt / (m v^2/2), all by quadrature and in SI units.
 
     The radiated power is that of Miller and Pursey's waves on the real axis (body waves' branch
     cuts and the Rayleigh pole), F(t) is Hertz's exact history; nothing of `impact` enters. The
