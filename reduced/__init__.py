@@ -10,7 +10,9 @@
 - `rough_line.press`: rough lines on springs, connected contacts, the area rule (19.29);
 - `line_regions`: the contacts of one line one by one, and the stress rule on them;
 - `ensemble.press_ensemble`: many realisations with their statistics;
-- `procedure.calculate`: section 19.7 from a map to its contact.
+- `procedure.calculate`: section 19.7 from a map to its contact;
+- `viscoelastic_models`: Kelvin-Voigt, Maxwell, standard solid and Prony series, their relaxation,
+  creep, complex modulus and fit.
 
 Arrays and numbers in consistent units go in and come out; nothing here knows of files or scenes.
 """

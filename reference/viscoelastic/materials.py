@@ -1,0 +1,184 @@
+"""Linear viscoelastic material of the reference: a generalised Maxwell body.
+
+Written apart from the material of the reduced model, in other variables: state is the strain of
+each dashpot, creep goes by the retardation times as zeros of the compliance's denominator, found
+one by one. A spring G_0, arms (G_i, tau_i) and a dashpot eta side by side:
+
+    sigma = G_0 gamma + sum_i G_i (gamma - q_i) + eta dgamma/dt,   tau_i dq_i/dt = gamma - q_i
+"""
+
+from __future__ import annotations
+
+import itertools
+import math
+from collections.abc import Sequence
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.optimize import brentq
+
+Array = NDArray[np.float64]
+
+# Arms whose times differ by less than this act as one: their creep could not be told apart.
+_ALIKE = 1e-10
+
+
+class GeneralisedMaxwell:
+    """Spring, dashpot and Maxwell arms in parallel, in shear.
+
+    Parameters
+    ----------
+    equilibrium_modulus : float
+        G_0 >= 0, what is left of the modulus after a long time.
+    arm_moduli, arm_times : sequence of float
+        G_i >= 0 and tau_i > 0, in any order.
+    viscosity : float
+        eta >= 0 of the dashpot.
+
+    Raises
+    ------
+    ValueError
+        If a number is out of range or nothing resists; all faults are listed.
+
+    Examples
+    --------
+    >>> zener = GeneralisedMaxwell(1.0, [3.0], [2.0])
+    >>> float(zener.relaxation(0.0)), float(zener.creep(0.0)), float(zener.creep(1e9))
+    (4.0, 0.25, 1.0)
+    """
+
+    def __init__(
+        self,
+        equilibrium_modulus: float,
+        arm_moduli: Sequence[float] = (),
+        arm_times: Sequence[float] = (),
+        viscosity: float = 0.0,
+    ) -> None:
+        _check(equilibrium_modulus, arm_moduli, arm_times, viscosity)
+        times: list[float] = []
+        moduli: list[float] = []
+        for time, modulus in sorted(zip(arm_times, arm_moduli, strict=True)):
+            if modulus > 0 and times and time <= times[-1] * (1 + _ALIKE):
+                moduli[-1] += float(modulus)
+            elif modulus > 0:
+                times.append(float(time))
+                moduli.append(float(modulus))
+        self.equilibrium_modulus = float(equilibrium_modulus)
+        self.viscosity = float(viscosity)
+        self.arm_times = np.array(times, dtype=float)
+        self.arm_moduli = np.array(moduli, dtype=float)
+
+    @classmethod
+    def kelvin_voigt(cls, shear_modulus: float, viscosity: float) -> GeneralisedMaxwell:
+        """Spring beside a dashpot."""
+        return cls(shear_modulus, viscosity=viscosity)
+
+    @classmethod
+    def maxwell(cls, shear_modulus: float, relaxation_time: float) -> GeneralisedMaxwell:
+        """One arm and nothing else: a fluid."""
+        return cls(0.0, [shear_modulus], [relaxation_time])
+
+    @classmethod
+    def standard(
+        cls, equilibrium_modulus: float, shear_modulus: float, relaxation_time: float
+    ) -> GeneralisedMaxwell:
+        """Spring beside one arm (Zener)."""
+        return cls(equilibrium_modulus, [shear_modulus], [relaxation_time])
+
+    @property
+    def instantaneous_modulus(self) -> float:
+        """G_0 + sum G_i: the answer to a jump, the dashpot's pulse apart."""
+        return math.fsum([self.equilibrium_modulus, *self.arm_moduli])
+
+    def relaxation(self, time: ArrayLike) -> Array:
+        """Stress at a time t > 0 after a unit jump of strain."""
+        t = np.asarray(time, dtype=float)
+        stress = np.full(t.shape, self.equilibrium_modulus)
+        for modulus, tau in zip(self.arm_moduli, self.arm_times, strict=True):
+            stress = stress + modulus * np.exp(-t / tau)
+        return stress
+
+    def dynamic_modulus(self, frequency: ArrayLike) -> NDArray[np.complex128]:
+        """Stress amplitude under unit strain exp(i w t), w of either sign."""
+        s = 1j * np.asarray(frequency, dtype=float)
+        stress = self.equilibrium_modulus + self.viscosity * s
+        for modulus, tau in zip(self.arm_moduli, self.arm_times, strict=True):
+            stress = stress + modulus * (s * tau / (1 + s * tau))
+        return stress
+
+    def creep(self, time: ArrayLike) -> Array:
+        """Strain at a time t >= 0 after a unit jump of stress."""
+        t = np.asarray(time, dtype=float)
+        strain = np.zeros(t.shape) if self.viscosity > 0 else 1 / self.instantaneous_modulus
+        if self.equilibrium_modulus == 0:
+            strain = strain + t / (float(self.arm_moduli @ self.arm_times) + self.viscosity)
+        for delayed, retardation in self._retardations:
+            strain = strain - delayed * np.expm1(-t / retardation)
+        return np.asarray(strain)
+
+    @cached_property
+    def _retardations(self) -> list[tuple[float, float]]:
+        """Compliance and time of each delayed part of the creep, by partial fractions.
+
+        As a function of the time l = -1/s, sigma/gamma = G_0 - sum G_i tau_i/(l - tau_i) - eta/l.
+        It rises from one arm's time to the next through one zero, and through one more above the
+        longest (solids) and below the shortest (with a dashpot).
+        """
+        times = [float(tau) for tau in self.arm_times]
+        weights = [float(g * tau) for g, tau in zip(self.arm_moduli, times, strict=True)]
+        solid, damped = self.equilibrium_modulus > 0, self.viscosity > 0
+
+        def modulus(ell: float) -> float:
+            arms = sum(w / (ell - tau) for w, tau in zip(weights, times, strict=True))
+            return self.equilibrium_modulus - arms - self.viscosity / ell
+
+        brackets = list(itertools.pairwise(times))
+        flow = sum(weights) + self.viscosity
+        longest = times[-1] if times else 0.0
+        if solid and flow > 0:
+            brackets.append((longest, longest + 2 * flow / self.equilibrium_modulus))
+        if damped and times:
+            stiff = sum(w / tau for w, tau in zip(weights, times, strict=True))
+            least = self.viscosity / (self.equilibrium_modulus + 2 * stiff)
+            brackets.append((min(times[0], least) / 4, times[0]))
+        found = []
+        for low, high in brackets:
+            ell = _zero(modulus, low, high)
+            if ell not in times:  # else the compliance vanishes
+                slope = sum(w / (ell - tau) ** 2 for w, tau in zip(weights, times, strict=True))
+                found.append((1 / (ell * (slope + self.viscosity / ell**2)), ell))
+        return found
+
+
+def _zero(function, low: float, high: float) -> float:
+    """Zero between two ends at which the function may be infinite."""
+    margin = 1e-3
+    while True:
+        inner, outer = low + margin * (high - low), high - margin * (high - low)
+        if inner <= low or outer >= high:
+            # The zero sits on a pole to rounding: an arm so weak that it adds no compliance.
+            return low if inner <= low else high
+        if function(inner) < 0 < function(outer):
+            return brentq(function, inner, outer, xtol=1e-15 * inner, rtol=1e-15, maxiter=300)
+        margin /= 10
+
+
+def _check(
+    equilibrium: float, moduli: Sequence[float], times: Sequence[float], viscosity: float
+) -> None:
+    """Raise one ValueError for everything wrong."""
+    faults = []
+    for name, value in (("equilibrium_modulus", equilibrium), ("viscosity", viscosity)):
+        if not (math.isfinite(value) and value >= 0):
+            faults.append(f"{name} must be finite and not negative, not {value!r}")
+    if len(moduli) != len(times):
+        faults.append(f"{len(moduli)} arm_moduli for {len(times)} arm_times")
+    if not all(math.isfinite(g) and g >= 0 for g in moduli):
+        faults.append(f"arm_moduli must be finite and not negative, not {moduli!r}")
+    if not all(math.isfinite(tau) and tau > 0 for tau in times):
+        faults.append(f"arm_times must be finite and positive, not {times!r}")
+    if not faults and not (equilibrium > 0 or viscosity > 0 or any(g > 0 for g in moduli)):
+        faults.append("nothing resists: all moduli and the viscosity are zero")
+    if faults:
+        raise ValueError("; ".join(faults))
