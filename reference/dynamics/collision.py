@@ -1,0 +1,236 @@
+"""A rigid mass against an elastic half-space, quasi-static: closed forms and quadrature.
+
+m x'' = -F(x) from x = 0 at the velocity v; F is the static force of a penetration (Hertz 1881; the
+waves that this leaves out are in `reference.impact`).
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.polynomial.legendre import leggauss
+from numpy.typing import ArrayLike
+from scipy.integrate import quad
+from scipy.interpolate import PchipInterpolator
+from scipy.optimize import brentq
+from scipy.special import beta, betaincinv
+
+from reference.closed_form.axisymmetric import power_law
+from reference.closed_form.form import ClosedForm, require_positive
+from reference.errors import ConvergenceError
+
+_SEARCH, _HALVINGS = 2000, 60
+_NODES, _WEIGHTS = leggauss(8)
+_GAUSS = ((_NODES + 1) / 2, _WEIGHTS / 2)  # on (0, 1)
+
+
+@dataclass(frozen=True)
+class Collision:
+    """One elastic impact; the rebound is as fast as the approach.
+
+    Attributes
+    ----------
+    duration : float
+        Time in contact.
+    penetration, force : float
+        Largest penetration, and the force there.
+    bar : float
+        Relative uncertainty of the duration: round-off, that of the quadrature, or that of a
+        measured load curve.
+    """
+
+    duration: float
+    penetration: float
+    force: float
+    bar: float
+
+
+def power_law_collision(
+    exponent: float, coefficient: float, effective_modulus: float, mass: float, velocity: float
+) -> Collision:
+    """Impact of a body with the section f = c r^n, in closed form.
+
+    The force is F = C x^((n+1)/n); with p = (2n+1)/n the energy gives x_m^p = p m v^2/(2 C) and the
+    duration 2 (x_m/v) int_0^1 du/sqrt(1 - u^p) = 2 (x_m/v) B(1/p, 1/2)/p. For n = 2 the integral is
+    that of Hertz and Deresiewicz, 2.9432 x_m/v (Hertz 1881; Deresiewicz, Acta Mech. 6 (1968) 110;
+    Johnson 1985, (11.21)-(11.24); other n: Galin's static law).
+
+    Parameters
+    ----------
+    exponent, coefficient : float
+        n and c; n = 2, c = 1/(2 R) for the paraboloid, n = 1 for the cone.
+    effective_modulus, mass, velocity : float
+        E*, m, v.
+
+    Examples
+    --------
+    >>> hertz = power_law_collision(2, 0.5, 1.0, 1.0, 1.0)
+    >>> round(hertz.duration / hertz.penetration, 4)
+    2.9433
+    """
+    require_positive("collision", mass=mass, velocity=velocity)
+    form = power_law(exponent, coefficient, effective_modulus)
+    p = 2 + 1 / exponent
+    unit = 2.0 ** round(math.log2(_stopping_depth(form, 0.5 * mass * velocity**2)))
+    scale = float(form.energy(unit))
+    depth = unit * (0.5 * mass * velocity**2 / scale) ** (1 / p)
+    duration = 2 * depth / velocity * float(beta(1 / p, 0.5)) / p
+    return Collision(duration, depth, float(form.force(depth)), 1e-14)
+
+
+def power_law_motion(exponent: float, collision: Collision, times: ArrayLike) -> np.ndarray:
+    """Return x(t) of that impact: u = x/x_m solves I(u^p; 1/p, 1/2) = 2 t/T.
+
+    I is the regularised incomplete beta function: Deresiewicz's integral, inverted. Times in
+    [0, T]; the second half mirrors the first.
+    """
+    t = np.asarray(times, float)
+    if not ((t >= 0) & (t <= collision.duration)).all():
+        raise ValueError(f"times must lie in [0, {collision.duration!r}], not {times!r}")
+    p = 2 + 1 / exponent
+    early = np.minimum(t, collision.duration - t) / (collision.duration / 2)
+    return collision.penetration * betaincinv(1 / p, 0.5, early) ** (1 / p)
+
+
+def collide(form: ClosedForm, mass: float, velocity: float) -> Collision:
+    """Impact of any body whose static contact is known in closed form, by quadrature.
+
+    Examples
+    --------
+    >>> from reference.closed_form import cylinder
+    >>> disc = collide(cylinder(0.5, 1.0), 1.0, 0.1)  # a linear spring: half a period
+    >>> round(disc.duration / math.pi, 12)
+    1.0
+    """
+    require_positive("collision", mass=mass, velocity=velocity)
+    kinetic = 0.5 * mass * velocity**2
+    depth = _stopping_depth(form, kinetic)
+    return _by_quadrature(form.force, form.energy, mass, velocity, depth)
+
+
+def collide_curve(
+    penetration: ArrayLike, force: ArrayLike, mass: float, velocity: float, bar: float = 0.0
+) -> Collision:
+    """Impact on a contact whose static load curve was computed at some penetrations.
+
+    log F is interpolated against log d (monotone cubics), below the first point by the power law
+    through the first two; leaving out every second point tells how well.
+
+    Parameters
+    ----------
+    penetration, force : array_like, shape (k,)
+        Increasing, at least four points, up to a depth that stops the mass.
+    mass, velocity : float
+        m and v.
+    bar : float
+        Relative uncertainty of the forces; half of it goes into the duration (T ~ F^(-1/2) at
+        equal depth).
+
+    Raises
+    ------
+    ValueError
+        If the curve is too short to stop the mass.
+    """
+    require_positive("collision", mass=mass, velocity=velocity)
+    d, F = np.asarray(penetration, float), np.asarray(force, float)
+    if d.ndim != 1 or d.size < 4 or d.shape != F.shape or not (np.diff(d) > 0).all():
+        raise ValueError("expected at least four increasing penetrations and as many forces")
+    full = _collide_points(d, F, mass, velocity)
+    coarse = _collide_points(d[::-2][::-1], F[::-2][::-1], mass, velocity)
+    known = abs(coarse.duration / full.duration - 1)
+    return Collision(full.duration, full.penetration, full.force, max(full.bar, known) + bar / 2)
+
+
+def _collide_points(d: np.ndarray, F: np.ndarray, mass: float, velocity: float) -> Collision:
+    """Impact on the interpolated curve, energies by integrating it."""
+    unit, size = d[-1], F[-1]
+    curve = PchipInterpolator(np.log(d / unit), np.log(F / size))
+    start, slope = math.log(d[0] / unit), float(curve.derivative()(math.log(d[0] / unit)))
+
+    def force(x: Any) -> Any:
+        place = np.log(np.maximum(np.asarray(x, float) / unit, 1e-300))
+        inside = curve(np.maximum(place, start)) + slope * np.minimum(place - start, 0)
+        return size * np.exp(inside)
+
+    grid = np.concatenate([[0.0], np.geomspace(1e-6, 1, 400)]) * unit
+    nodes, weights = _GAUSS
+    x = grid[:-1, None] + np.diff(grid)[:, None] * nodes
+    stored = np.concatenate([[0.0], np.cumsum((force(x) @ weights) * np.diff(grid))])
+
+    def energy(at: Any) -> Any:
+        at = np.asarray(at, float)
+        k = np.clip(np.searchsorted(grid, at, side="right") - 1, 0, grid.size - 2)
+        width = at - grid[k]
+        inner = grid[k][..., None] + width[..., None] * nodes
+        return stored[k] + (force(inner) @ weights) * width
+
+    kinetic = 0.5 * mass * velocity**2
+    if stored[-1] < kinetic:
+        raise ValueError(f"the load curve ends at {unit!r}, before it stops the mass")
+    depth = unit * brentq(lambda s: float(energy(s * unit)) / kinetic - 1, 0, 1, xtol=1e-15)
+    return _by_quadrature(force, energy, mass, velocity, depth)
+
+
+def _stopping_depth(form: ClosedForm, kinetic: float) -> float:
+    """Solve U(d) = m v^2/2, first by halving and doubling; a shape may end (a sphere at its R)."""
+
+    def excess(d: float) -> float:
+        try:
+            return float(form.energy(d)) / kinetic - 1
+        except ValueError:  # deeper than the shape's theory goes
+            return math.inf
+
+    low = 1.0
+    for _ in range(_SEARCH):
+        if excess(low) <= 0:
+            break
+        low /= 2
+    high = low
+    for _ in range(_SEARCH):
+        if excess(high) >= 0:
+            break
+        high *= 2
+    if math.isinf(excess(high)):
+        # the deepest that the shape allows, by halving towards it
+        inside = high / 2
+        for _ in range(_HALVINGS):
+            middle = 0.5 * (inside + high)
+            inside, high = (inside, middle) if math.isinf(excess(middle)) else (middle, high)
+        high = inside
+    if not excess(low) <= 0 <= excess(high):
+        raise ConvergenceError(f"{form.name}: the contact does not stop the mass", [low, high])
+    return brentq(excess, low, high, xtol=1e-15 * high, rtol=1e-15)
+
+
+def work(
+    force: Callable[[Any], Any], energy: Callable[[Any], Any], low: float, high: float
+) -> float:
+    """Return the energy stored between two penetrations, without cancellation.
+
+    As a difference of energies, or as an integral of the force (Gauss's rule with 8 nodes, over so
+    short a way that the force is smooth) where that would lose digits.
+    """
+    if high - low > 0.1 * high:
+        return float(energy(high)) - float(energy(low))
+    return (high - low) * float(_GAUSS[1] @ force(low + (high - low) * _GAUSS[0]))
+
+
+def _by_quadrature(
+    force: Callable[[Any], Any],
+    energy: Callable[[Any], Any],
+    mass: float,
+    velocity: float,
+    depth: float,
+) -> Collision:
+    """T = 2 int_0^d dx/w, m w^2/2 = U(d) - U(x), over x = d (1 - s^2): smooth at the turn."""
+
+    def rate(s: float) -> float:
+        released = work(force, energy, depth * (1 - s) * (1 + s), depth)
+        return 2 * depth * s / math.sqrt(2 / mass * released)
+
+    half, error = quad(rate, 0.0, 1.0, epsabs=0, epsrel=1e-11, limit=400)
+    return Collision(2 * half, depth, float(force(depth)), max(error / half, 1e-13))
