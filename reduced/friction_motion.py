@@ -286,7 +286,7 @@ def _implicit(
             return evaluations, k
         evaluations += used
         x = x + h * u
-        v = v + (u - v) / theta
+        v = (u - (1.0 - theta) * v) / theta
         if (k + 1) % every == 0:
             records[0, (k + 1) // every], records[1, (k + 1) // every] = x, v
     return evaluations // n, -1

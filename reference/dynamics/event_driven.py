@@ -22,7 +22,7 @@ from reference.errors import ConvergenceError
 
 # Samples per shortest period: of a sum of harmonics, no two extrema are missed between two.
 _SAMPLES = 32
-_DOUBLINGS = 20  # the first sample after an event lies so many halvings before the regular one
+_DOUBLINGS = 10  # the first sample after an event lies so many halvings before the regular one
 
 
 class Phase(NamedTuple):
@@ -230,11 +230,11 @@ def _next_event(
     excused = fresh[owners] & (phase.direction[owners] != 0)
     state, time = phase.state, 0.0
     for step, propagator in _steps(A, rest):
+        later = propagator @ state
         events = [
             (after, owners[k])
             for k in range(len(rows))
-            if (after := _crossing(rows[k], A, state, propagator, step, bool(excused[k])))
-            is not None
+            if (after := _crossing(rows[k], A, state, later, step, bool(excused[k]))) is not None
         ]
         if events:
             after, block = min(events)
@@ -242,14 +242,17 @@ def _next_event(
             if phase.direction[block] != 0:
                 state[n + block] = 0.0  # up to rounding it is
             return int(block), time + after, state
-        state = propagator @ state
+        state = later
         excused &= rows @ state <= 0
         time += step
     return None
 
 
 def _steps(A: Array, rest: float) -> Iterator[tuple[float, Array]]:
-    """Yield steps and their propagators up to `rest`: doubling at first, then regular."""
+    """Yield steps and their propagators up to `rest`: doubling at first, then regular.
+
+    Each propagator is an exponential of its own: squaring the one before doubles its rounding.
+    """
     rate = float(np.abs(eigvals(A)).max())
     regular = rest / _SAMPLES
     if rate * regular > 2 * np.pi / _SAMPLES:
@@ -260,31 +263,31 @@ def _steps(A: Array, rest: float) -> Iterator[tuple[float, Array]]:
         yield step, propagator
         time += step
         if not first and step < regular:  # the first is taken twice: 1, 1, 2, 4, ...
-            step, propagator = 2 * step, propagator @ propagator
+            step *= 2
+            propagator = expm(A * step)
         first = False
     yield rest - time, expm(A * (rest - time))
 
 
 def _crossing(
-    row: Array, A: Array, state: Array, propagator: Array, step: float, excused: bool
+    row: Array, A: Array, state: Array, after: Array, step: float, excused: bool
 ) -> float | None:
-    """Return the time at which row z first becomes negative within the step."""
+    """Return the time at which row z first becomes negative between `state` and `after`."""
     rate = row @ A
-    after = propagator @ state
-    start, end = row @ state, row @ after
-    if start <= 0:
+    if row @ state <= 0:
         return None if excused or rate @ state >= 0 else 0.0
+
+    def value(time: float, line: Array) -> float:
+        return float(line @ (expm(A * time) @ state))
 
     def root(line: Array, until: float) -> float:
         precision = 4 * float(np.finfo(float).eps)
-        return brentq(
-            lambda t: line @ expm(A * t) @ state, 0, until, xtol=precision * until, rtol=precision
-        )
+        return brentq(value, 0, until, args=(line,), xtol=precision * until, rtol=precision)
 
-    if end <= 0:
+    if row @ after <= 0:
         return root(row, step)
     if rate @ state < 0 < rate @ after:
         lowest = root(rate, step)
-        if row @ expm(A * lowest) @ state < 0:
+        if value(lowest, row) < 0:
             return root(row, lowest)
     return None

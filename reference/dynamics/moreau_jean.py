@@ -7,9 +7,9 @@ smooth forces,
                                          + h f(t + theta h) + p,
     x+ = x + h (theta v+ + (1 - theta) v),    -p in h mu F_N Sign(v+ - V)
 
-(Acary & Brogliato, Numerical Methods for Nonsmooth Dynamical Systems, 2008, chapter 10). First
-order overall, since an event may lie anywhere in a step; unconditionally stable for theta >= 1/2; a
-block at rest rests exactly.
+(Acary & Brogliato, Numerical Methods for Nonsmooth Dynamical Systems, 2008, chapter 10). An event
+may lie anywhere in a step: with theta = 1/2 the order is near 2 where the friction is continuous
+there (mu_s = mu_k), else 1. Unconditionally stable for theta >= 1/2; a block at rest rests exactly.
 """
 
 from __future__ import annotations

@@ -1,0 +1,217 @@
+"""Impacts and vibrations of a mass on an elastic contact: closed forms, quadrature, Runge-Kutta."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+from reference.closed_form import cylinder, ellipsoid, paraboloid, power_law, sphere
+from reference.dynamics.collision import (
+    collide,
+    collide_curve,
+    power_law_collision,
+    power_law_motion,
+)
+from reference.dynamics.oscillator import (
+    contact_resonance,
+    deepest_without_flight,
+    forced_vibration,
+    free_period,
+    linear_amplitude,
+    power_backbone,
+)
+from reference.errors import ConvergenceError
+
+BALL = paraboloid(1.0, 1.0)
+LOAD = 1 / 6  # d0 = 1/4, k = 1
+
+
+def test_hertzs_impact_has_johnsons_numbers():
+    """T = 2.94 x_m/v = 2.87 (m^2/(R E*^2 v))^(1/5) (Johnson 1985, (11.24)), as printed."""
+    found = power_law_collision(2, 0.5 / 0.02, 1e11, 0.1, 2.0)
+    assert found.duration * 2.0 / found.penetration == pytest.approx(2.94, abs=0.005)
+    johnson = 2.87 * (0.1**2 / (0.02 * 1e22 * 2.0)) ** 0.2
+    assert found.duration == pytest.approx(johnson, rel=0.002)
+
+
+@pytest.mark.parametrize("exponent", [1, 1.5, 2, 3, 4, 20])
+def test_quadrature_and_closed_form_of_power_laws_agree(exponent):
+    """To the tolerance of the quadrature, 1e-11."""
+    exact = power_law_collision(exponent, 0.5, 1.0, 2.0, 1e-3)
+    found = collide(power_law(exponent, 0.5, 1.0), 2.0, 1e-3)
+    assert found.duration == pytest.approx(exact.duration, rel=1e-11)
+    assert found.force == pytest.approx(exact.force, rel=1e-12)
+
+
+@pytest.mark.parametrize("exponent", [1, 2, 4])
+def test_deresiewicz_integral_is_the_motion(exponent):
+    """x(t) by the incomplete beta function against Runge and Kutta of order 8, at 50 times."""
+    exact = power_law_collision(exponent, 0.5, 1.0, 1.0, 0.1)
+    form = power_law(exponent, 0.5, 1.0)
+    times = np.linspace(0, exact.duration, 50)
+    run = solve_ivp(
+        lambda _, y: [y[1], -float(form.force(max(y[0], 0.0)))],
+        *((0, exact.duration), [0, 0.1]),
+        method="DOP853",
+        rtol=1e-11,
+        atol=1e-13,
+        t_eval=times,
+    )
+    found = power_law_motion(exponent, exact, times)
+    np.testing.assert_allclose(found, run.y[0], atol=1e-9 * exact.penetration)
+
+
+def test_a_sphere_is_struck_longer_than_its_paraboloid():
+    """A sphere is blunter nowhere: at equal energy it goes deeper; the series in x_m/R is small.
+
+    By Runge and Kutta on the closed force, independent of energies.
+    """
+    form = sphere(1.0, 1.0)
+    found = collide(form, 1.0, 0.1)
+
+    def left(_, y):
+        return y[0] - 1e-12
+
+    left.terminal, left.direction = True, -1.0
+    run = solve_ivp(
+        lambda _, y: [y[1], -float(form.force(max(y[0], 0.0)))],
+        *((0, 20), [1e-11, 0.1]),
+        method="DOP853",
+        rtol=1e-11,
+        atol=1e-13,
+        events=left,
+    )
+    assert found.duration == pytest.approx(float(run.t[-1]), rel=1e-8)
+    assert found.penetration == pytest.approx(float(run.y[0].max()), rel=1e-3)
+
+
+def test_an_ellipsoid_keeps_hertzs_duration_number():
+    """F ~ x^1.5 for every ellipsoid: T v/x_m = 2.9432..., whatever its axes."""
+    found = collide(ellipsoid(1.0, 3.0, 1.0), 1.0, 1e-2)
+    hertz = power_law_collision(2, 0.5, 1.0, 1.0, 1.0)
+    assert found.duration * 1e-2 / found.penetration == pytest.approx(
+        hertz.duration / hertz.penetration, rel=1e-10
+    )
+
+
+def test_an_impact_on_a_computed_curve_knows_its_error():
+    """Twelve points of the sphere's curve: the bar covers the error and shrinks with the points."""
+    form = sphere(1.0, 1.0)
+    exact = collide(form, 1.0, 0.1)
+    bars = []
+    for points in (8, 16, 32):
+        d = np.geomspace(0.02, 1.3, points) * exact.penetration
+        found = collide_curve(d, form.force(d), 1.0, 0.1)
+        assert abs(found.duration / exact.duration - 1) <= found.bar
+        bars.append(found.bar)
+    assert bars[2] < bars[0] / 4
+    with pytest.raises(ValueError, match="before it stops"):
+        collide_curve(d, form.force(d), 1.0, 1.0)
+
+
+def test_a_sphere_can_be_hit_too_hard():
+    """Beyond the depth that its theory allows the impact is refused, not extrapolated."""
+    with pytest.raises(ConvergenceError, match="does not stop the mass"):
+        collide(sphere(1.0, 1.0), 1.0, 1e3)
+
+
+# --- vibrations ------------------------------------------------------------------------------
+
+
+def test_hertzs_contact_resonance():
+    """k^3 = 6 E*^2 R F0 (Johnson 1985, section 4.2)."""
+    frequency = contact_resonance(paraboloid(0.02, 1e11), 0.1, 50.0)
+    assert (0.1 * frequency**2) ** 3 == pytest.approx(6 * 1e22 * 0.02 * 50, rel=1e-12)
+
+
+@pytest.mark.parametrize("exponent", [1, 2, 4])
+def test_the_backbone_is_that_of_lindstedt(exponent):
+    """1 - (q-1)(2q+1)/48 (A/d0)^2; the next order is (A/d0)^4: the rest falls by 16 at A/2."""
+    form = power_law(exponent, 0.5, 1.0)
+    static = float(form.penetration(0.1))
+    w0 = contact_resonance(form, 1.0, 0.1)
+    rests = []
+    for part in (0.2, 0.1):
+        deepest = static * (1 + part)
+        ratio = 2 * math.pi / free_period(form, 1.0, 0.1, deepest) / w0
+        # the amplitude is half the distance of the turning points
+        energy = float(form.energy(deepest)) - 0.1 * deepest
+        low = turning(form, 0.1, energy, static)
+        amplitude = 0.5 * (deepest - low) / static
+        rests.append(abs(ratio - power_backbone(exponent, amplitude)))
+    assert rests[0] / rests[1] == pytest.approx(16, rel=0.35)
+
+
+def turning(form, load, energy, static):
+    """Upper turning point, by bisection."""
+    low, high = 0.0, static
+    for _ in range(100):
+        x = 0.5 * (low + high)
+        low, high = (x, high) if float(form.energy(x)) - load * x > energy else (low, x)
+    return x
+
+
+def test_contact_is_lost_from_1_842_of_the_static_depth_on():
+    """2.5^(2/3) (the depth of a mass let go at first touch); the period is continuous there."""
+    limit = deepest_without_flight(BALL, LOAD)
+    assert limit / 0.25 == pytest.approx(2.5 ** (2 / 3), rel=1e-13)
+    below, above = (free_period(BALL, 1.0, LOAD, limit * (1 + e)) for e in (-1e-10, 1e-10))
+    # beyond, the flight grows as the square root of the energy: 2 v/g
+    assert above == pytest.approx(below, rel=1e-4)
+
+
+@pytest.mark.parametrize("deepest", [0.3, 0.45, 0.6, 1.0])
+def test_free_periods_with_and_without_flight(deepest):
+    """By energy against Runge and Kutta: two periods later the mass is back where it was."""
+    period = free_period(BALL, 1.0, LOAD, deepest)
+    run = solve_ivp(
+        lambda _, y: [y[1], LOAD - float(BALL.force(max(y[0], 0.0)))],
+        *((0, 2 * period), [deepest, 0.0]),
+        method="DOP853",
+        rtol=1e-11,
+        atol=1e-13,
+        max_step=0.01 * period,
+    )
+    # a time error e shows in the velocity as F e: both back to 1e-7
+    assert abs(run.y[1, -1]) < 1e-6
+    assert run.y[0, -1] == pytest.approx(deepest, rel=1e-9)
+
+
+def test_small_forced_vibrations_are_linear_and_larger_ones_soften():
+    """P = 1e-3 F0 at resonance with 10 % of critical damping times two: P/(c w0), to (A/d0)^2.
+
+    The mean of the vibration moves by -(A/d0)^2/12 d0: F is convex.
+    """
+    shift = []
+    for share in (0.005, 0.01):
+        found = forced_vibration(
+            *(BALL, 1.0, LOAD), force=share * LOAD, frequency=1.0, damping=0.1, periods=40,
+            tolerance=1e-8,
+        )  # fmt: skip
+        linear = linear_amplitude(1.0, 1.0, 0.1, share * LOAD, 1.0)
+        assert found.amplitude == pytest.approx(linear, rel=(linear / 0.25) ** 2 + 1e-6)
+        assert found.flight == 0
+        shift.append(1 - found.mean / 0.25)
+    assert shift[1] / shift[0] == pytest.approx(4, rel=0.02)
+
+
+def test_a_strong_force_lifts_the_mass_off():
+    """P = 0.5 F0 at resonance: twice the amplitude at which contact is lost."""
+    found = forced_vibration(
+        BALL, 1.0, LOAD, force=0.5 * LOAD, frequency=1.0, damping=0.2, periods=30, tolerance=1e-7
+    )
+    assert found.flight > 0.05
+    assert found.change < 1e-4
+
+
+def test_a_punch_resonates_as_a_linear_oscillator():
+    """Flat contact, k = 2 E* a: any amplitude below the static depth."""
+    punch = cylinder(0.5, 1.0)
+    found = forced_vibration(
+        punch, 1.0, 1.0, force=0.3, frequency=0.9, damping=0.4, periods=25, tolerance=1e-9
+    )
+    # maxima are read off 2000 points per period
+    assert found.amplitude == pytest.approx(linear_amplitude(1, 1, 0.4, 0.3, 0.9), rel=1e-5)

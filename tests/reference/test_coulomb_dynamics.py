@@ -1,0 +1,130 @@
+"""Coulomb's set-valued law: motion by events against closed forms, energy and fixed steps."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from reference.dynamics.blocks import blocks
+from reference.dynamics.event_driven import follow
+from reference.dynamics.friction_forms import dry_oscillator_amplitude, stick_slip, stopping
+from reference.dynamics.moreau_jean import march
+
+CHAIN = np.array([[2.0, -1.0, 0.0], [-1.0, 2.0, -1.0], [0.0, -1.0, 1.0]])
+
+
+@given(friction=st.floats(0.01, 10), load=st.floats(-0.99, 0.99), speed=st.floats(1e-3, 1e3))
+@settings(max_examples=30, deadline=None)
+def test_a_block_slides_down_a_slope_and_rests(friction, load, speed):
+    """Time and distance of `stopping`, then rest, whatever the slope below the friction angle."""
+    time, way = stopping(2.0, friction, speed, load * friction)
+    motion = follow(blocks(2.0, friction, load=load * friction), 3 * time, velocity=speed)
+    assert motion.events == pytest.approx([time], rel=1e-12)
+    x, v = motion.at([2 * time, 3 * time])
+    np.testing.assert_allclose(x, way, rtol=1e-12)
+    np.testing.assert_array_equal(v, 0.0)
+
+
+@pytest.mark.parametrize("static", [1.05, 1.5, 4.0])
+def test_stick_slip_on_a_belt_repeats_the_closed_cycle(static):
+    """All but the first stick; 1e-10, for a root of a speed that starts with zero slope."""
+    cycle = stick_slip(1.3, 4.0, 0.7, static, 1.0)
+    system = blocks(1.3, 1.0, static=static, stiffness=4.0, belt=0.7)
+    motion = follow(system, 10 * cycle.period, velocity=0.7)
+    lengths = np.diff(motion.events)
+    np.testing.assert_allclose(lengths[0::2], cycle.slipping, rtol=1e-10)
+    np.testing.assert_allclose(lengths[1::2], cycle.sticking, rtol=1e-10)
+    x = motion.at(np.linspace(5 * cycle.period, 7 * cycle.period, 4001))[0]
+    assert x.max() == pytest.approx(cycle.largest, rel=1e-5)  # sampled 2000 times per period
+    assert x.min() == pytest.approx(cycle.smallest, rel=1e-5, abs=1e-5)
+
+
+@pytest.mark.parametrize(("ratio", "friction"), [(0.8, 0.3), (1.5, 0.3), (1.2, 0.6)])
+def test_the_dry_oscillator_swings_as_den_hartog_found(ratio, friction):
+    """After 100 periods of the force; the transient decays, 1e-5 of it is left at r = 1.5."""
+    end = 200 * math.pi / ratio
+    system = blocks(1.0, friction, stiffness=1.0, amplitude=1.0, frequency=ratio)
+    motion = follow(system, end)
+    x = motion.at(np.linspace(end - 2 * math.pi / ratio, end, 4001))[0][:, 0]
+    assert all(phase.direction[0] for phase in motion.phases[-6:])  # three periods without a stop
+    expected = dry_oscillator_amplitude(1.0, friction, 1.0, ratio)
+    assert 0.5 * (x.max() - x.min()) == pytest.approx(expected, rel=1e-4)
+
+
+@given(
+    mass=st.tuples(*[st.floats(0.2, 5)] * 3),
+    friction=st.tuples(*[st.floats(0.05, 1)] * 3),
+    start=st.tuples(*[st.floats(-3, 3)] * 3),
+)
+@settings(max_examples=25, deadline=None)
+def test_three_blocks_lose_what_friction_took(mass, friction, start):
+    """Energy before less after = sum of mu_k F_N times the way slid, to 1e-9."""
+    friction, K = np.array(friction), CHAIN
+    motion = follow(
+        blocks(mass, friction, static=1.3 * friction, stiffness=K), 20.0, velocity=start
+    )
+    times = np.array([0.0, *motion.events, 20.0])
+    x, v = motion.at(times)
+    energy = 0.5 * (v**2 @ np.array(mass)) + 0.5 * np.einsum("ki,ij,kj->k", x, K, x)
+    # between events a block does not turn back
+    lost = np.concatenate([[0.0], np.cumsum(np.abs(np.diff(x, axis=0)) @ friction)])
+    np.testing.assert_allclose(energy + lost, energy[0], rtol=1e-9)
+
+
+def forced(static: float):
+    system = blocks([1.0, 2.0, 1.0], [0.3, 0.5, 0.2], static=np.array([0.3, 0.5, 0.2]) * static,
+                    stiffness=CHAIN, belt=0.1)  # fmt: skip
+    return system, follow(system, 30.0)
+
+
+@pytest.mark.parametrize(("static", "order"), [(1.0, 1.6), (1.3, 0.8)])
+def test_fixed_steps_converge_to_the_events(static, order):
+    """Moreau-Jean, theta = 1/2: near 2 where the friction is continuous at every event, else 1.
+
+    The place of an event inside its step is arbitrary, so the errors scatter: orders are fitted
+    over a factor of 32 in the step, and the fit is good for some tenths.
+    """
+    system, exact = forced(static)
+    steps = 2000 * 2 ** np.arange(6)
+    errors = []
+    for n in steps:
+        found = march(system, step=30.0 / n, steps=int(n))
+        errors.append(
+            np.abs(found.position[:: n // 1000] - exact.at(found.time[:: n // 1000])[0]).max()
+        )
+    assert -np.polyfit(np.log(steps), np.log(errors), 1)[0] > order
+    assert errors[-1] < 5e-4
+
+
+@pytest.mark.parametrize("theta", [0.5, 1.0])
+def test_fixed_steps_rest_exactly(theta):
+    """Below the friction angle nothing creeps, at any step."""
+    slope = blocks(2.0, 3.0, load=2.9)
+    found = march(slope, step=10.0, steps=100, theta=theta)
+    np.testing.assert_array_equal(found.position, 0.0)
+
+
+def test_units_change_no_digit():
+    """Length, mass and time scaled by powers of two: bit-identical, events included."""
+    length, mass, time = 2.0**-30, 2.0**10, 2.0**-12
+    force, stiff = mass * length / time**2, mass / time**2
+    plain = follow(blocks([1.0, 2.0], 0.4, static=0.5, stiffness=CHAIN[:2, :2], belt=0.3), 20.0)
+    system = blocks([mass, 2 * mass], 0.4 * force, static=0.5 * force,
+                    stiffness=CHAIN[:2, :2] * stiff, belt=0.3 * length / time)  # fmt: skip
+    scaled = follow(system, 20.0 * time)
+    np.testing.assert_array_equal(scaled.events / time, plain.events)
+    asked = np.linspace(0, 20, 7)
+    np.testing.assert_array_equal(scaled.at(asked * time)[0] / length, plain.at(asked)[0])
+
+
+def test_wrong_arguments_are_named():
+    with pytest.raises(ValueError, match=r"mass must be positive.*static >= kinetic"):
+        blocks(-1.0, 1.0, static=0.5)
+    with pytest.raises(ValueError, match="does not stop"):
+        stopping(1.0, 1.0, 1.0, 2.0)
+    with pytest.raises(ValueError, match="theta"):
+        march(blocks(1.0, 1.0), step=1.0, steps=1, theta=0.3)
