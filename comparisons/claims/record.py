@@ -6,7 +6,7 @@ from pathlib import Path
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
-from comparisons.claims.claim import FAILS, IN_A_RANGE, NOT_RESOLVED
+from comparisons.claims.claim import NOT_RESOLVED
 from comparisons.store import ResultsError, write_text
 
 RECORD = "claims.json"
@@ -70,16 +70,11 @@ class ClaimRecord(_Form):
         """Whether the verdict is another than the file expects.
 
         The wider bars of a quick run may leave open what a full one decides: that is no
-        difference. Nor is a quick "fails" where a full run finds a range, if points are open in
-        which that range may lie.
+        difference.
         """
         if self.expected is None or self.verdict == self.expected:
             return False
-        if self.effort == "full":
-            return True
-        left = any(point.word == NOT_RESOLVED for point in self.points)
-        open_range = left and (self.verdict, self.expected) == (FAILS, IN_A_RANGE)
-        return self.verdict != NOT_RESOLVED and not open_range
+        return self.effort == "full" or self.verdict != NOT_RESOLVED
 
 
 class ClaimsRecord(_Form):

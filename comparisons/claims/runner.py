@@ -165,7 +165,7 @@ def judge_claim(claim: Claim, effort: Effort, kept: Path | None = None) -> Claim
 
     halvings = 0 if claim.vary is None else claim.vary.halvings(effort)
     points = search(claim.vary, claim.tolerance, measure, halvings)
-    verdict, ranges = verdict_of(points), ranges_of(points)
+    verdict, ranges = verdict_of(points, effort), ranges_of(points)
     return ClaimRecord(
         **claim.model_dump(include=COPIED),
         what=_what(claim),

@@ -10,6 +10,7 @@ import numpy as np
 
 from comparisons.claims.claim import FAILS, HOLDS, IN_A_RANGE, NOT_RESOLVED, Vary
 from comparisons.experiments import Measurement
+from comparisons.experiments.base import Effort
 from comparisons.verdicts import OUTSIDE, WITHIN, judge
 
 Measure = Callable[[float | None], Measurement]
@@ -104,19 +105,22 @@ def _between(vary: Vary, low: float, high: float) -> float | None:
     return middle if low < middle < high else None
 
 
-def verdict_of(points: list[Point]) -> str:
+def verdict_of(points: list[Point], effort: Effort = "full") -> str:
     """Return the verdict on a claim from all that was measured.
 
     One point outside refutes a claim that is stated for the whole range: it "holds in a range" if
     another is within, else it "fails". Without any outside it "holds" if all are within, else it
-    is "not resolved".
+    is "not resolved". The wide bars of a quick effort may hide a range: what is outside wherever it
+    is resolved then "fails" only if no point is open.
     """
     words = {point.word for point in points}
     if words == {WITHIN}:
         return HOLDS
-    if OUTSIDE in words:
-        return IN_A_RANGE if WITHIN in words else FAILS
-    return NOT_RESOLVED
+    if OUTSIDE not in words:
+        return NOT_RESOLVED
+    if WITHIN in words:
+        return IN_A_RANGE
+    return FAILS if effort == "full" or words == {OUTSIDE} else NOT_RESOLVED
 
 
 def ranges_of(points: list[Point]) -> list[Range]:

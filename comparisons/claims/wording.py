@@ -42,6 +42,13 @@ def sentence(claim: Claim, verdict: str, points: list[Point], ranges: list[Range
             f"Within {limit} for {claim.parameter} {found}. "
             f"The largest error is {_at(largest)}{_open(points)}{_sign_changes(points)}."
         )
+    outside = [point for point in points if point.word == OUTSIDE]
+    if outside:
+        where = ", ".join(value(point.parameter) for point in outside)
+        return (
+            f"Outside {limit} at {where}; whether it holds anywhere for {stretch} is not resolved"
+            f"{_open(points)}{_sign_changes(points)}."
+        )
     return f"For {stretch} no error beyond {limit} is certain{_open(points)}."
 
 

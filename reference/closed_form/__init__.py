@@ -3,13 +3,14 @@
 from reference.closed_form.axisymmetric import cone, paraboloid, power_law, sphere
 from reference.closed_form.elliptic import ellipsoid, elliptic_punch
 from reference.closed_form.form import ClosedForm
-from reference.closed_form.infinite import WavyForm, boussinesq, westergaard
+from reference.closed_form.infinite import WavyForm, boussinesq, boussinesq_energy, westergaard
 from reference.closed_form.punches import cylinder, rounded_punch
 
 __all__ = [
     "ClosedForm",
     "WavyForm",
     "boussinesq",
+    "boussinesq_energy",
     "cone",
     "cylinder",
     "ellipsoid",

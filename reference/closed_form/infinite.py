@@ -42,6 +42,48 @@ def boussinesq(force: float, distance: ArrayLike, effective_modulus: float) -> A
     return force / (math.pi * effective_modulus) / r
 
 
+def boussinesq_energy(
+    force: float, distance: ArrayLike, effective_modulus: float, poisson_ratio: float
+) -> Any:
+    """Return the elastic energy of a point force farther than r from it.
+
+    U = s F^2/(2 E* r) with s = (2/3 + 5 nu/3 - 2 nu^2 + (1 - 2 nu)^2 ln 2)/(pi (1 - nu)): the
+    energy density of Boussinesq's field (Johnson 1985, (3.18) and (3.19)) integrated over the
+    half-space outside a hemisphere. So a flat punch of diameter D keeps the share s D/r of its
+    energy E* D d^2/2 farther than r, for r >> D.
+
+    Parameters
+    ----------
+    force, effective_modulus : float
+        F and E*, positive, in consistent units.
+    distance : array_like
+        r, positive.
+    poisson_ratio : float
+        ``-1 < nu <= 0.5``.
+
+    Raises
+    ------
+    ValueError
+        For values out of range.
+
+    Examples
+    --------
+    >>> round(float(boussinesq_energy(1.0, 1.0, 1.0, 0.5)), 12) == round(1 / math.pi, 12)
+    True
+    """
+    require_positive("boussinesq_energy", force=force, effective_modulus=effective_modulus)
+    if not -1 < poisson_ratio <= 0.5:
+        raise ValueError(
+            f"boussinesq_energy: poisson_ratio must lie in (-1, 0.5], not {poisson_ratio!r}"
+        )
+    r = checked_load("distance", distance)
+    if (r == 0).any():
+        raise ValueError("boussinesq_energy: distance must be positive, not 0")
+    nu = poisson_ratio
+    share = (2 / 3 + 5 / 3 * nu - 2 * nu**2 + (1 - 2 * nu) ** 2 * math.log(2)) / math.pi / (1 - nu)
+    return share * force**2 / (2 * effective_modulus) / r
+
+
 @dataclass(frozen=True)
 class WavyForm:
     """The exact solution of a periodic line contact, as functions of the mean pressure.

@@ -13,6 +13,7 @@ from scipy.integrate import quad
 from scipy.special import hyp2f1
 
 from reference import closed_form
+from reference.fem import far_field
 
 E_STAR = 1.7
 # One of each shape, with lengths of order one, and its gap f(r) for the axisymmetric ones.
@@ -447,3 +448,29 @@ def test_boussinesq_is_the_far_field_of_the_contact_stiffness(shape):
 def test_boussinesq_refuses_its_own_point():
     with pytest.raises(ValueError, match="distance must be positive"):
         closed_form.boussinesq(1.0, [1.0, 0.0], E_STAR)
+
+
+@pytest.mark.parametrize("poisson_ratio", [-0.5, 0.0, 0.3, 0.49])
+def test_the_energy_beyond_a_hemisphere_is_the_integral_of_its_density(poisson_ratio):
+    """The strain energy of Boussinesq's field as the far field of the FEM has it, E = F = 1.
+
+    The density falls as r^-4, so the integral over a hemisphere of radius one is the energy beyond.
+    """
+    nodes, weights = np.polynomial.legendre.leggauss(60)
+    cosine, weights = 0.5 * (nodes + 1), 0.5 * weights
+    sine = np.sqrt(1 - cosine**2)
+    gradient = far_field.boussinesq(np.stack([sine, 0 * sine, cosine], -1), poisson_ratio)[1]
+    strain = 0.5 * (gradient + np.swapaxes(gradient, -1, -2))
+    shear = 0.5 / (1 + poisson_ratio)
+    trace = np.trace(strain, axis1=-2, axis2=-1)
+    volume = shear * poisson_ratio / (1 - 2 * poisson_ratio) * trace**2
+    density = volume + shear * (strain**2).sum((-2, -1))
+    exact = closed_form.boussinesq_energy(1.0, 1.0, 1 / (1 - poisson_ratio**2), poisson_ratio)
+    assert 2 * np.pi * (weights * density).sum() == pytest.approx(exact, rel=1e-12)
+
+
+def test_the_energy_of_a_point_force_refuses_what_has_none():
+    with pytest.raises(ValueError, match="poisson_ratio"):
+        closed_form.boussinesq_energy(1.0, 1.0, E_STAR, 0.6)
+    with pytest.raises(ValueError, match="distance must be positive"):
+        closed_form.boussinesq_energy(1.0, [1.0, 0.0], E_STAR, 0.3)

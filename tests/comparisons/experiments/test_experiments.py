@@ -101,6 +101,15 @@ def test_half_of_the_energy_lies_within_a_diameter_and_the_rest_falls_as_one_ove
     assert scaled[1] == pytest.approx(scaled[2], rel=0.02)
 
 
+def test_the_energy_far_away_is_that_of_a_point_force_and_a_quarter_of_the_print():
+    """Finite elements against the closed form: the next term falls as (D/r)^2."""
+    near, far = (measure("energy-share", k, reading="corrected") for k in (2.0, 5.0))
+    assert near.error / far.error == pytest.approx(6.25, rel=0.1)
+    assert measure("energy-share", 20.0, reading="corrected").error < 0.001
+    printed = measure("energy-share", 20.0, reading="letter")
+    assert printed.error == pytest.approx(np.pi * 0.7 / 0.499096 - 1, rel=0.01)
+
+
 def test_size_matters_in_two_dimensions_only():
     three, two = (measure("body-size", 100.0, kind=kind) for kind in ("axisymmetric", "plane"))
     assert three.error < 0.006
