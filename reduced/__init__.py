@@ -3,6 +3,7 @@
 - `profiles`: three-dimensional shapes as equivalent one-dimensional profiles (exact transform,
   Gaussian radius, equal area, and the chapter's half-radius rule as printed);
 - `foundation.indent`: a single contact on springs, all loads at once;
+- `adhesion`: the edge-stretch rule on springs along a path, with snap-in, pull-off and losses;
 - `stress`: surface pressure from the springs, exact (`abel`) and as printed (`local_rule`, with the
   profile's own curvature; `one_radius_rule`, with one for the contact);
 - `surface_spectrum`, `spectrum`: power spectra of surfaces, the two-to-one-dimensional rules and

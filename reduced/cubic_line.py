@@ -42,7 +42,7 @@ def moments(
         if rise > 0.0:
             start[i] = min(max(slopes[i] * (width / rise), 0.0), 3.0)
             end[i] = min(max(slopes[i + 1] * (width / rise), 0.0), 3.0)
-        one, two = _part_moments(heights[i], rise, width, start[i], end[i], 1.0)
+        one, two = part_moments(heights[i], rise, width, start[i], end[i], 1.0)
         first[i + 1] = first[i] + one
         second[i + 1] = second[i] + two
     return start, end, first, second
@@ -80,7 +80,7 @@ def respond(
             part = _locate(start[cell], end[cell], (d[k] - heights[cell]) / rise)
         width = x[cell + 1] - x[cell]
         rise = heights[cell + 1] - heights[cell]
-        one, two = _part_moments(heights[cell], rise, width, start[cell], end[cell], part)
+        one, two = part_moments(heights[cell], rise, width, start[cell], end[cell], part)
         one, two = one + first[cell], two + second[cell]
         length = x[cell] + part * width
         out[0, k] += length
@@ -89,7 +89,7 @@ def respond(
 
 
 @njit(cache=True)
-def _rise(m0, m1, s):
+def rise_and_slope(m0, m1, s):
     """Rise above the cell's start in units of its full rise, and its derivative, at s."""
     c2, c3 = 3.0 - 2.0 * m0 - m1, m0 + m1 - 2.0
     return s * (m0 + s * (c2 + s * c3)), m0 + s * (2.0 * c2 + s * 3.0 * c3)
@@ -100,7 +100,7 @@ def _locate(m0, m1, goal):
     """Place of the contact edge inside the cell, in [0, 1], by Newton inside a bracket."""
     low, high, s = 0.0, 1.0, goal
     for _ in range(_EDGE_STEPS):
-        value, slope = _rise(m0, m1, s)
+        value, slope = rise_and_slope(m0, m1, s)
         if value < goal:
             low = s
         else:
@@ -114,11 +114,11 @@ def _locate(m0, m1, goal):
 
 
 @njit(cache=True)
-def _part_moments(base, rise, width, m0, m1, part):
+def part_moments(base, rise, width, m0, m1, part):
     """Integrals of height and height squared over the first part of a cell; exact."""
     one = two = 0.0
     for k in range(len(_NODES)):
-        value, _ = _rise(m0, m1, part * _NODES[k])
+        value, _ = rise_and_slope(m0, m1, part * _NODES[k])
         height = base + rise * value
         one += _WEIGHTS[k] * height
         two += _WEIGHTS[k] * (height * height)

@@ -111,7 +111,7 @@ def indent(
     if name == "penetration":
         largest = float(profile.contact_radius(loads[-1]))
     else:
-        largest = _continuum_radius(profile, loads[-1] / effective_modulus)
+        largest = continuum_radius(profile, loads[-1] / effective_modulus)
     if spacing is None:
         spacing = largest / springs
     elif spacing > largest:
@@ -143,7 +143,7 @@ def _check(
     refuse(wrong)
 
 
-def _continuum_radius(profile: Profile, reduced_force: float) -> float:
+def continuum_radius(profile: Profile, reduced_force: float) -> float:
     """Contact radius a with 2 int_0^a (g(a) - g(x)) dx = F/E*, for the spacing of the springs.
 
     To rounding for profiles with up to three breakpoints; of the many of a table a few will do.
