@@ -58,7 +58,7 @@ def test_paraboloid_pulls_off_as_johnson_kendall_and_roberts_say(control, share,
 
 
 def test_parting_needs_the_same_depth_under_both_controls():
-    """Depth -(3/4) (pi^2 w^2 R/E*^2)^(1/3): Johnson, Kendall & Roberts in Johnson 1985, sec. 5.5."""
+    """Depth -(3/4) (pi^2 w^2 R/E*^2)^(1/3) (Johnson 1985, sec. 5.5)."""
     depth = -0.75 * np.cbrt((np.pi * W / 2.0) ** 2 * 3.0)
     event = pull_off(paraboloid(3.0), 2.0, W, control="penetration")
     assert event.before.penetration == pytest.approx(depth, rel=1e-12)
@@ -248,7 +248,7 @@ def test_units_that_differ_by_powers_of_two_give_the_same_digits(power, offset):
 
 
 def test_little_adhesion_is_hertz():
-    """As w goes to zero under a pressing load, F at given d tends to Hertz's as w: it is extreme there."""
+    """As w goes to zero, F at given d tends to Hertz's as w: it is extreme there."""
     contacts = [adhere(paraboloid(1.0), 1.0, w, penetration=[0.01]) for w in (1e-12, 1e-16)]
     errors = [1 - float(c.force[0]) / (4 / 3 * 0.01**1.5) for c in contacts]
     assert 0 < errors[1] < 1e-5
