@@ -169,7 +169,7 @@ def _setting(
 ) -> Setting:
     errors, verdicts = {}, []
     for name in quantities:
-        row = own[(own["quantity"] == name) & (own["at"] == main_axis(record.control, name))]
+        row = own[(own["quantity"] == name) & (own["at"] == main_axis(record.along, name))]
         errors[name] = float(row["rms"].iloc[0]) if len(row) else float("nan")
         verdicts.append(str(row["verdict"].iloc[0]) if len(row) else NO_RESULT)
     verdict = next((each for each in _WORST_FIRST if each in verdicts), NO_RESULT)
@@ -195,7 +195,7 @@ def _measured(record: SceneRecord, name: str) -> bool:
     table = record.measures
     if table.empty:
         return False
-    own = table[(table["quantity"] == name) & (table["at"] == main_axis(record.control, name))]
+    own = table[(table["quantity"] == name) & (table["at"] == main_axis(record.along, name))]
     return bool(own["rms"].notna().any())
 
 

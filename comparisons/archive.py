@@ -27,6 +27,7 @@ def arrays_of(solution: Solution) -> dict[str, np.ndarray]:
     arrays |= {f"{_PREFIX}q.{name}": value for name, value in solution.quantities.items()}
     document = {name: _plain(getattr(solution, name)) for name in _NUMBERS}
     document["exact"] = solution.exact
+    document["path"] = solution.path
     document["reasons"] = [[*index, why] for index, why in solution.reasons.items()]
     return arrays | {f"{_PREFIX}json": np.array(json.dumps(document))}
 
@@ -65,6 +66,7 @@ def solution_of(arrays: dict[str, np.ndarray]) -> Solution:
         **{name: _number(document[name]) for name in _NUMBERS if name != "unknowns"},
         unknowns=document["unknowns"],
         exact=tuple(document["exact"]),
+        path=bool(document["path"]),
     )
 
 
@@ -92,6 +94,7 @@ def joined(parts: list[Solution]) -> Solution:
         fields=parts[0].fields,
         truncation=max(p.truncation for p in parts),
         exact=parts[0].exact,
+        path=parts[0].path,
         seconds=sum(p.seconds for p in parts),
         setup_seconds=sum(p.setup_seconds for p in parts),
         compile_seconds=sum(p.compile_seconds for p in parts),

@@ -56,7 +56,7 @@ def compare(plan: Plan, solved: Solved, constants: dict[str, Any]) -> Comparison
         Columns that are the same in every row (threads, versions, machine).
     """
     solved = on_common_realisations(solved)
-    reference = choose_reference(solved, plan.scene.compare.quantities)
+    reference = choose_reference(solved, plan.compared)
     rows = [
         row
         for (method, resolution), solution in solved.items()
@@ -87,7 +87,7 @@ def errors_of(
     if not (needed <= set(reference.curves) and needed <= set(curves)):
         return np.full(len(next(iter(reference.curves.values()))), np.nan)
     if at == control:
-        return relative_error(curves[name], reference.curves[name])
+        return relative_error(curves[name], reference.curves[name], path=reference.path)
     truth = at_equal(curves[at], reference.curves[at], reference.curves[name])
     return relative_error(curves[name], truth)
 
@@ -136,7 +136,7 @@ def _curve_rows(
     common: dict[str, Any],
     reference: Reference | None,
 ) -> list[dict[str, Any]]:
-    control = plan.loads.control
+    axis = plan.loads.axis
     steps = len(plan.loads.values)
     rows = [common | {"step": step} for step in range(steps)]
     own = reference is not None and (
@@ -145,19 +145,20 @@ def _curve_rows(
     for step, row in enumerate(rows):
         for name, values in curves.items():
             row[name] = float(values[step])
-        # The prescribed load stands in the row of a step that failed, too.
-        if not np.isfinite(row.get(control, np.nan)):
-            row[control] = float(plan.loads.values[step])
+        # What is prescribed stands in the row of a step that failed, too.
+        for name, values in plan.loads.columns.items():
+            if not np.isfinite(row.get(name, np.nan)):
+                row[name] = float(values[step])
         row["reference"] = "" if reference is None else reference.label
     if reference is None:
         return rows
-    asked = [n for n in plan.scene.compare.quantities if n in reference.curves]
+    asked = [n for n in plan.compared if n in reference.curves]
     for name in SCALARS:
         if name not in curves or name not in reference.curves:
             continue
-        at = main_axis(control, name)
-        bar = uncertainty_of(control, reference, name, at)
-        error = errors_of(control, curves, reference, name, at)
+        at = main_axis(axis, name)
+        bar = uncertainty_of(axis, reference, name, at)
+        error = errors_of(axis, curves, reference, name, at)
         for step, row in enumerate(rows):
             row[f"error_{name}"] = float("nan") if own else float(error[step])
             row[f"reference_uncertainty_{name}"] = float(bar[step])
@@ -187,13 +188,13 @@ def _measure_rows(
 ) -> list[dict[str, Any]]:
     if reference is None or (method, resolution) == (reference.method, reference.resolution):
         return []
-    control = plan.loads.control
+    axis = plan.loads.axis
     curves = mean_curves(solution)
     common = _common(plan, method, resolution, solution)
     del common["compile_seconds"], common["options"]
     common["converged"] = bool(solution.converged.all())
     rows = []
-    for name in plan.scene.compare.quantities:
+    for name in plan.compared:
         if name == "pressure":
             rows += [
                 {"quantity": each["quantity"], "at": "last load"}
@@ -203,14 +204,20 @@ def _measure_rows(
             continue
         if name not in curves or name not in reference.curves:
             continue
-        for at in (control, OTHER_AXIS[control]):
-            if name == at:
-                continue
-            error = errors_of(control, curves, reference, name, at)
+        for at in _compared_at(plan, name):
+            error = errors_of(axis, curves, reference, name, at)
             parts = error_sources(plan, solved, method, resolution, reference, name, at)
             bar = combined(*parts.values())
             rows.append({"quantity": name, "at": at} | _measure(plan, error, bar))
     return [common | row for row in rows]
+
+
+def _compared_at(plan: Plan, name: str) -> tuple[str, ...]:
+    """Return at which equal loads a quantity is compared: never at itself."""
+    loads = plan.loads
+    if loads.compares_itself:
+        return tuple(at for at in (loads.axis, OTHER_AXIS[loads.axis]) if at != name)
+    return (loads.axis,)
 
 
 def _measure(plan: Plan, error: np.ndarray, bar: np.ndarray) -> dict[str, Any]:
@@ -241,11 +248,10 @@ def error_sources(
     is not an uncertainty of the difference.
     """
     line = METHODS[method].dimension == 1
-    control = plan.loads.control
-    parts = sources_of(control, reference, name, at, same_surfaces=not line)
+    parts = sources_of(plan.loads.axis, reference, name, at, same_surfaces=not line)
     solution = solved[method, resolution]
     if line:
-        parts[LINES] = ensemble_uncertainty(solution.quantities[name])
+        parts[LINES] = ensemble_uncertainty(solution.quantities[name], path=solution.path)
         if resolution == finest(solved, method):
             own = own_discretisation(solved, method, name)
             parts[SPRINGS] = np.nan_to_num(own, nan=0.0)

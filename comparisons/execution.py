@@ -17,7 +17,7 @@ import psutil
 from threadpoolctl import threadpool_limits
 
 from comparisons.geometry import RoughGeometry
-from comparisons.methods import METHODS, Solution, Task
+from comparisons.methods import METHODS, Solution, Task, method_for
 from comparisons.methods.spans import lost, solve_in_spans
 
 REPEATS = 3
@@ -96,7 +96,7 @@ def _solve(task: Task) -> Solution:
     Warnings of the arithmetic (overflow at absurd scales) are told only if every step has an
     answer: where steps are lost, the reason says it.
     """
-    method = METHODS[task.method]
+    method = method_for(task.method, task.scene)
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", RuntimeWarning)
         solution = solve_in_spans(task, method.span, method.solve, _reason)
@@ -117,10 +117,10 @@ def _warm_up(task: Task) -> float:
     """Compile once per process and kind of scene; return how long it took the first time."""
     periodic = isinstance(task.geometry, RoughGeometry) and task.geometry.periodic
     kind = (isinstance(task.geometry, RoughGeometry), periodic, task.loads.control)
-    key = (task.method, *kind, task.options.changed())
+    key = (task.method, *kind, task.scene.physics, task.options.changed())
     if key not in _compiled:
         start = time.perf_counter()
-        METHODS[task.method].warm_up(task)
+        method_for(task.method, task.scene).warm_up(task)
         _compiled[key] = time.perf_counter() - start
         return _compiled[key]
     return 0.0

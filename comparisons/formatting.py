@@ -54,6 +54,18 @@ QUANTITIES = {
     "contact_length_stiffness": Quantity("contact length from stiffness", "k/E*", "m"),
     "contact_count": Quantity("number of contacts", "n", ""),
     "energy": Quantity("elastic energy", "U", "J"),
+    "tangential_force": Quantity("tangential force", "F_x", "N"),
+    "tangential_displacement": Quantity("tangential displacement", "u_x", "m"),
+    "tangential_stiffness": Quantity("tangential stiffness", "k_x", "N/m"),
+    "stick_area": Quantity("sticking area", "A_stick", "m2"),
+    "friction_coefficient": Quantity("coefficient of friction", "µ", ""),
+    "pull_off_force": Quantity("pull-off force", "F_off", "N"),
+    "restitution": Quantity("coefficient of restitution", "e", ""),
+    "contact_duration": Quantity("duration of contact", "t_c", "s"),
+    "time": Quantity("time", "t", "s"),
+    "speed": Quantity("sliding speed", "v", "m/s"),
+    "velocity": Quantity("velocity of impact", "v₀", "m/s"),
+    "step": Quantity("step of the path", "", ""),
     "pressure": Quantity("contact pressure", "p", "Pa"),
     "pressure_peak": Quantity("peak pressure", "p_max", "Pa"),
     "pressure_same_grid": Quantity("pressure against FFT BEM on the same grid", "p", "Pa"),
@@ -74,8 +86,8 @@ def quantity(name: str) -> Quantity:
 
     >>> quantity("force").unit
     'N'
-    >>> quantity("pull_off_force").words
-    'pull off force'
+    >>> quantity("local_stress_undefined_share").words
+    'local stress undefined share'
     """
     return QUANTITIES.get(name, Quantity(name.replace("_", " "), "", ""))
 

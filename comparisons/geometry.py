@@ -16,26 +16,15 @@ from pathlib import Path
 import numpy as np
 from scipy.ndimage import zoom
 
-from comparisons.loading import Control, Loading
-from comparisons.scene import MeasuredMap, Scene, SceneError, SelfAffine
+from comparisons.physics.estimates import largest_contact
+from comparisons.physics.loads import Loads, loads_of
+from comparisons.scene import Scene, SceneError
 from comparisons.shapes import Indenter, RigidPlane, Sphere
+from comparisons.surface_tables import MeasuredMap, SelfAffine
 from comparisons.topography import MapError, read_map
 from reduced import foundation, profiles
 from reference import surfaces
 from reference.closed_form import sphere
-
-
-@dataclass(frozen=True)
-class Loads:
-    """Absolute loads: strictly increasing `values` (k,) of the quantity `control`."""
-
-    control: Control
-    values: np.ndarray
-
-    @property
-    def keyword(self) -> dict[str, np.ndarray]:
-        """The loads as the keyword argument that every solver takes."""
-        return {self.control: self.values}
 
 
 @dataclass(frozen=True)
@@ -156,15 +145,19 @@ def prepare(scene: Scene) -> tuple[Geometry, Loads]:
         equator).
     """
     if scene.surface is None:
-        loads = Loads(scene.loading.control, np.array(scene.loading.range.values))
+        loads = loads_of(scene)
         if scene.indenter is None:  # a [body] under a rigid plane: no half-space to estimate from
             return IndenterGeometry(RigidPlane(), np.nan, np.nan), loads
-        return _press_estimate(scene, loads), loads
+        estimate = _largest_estimate if scene.physics else _press_estimate
+        return estimate(scene, loads), loads
     surface = scene.surface
     geometry = (
         _synthetic(scene, surface) if isinstance(surface, SelfAffine) else _measured(scene, surface)
     )
-    return geometry, _absolute(scene.loading, scene.effective_modulus, geometry)
+    unit = 1.0
+    if scene.loading.relative:
+        unit = scene.effective_modulus * geometry.area * geometry.rms_slope
+    return geometry, loads_of(scene, unit)
 
 
 def _recipe_arguments(recipe: SelfAffine) -> dict[str, float | None]:
@@ -209,13 +202,6 @@ def _measured(scene: Scene, surface: MeasuredMap) -> RoughGeometry:
     )
 
 
-def _absolute(loading: Loading, modulus: float, geometry: RoughGeometry) -> Loads:
-    values = np.array(loading.range.values)
-    if loading.range.relative_to is not None:
-        values = values * (modulus * geometry.area * geometry.rms_slope)
-    return Loads(loading.control, values)
-
-
 def equivalent_profile(indenter: Indenter) -> profiles.Profile:
     """Return the reduced model's profile of an indenter, by the rule that the chapter uses.
 
@@ -235,6 +221,19 @@ def equivalent_profile(indenter: Indenter) -> profiles.Profile:
     constructor = getattr(profiles, shape)
     profile: profiles.Profile = constructor(**parameters)
     return profile
+
+
+def _largest_estimate(scene: Scene, loads: Loads) -> IndenterGeometry:
+    """Estimate the largest contact of a scene with physics; single steps have no estimate."""
+    assert scene.indenter is not None
+    try:
+        profile = equivalent_profile(scene.indenter)
+        depth, radius = largest_contact(scene, profile, loads)
+        if not 0 < radius < np.inf:
+            raise ValueError("nothing touches at any of the loads")
+    except (ValueError, RuntimeError, ArithmeticError) as error:
+        raise SceneError(scene.name, [f"loading: {error}"]) from error
+    return IndenterGeometry(scene.indenter, depth, radius)
 
 
 # Estimates of one line of springs are used down to this share of its largest contact radius.

@@ -1,4 +1,7 @@
-"""The [loading] table: which loads, in which control, absolute or relative."""
+"""The [loading] table: which loads, in which control, absolute or relative.
+
+Loads increase, unless the scene's physics remembers: then they are a path, in the order given.
+"""
 
 from __future__ import annotations
 
@@ -7,61 +10,131 @@ from itertools import pairwise
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import BaseModel, BeforeValidator, ConfigDict, model_validator
+from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationInfo, model_validator
 
 from comparisons.quantities import fail, shown
-from comparisons.units import FORCE, LENGTH, NUMBER, Dimension, to_si
+from comparisons.units import FORCE, LENGTH, NUMBER, TIME, Dimension, to_si
 
-Control = Literal["penetration", "force", "mean_gap"]
+Control = Literal[
+    *("penetration", "force", "mean_gap", "tangential_force", "tangential_displacement"),
+    *("time", "speed", "velocity"),
+]
+NORMAL = ("penetration", "force", "mean_gap")
+TANGENTIAL = ("tangential_force", "tangential_displacement")
 RELATIVE_FORCE = "E* A0 h'"
 MOST_STEPS = 10_000
+# What validation is told about a scene: its normal loads are a path, in the order given.
+PATH = "path"
+# How the numbers of a range may follow each other.
+Order = Literal["loads", "path", "times"]
 
 
 class LoadRange(BaseModel):
-    """Loads of one control: the values (SI, or relative), strictly increasing."""
+    """Loads of one control: the values (SI, or relative), in order."""
 
     model_config = ConfigDict(extra="forbid", frozen=True)
     values: tuple[float, ...]
     relative_to: Literal["E* A0 h'"] | None = None
 
 
+def ranged(dimension: Dimension, order: Order | None = None) -> Any:
+    """Return the validator of a range: in a fixed order, or in that of the scene's normal loads."""
+
+    def read(value: Any, info: ValidationInfo) -> Any:
+        path = bool(info.context) and info.context.get(PATH, False)
+        return read_range(value, dimension, order or ("path" if path else "loads"))
+
+    return BeforeValidator(read)
+
+
 class Loading(BaseModel):
-    """Exactly one of penetration, force and mean_gap."""
+    """Exactly one of penetration, force and mean_gap; beside it a tangential path, or times.
+
+    tangential_force, tangential_displacement: an ordered path from zero, at the last normal load.
+    time: of each load; between them the load is linear. Before the first nothing touches.
+    substeps: into how many equal steps each stretch of a path is divided.
+    """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
-    penetration: Annotated[LoadRange | None, BeforeValidator(lambda v: read_range(v, LENGTH))] = (
-        None
-    )
-    force: Annotated[LoadRange | None, BeforeValidator(lambda v: read_range(v, FORCE))] = None
-    mean_gap: Annotated[LoadRange | None, BeforeValidator(lambda v: read_range(v, LENGTH))] = None
+    penetration: Annotated[LoadRange | None, ranged(LENGTH)] = None
+    force: Annotated[LoadRange | None, ranged(FORCE)] = None
+    mean_gap: Annotated[LoadRange | None, ranged(LENGTH)] = None
+    tangential_force: Annotated[LoadRange | None, ranged(FORCE, "path")] = None
+    tangential_displacement: Annotated[LoadRange | None, ranged(LENGTH, "path")] = None
+    time: Annotated[LoadRange | None, ranged(TIME, "times")] = None
+    substeps: Annotated[int, Field(strict=True, ge=1, le=1000)] = 1
 
     @model_validator(mode="after")
     def _one_control(self) -> Loading:
-        given = [name for name in ("penetration", "force", "mean_gap") if getattr(self, name)]
-        if len(given) != 1:
+        given = [name for name in NORMAL if getattr(self, name)]
+        if len(given) > 1 or not (given or self.time):
             raise fail(
                 "expected exactly one of penetration, force and mean_gap, got "
                 + (" and ".join(given) or "none")
             )
+        if all(getattr(self, name) for name in TANGENTIAL):
+            raise fail(f"expected one of {' and '.join(TANGENTIAL)}, got both")
+        if given and self.time and len(self.time.values) != len(self.range.values):
+            count, loads = len(self.time.values), len(self.range.values)
+            raise fail(f"time: expected one for each of the {loads} loads, got {count}")
         return self
 
     @property
     def control(self) -> Control:
-        """The prescribed quantity."""
+        """The prescribed normal load."""
         if self.penetration is not None:
             return "penetration"
         return "force" if self.force is not None else "mean_gap"
 
     @property
     def range(self) -> LoadRange:
-        """The prescribed loads."""
+        """The prescribed normal loads."""
         chosen = getattr(self, self.control)
         assert isinstance(chosen, LoadRange)
         return chosen
 
+    @property
+    def relative(self) -> bool:
+        """Whether the normal loads are relative to the roughness."""
+        return any(getattr(self, name) for name in NORMAL) and self.range.relative_to is not None
 
-def read_range(value: Any, dimension: Dimension) -> Any:
+    @property
+    def tangential(self) -> Literal["tangential_force", "tangential_displacement"] | None:
+        """Which tangential load is prescribed, None where none is."""
+        if self.tangential_force is not None:
+            return "tangential_force"
+        return None if self.tangential_displacement is None else "tangential_displacement"
+
+    def along(self, name: str, *, start: float | None = None) -> np.ndarray:
+        """Return a path with each of its stretches divided into `substeps` equal steps.
+
+        Parameters
+        ----------
+        name : str
+            A field that holds a path.
+        start : float, optional
+            Where the path comes from; itself no step. Default: its own first value, a step.
+
+        Examples
+        --------
+        >>> loading = Loading(force=1.0, tangential_force=[2.0, -2.0], substeps=2)
+        >>> loading.along("tangential_force", start=0.0).tolist()
+        [1.0, 2.0, 0.0, -2.0]
+        """
+        knots = list(getattr(self, name).values)
+        first = [] if start is not None else knots[:1]
+        knots = knots if start is None else [start, *knots]
+        shares = np.arange(1, self.substeps + 1) / self.substeps
+        # This form ends in b itself, to the last digit.
+        inner = [(1 - shares) * a + shares * b for a, b in pairwise(knots)]
+        return np.concatenate([first, *inner])
+
+
+def read_range(value: Any, dimension: Dimension, order: Order = "loads") -> Any:
     """Turn a number, a list, or a table of the contract into a LoadRange.
+
+    Loads are positive and strictly increasing; a path goes up and down and may be negative; times
+    increase from zero on.
 
     Raises
     ------
@@ -80,10 +153,12 @@ def read_range(value: Any, dimension: Dimension) -> Any:
     unit = NUMBER if relative == RELATIVE_FORCE else dimension
     known = {"values", "relative_to"} if "values" in table else _RANGE_KEYS
     problems += [f"{key}: unknown key here" for key in table if key not in known]
-    reader = _listed if "values" in table else _spaced
-    numbers = reader(table, unit, problems)
+    if "values" in table:
+        numbers = _listed(table, unit, problems)
+    else:
+        numbers = _spaced(table, unit, problems, order)
     if not problems:
-        problems += _order_problems(numbers)
+        problems += _order_problems(numbers, order)
     if problems:
         raise fail("; ".join(problems))
     return LoadRange(values=tuple(numbers), relative_to=relative)
@@ -101,7 +176,9 @@ def _listed(table: dict[str, Any], unit: Dimension, problems: list[str]) -> list
     return [_number(each, unit, f"load {i}", problems) for i, each in enumerate(values, 1)]
 
 
-def _spaced(table: dict[str, Any], unit: Dimension, problems: list[str]) -> list[float]:
+def _spaced(
+    table: dict[str, Any], unit: Dimension, problems: list[str], order: Order
+) -> list[float]:
     missing = [key for key in ("from", "to", "steps") if key not in table]
     if missing:
         problems.append(f"expected values, or from, to and steps; {', '.join(missing)} missing")
@@ -115,8 +192,17 @@ def _spaced(table: dict[str, Any], unit: Dimension, problems: list[str]) -> list
         )
     if spacing not in ("linear", "log"):
         problems.append(f'spacing: expected "linear" or "log", got {shown(spacing)}')
-    if not problems and not 0 < first < last < math.inf:
-        problems.append(f"expected 0 < from < to, got from = {first:g}, to = {last:g}")
+    # A path may go down, and times begin at zero; ratios need positive numbers all the same.
+    allowed = {
+        "loads": 0 < first < last < math.inf,
+        "times": 0 <= first < last < math.inf,
+        "path": math.isfinite(first) and math.isfinite(last),
+    }
+    words = {"loads": "0 < from < to", "times": "0 <= from < to", "path": "finite numbers"}
+    if not problems and not allowed[order]:
+        problems.append(f"expected {words[order]}, got from = {first:g}, to = {last:g}")
+    if not problems and spacing == "log" and not min(first, last) > 0:
+        problems.append(f"expected from > 0 for logarithmic spacing, got {min(first, last):g}")
     if problems:
         return []
     if spacing == "linear":
@@ -134,11 +220,18 @@ def _number(value: Any, unit: Dimension, name: str, problems: list[str]) -> floa
         return float("nan")
 
 
-def _order_problems(values: list[float]) -> list[str]:
+def _order_problems(values: list[float], order: Order) -> list[str]:
     if not values:
         return ["expected at least one load, got an empty list"]
-    if not all(np.isfinite(values)) or min(values) <= 0:
-        return [f"expected positive finite loads, got {shown(values)}"]
+    if not all(np.isfinite(values)):
+        kind = "positive finite loads" if order == "loads" else "finite numbers"
+        return [f"expected {kind}, got {shown(values)}"]
+    if order == "path":
+        return []
+    if min(values) < 0 or (order == "loads" and min(values) <= 0):
+        kind = "positive finite loads" if order == "loads" else "times from zero on"
+        return [f"expected {kind}, got {shown(values)}"]
     if any(b <= a for a, b in pairwise(values)):
-        return [f"expected strictly increasing loads, got {shown(values)}"]
+        kind = "loads" if order == "loads" else "times"
+        return [f"expected strictly increasing {kind}, got {shown(values)}"]
     return []

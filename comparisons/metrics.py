@@ -9,9 +9,26 @@ from scipy.interpolate import PchipInterpolator, RegularGridInterpolator
 SINGULAR_RING = 0.1
 
 
-def relative_error(value: np.ndarray, reference: np.ndarray) -> np.ndarray:
-    """Return value / reference - 1, NaN where either is missing or the reference is zero."""
+def sizes_along_path(values: np.ndarray) -> np.ndarray:
+    """Return what errors along a path are relative to: its largest size, at every step.
+
+    Single values of a path pass zero. Only the step of which nothing is known stays unknown.
+    """
+    size = np.abs(np.asarray(values, dtype=float))
+    largest = np.nanmax(size) if np.isfinite(size).any() else np.nan
+    return np.where(np.isfinite(size), largest, np.nan)
+
+
+def relative_error(value: np.ndarray, reference: np.ndarray, *, path: bool = False) -> np.ndarray:
+    """Return value / reference - 1, NaN where either is missing or the reference is zero.
+
+    Along a path: (value - reference) / max |reference|.
+    """
     value, reference = np.asarray(value, dtype=float), np.asarray(reference, dtype=float)
+    if path:
+        size = sizes_along_path(reference)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            return np.where(size > 0, (value - reference) / size, np.nan)
     with np.errstate(divide="ignore", invalid="ignore"):
         return np.where(reference != 0, value / reference - 1, np.nan)
 

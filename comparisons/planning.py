@@ -16,10 +16,13 @@ import numpy as np
 import psutil
 
 from comparisons.bodies import BodyGeometry, with_body
-from comparisons.geometry import Geometry, IndenterGeometry, Loads, RoughGeometry, prepare
-from comparisons.methods import METHODS, Support, Task
+from comparisons.geometry import Geometry, IndenterGeometry, RoughGeometry, prepare
+from comparisons.methods import METHODS, Support, Task, covers, method_for
 from comparisons.methods.bem_fft import ARRAYS_FREE, ARRAYS_PERIODIC
-from comparisons.scene import MeasuredMap, Scene, SceneError, SelfAffine
+from comparisons.physics.loads import Loads, loads_of
+from comparisons.physics.words import left_out, switched_on
+from comparisons.scene import Scene, SceneError, validated
+from comparisons.surface_tables import MeasuredMap, SelfAffine
 
 Effort = Literal["quick", "full"]
 QUICK_REALISATIONS = 10
@@ -54,6 +57,7 @@ class Plan:
     left_out: tuple[tuple[str, str], ...]
     notes: tuple[str, ...]
     realisations: int
+    switched_on: tuple[tuple[str, str], ...] = ()
 
     @cached_property
     def tasks(self) -> tuple[Task, ...]:
@@ -71,6 +75,16 @@ class Plan:
             for resolution in planned.resolutions
             for block in self.blocks(planned.method)
         )
+
+    @property
+    def compared(self) -> tuple[str, ...]:
+        """The quantities that are compared: all that are asked for, but what is prescribed.
+
+        Force and penetration can each be compared at the other; along a path, in time or over
+        speeds the prescribed load is the same for all.
+        """
+        asked = self.scene.compare.quantities
+        return tuple(q for q in asked if self.loads.compares_itself or q not in self.loads.columns)
 
     def blocks(self, method: str) -> list[tuple[int, ...]]:
         """Return the realisations of a method in blocks of one task each."""
@@ -90,6 +104,7 @@ class Plan:
                 }
                 for m in self.methods
             ],
+            "switched_on": [{"what": what, "how": how} for what, how in self.switched_on],
             "left_out": [{"what": what, "why": why} for what, why in self.left_out],
             "notes": list(self.notes),
         }
@@ -163,17 +178,23 @@ def _plan(scene: Scene, effort: Effort) -> Plan:
         notes.append(f"quick: {realisations} of {asked} realisations (--full runs all of them)")
     if scene.counter_body is not None:
         notes.append("both bodies are elastic: 1/E* is the sum of theirs")
-    if scene.half_space.poisson_ratio is None:
+    if scene.half_space.poisson_ratio is None and scene.viscoelastic is None:
         notes.append(
             "only E* is given: fem takes nu = 0.3; frictionless contact depends on E* alone"
         )
+    if loads.normal is not None and len(scene.loading.range.values) > 1:
+        notes.append("of the normal loads only the last one is held")
     return replace(
-        draft, methods=methods, left_out=tuple(_left_out(scene, geometry)), notes=tuple(notes)
+        draft,
+        methods=methods,
+        left_out=tuple(_left_out(scene, geometry)),
+        notes=tuple(notes),
+        switched_on=tuple(switched_on(scene, loads)),
     )
 
 
 def _plan_method(draft: Plan, name: str) -> MethodPlan:
-    scene, method = draft.scene, METHODS[name]
+    scene, method = draft.scene, method_for(name, draft.scene)
     if scene.compare.methods is not None and name not in scene.compare.methods:
         return MethodPlan(name, False, "not asked for")
     support = _support(draft, name)
@@ -192,7 +213,9 @@ def _plan_method(draft: Plan, name: str) -> MethodPlan:
 
 
 def _support(draft: Plan, name: str) -> Support:
-    method = METHODS[name]
+    method = method_for(name, draft.scene)
+    if draft.scene.physics and not (covered := covers(name, draft.scene)).ok:
+        return covered
     if isinstance(draft.geometry, BodyGeometry):
         support = method.supports_body(draft.geometry)
         if not support.ok or not (own := method.supports(draft.scene)).ok:
@@ -203,19 +226,19 @@ def _support(draft: Plan, name: str) -> Support:
 
 def refusal(draft: Plan, name: str, resolution: int) -> str:
     """Return why a resolution is not run, or an empty text."""
-    geometry = draft.geometry
-    if isinstance(geometry, RoughGeometry) and METHODS[name].dimension == 3:
+    geometry, method = draft.geometry, method_for(name, draft.scene)
+    if isinstance(geometry, RoughGeometry) and method.dimension == 3:
         problem = _grid_problem(geometry, resolution)
         if problem:
             return problem
     task = task_of(draft, name, resolution, draft.blocks(name)[0])
     try:
-        refused = METHODS[name].refused(task)
+        refused = method.refused(task)
     except (ValueError, ArithmeticError) as error:
         return str(error)
     if refused:
         return refused
-    need, free = METHODS[name].memory(task), psutil.virtual_memory().available
+    need, free = method.memory(task), psutil.virtual_memory().available
     if need > MEMORY_SHARE * free:
         return f"needs about {need / 1e9:.1f} GB, and {free / 1e9:.1f} GB are free"
     return ""
@@ -243,7 +266,7 @@ def _check_size(scene: Scene) -> None:
                 f"memory ({free / 1e9:.1f} GB), got {nx} x {ny} points, "
                 f"which need about {need / 1e9:.1f} GB"
             )
-    rows = len(scene.loading.range.values) * (scene.surface.realisations if scene.surface else 1)
+    rows = len(loads_of(scene).values) * (scene.surface.realisations if scene.surface else 1)
     if rows > 20_000_000:
         problems.append(
             "surface.realisations: expected at most 20 million realisations times load steps, "
@@ -258,6 +281,8 @@ def _patch_of(scene: Scene, plan: Plan) -> Scene | None:
     geometry = plan.geometry
     surface = scene.surface
     if not isinstance(surface, MeasuredMap) or not isinstance(geometry, RoughGeometry):
+        return None
+    if scene.physics:  # dense and finite-element methods gain nothing from a patch there
         return None
     if geometry.periodic or max(geometry.points) <= PATCH_POINTS or min(geometry.points) < 8:
         return None
@@ -276,7 +301,7 @@ def _patch_of(scene: Scene, plan: Plan) -> Scene | None:
     if scene.loading.range.relative_to is None and scene.loading.control == "force":
         values = [share * each for each in scene.loading.range.values]
         data["loading"] = {"force": {"values": values}}
-    return Scene.model_validate(data)
+    return validated(data)
 
 
 def _crop_around_peak(
@@ -302,18 +327,18 @@ def _left_out(scene: Scene, geometry: Geometry) -> Iterable[tuple[str, str]]:
             "contact stiffness, in the half-space methods",
             "not asked for; it costs them one more linear solve per load",
         )
-    yield "memory of the material", "the scene is elastic: nothing relaxes"
-    yield "tangential displacements at the surface", "no friction in the scene"
+    yield from left_out(scene)
     if isinstance(geometry, BodyGeometry):
         yield "a far field", "the body ends where its mesh ends; only the supports hold it"
     elif isinstance(geometry, IndenterGeometry):
-        yield (
-            "the surface beyond the geometric overlap",
-            "contact cannot reach it: without adhesion the surface never rises",
-        )
+        if scene.adhesion is None:
+            yield (
+                "the surface beyond the geometric overlap",
+                "contact cannot reach it: without adhesion the surface never rises",
+            )
         if geometry.indenter.axisymmetric and not geometry.indenter.flat:
             yield "three dimensions, in the reduced model", "a line carries the same force"
-        if geometry.indenter.quarter_symmetric:
+        if geometry.indenter.quarter_symmetric and not scene.physics:
             yield "three quarters of the finite-element mesh", "x = 0 and y = 0 are symmetry planes"
     else:
         yield (

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator
 from pydantic_core import PydanticCustomError
@@ -25,7 +25,10 @@ def shown(value: Any) -> str:
     return text if len(text) <= 60 else text[:57] + "..."
 
 
-def quantity(dimension: Dimension, *, positive: bool = True, kind: str = "number") -> Any:
+Sign = Literal["positive", "not negative", "any"]
+
+
+def quantity(dimension: Dimension, *, sign: Sign = "positive", kind: str = "number") -> Any:
     """Return a pydantic validator for a finite quantity of one dimension."""
 
     def check(value: Any) -> float:
@@ -33,17 +36,17 @@ def quantity(dimension: Dimension, *, positive: bool = True, kind: str = "number
             number = to_si(value, dimension)
         except ValueError as error:
             raise fail(str(error), value) from error
-        if not math.isfinite(number) or (positive and number <= 0):
-            sign = "positive " if positive else ""
-            raise fail(f"expected a {sign}finite {kind}", value)
+        wrong = {"positive": number <= 0, "not negative": number < 0, "any": False}[sign]
+        if wrong or not math.isfinite(number):
+            raise fail(f"expected a {'' if sign == 'any' else sign + ' '}finite {kind}", value)
         return number
 
     return BeforeValidator(check)
 
 
 Length = Annotated[float, quantity(LENGTH, kind="length")]
-FiniteLength = Annotated[float, quantity(LENGTH, positive=False, kind="length")]
+FiniteLength = Annotated[float, quantity(LENGTH, sign="any", kind="length")]
 Force = Annotated[float, quantity(FORCE, kind="force")]
 Modulus = Annotated[float, quantity(PRESSURE, kind="modulus")]
 Positive = Annotated[float, quantity(NUMBER)]
-Finite = Annotated[float, quantity(NUMBER, positive=False)]
+Finite = Annotated[float, quantity(NUMBER, sign="any")]

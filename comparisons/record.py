@@ -43,17 +43,18 @@ def record_scene(
         "machine": machine_text(machine(THREADS)),
     }
     result = compare(plan, solved, constants)
-    scene, control, reference = plan.scene, plan.loads.control, result.reference
-    asked = scene.compare.quantities
+    scene, axis, reference = plan.scene, plan.loads.axis, result.reference
+    asked = plan.compared
     record = SceneRecord(
         name=scene.name,
         title=scene.heading,
         text=scene.text,
-        control=control,
+        control=plan.loads.control,
+        axis=axis,
         quantities=asked,
         tolerance=scene.compare.tolerance,
         plan=plan.document(),
-        reference={} if reference is None else _reference_document(control, reference, asked),
+        reference={} if reference is None else _reference_document(axis, reference, asked),
         answer="",
         disagreements=disagreements(solved, reference, asked),
         rows=result.rows,
@@ -63,13 +64,11 @@ def record_scene(
     return replace(record, answer=advise(record).sentence)
 
 
-def _reference_document(
-    control: str, reference: Reference, asked: tuple[str, ...]
-) -> dict[str, Any]:
+def _reference_document(axis: str, reference: Reference, asked: tuple[str, ...]) -> dict[str, Any]:
     return {
         "method": reference.method,
         "resolution": reference.resolution,
-        "text": sentence(control, reference, asked),
-        "uncertainty": plain({name: known_to(control, reference, name) for name in asked}),
-        "sources": plain({name: known_from(control, reference, name) for name in asked}),
+        "text": sentence(axis, reference, asked),
+        "uncertainty": plain({name: known_to(axis, reference, name) for name in asked}),
+        "sources": plain({name: known_from(axis, reference, name) for name in asked}),
     }

@@ -9,7 +9,7 @@ import numpy as np
 
 from comparisons.formatting import relative
 from comparisons.methods import METHODS, Solution
-from comparisons.metrics import relative_error, rms_and_maximum
+from comparisons.metrics import relative_error, rms_and_maximum, sizes_along_path
 from comparisons.uncertainty import combined, ensemble_uncertainty, grid_uncertainty
 
 # Closed forms are evaluated to some ten last digits.
@@ -39,6 +39,8 @@ class Reference:
         is not known. The sources: GRID, SOLVER, TRUNCATION, ENSEMBLE; ARITHMETIC of closed forms.
     text : str
         One sentence for the report.
+    path : bool
+        Errors and bars are relative to the largest value along the steps.
     """
 
     method: str
@@ -46,6 +48,7 @@ class Reference:
     curves: dict[str, np.ndarray]
     sources: dict[str, Sources]
     text: str
+    path: bool = False
 
     @property
     def uncertainty(self) -> dict[str, np.ndarray]:
@@ -158,12 +161,18 @@ def own_discretisation(solved: Solved, method: str, name: str) -> np.ndarray:
     kept = [(n, c) for n, c in zip(levels, curves, strict=True) if c is not None]
     if not kept:
         return np.full(next(iter(solved.values())).converged.shape[1], np.nan)
-    return grid_uncertainty(np.array([n for n, _ in kept]), np.array([c for _, c in kept]))
+    sizes = sizes_along_path(kept[-1][1]) if solved[method, levels[-1]].path else None
+    return grid_uncertainty(
+        np.array([n for n, _ in kept]), np.array([c for _, c in kept]), sizes=sizes
+    )
 
 
 def main_axis(control: str, name: str) -> str:
-    """Return the load at which a quantity is compared: the prescribed one, or for it the other."""
-    return OTHER_AXIS[control] if name == control else control
+    """Return the load at which a quantity is compared: the prescribed one, or for it the other.
+
+    Along a path, in time or over speeds there is no other.
+    """
+    return OTHER_AXIS.get(control, control) if name == control else control
 
 
 def sources_of(
@@ -221,7 +230,7 @@ def _reference(solved: Solved, method: str, resolution: int) -> Reference:
     if method != "closed_form":
         text = f"The truth is the finest solution of {METHODS[method].title} (N = {resolution}"
         text += f", mean of {count} realisations)" if count > 1 else ")"
-    return Reference(method, resolution, curves, sources, text)
+    return Reference(method, resolution, curves, sources, text, solution.path)
 
 
 def _sources(solved: Solved, method: str, resolution: int, name: str) -> Sources:
@@ -235,7 +244,7 @@ def _sources(solved: Solved, method: str, resolution: int, name: str) -> Sources
         GRID: own_discretisation(solved, method, name),
         SOLVER: residual,
         TRUNCATION: np.full(steps, 0.0 if name in solution.exact else solution.truncation),
-        ENSEMBLE: ensemble_uncertainty(solution.quantities[name]),
+        ENSEMBLE: ensemble_uncertainty(solution.quantities[name], path=solution.path),
     }
 
 
@@ -290,7 +299,8 @@ def _differing(
     for other in references(solved):
         names = [n for n in quantities if n in other.curves and n in chosen.curves]
         for name in names if other.method != chosen.method else ():
-            difference = np.abs(relative_error(other.curves[name], chosen.curves[name]))
+            mine, theirs = chosen.curves[name], other.curves[name]
+            difference = np.abs(relative_error(theirs, mine, path=chosen.path))
             bars = [combined(*each.systematic(name).values()) for each in (other, chosen)]
             words = _disagreement(difference, combined(*bars) + EXACT)
             if words:

@@ -35,12 +35,12 @@ def refined(
     budget : float
         Seconds that one more solve may be expected to take.
     """
-    control = plan.loads.control
-    main = next((q for q in plan.scene.compare.quantities if q != "pressure"), None)
+    control = plan.loads.axis
+    main = next((q for q in plan.compared if q != "pressure"), None)
     wanted = SHARE * plan.scene.compare.tolerance
     while main is not None:
         known = solved(plan)
-        reference = choose_reference(known, plan.scene.compare.quantities)
+        reference = choose_reference(known, plan.compared)
         if reference is None or known_to(control, reference, main) <= wanted:
             return plan
         finer = 2 * reference.resolution

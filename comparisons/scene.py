@@ -6,22 +6,18 @@ problem with its path in the file, what was expected and what came.
 
 from __future__ import annotations
 
-import json
 import re
 import tomllib
 from collections.abc import Mapping
 from functools import cached_property
+from math import inf
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from pydantic import (
     BaseModel,
-    BeforeValidator,
     ConfigDict,
-    Discriminator,
     Field,
-    StrictBool,
-    Tag,
     ValidationError,
     field_validator,
     model_validator,
@@ -30,24 +26,37 @@ from pydantic import (
 from comparisons import body_table
 from comparisons.body_table import Body
 from comparisons.errors import InputError
-from comparisons.loading import Loading
+from comparisons.half_space import RELAXES, HalfSpace
+from comparisons.loading import PATH, Loading
 from comparisons.options import MethodName, MethodOptions
-from comparisons.quantities import Finite, Length, Modulus, Positive, fail, shown
-from comparisons.shapes import SHAPES, AnyIndenter
+from comparisons.physics import PHYSICS, Adhesion, Dynamics, Friction, Sliding, Viscoelastic
+from comparisons.physics.combinations import (
+    combination_problems,
+    switched_on,
+    walks_a_path,
+    with_defaults,
+)
+from comparisons.quantities import Positive, fail
+from comparisons.scene_problems import readable
+from comparisons.shapes import AnyIndenter
+from comparisons.surface_tables import Surface
+from comparisons.toml_text import to_toml
 
 QUANTITIES = (
     *("force", "penetration", "penetration_mean_plane", "contact_area", "contact_area_raw"),
     *("contact_radius", "equivalent_radius", "stiffness", "mean_gap", "contact_length"),
     *("contact_length_stiffness", "contact_count", "pressure", "energy"),
+    *("tangential_force", "tangential_displacement", "tangential_stiffness", "stick_area"),
+    *("friction_coefficient", "pull_off_force", "restitution", "contact_duration"),
 )
 DEFAULT_QUANTITIES = ("force", "penetration", "contact_area")
-FEM_DEFAULT_POISSON = 0.3
 LARGEST_FILE = 10_000_000
 # The parser's time and memory grow with the square of the parts of a dotted key.
 DEEPEST_KEY = 20
 KEYS = re.compile(r"^[ \t]*\[{0,2}((?:[\w\"'-]+[ \t]*\.[ \t]*)+)", re.MULTILINE)
 MOST_PROBLEMS = 50
-BARE = re.compile(r"[A-Za-z0-9_-]+")
+# Moduli that a user rounds in two tables are the same if they agree so well.
+SAME_MODULUS = 1e-3
 
 
 class SceneError(InputError):
@@ -67,136 +76,6 @@ class SceneError(InputError):
 
 class _Table(BaseModel):
     model_config = ConfigDict(extra="forbid", frozen=True, populate_by_name=True)
-
-
-class HalfSpace(_Table):
-    """Elastic half-space: E and nu, or G and nu, or E* alone."""
-
-    youngs_modulus: Modulus | None = None
-    shear_modulus: Modulus | None = None
-    effective_modulus: Modulus | None = None
-    poisson_ratio: float | None = None
-
-    @field_validator("poisson_ratio", mode="before")
-    @classmethod
-    def _poisson_range(cls, value: Any) -> Any:
-        number = isinstance(value, (int, float)) and not isinstance(value, bool)
-        if not number or not -1 < value <= 0.5:
-            raise fail("expected a number with -1 < nu <= 0.5", value)
-        return float(value)
-
-    @model_validator(mode="after")
-    def _one_way(self) -> HalfSpace:
-        given = {name for name in type(self).model_fields if getattr(self, name) is not None}
-        ways = (
-            {"youngs_modulus", "poisson_ratio"},
-            {"shear_modulus", "poisson_ratio"},
-            {"effective_modulus"},
-        )
-        if given not in ways:
-            raise fail(
-                "expected youngs_modulus and poisson_ratio, or shear_modulus and poisson_ratio, "
-                f"or effective_modulus alone, got {', '.join(sorted(given)) or 'nothing'}"
-            )
-        return self
-
-    @property
-    def modulus(self) -> float:
-        """Effective modulus E* = E / (1 - nu^2) = 2 G / (1 - nu)."""
-        if self.effective_modulus is not None:
-            return self.effective_modulus
-        nu = self.poisson_ratio or 0.0
-        if self.shear_modulus is not None:
-            return 2 * self.shear_modulus / (1 - nu)
-        assert self.youngs_modulus is not None
-        return self.youngs_modulus / (1 - nu**2)
-
-    @property
-    def elastic_constants(self) -> tuple[float, float]:
-        """E and nu; nu = 0.3 where only E* is given (normal contact depends on E* alone)."""
-        nu = FEM_DEFAULT_POISSON if self.poisson_ratio is None else self.poisson_ratio
-        return self.modulus * (1 - nu**2), nu
-
-
-def _pair(value: Any) -> Any:
-    return tuple(value) if isinstance(value, (list, tuple)) else (value, value)
-
-
-# TOML has whole numbers and switches of its own: "64", 64.0 or true in their place are mistakes.
-Points = Annotated[int, Field(strict=True, ge=4, le=2**20)]
-Seed = Annotated[int, Field(strict=True, ge=0, lt=2**63)]
-Count = Annotated[int, Field(strict=True, ge=1, le=1_000_000)]
-Index = Annotated[int, Field(strict=True, ge=0)]
-Window = Annotated[int, Field(strict=True, ge=2)]
-PointsPair = Annotated[tuple[Points, Points], BeforeValidator(_pair)]
-SizePair = Annotated[tuple[Length, Length], BeforeValidator(_pair)]
-
-
-class SelfAffine(_Table):
-    """A synthetic self-affine surface, (19.22) with fixed amplitudes and random phases."""
-
-    kind: Literal["self_affine"]
-    size: SizePair
-    points: PointsPair
-    hurst: Annotated[Finite, Field(ge=0, le=1)] | None = None
-    power: Annotated[Finite, Field(ge=0, le=8)] | None = None
-    rms_slope: Positive | None = None
-    rms_height: Length | None = None
-    long_cutoff: Length | None = None
-    short_cutoff: Length | None = None
-    periodic: StrictBool = False
-    seed: Seed = 0
-    realisations: Count = 1
-
-    @model_validator(mode="after")
-    def _complete(self) -> SelfAffine:
-        problems = []
-        if (self.hurst is None) == (self.power is None):
-            problems.append("expected exactly one of hurst and power")
-        if (self.rms_slope is None) == (self.rms_height is None):
-            problems.append("expected exactly one of rms_slope and rms_height")
-        shortest = 2 * max(s / n for s, n in zip(self.size, self.points, strict=True))
-        short = self.short_cutoff or shortest
-        long = self.long_cutoff or min(self.size)
-        if short < shortest * (1 - 1e-9):
-            problems.append(
-                f"short_cutoff: expected at least 2 cells = {shortest:g} m, got {short:g} m"
-            )
-        if not short <= long <= max(self.size) * (1 + 1e-9):
-            problems.append(
-                f"long_cutoff: expected from short_cutoff = {short:g} m to the side "
-                f"{max(self.size):g} m, got {long:g} m"
-            )
-        if problems:
-            raise fail("; ".join(problems))
-        return self
-
-
-class MeasuredMap(_Table):
-    """A measured surface, read and treated by comparisons.topography."""
-
-    kind: Literal["map"]
-    file: Annotated[str, Field(min_length=1, max_length=4096)]
-    size: SizePair | None = None
-    height_unit: Annotated[str, Field(max_length=20)] | None = None
-    channel: Annotated[str, Field(max_length=200)] | None = None
-    detrend: Literal["none", "mean", "tilt", "curvature"] = "tilt"
-    crop: tuple[Index, Index, Window, Window] | None = None
-    invert: StrictBool = False
-    undefined: Literal["interpolate", "lowest", "refuse"] | None = None
-    periodic: StrictBool = False
-    seed: Seed = 0
-    realisations: Count = 100
-
-
-def _kind(value: Any) -> str | None:
-    return value.get("kind") if isinstance(value, dict) else getattr(value, "kind", None)
-
-
-Surface = Annotated[
-    Annotated[SelfAffine, Tag("self_affine")] | Annotated[MeasuredMap, Tag("map")],
-    Discriminator(_kind),
-]
 
 
 class Compare(_Table):
@@ -232,7 +111,13 @@ class Scene(_Table):
     indenter: AnyIndenter | None = None
     surface: Surface | None = None
     body: Body | None = None
-    loading: Loading
+    friction: Friction | None = None
+    viscoelastic: Viscoelastic | None = None
+    sliding: Sliding | None = None
+    adhesion: Adhesion | None = None
+    dynamics: Dynamics | None = None
+    # Only an impact has no loads: its mass finds its own way.
+    loading: Loading = Field(default_factory=Loading.model_construct)
     compare: Compare = Compare()
     methods: MethodOptions = MethodOptions()
     directory: str = Field(default=".", exclude=True)
@@ -262,16 +147,78 @@ class Scene(_Table):
             )
         return self
 
+    @model_validator(mode="after")
+    def _one_modulus(self) -> Scene:
+        """Let moduli that stand twice agree: those of [viscoelastic] count."""
+        own, body = self.viscoelastic, self.half_space
+        if own is None or not body.has_modulus:
+            return self
+        given = 0.5 * body.modulus * (1 - self.poisson_ratio)
+        known = (own.long_term_modulus, own.instantaneous_modulus)
+        if not any(abs(given - each) <= SAME_MODULUS * each for each in known if 0 < each < inf):
+            either = " or ".join(f"{each:g} Pa" for each in known if 0 < each < inf)
+            raise fail(
+                f"half_space: expected poisson_ratio alone, or a shear modulus of {either} as in "
+                f"[viscoelastic], got {given:g} Pa"
+            )
+        return self
+
+    @model_validator(mode="after")
+    def _forces_that_press(self) -> Scene:
+        """Without adhesion no force of a path pulls, and one of them presses."""
+        given = self.loading.force
+        if given is None or self.adhesion is not None:
+            return self
+        if min(given.values) < 0:
+            raise fail("loading.force: expected no force below zero without [adhesion]")
+        if max(given.values) == 0 and self.dynamics is None:
+            raise fail("loading.force: expected a force above zero somewhere")
+        return self
+
+    @model_validator(mode="after")
+    def _an_impact(self) -> Scene:
+        """Ask for a force on a mass at rest, and for a single impact in time."""
+        if self.dynamics is None:
+            return self
+        timed = self.loading.time is not None
+        if timed and len(self.dynamics.velocity.values) > 1:
+            raise fail("dynamics.velocity: expected one velocity with loading.time")
+        if self.dynamics.at_rest and not self.loading.force:
+            raise fail("dynamics.velocity: expected above zero, or a loading.force with its times")
+        return self
+
+    @cached_property
+    def physics(self) -> tuple[str, ...]:
+        """Which physics beyond frictionless elastic contact the scene switches on."""
+        return switched_on(dict.fromkeys(n for n in PHYSICS if getattr(self, n) is not None))
+
+    @property
+    def poisson_ratio(self) -> float:
+        """Poisson ratio of the [half_space]; where only E* is given that of rubber, or 0.3."""
+        if self.viscoelastic is not None and self.half_space.poisson_ratio is None:
+            return 0.5
+        return self.half_space.nu
+
     @property
     def effective_modulus(self) -> float:
         """E* of the contact: 1/E* = (1 - nu1^2)/E1 + (1 - nu2^2)/E2 where both bodies are elastic.
 
         Hertz's addition of compliances (Johnson 1985, eq. 4.5): exact for two frictionless
-        half-spaces.
+        half-spaces. Of a viscoelastic body E* = 2 G/(1 - nu) with its long-term shear modulus, or
+        the instantaneous one of a fluid.
         """
+        if self.viscoelastic is not None:
+            modulus = self.viscoelastic.long_term_modulus or self.viscoelastic.instantaneous_modulus
+            return 2.0 * modulus / (1.0 - self.poisson_ratio)
         if self.counter_body is None:
             return self.half_space.modulus
         return 1.0 / (1.0 / self.half_space.modulus + 1.0 / self.counter_body.modulus)
+
+    @property
+    def tangential_modulus(self) -> float:
+        """G* = 4 G/(2 - nu) of (19.18), from E* = 2 G/(1 - nu)."""
+        nu = self.poisson_ratio
+        return 2.0 * self.effective_modulus * (1.0 - nu) / (2.0 - nu)
 
     @property
     def elastic_constants(self) -> tuple[float, float]:
@@ -279,7 +226,7 @@ class Scene(_Table):
 
         nu is that of the [half_space]; frictionless contact depends on E* alone.
         """
-        nu = self.half_space.elastic_constants[1]
+        nu = self.poisson_ratio
         return self.effective_modulus * (1 - nu**2), nu
 
     @property
@@ -291,37 +238,6 @@ class Scene(_Table):
     def text(self) -> str:
         """The scene as TOML in SI units: the same scene, whatever it was written in."""
         return to_toml(self.model_dump(exclude_none=True, exclude_defaults=True))
-
-
-def to_toml(tables: Mapping[str, Any]) -> str:
-    """Write nested tables as TOML (tables one level deep, the rest inline).
-
-    Examples
-    --------
-    >>> print(to_toml({"name": "a", "half_space": {"effective_modulus": 1e9}}))
-    name = "a"
-    <BLANKLINE>
-    [half_space]
-    effective_modulus = 1000000000.0
-    """
-    lines = [f"{k} = {_inline(v)}" for k, v in tables.items() if not isinstance(v, Mapping)]
-    for name, table in tables.items():
-        if isinstance(table, Mapping):
-            lines += ["", f"[{name}]", *(f"{k} = {_inline(v)}" for k, v in table.items())]
-    return "\n".join(lines)
-
-
-def _inline(value: Any) -> str:
-    if isinstance(value, Mapping):
-        pairs = [(k if BARE.fullmatch(k) else _inline(k), v) for k, v in value.items()]
-        return "{ " + ", ".join(f"{k} = {_inline(v)}" for k, v in pairs) + " }"
-    if isinstance(value, (list, tuple)):
-        return "[" + ", ".join(_inline(each) for each in value) + "]"
-    if isinstance(value, str):
-        # JSON's escapes are TOML's, but for DEL, which JSON leaves as it is, and for what lies
-        # beyond 16 bits, which JSON would escape as two surrogates: it stands as it is.
-        return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007F")
-    return json.dumps(value)
 
 
 def builtin_folder() -> Path:
@@ -403,9 +319,10 @@ def _item(values: Any, key: str) -> Any:
 def make_scene(data: dict[str, Any], source: str, directory: Path) -> Scene:
     """Validate the tables of a scene, listing all problems at once."""
     problems = _table_problems(data)
+    filled = with_defaults(body_table.with_material(data))
     try:
-        tables = {k: v for k, v in body_table.with_material(data).items() if k != "directory"}
-        scene = Scene.model_validate({**tables, "directory": str(directory)})
+        tables = {k: v for k, v in filled.items() if k != "directory"}
+        scene = validated({**tables, "directory": str(directory)})
     except ValidationError as error:
         found = [readable(each) for each in error.errors()]
         if "body" in data and "half_space" not in data:
@@ -415,6 +332,17 @@ def make_scene(data: dict[str, Any], source: str, directory: Path) -> Scene:
     if problems:
         raise SceneError(source, problems + _missing_files(data, directory))
     return scene
+
+
+def validated(data: dict[str, Any]) -> Scene:
+    """Return a scene of tables; what one of them means for the others is told to validation.
+
+    Raises
+    ------
+    pydantic.ValidationError
+    """
+    context = {PATH: walks_a_path(data), RELAXES: "viscoelastic" in data}
+    return Scene.model_validate(data, context=context)
 
 
 def _missing_files(data: dict[str, Any], directory: Path) -> list[str]:
@@ -432,6 +360,7 @@ def _table_problems(data: dict[str, Any]) -> list[str]:
     if "directory" in data:
         problems.append("directory: unknown key")
     problems += body_table.table_problems(data)
+    problems += combination_problems(data)
     bodies = [key for key in ("indenter", "surface") if key in data]
     if len(bodies) != 1 and "body" not in data:
         came = " and ".join(f"[{b}]" for b in bodies) or "none"
@@ -448,42 +377,3 @@ def _table_problems(data: dict[str, Any]) -> list[str]:
         if isinstance(loading.get("force"), dict) and "relative_to" in loading["force"]:
             problems.append("loading.force.relative_to: expected a [surface], which has h' and A0")
     return problems
-
-
-# What pydantic says in the language of Python, in the language of scene files.
-_PLAIN = {
-    "model_type": "expected a table",
-    "model_attributes_type": "expected a table",
-    "tuple_type": "expected a list",
-    "too_long": "expected a shorter list",
-    "string_type": "expected a text",
-    "string_too_short": "expected a text that is not empty",
-    "int_type": "expected a whole number",
-    "int_from_float": "expected a whole number",
-    "bool_type": "expected true or false",
-}
-
-
-def readable(error: Mapping[str, Any]) -> str:
-    """Turn one of pydantic's errors into ``path: expected ..., got ...``."""
-    tags = ("self_affine", "map")
-    location = [each for each in error["loc"] if each not in tags]
-    if len(location) > 1 and location[0] == "indenter":
-        # The tag of the discriminated union stands second: indenter.cone.slope.
-        location = [location[0], *location[2:]]
-    path = ".".join(str(each) for each in location)
-    kind, context, came = error["type"], error.get("ctx", {}), error.get("input")
-    if kind == "extra_forbidden":
-        return f"{path}: unknown key"
-    if kind == "missing":
-        return f"{path}: expected, but missing"
-    if kind in ("union_tag_invalid", "union_tag_not_found"):
-        key, known = ("shape", SHAPES) if path == "indenter" else ("kind", tags)
-        tag = context.get("tag")
-        came = "nothing" if tag is None else shown(tag)
-        return f"{path}.{key}: expected one of {', '.join(known)}, got {came}"
-    if kind == "scene":
-        return f"{path}: {error['msg']}" if path else error["msg"]
-    message = _PLAIN.get(kind, error["msg"]).replace("Input should be", "expected")
-    message = message[0].lower() + message[1:]
-    return f"{path}: {message}, got {shown(came)}"

@@ -13,7 +13,7 @@ import pandas as pd
 
 from comparisons.errors import InputError
 from comparisons.geometry import IndenterGeometry
-from comparisons.methods import METHODS, Solution
+from comparisons.methods import METHODS, Solution, method_for
 from comparisons.plain import plain
 from comparisons.planning import Plan, plan_scene, task_of
 from comparisons.reference import mean_curves
@@ -50,7 +50,8 @@ class SingleResult:
         """Return each quantity over the load steps: means, and standard errors of ensembles."""
         found = {}
         curves = mean_curves(self.solution)
-        found[self.plan.loads.control] = curves.pop(self.plan.loads.control, self.plan.loads.values)
+        for name, values in self.plan.loads.columns.items():
+            found[name] = curves.pop(name, values)
         for name, values in curves.items():
             found[name] = values
             if len(self.solution.converged) > 1:
@@ -149,7 +150,7 @@ def _chosen(plan: Plan, method: str, resolution: int | None) -> int:
     if not planned.supported:
         at = "" if resolution is None else f" at resolution {resolution}"
         raise InputError(f"{plan.scene.name}: {method} cannot do this scene{at}: {planned.reason}")
-    return METHODS[method].usual(planned.resolutions, plan.geometry)
+    return method_for(method, plan.scene).usual(planned.resolutions, plan.geometry)
 
 
 def _largest(violation: np.ndarray) -> np.ndarray:

@@ -26,6 +26,7 @@ import numpy as np
 import pandas as pd
 
 from comparisons.errors import InputError
+from comparisons.physics.loads import PATHS
 from comparisons.results_form import field_problems, table_problems
 from comparisons.study_form import parse_study
 
@@ -35,7 +36,7 @@ STUDY = "study.json"
 FIELDS = "fields"
 STUDY_KEYS = ("created", "command", "effort", "seconds", "machine", "versions", "interrupted")
 SCENE_KEYS = ("name", "title", "text", "control", "quantities", "tolerance", "plan")
-SCENE_KEYS += ("reference", "answer", "disagreements")
+SCENE_KEYS += ("reference", "answer", "disagreements", "axis")
 
 
 # What is missing is written as nothing: a scene or a method may well be called "nan" or "null".
@@ -60,14 +61,16 @@ class SceneRecord:
     text : str
         The scene as TOML, with every quantity in SI units.
     control : str
-        The prescribed load: "penetration", "force" or "mean_gap".
+        The prescribed quantity: "penetration", "force", "mean_gap", "tangential_force", "speed" ...
+    axis : str
+        Along what steps are compared, where that is not `control`: "step" of a path, "time".
     quantities : tuple of str
         What was compared.
     tolerance : float
         The relative error asked for.
     plan : dict
         ``methods`` (list of {method, supported, reason, resolutions, modelled}), ``left_out``
-        (list of {what, why}), ``notes`` (list of str).
+        (list of {what, why}), ``notes`` (list of str); ``switched_on`` (list of {what, how}).
     reference : dict
         ``method``, ``resolution``, ``text`` (one sentence) and ``uncertainty`` ({quantity: largest
         relative 95 % half-width over the load steps, or None where unknown}).
@@ -94,6 +97,17 @@ class SceneRecord:
     rows: pd.DataFrame
     measures: pd.DataFrame
     fields: dict[tuple[str, int], Path] = field(default_factory=dict)
+    axis: str = ""
+
+    @property
+    def along(self) -> str:
+        """The column along which steps are compared."""
+        return self.axis or self.control
+
+    @property
+    def is_path(self) -> bool:
+        """Whether errors and bars are relative to the largest value along the steps."""
+        return self.along in PATHS
 
     def load_fields(self, method: str, resolution: int) -> dict[str, np.ndarray]:
         """Return the stored arrays of one solution, or an empty dict where there are none.

@@ -26,8 +26,14 @@ class _LeftOut(_Form):
     why: str
 
 
+class _SwitchedOn(_Form):
+    what: str
+    how: str
+
+
 class _Plan(_Form):
     methods: list[_Method]
+    switched_on: list[_SwitchedOn] = []
     left_out: list[_LeftOut]
     notes: list[str]
 
@@ -47,6 +53,7 @@ class _Scene(_Form):
     title: str
     text: str
     control: str
+    axis: str = ""
     quantities: list[str]
     tolerance: float
     plan: _Plan

@@ -10,6 +10,8 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import optimize, stats
 
+from comparisons.metrics import sizes_along_path
+
 
 @dataclass(frozen=True)
 class Rule:
@@ -43,7 +45,13 @@ RULE = Rule()
 SAFE = RULE.safe
 
 
-def grid_uncertainty(resolutions: np.ndarray, curves: np.ndarray, rule: Rule = RULE) -> np.ndarray:
+def grid_uncertainty(
+    resolutions: np.ndarray,
+    curves: np.ndarray,
+    rule: Rule = RULE,
+    *,
+    sizes: np.ndarray | None = None,
+) -> np.ndarray:
     """Return the relative uncertainty of the finest of several solutions, per load step.
 
     The grid convergence index of Roache (J. Fluids Eng. 116 (1994) 405): with f3 the finest of
@@ -61,6 +69,8 @@ def grid_uncertainty(resolutions: np.ndarray, curves: np.ndarray, rule: Rule = R
     curves : ndarray, shape (m, k)
         One quantity at k load steps for each resolution.
     rule : Rule
+    sizes : ndarray, shape (k,), optional
+        What the uncertainty is relative to; default: the values of the finest solution.
 
     Returns
     -------
@@ -81,7 +91,7 @@ def grid_uncertainty(resolutions: np.ndarray, curves: np.ndarray, rule: Rule = R
     resolutions, curves = np.asarray(resolutions, dtype=float)[usable], curves[usable]
     if len(curves) < 2:
         return np.full(steps, np.nan)
-    finest = np.abs(curves[-1])
+    finest = np.abs(curves[-1]) if sizes is None else sizes
     with np.errstate(divide="ignore", invalid="ignore"):
         last = np.where(finest > 0, (curves[-1] - curves[-2]) / finest, np.nan)
         ratio = resolutions[-1] / resolutions[-2]
@@ -144,10 +154,11 @@ def standard_error(samples: np.ndarray) -> np.ndarray:
         return np.where(count > 1, np.sqrt(variance / count), np.nan)
 
 
-def ensemble_uncertainty(samples: np.ndarray) -> np.ndarray:
+def ensemble_uncertainty(samples: np.ndarray, *, path: bool = False) -> np.ndarray:
     """Return the relative 95 % half-width of the mean: Student's t times the standard error.
 
-    For a single sample the mean is the value itself: zero.
+    For a single sample the mean is the value itself: zero. Along a path it is relative to the
+    largest mean.
     """
     count = np.isfinite(samples).sum(axis=0)
     if samples.shape[0] < 2:
@@ -155,6 +166,7 @@ def ensemble_uncertainty(samples: np.ndarray) -> np.ndarray:
     with np.errstate(invalid="ignore", divide="ignore"):
         mean = np.abs(np.nansum(samples, axis=0) / count)
         quantile = stats.t.ppf(0.975, np.maximum(count - 1, 1))
+        mean = sizes_along_path(mean) if path else mean
         return np.where(mean > 0, quantile * standard_error(samples) / mean, np.nan)
 
 

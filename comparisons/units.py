@@ -32,6 +32,11 @@ NUMBER = Dimension()
 LENGTH = Dimension(length=1)
 FORCE = Dimension(1, 1, -2)
 PRESSURE = Dimension(1, -1, -2)
+TIME = Dimension(time=1)
+SPEED = Dimension(0, 1, -1)
+MASS = Dimension(mass=1)
+VISCOSITY = Dimension(1, -1, -1)
+SURFACE_ENERGY = Dimension(1, 0, -2)
 
 _PREFIXES = {
     "f": -15,
@@ -123,7 +128,16 @@ def number_and_unit(text: str) -> tuple[float, str]:
 def _expectation(dimension: Dimension) -> str:
     if dimension == NUMBER:
         return "expected a number"
-    examples = {LENGTH: '"1 mm"', FORCE: '"5 N"', PRESSURE: '"210 GPa"'}
+    examples = {
+        LENGTH: '"1 mm"',
+        FORCE: '"5 N"',
+        PRESSURE: '"210 GPa"',
+        TIME: '"2 ms"',
+        SPEED: '"1 mm/s"',
+        MASS: '"10 g"',
+        VISCOSITY: '"1 kPa s"',
+        SURFACE_ENERGY: '"50 mJ/m^2"',
+    }
     example = examples.get(dimension, f'"1 {dimension}"')
     return f"expected a number in {dimension} or a text with a unit such as {example}"
 

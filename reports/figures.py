@@ -12,6 +12,7 @@ import numpy as np
 import pandas as pd
 
 from comparisons import formatting as fmt
+from comparisons.metrics import sizes_along_path
 from comparisons.store import SceneRecord
 from reports import selection
 from reports.figure_style import (
@@ -34,13 +35,20 @@ ERROR_CAPTION = (
     "the lower edge: smaller than the axis shows. Horizontal line: the tolerance asked for. "
     "Shaded: below what the reference itself is sure of."
 )
+PATH_CAPTION = "Errors are relative to the largest value along the path, because it passes zero."
 NOTE_MARGIN = {"l": 60, "r": 52, "t": 30, "b": 50}  # room for "asked 1 %" on the right
 
 
 def curves(scene: SceneRecord) -> list[Figure]:
-    """Return each quantity against the prescribed load, all methods at their finest resolution."""
+    """Return each quantity against the prescribed load, all methods at their finest resolution.
+
+    Along a path the points are joined in its order, so that a loop is seen as one; a history is
+    drawn over time.
+    """
     first = "penetration" if scene.control == "force" else "force"
     names = dict.fromkeys([first, "contact_area", *scene.quantities])
+    if scene.control not in ("penetration", "force", "mean_gap"):
+        names = dict.fromkeys(scene.quantities)  # the normal load is held
     drawable = [name for name in names if name != scene.control and "pressure" not in name]
     found = [_curve_figure(scene, name) for name in drawable]
     return [figure for figure in found if figure is not None]
@@ -55,9 +63,10 @@ def _curve_figure(scene: SceneRecord, name: str) -> Figure | None:
     }
     if not tables:
         return None
-    loads = np.concatenate([selection.column(rows, scene.control) for rows in tables.values()])
+    along = selection.drawn_along(scene)
+    loads = np.concatenate([selection.column(rows, along) for rows in tables.values()])
     values = np.concatenate([selection.column(rows, name) for rows in tables.values()])
-    across = fmt.prefix_for(loads, fmt.quantity(scene.control).unit)
+    across = fmt.prefix_for(loads, fmt.quantity(along).unit)
     up = fmt.prefix_for(values, fmt.quantity(name).unit)
     log = wants_log(loads)
     data: list[dict[str, Any]] = []
@@ -68,11 +77,11 @@ def _curve_figure(scene: SceneRecord, name: str) -> Figure | None:
     spec = {
         "data": data,
         "layout": layout(
-            value_axis(fmt.axis_title(scene.control, across.unit), loads * across.factor, log),
+            value_axis(fmt.axis_title(along, across.unit), loads * across.factor, log),
             value_axis(fmt.axis_title(name, up.unit), values * up.factor, log),
         ),
     }
-    title = f"{fmt.quantity(name).words} against {fmt.quantity(scene.control).words}"
+    title = f"{fmt.quantity(name).words} against {fmt.quantity(along).words}"
     return Figure(f"curve-{name}", title[0].upper() + title[1:], _curve_caption(scene, name), spec)
 
 
@@ -93,7 +102,7 @@ def _curve_trace(
         "type": "scatter",
         "mode": mode,
         "name": inert(look.label),
-        "x": numbers(selection.column(rows, scene.control), across.factor),
+        "x": numbers(selection.column(rows, selection.drawn_along(scene)), across.factor),
         "y": numbers(selection.column(rows, name), up.factor),
         "line": {"color": look.colour, "dash": look.dash, "width": 2},
         "marker": {"color": look.colour, "symbol": look.symbol, "size": look.size},
@@ -109,8 +118,9 @@ def _uncertainty_band(
         return []
     bar = selection.column(rows, f"reference_uncertainty_{name}")
     value = selection.column(rows, name)
-    x = numbers(selection.column(rows, scene.control), across)
-    low, high = numbers(value * (1 - bar), up), numbers(value * (1 + bar), up)
+    x = numbers(selection.column(rows, selection.drawn_along(scene)), across)
+    half = bar * (sizes_along_path(value) if scene.is_path else np.abs(value))
+    low, high = numbers(value - half, up), numbers(value + half, up)
     return band(x, low, high, "@truth", 0.3)
 
 
@@ -125,7 +135,7 @@ def _ensemble_bands(
     single = selection.realisations(scene, method, level)
     if single.empty:
         return []
-    x = numbers(selection.column(rows, scene.control), across)
+    x = numbers(selection.column(rows, selection.drawn_along(scene)), across)
     colour = style(method).colour
     mean, deviation = (selection.column(rows, column) for column in (name, f"stderr_{name}"))
     steps = selection.column(rows, "step")
@@ -194,7 +204,7 @@ def _error_figure(scene: SceneRecord, name: str) -> Figure | None:
         return None
     stacked = {
         method: (
-            selection.column(rows, scene.control),
+            selection.compared_along(scene, rows),
             selection.column(rows, f"error_{name}"),
             selection.column(rows, f"reference_uncertainty_{name}"),
         )
@@ -202,7 +212,7 @@ def _error_figure(scene: SceneRecord, name: str) -> Figure | None:
     }
     loads = np.concatenate([item[0] for item in stacked.values()])
     sizes = np.abs(np.concatenate([item[1] for item in stacked.values()]))
-    across = fmt.prefix_for(loads, fmt.quantity(scene.control).unit)
+    across = fmt.prefix_for(loads, fmt.quantity(scene.along).unit)
     low, high = error_range(sizes, scene.tolerance)
     data = _truth_floor(stacked, across.factor, low)
     for method, (x, error, _) in stacked.items():
@@ -213,7 +223,7 @@ def _error_figure(scene: SceneRecord, name: str) -> Figure | None:
         "data": data,
         "layout": layout(
             value_axis(
-                fmt.axis_title(scene.control, across.unit),
+                fmt.axis_title(scene.along, across.unit),
                 loads * across.factor,
                 wants_log(loads),
             ),
@@ -223,9 +233,12 @@ def _error_figure(scene: SceneRecord, name: str) -> Figure | None:
             margin=NOTE_MARGIN,
         ),
     }
-    equal = {"force": "penetration", "penetration": "force"}.get(name, scene.control)
+    equal = scene.along
+    if equal in ("penetration", "force", "mean_gap"):
+        equal = {"force": "penetration", "penetration": "force"}.get(name, equal)
     title = f"Error of {fmt.quantity(name).words} at equal {fmt.quantity(equal).words}"
-    return Figure(f"error-{name}", title, ERROR_CAPTION, spec)
+    caption = f"{ERROR_CAPTION} {PATH_CAPTION}" if scene.is_path else ERROR_CAPTION
+    return Figure(f"error-{name}", title, caption, spec)
 
 
 def error_range(sizes: np.ndarray, tolerance: float) -> tuple[float, float]:

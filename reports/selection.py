@@ -36,6 +36,17 @@ def column(rows: pd.DataFrame, name: str) -> np.ndarray:
     return np.where(np.isfinite(values), values, np.nan)
 
 
+def drawn_along(scene: SceneRecord) -> str:
+    """Return the column that curves are drawn over: time, or the prescribed load."""
+    return "time" if scene.along == "time" else scene.control
+
+
+def compared_along(scene: SceneRecord, rows: pd.DataFrame) -> np.ndarray:
+    """Return the values of the axis that steps are compared along; steps count from one."""
+    values = column(rows, scene.along)
+    return values + 1 if scene.along == "step" else values
+
+
 def words(rows: pd.DataFrame, name: str) -> list[str]:
     """Return a column as text, empty where it is missing."""
     if name not in rows:
@@ -124,7 +135,7 @@ def failures(scene: SceneRecord) -> list[Failure]:
             "method": words(rows, "method"),
             "resolution": column(rows, "resolution"),
             "reason": words(rows, "reason"),
-            "load": column(rows, scene.control),
+            "load": compared_along(scene, rows),
             "seconds": column(rows, "seconds"),
         }
     )

@@ -52,7 +52,7 @@ def speed(scene: SceneRecord) -> list[Figure]:
     for name in dict.fromkeys(table["quantity"]):
         own = (table["quantity"] == name).to_numpy()
         loads = list(dict.fromkeys(at[own]))
-        chosen = scene.control if scene.control in loads else loads[0]
+        chosen = scene.along if scene.along in loads else loads[0]
         found.append(_figure(scene, table[own & (at == chosen)], name, chosen))
     return [figure for figure in found if figure is not None]
 

@@ -139,7 +139,8 @@ def load_steps(scene: SceneRecord) -> Table:
     rows = pd.concat(tables, ignore_index=True) if tables else scene.rows.iloc[:0]
     total = len(rows)
     rows = rows.head(MOST_ROWS)
-    names = list(dict.fromkeys([scene.control, "penetration", "force", "contact_area"]))
+    first = [selection.drawn_along(scene), scene.control, "penetration", "force", "contact_area"]
+    names = list(dict.fromkeys(first))
     names += [name for name in scene.quantities if name not in names]
     names = [name for name in names if np.isfinite(selection.column(rows, name)).any()]
     errors = [

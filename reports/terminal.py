@@ -68,6 +68,8 @@ def print_plans(plans: list[Plan]) -> None:
             else:
                 table.add_row(planned.method, "–", escape(f"not run: {planned.reason}"))
         console.print(table)
+        for what, how in plan.switched_on:
+            console.print(f"  switched on: {what} – {how}", markup=False, highlight=False)
         for what, why in plan.left_out:
             console.print(f"  left out: {what} – {why}", markup=False, highlight=False)
         for note in plan.notes:
@@ -119,8 +121,8 @@ def print_solution(result: SingleResult) -> None:
     from comparisons.formatting import duration, prefix_for, quantity
 
     solution = result.solution
-    control = result.plan.loads.control
-    asked = (control, *(q for q in result.plan.scene.compare.quantities if q != control))
+    given = (*result.plan.loads.columns,)
+    asked = (*given, *(q for q in result.plan.scene.compare.quantities if q not in given))
     found = result.columns()
     columns = {name: found[name] for name in asked if name in found}
     headings, texts = [], []

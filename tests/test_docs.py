@@ -55,7 +55,7 @@ def curve(name: str, quantity: str) -> tuple:
 
 
 def test_the_function_of_the_page_is_the_shipped_example():
-    (function, _) = blocks(ROOT / "docs" / "adding-a-method.md", "python")
+    (function, *_) = blocks(ROOT / "docs" / "adding-a-method.md", "python")
     assert function == (ROOT / "docs" / "examples" / "winkler.py").read_text(encoding="utf-8")
 
 

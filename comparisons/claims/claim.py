@@ -27,7 +27,8 @@ from comparisons.errors import InputError
 from comparisons.experiments import EXPERIMENTS
 from comparisons.options import MethodName, method_names
 from comparisons.quantities import Finite, Positive, fail
-from comparisons.scene import LARGEST_FILE, QUANTITIES, load_scene, readable
+from comparisons.scene import LARGEST_FILE, QUANTITIES, load_scene
+from comparisons.scene_problems import readable
 from comparisons.units import number_and_unit
 
 HOLDS, FAILS = "holds", "fails"

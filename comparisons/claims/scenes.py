@@ -14,7 +14,7 @@ from comparisons.comparison import error_sources, errors_of
 from comparisons.experiments import Measurement
 from comparisons.experiments.base import Effort
 from comparisons.geometry import IndenterGeometry
-from comparisons.methods import METHODS
+from comparisons.methods import METHODS, covers, method_for
 from comparisons.metrics import rms_and_maximum
 from comparisons.planning import MethodPlan, Plan, plan_scene
 from comparisons.pressures import pressure_measures
@@ -82,7 +82,7 @@ def measure_scene(
 
     if effort == "full":
         plan = refined(plan, lambda _: solved, solve, budget=REFINEMENT_BUDGET)
-    reference = choose_reference(solved, plan.scene.compare.quantities)
+    reference = choose_reference(solved, plan.compared)
     if reference is not None and not _fixed(claim):
         _refine_judged(claim, plan, solved, solve)
     level = finest(solved, claim.method)
@@ -93,7 +93,7 @@ def measure_scene(
     found = [_measured(claim, plan, solved, level, reference, name) for name in claim.quantity]
     error, bar, details = max(found, key=lambda each: (each[0] + each[1], each[0]))
     details |= {"truth": reference.label, "resolution": float(level)}
-    differing = disagreements(solved, reference, plan.scene.compare.quantities)
+    differing = disagreements(solved, reference, plan.compared)
     if differing:
         details["references disagree"] = " ".join(differing)
     return Measurement(value, error, bar, details, time.perf_counter() - started)
@@ -105,12 +105,15 @@ def _plan(claim: Claim, value: float | None, effort: Effort, independent: bool) 
     A closed form needs no fine grids beside it: they only check it.
     """
     changed = overrides(claim, value)
-    exact = METHODS["closed_form"].supports(load_scene(claim.source, changed)).ok
+    scene = load_scene(claim.source, changed)
+    exact = covers("closed_form", scene).ok and method_for("closed_form", scene).supports(scene).ok
     methods = [claim.method, "closed_form"]
     if independent or not exact:
         methods.append("bem_fft")
     if independent and (effort == "full" or not exact):
         methods.append("fem")
+    if scene.physics and not exact:
+        methods.append("bem_dense")  # where physics is wired, it may be the only half-space
     if exact:
         changed["compare.tolerance"] = CHECKING
     changed["compare.methods"] = list(dict.fromkeys(methods))
@@ -154,7 +157,7 @@ def _measured(
         return _pressure(claim, plan, solved, level, reference, name)
     if name == "area_from_stiffness":
         return _area_from_stiffness(claim, plan, solved, reference)
-    control = plan.loads.control
+    control = plan.loads.axis
     at = claim.at or main_axis(control, name)
     curves = mean_curves(solved[claim.method, level])
     if name not in curves or name not in reference.curves:
@@ -184,7 +187,7 @@ def _area_from_stiffness(
     modulus = plan.scene.effective_modulus
     area = np.pi / 4 * (reference.curves["stiffness"] / modulus) ** 2
     errors = area / reference.curves["contact_area"] - 1
-    control = plan.loads.control
+    control = plan.loads.axis
     stiffness = uncertainty_of(control, reference, "stiffness", control)
     own = uncertainty_of(control, reference, "contact_area", control)
     flat = isinstance(plan.geometry, IndenterGeometry) and plan.geometry.indenter.flat

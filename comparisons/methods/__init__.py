@@ -12,10 +12,48 @@ from comparisons.methods.function import method
 from comparisons.methods.peer_fem import NgSolve
 from comparisons.methods.peers import ContactMechanics, Tamaas
 from comparisons.methods.reduced import Reduced
+from comparisons.methods.wirings import wirings
+from comparisons.scene import Scene
 
 _OWN = (ClosedForm(), Reduced(), BemDense(), BemFft(), Fem())
 _PEERS = (Tamaas(), ContactMechanics(), NgSolve())
 METHODS: dict[str, Method] = {each.name: each for each in (*_OWN, *_PEERS)}
 METHODS |= registered()
+# How our methods do scenes with physics: each covers exactly the tables of its `physics`.
+WIRINGS = wirings()
 
-__all__ = ["METHODS", "Method", "Solution", "Support", "Task", "method"]
+__all__ = [
+    "METHODS",
+    "WIRINGS",
+    "Method",
+    "Solution",
+    "Support",
+    "Task",
+    "covers",
+    "method",
+    "method_for",
+]
+
+
+def method_for(name: str, scene: Scene) -> Method:
+    """Return what solves a scene under the name of a method: itself, or its wiring of the physics.
+
+    Whether it can do the scene is asked with `covers` and then `Method.supports`.
+    """
+    if scene.physics:
+        wanted = set(scene.physics)
+        for wiring in WIRINGS:
+            if wiring.name == name and wiring.physics == wanted:
+                return wiring
+    return METHODS[name]
+
+
+def covers(name: str, scene: Scene) -> Support:
+    """Say whether a method has all the physics of a scene, with what it lacks where not."""
+    own = method_for(name, scene).physics
+    missing = [f"[{each}]" for each in scene.physics if each not in own]
+    if not missing:
+        return Support(True)
+    reason = f"does not model {' and '.join(missing)}"
+    alone = {each for w in WIRINGS if w.name == name for each in w.physics} >= set(scene.physics)
+    return Support(False, f"{reason} in one scene" if alone else reason)

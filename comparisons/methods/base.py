@@ -18,9 +18,10 @@ from functools import cached_property
 import numpy as np
 
 from comparisons.bodies import BodyGeometry
-from comparisons.geometry import Geometry, Loads, RoughGeometry
+from comparisons.geometry import Geometry, RoughGeometry
 from comparisons.machine import source_digest, versions
 from comparisons.options import Options
+from comparisons.physics.loads import Loads
 from comparisons.scene import Scene
 
 
@@ -99,6 +100,9 @@ class Solution:
         inside a cell (0: nothing of the kind).
     exact : tuple of str
         Quantities that no grid and no truncation touches: the area of a flat face.
+    path : bool
+        Steps follow each other along a path or in time: errors and bars are then relative to the
+        largest value along it, because single values pass zero.
     body_fields : callable or None
         Computes the fields in the body, where a task asks for them; not part of the solve.
     unknowns : int
@@ -116,6 +120,7 @@ class Solution:
     fields: dict[str, np.ndarray] = field(default_factory=dict)
     truncation: float = 0.0
     exact: tuple[str, ...] = ()
+    path: bool = False
     body_fields: Callable[[], dict[str, np.ndarray]] | None = None
     seconds: float = float("nan")
     setup_seconds: float = 0.0
@@ -132,6 +137,7 @@ class Solution:
             iterations=np.zeros(shape, dtype=int),
             violation=np.full(shape, np.nan),
             unknowns=unknowns,
+            path=task.loads.is_path,
         )
 
     def put(self, index: tuple[int, int], values: dict[str, float]) -> None:
@@ -159,7 +165,10 @@ class Solution:
 class Method:
     """Base of all methods; a new one overrides ``supports``, ``resolutions`` and ``solve``.
 
-    ``dimension`` is 3 for a candidate of the truth, 1 for a model under test. ``span`` is the
+    ``dimension`` is 3 for a candidate of the truth, 1 for a model under test. ``physics`` names the
+    tables that it covers all together, such as {"viscoelastic", "sliding"}; none of them by
+    default. A class with the name of another method and some physics is that method's wiring of
+    these scenes (`comparisons.methods.WIRINGS`). ``span`` is the
     largest ratio of the contact radii of an indenter's loads that one ``solve`` is given: loads
     over more decades come in several calls, each with a geometry sized for its own contacts.
     """
@@ -167,6 +176,7 @@ class Method:
     name = ""
     title = ""
     dimension = 3
+    physics: frozenset[str] = frozenset()
     span = 8.0
     # Runs its work in a process of its own, and says itself how long it took.
     isolated = False

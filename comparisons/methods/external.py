@@ -26,6 +26,7 @@ from comparisons.geometry import Geometry
 from comparisons.methods.base import Method, Solution, Support, Task
 from comparisons.methods.spans import lost
 from comparisons.options import METHOD_NAMES, register_method
+from comparisons.physics import PHYSICS
 from comparisons.scene import QUANTITIES, Scene
 
 GROUP = "roughline.methods"
@@ -61,6 +62,7 @@ class Origin:
     digest: str
     seconds: float
     memory: float
+    physics: tuple[str, ...] = ()
 
 
 class ExternalMethod(Method):
@@ -74,6 +76,7 @@ class ExternalMethod(Method):
         self.origin = origin
         self.name, self.title = origin.name, origin.title
         self.dimension = origin.dimension
+        self.physics = frozenset(origin.physics)
         self.identity = origin.digest
         self._stuck = 0
         self._plans: dict[str, dict[str, Any]] = {}
@@ -203,14 +206,20 @@ def _origin(source: str, found: Any, limits: Limits) -> Origin:
         If its name is none, or is taken by a method of ours.
     """
     name, title, dimension = (found[key] for key in ("name", "title", "dimension"))
+    physics = found.get("physics", [])
     if not isinstance(name, str) or not NAME.fullmatch(name):
         raise ValueError(f"name: expected a-z, 0-9 and _, at most 40 characters, got {name!r:.60}")
     if name in METHOD_NAMES:
         raise ValueError(f"name: {name!r} is a method of roughline's own")
     if dimension not in (1, 3):
         raise ValueError(f"dimension: expected 1 or 3, got {dimension!r:.60}")
+    if not isinstance(physics, list) or any(each not in PHYSICS for each in physics):
+        known = ", ".join(PHYSICS)
+        raise ValueError(f"physics: expected tables among {known}, got {physics!r:.60}")
     title = _text(title)[:60] or name
-    return Origin(source, name, title, dimension, _digest(source), **asdict(limits))
+    return Origin(
+        source, name, title, dimension, _digest(source), **asdict(limits), physics=tuple(physics)
+    )
 
 
 def _digest(source: str) -> str:

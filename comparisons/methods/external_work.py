@@ -23,9 +23,10 @@ GROUP = "roughline.methods"
 
 
 def describe(source: str) -> dict[str, Any]:
-    """Return name, title and dimension of every method of a source, as one JSON text."""
+    """Return name, title, dimension and physics of every method of a source, as one JSON text."""
     found = [
         {"name": each.name, "title": each.title, "dimension": each.dimension}
+        | ({"physics": sorted(each.physics)} if each.physics else {})
         for each in _methods(source)
     ]
     return {"methods": json.dumps(found)}

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 
 from comparisons.geometry import Geometry, RoughGeometry
 from comparisons.methods.base import Method, Solution, Support, Task
@@ -21,9 +21,11 @@ class FunctionMethod(Method):
         title: str,
         resolutions: tuple[int, ...],
         refuses: Callable[[Scene], str],
+        physics: frozenset[str],
     ) -> None:
         self.name = name
         self.title = title or name.replace("_", " ")
+        self.physics = physics
         self._step = step
         self._resolutions = resolutions
         self._refuses = refuses
@@ -51,7 +53,8 @@ class FunctionMethod(Method):
                 except (ValueError, ArithmeticError, RuntimeError) as error:
                     solution.fail((row, step), f"{type(error).__name__}: {error}")
                     continue
-                values.setdefault(task.loads.control, float(load))
+                for name, column in task.loads.columns.items():
+                    values.setdefault(name, float(column[step]))
                 solution.put((row, step), values)
         return solution
 
@@ -62,6 +65,7 @@ def method(
     title: str = "",
     resolutions: tuple[int, ...] = (10, 20, 40),
     refuses: Callable[[Scene], str] = lambda scene: "",
+    physics: Iterable[str] = (),
 ) -> Callable[[LoadStep], FunctionMethod]:
     """Make a method of a function ``f(task, load, realisation) -> {quantity: value}``.
 
@@ -73,6 +77,9 @@ def method(
         Resolutions on indenters, coarse to fine; rough surfaces come with their own points.
     refuses : callable
         Returns why a scene cannot be done, "" where it can.
+    physics : iterable of str
+        Tables of a scene that the function knows of: "friction", "adhesion" ...; scenes with
+        others are refused without asking.
 
     Examples
     --------
@@ -86,6 +93,6 @@ def method(
     """
 
     def wrap(step: LoadStep) -> FunctionMethod:
-        return FunctionMethod(step, name, title, resolutions, refuses)
+        return FunctionMethod(step, name, title, resolutions, refuses, frozenset(physics))
 
     return wrap

@@ -14,7 +14,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from comparisons.geometry import IndenterGeometry, Loads
+from comparisons.geometry import IndenterGeometry
 from comparisons.methods.base import Solution, Task
 
 Solve = Callable[[Task], Solution]
@@ -72,7 +72,7 @@ def _part(task: Task, start: int, end: int) -> Task:
             contact_radii=geometry.contact_radii[inside],
             unreached={s - start: why for s, why in geometry.unreached.items() if start <= s < end},
         )
-    loads = Loads(task.loads.control, task.loads.values[start:end])
+    loads = replace(task.loads, values=task.loads.values[start:end])
     body = task.with_body and end == steps
     return replace(task, geometry=geometry, loads=loads, with_body=body)
 
@@ -87,7 +87,7 @@ def _contained(task: Task, solve: Solve, reason: Callable[[Exception], str]) -> 
         return solve(task)
     except Exception as error:  # the other loads carry on
         why = reason(error)
-    if steps == 1:
+    if steps == 1 or task.loads.is_path:  # the rest of a path cannot begin anew
         return lost(task, why)
     half = steps // 2
     below = _contained(_part(task, 0, half), solve, reason)

@@ -327,6 +327,8 @@ def described(monkeypatch, **found):
         ({"name": 3}, "expected a-z, 0-9 and _"),
         ({"name": "reduced"}, "'reduced' is a method of roughline's own"),
         ({"dimension": 2}, "dimension: expected 1 or 3, got 2"),
+        ({"physics": ["magic"]}, "physics: expected tables among friction, viscoelastic"),
+        ({"physics": {"friction": 1}}, "physics: expected tables among friction, viscoelastic"),
     ],
 )
 def test_a_method_may_not_call_itself_anything(monkeypatch, tmp_path, found, reason):
@@ -424,10 +426,11 @@ def test_classes_and_functions_are_found_and_imported_ones_are_not(tmp_path):
         "from comparisons.methods.reduced import Reduced\n"
         "class Own(Method):\n    name = 'own'\n    dimension = 1\n"
         "class Base(Method):\n    name = ''\n"
-        "@method('step')\ndef step(task, load, realisation):\n    return {}\n"
+        "@method('step', physics={'sliding'})\ndef step(task, load, realisation):\n"
+        "    return {}\n"
     )
     found = json.loads(external_work.describe(f"file:{file}")["methods"])
     assert found == [
         {"name": "own", "title": "", "dimension": 1},
-        {"name": "step", "title": "step", "dimension": 3},
+        {"name": "step", "title": "step", "dimension": 3, "physics": ["sliding"]},
     ]

@@ -99,7 +99,7 @@ def test_counts_and_unknown_columns():
     assert f.count(2097152) == f"2{T}097{T}152"
     assert f.count(math.nan) == "–"
     assert f.axis_title("force", "mN") == "force F / mN"
-    assert f.axis_title("restitution", "") == "restitution"
+    assert f.axis_title("angle_of_repose", "") == "angle of repose"
 
 
 @given(st.floats(min_value=-1e300, max_value=1e300, allow_subnormal=False))

@@ -60,7 +60,7 @@ def test_the_truth_is_refined_until_its_bar_is_a_fifth_of_the_tolerance(refine):
 
 def test_a_truth_that_is_known_well_enough_is_left_as_it_is(refine):
     assert refine(error=1e-4) == ((8, 16), ())
-    assert refine(tolerance=0.8) == ((8, 16, 32), ())  # 3/17 on two grids, wanted 0.16
+    assert refine(tolerance=0.5) == ((8, 16, 32), ())  # 2/17 on two grids, wanted 0.1
 
 
 def test_what_ends_a_refinement_is_named(refine, monkeypatch):

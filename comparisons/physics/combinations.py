@@ -1,0 +1,142 @@
+"""Which tables go together, told from the raw tables so that everything wrong is listed at once."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from comparisons.loading import NORMAL, TANGENTIAL
+from comparisons.physics.tables import PHYSICS
+
+# Quantities that only a scene with one of these tables has.
+NEEDS = {
+    "tangential_force": ("friction", "sliding"),
+    "tangential_displacement": ("friction",),
+    "tangential_stiffness": ("friction",),
+    "stick_area": ("friction",),
+    "friction_coefficient": ("friction", "sliding"),
+    "pull_off_force": ("adhesion",),
+    "restitution": ("dynamics",),
+    "contact_duration": ("dynamics",),
+}
+# What is compared where a scene does not say, by the table that its load axis comes from.
+_DEFAULTS = {
+    "friction": ("tangential_force", "tangential_displacement"),
+    "sliding": ("friction_coefficient", "contact_area", "force", "penetration"),
+    "dynamics": ("restitution", "contact_duration", "penetration"),
+}
+# Pairs that contradict each other, or that nothing here could mean.
+_APART = {
+    ("friction", "sliding"): "steady sliding has no stick, and its friction comes from the body",
+    ("friction", "viscoelastic"): "a tangential path of a body that relaxes would need its times",
+    ("friction", "dynamics"): "the mass moves along the normal only",
+    ("sliding", "dynamics"): "steady sliding has no inertia",
+    ("adhesion", "sliding"): "the detachment of a sliding edge has no rule here",
+}
+# With these tables the properties of two elastic bodies do not add up to one E*.
+_ONE_BODY = ("friction", "viscoelastic", "sliding")
+
+
+def switched_on(data: Mapping[str, Any]) -> tuple[str, ...]:
+    """Return which tables of physics a scene has."""
+    return tuple(name for name in PHYSICS if name in data)
+
+
+def walks_a_path(data: Mapping[str, Any]) -> bool:
+    """Tell whether the normal loads are a path: in time, or because adhesion has a history."""
+    loading = data.get("loading")
+    return "adhesion" in data or (isinstance(loading, dict) and "time" in loading)
+
+
+def with_defaults(data: dict[str, Any]) -> dict[str, Any]:
+    """Fill in what physics decides: rubber's Poisson ratio, and the compared quantities."""
+    tables = switched_on(data)
+    if "viscoelastic" in tables and "half_space" not in data:
+        data = data | {"half_space": {"poisson_ratio": 0.5}}
+    compare = data.get("compare", {})
+    if not tables or not isinstance(compare, dict) or "quantities" in compare:
+        return data
+    own = next((_DEFAULTS[name] for name in tables if name in _DEFAULTS), None)
+    if own is None:
+        own = ("force", "penetration", "contact_area")
+        own += ("pull_off_force",) if "adhesion" in tables else ()
+    loading = data.get("loading")
+    in_time = isinstance(loading, dict) and "time" in loading
+    if "dynamics" in tables and in_time:
+        own = ("penetration", "force", "contact_area")
+    return data | {"compare": {**compare, "quantities": list(own)}}
+
+
+def combination_problems(data: Mapping[str, Any]) -> Iterator[str]:
+    """Yield what does not go together in a scene, with the reason."""
+    tables = switched_on(data)
+    for (one, other), why in _APART.items():
+        if one in tables and other in tables:
+            yield f"{one}: expected no [{other}] beside it: {why}"
+    if tables:
+        yield from _bodies(data, tables)
+    yield from _loads(data, tables)
+    compare = data.get("compare")
+    asked = compare.get("quantities") if isinstance(compare, dict) else None
+    for name in asked if isinstance(asked, (list, tuple)) else ():
+        needed = NEEDS.get(name, ()) if isinstance(name, str) else ()
+        if needed and not set(needed) & set(tables):
+            yield f"compare.quantities: {name}: expected {_either(needed)} in the scene"
+
+
+def _bodies(data: Mapping[str, Any], tables: tuple[str, ...]) -> Iterator[str]:
+    named = _either(tables)
+    if "body" in data:
+        yield f"body: expected no {named} beside it: a mesh of yours is elastic and frictionless"
+    one_body = [name for name in tables if name in _ONE_BODY]
+    if "counter_body" in data and one_body:
+        yield (
+            f"counter_body: expected no {_either(one_body)} beside it: only the moduli of "
+            "frictionless elastic bodies add up to one"
+        )
+    half_space = data.get("half_space")
+    if "friction" in tables and isinstance(half_space, dict) and "effective_modulus" in half_space:
+        yield "half_space: expected E or G with nu: tangential contact depends on more than E*"
+
+
+def _loads(data: Mapping[str, Any], tables: tuple[str, ...]) -> Iterator[str]:
+    """Yield which loads are missing, and which have nothing to act on."""
+    loading = data.get("loading", {})
+    if not isinstance(loading, dict):
+        return
+    normal = [name for name in NORMAL if name in loading]
+    tangential = [name for name in TANGENTIAL if name in loading]
+    if "loading" not in data and "dynamics" not in tables:
+        yield "loading: expected, but missing"
+    if tables and "mean_gap" in normal:
+        yield f"loading.mean_gap: expected penetration or force with {_either(tables)}"
+    if "friction" in tables and not tangential:
+        yield "friction: expected loading.tangential_force or loading.tangential_displacement"
+    if "friction" not in tables:
+        for name in tangential:
+            yield f"loading.{name}: expected a [friction] table, without which nothing holds on"
+    if "sliding" in tables and "viscoelastic" not in tables:
+        yield "sliding: expected [viscoelastic] beside it: an elastic body slides without loss"
+    yield from _times(loading, tables, normal)
+    if "substeps" in loading and not (tangential or walks_a_path(data)):
+        yield "loading.substeps: expected a path of loads; increasing loads have steps of their own"
+
+
+def _times(loading: Mapping[str, Any], tables: tuple[str, ...], normal: list[str]) -> Iterator[str]:
+    timed = "time" in loading
+    if timed and not {"viscoelastic", "dynamics"} & set(tables):
+        yield "loading.time: expected [viscoelastic] or [dynamics]: nothing else depends on time"
+    if timed and "sliding" in tables:
+        yield "loading.time: expected none with [sliding], which is steady"
+    if timed and not normal and "dynamics" not in tables:
+        yield "loading: expected exactly one of penetration and force for each time, got none"
+    if "viscoelastic" in tables and not timed and not {"sliding", "dynamics"} & set(tables):
+        yield "viscoelastic: expected loading.time, the time of each load: the material relaxes"
+    if "dynamics" in tables and normal and not timed:
+        yield f"loading.{normal[0]}: expected its times (loading.time) with [dynamics]"
+    if "dynamics" in tables and "penetration" in normal:
+        yield "loading.penetration: expected a force or nothing: the mass finds its own way"
+
+
+def _either(names: tuple[str, ...] | list[str]) -> str:
+    return " or ".join(f"[{name}]" for name in names)

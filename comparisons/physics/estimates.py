@@ -1,0 +1,86 @@
+"""How large the contact of a scene with physics becomes: what grids and meshes are laid out for.
+
+Nothing here is a result. The estimates are those of independent springs with the softest modulus
+that the material shows, in a millisecond.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy import optimize
+
+from comparisons.physics.loads import Loads
+from reduced import foundation, profiles
+
+if TYPE_CHECKING:
+    from comparisons.scene import Scene
+
+# Radii and depths are looked for between the characteristic length of a shape and these shares.
+SMALLEST, LARGEST = 1e-9, 1e6
+
+
+def largest_contact(scene: Scene, profile: profiles.Profile, loads: Loads) -> tuple[float, float]:
+    """Return penetration and contact radius of the largest contact in a scene.
+
+    Raises
+    ------
+    ValueError, RuntimeError, ArithmeticError
+        If the shape cannot reach it, or nothing touches.
+    """
+    if scene.dynamics is not None and loads.control != "force":
+        speed = max(scene.dynamics.velocity.values)
+        energy = 0.5 * scene.dynamics.mass * speed**2
+        return _stopped(profile, scene.effective_modulus, energy)
+    if scene.adhesion is not None:
+        pull = np.sqrt(2 * np.pi * scene.adhesion.work / scene.effective_modulus)
+        return _adhering(profile, scene.effective_modulus, pull, loads)
+    normal = loads if loads.normal is None else loads.normal
+    modulus = scene.effective_modulus
+    if scene.viscoelastic is not None and loads.times is not None:
+        softest = scene.viscoelastic.softest_modulus(float(loads.times[-1] - loads.times[0]))
+        modulus = 2.0 * softest / (1.0 - scene.poisson_ratio)
+    largest = float(normal.values.max())
+    if largest <= 0:
+        raise ValueError("expected a load above zero somewhere")
+    contact = foundation.indent(profile, modulus, **{normal.control: np.array([largest])})
+    return float(contact.penetration[0]), float(contact.contact_radius[0])
+
+
+def _stopped(profile: profiles.Profile, modulus: float, energy: float) -> tuple[float, float]:
+    """Return the depth at which elastic energy has used up a kinetic one."""
+
+    def excess(logarithm: float) -> float:
+        depth = np.array([np.exp(logarithm)])
+        stored = float(foundation.indent(profile, modulus, penetration=depth).energy[0])
+        return np.log(stored / energy)
+
+    low, high = np.log(SMALLEST * profile.length), np.log(LARGEST * profile.length)
+    depth = np.array([np.exp(optimize.brentq(excess, low, high, xtol=1e-6))])
+    contact = foundation.indent(profile, modulus, penetration=depth)
+    return float(depth[0]), float(contact.contact_radius[0])
+
+
+def _adhering(
+    profile: profiles.Profile, modulus: float, pull: float, loads: Loads
+) -> tuple[float, float]:
+    """Return the largest contact of JKR type: d = g(a) - l(a), l = pull sqrt(a) (Hess).
+
+    The force on it is F = 2 E* (a d - int_0^a g dx). Of several equilibria the widest counts.
+    """
+    radius = profile.length * np.geomspace(SMALLEST, LARGEST, 4000)
+    radius = np.append(radius[radius < profile.edge], min(profile.edge, radius[-1]))
+    load = float(loads.values.max())
+    with np.errstate(invalid="ignore"):  # a shape may end: its height is infinite from there on
+        height = np.asarray(profile.height(radius), dtype=float)
+        trapezia = 0.5 * (height[1:] + height[:-1]) * np.diff(radius)
+        below = np.concatenate([[0.0], np.cumsum(trapezia)])
+        depth = height - pull * np.sqrt(radius)
+        force = 2 * modulus * (radius * depth - below)
+        within = np.flatnonzero((depth if loads.control == "penetration" else force) <= load)
+    # Where every contact carries more, the load is beyond pull-off: the smallest one counts.
+    widest = within[-1] if len(within) else 0
+    a = float(radius[widest])
+    reached = load if loads.control == "penetration" else 0.5 * load / (modulus * a)
+    return reached + (0.0 if loads.control == "penetration" else float(below[widest]) / a), a

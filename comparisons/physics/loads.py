@@ -1,0 +1,96 @@
+"""What is walked along in a scene with physics: a path, a history in time, or a list of speeds."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from comparisons.loading import NORMAL, Control
+
+if TYPE_CHECKING:
+    from comparisons.scene import Scene
+
+# Axes whose steps follow each other: what a step finds depends on those before it.
+PATHS = ("step", "time")
+
+
+@dataclass(frozen=True)
+class Loads:
+    """Absolute loads, step by step.
+
+    Attributes
+    ----------
+    control : str
+        The prescribed quantity.
+    values : ndarray, shape (k,)
+        Strictly increasing, except along a path.
+    axis : str
+        Along what steps are compared: `control` itself, or "step" (a path), or "time".
+    times : ndarray, shape (k,), optional
+        Of each step, where the axis is time.
+    normal : Loads, optional
+        The normal load under which a tangential path is walked, or bodies slide: one value.
+    """
+
+    control: Control
+    values: np.ndarray
+    axis: str = ""
+    times: np.ndarray | None = None
+    normal: Loads | None = None
+
+    def __post_init__(self) -> None:
+        if not self.axis:
+            object.__setattr__(self, "axis", self.control)
+
+    @property
+    def keyword(self) -> dict[str, np.ndarray]:
+        """The loads as the keyword argument that every solver takes."""
+        return {self.control: self.values}
+
+    @property
+    def is_path(self) -> bool:
+        """Whether each step depends on those before it, so that none can be left out."""
+        return self.axis in PATHS
+
+    @property
+    def compares_itself(self) -> bool:
+        """Whether the prescribed load has a counterpart at which it is compared itself."""
+        return self.axis in NORMAL
+
+    @cached_property
+    def columns(self) -> dict[str, np.ndarray]:
+        """What each step prescribes, by the name of its column; "step" has one already."""
+        found = {self.control: self.values}
+        return found if self.times is None else found | {"time": self.times}
+
+
+def loads_of(scene: Scene, unit: float = 1.0) -> Loads:
+    """Return what a scene walks along.
+
+    Parameters
+    ----------
+    scene : Scene
+    unit : float
+        What its relative normal loads are multiplied by; 1 where they are absolute.
+    """
+    loading = scene.loading
+    if not scene.physics:
+        return Loads(loading.control, np.array(loading.range.values) * unit)
+    if scene.dynamics is not None and loading.time is None:
+        return Loads("velocity", np.array(scene.dynamics.velocity.values))
+    if loading.time is not None:
+        times = loading.along("time")
+        if scene.dynamics is not None and not loading.force:
+            return Loads("time", times, "time", times)
+        return Loads(loading.control, loading.along(loading.control) * unit, "time", times)
+    if scene.adhesion is not None and loading.tangential is None:
+        return Loads(loading.control, loading.along(loading.control) * unit, "step")
+    normal = Loads(loading.control, np.array(loading.range.values[-1:]) * unit)
+    if scene.sliding is not None:
+        return Loads("speed", np.array(scene.sliding.speed.values), normal=normal)
+    assert loading.tangential is not None
+    path = loading.along(loading.tangential, start=0.0)
+    return Loads(loading.tangential, path, "step", normal=normal)

@@ -1,0 +1,120 @@
+"""The table [viscoelastic]: springs and dashpots of the shear modulus, as one Prony series."""
+
+from __future__ import annotations
+
+import math
+from typing import Annotated, Any, Literal
+
+from pydantic import BeforeValidator, model_validator
+
+from comparisons.physics.tables import PhysicsTable
+from comparisons.quantities import fail, quantity
+from comparisons.units import PRESSURE, TIME, VISCOSITY, Dimension
+
+_ELEMENTS = {"kelvin_voigt": (1, 1), "maxwell": (1, 1), "standard": (2, 1)}
+
+
+def _each(dimension: Dimension, kind: str, sign: str = "positive") -> Any:
+    """Return the validator of a list of quantities, or of a single one that stands for it."""
+    check = quantity(dimension, sign=sign, kind=kind).func
+
+    def read(value: Any) -> Any:
+        listed = value if isinstance(value, (list, tuple)) else [value]
+        if not listed:
+            raise fail(f"expected a {kind}, or a list of them, got an empty list")
+        return tuple(check(each) for each in listed)
+
+    return BeforeValidator(read)
+
+
+class Viscoelastic(PhysicsTable):
+    """Shear relaxation of an isotropic body of constant Poisson ratio.
+
+    model: "kelvin_voigt" (spring G and dashpot eta side by side), "maxwell" (G and eta in a
+    row), "standard" (G0 beside a Maxwell element G1, eta1) or "prony" (G0 beside any number).
+    shear_moduli: [G], [G], [G0, G1], [G0, G1, ..., Gn]; G0 of a Prony series may be zero: a fluid.
+    viscosities or relaxation_times: one for each dashpot, tau = eta/G with the modulus of its own
+    element.
+    """
+
+    model: Literal["kelvin_voigt", "maxwell", "standard", "prony"]
+    shear_moduli: Annotated[tuple[float, ...], _each(PRESSURE, "modulus", "not negative")]
+    viscosities: Annotated[tuple[float, ...] | None, _each(VISCOSITY, "viscosity")] = None
+    relaxation_times: Annotated[tuple[float, ...] | None, _each(TIME, "time")] = None
+
+    @model_validator(mode="after")
+    def _complete(self) -> Viscoelastic:
+        problems = []
+        moduli = len(self.shear_moduli)
+        if self.model == "prony":
+            springs, dashpots = max(moduli, 2), max(moduli - 1, 1)
+        else:
+            springs, dashpots = _ELEMENTS[self.model]
+        if moduli != springs:
+            at_least = "at least " if self.model == "prony" else ""
+            problems.append(f"shear_moduli: expected {at_least}{springs} of them, got {moduli}")
+        elif not all(self.shear_moduli[1:] if springs > 1 else self.shear_moduli):
+            problems.append("shear_moduli: expected positive moduli, but for G0")
+        if (self.viscosities is None) == (self.relaxation_times is None):
+            problems.append("expected exactly one of viscosities and relaxation_times")
+        for name in ("viscosities", "relaxation_times"):
+            given = getattr(self, name)
+            if given is not None and len(given) != dashpots:
+                problems.append(
+                    f"{name}: expected {dashpots}, one for each dashpot, got {len(given)}"
+                )
+        if problems:
+            raise fail("; ".join(problems))
+        return self
+
+    @property
+    def dashpot_viscosity(self) -> float:
+        """Viscosity of a dashpot without a spring in its row (Kelvin-Voigt), else zero."""
+        if self.model != "kelvin_voigt":
+            return 0.0
+        if self.viscosities is not None:
+            return self.viscosities[0]
+        assert self.relaxation_times is not None
+        return self.shear_moduli[0] * self.relaxation_times[0]
+
+    @property
+    def long_term_modulus(self) -> float:
+        """Shear modulus G0 after all relaxation; zero for a fluid."""
+        return 0.0 if self.model == "maxwell" else self.shear_moduli[0]
+
+    @property
+    def branches(self) -> tuple[tuple[float, float], ...]:
+        """Modulus G_i and relaxation time tau_i of each Maxwell element.
+
+        The Prony series G(t) = G0 + sum_i G_i exp(-t/tau_i); a Kelvin-Voigt body has none, but a
+        dashpot.
+        """
+        if self.model == "kelvin_voigt":
+            return ()
+        moduli = self.shear_moduli if self.model == "maxwell" else self.shear_moduli[1:]
+        if self.relaxation_times is not None:
+            times = self.relaxation_times
+        else:
+            assert self.viscosities is not None
+            times = tuple(v / g for v, g in zip(self.viscosities, moduli, strict=True))
+        return tuple(zip(moduli, times, strict=True))
+
+    @property
+    def instantaneous_modulus(self) -> float:
+        """Shear modulus of a sudden step; infinite where a dashpot stands alone."""
+        if self.dashpot_viscosity:
+            return math.inf
+        return self.long_term_modulus + sum(modulus for modulus, _ in self.branches)
+
+    def softest_modulus(self, duration: float) -> float:
+        """Return a bound below 1/J(t) for all t up to a duration, J the creep compliance.
+
+        A solid creeps up to 1/G0. A fluid goes on: J(t) <= J_e + t/eta with the steady-state
+        compliance J_e = sum G_i tau_i^2 / eta^2 and eta = sum G_i tau_i (Ferry, *Viscoelastic
+        Properties of Polymers*, 1980, ch. 3). It sizes grids; no result depends on it.
+        """
+        if self.long_term_modulus > 0:
+            return self.long_term_modulus
+        viscosity = sum(modulus * time for modulus, time in self.branches)
+        recoverable = sum(modulus * time**2 for modulus, time in self.branches) / viscosity**2
+        return 1.0 / (recoverable + duration / viscosity)

@@ -1,0 +1,84 @@
+"""What the plan says about a scene's physics: what is switched on, and what is left out and why."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING
+
+from comparisons.formatting import number, quantity, with_unit
+from comparisons.physics.loads import Loads
+
+if TYPE_CHECKING:
+    from comparisons.physics import Viscoelastic
+    from comparisons.scene import Scene
+
+
+def switched_on(scene: Scene, loads: Loads) -> Iterable[tuple[str, str]]:
+    """Yield each part of the physics beyond frictionless elastic contact, and how it acts."""
+    if scene.friction is not None:
+        yield "Coulomb friction", f"µ = {number(scene.friction.coefficient)}, sticking and slipping"
+    if scene.viscoelastic is not None:
+        yield "memory of the material", _material(scene.viscoelastic, scene.poisson_ratio)
+    if scene.sliding is not None:
+        yield "steady sliding", "each speed by itself, after every start has been forgotten"
+    if scene.adhesion is not None:
+        work = with_unit(scene.adhesion.work, "J/m²")
+        short = "at the edge of the contact only (JKR)"
+        reach = f"up to a distance of {with_unit(scene.adhesion.range, 'm')}"
+        yield "adhesion", f"w = {work}, {short if scene.adhesion.short_range else reach}"
+    if scene.dynamics is not None:
+        yield "inertia", f"of a rigid mass of {_mass(scene.dynamics.mass)}; the half-space has none"
+    if scene.physics:
+        yield "load axis", _axis(loads)
+
+
+def left_out(scene: Scene) -> Iterable[tuple[str, str]]:
+    """Yield the physics that a scene leaves out, with the reason."""
+    if scene.viscoelastic is None:
+        yield "memory of the material", "the scene is elastic: nothing relaxes"
+    if scene.friction is None and scene.sliding is None:
+        yield "tangential displacements at the surface", "no friction in the scene"
+    if not scene.physics:
+        return
+    if scene.adhesion is None:
+        yield "attraction of the surfaces", "no [adhesion] in the scene: they never pull"
+    if scene.dynamics is None:
+        yield "inertia", "no [dynamics] in the scene: the loads are slow"
+    else:
+        yield "waves in the half-space", "the impact is slow against them: its answer is static"
+    if scene.sliding is not None:
+        yield "Coulomb friction at the surface", "the loss is that of the body alone"
+
+
+def _axis(loads: Loads) -> str:
+    """Say what the steps are, and at which normal load."""
+    steps = len(loads.values)
+    what = quantity(loads.control).words
+    if loads.axis == "step":
+        text = f"a path of {steps} steps in {what}"
+    elif loads.axis == "time":
+        history = "" if loads.control == "time" else f" of {what}"
+        text = f"a history{history} in {steps} times"
+    else:
+        text = f"{steps} values of {what}, each by itself"
+    if loads.normal is None:
+        return text
+    normal = quantity(loads.normal.control)
+    return f"{text}, at {normal.words} {with_unit(float(loads.normal.values[0]), normal.unit)}"
+
+
+def _material(body: Viscoelastic, nu: float) -> str:
+    """Name the model with its moduli and times."""
+    lasting = with_unit(body.long_term_modulus, "Pa")
+    parts = [
+        f"{with_unit(modulus, 'Pa')} that relax in {with_unit(time, 's')}"
+        for modulus, time in body.branches
+    ]
+    if body.dashpot_viscosity:
+        parts = [f"a dashpot of {number(body.dashpot_viscosity)} Pa s"]
+    name = body.model.replace("_", "-")
+    return f"{name}: G = {lasting} for good, and {', '.join(parts)}; ν = {number(nu, 2)}"
+
+
+def _mass(mass: float) -> str:
+    return with_unit(1e3 * mass, "g")

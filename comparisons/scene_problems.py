@@ -1,0 +1,47 @@
+"""What is wrong with a scene file, in the language of scene files."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from comparisons.quantities import shown
+from comparisons.shapes import SHAPES
+
+# What pydantic says in the language of Python, in the language of scene files.
+_PLAIN = {
+    "model_type": "expected a table",
+    "model_attributes_type": "expected a table",
+    "tuple_type": "expected a list",
+    "too_long": "expected a shorter list",
+    "string_type": "expected a text",
+    "string_too_short": "expected a text that is not empty",
+    "int_type": "expected a whole number",
+    "int_from_float": "expected a whole number",
+    "bool_type": "expected true or false",
+}
+
+
+def readable(error: Mapping[str, Any]) -> str:
+    """Turn one of pydantic's errors into ``path: expected ..., got ...``."""
+    tags = ("self_affine", "map")
+    location = [each for each in error["loc"] if each not in tags]
+    if len(location) > 1 and location[0] == "indenter":
+        # The tag of the discriminated union stands second: indenter.cone.slope.
+        location = [location[0], *location[2:]]
+    path = ".".join(str(each) for each in location)
+    kind, context, came = error["type"], error.get("ctx", {}), error.get("input")
+    if kind == "extra_forbidden":
+        return f"{path}: unknown key"
+    if kind == "missing":
+        return f"{path}: expected, but missing"
+    if kind in ("union_tag_invalid", "union_tag_not_found"):
+        key, known = ("shape", SHAPES) if path == "indenter" else ("kind", tags)
+        tag = context.get("tag")
+        came = "nothing" if tag is None else shown(tag)
+        return f"{path}.{key}: expected one of {', '.join(known)}, got {came}"
+    if kind == "scene":
+        return f"{path}: {error['msg']}" if path else error["msg"]
+    message = _PLAIN.get(kind, error["msg"]).replace("Input should be", "expected")
+    message = message[0].lower() + message[1:]
+    return f"{path}: {message}, got {shown(came)}"

@@ -1,0 +1,103 @@
+"""The table [surface]: a rigid rough surface, synthetic or measured."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+from pydantic import (
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Discriminator,
+    Field,
+    StrictBool,
+    Tag,
+    model_validator,
+)
+
+from comparisons.quantities import Finite, Length, Positive, fail
+
+
+class _Table(BaseModel):
+    model_config = ConfigDict(extra="forbid", frozen=True, populate_by_name=True)
+
+
+def _pair(value: Any) -> Any:
+    return tuple(value) if isinstance(value, (list, tuple)) else (value, value)
+
+
+# TOML has whole numbers and switches of its own: "64", 64.0 or true in their place are mistakes.
+Points = Annotated[int, Field(strict=True, ge=4, le=2**20)]
+Seed = Annotated[int, Field(strict=True, ge=0, lt=2**63)]
+Count = Annotated[int, Field(strict=True, ge=1, le=1_000_000)]
+Index = Annotated[int, Field(strict=True, ge=0)]
+Window = Annotated[int, Field(strict=True, ge=2)]
+PointsPair = Annotated[tuple[Points, Points], BeforeValidator(_pair)]
+SizePair = Annotated[tuple[Length, Length], BeforeValidator(_pair)]
+
+
+class SelfAffine(_Table):
+    """A synthetic self-affine surface, (19.22) with fixed amplitudes and random phases."""
+
+    kind: Literal["self_affine"]
+    size: SizePair
+    points: PointsPair
+    hurst: Annotated[Finite, Field(ge=0, le=1)] | None = None
+    power: Annotated[Finite, Field(ge=0, le=8)] | None = None
+    rms_slope: Positive | None = None
+    rms_height: Length | None = None
+    long_cutoff: Length | None = None
+    short_cutoff: Length | None = None
+    periodic: StrictBool = False
+    seed: Seed = 0
+    realisations: Count = 1
+
+    @model_validator(mode="after")
+    def _complete(self) -> SelfAffine:
+        problems = []
+        if (self.hurst is None) == (self.power is None):
+            problems.append("expected exactly one of hurst and power")
+        if (self.rms_slope is None) == (self.rms_height is None):
+            problems.append("expected exactly one of rms_slope and rms_height")
+        shortest = 2 * max(s / n for s, n in zip(self.size, self.points, strict=True))
+        short = self.short_cutoff or shortest
+        long = self.long_cutoff or min(self.size)
+        if short < shortest * (1 - 1e-9):
+            problems.append(
+                f"short_cutoff: expected at least 2 cells = {shortest:g} m, got {short:g} m"
+            )
+        if not short <= long <= max(self.size) * (1 + 1e-9):
+            problems.append(
+                f"long_cutoff: expected from short_cutoff = {short:g} m to the side "
+                f"{max(self.size):g} m, got {long:g} m"
+            )
+        if problems:
+            raise fail("; ".join(problems))
+        return self
+
+
+class MeasuredMap(_Table):
+    """A measured surface, read and treated by comparisons.topography."""
+
+    kind: Literal["map"]
+    file: Annotated[str, Field(min_length=1, max_length=4096)]
+    size: SizePair | None = None
+    height_unit: Annotated[str, Field(max_length=20)] | None = None
+    channel: Annotated[str, Field(max_length=200)] | None = None
+    detrend: Literal["none", "mean", "tilt", "curvature"] = "tilt"
+    crop: tuple[Index, Index, Window, Window] | None = None
+    invert: StrictBool = False
+    undefined: Literal["interpolate", "lowest", "refuse"] | None = None
+    periodic: StrictBool = False
+    seed: Seed = 0
+    realisations: Count = 100
+
+
+def _kind(value: Any) -> str | None:
+    return value.get("kind") if isinstance(value, dict) else getattr(value, "kind", None)
+
+
+Surface = Annotated[
+    Annotated[SelfAffine, Tag("self_affine")] | Annotated[MeasuredMap, Tag("map")],
+    Discriminator(_kind),
+]

@@ -1,0 +1,153 @@
+"""Paths, histories and speeds through the whole chain, with methods made for these tests."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+
+import comparisons.methods as methods
+from comparisons.comparison import compare
+from comparisons.execution import execute
+from comparisons.methods import Method, Solution, Support, covers, method_for
+from comparisons.metrics import relative_error
+from comparisons.planning import plan_scene
+from comparisons.record import record_scene
+from comparisons.solving import solve_plan
+from comparisons.store import load_study
+from comparisons.study import Study
+from comparisons.uncertainty import grid_uncertainty
+
+FRICTION = {"friction": {"coefficient": 0.5}}
+LOOP = {"force": "10 N", "tangential_force": ["4 N", "-4 N", "4 N"], "substeps": 3}
+
+
+class Sheared(Method):
+    """A spring of stiffness k to every side, off by one per cent at N = 1, by 1/N % at N."""
+
+    physics = frozenset({"friction"})
+    calls = 0
+
+    def __init__(self, name: str, dimension: int, levels: tuple[int, ...]) -> None:
+        self.name, self.title, self.dimension, self.levels = name, name, dimension, levels
+
+    def supports(self, scene):
+        return Support(scene.indenter is not None, "a spring")
+
+    def resolutions(self, scene, geometry):
+        return self.levels
+
+    def model(self, scene, geometry):
+        return "a spring"
+
+    def solve(self, task):
+        solution = Solution.empty(task)
+        type(self).calls += 1
+        error = 0.0 if self.name == "closed_form" else 0.01 / task.resolution
+        (force,) = task.loads.normal.values
+        for step, load in enumerate(task.loads.values):
+            if abs(load) > 0.5 * force:
+                solution.fail((0, step), "it slides away")
+                continue
+            values = {"tangential_displacement": 1e-6 * load * (1 + error), "force": force}
+            solution.put((0, step), values)
+        return solution
+
+
+@pytest.fixture
+def wired(monkeypatch):
+    """Wire friction: a truth, and a reduced model in three resolutions."""
+    wirings = (Sheared("closed_form", 3, (1,)), Sheared("reduced", 1, (10, 20, 40)))
+    monkeypatch.setattr(methods, "WIRINGS", wirings)
+    return wirings
+
+
+def test_a_wiring_takes_exactly_the_scenes_of_its_physics(scene, wired):
+    sheared = scene(loading=LOOP, **FRICTION)
+    assert method_for("reduced", sheared) is wired[1]
+    assert method_for("reduced", scene()) is methods.METHODS["reduced"]
+    glued = scene(loading=LOOP, adhesion={"work": 0.05}, **FRICTION)
+    assert not covers("reduced", glued).ok
+    (plan,) = plan_scene(sheared)
+    assert {each.method for each in plan.methods if each.supported} == {"closed_form", "reduced"}
+
+
+def test_a_plain_scene_is_planned_as_if_there_were_no_wirings(scene, monkeypatch):
+    (before,) = plan_scene(scene())
+    keys = [task.key for task in before.tasks]
+    monkeypatch.setattr(methods, "WIRINGS", ())
+    assert [task.key for task in plan_scene(scene())[0].tasks] == keys
+
+
+def test_errors_along_a_path_are_relative_to_its_largest_value(scene, wired):
+    (plan,) = plan_scene(scene(loading=LOOP, **FRICTION))
+    result = compare(plan, solve_plan(plan, repeats=1), {})
+    rows = result.rows[(result.rows["method"] == "reduced") & (result.rows["resolution"] == 10)]
+    load = rows["tangential_force"].to_numpy()
+    expected = 0.001 * load / 4.0
+    assert rows["error_tangential_displacement"].to_numpy() == pytest.approx(expected, abs=1e-12)
+    assert np.ptp(rows["tangential_force"]) == 8.0
+    measures = result.measures[result.measures["resolution"] == 10]
+    assert list(measures["at"]) == ["step"]
+    assert float(measures["maximum"].iloc[0]) == pytest.approx(0.001, rel=1e-9)
+
+
+def test_the_bar_of_a_path_covers_its_error_where_the_values_pass_zero(scene, wired):
+    (plan,) = plan_scene(scene(loading=LOOP, **FRICTION))
+    solved = solve_plan(plan, repeats=1)
+    without = {key: each for key, each in solved.items() if key[0] == "reduced"}
+    curves = np.array(
+        [without["reduced", n].quantities["tangential_displacement"][0] for n in (10, 20, 40)]
+    )
+    sizes = np.full(curves.shape[1], np.abs(curves).max())
+    bar = grid_uncertainty(np.array([10, 20, 40]), curves, sizes=sizes)
+    truth = solved["closed_form", 1].quantities["tangential_displacement"][0]
+    error = np.abs(relative_error(curves[-1], truth, path=True))
+    assert np.isfinite(bar).all()
+    assert (bar >= error * (1 - 1e-9)).all()
+
+
+def test_a_step_that_fails_costs_itself_and_keeps_its_load(scene, wired):
+    loading = {"force": "10 N", "tangential_force": ["4 N", "8 N", "2 N"]}
+    (plan,) = plan_scene(scene(loading=loading, **FRICTION))
+    rows = compare(plan, solve_plan(plan, repeats=1), {}).rows
+    rows = rows[(rows["method"] == "reduced") & (rows["resolution"] == 40)]
+    assert list(rows["converged"]) == [True, False, True]
+    assert list(rows["tangential_force"]) == [4.0, 8.0, 2.0]
+    assert list(rows["reason"]) == ["", "it slides away", ""]
+
+
+def test_a_path_that_raises_is_not_cut_in_halves(scene, wired, monkeypatch):
+    """The second half of a path cannot begin anew, so it must not be solved by itself."""
+
+    def raises(self, task):
+        type(self).calls += 1
+        raise ValueError("no way")
+
+    monkeypatch.setattr(Sheared, "solve", raises)
+    monkeypatch.setattr(Sheared, "calls", 0)
+    (plan,) = plan_scene(scene(loading=LOOP, **FRICTION))
+    solution = execute(plan.tasks[0])
+    assert not solution.converged.any()
+    assert Sheared.calls == 1
+    assert "no way" in solution.reasons[0, 0]
+
+
+def test_the_record_says_along_what_was_compared_and_survives_a_folder(scene, wired, tmp_path):
+    (plan,) = plan_scene(scene(loading=LOOP, **FRICTION))
+    record = record_scene(plan, solve_plan(plan, repeats=1))
+    assert (record.control, record.along, record.is_path) == ("tangential_force", "step", True)
+    assert record.quantities == ("tangential_displacement",)
+    assert "reached" not in record.answer
+    Study([plan], tmp_path / "out").run()
+    (again,) = load_study(tmp_path / "out").scenes
+    assert (again.along, again.quantities) == ("step", ("tangential_displacement",))
+    assert again.plan["switched_on"][0]["what"] == "Coulomb friction"
+
+
+def test_sizes_along_a_path_leave_unknown_steps_unknown():
+    error = relative_error(np.array([1.0, 2.0, 3.0]), np.array([0.0, math.nan, 4.0]), path=True)
+    assert error[0] == 0.25
+    assert math.isnan(error[1])
+    assert error[2] == -0.25

@@ -1,0 +1,305 @@
+"""Scenes with friction, memory, sliding, adhesion, inertia: what they say, and what is refused."""
+
+from __future__ import annotations
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from comparisons.geometry import prepare
+from comparisons.physics.loads import loads_of
+from comparisons.planning import plan_scene
+from comparisons.scene import SceneError, load_scene, make_scene, parse_scene
+
+RUBBER = {"model": "standard", "shear_moduli": ["1 MPa", "9 MPa"], "viscosities": "90 kPa s"}
+SOFT = {"youngs_modulus": "3 MPa", "poisson_ratio": 0.5}
+FRICTION = {"friction": {"coefficient": 0.3}}
+PULL = {"force": "10 N", "tangential_force": ["1 N", "-1 N"]}
+HISTORY = {"time": [0, "10 ms", "30 ms"], "penetration": [0, "1 um", 0]}
+GLUE = {"work": "50 mJ/m^2"}
+
+
+def problems(maker, **tables) -> str:
+    with pytest.raises(SceneError) as caught:
+        maker(**tables)
+    return "\n".join(caught.value.problems)
+
+
+# --- what a scene says ----------------------------------------------------------------------
+
+
+def test_a_scene_without_these_tables_switches_nothing_on(scene):
+    plain = scene()
+    assert plain.physics == ()
+    loads = loads_of(plain)
+    assert (loads.control, loads.axis, loads.is_path) == ("penetration", "penetration", False)
+    assert plan_scene(plain)[0].switched_on == ()
+
+
+def test_a_tangential_path_starts_at_zero_under_the_last_normal_load(scene):
+    loading = {"force": ["5 N", "10 N"], "tangential_force": ["1 N", "-1 N"], "substeps": 2}
+    found = loads_of(scene(loading=loading, **FRICTION))
+    assert (found.control, found.axis, found.is_path) == ("tangential_force", "step", True)
+    assert found.values.tolist() == [0.5, 1.0, 0.0, -1.0]
+    assert found.normal is not None
+    assert found.normal.keyword["force"].tolist() == [10.0]
+
+
+def test_a_history_is_divided_in_load_and_time_alike(scene):
+    found = loads_of(scene(viscoelastic=RUBBER, half_space=SOFT, loading=HISTORY | {"substeps": 2}))
+    assert (found.control, found.axis) == ("penetration", "time")
+    assert found.times == pytest.approx([0, 0.005, 0.01, 0.02, 0.03], rel=1e-15)
+    assert found.values == pytest.approx([0, 5e-7, 1e-6, 5e-7, 0], abs=1e-22)
+
+
+def test_an_adhesive_path_may_pull_and_turn_back(scene):
+    found = loads_of(scene(adhesion=GLUE, loading={"force": ["1 N", "-1 mN", 0]}))
+    assert found.axis == "step"
+    assert found.values == pytest.approx([1.0, -1e-3, 0.0], rel=1e-14)
+
+
+def test_speeds_are_swept_at_one_normal_load(scene):
+    tables = {"sliding": {"speed": {"from": "1 mm/s", "to": "1 m/s", "steps": 4, "spacing": "log"}}}
+    found = loads_of(
+        scene(viscoelastic=RUBBER, loading={"force": "2 N"}, half_space=SOFT, **tables)
+    )
+    assert (found.axis, found.is_path) == ("speed", False)
+    assert found.values == pytest.approx([1e-3, 1e-2, 0.1, 1.0], rel=1e-14)
+
+
+def test_an_impact_needs_no_loads(ball):
+    found = loads_of(ball(dynamics={"mass": "10 g", "velocity": ["1 cm/s", "1 m/s"]}))
+    assert (found.axis, found.values.tolist()) == ("velocity", [0.01, 1.0])
+
+
+def test_a_force_history_moves_a_mass_at_rest(ball):
+    loading = {"time": [0, 1], "force": [0, 1]}
+    found = loads_of(ball(dynamics={"mass": "10 g", "velocity": 0}, loading=loading))
+    assert (found.control, found.axis) == ("force", "time")
+
+
+@pytest.fixture
+def ball():
+    """Return a maker of scenes without [loading]."""
+
+    def make(**tables):
+        data = {"name": "ball", "half_space": SOFT, "indenter": {"shape": "sphere", "radius": 0.01}}
+        return make_scene(data | tables, "ball.toml", Path())
+
+    return make
+
+
+def test_an_elastic_scene_without_loads_is_told_so(ball):
+    assert problems(ball) == "loading: expected, but missing"
+
+
+@pytest.mark.parametrize(
+    "table",
+    [
+        {"model": "standard", "shear_moduli": [1e6, 9e6], "relaxation_times": [0.01]},
+        {"model": "prony", "shear_moduli": [1e6, 9e6], "viscosities": [9e4]},
+    ],
+)
+def test_viscosities_and_relaxation_times_say_the_same(scene, table):
+    own = scene(viscoelastic=RUBBER, half_space=SOFT, loading=HISTORY).viscoelastic
+    other = scene(viscoelastic=table, half_space=SOFT, loading=HISTORY).viscoelastic
+    assert np.array(own.branches) == pytest.approx(np.array(other.branches), rel=1e-14)
+    assert own.long_term_modulus == other.long_term_modulus == 1e6
+    assert own.instantaneous_modulus == 1e7
+
+
+def test_kelvin_voigt_is_a_spring_beside_a_dashpot():
+    from comparisons.physics import Viscoelastic
+
+    body = Viscoelastic(model="kelvin_voigt", shear_moduli="1 MPa", relaxation_times="2 ms")
+    assert (body.branches, body.dashpot_viscosity) == ((), 2e3)
+    assert body.instantaneous_modulus == math.inf
+
+
+def test_the_bound_on_the_creep_of_a_fluid_is_that_of_maxwell():
+    """J(t) = (1 + t/tau)/G for one Maxwell element, so the bound is the creep itself."""
+    from comparisons.physics import Viscoelastic
+
+    body = Viscoelastic(model="maxwell", shear_moduli=2e6, relaxation_times=0.5)
+    assert body.softest_modulus(3.0) == pytest.approx(2e6 / (1 + 3.0 / 0.5), rel=1e-14)
+
+
+def test_rubber_is_incompressible_unless_said_otherwise(scene):
+    """E* = 2 G0/(1 - nu) = 4 G0, the stiffness of springs in the chapter (19.30)."""
+    for half_space in ({"poisson_ratio": 0.5}, SOFT, {"effective_modulus": 4e6}):
+        rubber = scene(viscoelastic=RUBBER, half_space=half_space, loading=HISTORY)
+        assert rubber.effective_modulus == pytest.approx(4e6, rel=1e-12)
+        assert rubber.poisson_ratio == 0.5
+
+
+def test_the_tangential_modulus_is_the_chapters(scene):
+    """G* = 4 G/(2 - nu) (19.18), with G = E/(2(1 + nu))."""
+    steel = scene(loading=PULL, **FRICTION)
+    shear = 210e9 / (2 * 1.3)
+    assert steel.tangential_modulus == pytest.approx(4 * shear / (2 - 0.3), rel=1e-14)
+
+
+def test_a_scene_written_as_toml_is_the_same_scene(scene, tmp_path):
+    for tables in (
+        {"loading": PULL | {"substeps": 3}, **FRICTION},
+        {"viscoelastic": RUBBER, "half_space": {"poisson_ratio": 0.5}, "loading": HISTORY},
+        {"adhesion": GLUE | {"range": "1 nm"}, "loading": {"force": [1, -1]}},
+    ):
+        first = scene(**tables)
+        assert parse_scene(first.text, "again", tmp_path).text == first.text
+
+
+def test_overrides_reach_the_tables(tmp_path):
+    path = tmp_path / "a.toml"
+    path.write_text(
+        'name = "a"\nhalf_space = { youngs_modulus = 1e9, poisson_ratio = 0.3 }\n'
+        'indenter = { shape = "cone", slope = 0.1 }\n'
+        "[friction]\ncoefficient = 0.1\n[loading]\nforce = 1\ntangential_force = [0.1]\n"
+    )
+    assert load_scene(path, {"friction.coefficient": 0.7}).friction.coefficient == 0.7
+
+
+# --- what is compared -----------------------------------------------------------------------
+
+
+def test_quantities_follow_from_the_physics_and_what_is_prescribed_is_not_compared(scene):
+    (plan,) = plan_scene(scene(loading=PULL, **FRICTION))
+    assert plan.scene.compare.quantities == ("tangential_force", "tangential_displacement")
+    assert plan.compared == ("tangential_displacement",)
+    (glued,) = plan_scene(scene(adhesion=GLUE))
+    assert glued.compared == ("force", "contact_area", "pull_off_force")
+
+
+def test_a_plain_scene_compares_force_and_penetration_at_each_other(scene):
+    (plan,) = plan_scene(scene())
+    assert plan.compared == ("force", "penetration", "contact_area")
+
+
+def test_quantities_that_the_scene_cannot_have_are_refused(scene):
+    text = problems(scene, compare={"quantities": ["restitution", "friction_coefficient"]})
+    assert "restitution: expected [dynamics] in the scene" in text
+    assert "friction_coefficient: expected [friction] or [sliding] in the scene" in text
+
+
+# --- what goes together ---------------------------------------------------------------------
+
+
+def test_everything_wrong_is_listed_at_once(scene):
+    text = problems(
+        scene,
+        friction={"coefficient": -1, "law": "coulomb"},
+        adhesion={"work": "50 mJ", "range": "-1 nm"},
+        viscoelastic={"model": "standard", "shear_moduli": [1e6], "viscosities": [1e3, 1e3]},
+        loading={"penetration": "1 um", "time": [0.0, 0.0]},
+    )
+    for expected in (
+        "friction.coefficient: expected a positive finite number, got -1",
+        "friction.law: unknown key",
+        "adhesion.work: expected a unit of kg s^-2",
+        "adhesion.range: expected a not negative finite length, got '-1 nm'",
+        "viscoelastic: shear_moduli: expected 2 of them, got 1; viscosities: expected 1",
+        "loading.time: expected strictly increasing times",
+        "friction: expected no [viscoelastic] beside it",
+        "friction: expected loading.tangential_force or loading.tangential_displacement",
+    ):
+        assert expected in text, text
+
+
+@pytest.mark.parametrize(
+    ("tables", "reason"),
+    [
+        ({"loading": PULL}, "loading.tangential_force: expected a [friction] table"),
+        (FRICTION, "friction: expected loading.tangential_force"),
+        ({"viscoelastic": RUBBER}, "viscoelastic: expected loading.time"),
+        ({"sliding": {"speed": 1}}, "sliding: expected [viscoelastic] beside it"),
+        ({"loading": {"time": [1], "force": [1]}}, "loading.time: expected [viscoelastic] or"),
+        ({"loading": {"force": [1], "substeps": 3}}, "loading.substeps: expected a path"),
+        ({"loading": {"force": [0, -1]}}, "loading.force: expected positive finite loads"),
+        (
+            {"loading": PULL, "half_space": {"effective_modulus": 1e9}, **FRICTION},
+            "half_space: expected E or G with nu: tangential contact depends on more than E*",
+        ),
+        (
+            {"loading": PULL, "counter_body": SOFT, **FRICTION},
+            "counter_body: expected no [friction] beside it",
+        ),
+        (
+            {"adhesion": GLUE, "sliding": {"speed": 1}, "viscoelastic": RUBBER},
+            "adhesion: expected no [sliding] beside it",
+        ),
+        (
+            {"viscoelastic": RUBBER, "loading": HISTORY | {"time": [0, 1]}},
+            "loading: time: expected one for each of the 3 loads, got 2",
+        ),
+        (
+            {"viscoelastic": RUBBER, "half_space": SOFT}
+            | {"loading": {"time": [0, 1], "force": [1, -1]}},
+            "loading.force: expected no force below zero without [adhesion]",
+        ),
+        (
+            {"viscoelastic": RUBBER, "loading": HISTORY},
+            "half_space: expected poisson_ratio alone, or a shear modulus of 1e+06 Pa or 1e+07 Pa",
+        ),
+        (
+            {"dynamics": {"mass": 1, "velocity": 1}},
+            "loading.penetration: expected its times (loading.time) with [dynamics]",
+        ),
+        (
+            {"dynamics": {"mass": 1, "velocity": 0}, "loading": {"time": [0, 1]}},
+            "dynamics.velocity: expected above zero, or a loading.force",
+        ),
+    ],
+)
+def test_what_makes_no_sense_is_refused_with_the_reason(scene, tables, reason):
+    assert reason in problems(scene, **tables)
+
+
+# --- what grids are laid out for ------------------------------------------------------------
+
+
+def test_the_adhesive_estimate_is_jkr(scene):
+    """Under no load a^3 = 9 pi w R^2/(2 E*) (Johnson, Kendall & Roberts 1971)."""
+    glued = scene(adhesion=GLUE, loading={"force": [0.0]})
+    geometry, _ = prepare(glued)
+    exact = (9 * math.pi * 0.05 * 1e-4 / (2 * glued.effective_modulus)) ** (1 / 3)
+    # The table of radii has steps of 0.9 %; grids are laid out with 5 % to spare.
+    assert geometry.contact_radius == pytest.approx(exact, rel=0.01)
+
+
+def test_the_estimate_of_an_impact_is_hertz(ball):
+    """The work of F = (4/3) E* sqrt(R) d^1.5 stops the mass: d^2.5 = 15 m v^2/(16 E* sqrt(R))."""
+    hit = ball(
+        dynamics={"mass": "10 g", "velocity": [0.5, 1.0]},
+        indenter={"shape": "paraboloid", "radius": 0.01},
+    )
+    geometry, _ = prepare(hit)
+    depth = (15 * 0.01 / (16 * hit.effective_modulus * math.sqrt(0.01))) ** 0.4
+    assert geometry.penetration == pytest.approx(depth, rel=1e-5)
+
+
+def test_a_creeping_contact_is_estimated_with_the_softest_modulus(scene):
+    rubber = scene(
+        viscoelastic=RUBBER, half_space=SOFT, loading={"time": [0, 1], "force": ["1 N", "1 N"]}
+    )
+    geometry, _ = prepare(rubber)
+    radius = (3 * 0.01 / (4 * 4e6)) ** (1 / 3)
+    assert geometry.contact_radius == pytest.approx(radius, rel=1e-3)
+
+
+def test_every_method_without_the_physics_says_what_it_lacks(scene):
+    (plan,) = plan_scene(scene(adhesion=GLUE, loading=PULL, **FRICTION))
+    reasons = {each.method: each.reason for each in plan.methods}
+    assert not any(each.supported for each in plan.methods)
+    assert reasons["tamaas"] == "does not model [friction] and [adhesion]"
+
+
+def test_the_plan_names_what_is_switched_on_and_what_is_left_out(scene):
+    (plan,) = plan_scene(scene(adhesion=GLUE))
+    assert plan.switched_on[0][0] == "adhesion"
+    assert "(JKR)" in plan.switched_on[0][1]
+    left_out = dict(plan.left_out)
+    assert left_out["inertia"] == "no [dynamics] in the scene: the loads are slow"
+    assert not any("geometric overlap" in what for what in left_out)
+    assert np.isfinite(plan.geometry.contact_radius)
