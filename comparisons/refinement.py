@@ -25,6 +25,9 @@ def refined(
 ) -> Plan:
     """Return the plan with as many finer resolutions of its reference as the tolerance needs.
 
+    A scene that lists its resolutions means these: nothing is refined beyond them, and the plan
+    says so where they do not suffice.
+
     Parameters
     ----------
     plan : Plan
@@ -43,6 +46,9 @@ def refined(
         reference = choose_reference(known, plan.compared)
         if reference is None or known_to(control, reference, main) <= wanted:
             return plan
+        if plan.scene.compare.resolutions is not None:
+            note = "full: not refined beyond the resolutions that the scene lists"
+            return replace(plan, notes=(*plan.notes, note))
         finer = 2 * reference.resolution
         why = refusal(plan, reference.method, finer) or _over_budget(reference, known, budget)
         if why:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -19,10 +20,13 @@ SQUARE = {"shape": "square_punch", "side": 1e-3}
 def refine(scene):
     """Refine a plan whose FFT solver has an error of C/N in force, at a cost of N^2 seconds."""
 
-    def run(*, error=1.0, tolerance=0.05, seconds=1e-6, lost_from=10**9, budget=BUDGET):
-        start = (8, 16)
-        compared = {"tolerance": tolerance, "methods": ["bem_fft"], "resolutions": list(start)}
+    def run(
+        *, error=1.0, tolerance=0.05, seconds=1e-6, lost_from=10**9, budget=BUDGET, listed=None
+    ):
+        compared = {"tolerance": tolerance, "methods": ["bem_fft"]} | (listed or {})
         (plan,) = plan_scene(scene(indenter=SQUARE, compare=compared))
+        start = (8, 16)
+        plan = replace(plan, methods=tuple(replace(m, resolutions=start) for m in plan.methods))
         store = {}
 
         def solve(each):
@@ -93,3 +97,9 @@ def test_a_scene_with_a_closed_form_needs_no_refinement(scene):
     never = pytest.fail
     assert refined(plan, lambda _: {("closed_form", 1): exact}, never) is plan
     assert refined(plan, lambda _: {}, never) is plan
+
+
+def test_listed_resolutions_are_not_refined_beyond(refine):
+    resolutions, (note,) = refine(listed={"resolutions": [8, 16]})
+    assert resolutions == (8, 16)
+    assert "the resolutions that the scene lists" in note
