@@ -135,13 +135,20 @@ def _rule(indenter: Indenter, options: ReducedOptions) -> str:
     return "Gaussian radius of curvature sqrt(Rx Ry)"
 
 
+def profile_of(scene: Scene) -> profiles.Profile:
+    """Return the 1-D profile of a scene's indenter, by the rule of the scene's options."""
+    assert scene.indenter is not None
+    profile = equivalent_profile(scene.indenter)
+    if scene.methods.reduced.rule == "half_radius":
+        assert profile.section is not None
+        return profiles.half_radius(profile.section)
+    return profile
+
+
 def _solve_profile(task: Task, geometry: IndenterGeometry, solution: Solution) -> None:
     options, modulus = _options(task), task.scene.effective_modulus
     with solution.setup():
-        profile = equivalent_profile(geometry.indenter)
-        if options.rule == "half_radius":
-            assert profile.section is not None
-            profile = profiles.half_radius(profile.section)
+        profile = profile_of(task.scene)
     load: dict[str, Any] = task.loads.keyword
     contact = foundation.indent(
         profile, modulus, **load, springs=task.resolution, edges=options.edges

@@ -9,10 +9,10 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 import numpy as np
-from scipy import optimize
 
 from comparisons.physics.loads import Loads
 from reduced import foundation, profiles
+from reduced.contact_law import impact_depth
 
 if TYPE_CHECKING:
     from comparisons.scene import Scene
@@ -32,7 +32,8 @@ def largest_contact(scene: Scene, profile: profiles.Profile, loads: Loads) -> tu
     if scene.dynamics is not None and loads.control != "force":
         speed = max(scene.dynamics.velocity.values)
         energy = 0.5 * scene.dynamics.mass * speed**2
-        return _stopped(profile, scene.effective_modulus, energy)
+        depth = impact_depth(profile, scene.effective_modulus, energy)
+        return depth, float(profile.contact_radius(depth))
     if scene.adhesion is not None:
         pull = np.sqrt(2 * np.pi * scene.adhesion.work / scene.effective_modulus)
         return _adhering(profile, scene.effective_modulus, pull, loads)
@@ -46,20 +47,6 @@ def largest_contact(scene: Scene, profile: profiles.Profile, loads: Loads) -> tu
         raise ValueError("expected a load above zero somewhere")
     contact = foundation.indent(profile, modulus, **{normal.control: np.array([largest])})
     return float(contact.penetration[0]), float(contact.contact_radius[0])
-
-
-def _stopped(profile: profiles.Profile, modulus: float, energy: float) -> tuple[float, float]:
-    """Return the depth at which elastic energy has used up a kinetic one."""
-
-    def excess(logarithm: float) -> float:
-        depth = np.array([np.exp(logarithm)])
-        stored = float(foundation.indent(profile, modulus, penetration=depth).energy[0])
-        return np.log(stored / energy)
-
-    low, high = np.log(SMALLEST * profile.length), np.log(LARGEST * profile.length)
-    depth = np.array([np.exp(optimize.brentq(excess, low, high, xtol=1e-6))])
-    contact = foundation.indent(profile, modulus, penetration=depth)
-    return float(depth[0]), float(contact.contact_radius[0])
 
 
 def _adhering(

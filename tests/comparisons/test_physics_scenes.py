@@ -276,7 +276,8 @@ def test_the_estimate_of_an_impact_is_hertz(ball):
     )
     geometry, _ = prepare(hit)
     depth = (15 * 0.01 / (16 * hit.effective_modulus * math.sqrt(0.01))) ** 0.4
-    assert geometry.penetration == pytest.approx(depth, rel=1e-5)
+    # `reduced.contact_law.impact_depth` promises to be at most 1 % beyond it.
+    assert depth <= geometry.penetration <= 1.01 * depth
 
 
 def test_a_creeping_contact_is_estimated_with_the_softest_modulus(scene):

@@ -1,0 +1,114 @@
+"""An impact as a scene, from the file to the report: springs against the closed form."""
+
+from __future__ import annotations
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from comparisons.comparison import compare
+from comparisons.planning import plan_scene
+from comparisons.scene import make_scene
+from comparisons.single import solve_scene
+from comparisons.solving import solve_plan
+
+HIT = """name = "hit"
+[half_space]
+youngs_modulus = "210 GPa"
+poisson_ratio = 0.3
+[indenter]
+shape = "{shape}"
+{size}
+[dynamics]
+mass = "10 g"
+velocity = {{ from = "1 cm/s", to = "1 m/s", steps = 5, spacing = "log" }}
+"""
+
+
+@pytest.fixture
+def hit(tmp_path):
+    """Return a maker of scene files with an impact."""
+
+    def make(shape="paraboloid", size='radius = "10 mm"', more=""):
+        path = tmp_path / "hit.toml"
+        path.write_text(HIT.format(shape=shape, size=size) + more)
+        return str(path)
+
+    return make
+
+
+def test_the_duration_of_hertzian_impact_falls_with_the_fifth_root_of_the_speed(hit):
+    """T = 2.87 (m^2/(R E*^2 v))^(1/5) (Johnson 1985, (11.24)); the three digits are his."""
+    found = solve_scene(hit(), "reduced").columns()
+    modulus = 210e9 / (1 - 0.3**2)
+    hertz = 2.87 * (0.01**2 / (0.01 * modulus**2 * found["velocity"])) ** 0.2
+    assert found["contact_duration"] == pytest.approx(hertz, rel=2e-3)
+
+
+def test_springs_agree_with_the_closed_form_over_speeds(hit):
+    """Both rooms integrate the same law by different means; 0.1 % is asked of 40 springs."""
+    from comparisons.scene import load_scene
+
+    (plan,) = plan_scene(load_scene(hit("cone", "slope = 0.05")))
+    result = compare(plan, solve_plan(plan, repeats=1), {})
+    assert result.reference is not None
+    assert result.reference.method == "closed_form"
+    finest = result.measures[result.measures["resolution"] == 40]
+    assert set(finest["quantity"]) == {"restitution", "contact_duration", "penetration"}
+    assert set(finest["at"]) == {"velocity"}
+    assert finest["maximum"].max() < 1e-3
+    rows = result.rows[result.rows["method"] == "reduced"]
+    assert np.isfinite(rows["velocity"]).all()
+
+
+def test_every_other_method_refuses_with_what_it_lacks(hit):
+    from comparisons.scene import load_scene
+
+    (plan,) = plan_scene(load_scene(hit()))
+    refused = {each.method: each.reason for each in plan.methods if not each.supported}
+    assert refused["bem_fft"] == "does not model [dynamics]"
+    assert {each.method for each in plan.methods if each.supported} == {"closed_form", "reduced"}
+
+
+def test_a_viscoelastic_impact_is_another_physics():
+    data = {
+        "name": "soft",
+        "indenter": {"shape": "paraboloid", "radius": 0.01},
+        "viscoelastic": {"model": "kelvin_voigt", "shear_moduli": 1e6, "viscosities": 1e3},
+        "dynamics": {"mass": 0.01, "velocity": 1.0},
+    }
+    (plan,) = plan_scene(make_scene(data, "soft.toml", Path()))
+    refused = {each.method: each.reason for each in plan.methods}
+    assert refused["bem_fft"] == "does not model [viscoelastic] and [dynamics]"
+
+
+def test_a_course_in_time_is_refused_with_the_reason(hit):
+    from comparisons.scene import load_scene
+
+    source = hit(more="[loading]\ntime = [0, 1e-5]\n").replace("\n", "")
+    scene = load_scene(source, {"dynamics.velocity": 1.0})
+    (plan,) = plan_scene(scene)
+    (reduced,) = [each for each in plan.methods if each.method == "reduced"]
+    assert reduced.reason == "gives impacts, not their course in time"
+
+
+@pytest.mark.slow
+def test_the_command_line_solves_runs_and_reports_it(hit, tmp_path):
+    """Every command of the contract on one scene with physics, as a user types them."""
+
+    def roughline(*words):
+        command = [sys.executable, "-m", "reports", *words]
+        return subprocess.run(command, capture_output=True, text=True, check=True).stdout
+
+    source, out = hit(), tmp_path / "out"
+    document = json.loads(roughline("solve", source, "--method", "reduced", "--json"))
+    assert len(document["restitution"]) == len(document["velocity"]) == 5
+    assert "switched on: inertia" in roughline("run", source, "--plan")
+    roughline("run", source, "--out", str(out))
+    page = (out / "report.html").read_text(encoding="utf-8")
+    assert "Duration of contact against velocity of impact" in page
+    assert "velocity" in (out / "results.csv").read_text().splitlines()[0].split(",")
