@@ -13,7 +13,9 @@
 - `ensemble.press_ensemble`: many realisations with their statistics;
 - `procedure.calculate`: section 19.7 from a map to its contact;
 - `viscoelastic_models`: Kelvin-Voigt, Maxwell, standard solid and Prony series, their relaxation,
-  creep, complex modulus and fit.
+  creep, complex modulus and fit;
+- `viscoelastic.indent_in_time`: any history of depth or force on springs, `harmonic_stiffness`;
+- `viscoelastic_impact.impact`: a mass against them, its coefficient of restitution.
 
 Arrays and numbers in consistent units go in and come out; nothing here knows of files or scenes.
 """

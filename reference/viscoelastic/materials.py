@@ -13,6 +13,7 @@ import itertools
 import math
 from collections.abc import Sequence
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -22,6 +23,15 @@ Array = NDArray[np.float64]
 
 # Arms whose times differ by less than this act as one: their creep could not be told apart.
 _ALIKE = 1e-10
+
+
+class CreepModes(NamedTuple):
+    """J(t) = instantaneous + fluidity t + sum of compliances (1 - exp(-t/times))."""
+
+    instantaneous: float
+    fluidity: float
+    compliances: Array
+    times: Array
 
 
 class GeneralisedMaxwell:
@@ -110,14 +120,25 @@ class GeneralisedMaxwell:
     def creep(self, time: ArrayLike) -> Array:
         """Strain at a time t >= 0 after a unit jump of stress."""
         t = np.asarray(time, dtype=float)
-        strain = np.zeros(t.shape) if self.viscosity > 0 else 1 / self.instantaneous_modulus
-        if self.equilibrium_modulus == 0:
-            strain = strain + t / (float(self.arm_moduli @ self.arm_times) + self.viscosity)
-        for delayed, retardation in self._retardations:
+        modes = self.creep_modes
+        strain = modes.instantaneous + t * modes.fluidity
+        for delayed, retardation in zip(modes.compliances, modes.times, strict=True):
             strain = strain - delayed * np.expm1(-t / retardation)
         return np.asarray(strain)
 
     @cached_property
+    def creep_modes(self) -> CreepModes:
+        """Springs and dashpots in a row that creep like this material."""
+        steady = float(self.arm_moduli @ self.arm_times) + self.viscosity
+        delayed = np.array(self._retardations).reshape(-1, 2)
+        return CreepModes(
+            0.0 if self.viscosity > 0 else 1 / self.instantaneous_modulus,
+            1 / steady if self.equilibrium_modulus == 0 else 0.0,
+            delayed[:, 0],
+            delayed[:, 1],
+        )
+
+    @property
     def _retardations(self) -> list[tuple[float, float]]:
         """Compliance and time of each delayed part of the creep, by partial fractions.
 

@@ -1,0 +1,209 @@
+"""Viscoelastic half-space in time under any rigid shape: one elastic contact problem per instant.
+
+With one Poisson's ratio at all times, u(t) = int J*(t - s) d[v(s)], v = E K p the displacement of
+an elastic half-space of modulus one. J* is a sum of exponentials, so u needs only what its modes
+remember:
+
+    u = J_0 v + y + sum_k w_k,   dy/dt = v/eta,   lambda_k dw_k/dt = J_k v - w_k.
+
+With p linear in time over a step, u at its end is C v + (what is known), and the contact
+conditions there are those of an elastic half-space of modulus 1/C whose gap is larger by what is
+known: the surface remembers. Cells are free to leave and to be touched again; no symmetry and no
+spring is assumed. The error in time falls as dt^2 (a dashpot without a spring before it, J_0 = 0,
+lets pressure jump: there p is constant over a step, and belongs to its middle).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from reference.halfspace.fft import solve
+from reference.halfspace.operators import HalfSpace
+from reference.halfspace.solution import Contact, check_gap
+from reference.viscoelastic.hereditary import contact_factor
+from reference.viscoelastic.materials import GeneralisedMaxwell
+
+Field = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Instant:
+    """Contact at an instant.
+
+    Attributes
+    ----------
+    time, penetration, force : float
+        With J_0 = 0 those of the middle of a step, else of its end.
+    pressure : ndarray, shape (nx, ny)
+    violation : float
+        Of the contact conditions, as in `Contact`.
+    """
+
+    time: float
+    penetration: float
+    force: float
+    pressure: Field
+    violation: float
+
+
+def press_in_time(
+    operator: HalfSpace,
+    gap: ArrayLike,
+    material: GeneralisedMaxwell,
+    time: ArrayLike,
+    *,
+    penetration: ArrayLike | None = None,
+    force: ArrayLike | None = None,
+    poisson_ratio: float = 0.5,
+    tolerance: float = 1e-9,
+) -> Iterator[Instant]:
+    """Press a rigid shape on a viscoelastic half-space along a history of depth or force.
+
+    Parameters
+    ----------
+    operator : FreeOperator or PeriodicOperator
+        Geometry; its own modulus plays no part.
+    gap : array_like, shape (nx, ny)
+        Initial gap, 0 at first touch.
+    material : GeneralisedMaxwell
+        In shear.
+    time : array_like, shape (k,)
+        Increasing; nothing touches before the first, where a first value above 0 is a jump.
+    penetration, force : array_like, shape (k,)
+        Exactly one of them; forces > 0.
+    poisson_ratio : float
+    tolerance : float
+        Of each contact problem, as for `fft.solve`.
+
+    Yields
+    ------
+    Instant
+        One per time (with J_0 = 0: one per step, at its middle).
+
+    Raises
+    ------
+    ValueError
+        Listing everything wrong.
+    ConvergenceError
+        From the `next` of an instant whose contact problem fails.
+    """
+    name, times, values = _checked(time, penetration=penetration, force=force)
+    if material.viscosity > 0 and name == "penetration" and values[0] > 0:
+        raise ValueError("penetration must start at 0 against a dashpot")
+    surface = _Surface(operator, material, contact_factor(poisson_ratio))
+    return _march(surface, check_gap(operator, gap), name, times, values, tolerance)
+
+
+def _march(
+    surface: _Surface, gap: Field, name: str, times: Field, values: Field, tolerance: float
+) -> Iterator[Instant]:
+    depth = 0.0
+    for step, duration in enumerate(np.diff(times, prepend=times[0])):
+        if step == 0 and surface.damped:
+            continue  # pressures against a dashpot take time to do anything
+        load = values[step]
+        if name == "force" and surface.damped:
+            load = values[step - 1 : step + 1].mean()
+        before = depth
+        depth, contact = surface.step(gap, name, float(load), float(duration), tolerance)
+        yield Instant(
+            time=float(times[step] - (duration / 2 if surface.damped else 0.0)),
+            penetration=(before + depth) / 2 if surface.damped else depth,
+            force=surface.force,
+            pressure=surface.pressure,
+            violation=0.0 if contact is None else contact.violation,
+        )
+
+
+class _Surface:
+    """The half-space and what it remembers, per unit of G/E*.
+
+    Attributes
+    ----------
+    pressure : ndarray
+    damped : bool
+        Whether J_0 = 0.
+    """
+
+    def __init__(self, operator: HalfSpace, material: GeneralisedMaxwell, factor: float) -> None:
+        self._operator, self._factor = operator, factor
+        self._creep = material.creep_modes
+        self.damped = self._creep.instantaneous == 0
+        self.pressure = np.zeros(operator.shape)
+        self._elastic = np.zeros(operator.shape)  # v
+        self._flow = np.zeros(operator.shape)  # y
+        self._modes = np.zeros((len(self._creep.times), *operator.shape))  # w
+        self._last: Contact | None = None
+        self._compliance = 1.0
+
+    @property
+    def force(self) -> float:
+        """Sum of the pressure."""
+        return float(self.pressure.sum() * self._operator.cell_area)
+
+    def step(
+        self, gap: Field, name: str, load: float, duration: float, tolerance: float
+    ) -> tuple[float, Contact | None]:
+        """Go on by one step; return the depth at its end and the contact problem solved."""
+        creep, z = self._creep, duration / self._creep.times
+        decay = np.exp(-z)
+        mean = np.divide(-np.expm1(-z), z, out=np.ones(z.size), where=z > 0)
+        # Shares of v0 and v1 in the modes: v linear over the step, or v1 all along.
+        late = creep.compliances * (1 - (decay if self.damped else mean))
+        early = creep.compliances * (0.0 if self.damped else mean - decay)
+        flow = creep.fluidity * duration * (1.0 if self.damped else 0.5)
+        early_flow = creep.fluidity * duration - flow
+        modes = decay[:, None, None] * self._modes + early[:, None, None] * self._elastic
+        known = modes.sum(axis=0) + self._flow + early_flow * self._elastic
+        compliance = creep.instantaneous + float(late.sum()) + flow
+        depth, contact = self._solve(gap + known, name, load, compliance, tolerance)
+        elastic = np.zeros(gap.shape) if contact is None else contact.displacement / compliance
+        self._modes = modes + late[:, None, None] * elastic
+        self._flow = self._flow + early_flow * self._elastic + flow * elastic
+        self._elastic = elastic
+        return depth, contact
+
+    def _solve(
+        self, gap: Field, name: str, load: float, compliance: float, tolerance: float
+    ) -> tuple[float, Contact | None]:
+        """Contact of a surface of the given compliance J* E*/G with a gap of any sign."""
+        # The operator's problem has its own modulus: its pressure is `scale` times ours.
+        scale = compliance * self._operator.effective_modulus / self._factor
+        top = float(gap[np.isfinite(gap)].min())
+        if name == "penetration" and load <= top:
+            self.pressure, self._last = np.zeros(gap.shape), None
+            return load, None
+        given = {name: load - top if name == "penetration" else load * scale}
+        start = self._last
+        if start is not None:
+            start = replace(start, pressure=self.pressure * scale)
+        contact = solve(self._operator, gap - top, **given, tolerance=tolerance, start=start)
+        self.pressure, self._last = contact.pressure / scale, contact
+        return contact.penetration + top, contact
+
+
+def _checked(
+    time: ArrayLike, **given: ArrayLike | None
+) -> tuple[str, NDArray[np.float64], NDArray[np.float64]]:
+    """Name, times and values of the one history given, or one ValueError."""
+    chosen = {name: value for name, value in given.items() if value is not None}
+    if len(chosen) != 1:
+        raise ValueError(f"give exactly one of {', '.join(given)}; came: {', '.join(chosen)}")
+    ((name, value),) = chosen.items()
+    times, values = np.asarray(time, dtype=float), np.asarray(value, dtype=float)
+    faults = []
+    if times.ndim != 1 or times.shape != values.shape or times.size == 0:
+        faults.append(f"time and {name} must be lists of one length, not {time!r}, {value!r}")
+    elif not (np.isfinite(times).all() and (np.diff(times) > 0).all()):
+        faults.append(f"time must be finite and increasing, not {time!r}")
+    elif not np.isfinite(values).all():
+        faults.append(f"{name} must be finite, not {value!r}")
+    elif name == "force" and not (values > 0).all():
+        faults.append(f"force must be positive, not {value!r}")
+    if faults:
+        raise ValueError("; ".join(faults))
+    return name, times, values

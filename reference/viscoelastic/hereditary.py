@@ -1,0 +1,305 @@
+"""Hereditary integrals of Lee & Radok and of Ting for bodies of revolution, by quadrature.
+
+With A(d) the force of an elastic half-space of E* = 1 at depth d, E*(t) = 2 G(t)/(1 - nu) and
+J* its creep function:
+
+- while the contact grows (Lee & Radok, J. Appl. Mech. 27 (1960) 438):
+  F(t) = int_0^t E*(t - s) d[A(d(s))],  A(d(t)) = int_0^t J*(t - s) dF(s),  a = a(d);
+- while it shrinks after one maximum (Ting, J. Appl. Mech. 33 (1966) 845; 35 (1968) 248): the
+  contact is the one that the loading had at t1(t) with int_t1^t E*(t - s) d'(s) ds = 0, and
+  F(t) = int_0^t1 E*(t - s) d[A(d(s))].
+
+Ting's t1 must not grow again: a retreat that slows down lets the recovering surface catch up with
+the body, which then touches parts that have been free for a while, and no longer remembers t1.
+Such histories are refused. Histories are linear between given times. Nothing is discretised in
+space.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.optimize import brentq
+
+from reference.closed_form.form import ClosedForm
+from reference.viscoelastic.materials import GeneralisedMaxwell
+
+Array = NDArray[np.float64]
+
+_NODES = (14, 24)  # the difference of the two rules is the error estimate of the first
+_SAMPLES = 24  # per piece of the retreat
+_LEVELS = 36  # halvings towards the ends of a segment, where d^(1/2) or fast arms vary
+
+
+@dataclass(frozen=True)
+class Curve:
+    """Contact along a history; arrays have the shape of the times asked for.
+
+    Attributes
+    ----------
+    time, penetration, force, contact_radius : ndarray
+    error : ndarray
+        Estimated error of the force (or of the depth, where the force is given): of the
+        quadrature, and rounding.
+    """
+
+    time: Array
+    penetration: Array
+    force: Array
+    contact_radius: Array
+    error: Array
+
+
+def contact_factor(poisson_ratio: float) -> float:
+    """Return E*/G = 2/(1 - nu), the same at all times (4 for rubber)."""
+    if not -1 < poisson_ratio <= 0.5:
+        raise ValueError(f"poisson_ratio must lie in (-1, 1/2], not {poisson_ratio!r}")
+    return 2 / (1 - poisson_ratio)
+
+
+@dataclass(frozen=True)
+class _Path:
+    """Linear pieces of a history: times, values and slopes."""
+
+    time: Array
+    value: Array
+
+    def at(self, t: ArrayLike) -> Array:
+        return np.interp(t, self.time, self.value)
+
+    @property
+    def slopes(self) -> Array:
+        return np.diff(self.value) / np.diff(self.time)
+
+
+def indentation(
+    form: ClosedForm,
+    effective_modulus: float,
+    material: GeneralisedMaxwell,
+    history: ArrayLike,
+    penetration: ArrayLike,
+    time: ArrayLike,
+    *,
+    poisson_ratio: float = 0.5,
+) -> Curve:
+    """Force and contact radius of a depth that rises, rests and falls once.
+
+    Parameters
+    ----------
+    form : ClosedForm
+        Elastic contact of the body, axisymmetric.
+    effective_modulus : float
+        The E* that `form` was made with.
+    material : GeneralisedMaxwell
+        In shear.
+    history, penetration : array_like, shape (k,)
+        Times, increasing, and depths from 0 on; first not falling, then not rising.
+    time : array_like
+        Where to evaluate, within the history. With a dashpot the force at a kink belongs to the
+        velocity before it.
+    poisson_ratio : float
+
+    Returns
+    -------
+    Curve
+
+    Raises
+    ------
+    ValueError
+        If the history is none of this kind, or the contact grows while the body retreats.
+
+    Examples
+    --------
+    A ramp against a dashpot, F = 4 eta A'(d) d' with A' = 2 sqrt(R d):
+
+    >>> from reference.closed_form import paraboloid
+    >>> oil = GeneralisedMaxwell(0.0, viscosity=1.0)
+    >>> found = indentation(paraboloid(1.0, 1.0), 1.0, oil, [0, 1], [0, 0.01], [1.0])
+    >>> round(float(found.force[0]), 12)
+    0.008
+    """
+    path = _checked_path(history, penetration)
+    times = np.atleast_1d(np.asarray(time, dtype=float))
+    if not ((times >= path.time[0]) & (times <= path.time[-1])).all():
+        raise ValueError("time must lie within the history")
+    factor = contact_factor(poisson_ratio)
+
+    def growth(d: Array) -> Array:
+        return np.asarray(form.stiffness(d)) / effective_modulus
+
+    force, touching, error = np.zeros((3, times.size))
+    _refuse_growth(material, path, times.max())
+    for i, t in enumerate(times):
+        touching[i] = _contact_time(material, path, t)
+        force[i], error[i] = _hereditary_force(material, path, growth, t, touching[i])
+    radius = np.asarray(form.contact_radius(path.at(touching)))
+    return Curve(times, path.at(times), factor * force, radius, factor * error)
+
+
+def creep(
+    form: ClosedForm,
+    effective_modulus: float,
+    material: GeneralisedMaxwell,
+    history: ArrayLike,
+    force: ArrayLike,
+    time: ArrayLike,
+    *,
+    poisson_ratio: float = 0.5,
+) -> Curve:
+    """Depth under a force that never lets the contact shrink (Lee & Radok).
+
+    Parameters
+    ----------
+    form, effective_modulus, material, poisson_ratio
+        As for `indentation`.
+    history, force : array_like, shape (k,)
+        Times, increasing, and forces not falling: the contact then grows for any material. A first
+        force above 0 is a jump.
+    time : array_like
+        Where to evaluate.
+
+    Raises
+    ------
+    ValueError
+        If the force falls anywhere.
+
+    Examples
+    --------
+    >>> from reference.closed_form import paraboloid
+    >>> zener = GeneralisedMaxwell.standard(0.25, 0.25, 1.0)
+    >>> found = creep(paraboloid(1.0, 1.0), 1.0, zener, [0, 1], [4 / 3, 4 / 3], [0.0])
+    >>> round(float(found.penetration[0]), 12)  # Hertz with E* = 4 (G_0 + G_1) = 2
+    0.629960524947
+    """
+    t, values = np.asarray(history, dtype=float), np.asarray(force, dtype=float)
+    path = _increasing(t, values)
+    if not (values[0] >= 0 and (np.diff(values) >= 0).all() and values[-1] > 0):
+        raise ValueError(f"force must not fall and end above 0, not {force!r}")
+    times = np.atleast_1d(np.asarray(time, dtype=float))
+    total = values[0] * material.creep(times - t[0])
+    error = np.zeros(times.size)
+    for i, end in enumerate(times):
+        for begin, stop, slope in _segments(path, end):
+            part, doubt = _quadrature(lambda s, end=end: material.creep(end - s), begin, stop)
+            total[i] += slope * part
+            error[i] += abs(slope) * doubt
+    total, error = total / contact_factor(poisson_ratio), error / contact_factor(poisson_ratio)
+    depth = np.asarray(form.penetration(effective_modulus * total))
+    slope = np.asarray(form.stiffness(depth)) / effective_modulus
+    spread = np.divide(error, slope, out=np.zeros(times.size), where=slope > 0)
+    return Curve(times, depth, path.at(times), np.asarray(form.contact_radius(depth)), spread)
+
+
+def _contact_time(material: GeneralisedMaxwell, path: _Path, t: float) -> float:
+    """Time at which the loading had the contact of time t: t itself while the depth rises."""
+    rising = np.flatnonzero((path.slopes > 0) & (path.time[:-1] < t))
+    top = min(t, path.time[rising[-1] + 1]) if rising.size else path.time[0]
+
+    def tension(t1: float) -> float:
+        """int_t1^t E(t - s) d'(s) ds: the force of a spring first touched at t1."""
+        return _held(material, path, t1, t)
+
+    if tension(top) >= 0:
+        return top
+    if tension(path.time[0]) <= 0:
+        return path.time[0]
+    return brentq(tension, path.time[0], top, xtol=4e-16 * path.time[-1], rtol=1e-15)
+
+
+def _refuse_growth(material: GeneralisedMaxwell, path: _Path, until: float) -> None:
+    """Raise ValueError if the contact grows after the depth has begun to fall (sampled)."""
+    peak = float(path.time[path.value == path.value.max()][-1])
+    if until <= peak:
+        return
+    kinks = path.time[(path.time > peak) & (path.time < until)]
+    pieces = pairwise([peak, *kinks, until])
+    samples = np.concatenate([np.linspace(*ends, _SAMPLES) for ends in pieces])
+    touching = np.array([_contact_time(material, path, t) for t in samples])
+    grows = np.diff(touching) > 1e-9 * (peak - path.time[0])
+    if grows.any():
+        raise ValueError(
+            f"the contact grows again near time {samples[1:][grows][0]:.6g}, where the retreat is "
+            "slower than the surface recovers: Ting's solution does not hold there"
+        )
+
+
+def _held(material: GeneralisedMaxwell, path: _Path, begin: float, t: float) -> float:
+    """Stress of a strain that follows the path from a time on, in closed form."""
+    total = material.equilibrium_modulus * (path.at(t) - path.at(begin))
+    for first, last, slope in _segments(path, t, begin):
+        for modulus, tau in zip(material.arm_moduli, material.arm_times, strict=True):
+            grown = np.exp(-(t - last) / tau) * -np.expm1(-(last - first) / tau)
+            total += slope * modulus * tau * grown
+    return float(total + material.viscosity * _velocity(path, t))
+
+
+def _velocity(path: _Path, t: float) -> float:
+    """Slope of the path just before t."""
+    place = int(np.searchsorted(path.time, t, side="left")) - 1
+    return float(path.slopes[place]) if place >= 0 else 0.0
+
+
+def _hereditary_force(
+    material: GeneralisedMaxwell,
+    path: _Path,
+    growth: Callable[[Array], Array],
+    t: float,
+    contact_time: float,
+) -> tuple[float, float]:
+    """Return int E(t - s) A'(d(s)) d'(s) ds to the contact time, over E*/G, and its error."""
+    total = error = 0.0
+    for begin, end, slope in _segments(path, contact_time):
+        part, doubt = _quadrature(
+            lambda s: material.relaxation(t - s) * growth(path.at(s)), begin, end
+        )
+        total += slope * part
+        error += abs(slope) * doubt
+    # The dashpot's pulse: all of it while the contact grows, none of it afterwards.
+    if material.viscosity > 0 and contact_time == t:
+        total += material.viscosity * float(growth(path.at(t))) * _velocity(path, t)
+    return total, error
+
+
+def _segments(path: _Path, end: float, begin: float = -np.inf) -> list[tuple[float, float, float]]:
+    """Pieces of the path between two times on which it changes: (start, end, slope)."""
+    first, last = np.maximum(path.time[:-1], begin), np.minimum(path.time[1:], end)
+    used = (last > first) & (path.slopes != 0)
+    return list(zip(first[used], last[used], path.slopes[used], strict=True))
+
+
+def _quadrature(
+    function: Callable[[Array], Array], begin: float, end: float
+) -> tuple[float, float]:
+    """Gauss-Legendre on panels that halve towards both ends; value and error estimate."""
+    halves = 0.5 * 2.0 ** -np.arange(_LEVELS)
+    marks = np.concatenate([[0.0], halves[::-1], 1 - halves[1:], [1.0]])
+    low, width = begin + (end - begin) * marks[:-1, None], (end - begin) * np.diff(marks)[:, None]
+    values = []
+    for count in _NODES:
+        nodes, weights = np.polynomial.legendre.leggauss(count)
+        samples = function(low + width * (nodes + 1) / 2)
+        values.append(float((samples * weights * width / 2).sum()))
+    rounding = 16 * np.finfo(float).eps * abs(values[1])
+    return values[1], abs(values[1] - values[0]) + rounding
+
+
+def _increasing(time: Array, values: Array) -> _Path:
+    """Check that times increase and values are finite."""
+    if time.ndim != 1 or time.size < 2 or time.shape != values.shape:
+        raise ValueError(f"a history needs two lists of one length, not {time!r}, {values!r}")
+    if not (np.isfinite(time).all() and (np.diff(time) > 0).all() and np.isfinite(values).all()):
+        raise ValueError(f"a history needs increasing times and finite values, not {time!r}")
+    return _Path(time, values)
+
+
+def _checked_path(history: ArrayLike, penetration: ArrayLike) -> _Path:
+    """Return the history of a depth that rises from 0 and then falls."""
+    path = _increasing(np.asarray(history, dtype=float), np.asarray(penetration, dtype=float))
+    falling = np.flatnonzero(path.slopes < 0)
+    if path.value[0] != 0 or (falling.size and (path.slopes[falling[0] :] > 0).any()):
+        raise ValueError("penetration must start at 0, rise, and then fall for good")
+    return path

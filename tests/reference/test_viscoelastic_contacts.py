@@ -1,0 +1,222 @@
+"""Lee-Radok and Ting by quadrature, the half-space in time, impact: each against the others.
+
+The springs of the reduced model stand beside them as one more independent solution: it is exact
+for these contacts in the limit of fine springs.
+"""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+
+from reduced.profiles import cone, cylinder, paraboloid, power_law
+from reduced.viscoelastic import indent_in_time
+from reduced.viscoelastic_impact import impact as impact_on_springs
+from reduced.viscoelastic_models import prony
+from reference import closed_form
+from reference.halfspace import FreeOperator
+from reference.viscoelastic import creep, impact, indentation, press_in_time
+from reference.viscoelastic.materials import GeneralisedMaxwell
+
+SOLID = GeneralisedMaxwell(1.0, [3.0, 2.0], [0.3, 5.0])
+SOLID_SPRINGS = prony(1.0, [3.0, 2.0], [0.3, 5.0])
+ZENER = GeneralisedMaxwell.standard(1.0, 3.0, 0.5)
+HISTORY = np.array([0.0, 1.0, 2.0, 2.4, 2.5])
+DEPTHS = np.array([0.0, 1.0, 1.0, 0.65, 0.5]) * 0.01
+BALL = closed_form.paraboloid(1.0, 1.0)
+
+
+def test_ramp_is_radok_by_adaptive_quadrature():
+    """F = (16/3) sqrt R int G(t - s) d[(v s)^1.5], with s = w^2 so that nothing is singular."""
+    speed, t = 0.01, 0.8
+    found = indentation(BALL, 1.0, SOLID, [0.0, 1.0], [0.0, speed], [t])
+
+    def integrand(w):
+        return float(SOLID.relaxation(t - w * w)) * 1.5 * speed**1.5 * w * 2 * w
+
+    exact = 16 / 3 * quad(integrand, 0, np.sqrt(t), epsabs=0, epsrel=1e-13)[0]
+    assert found.force[0] == pytest.approx(exact, rel=1e-12)
+    assert found.error[0] < 1e-11 * exact
+    assert found.contact_radius[0] == pytest.approx(np.sqrt(speed * t), rel=1e-14)
+
+
+@pytest.mark.parametrize(
+    ("form", "profile"),
+    [
+        (BALL, paraboloid(1.0)),
+        (closed_form.cone(0.2, 1.0), cone(0.2)),
+        (closed_form.power_law(4, 40.0, 1.0), power_law(4, 40.0)),
+        (closed_form.cylinder(0.1, 1.0), cylinder(0.1)),
+    ],
+    ids=["paraboloid", "cone", "quartic", "punch"],
+)
+def test_springs_converge_to_ting_through_unloading(form, profile):
+    """Ramp, rest, retreat at two speeds: force of the springs at third order, radius at second.
+
+    At forty springs per radius forces are within 3e-5 of the largest and radii within 3e-4 of
+    their own; the flat punch is exact to rounding.
+    """
+    exact = indentation(form, 1.0, SOLID, HISTORY, DEPTHS, HISTORY[1:])
+    assert (exact.error <= 1e-9 * exact.force).all()
+    springs, errors = np.array([10, 20, 40, 80, 160]), []
+    for n in springs:
+        found = indent_in_time(profile, SOLID_SPRINGS, HISTORY, penetration=DEPTHS, springs=n)
+        force = np.abs(found.force[1:] - exact.force).max() / exact.force.max()
+        radius = np.abs(found.contact_radius[1:] / exact.contact_radius - 1).max()
+        errors.append([force, radius])
+    errors = np.array(errors)
+    if profile.name == "cylinder":
+        assert errors.max() < 1e-12
+        return
+    rates = -np.polyfit(np.log(springs), np.log(errors), 1)[0]
+    assert rates[0] > 2.5
+    assert rates[1] > 1.5
+    assert errors[2, 0] < 3e-5
+    assert errors[2, 1] < 3e-4
+
+
+def test_ting_refuses_a_retreat_that_the_surface_overtakes():
+    """A retreat that slows down: on springs the contact grows again, Ting's theory has to stop."""
+    slower = np.array([0.0, 1.0, 1.0, 0.65, 0.6]) * 0.01
+    t = np.array([0.0, 1.0, 2.0, 2.4, 2.6])
+    with pytest.raises(ValueError, match="grows again"):
+        indentation(BALL, 1.0, SOLID, t, slower, t)
+    found = indent_in_time(paraboloid(1.0), SOLID_SPRINGS, t, penetration=slower)
+    assert found.contact_radius[4] > found.contact_radius[3]
+
+
+def test_creep_of_both_rooms():
+    """A ramp of the force, then rest: springs against A(d) = int J dF."""
+    t = np.linspace(0, 2, 41)
+    force = 0.02 * np.minimum(t, 1.0)
+    exact = creep(BALL, 1.0, SOLID, [0, 1, 2], [0, 0.02, 0.02], t[1:])
+    found = indent_in_time(paraboloid(1.0), SOLID_SPRINGS, t, force=force, springs=160)
+    # 41 times: dt^2, most of it where the ramp starts (d ~ t^(2/3) there)
+    np.testing.assert_allclose(found.penetration[11:], exact.penetration[10:], rtol=4e-4)
+
+
+def cells(n, reach):
+    """Square grid of n x n cells over |x|, |y| < reach, and the squared radius of its cells."""
+    dx = 2 * reach / n
+    x = (np.arange(n) - n / 2 + 0.5) * dx
+    return FreeOperator((n, n), (dx, dx), 3.0), x[:, None] ** 2 + x**2
+
+
+def test_punch_creeps_as_its_material_does():
+    """Force linear in time on a fixed contact: d(t)/d_elastic = int J* dF/F, exact at any step."""
+    operator, square = cells(12, 0.12)
+    gap = np.where(square <= 0.1**2, 0.0, np.inf)
+    t = np.array([0.0, 0.7, 2.0, 9.0])
+    force = np.array([1.0, 1.0, 2.5, 0.4])
+    steps = list(press_in_time(operator, gap, ZENER, t, force=force))
+    depths = np.array([step.penetration for step in steps])
+    elastic = list(press_in_time(operator, gap, GeneralisedMaxwell(1.0), t[:1], force=[1.0]))
+    slopes = np.diff(force) / np.diff(t)
+    for depth, end in zip(depths, t, strict=True):
+        strain = float(ZENER.creep(end)) * force[0]
+        for begin, stop, slope in zip(t[:-1], t[1:], slopes, strict=True):
+            if begin < end:
+                strain += (
+                    slope * quad(lambda s, end=end: float(ZENER.creep(end - s)), begin, stop)[0]
+                )
+        # the contact problems' tolerance is 1e-9
+        assert depth / elastic[0].penetration == pytest.approx(strain, rel=1e-7)
+
+
+def ball_force(n, steps, depth=DEPTHS, history=HISTORY, material=SOLID):
+    """Force at the kinks of the history from n x n cells and steps per piece."""
+    operator, square = cells(n, 0.115)
+    t = np.concatenate(
+        [[0.0]] + [np.linspace(*ends, steps + 1)[1:] for ends in itertools.pairwise(history)]
+    )
+    found = press_in_time(
+        operator, square / 2, material, t, penetration=np.interp(t, history, depth)
+    )
+    return np.array([step.force for step in found])[steps::steps]
+
+
+def test_half_space_in_time_converges_to_ting():
+    """Paraboloid through unloading: grid and step refined together, factor two each.
+
+    The grid's error of a Hertz force falls about as dx^1.5 to dx^2, the step's as dt^2; the bar
+    (the last difference) holds the truth at every kink.
+    """
+    exact = indentation(BALL, 1.0, SOLID, HISTORY, DEPTHS, HISTORY[1:]).force
+    runs = np.array([ball_force(n, k) for n, k in ((16, 8), (32, 16), (64, 32))])
+    errors = np.abs(runs - exact) / exact.max()
+    assert (errors[-1] < 1e-4).all()
+    assert errors[-1].max() < errors[0].max() / 4
+    assert (np.abs(runs[-1] - exact) <= np.abs(runs[-1] - runs[-2])).all()
+
+
+def test_surface_that_recovers_is_touched_again():
+    """In, half out, in again: no closed form; the half-space and the springs agree within 2e-3."""
+    history = np.array([0.0, 0.5, 1.0, 1.2, 2.0, 2.3])
+    depth = np.array([0.0, 1.0, 1.0, 0.3, 0.3, 0.9]) * 0.01
+    half_space = ball_force(64, 30, depth, history)
+    springs = indent_in_time(
+        paraboloid(1.0), SOLID_SPRINGS, history, penetration=depth, springs=160
+    ).force[1:]
+    # where most of the imprint has no contact, the few cells that have make the error
+    np.testing.assert_allclose(half_space, springs, rtol=2e-3, atol=2e-3 * springs.max())
+    assert springs[3] > 2 * springs[2]  # the surface came up against a resting body
+
+
+def test_half_space_against_a_dashpot():
+    """Kelvin-Voigt on the way in: pressure is singular at the edge, the grid's error larger."""
+    damped = GeneralisedMaxwell.kelvin_voigt(1.0, 0.3)
+    operator, square = cells(48, 0.115)
+    t = np.linspace(0, 1, 21)
+    found = list(press_in_time(operator, square / 2, damped, t, penetration=0.01 * t))
+    at = np.array([step.time for step in found[9:]])
+    exact = indentation(BALL, 1.0, damped, [0, 1], [0, 0.01], at)
+    np.testing.assert_allclose([step.force for step in found[9:]], exact.force, rtol=1e-2)
+
+
+def test_unit_of_length_costs_no_digit():
+    """The same problem in units of powers of two: the same forces, bit by bit."""
+    operator, square = cells(16, 0.115)
+    t, depth = np.linspace(0, 1, 5), np.array([0.0, 0.5, 1.0, 0.8, 0.5]) * 0.01
+    here = [s.force for s in press_in_time(operator, square / 2, ZENER, t, penetration=depth)]
+    metre = 2.0**-30
+    small = FreeOperator((16, 16), tuple(metre * s for s in operator.spacing), 3.0)
+    there = press_in_time(small, square / 2 * metre, ZENER, t, penetration=depth * metre)
+    assert [s.force for s in there] == [force * metre**2 for force in here]
+
+
+@pytest.mark.parametrize(
+    ("material", "springs"),
+    [
+        (GeneralisedMaxwell.standard(0.25, 0.25, 0.01), prony(0.25, [0.25], [0.01])),
+        (GeneralisedMaxwell.maxwell(0.25, 0.05), prony(0.0, [0.25], [0.05])),
+        (GeneralisedMaxwell.kelvin_voigt(0.25, 0.0005), prony(0.25, viscosity=0.0005)),
+    ],
+    ids=["standard", "maxwell", "kelvin_voigt"],
+)
+def test_impact_on_springs_is_that_of_lee_radok_and_ting(material, springs):
+    """Restitution, duration, depth and force of a ball by an initial value problem."""
+    exact = impact(BALL, 1.0, material, 1e-6, 1e-2)
+    assert exact.error < 1e-6
+    found = impact_on_springs(paraboloid(1.0), springs, 1e-6, 1e-2, steps=400)
+    # second order in 400 steps; with a dashpot d ~ t puts its kink t^(1/2) into the first steps
+    assert found.restitution == pytest.approx(exact.restitution, abs=2e-5)
+    assert found.duration == pytest.approx(exact.duration, rel=2e-5)
+    assert found.penetration.max() == pytest.approx(exact.penetration, rel=2e-5)
+    assert found.force.max() == pytest.approx(exact.force, rel=2e-4)
+
+
+def test_bad_histories_are_refused():
+    with pytest.raises(ValueError, match="fall for good"):
+        indentation(BALL, 1.0, SOLID, [0, 1, 2, 3], [0, 1, 0.5, 1], [1.0])
+    with pytest.raises(ValueError, match="not fall"):
+        creep(BALL, 1.0, SOLID, [0, 1], [1.0, 0.5], [1.0])
+    operator, square = cells(4, 1.0)
+    with pytest.raises(ValueError, match="exactly one"):
+        press_in_time(operator, square, SOLID, [0.0])
+    with pytest.raises(ValueError, match="start at 0"):
+        press_in_time(
+            operator, square, GeneralisedMaxwell.kelvin_voigt(1, 1), [0.0], penetration=[1.0]
+        )
