@@ -1,0 +1,243 @@
+"""One spring drawn under a rough line at constant speed and level: its exact path, cell by cell.
+
+In steady sliding every spring goes through the same history, so one of them, drawn once under the
+line, is the whole contact. Between its points the line is straight. In contact the arms of the
+material follow a linear deflection exactly; a free spring relaxes in its retardation modes, each a
+plain exponential; contacts begin and end inside the cells. (A force that dips below zero and
+recovers within one cell is not looked for; with one arm, or none, it cannot happen.)
+
+All times are lengths here, times speed: v tau_k of the arms, v lambda_m of the modes, and v eta of
+a dashpot beside them. Forces are per length of line and without the factor 4 of (19.30).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+FORCE, WORK, LOSS, LENGTH, SQUARES, COUNT = range(6)
+SUMS = 6
+_ROUNDS = 200
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(4)
+
+
+@njit(cache=True)
+def draw(line, level, step, touching, solid, wet, arms, lengths, modes, matrix, inverse, state):
+    """Draw a spring under the line: integrals over the line, and the spring's state at its end.
+
+    Parameters
+    ----------
+    line : ndarray, shape (n,)
+        Heights in the order in which they pass.
+    level, step : float
+        Z0 of the rubber's undisturbed surface, and dx.
+    touching : bool
+        Whether the spring begins in contact.
+    solid, wet : float
+        G_inf and v eta.
+    arms, lengths : ndarray, shape (k,)
+        Moduli G_k and relaxation lengths v tau_k.
+    modes : ndarray, shape (m,)
+        Retardation lengths v lambda_m, m = k, or k + 1 with a dashpot beside the arms.
+    matrix, inverse : ndarray, shape (m, m)
+        From the amplitudes of the modes of a free spring to the deflections q_k of the arms'
+        dashpots (and w in the last row, with a dashpot), and back.
+    state : ndarray, shape (m,)
+        q_k of a spring in contact (a last place not used), or amplitudes of modes of a free one.
+
+    Returns
+    -------
+    sums : ndarray, shape (6,)
+        Integrals of the force and of its work on the line's slope, the energy dissipated (what a
+        spring stores when it is let go but not when it is met again is lost), the lengths of the
+        contacts, their squares, and their number. A contact across the seam is one.
+    touching : bool
+        Whether the spring ends in contact.
+    """
+    sums, began, first, run = np.zeros(SUMS), touching, -1.0, 0.0
+    whole, factors = np.exp(-step / modes), np.empty((3, arms.size))
+    for i in range(line.size - 1):
+        height, rest = line[i] - level, step
+        rate = (line[i + 1] - line[i]) / step
+        if not touching:
+            at = _entry(state, modes, whole, height, rate, step)
+            if at > step:
+                state *= whole
+                continue
+            height, rest, touching = height + rate * at, step - at, True
+            _to_arms(state, modes, matrix, at)
+            sums[LOSS] -= _stored(state, height, solid, arms)
+        part = _contact_part(state, height, rate, rest, solid, wet, arms, lengths, factors)
+        pull = _follow(state, height, rate, part, solid, wet, arms, lengths, factors, sums)
+        sums[FORCE] += pull
+        sums[WORK] += rate * pull
+        run += part
+        if part < rest:
+            sums[LOSS] += _stored(state, height + rate * part, solid, arms)
+            _to_modes(state, modes, inverse, height + rate * part, arms.size, rest - part)
+            if began and first < 0.0:
+                first = run
+            else:
+                _add_contact(sums, run)
+            touching, run = False, 0.0
+    if touching or first >= 0.0:
+        _add_contact(sums, (run if touching else 0.0) + max(first, 0.0))
+    return sums, touching
+
+
+@njit(cache=True)
+def _add_contact(sums, length):
+    sums[LENGTH] += length
+    sums[SQUARES] += length * length
+    sums[COUNT] += 1.0
+
+
+@njit(cache=True)
+def _free_place(state, modes, s):
+    """Deflection and its rate of a free spring after a way s."""
+    place, rate = 0.0, 0.0
+    for j in range(modes.size):
+        now = state[j] * np.exp(-s / modes[j])
+        place += now
+        rate -= now / modes[j]
+    return place, rate
+
+
+@njit(cache=True)
+def _entry(state, modes, whole, height, rate, step):
+    """Way to the point where the line meets a free spring, or twice the step if it does not.
+
+    The clearance is convex (all amplitudes are >= 0): Newton's steps from a point before the first
+    zero stay before it.
+    """
+    end = 0.0
+    for j in range(modes.size):
+        end += state[j] * whole[j]
+    if end > height + rate * step:
+        if rate >= 0.0 or not _dips(state, modes, height, rate, step):
+            return 2 * step
+    elif rate <= 0.0 and height + rate * step <= 0.0:
+        return 2 * step  # both relaxed to nothing, at or below the level
+    # where the line rises through the level the spring, never below it, is not met yet
+    at = min(-height / rate, step) if rate > 0.0 and height < 0.0 else 0.0
+    for _ in range(_ROUNDS):
+        place, fall = _free_place(state, modes, at)
+        slope = fall - rate
+        if slope >= 0.0:
+            return at
+        further = at - (place - height - rate * at) / slope
+        if not further > at:
+            return at
+        at = min(further, step)
+    return at
+
+
+@njit(cache=True)
+def _dips(state, modes, height, rate, step):
+    """Whether the clearance, positive at both ends of the cell, is negative between them."""
+    low, high = 0.0, step
+    if _free_place(state, modes, low)[1] >= rate or _free_place(state, modes, high)[1] <= rate:
+        return False
+    for _ in range(60):
+        middle = (low + high) / 2
+        place, fall = _free_place(state, modes, middle)
+        if place < height + rate * middle:
+            return True
+        if fall < rate:
+            low = middle
+        else:
+            high = middle
+    return False
+
+
+@njit(cache=True)
+def _factors(way, lengths, factors):
+    """exp(-x), phi_1 = (1 - exp(-x))/x and phi_2 = (1 - phi_1)/x at x = way/length of each arm."""
+    for j in range(lengths.size):
+        x = way / lengths[j]
+        factors[0, j] = np.exp(-x)
+        factors[1, j] = -np.expm1(-x) / x if x > 0.0 else 1.0
+        if x > 0.1:
+            factors[2, j] = (1 - factors[1, j]) / x
+        else:
+            factors[2, j] = 0.5 - x / 6 * (1 - x / 4 * (1 - x / 5 * (1 - x / 6 * (1 - x / 7))))
+
+
+@njit(cache=True)
+def _force(state, height, rate, way, solid, wet, arms, lengths, factors):
+    """Force after a way in contact; leaves the factors of this way."""
+    _factors(way, lengths, factors)
+    force = solid * (height + rate * way) + wet * rate
+    for j in range(arms.size):
+        force += arms[j] * ((height - state[j]) * factors[0, j] + rate * way * factors[1, j])
+    return force
+
+
+@njit(cache=True)
+def _contact_part(state, height, rate, rest, solid, wet, arms, lengths, factors):
+    """Part of the way in contact: all of it, or up to where the force ends."""
+    material = (solid, wet, arms, lengths, factors)
+    if _force(state, height, rate, rest, *material) >= 0.0:
+        return rest
+    if _force(state, height, rate, 0.0, *material) <= 0.0:
+        return 0.0
+    if arms.size == 0:
+        return min(max(-(height * solid + wet * rate) / (solid * rate), 0.0), rest)
+    low, high = 0.0, rest
+    for _ in range(60):
+        middle = (low + high) / 2
+        if _force(state, height, rate, middle, *material) > 0.0:
+            low = middle
+        else:
+            high = middle
+    _factors(low, lengths, factors)
+    return low
+
+
+@njit(cache=True)
+def _follow(state, height, rate, way, solid, wet, arms, lengths, factors, sums):
+    """Follow the line over a way in contact: the integral of the force; losses are added up."""
+    pull = solid * way * (height + rate * way / 2) + wet * rate * way
+    sums[LOSS] += wet * rate * rate * way
+    for j in range(arms.size):
+        begin, x = height - state[j], way / lengths[j]
+        decay, phi_1, phi_2 = factors[0, j], factors[1, j], factors[2, j]
+        pull += arms[j] * way * (begin * phi_1 + rate * way * phi_2)
+        steady = rate * lengths[j]
+        if x < 0.5:  # Gauss points where the closed form would cancel
+            square = 0.0
+            for p in range(_NODES.size):
+                u = x * (1 + _NODES[p]) / 2
+                stretch = begin * np.exp(-u) - steady * np.expm1(-u)
+                square += _WEIGHTS[p] * way / 2 * stretch * stretch
+        else:
+            other = begin - steady
+            square = way * steady * steady + 2 * steady * other * way * phi_1
+            square += other * other * lengths[j] / 2 * (1 - decay * decay)
+        sums[LOSS] += arms[j] * square / lengths[j]
+        state[j] = height + rate * way - (begin * decay + rate * way * phi_1)
+    return pull
+
+
+@njit(cache=True)
+def _stored(state, height, solid, arms):
+    """Elastic energy of a spring in contact."""
+    energy = solid * height * height
+    for j in range(arms.size):
+        energy += arms[j] * (height - state[j]) ** 2
+    return energy / 2
+
+
+@njit(cache=True)
+def _to_arms(state, modes, matrix, way):
+    """Deflections of the arms' dashpots after a free way, in place of the amplitudes."""
+    amplitude = state * np.exp(-way / modes)
+    state[:] = matrix @ amplitude
+
+
+@njit(cache=True)
+def _to_modes(state, modes, inverse, height, arms, way):
+    """Amplitudes of the modes a way after release, in place of the arms' deflections."""
+    if modes.size > arms:
+        state[arms] = height
+    state[:] = (inverse @ state) * np.exp(-way / modes)
