@@ -26,7 +26,10 @@ def refine(scene):
         compared = {"tolerance": tolerance, "methods": ["bem_fft"]} | (listed or {})
         (plan,) = plan_scene(scene(indenter=SQUARE, compare=compared))
         start = (8, 16)
-        plan = replace(plan, methods=tuple(replace(m, resolutions=start) for m in plan.methods))
+        chosen = [
+            replace(m, resolutions=start) if m.method == "bem_fft" else m for m in plan.methods
+        ]
+        plan = replace(plan, methods=tuple(chosen))
         store = {}
 
         def solve(each):
