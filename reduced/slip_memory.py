@@ -84,7 +84,7 @@ def branches(path: np.ndarray) -> Branches:
     for goal in path:
         here = at(len(value) - 1)
         origin = at(turns[-1]) if turns else 0.0
-        if (goal - here) * (here - origin) < 0:
+        if np.sign(goal - here) * np.sign(here - origin) < 0:  # products of values may underflow
             turns.append(len(value) - 1)
         while turns:
             # the first loop closes where the first loading of the other sign takes over

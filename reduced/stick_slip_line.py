@@ -71,7 +71,8 @@ class _State:
 
         Returns their indices.
         """
-        first = np.flatnonzero(zero[:-1] * zero[1:] < 0)
+        sign = np.sign(zero)
+        first = np.flatnonzero(sign[:-1] * sign[1:] < 0)
         share = zero[first] / (zero[first] - zero[first + 1])
         for name in ("place", "gap", "traction"):
             values = getattr(self, name)
