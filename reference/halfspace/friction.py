@@ -1,0 +1,382 @@
+"""Normal and tangential contact with Coulomb friction on the half-space, along a loading path.
+
+On every step the normal problem (`fft`, with the lift of the tangential tractions in the gap) and
+the tangential problem (`stick_slip`, with the drag of the pressure and the slip of the steps
+before) are solved in turn until both hold at once (Panagiotopoulos 1975). They hang together
+through 1 - 2 nu only, and the rounds converge as mu times Dundurs' second constant, squared.
+Without this coupling one round is exact.
+
+Slip is counted over whole steps (implicit Euler): where its direction turns or the contact grows on
+a step, the answer is of first order in the steps; under a constant pressure and a force that
+only grows, without coupling, one step is as good as many but for the turning of slip off the axis.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from reference.errors import ConvergenceError
+from reference.halfspace import fft, stick_slip
+from reference.halfspace.solution import Contact, check_gap, violation
+from reference.halfspace.traction import NormalAndTangential
+
+Field = NDArray[np.float64]
+Fields = NDArray[np.float64]
+
+_LOADS = ("penetration", "force", "tangential_displacement", "tangential_force")
+
+
+@dataclass(frozen=True)
+class FrictionStep:
+    """One converged step of normal and tangential loading.
+
+    Attributes
+    ----------
+    penetration, force : float
+    tangential_displacement, tangential_force : float
+        U of the rigid shape along x (it is guided: it does not move along y) and F_x on it.
+    transverse_force : float
+        F_y that holds it.
+    pressure : ndarray, shape (nx, ny)
+    traction : ndarray, shape (2, nx, ny)
+        Tangential tractions on the half-space.
+    slip : ndarray, shape (2, nx, ny)
+        Slip of the shape over the half-space since the step before.
+    sticking : ndarray of bool, shape (nx, ny)
+        Loaded cells within their bounds.
+    dissipation : float
+        Energy lost to friction since the start of the path.
+    violation : float
+        Of the normal conditions, as in `solution.Contact`, with all tractions in place.
+    slip_error : float
+        Largest slip of sticking cells, and of slipping ones off the direction of their traction, on
+        this step over mu d E*/G*, the displacement that sets a smooth contact sliding.
+    rounds, iterations : int
+        Of normal and tangential problem in turn, and of the latter.
+    """
+
+    penetration: float
+    force: float
+    tangential_displacement: float
+    tangential_force: float
+    transverse_force: float
+    pressure: Field = field(repr=False)
+    traction: Fields = field(repr=False)
+    slip: Fields = field(repr=False)
+    sticking: NDArray[np.bool_] = field(repr=False)
+    dissipation: float
+    violation: float
+    slip_error: float
+    rounds: int
+    iterations: int
+
+
+def sweep(
+    body: NormalAndTangential,
+    gap: ArrayLike,
+    friction: float,
+    *,
+    penetration: Sequence[float] | float | None = None,
+    force: Sequence[float] | float | None = None,
+    tangential_displacement: Sequence[float] | float | None = None,
+    tangential_force: Sequence[float] | float | None = None,
+    coupled: bool = True,
+    tolerance: float = 1e-6,
+    max_rounds: int = 60,
+) -> Iterator[FrictionStep]:
+    """Follow a path of normal and tangential loads.
+
+    Parameters
+    ----------
+    body : NormalAndTangential
+    gap : array_like, shape (nx, ny)
+        Initial gap of the rigid shape; +inf where it can never touch.
+    friction : float
+        mu, positive and finite.
+    penetration, force : float or (k,)
+        Exactly one; the normal load at each step, positive. A number stays.
+    tangential_displacement, tangential_force : float or (k,)
+        Exactly one, along x, any sign. A force must stay below mu F.
+    coupled : bool
+        False leaves out what pressure and tangential tractions do to each other's displacement.
+    tolerance : float
+        Bound of `violation` and `slip_error`.
+    max_rounds : int
+        Of normal and tangential problem in turn, on each step.
+
+    Yields
+    ------
+    FrictionStep
+
+    Raises
+    ------
+    ValueError
+        At the call, listing every argument that is wrong.
+    ConvergenceError
+        From the `next` of a step that fails, or that slides as a whole under its force.
+
+    Examples
+    --------
+    Cattaneo (1938): F_x = 7/8 mu F leaves a stick circle of half the contact radius.
+
+    >>> import numpy as np
+    >>> from reference.halfspace.cerruti import Compliance
+    >>> x = (np.arange(32) - 15.7) / 14
+    >>> body = NormalAndTangential((32, 32), (1 / 14, 1 / 14), Compliance.of(1.0, 0.0))
+    >>> gap = (x[:, None] ** 2 + x**2) / 2
+    >>> load = 4 / 3 * body.compliance.effective_modulus
+    >>> (step,) = sweep(body, gap, 0.1, force=load, tangential_force=[0.0875 * load], coupled=False)
+    >>> round(float(np.sqrt(step.sticking.sum() / np.pi)) / 14, 1)
+    0.5
+    """
+    gap = check_gap(body.normal, gap)
+    given = (penetration, force, tangential_displacement, tangential_force)
+    kinds, path = _check_path(dict(zip(_LOADS, given, strict=True)), friction)
+    path_maker = _Path(body, gap, friction, kinds, coupled, tolerance, max_rounds)
+    return (path_maker.step(*loads) for loads in path)
+
+
+class _Path:
+    """The state between two steps: position against the half-space, tractions, pressure."""
+
+    def __init__(
+        self,
+        body: NormalAndTangential,
+        gap: Field,
+        friction: float,
+        kinds: tuple[str, str],
+        coupled: bool,
+        tolerance: float,
+        max_rounds: int,
+    ) -> None:
+        self.body, self.gap, self.friction, self.kinds = body, gap, friction, kinds
+        self.coupled, self.tolerance, self.max_rounds = coupled, tolerance, max_rounds
+        self.position = np.zeros((2, *body.shape))
+        self.traction = np.zeros((2, *body.shape))
+        self.contact: Contact | None = None
+        self.dissipation = 0.0
+
+    def step(self, normal: float, tangential: float) -> FrictionStep:
+        """Solve one step and keep its state."""
+        lift = self.body.lift(self.traction) if self.coupled else np.zeros(self.body.shape)
+        history: list[float] = []
+        iterations = 0
+        for rounds in range(1, self.max_rounds + 1):
+            contact, depth = self.press(normal, lift)
+            found, drag = self.shift(contact, depth, tangential)
+            iterations += found.iterations
+            new_lift = self.body.lift(found.traction) if self.coupled else lift
+            worst = self.violation(contact, depth, lift, new_lift)
+            history.append(worst)
+            lift, self.traction = new_lift, found.traction
+            if worst <= self.tolerance:
+                return self.finish(
+                    contact, depth, found, drag, tangential, worst, rounds, iterations
+                )
+        raise ConvergenceError(
+            f"normal and tangential problem disagree by {worst:.1e} of the penetration after "
+            f"{self.max_rounds} rounds",
+            history,
+        )
+
+    def press(self, load: float, lift: Field) -> tuple[Contact, float]:
+        """Solve the normal problem over a surface that is lifted; contact and true penetration."""
+        lifted = self.gap + lift
+        lowest = float(lifted.min())
+        offset = lowest if self.coupled else 0.0
+        given = load - offset if self.kinds[0] == "penetration" else load
+        contact = fft.solve(
+            self.body.normal,
+            lifted - offset,
+            **{self.kinds[0]: given},
+            tolerance=0.3 * self.tolerance,
+            start=self.contact,
+        )
+        self.contact = contact
+        return contact, contact.penetration + offset
+
+    def violation(self, contact: Contact, depth: float, lift: Field, new_lift: Field) -> float:
+        """Violation of the normal conditions under the newest tractions."""
+        if not self.coupled:
+            return contact.violation
+        finite = np.isfinite(self.gap)
+        change = new_lift - lift
+        if self.kinds[0] == "force":
+            change -= change[contact.mask].mean()
+        clearance = contact.gap + change
+        return violation(clearance, contact.mask, finite, depth)
+
+    def shift(
+        self, contact: Contact, depth: float, load: float
+    ) -> tuple[stick_slip.Tractions, Fields]:
+        """Solve the tangential problem under a pressure, in the box of the loaded cells."""
+        drag = self.body.drag(contact.pressure) if self.coupled else np.zeros((2, *self.body.shape))
+        wanted = -self.position - drag
+        total = None
+        if self.kinds[1] == "tangential_force":
+            total = load / self.body.cell_area
+            self.refuse_sliding(contact, load)
+        else:
+            wanted[0] += load
+        box = self.box(contact.mask)
+        part = self.body.restrict(tuple(side.stop - side.start for side in box))
+        inside = (slice(None), *box)
+        found = stick_slip.minimise(
+            part,
+            self.friction * contact.pressure[box],
+            wanted[inside],
+            self.traction[inside],
+            self.tolerance * self.scale(depth),
+            total=total,
+        )
+        if part is not self.body:
+            traction = np.zeros((2, *self.body.shape))
+            traction[inside] = found.traction
+            found.traction, found.displacement = traction, self.body.shear(traction)
+        return found, drag
+
+    def finish(
+        self,
+        contact: Contact,
+        depth: float,
+        found: stick_slip.Tractions,
+        drag: Fields,
+        load: float,
+        worst: float,
+        rounds: int,
+        iterations: int,
+    ) -> FrictionStep:
+        """Keep the state of a converged step and report it."""
+        shift = found.shift if self.kinds[1] == "tangential_force" else load
+        position = -found.displacement - drag
+        position[0] += shift
+        slip, self.position = position - self.position, position
+        area = self.body.cell_area
+        self.dissipation += float((found.traction * slip).sum()) * area
+        forces = found.traction.sum(axis=(1, 2)) * area
+        bound = self.friction * contact.pressure
+        return FrictionStep(
+            penetration=depth,
+            force=contact.force,
+            tangential_displacement=shift,
+            tangential_force=float(forces[0]),
+            transverse_force=float(forces[1]),
+            pressure=contact.pressure,
+            traction=found.traction,
+            slip=slip,
+            sticking=contact.mask & (np.hypot(*found.traction) < stick_slip.ON_BOUND * bound),
+            dissipation=self.dissipation,
+            violation=worst,
+            slip_error=found.error / self.scale(depth),
+            rounds=rounds,
+            iterations=iterations,
+        )
+
+    def refuse_sliding(self, contact: Contact, load: float) -> None:
+        """Say so where no shift can be found: the bounds do not carry the force."""
+        limit = self.friction * contact.force
+        if not abs(load) < limit:
+            raise ConvergenceError(
+                f"the tangential force {load!r} is not below friction times the normal force, "
+                f"{limit!r}: the contact slides as a whole"
+            )
+
+    def scale(self, depth: float) -> float:
+        """Displacement that sets a smooth contact sliding, mu d E*/G*."""
+        compliance = self.body.compliance
+        ratio = compliance.effective_modulus / compliance.tangential_modulus
+        return self.friction * depth * ratio
+
+    def box(self, mask: NDArray[np.bool_]) -> tuple[slice, slice]:
+        """Smallest rectangle around the loaded cells, its sides multiples of eight; or all."""
+        whole = tuple(slice(0, n) for n in mask.shape)
+        if self.body.periodic:
+            return whole
+        box = []
+        for axis, size in enumerate(mask.shape):
+            used = np.flatnonzero(mask.any(axis=1 - axis))
+            length = min(size, -(-(used[-1] + 1 - used[0]) // 8) * 8)
+            first = min(int(used[0]), size - length)
+            box.append(slice(first, first + length))
+        return tuple(box)
+
+
+def tangential_stiffness(
+    body: NormalAndTangential,
+    mask: ArrayLike,
+    direction: tuple[float, float] = (1.0, 0.0),
+    tolerance: float = 1e-8,
+) -> tuple[float, float]:
+    """Stiffness of a contact that sticks everywhere, without the coupling to normal displacement.
+
+    Parameters
+    ----------
+    body : NormalAndTangential
+    mask : array_like of bool, shape (nx, ny)
+        Cells in contact; at least one.
+    direction : (float, float)
+        Of the displacement, a unit vector.
+    tolerance : float
+        Largest error of the displacement, relative.
+
+    Returns
+    -------
+    (float, float)
+        Forces along and across the direction, per unit of displacement.
+
+    Examples
+    --------
+    One cell at nu = 0 is as stiff along the surface as normal to it:
+
+    >>> from reference.halfspace.cerruti import Compliance
+    >>> body = NormalAndTangential((1, 1), (1.0, 1.0), Compliance.of(1.0, 0.0))
+    >>> along, _ = tangential_stiffness(body, [[True]])
+    >>> bool(np.isclose(along, 2 * np.pi / (4 * np.log(1 + np.sqrt(2)))))
+    True
+    """
+    mask = np.asarray(mask, dtype=bool)
+    if mask.shape != body.shape or not mask.any():
+        raise ValueError(f"mask must have shape {body.shape} and a cell in contact")
+    wanted = np.array(direction)[:, None, None] * np.ones((2, *body.shape))
+    bound = np.where(mask, np.inf, 0.0)
+    found = stick_slip.minimise(body, bound, wanted, np.zeros_like(wanted), tolerance)
+    along, across = found.traction.sum(axis=(1, 2)) * body.cell_area
+    c, s = direction
+    return float(c * along + s * across), float(c * across - s * along)
+
+
+def _check_path(
+    given: dict[str, Sequence[float] | float | None], friction: float
+) -> tuple[tuple[str, str], list[tuple[float, float]]]:
+    """Names of the two loads and their values step by step, or one ValueError for all faults."""
+    faults = []
+    if not (np.isfinite(friction) and friction > 0):
+        faults.append(f"friction must be positive and finite, not {friction!r}")
+    kinds, values = [], []
+    for pair in (_LOADS[:2], _LOADS[2:]):
+        chosen = [name for name in pair if given[name] is not None]
+        if len(chosen) != 1:
+            faults.append(
+                f"give exactly one of {', '.join(pair)}; came: {', '.join(chosen) or 'none'}"
+            )
+            continue
+        path = np.atleast_1d(np.asarray(given[chosen[0]], dtype=float))
+        if path.ndim != 1 or path.size == 0 or not np.isfinite(path).all():
+            faults.append(f"{chosen[0]} must be a finite number or list, not {given[chosen[0]]!r}")
+        elif pair is _LOADS[:2] and not (path > 0).all():
+            faults.append(f"{chosen[0]} must be positive, not {given[chosen[0]]!r}")
+        kinds.append(chosen[0])
+        values.append(path)
+    if not faults and len({path.size for path in values} - {1}) > 1:
+        sizes = " and ".join(
+            f"{path.size} of {kind}" for kind, path in zip(kinds, values, strict=True)
+        )
+        faults.append(f"both paths must have the same number of steps, not {sizes}")
+    if faults:
+        raise ValueError("; ".join(faults))
+    normal, tangential = np.broadcast_arrays(*values)
+    return (kinds[0], kinds[1]), list(zip(normal.tolist(), tangential.tolist(), strict=True))

@@ -1,0 +1,259 @@
+"""Tangential tractions within given bounds of friction: which cells stick, which slip and where to.
+
+With a pressure that is known, Coulomb's law on one step is the convex problem (Duvaut & Lions 1976;
+Kalker 1990)
+
+    minimise  1/2 q.A q - q.w  over |q_i| <= b_i,   b = mu p,
+
+w the tangential displacement that sticking would need. At the minimum r = w - A q is zero where the
+traction is within its bound, and points along the traction where it is not: r is the slip. The
+solution follows conjugate gradients on the set of free components, as Polonsky & Keer (1999) do for
+pressures: both components where a cell sticks, the direction around its circle where it slips. A
+slipping cell that turns has the curvature |r|/b of its circle besides its elastic answer. Steps are
+brought back onto the circles; a cell whose residual points inwards is free again. Should the energy
+ever rise, a step of the projected gradient, which cannot raise it, is taken instead.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import NDArray
+
+from reference.errors import ConvergenceError
+from reference.halfspace.traction import NormalAndTangential
+
+Field = NDArray[np.float64]
+Fields = NDArray[np.float64]
+
+# A traction this close to its bound is on it.
+ON_BOUND = 1 - 1e-12
+# Newton steps for the shift that gives projected tractions their total, relative to the bounds.
+_SHIFTS, _TOTAL = 100, 1e-14
+
+
+@dataclass
+class Tractions:
+    """Tractions within their bounds.
+
+    Attributes
+    ----------
+    traction : ndarray, shape (2, nx, ny)
+    displacement : ndarray, shape (2, nx, ny)
+        Tangential displacement they cause.
+    slip : ndarray, shape (2, nx, ny)
+        w + U e_x - A q on loaded cells; zero, but for the error, where they stick.
+    sliding : ndarray of bool, shape (nx, ny)
+        Loaded cells on their bound.
+    shift : float
+        U, the rigid displacement along x where a total is given, otherwise 0.
+    error : float
+        Largest slip of sticking cells, and of the others across their traction or against it.
+    iterations : int
+    history : list of float
+        The error of each iteration.
+    """
+
+    traction: Fields
+    displacement: Fields
+    slip: Fields
+    sliding: NDArray[np.bool_]
+    shift: float
+    error: float
+    history: list[float] = field(default_factory=list)
+
+    @property
+    def iterations(self) -> int:
+        """Iterations spent."""
+        return len(self.history)
+
+
+def minimise(
+    body: NormalAndTangential,
+    bound: Field,
+    wanted: Fields,
+    start: Fields,
+    tolerance: float,
+    *,
+    total: float | None = None,
+    max_iterations: int = 2000,
+) -> Tractions:
+    """Find the tractions.
+
+    Parameters
+    ----------
+    body : NormalAndTangential
+    bound : ndarray, shape (nx, ny)
+        mu p >= 0; cells with 0 carry nothing.
+    wanted : ndarray, shape (2, nx, ny)
+        Displacement w under which the cells would stick (up to U along x with a total).
+    start : ndarray, shape (2, nx, ny)
+        Tractions to start from; brought within the bounds.
+    tolerance : float
+        Largest error of the slip, a length.
+    total : float, optional
+        Sum of the tractions along x over the cells (force over cell area), below the sum of the
+        bounds; the rigid displacement along x is then found.
+    max_iterations : int
+
+    Raises
+    ------
+    ConvergenceError
+        With the errors of all iterations.
+    """
+    problem = _Problem(body, bound, wanted, total)
+    return problem.solve(start, tolerance, max_iterations)
+
+
+class _Problem:
+    """One minimisation, in units of the bounds and displacements as they come."""
+
+    def __init__(
+        self, body: NormalAndTangential, bound: Field, wanted: Fields, total: float | None
+    ) -> None:
+        self.body, self.bound, self.wanted, self.total = body, bound, wanted, total
+        self.loaded = bound > 0
+        self.inverse_bound = np.divide(1.0, bound, out=np.zeros(bound.shape), where=self.loaded)
+        self.most = float(bound.sum())
+        # an upper bound of the operator's eigenvalues: safe length of a gradient step
+        self.safe = 0.5 / body.unit
+        # near the displacement of a cell under its own traction
+        self.own = (body.compliance.normal + body.compliance.lateral) * body.spacing[0] / 2
+
+    def solve(self, start: Fields, tolerance: float, max_iterations: int) -> Tractions:
+        """Iterate to the tolerance."""
+        traction = self.project(start)
+        state = self.evaluate(traction, [])
+        direction = scaled_before = residual_before = None
+        energy = self.energy(state)
+        while not state.error <= tolerance:
+            if len(state.history) >= max_iterations:
+                raise ConvergenceError(
+                    f"friction iteration stopped at a slip error of {state.error:.1e} "
+                    f"({state.error / tolerance:.1e} of the tolerance)",
+                    state.history,
+                )
+            free, turn = self.free_part(state)
+            soft = np.sqrt(self.own / (self.own + turn))
+            scaled = self.only_free(soft * self.body.precondition(soft * free), state)
+            power = float((free * scaled).sum())
+            if direction is None:
+                direction = scaled
+            else:
+                gain = float((scaled * (free - residual_before)).sum()) / scaled_before
+                direction = scaled + max(gain, 0.0) * self.only_free(direction, state)
+            scaled_before, residual_before = power, free
+            moved, hit = self.step(state, free, direction, turn)
+            new = self.evaluate(moved, state.history)
+            new_energy = self.energy(new)
+            if new_energy > energy + 1e-12 * abs(energy):
+                new = self.evaluate(
+                    self.project(state.traction + self.safe * state.slip), state.history
+                )
+                new_energy, hit = self.energy(new), True
+            if hit or np.any(new.sliding != state.sliding):
+                direction = None
+            state, energy = new, new_energy
+        return state
+
+    def step(
+        self, state: Tractions, free: Fields, direction: Fields, turn: Field
+    ) -> tuple[Fields, bool]:
+        """Minimise along the direction and come back within the bounds."""
+        image = self.body.shear(direction)
+        curvature = float((direction * image).sum() + (turn * (direction**2).sum(axis=0)).sum())
+        length = float((free * direction).sum()) / curvature
+        moved = state.traction + length * direction
+        size = np.hypot(*moved)
+        hit = bool(np.any((size > self.bound) & self.loaded & ~state.sliding))
+        circle = np.where(
+            state.sliding & (turn > 0), self.bound / np.where(size > 0, size, 1.0), 1.0
+        )
+        return self.project(moved * circle), hit
+
+    def evaluate(self, traction: Fields, history: list[float]) -> Tractions:
+        """Displacement, slip, shift and error of tractions within their bounds."""
+        displacement = self.body.shear(traction)
+        slip = np.where(self.loaded, self.wanted - displacement, 0.0)
+        sliding = self.loaded & (np.hypot(*traction) >= ON_BOUND * self.bound)
+        sticking = self.loaded & ~sliding
+        shift = 0.0
+        if self.total is not None:
+            at = sticking if sticking.any() else self.loaded
+            shift = -float(slip[0][at].mean())
+            slip[0][self.loaded] += shift
+        state = Tractions(traction, displacement, slip, sliding, shift, 0.0, history)
+        free, _ = self.free_part(state)
+        state.error = float(np.hypot(*free).max())
+        if not np.isfinite(state.error):
+            raise ConvergenceError("the friction iteration left the range of numbers", history)
+        history.append(state.error)
+        return state
+
+    def free_part(self, state: Tractions) -> tuple[Fields, Field]:
+        """Part of the slip that should not be, and the curvature of the circles that hold cells.
+
+        Of cells on their bound whose slip points outwards only the part across the traction.
+        """
+        along = (state.traction * state.slip).sum(axis=0) * self.inverse_bound
+        held = state.sliding & (along >= 0)
+        normal = state.traction * self.inverse_bound
+        free = np.where(held, state.slip - along * normal, state.slip)
+        return free, np.where(held, along * self.inverse_bound, 0.0)
+
+    def only_free(self, field: Fields, state: Tractions) -> Fields:
+        """Keep the free components of a field; with a given total, of no sum along x."""
+        along = (state.traction * state.slip).sum(axis=0)
+        held = state.sliding & (along >= 0)
+        normal = state.traction * self.inverse_bound
+        radial = np.where(held, (field * normal).sum(axis=0), 0.0)
+        kept = np.where(self.loaded, field - radial * normal, 0.0)
+        sticking = self.loaded & ~held
+        if self.total is not None and sticking.any():
+            kept[0][sticking] -= kept[0].sum() / np.count_nonzero(sticking)
+        return kept
+
+    def project(self, traction: Fields) -> Fields:
+        """Bring tractions within their bounds; a given total by a common shift along x."""
+        inside, shift = self._clip(traction), 0.0
+        if self.total is None:
+            return inside
+        low, high = -np.inf, np.inf
+        for _ in range(_SHIFTS):
+            missing = self.total - float(inside[0].sum())
+            if abs(missing) <= _TOTAL * self.most:
+                break
+            low, high = (shift, high) if missing > 0 else (low, shift)
+            shift += missing / self._answer(traction, shift)
+            if not low < shift < high:
+                shift = (low + high) / 2
+            inside = self._clip(_moved(traction, shift))
+        return inside
+
+    def _answer(self, traction: Fields, shift: float) -> float:
+        """Rate at which the total grows with the shift: clipped cells answer across their radius.
+
+        At least the answer of one cell in a million of full bounds, to leave a step finite.
+        """
+        along, across = _moved(traction, shift)
+        size = np.hypot(along, across)
+        over = self.loaded & (size > self.bound)
+        share = np.divide(across, size, out=np.ones(size.shape), where=over)
+        rate = np.divide(self.bound, size, out=np.ones(size.shape), where=over) * share**2
+        return max(float(rate[self.loaded].sum()), 1e-6)
+
+    def _clip(self, traction: Fields) -> Fields:
+        size = np.hypot(*traction)
+        over = size > self.bound
+        share = np.divide(self.bound, size, out=np.ones(size.shape), where=over & (size > 0))
+        return np.where(self.loaded, traction * share, 0.0)
+
+    def energy(self, state: Tractions) -> float:
+        """Value of the functional; the shift does no work, as the total is given."""
+        return float((state.traction * (state.displacement / 2 - self.wanted)).sum())
+
+
+def _moved(traction: Fields, shift: float) -> Fields:
+    """Tractions with a shift along x."""
+    return np.array([traction[0] + shift, traction[1]])
