@@ -4,10 +4,13 @@ from reference.closed_form.axisymmetric import cone, paraboloid, power_law, sphe
 from reference.closed_form.elliptic import ellipsoid, elliptic_punch
 from reference.closed_form.form import ClosedForm
 from reference.closed_form.infinite import WavyForm, boussinesq, boussinesq_energy, westergaard
+from reference.closed_form.partial_slip import PartialSlip, PartialSlipPath
 from reference.closed_form.punches import cylinder, rounded_punch
 
 __all__ = [
     "ClosedForm",
+    "PartialSlip",
+    "PartialSlipPath",
     "WavyForm",
     "boussinesq",
     "boussinesq_energy",

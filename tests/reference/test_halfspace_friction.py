@@ -1,0 +1,288 @@
+"""Cerruti's kernels, tractions within friction bounds and coupled paths, by independent answers."""
+
+from __future__ import annotations
+
+import mpmath
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.optimize import brentq
+from scipy.special import ellipkm1
+
+from reference.closed_form import PartialSlip, paraboloid
+from reference.errors import ConvergenceError
+from reference.halfspace import fft
+from reference.halfspace.cerruti import Compliance, cell_integrals
+from reference.halfspace.friction import sweep, tangential_stiffness
+from reference.halfspace.stick_slip import minimise
+from reference.halfspace.traction import NormalAndTangential
+from reference.surfaces import self_affine
+
+MU = 0.4
+
+
+def exact_cell(i: int, j: int, dx: float, dy: float) -> list:
+    """Integrals of x^2/r^3, y^2/r^3, xy/r^3, x/r^2, y/r^2 over a cell, 40 digits."""
+    with mpmath.workdps(40):
+        a, b = (mpmath.mpf(i + s) * dx for s in (0.5, -0.5))
+        c, d = (mpmath.mpf(j + s) * dy for s in (0.5, -0.5))
+
+        def difference(f):
+            return f(a, c) - f(a, d) - f(b, c) + f(b, d)
+
+        def root(x, y):
+            return mpmath.sqrt(x * x + y * y)
+
+        def square(x, y):
+            return y * mpmath.asinh(x / abs(y))
+
+        def pull(x, y):
+            return y * mpmath.log(root(x, y)) + x * mpmath.atan(y / x)
+
+        return [
+            difference(square),
+            difference(lambda x, y: square(y, x)),
+            -difference(root),
+            difference(pull),
+            difference(lambda x, y: pull(y, x)),
+        ]
+
+
+@pytest.mark.parametrize("sides", [(1.0, 1.0), (1.0, 7.0), (100.0, 1.0)])
+def test_cell_integrals_to_all_digits(sides):
+    """Near, at the change to Gauss points, and 1e4 cells away, in every quadrant: 1e-13."""
+    for place in [(0, 0), (1, 0), (-1, 1), (5, -7), (16, 16), (17, -2), (0, 17), (-9000, 8000)]:
+        exact = exact_cell(*place, *sides)
+        found = cell_integrals(*place, sides)
+        for part in (slice(0, 3), slice(3, 5)):
+            largest = float(max(map(abs, exact[part]))) or 1.0
+            gap = np.array([float(e) for e in exact[part]]) - np.array(found[part])
+            assert np.abs(gap).max() < 1e-13 * largest
+
+
+def body_of(points: int, width: float, nu: float, **options) -> NormalAndTangential:
+    return NormalAndTangential(
+        (points,) * 2, (width / points,) * 2, Compliance.of(1.0, nu), **options
+    )
+
+
+@pytest.mark.parametrize("periodic", [False, True])
+def test_operators_are_reciprocal_and_positive(periodic):
+    """Betti: the whole operator is symmetric; its energy is positive for every traction."""
+    rng = np.random.default_rng(0)
+    for nu in (-0.4, 0.0, 0.3, 0.5):
+        body = NormalAndTangential((9, 14), (1.0, 0.7), Compliance.of(1.0, nu), periodic=periodic)
+        q, r = rng.standard_normal((2, 2, 9, 14))
+        p = rng.standard_normal((9, 14))
+        assert (r * body.shear(q)).sum() == pytest.approx((q * body.shear(r)).sum(), rel=1e-12)
+        lifted, dragged = (p * body.lift(q)).sum(), (q * body.drag(p)).sum()
+        assert lifted == pytest.approx(dragged, rel=1e-9, abs=1e-12)
+        p, q = p - p.mean(), q - q.mean(axis=(1, 2), keepdims=True)
+        work = p * (body.normal.apply(p) + body.lift(q))
+        assert (work + (q * (body.shear(q) + body.drag(p))).sum(axis=0)).sum() > 0
+
+
+def test_free_operator_is_the_sum_over_cells():
+    """FFT against the plain double sum with Johnson's (3.76) integrated cell by cell."""
+    nu, G = 0.3, 1.0
+    body = NormalAndTangential((4, 5), (1.0, 0.5), Compliance.of(G, nu))
+    rng = np.random.default_rng(1)
+    q, p = rng.standard_normal((2, 4, 5)), rng.standard_normal((4, 5))
+    expected = np.zeros((3, 4, 5))
+    for k in np.ndindex(4, 5):
+        for m in np.ndindex(4, 5):
+            xx, yy, xy, x, y = map(float, exact_cell(k[0] - m[0], k[1] - m[1], 1.0, 0.5))
+            shear = np.array([[xx + (1 - nu) * yy, nu * xy], [nu * xy, yy + (1 - nu) * xx]])
+            expected[:2, *k] += shear @ q[:, *m] / (2 * np.pi * G)
+            pull = (1 - 2 * nu) / (4 * np.pi * G) * np.array([x, y])
+            expected[:2, *k] -= pull * p[m]
+            expected[2, *k] += pull @ q[:, *m]
+    assert np.allclose(body.shear(q) + body.drag(p), expected[:2], rtol=0, atol=1e-13 * 5)
+    assert np.allclose(body.lift(q), expected[2], rtol=0, atol=1e-13 * 5)
+
+
+def test_disc_is_as_stiff_as_mindlin_says():
+    """k_x/k_z = 2(1 - nu)/(2 - nu); both discretised alike, so the ratio converges fast: 3e-3."""
+    x = (np.arange(48) - 23.6) / 22
+    mask = np.hypot(x[:, None], x) < 1
+    for nu in (0.0, 0.3, 0.5):
+        body = body_of(48, 48 / 22, nu)
+        along, across = tangential_stiffness(body, mask)
+        from_normal = 2 * 2.0 / (1 - nu) * 2 * (1 - nu) / (2 - nu)
+        assert along == pytest.approx(from_normal, rel=0.03)
+        assert abs(across) < 0.01 * along
+
+
+@pytest.mark.parametrize("periodic", [False, True])
+@given(seed=st.integers(0, 100), shares=st.lists(st.floats(-0.95, 0.95), min_size=1, max_size=4))
+@settings(max_examples=6, deadline=None)
+def test_rough_paths_at_zero_poisson_ratio_are_normal_solutions(periodic, seed, shares):
+    """At nu = 0 without coupling tractions are sums of pressures, on any surface and path.
+
+    One operator serves both directions, so Jaeger's and Ciavarella's superposition holds on the
+    grid itself: the frictionless solver is the oracle, at the tolerances (1e-7 of slip; pressures
+    are worse by the condition of a cell, 1e-4).
+    """
+    body = body_of(24, 24.0, 0.0, periodic=periodic)
+    height = self_affine(
+        24, 24.0, hurst=0.8, rms_slope=0.1, short_cutoff=4.0, seed=seed, realisation=0
+    )
+    gap = height.max() - height
+    force = 0.02 * 2.0 * 24.0**2 * 0.1
+    first, goal = 0.6 * MU * force, np.array(shares) * MU * force
+    path = np.concatenate([[first], goal[:1]])
+    *_, last = sweep(
+        body, gap, MU, force=force, tangential_force=path, coupled=False, tolerance=1e-7
+    )
+
+    def pressure(load: float) -> np.ndarray:
+        found = fft.solve(body.normal, gap, force=load, tolerance=1e-10)
+        return found.pressure
+
+    whole = pressure(force)
+    back = first - goal[0]
+    expected = MU * (whole - pressure(force - first / MU))
+    if back > 0 and goal[0] >= -first:
+        expected -= 2 * MU * (whole - pressure(force - back / (2 * MU)))
+    else:
+        expected = np.sign(goal[0]) * MU * (whole - pressure(force - abs(goal[0]) / MU))
+    assert np.abs(last.traction[0] - expected).max() < 2e-4 * MU * whole.max()
+    assert np.abs(last.traction[1]).max() < 2e-4 * MU * whole.max()
+
+
+def test_cattaneo_force_converges():
+    """F_x(u) of the paraboloid, nu = 0: second order in the cell size over random grid offsets."""
+    slip = PartialSlip(paraboloid(1.0, 2.0), 1.0, MU, 1.0)
+    u = 0.5 * slip.sliding_displacement
+    exact = slip.limit * (1 - 0.5**1.5)
+    rng = np.random.default_rng(3)
+    errors = []
+    for points in (12, 24, 48):
+        found = []
+        for _ in range(8):
+            shift = rng.uniform(size=2)
+            x, y = ((np.arange(points) - points / 2 + s) * 2.3 / points for s in shift)
+            body = body_of(points, 2.3, 0.0)
+            gap = (x[:, None] ** 2 + y**2) / 2
+            (step,) = sweep(
+                body, gap, MU, penetration=1.0, tangential_displacement=[u], coupled=False
+            )
+            found.append(step.tangential_force / exact - 1)
+        errors.append(np.sqrt(np.mean(np.square(found))))
+    assert np.log2(errors[0] / errors[2]) / 2 > 1.7
+    assert errors[2] < 2e-3
+
+
+def conditions(body, step, before, coupled: bool) -> tuple[float, float]:
+    """Slip of sticking cells, and slip off the direction of the traction, evaluated afresh."""
+    u = body.shear(step.traction) + (body.drag(step.pressure) if coupled else 0.0)
+    position = -u
+    position[0] += step.tangential_displacement
+    slip = position - before
+    size = np.hypot(*step.traction)
+    sliding = (step.pressure > 0) & ~step.sticking
+    normal = np.divide(step.traction, size, out=np.zeros_like(step.traction), where=size > 0)
+    along = (slip * normal).sum(axis=0)
+    off = np.hypot(*(slip - np.maximum(along, 0) * normal))
+    return np.hypot(*slip)[step.sticking].max(initial=0), off[sliding].max(initial=0), position
+
+
+@pytest.mark.parametrize("coupled", [False, True])
+def test_every_condition_holds_on_a_coupled_path(coupled):
+    """Coulomb's law cell by cell on a path of both loads, evaluated outside the solver.
+
+    |q| <= mu p; no slip below; slip along q at the bound; both to the tolerance 1e-6 of mu d E*/G*.
+    """
+    nu = 0.2
+    body = body_of(32, 2.4, nu)
+    x = (np.arange(32) - 15.7) * 2.4 / 32
+    gap = (x[:, None] ** 2 + 1.5 * x**2) / 2
+    normal = [0.2, 0.5, 0.9, 0.9, 0.7, 0.7]
+    shift = np.array([0.0, 0.02, 0.1, 0.25, 0.1, -0.2])
+    before = np.zeros((2, 32, 32))
+    lost = 0.0
+    for step in sweep(
+        body, gap, MU, penetration=normal, tangential_displacement=shift, coupled=coupled
+    ):
+        scale = MU * step.penetration * 2.5
+        assert (np.hypot(*step.traction) <= MU * step.pressure * (1 + 1e-9)).all()
+        stick, off, before = conditions(body, step, before, coupled)
+        assert max(stick, off) < 3e-6 * scale
+        clear = body.normal.apply(step.pressure) + gap - step.penetration
+        if coupled:
+            clear += body.lift(step.traction)
+        assert np.abs(clear[step.pressure > 0]).max() < 2e-6 * step.penetration
+        assert clear.min() > -2e-6 * step.penetration
+        assert step.dissipation >= lost * (1 - 1e-9)
+        lost = step.dissipation
+
+
+def test_no_coupling_for_an_incompressible_body():
+    """1 - 2 nu = 0: the coupled solver returns the decoupled answer in one round."""
+    body = body_of(24, 2.4, 0.5)
+    x = (np.arange(24) - 11.7) * 0.1
+    gap = (x[:, None] ** 2 + x**2) / 2
+    loads = {"force": 3.0, "tangential_force": [0.5, -0.3]}
+    pairs = zip(*(sweep(body, gap, MU, **loads, coupled=c) for c in (True, False)), strict=True)
+    for one, other in pairs:
+        assert one.rounds == 1
+        assert one.tangential_displacement == pytest.approx(other.tangential_displacement, rel=1e-6)
+
+
+def test_spence_stick_radius_under_normal_load():
+    """Pressing alone lets an annulus slip (Spence 1975).
+
+    [a/(2c)] ln[(a + c)/(a - c)] = (mu/beta) K'(c/a), beta = (1 - 2 nu)/(2 (1 - nu)); derived with
+    the pressure of Hertz, so taken at a small beta. The implicit steps converge with first order in
+    their ratio: two of them are extrapolated, to 1.5 % (half a cell of stick radius is 2 %).
+    """
+    nu, share = 0.45, 2 / 3
+    beta = (1 - 2 * nu) / (2 * (1 - nu))
+    body = body_of(48, 2.3, nu)
+    x = (np.arange(48) - 23.6) * 2.3 / 48
+    gap = (x[:, None] ** 2 + x**2) / 2
+    radii = []
+    for steps in (20, 40):
+        depths = np.geomspace(0.02, 1.0, steps)
+        *_, last = sweep(body, gap, share * beta, penetration=depths, tangential_displacement=0.0)
+        radii.append(np.sqrt(last.sticking.sum() / (last.pressure > 0).sum()))
+    exact = brentq(lambda c: np.arctanh(c) / c - share * ellipkm1(c * c), 0.1, 0.99)
+    assert exact - radii[1] < 0.7 * (exact - radii[0])
+    assert 2 * radii[1] - radii[0] == pytest.approx(exact, rel=0.015)
+
+
+@given(exponent=st.integers(-30, 30))
+@settings(max_examples=5, deadline=None)
+def test_units_change_no_digit(exponent):
+    unit = 2.0**exponent
+    x = (np.arange(20) - 9.7) * 0.12
+    gap = (x[:, None] ** 2 + x**2) / 2
+    found = []
+    for s in (1.0, unit):
+        body = NormalAndTangential((20, 20), (0.12 * s,) * 2, Compliance.of(s, 0.3))
+        (step,) = sweep(
+            body, gap * s, MU, force=2.0 * s**3, tangential_force=[0.5 * s**3], coupled=True
+        )
+        found.append(step)
+    assert np.array_equal(found[1].traction, found[0].traction * unit)
+    assert found[1].tangential_displacement == found[0].tangential_displacement * unit
+
+
+def test_refusals():
+    body = body_of(8, 1.0, 0.3)
+    gap = np.zeros((8, 8))
+    with pytest.raises(
+        ValueError, match=r"friction.*exactly one of penetration.*exactly one of tang"
+    ):
+        sweep(body, gap, -1.0, penetration=1.0, force=1.0)
+    with pytest.raises(ValueError, match="same number of steps"):
+        sweep(body, gap, MU, force=[1.0, 2.0], tangential_force=[0.0] * 3)
+    with pytest.raises(ConvergenceError, match="slides as a whole"):
+        next(sweep(body, gap, MU, force=1.0, tangential_force=[0.5]))
+    with pytest.raises(ValueError, match=r"shear_modulus.*poisson_ratio"):
+        Compliance.of(0.0, 0.7)
+    bound, wanted = np.full((8, 8), 1.0), np.random.default_rng(0).normal(size=(2, 8, 8))
+    with pytest.raises(ConvergenceError, match="friction iteration stopped") as caught:
+        minimise(body, bound, wanted, np.zeros((2, 8, 8)), 1e-12, max_iterations=3)
+    assert len(caught.value.history) == 3
