@@ -11,6 +11,8 @@
 - `rough_line.press`: rough lines on springs, connected contacts, the area rule (19.29);
 - `line_regions`: the contacts of one line one by one, and the stress rule on them;
 - `ensemble.press_ensemble`: many realisations with their statistics;
+- `friction_law`, `friction_motion`: the continuous friction law (19.1), rigid blocks under it;
+- `contact_law`, `impact.strike`, `contact_motion.move`: a rigid mass on a contact (Fig. 19.4);
 - `procedure.calculate`: section 19.7 from a map to its contact;
 - `viscoelastic_models`: Kelvin-Voigt, Maxwell, standard solid and Prony series, their relaxation,
   creep, complex modulus and fit;

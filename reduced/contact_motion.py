@@ -189,7 +189,8 @@ def _move(
     """Fill the records; evaluations of the law, and the step that failed or -1."""
     x, v = records[0, 0], records[1, 0]
     out = np.empty((3, 1))
-    evaluations = 0
+    _law(halves, modulus, x, out)
+    force, evaluations = out[1, 0], 1
     for k in range((records.shape[1] - 1) * every):
         t = k * step
         for part in parts:
@@ -205,12 +206,12 @@ def _move(
                 v = 2.0 * (new - x) / h - v
                 x = new
             else:
-                _law(halves, modulus, x, out)
-                v += 0.5 * h / mass * (load + amplitude * np.cos(frequency * t) - out[1, 0])
+                v += 0.5 * h / mass * (load + amplitude * np.cos(frequency * t) - force)
                 x += h * v
                 _law(halves, modulus, x, out)
-                v += 0.5 * h / mass * (load + amplitude * np.cos(frequency * (t + h)) - out[1, 0])
-                evaluations += 1  # the force at the start is that of the step before
+                force = out[1, 0]
+                evaluations += 1
+                v += 0.5 * h / mass * (load + amplitude * np.cos(frequency * (t + h)) - force)
             v *= decay
             t += h
         if (k + 1) % every == 0:
@@ -257,7 +258,7 @@ def _mean_force(halves, modulus, x, y, start_force, start_energy, out):
     _law(halves, modulus, y, out)
     stiffness, force, energy = out[0, 0], out[1, 0], out[2, 0]
     way = y - x
-    if abs(way) > 1e-2 * max(abs(x), abs(y)):
+    if abs(way) > 1e-3 * max(abs(x), abs(y)):
         mean = (energy - start_energy) / way
         return mean, (force - mean) / way, 1
     mean = 0.0

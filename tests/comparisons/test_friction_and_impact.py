@@ -1,0 +1,125 @@
+"""The friction law (19.1) and Fig. 19.4 against the truth, both rooms together; their page."""
+
+from __future__ import annotations
+
+import importlib.util
+import math
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from reduced.friction_motion import blocks, integrate
+from reduced.impact import strike
+from reduced.profiles import paraboloid, power_law, sphere
+from reference import closed_form
+from reference.dynamics import blocks as coulomb
+from reference.dynamics.collision import collide, power_law_collision
+from reference.dynamics.event_driven import follow
+from reference.dynamics.moreau_jean import march
+
+ROOT = Path(__file__).resolve().parents[2]
+
+
+def tables():
+    """Return the script of the page as a module."""
+    script = ROOT / "docs" / "examples" / "friction_and_impact_tables.py"
+    spec = importlib.util.spec_from_file_location(script.stem, script)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_the_tables_of_the_page_are_those_of_the_script():
+    """Every marker has its table; those without times or scatter are made anew and compared."""
+    module = tables()
+    page = (ROOT / "docs" / "friction-and-impact.md").read_text(encoding="utf-8")
+    number = r"[-+]?\d+\.\d+(?:e[-+]\d+)?"
+    for name, make in module.TABLES.items():
+        (block,) = re.findall(f"<!-- table: {name} -->\n(.*?)\n<!-- end -->", page, re.DOTALL)
+        assert len(block.splitlines()) > 3
+        if name in ("stopping", "stability", "backbone"):
+            anew = module.markdown(make())
+            assert re.sub(number, "#", anew) == re.sub(number, "#", block)
+            shown, found = ([float(x) for x in re.findall(number, t)] for t in (block, anew))
+            np.testing.assert_allclose(shown, found, rtol=2e-3)
+
+
+def test_the_law_errs_by_its_speed_on_a_sled():
+    """Way to rest: (4/pi) v0/V too long, to (v0/V)^2 log of it; steps small against v0's own time.
+
+    Simpson's sum of the velocity over 1e5 implicit midpoint steps; the creep's tail decays.
+    """
+    excess = []
+    for v0 in (2e-2, 1e-2):
+        run = integrate(
+            *(blocks(1.0, 1.0), v0), step=1e-4, steps=20_000, scheme="implicit_midpoint", velocity=1
+        )
+        excess.append(run.position[-1, 0] / 0.5 - 1)
+    # the printed series: 4/pi v0 (1 + O(v0 log v0))
+    assert excess[1] == pytest.approx(4 / math.pi * 1e-2, rel=0.06)
+    assert math.log2(excess[0] / excess[1]) == pytest.approx(1, abs=0.1)
+
+
+def test_the_law_errs_by_the_two_thirds_power_where_blocks_are_torn_off():
+    """Den Hartog's oscillator with stops: order in v0 between 0.55 and 0.72 from 1e-4 to 1e-6.
+
+    2/3 by the boundary layer of tear-off, reached slowly; the steps' own error is below a tenth.
+    """
+    forced = {"stiffness": 1.0, "amplitude": 1.0, "frequency": 0.4}
+    asked = np.linspace(0, 60, 1001)
+    truth = follow(coulomb.blocks(1.0, 0.9, **forced), 60.0).at(asked)[0]
+    errors = []
+    for v0 in (1e-4, 1e-5, 1e-6):
+        run = integrate(
+            *(blocks(1.0, 0.9, **forced), v0),
+            step=60 / 60_000,
+            steps=60_000,
+            every=60,
+            scheme="implicit_midpoint",
+        )
+        errors.append(np.abs(run.position - truth).max())
+    orders = np.log10(np.array(errors[:-1]) / np.array(errors[1:]))
+    assert ((orders > 0.55) & (orders < 0.72)).all()
+
+
+def test_implicit_euler_becomes_the_step_of_moreau_and_jean():
+    """Three coupled blocks on a belt, v0 = 1e-13 of the speeds: the same numbers to 1e-6.
+
+    The difference where a block just comes to rest goes as sqrt(v0).
+    """
+    K = np.array([[2.0, -1.0, 0.0], [-1.0, 2.0, -1.0], [0.0, -1.0, 1.0]])
+    data = {"stiffness": K, "belt": 0.1, "load": [0.1, 0.0, -0.2], "damping": 0.05}
+    args = ([1.0, 2.0, 1.0], [0.3, 0.5, 0.2])
+    soft = integrate(blocks(*args, **data), 1e-13, step=0.01, steps=3000)
+    hard = march(coulomb.blocks(*args, **data), step=0.01, steps=3000, theta=1.0)
+    np.testing.assert_allclose(soft.position, hard.position, atol=1e-6)
+
+
+@pytest.mark.parametrize("speed", [1e-4, 1e-2])
+def test_springs_are_struck_as_the_half_space_is(speed):
+    """Duration, depth and force of a rigid mass: exact for the paraboloid, dx^4 for the others."""
+    cases = (
+        (paraboloid(2.0), closed_form.paraboloid(2.0, 3.0), 1e-11),
+        (sphere(2.0), closed_form.sphere(2.0, 3.0), 1e-9),
+        (power_law(4, 0.5), closed_form.power_law(4, 0.5, 3.0), 2e-8),
+    )
+    for profile, form, tolerance in cases:
+        springs = strike(profile, 3.0, 0.7, [speed])
+        true = collide(form, 0.7, speed)
+        found = (springs.duration[0], springs.penetration[0], springs.force[0])
+        expected = (true.duration, true.penetration, true.force)
+        np.testing.assert_allclose(found, expected, rtol=tolerance)
+
+
+def test_the_half_radius_rule_is_struck_too_softly_by_its_own_factor():
+    """The chapter's R/2 for a cone: g = 2 f in place of (pi/2) f, springs softer by pi/4.
+
+    F ~ x^2/c: at equal energy x_m ~ c^(1/3), and T = number x_m/v with it.
+    """
+    from reduced.profiles import cone, half_radius
+
+    exact = power_law_collision(1, 0.3, 1.0, 1.0, 0.01)
+    rule = strike(half_radius(cone(0.3).section), 1.0, 1.0, [0.01])
+    assert rule.duration[0] / exact.duration == pytest.approx((4 / math.pi) ** (1 / 3), rel=1e-9)
