@@ -317,6 +317,12 @@ def _crop_around_peak(
     return origin[0] + start[0], origin[1] + start[1], size[0], size[1]
 
 
+def _mirrored_part(even: tuple[bool, bool]) -> tuple[str, str]:
+    if all(even):
+        return "three quarters of the finite-element mesh", "x = 0 and y = 0 are symmetry planes"
+    return "half of the finite-element mesh", f"{'xy'[even.index(True)]} = 0 is a symmetry plane"
+
+
 def _left_out(scene: Scene, geometry: Geometry) -> Iterable[tuple[str, str]]:
     """Yield what is not modelled, with the reason."""
     asked = set(scene.compare.quantities)
@@ -338,8 +344,8 @@ def _left_out(scene: Scene, geometry: Geometry) -> Iterable[tuple[str, str]]:
             )
         if geometry.indenter.axisymmetric and not geometry.indenter.flat:
             yield "three dimensions, in the reduced model", "a line carries the same force"
-        if geometry.indenter.quarter_symmetric and not scene.physics:
-            yield "three quarters of the finite-element mesh", "x = 0 and y = 0 are symmetry planes"
+        if any(geometry.indenter.even) and not scene.physics:
+            yield _mirrored_part(geometry.indenter.even)
     else:
         yield (
             "the body below the surface, in the half-space methods",

@@ -113,8 +113,8 @@ def _look_up(stored: Fields, fields: Fields) -> np.ndarray:
         shape = None if given is None else tuple(int(n) for n in given)
         return grid_pressure_at(stored, x, y, shape)
     points = np.stack([stored["pressure_x"], stored["pressure_y"]], axis=-1)
-    if (points >= 0).all():  # a quarter stands for the whole
-        x, y = np.abs(x), np.abs(y)
+    # a half or a quarter stands for the whole
+    x, y = (np.abs(c) if (p >= 0).all() else c for c, p in zip((x, y), points.T, strict=True))
     look_up = LinearNDInterpolator(points, stored["pressure"], fill_value=0.0)
     return np.asarray(look_up(x, y))
 

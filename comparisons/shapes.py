@@ -40,6 +40,11 @@ class Indenter(BaseModel):
         return True
 
     @property
+    def even(self) -> tuple[bool, bool]:
+        """Whether the gap is even in x, and in y: x = 0, y = 0 are planes of symmetry."""
+        return (self.quarter_symmetric, self.quarter_symmetric)
+
+    @property
     def flat(self) -> bool:
         """Whether the contact is the whole flat face at any load."""
         return False
@@ -466,8 +471,19 @@ class PolygonPunch(_FlatPunch):
 
     @property
     def quarter_symmetric(self) -> bool:
-        """Polygons are modelled whole."""
+        """Not even a rectangle among the polygons is meshed as one: its lines are even."""
         return False
+
+    @cached_property
+    def even(self) -> tuple[bool, bool]:
+        """Whether the outline is its own mirror image; to rounding, corner by corner."""
+        noise = 1e-9 * float(np.ptp(self.corners, axis=0).max())
+
+        def mirrored(signs: tuple[int, int]) -> bool:
+            image = self.corners * signs
+            return all(np.abs(self.corners - one).max(axis=1).min() < noise for one in image)
+
+        return mirrored((-1, 1)), mirrored((1, -1))
 
     @property
     def area(self) -> float:

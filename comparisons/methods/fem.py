@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from functools import partial
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,6 +15,7 @@ from comparisons.methods import fem_body, fem_pair
 from comparisons.methods.base import Method, Solution, Support, Task
 from comparisons.methods.sweeps import outcomes
 from comparisons.options import FemOptions
+from comparisons.polygons import distance_to_outline
 from comparisons.scene import Scene
 from comparisons.shapes import (
     Ellipsoid,
@@ -45,6 +47,9 @@ TRUNCATION_SMOOTH, TRUNCATION_SHARP, TRUNCATION_SQUARE, TRUNCATION_GRID = 6e-3, 
 # 1e-4 (1.1e-3), 2e-5 (2.7e-4), 1e-5 (9e-5), and below; a fifth of the tolerance is the aim.
 FITTED_LEVELS = ((3e-3, (2, 3, 4)), (3e-4, (3, 4, 6)), (5e-5, (4, 6, 8)))
 FINEST = (6, 8, 10)
+# What is meshed with no, one and two planes of symmetry.
+PARTS = ("", "half of ", "a quarter of ")
+SYMMETRIES = {planes: name for name, planes in fem.SYMMETRIES.items()}
 STRAIGHT_EDGED = (RightAngledPunch, PolygonPunch)
 
 
@@ -132,7 +137,7 @@ class Fem(Method):
         far = "outside it Boussinesq fields"
         if isinstance(geometry, RoughGeometry):
             return f"a block below the patch, mesh nodes at the points of the map; {far}"
-        part = "a quarter of " if geometry.indenter.quarter_symmetric else ""
+        part = PARTS[sum(geometry.indenter.even)]
         fitted = "" if isinstance(geometry.indenter, STRAIGHT_EDGED) else ", scaled to each load"
         solver = scene.methods.fem.solver
         how = "solved by" if solver == "multigrid" else "condensed by"
@@ -310,7 +315,10 @@ def _cells_across(geometry: IndenterGeometry, resolution: int) -> list[int]:
 def _punch_body(
     geometry: IndenterGeometry, resolution: int, modulus: float, nu: float
 ) -> fem.CondensedBody:
-    """Return a mesh of straight lines; at the edges of a square they crowd, where it is sharp."""
+    """Return a mesh of straight lines, some of them through the corners.
+
+    At the edges of a right-angled face they crowd, where it is sharp.
+    """
     half_x, half_y = geometry.reach
     counts = _cells_across(geometry, resolution)
     if geometry.indenter.quarter_symmetric:
@@ -319,11 +327,30 @@ def _punch_body(
             for half, n in zip((half_x, half_y), counts, strict=True)
         ]
         return fem.tensor_body(*lines, modulus, nu, symmetry="quarter", order=2)
+    even = geometry.indenter.even
+    assert geometry.indenter.outline is not None
     lines = [
-        np.linspace(-half, half, 2 * n + 1)
-        for half, n in zip((half_x, half_y), counts, strict=True)
+        _lines_through(np.append(np.abs(each), 0.0) if mirrored else each, half / n)
+        for each, half, n, mirrored in zip(
+            geometry.indenter.outline.T, (half_x, half_y), counts, even, strict=True
+        )
     ]
-    return fem.tensor_body(*lines, modulus, nu)
+    return fem.tensor_body(*lines, modulus, nu, symmetry=SYMMETRIES[even])
+
+
+def _lines_through(marks: np.ndarray, step: float) -> np.ndarray:
+    """Return lines about a step apart through the marks, but for those too close to another."""
+    first, *inner, last = np.unique(marks)
+    kept = [first]
+    for mark in inner:
+        if min(mark - kept[-1], last - mark) > 0.5 * step:
+            kept.append(mark)
+    kept.append(last)
+    parts = [
+        np.linspace(low, high, max(1, round((high - low) / step)), endpoint=False)
+        for low, high in pairwise(kept)
+    ]
+    return np.append(np.concatenate(parts), last)
 
 
 def _gap(task: Task, body: fem.CondensedBody, realisation: int) -> np.ndarray:
@@ -331,8 +358,12 @@ def _gap(task: Task, body: fem.CondensedBody, realisation: int) -> np.ndarray:
         heights = task.geometry.heights(realisation, task.resolution)
         return np.ravel(heights.max() - heights)
     # A mesh node on a sharp edge belongs to the face: its rounding must not decide.
-    points = body.points * (1 - 1e-9)
-    return task.geometry.indenter.gap(points[:, 0], points[:, 1])
+    indenter, (x, y) = task.geometry.indenter, body.points.T
+    gap = indenter.gap(x * (1 - 1e-9), y * (1 - 1e-9))
+    if indenter.outline is not None:
+        near = distance_to_outline(x, y, indenter.outline) < 1e-9 * task.geometry.contact_radius
+        gap = np.where(near, 0.0, gap)
+    return gap
 
 
 def _quantities(task: Task, step: Step) -> dict[str, float]:

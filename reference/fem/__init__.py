@@ -13,13 +13,14 @@ from reference.fem.body import CondensedBody
 from reference.fem.contact import Contact, press
 from reference.fem.contact_area import contact_radius
 from reference.fem.energy import energy_within
-from reference.fem.half_space import ball_body, tensor_body
+from reference.fem.half_space import SYMMETRIES, ball_body, tensor_body
 from reference.fem.mesh import graded_lines
 from reference.fem.quadrature_contact import at_quadrature_points
 from reference.fem.recovery import Fields, recover
 from reference.fem.single_contact import indent
 
 __all__ = [
+    "SYMMETRIES",
     "CondensedBody",
     "Contact",
     "Fields",

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import cho_factor, cho_solve
 
 from reference.fem import pardiso
@@ -45,7 +45,7 @@ class CondensedBody:
     scaled_compliance : (n, n)
         Normal displacement at i for a unit normal force at j (meshed part), times E length.
     symmetry : int
-        Number of equal parts of which one is meshed: 4 with quarter symmetry, otherwise 1.
+        Number of equal parts of which one is meshed: 4 with quarter symmetry, 2 with half.
     offset : (2,)
         What the mesh coordinates lack to `scaled_points` (the mesh is centred).
     spacing_scaled : float
@@ -67,6 +67,10 @@ class CondensedBody:
         Far-field stiffness.
     multigrid : MultigridFlexibility or None
         In place of a condensation; `scaled_compliance` then has shape (0, 0).
+    nodal : CondensedBody or None
+        The body with its nodes as candidates, where the candidates are other points.
+    interpolation : (n, nodes) or None
+        Shape functions of those nodes at the candidates.
     """
 
     length: float
@@ -88,6 +92,8 @@ class CondensedBody:
     system: LinearSystem
     exterior: NDArray[np.float64]
     multigrid: MultigridFlexibility | None = None
+    nodal: CondensedBody | None = None
+    interpolation: NDArray[np.float64] | None = None
 
     @cached_property
     def flexibility(self) -> Flexibility:
@@ -139,7 +145,26 @@ class CondensedBody:
         """
         if not (np.isfinite(factor) and factor > 0.0):
             raise ValueError(f"factor must be positive and finite, got {factor!r}")
-        return replace(self, length=self.length * factor)
+        nodal = None if self.nodal is None else self.nodal.scaled(factor)
+        return replace(self, length=self.length * factor, nodal=nodal)
+
+    def at_nodes(self, reactions: ArrayLike) -> tuple[CondensedBody, NDArray[np.float64]]:
+        """Return the body with its nodes as candidates, and the forces on them.
+
+        Raises
+        ------
+        ValueError
+            If `reactions` does not have one finite value for each candidate.
+        """
+        reactions = np.asarray(reactions, dtype=float)
+        if reactions.shape != self.scaled_weights.shape or not np.isfinite(reactions).all():
+            raise ValueError(
+                f"reactions must be finite with shape {self.scaled_weights.shape}, "
+                f"got shape {reactions.shape}"
+            )
+        if self.nodal is None or self.interpolation is None:
+            return self, reactions
+        return self.nodal, self.interpolation.T @ reactions
 
 
 def condensed_body(
@@ -180,7 +205,7 @@ def condensed_body(
     seconds = {"mesh": time.perf_counter() - started}
     mark = time.perf_counter()
     nodes, weights = _candidates(grid, candidate)
-    groups = [] if fixed else source_groups(*sources, quarter=grid.quarter)
+    groups = [] if fixed else source_groups(*sources, grid.planes)
     matrices = _matrices(grid, poisson_ratio, reduced_integration)
     system = _linear_system(grid, matrices, nodes, groups, poisson_ratio)
     exterior = np.zeros((0, 0))
@@ -202,7 +227,7 @@ def condensed_body(
         scaled_weights=weights,
         nodes=nodes,
         scaled_compliance=compliance,
-        symmetry=4 if grid.quarter else 1,
+        symmetry=2 ** sum(grid.planes),
         offset=np.zeros(2),
         ring=ring,
         stretch=stretch,
@@ -278,8 +303,8 @@ def _linear_system(
     mesh = grid.mesh
     total = mesh.p.shape[1]
     fixed = np.zeros((total, 3), dtype=bool)
-    if grid.quarter:
-        fixed[:, :2] = mesh.p[:2].T == 0.0
+    for axis, plane in enumerate(grid.planes):
+        fixed[:, axis] = plane & (mesh.p[axis] == 0.0)
     outer = facet_nodes(mesh, grid.outer)
     number = np.zeros((total, 3), dtype=np.int64)
     number[outer] = 1

@@ -39,8 +39,8 @@ class Contact:
         Best estimate, see `reference.fem.contact_area.best_area`.
     iterations : int
     violation : float
-        The larger of overlap outside the contact over penetration, and tension inside it over mean
-        pressure; with a penalty the overlap inside counts as well.
+        The larger of overlap outside the contact over penetration (from first touch of a point),
+        and tension inside it over mean pressure; with a penalty the overlap inside counts as well.
     history : list of int
         Active points after each iteration.
     """
@@ -80,7 +80,8 @@ def press(
     ----------
     body : CondensedBody
     gap : (n,)
-        Initial gap of the rigid shape over `body.points`; +inf where it can never touch.
+        Initial gap of the rigid shape over `body.points`, from where the penetration counts; +inf
+        where it can never touch.
     penetration, force : float or sequence
         Exactly one of them; force on the whole contact (all symmetric parts). Any order: each step
         starts from the contact set of the one before.
@@ -94,7 +95,8 @@ def press(
     max_iterations : int
         Rounds of the active set for each load.
     start : (n,) bool, optional
-        Contact set to begin with; by default all points that overlap geometrically.
+        Contact set to begin with; by default (and if it is empty) all points that overlap
+        geometrically.
 
     Yields
     ------
@@ -105,10 +107,10 @@ def press(
     ValueError
         Before the first step, for every argument out of range.
     ConvergenceError
-        From the step that does not converge.
+        From the step that does not converge, or whose numbers overflow.
     """
     gap = np.asarray(gap, dtype=float)
-    _check(body, gap, penetration, force, contact, penalty, max_iterations)
+    _check(body, gap, penetration, force, contact, penalty, max_iterations, start)
     problem = _Problem(body, gap, contact, penalty, max_iterations, start)
     if penetration is not None:
         return problem.by_penetration(np.atleast_1d(np.asarray(penetration, dtype=float)))
@@ -131,8 +133,10 @@ class _Problem:
         self.method = method
         self.limit = limit
         self.possible = np.flatnonzero(np.isfinite(gap))
-        self.gap = gap[self.possible] / body.length
-        self.start = None if start is None else np.asarray(start, dtype=bool)[self.possible]
+        # depths count from first touch: a far-away shape must not cost the digits of the overlap
+        self.first_touch = float(gap[self.possible].min())
+        self.gap = (gap[self.possible] - self.first_touch) / body.length
+        self.start = self._starting_set(start)
         self.weights = body.scaled_weights[self.possible]
         self.softness = np.zeros_like(self.weights)
         if method != "active_set":
@@ -140,24 +144,33 @@ class _Problem:
             self.softness = 1.0 / (per_area * self.weights)
         self.force_unit = body.youngs_modulus * body.length * body.length * body.symmetry
 
+    def _starting_set(self, start: ArrayLike | None) -> NDArray[np.bool_] | None:
+        active = None if start is None else np.asarray(start, dtype=bool)[self.possible]
+        return None if active is None or not active.any() else active
+
     def by_penetration(self, values: NDArray[np.float64]) -> Iterator[Contact]:
         active = self.start
         for value in values:
-            depth = value / self.body.length
+            depth = (value - self.first_touch) / self.body.length
+            if depth <= 0.0:  # first touch may lie between the points
+                nothing = np.zeros(len(self.gap), dtype=bool)
+                yield self._contact(self._fixed(nothing, depth, self.gap), value, None)
+                continue
             step = self._solve(depth, active)
             active = step.active
             yield self._contact(step, value, None)
 
     def by_force(self, values: NDArray[np.float64]) -> Iterator[Contact]:
-        touching = self.gap == self.gap.min() if self.start is None else self.start
-        step = self._fixed(touching, self.gap.min(), np.zeros_like(self.gap))
+        touching = self.gap == 0.0 if self.start is None else self.start
+        step = self._fixed(touching, 0.0, np.zeros_like(self.gap))
         for value in values:
             step = self._reach(value / self.force_unit, step)
-            yield self._contact(step, step.depth * self.body.length, value)
+            penetration = self.first_touch + step.depth * self.body.length
+            yield self._contact(step, penetration, value)
 
     def _reach(self, target: float, step: _Step) -> _Step:
         """Newton on F(d), kept inside a bracket; exact when the set stays, F being linear then."""
-        low, high, iterations, history = self.gap.min(), np.inf, 0, []
+        low, high, iterations, history = 0.0, np.inf, 0, []
         for _ in range(self.limit):
             depth = step.depth + (target - step.reactions.sum()) / step.slope
             if not low < depth < high:
@@ -229,9 +242,14 @@ class _Problem:
         inside = np.flatnonzero(active)
         if len(inside):
             right = np.stack([depth - self.gap + offset, np.ones_like(offset)], axis=1)[inside]
-            solved, displacement = self._respond(inside, self.softness, right)
-            reactions[inside], slope = solved[:, 0], float(solved[:, 1].sum())
+            with np.errstate(over="ignore", invalid="ignore"):
+                solved, displacement = self._respond(inside, self.softness, right)
+                reactions[inside], slope = solved[:, 0], float(solved[:, 1].sum())
             everywhere = displacement[:, 0]
+            if not (np.isfinite(everywhere).all() and np.isfinite(reactions.sum())):
+                raise ConvergenceError(
+                    f"forces overflow at penetration {depth * self.body.length:.6g}"
+                )
         return _Step(depth, active, reactions, everywhere[self.possible], everywhere, slope)
 
     def _respond(
@@ -263,6 +281,10 @@ class _Problem:
         stiffness = step.slope * body.symmetry * body.youngs_modulus * body.length
         total = body.symmetry * reactions.sum()
         raw = float(body.symmetry * body.weights[active].sum())
+        with np.errstate(over="ignore", invalid="ignore"):
+            energy = float(0.5 * body.symmetry * reactions @ displacement)
+        if not np.isfinite(energy):
+            raise ConvergenceError(f"the energy overflows at penetration {penetration:.6g}")
         return Contact(
             penetration=float(penetration),
             force=float(total if force is None else force),
@@ -271,7 +293,7 @@ class _Problem:
             displacement=displacement,
             active=active,
             stiffness=stiffness,
-            energy=float(0.5 * body.symmetry * reactions @ displacement),
+            energy=energy,
             contact_area=best_area(body, reactions, active, sharp=len(self.possible) < count),
             contact_area_raw=raw,
             iterations=step.iterations,
@@ -314,6 +336,7 @@ def _check(
     contact: str,
     penalty: float,
     max_iterations: int,
+    start: ArrayLike | None,
 ) -> None:
     wrong = []
     if gap.shape != body.scaled_weights.shape:
@@ -326,10 +349,18 @@ def _check(
         if value is None:
             continue
         values = np.atleast_1d(np.asarray(value, dtype=float))
-        if values.ndim != 1 or not (np.isfinite(values).all() and (values > 0.0).all()):
+        finite = values.ndim == 1 and values.size > 0 and np.isfinite(values).all()
+        if not (finite and (values > 0.0).all()):
             wrong.append(f"{name} must be positive and finite, got {value!r}")
+    if start is not None and np.shape(start) != body.scaled_weights.shape:
+        wrong.append(f"start must have shape {body.scaled_weights.shape}, got {np.shape(start)}")
     if contact not in METHODS:
         wrong.append(f"contact must be one of {METHODS}, got {contact!r}")
+    elif contact != "penalty" and body.interpolation is not None:
+        wrong.append(
+            f"contact must be 'penalty' at quadrature points, got {contact!r}: there are more of "
+            "them than nodes, so that rigid contact in all of them is not defined"
+        )
     if not (np.isfinite(penalty) and penalty > 0.0):
         wrong.append(f"penalty must be positive and finite, got {penalty!r}")
     if max_iterations < 1:

@@ -50,13 +50,14 @@ def energy_within(
         wrong.append(f"poisson_ratio must be at most 0.4999, got {body.poisson_ratio!r}")
     if wrong:
         raise ValueError("; ".join(wrong))
+    body, reactions = body.at_nodes(reactions)
     fields = recover(body, reactions)
     places, energies = _gauss_energies(body, fields.displacement / body.length)
     distance = np.linalg.norm(places, axis=-1) * body.length
     unit = body.symmetry * body.youngs_modulus * body.length * body.length * body.length
     within = np.array([energies[distance <= radius].sum() for radius in radii]) * unit
     pushed = fields.displacement[body.nodes, 2]
-    total = 0.5 * body.symmetry * float(np.asarray(reactions, dtype=float) @ pushed)
+    total = 0.5 * body.symmetry * float(reactions @ pushed)
     return within, total
 
 
@@ -78,7 +79,8 @@ def _gauss_energies(
     gradient = np.einsum("eqaj,eai->eqij", gradients, nodal, optimize=True)
     strain = 0.5 * (gradient + np.swapaxes(gradient, -1, -2))
     density = (strain**2).sum(axis=(-1, -2)) * volumes
-    share = density / density.sum(axis=1, keepdims=True)
+    total = density.sum(axis=1, keepdims=True)
+    share = np.divide(density, total, out=np.zeros_like(density), where=total > 0.0)
     points, _ = gauss_points(order + 1)
     element = mesh.elem()
     shapes = np.array([element.lbasis(points, i)[0] for i in range(elements.shape[1])])

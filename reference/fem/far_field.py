@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from skfem import MeshHex
 
-from reference.fem.mesh import facet_quadrature
+from reference.fem.mesh import Planes, facet_quadrature
 
 
 def boussinesq(
@@ -76,18 +76,18 @@ def _hessians(
     return hess_phi, hess_psi
 
 
-def source_groups(half_x: float, half_y: float, *, quarter: bool) -> list[NDArray[np.float64]]:
+def source_groups(half_x: float, half_y: float, planes: Planes) -> list[NDArray[np.float64]]:
     """Positions of the point forces, one group (n, 2) for each far-field unknown.
 
     One force at the centre carries the load; the others, at a distance comparable with the loaded
-    region, carry its first, second and (1, 1) mixed moments. With quarter symmetry mirror images
-    belong to one unknown.
+    region, carry its first, second and (1, 1) mixed moments. Mirror images in planes of symmetry
+    (x = 0, y = 0) belong to one unknown.
     """
-    offsets = [(i * half_x, j * half_y) for i in (0, 1, -1) for j in (0, 1, -1)]
-    if not quarter:
-        return [np.array([offset]) for offset in offsets]
-    images = np.array([[1, 1], [-1, 1], [1, -1], [-1, -1]])
-    return [images * np.array(offset) for offset in offsets if min(offset) >= 0.0]
+    sides = [(0, 1) if plane else (0, 1, -1) for plane in planes]
+    offsets = [(i * half_x, j * half_y) for i in sides[0] for j in sides[1]]
+    x_signs, y_signs = [(1, -1) if plane else (1,) for plane in planes]
+    images = np.array([[sx, sy] for sy in y_signs for sx in x_signs])
+    return [images * np.array(offset) for offset in offsets]
 
 
 def group_field(

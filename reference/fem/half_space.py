@@ -20,7 +20,16 @@ from reference.fem.mesh import (
     tensor_mesh,
 )
 
+# Planes of symmetry x = 0 and y = 0, of which only the positive sides are meshed.
+SYMMETRIES = {
+    "none": (False, False),
+    "half_x": (True, False),
+    "half_y": (False, True),
+    "quarter": (True, True),
+}
 SOLVERS = ("nested_dissection", "pardiso", "multigrid")
+# Beyond them the elements are too distorted for a definite matrix in double precision.
+LARGEST_ASPECT, LARGEST_EXTENT = 100, 1000
 
 
 def ball_body(
@@ -52,19 +61,21 @@ def ball_body(
         ``-1 < nu <= 0.5``; beyond 0.4999 in the mixed form of `reference.fem.mixed`.
     elements : int
         Elements per contact radius (each has two node spacings).
-    symmetry : {"quarter", "none"}
-        "quarter" for gaps that are even in x and in y: a fourth of the work.
+    symmetry : {"quarter", "half_x", "half_y", "none"}
+        "quarter" for gaps that are even in x and in y: a fourth of the work; "half_x" for gaps that
+        are even in x (only x >= 0 is meshed), "half_y" in y.
     edge : float, optional
         Radius of a sharp edge or a kink of the indenter, at most `contact_radius`. The mesh has a
         circle there, towards which the elements crowd.
     sharp : bool
         The edge is that of a flat punch: more rings, which crowd more.
     stretch : (float, float)
-        Factors on x and y: contact ellipse with semi-axes ``contact_radius * stretch``.
+        Factors on x and y: contact ellipse with semi-axes ``contact_radius * stretch``, up to
+        1:100.
     far_field : {"boussinesq", "fixed"}
         "fixed" clamps the outer boundary; for comparisons with published models only.
     extent : float
-        Radius and depth of the mesh in contact radii.
+        Radius and depth of the mesh in contact radii, 2 to 1000.
     reduced_integration : bool
         False shows locking.
     solver : {"nested_dissection", "pardiso", "multigrid"}
@@ -91,14 +102,13 @@ def ball_body(
     started = time.perf_counter()
     ring = 1.0 if edge is None else edge / contact_radius
     rings, depths, cells = _rings(elements, edge and ring, sharp, extent, stretch)
-    quarter = symmetry == "quarter"
     grid = ring_mesh(
         rings,
         depths,
         core_cells=cells,
         round_from=ring,
         stretch=stretch,
-        quarter=quarter,
+        planes=SYMMETRIES[symmetry],
     )
     limits = _candidate_reach(rings, stretch, extent)
     return condensed_body(
@@ -200,9 +210,10 @@ def tensor_body(
     ----------
     x_nodes, y_nodes : (nx,), (ny,)
         Strictly increasing mesh lines. All their crossings are candidates (and with ``order=2``
-        the mid-points too). With quarter symmetry they start at 0.
+        the mid-points too). Towards a plane of symmetry they start at 0.
     youngs_modulus, poisson_ratio : float
-    symmetry : {"none", "quarter"}
+    symmetry : {"none", "half_x", "half_y", "quarter"}
+        As in `ball_body`.
     order : {1, 2}
         8-node or 27-node hexahedra.
     far_field : {"boussinesq", "fixed"}
@@ -223,16 +234,24 @@ def tensor_body(
         x, y, youngs_modulus, poisson_ratio, symmetry, order, far_field, extent, growth, solver
     )
     started = time.perf_counter()
-    quarter = symmetry == "quarter"
-    half = 0.5 * max(np.ptp(x), np.ptp(y)) * (2.0 if quarter else 1.0)
+    planes = SYMMETRIES[symmetry]
+    half = max(
+        np.ptp(line) if plane else 0.5 * np.ptp(line)
+        for line, plane in zip((x, y), planes, strict=True)
+    )
     length = 2.0 ** round(np.log2(half))
-    centre = (0.0, 0.0) if quarter else (0.5 * (x[0] + x[-1]), 0.5 * (y[0] + y[-1]))
+    centre = [
+        0.0 if plane else 0.5 * (line[0] + line[-1])
+        for line, plane in zip((x, y), planes, strict=True)
+    ]
     lines = [(x - centre[0]) / length, (y - centre[1]) / length]
     reach = extent * half / length
-    wide = [_extended(line, reach, growth, quarter) for line in lines]
+    wide = [
+        _extended(line, reach, growth, plane) for line, plane in zip(lines, planes, strict=True)
+    ]
     finest = min(np.min(np.diff(line)) for line in lines)
     z = growing_lines(0.0, reach, finest, growth)
-    grid = tensor_mesh(wide[0], wide[1], z, order=order, quarter=quarter)
+    grid = tensor_mesh(wide[0], wide[1], z, order=order, planes=planes)
     (x0, x1), (y0, y1) = [(line[0], line[-1]) for line in lines]
     body = condensed_body(
         grid,
@@ -254,11 +273,11 @@ def tensor_body(
 
 
 def _extended(
-    line: NDArray[np.float64], reach: float, growth: float, quarter: bool
+    line: NDArray[np.float64], reach: float, growth: float, symmetric: bool
 ) -> NDArray[np.float64]:
     """Grid lines with growing cells out to the boundary of the mesh."""
     right = growing_lines(line[-1], reach, growth * (line[-1] - line[-2]), growth)[1:]
-    if quarter:
+    if symmetric:
         return np.concatenate([line, right])
     left = -growing_lines(-line[0], reach, growth * (line[1] - line[0]), growth)[1:]
     return np.concatenate([left[::-1], line, right])
@@ -287,8 +306,10 @@ def _check_ball(
         )
     if len(stretch) != 2 or not all(np.isfinite(s) and s > 0.0 for s in stretch):
         wrong.append(f"stretch must be two positive factors, got {stretch!r}")
-    if not (np.isfinite(extent) and extent >= 2.0):
-        wrong.append(f"extent must be at least 2 contact radii, got {extent!r}")
+    elif max(stretch) > LARGEST_ASPECT * min(stretch):
+        wrong.append(f"stretch must be at most 1:{LARGEST_ASPECT}, got {stretch!r}")
+    if not 2.0 <= extent <= LARGEST_EXTENT:
+        wrong.append(f"extent must be 2 to {LARGEST_EXTENT} contact radii, got {extent!r}")
     if wrong:
         raise ValueError("; ".join(wrong))
 
@@ -306,11 +327,12 @@ def _check_tensor(
     solver: str,
 ) -> None:
     wrong = _common_faults(youngs_modulus, poisson_ratio, symmetry, far_field, solver)
-    for name, line in (("x_nodes", x), ("y_nodes", y)):
+    planes = SYMMETRIES.get(symmetry, (False, False))
+    for name, line, plane in (("x_nodes", x, planes[0]), ("y_nodes", y, planes[1])):
         if line.ndim != 1 or len(line) < 2 or not np.all(np.diff(line) > 0.0):
             wrong.append(f"{name} must be strictly increasing, at least 2 values, got {line!r}")
-        elif symmetry == "quarter" and line[0] != 0.0:
-            wrong.append(f"{name} must start at 0 with quarter symmetry, got {line[0]!r}")
+        elif plane and line[0] != 0.0:
+            wrong.append(f"{name} must start at 0 with {symmetry} symmetry, got {float(line[0])!r}")
     if order not in (1, 2):
         wrong.append(f"order must be 1 or 2, got {order!r}")
     elif order == 1 and poisson_ratio > LARGEST_POISSON_RATIO:
@@ -318,8 +340,8 @@ def _check_tensor(
             f"poisson_ratio {poisson_ratio!r} is incompressible: 8-node elements cannot carry its "
             "mean stress without checkerboards; take order = 2"
         )
-    if not (np.isfinite(extent) and extent >= 1.5):
-        wrong.append(f"extent must be at least 1.5 half-widths, got {extent!r}")
+    if not 1.5 <= extent <= LARGEST_EXTENT:
+        wrong.append(f"extent must be 1.5 to {LARGEST_EXTENT} half-widths, got {extent!r}")
     if not 1.0 < growth <= 4.0:
         wrong.append(f"growth must lie in (1, 4], got {growth!r}")
     if wrong:
@@ -339,8 +361,8 @@ def _common_faults(
             f"poisson_ratio above {LARGEST_POISSON_RATIO} takes a mixed form, which is indefinite: "
             f"solver must be {SOLVERS[0]!r}, got {solver!r}"
         )
-    if symmetry not in ("quarter", "none"):
-        wrong.append(f"symmetry must be 'quarter' or 'none', got {symmetry!r}")
+    if symmetry not in SYMMETRIES:
+        wrong.append(f"symmetry must be one of {tuple(SYMMETRIES)}, got {symmetry!r}")
     if far_field not in ("boussinesq", "fixed"):
         wrong.append(f"far_field must be 'boussinesq' or 'fixed', got {far_field!r}")
     if solver not in SOLVERS:

@@ -15,6 +15,8 @@ from scipy.integrate import cumulative_simpson
 from skfem import MeshHex, MeshHex2
 from skfem.element import ElementHex1, ElementHex2, ElementQuad1, ElementQuad2
 
+Planes = tuple[bool, bool]
+
 
 @dataclass(frozen=True, eq=False)
 class GradedMesh:
@@ -27,14 +29,14 @@ class GradedMesh:
         Facets at z = 0.
     outer : (l,)
         Facets towards the unmeshed rest of the half-space.
-    quarter : bool
-        Only x >= 0, y >= 0 is meshed, with symmetry planes x = 0 and y = 0.
+    planes : (bool, bool)
+        Whether x = 0, and y = 0, is a plane of symmetry, with only the positive side meshed.
     """
 
     mesh: MeshHex
     surface: NDArray[np.int64]
     outer: NDArray[np.int64]
-    quarter: bool
+    planes: Planes = (False, False)
 
 
 def facet_nodes(mesh: MeshHex, facets: NDArray[np.int64]) -> NDArray[np.int64]:
@@ -126,7 +128,7 @@ def ring_mesh(
     core_cells: int,
     round_from: float,
     stretch: tuple[float, float] = (1.0, 1.0),
-    quarter: bool = True,
+    planes: Planes = (True, True),
 ) -> GradedMesh:
     """Mesh a cylinder with 27-node hexahedra: a square core, circular rings around it.
 
@@ -143,18 +145,19 @@ def ring_mesh(
     stretch : (float, float)
         Factors on x and y that turn the circles up to radius 1 into ellipses; further out they
         become round again, so that the outer boundary is equally far from every part of the load.
-    quarter : bool
-        Only the quadrant x, y >= 0.
+    planes : (bool, bool)
+        Symmetry planes x = 0 and y = 0; with both, only the quadrant x, y >= 0 is meshed.
     """
     points, cells = _quadrant(rings, core_cells, round_from)
-    if not quarter:
-        points, cells = _mirrored(points, cells)
+    for axis in (0, 1):
+        if not planes[axis]:
+            points, cells = _mirrored(points, cells, axis)
     points, cells = _merged(points, cells)
     points = stretched(points, np.asarray(stretch), rings[-1])
     mesh = _extruded(points, cells, depths)
     radius = np.hypot(mesh.p[0], mesh.p[1])
     rim = radius > rings[-1] * max(stretch) * (1 - 1e-9)
-    return _with_boundaries(mesh, rim, depths[-1], quarter)
+    return _with_boundaries(mesh, rim, depths[-1], planes)
 
 
 def tensor_mesh(
@@ -163,16 +166,15 @@ def tensor_mesh(
     z: NDArray[np.float64],
     *,
     order: int,
-    quarter: bool,
+    planes: Planes,
 ) -> GradedMesh:
     """Mesh a box between the planes x, y, z; `order` 1 (8 nodes) or 2 (27 nodes)."""
     mesh = MeshHex.init_tensor(x, y, z)
     sides = [mesh.p[0] == x[-1], mesh.p[1] == y[-1]]
-    if not quarter:
-        sides += [mesh.p[0] == x[0], mesh.p[1] == y[0]]
+    sides += [mesh.p[axis] == line[0] for axis, line in enumerate((x, y)) if not planes[axis]]
     if order == 2:
         mesh = MeshHex2.from_mesh(mesh)
-    return _with_boundaries(mesh, sides, z[-1], quarter)
+    return _with_boundaries(mesh, sides, z[-1], planes)
 
 
 def _quadrant(
@@ -221,14 +223,11 @@ def _stacked(
 
 
 def _mirrored(
-    points: NDArray[np.float64], cells: NDArray[np.int64]
+    points: NDArray[np.float64], cells: NDArray[np.int64], axis: int
 ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """All four quadrants (shared nodes still double)."""
-    signs = np.array([[1, 1], [-1, 1], [1, -1], [-1, -1]])
-    return (
-        np.concatenate([points * sign for sign in signs]),
-        np.concatenate([cells + k * len(points) for k in range(4)]),
-    )
+    """Both sides of a plane of symmetry (shared nodes still double)."""
+    sign = np.where(np.arange(2) == axis, -1, 1)
+    return np.concatenate([points, points * sign]), np.concatenate([cells, cells + len(points)])
 
 
 def _merged(
@@ -279,7 +278,7 @@ def _with_boundaries(
     mesh: MeshHex,
     sides: NDArray[np.bool_] | list[NDArray[np.bool_]],
     depth: float,
-    quarter: bool,
+    planes: Planes,
 ) -> GradedMesh:
     """Find the surface and the outer facets from their corner nodes."""
 
@@ -291,4 +290,4 @@ def _with_boundaries(
     bottom = mesh.p[2, vertices] == depth
     outer = np.any([on(side) for side in [*sides, bottom]], axis=0)
     surface = on(mesh.p[2, vertices] == 0.0)
-    return GradedMesh(mesh, np.flatnonzero(surface), np.flatnonzero(outer), quarter)
+    return GradedMesh(mesh, np.flatnonzero(surface), np.flatnonzero(outer), planes)

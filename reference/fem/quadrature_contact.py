@@ -19,7 +19,8 @@ def at_quadrature_points(body: CondensedBody, per_direction: int = 3) -> Condens
     terms of the points, ``(N C N^T + 1/(eps w)) R = d - g``, the problem that `press` solves. A
     uniform pressure then gives exactly the consistent nodal forces, and gaps count inside the
     elements, too. There are more points than nodes, so that rigid contact ("active_set") is not
-    defined; use "penalty" with the gap at the `points` of the result.
+    defined: `press` takes "penalty" only, with the gap at the `points` of the result. Interior
+    fields and energies follow as from nodal contact (`recover`, `energy_within`).
 
     Parameters
     ----------
@@ -33,6 +34,8 @@ def at_quadrature_points(body: CondensedBody, per_direction: int = 3) -> Condens
     ValueError
         For a body without condensation, or fewer than one point.
     """
+    if body.nodal is not None:
+        raise ValueError("contact at quadrature points needs a body with nodes as candidates")
     if not isinstance(body.flexibility, DenseFlexibility):
         raise ValueError(
             "contact at quadrature points needs a condensed body, got solver multigrid"
@@ -55,4 +58,6 @@ def at_quadrature_points(body: CondensedBody, per_direction: int = 3) -> Condens
         scaled_weights=np.abs(areas[covered, :, 2]).ravel(),
         scaled_compliance=interpolation @ body.scaled_compliance @ interpolation.T,
         ring=None,
+        nodal=body,
+        interpolation=interpolation,
     )

@@ -69,12 +69,7 @@ def recover(body: CondensedBody, reactions: ArrayLike) -> Fields:
     ValueError
         If `reactions` does not have one finite value for each candidate.
     """
-    reactions = np.asarray(reactions, dtype=float)
-    if reactions.shape != body.scaled_weights.shape or not np.isfinite(reactions).all():
-        raise ValueError(
-            f"reactions must be finite with shape {body.scaled_weights.shape}, "
-            f"got shape {reactions.shape}"
-        )
+    body, reactions = body.at_nodes(reactions)
     unit = body.youngs_modulus * body.length * body.length
     values = body.flexibility.interior(reactions / unit)
     displacement = _displacement(body, values)

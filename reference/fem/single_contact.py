@@ -20,6 +20,7 @@ from reference.errors import ConvergenceError
 from reference.fem.body import CondensedBody
 from reference.fem.contact import Contact, press
 from reference.fem.contact_area import fitted_area
+from reference.fem.quadrature_contact import at_quadrature_points
 from reference.fem.surface_pressure import RingPressure
 
 Shape = Callable[[NDArray[np.float64], NDArray[np.float64]], NDArray[np.float64]]
@@ -33,6 +34,7 @@ def indent(
     force: float | Sequence[float] | None = None,
     contact: str = "active_set",
     penalty: float = 1e3,
+    points: str = "nodes",
 ) -> Iterator[tuple[CondensedBody, Contact]]:
     """Press a shape with a single convex contact, the mesh fitted to the contact at each load.
 
@@ -42,11 +44,15 @@ def indent(
         From `ball_body`, best with ``edge=contact_radius``; its size does not matter, but its
         `stretch` fixes the aspect of the contact.
     shape : callable
-        Initial gap ``g(x, y)`` of arrays; +inf outside a sharp edge.
+        Initial gap ``g(x, y)`` of arrays; +inf outside a sharp edge. Even in x
+        and in y on a quarter.
     penetration, force : float or sequence
         Exactly one of them, positive.
     contact, penalty
         As in `press`.
+    points : {"nodes", "quadrature"}
+        Where the contact conditions hold; "quadrature" (`at_quadrature_points`) takes
+        ``contact = "penalty"``.
 
     Yields
     ------
@@ -58,9 +64,9 @@ def indent(
     Raises
     ------
     ValueError
-        For wrong loads, or a body without rings.
+        For wrong loads, a body without rings, or a shape that the symmetry of the mesh excludes.
     ConvergenceError
-        If no size of the mesh carries the load.
+        If no size of the mesh carries the load, or every size does: the shape does not rise.
 
     Examples
     --------
@@ -76,20 +82,23 @@ def indent(
     if (penetration is None) == (force is None):
         raise ValueError("exactly one of penetration and force must be given")
     values = np.atleast_1d(np.asarray(force if penetration is None else penetration, dtype=float))
-    if values.ndim != 1 or not (np.isfinite(values).all() and (values > 0.0).all()):
+    finite = values.ndim == 1 and values.size > 0 and np.isfinite(values).all()
+    if not (finite and (values > 0.0).all()):
         raise ValueError(f"loads must be positive and finite, got {values!r}")
-    return _steps(body, shape, values, penetration is None, contact, penalty)
+    if points not in ("nodes", "quadrature"):
+        raise ValueError(f"points must be 'nodes' or 'quadrature', got {points!r}")
+    pressed = body if points == "nodes" else at_quadrature_points(body)
+    return _steps(_Ring(body, shape), pressed, values, penetration is None, contact, penalty)
 
 
 def _steps(
+    ring: _Ring,
     body: CondensedBody,
-    shape: Shape,
     values: NDArray[np.float64],
     by_force: bool,
     contact: str,
     penalty: float,
 ) -> Iterator[tuple[CondensedBody, Contact]]:
-    ring = _Ring(body, shape)
     for value in values:
         size = ring.size_for_force(value) if by_force else ring.size_for_penetration(value)
         fitted = body.scaled(size)
@@ -97,7 +106,7 @@ def _steps(
         gap = ring.gap(size, fitted.points)
         start = fitted.inside_ring & np.isfinite(gap)
         step = next(press(fitted, gap, contact=contact, penalty=penalty, start=start, **load))
-        if np.isfinite(gap).all():
+        if fitted.ring is not None and np.isfinite(gap).all():
             step = replace(step, contact_area=fitted_area(fitted, step.stiffness))
             if np.array_equal(step.active, fitted.inside_ring):
                 pressure = ring.projection.pressure(fitted, step.reactions)
@@ -115,8 +124,22 @@ class _Ring:
         self.body = body
         self.shape = shape
         self.points = body.points[inside]
+        self._check_symmetry()
         self.forces = forces[:, 0] * body.symmetry
         self.modulus = body.youngs_modulus * body.length
+
+    def _check_symmetry(self) -> None:
+        """Refuse what the mesh of a part would silently mirror."""
+        here = self.gap(1.0)
+        noise = 1e-9 * np.abs(here[np.isfinite(here)]).max(initial=0.0)
+        for axis in np.flatnonzero(self.body.grid.planes):
+            mirror = np.where(np.arange(2) == axis, -1.0, 1.0)
+            there = self.gap(1.0, self.points * mirror)
+            if not np.allclose(here, there, rtol=0.0, atol=noise, equal_nan=True):
+                raise ValueError(
+                    f"the gap must be even in {'xy'[axis]}, of which only the positive side is "
+                    "meshed; centre the shape, or build the body with symmetry = 'none'"
+                )
 
     @cached_property
     def projection(self) -> RingPressure:
@@ -125,7 +148,11 @@ class _Ring:
 
     def gap(self, size: float, points: NDArray[np.float64] | None = None) -> NDArray[np.float64]:
         x, y = (self.points * size if points is None else points).T
-        return np.asarray(self.shape(x, y), dtype=float)
+        with np.errstate(over="ignore", invalid="ignore"):  # far out a gap may overflow
+            found = np.asarray(self.shape(x, y), dtype=float)
+        if found.shape != x.shape:
+            raise ValueError(f"shape must return one gap per point {x.shape}, got {found.shape}")
+        return found
 
     def size_for_penetration(self, penetration: float) -> float:
         """Maximise ``F(s) = E s (d sum v - v . g(s x))``."""
@@ -156,10 +183,10 @@ class _Ring:
 
     def _bracket(self, loss: Callable[[float], float]) -> tuple[float, float]:
         """Walk in factors of two to the lowest, from a size at which the gap is known."""
-        powers = [p for k in range(200) for p in (k, -k) if self._finite(2.0**p)]
-        if not powers:
+        powers = (p for k in range(200) for p in (k, -k) if self._finite(2.0**p))
+        power = next(powers, None)
+        if power is None:
             raise ConvergenceError("the gap is infinite at every size of the contact")
-        power, step = powers[0], 1
         value = loss(2.0**power)
         for step in (1, -1):
             for _ in range(400):
@@ -167,6 +194,8 @@ class _Ring:
                 if not self._finite(2.0**trial) or (new := loss(2.0**trial)) >= value:
                     break
                 power, value = trial, new
+            else:
+                raise ConvergenceError("the contact grows without end: the shape does not rise")
         return 2.0 ** (power - 1), 2.0 ** (power + 1)
 
     def _finite(self, size: float) -> bool:

@@ -97,7 +97,7 @@ def supported_body(
         unknowns=system.first,
         solver="nested dissection",
         seconds=seconds,
-        grid=GradedMesh(grid, np.asarray(facets), np.zeros(0, dtype=np.int64), quarter=False),
+        grid=GradedMesh(grid, np.asarray(facets), np.zeros(0, dtype=np.int64)),
         system=system,
         exterior=exterior,
     )

@@ -24,7 +24,7 @@ def distorted_mesh(order):
             rings, np.array([0.0, 0.3, 1.0]), core_cells=2, round_from=1.0, stretch=(1.5, 1.0)
         )
     lines = np.array([0.0, 0.4, 1.0, 2.1])
-    return tensor_mesh(lines, lines, lines, order=1, quarter=True)
+    return tensor_mesh(lines, lines, lines, order=1, planes=(True, True))
 
 
 def internal_forces(grid, displacement, nu):
@@ -109,7 +109,7 @@ def test_exterior_energy_does_not_depend_on_the_reference_surface():
     energies = []
     for size in (1.0, 2.0):
         lines = size * np.array([0.0, 0.5, 1.0])
-        grid = tensor_mesh(lines, lines, lines, order=2, quarter=True)
+        grid = tensor_mesh(lines, lines, lines, order=2, planes=(True, True))
         energies.append(exterior_stiffness(grid.mesh, grid.outer, [np.zeros((1, 2))], 0.3)[0, 0])
     assert energies[0] > 0.0
     assert energies[0] / energies[1] == pytest.approx(2.0, rel=1e-12)

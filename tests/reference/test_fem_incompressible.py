@@ -76,7 +76,7 @@ def test_a_grid_of_straight_lines_takes_the_mixed_form_too():
 def test_mixed_element_is_symmetric_with_the_right_signs():
     """Positive on displacements (six rigid motions free), zero on mean stresses at nu = 1/2."""
     lines = np.array([0.0, 0.4, 1.0])
-    matrix = mixed_matrices(tensor_mesh(lines, lines, lines, order=2, quarter=True).mesh, 0.5)[0]
+    matrix = mixed_matrices(tensor_mesh(lines, lines, lines, order=2, planes=(True, True)).mesh, 0.5)[0]
     np.testing.assert_allclose(matrix, matrix.T, atol=1e-14)
     values = np.linalg.eigvalsh(matrix[:81, :81])
     assert np.all(np.abs(values[:6]) < 1e-12 * values[-1])
@@ -88,7 +88,7 @@ def test_mixed_element_is_symmetric_with_the_right_signs():
 def test_exterior_of_rubber_is_the_limit_of_nearly_incompressible_ones():
     """The mean stress of Boussinesq's field is finite: no jump from 0.4999 to 0.5."""
     lines = np.array([0.0, 0.5, 1.0])
-    grid = tensor_mesh(lines, lines, lines, order=2, quarter=True)
+    grid = tensor_mesh(lines, lines, lines, order=2, planes=(True, True))
     values = [
         exterior_stiffness(grid.mesh, grid.outer, [np.zeros((1, 2))], nu)[0, 0]
         for nu in (0.4998, 0.4999, 0.5)
