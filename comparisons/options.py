@@ -64,6 +64,8 @@ class FftOptions(Options):
 class FemOptions(Options):
     """Options of the finite-element solver; `penalty` is in units of E*/h.
 
+    points: where an indenter and a half-space meet: in the mesh's "nodes", or in the "quadrature"
+    points of its surface, with contact = "penalty" only.
     coupling: of an indenter with a [counter_body]: "mortar" or "node_to_surface" mesh both bodies;
     "effective_modulus" puts both compliances into one.
     solver: of a half-space: own "nested_dissection", "pardiso" (extra `fast`), or "multigrid"
@@ -74,6 +76,7 @@ class FemOptions(Options):
 
     contact: Literal["active_set", "penalty", "augmented_lagrangian"] = "active_set"
     penalty: Positive = 1e3
+    points: Literal["nodes", "quadrature"] = "nodes"
     coupling: Literal["mortar", "node_to_surface", "effective_modulus"] = "mortar"
 
 

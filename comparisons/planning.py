@@ -31,6 +31,8 @@ QUICK_REALISATIONS = 10
 BLOCK = 25
 PATCH_POINTS = 16
 MEMORY_SHARE = 0.8
+# Bytes below which the plan does not mention memory.
+WORTH_SAYING = 5e7
 # What a method without a discretisation plans: nothing can refine it.
 EXACT = (1,)
 
@@ -209,7 +211,16 @@ def _plan_method(draft: Plan, name: str) -> MethodPlan:
     if not kept:
         return MethodPlan(name, False, dropped[0].partition(": ")[2])
     reason = support.reason if not dropped else "left out " + "; ".join(dropped)
-    return MethodPlan(name, True, reason, kept, method.model(scene, draft.geometry))
+    modelled = method.model(scene, draft.geometry)
+    need = max(_memory(draft, name, n) for n in kept)
+    if need > WORTH_SAYING:
+        modelled += f"; about {need / 1e9:.1f} GB of memory"
+    return MethodPlan(name, True, reason, kept, modelled)
+
+
+def _memory(draft: Plan, name: str, resolution: int) -> float:
+    task = task_of(draft, name, resolution, draft.blocks(name)[0])
+    return method_for(name, draft.scene).memory(task)
 
 
 def _support(draft: Plan, name: str) -> Support:
@@ -238,7 +249,7 @@ def refusal(draft: Plan, name: str, resolution: int) -> str:
         return str(error)
     if refused:
         return refused
-    need, free = method.memory(task), psutil.virtual_memory().available
+    need, free = _memory(draft, name, resolution), psutil.virtual_memory().available
     if need > MEMORY_SHARE * free:
         return f"needs about {need / 1e9:.1f} GB, and {free / 1e9:.1f} GB are free"
     return ""

@@ -4,25 +4,22 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from functools import partial
-from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from comparisons.bodies import BodyGeometry
 from comparisons.geometry import Geometry, IndenterGeometry, RoughGeometry
-from comparisons.methods import fem_body, fem_pair
+from comparisons.methods import fem_body, fem_pair, fem_punch
 from comparisons.methods.base import Method, Solution, Support, Task
+from comparisons.methods.fem_punch import STRAIGHT_EDGED
 from comparisons.methods.sweeps import outcomes
 from comparisons.options import FemOptions
-from comparisons.polygons import distance_to_outline
 from comparisons.scene import Scene
 from comparisons.shapes import (
     Ellipsoid,
     EllipticPunch,
     Indenter,
-    PolygonPunch,
-    RightAngledPunch,
     RoundedPunch,
 )
 from reference import fem
@@ -49,8 +46,6 @@ FITTED_LEVELS = ((3e-3, (2, 3, 4)), (3e-4, (3, 4, 6)), (5e-5, (4, 6, 8)))
 FINEST = (6, 8, 10)
 # What is meshed with no, one and two planes of symmetry.
 PARTS = ("", "half of ", "a quarter of ")
-SYMMETRIES = {planes: name for name, planes in fem.SYMMETRIES.items()}
-STRAIGHT_EDGED = (RightAngledPunch, PolygonPunch)
 
 
 class Fem(Method):
@@ -72,7 +67,7 @@ class Fem(Method):
             )
         if scene.loading.control == "mean_gap":
             return Support(False, "no mean-gap control")
-        unfit = _solver_problem(scene)
+        unfit = _points_problem(scene) or _solver_problem(scene)
         if unfit:
             return Support(False, unfit)
         if scene.surface is not None and scene.surface.periodic:
@@ -93,10 +88,8 @@ class Fem(Method):
         fine = scene.compare.tolerance < 0.003
         if fem_pair.meshes_both(scene, geometry):
             return (3, 4, 6) if fine else (2, 3, 4)
-        if isinstance(geometry.indenter, PolygonPunch):
-            return (5, 7, 9)  # trilinear cells, and a staircase along oblique edges
-        if isinstance(geometry.indenter, RightAngledPunch):
-            return (4, 6, 8) if fine else (3, 4, 6)
+        if isinstance(geometry.indenter, STRAIGHT_EDGED):
+            return fem_punch.resolutions(geometry.indenter, fine=fine)
         wanted = scene.compare.tolerance
         return next((levels for least, levels in FITTED_LEVELS if wanted >= least), FINEST)
 
@@ -121,9 +114,9 @@ class Fem(Method):
         if fem_pair.meshes_both(task.scene, task.geometry):
             return BYTES_PER_UNKNOWN * fem_pair.unknowns(task.resolution)
         if isinstance(task.geometry, RoughGeometry):
-            return BYTES_PER_UNKNOWN * 1.3 * task.resolution**3
+            return BYTES_PER_UNKNOWN * fem.tensor_unknowns(*_map_lines(task))
         if isinstance(task.geometry.indenter, STRAIGHT_EDGED):
-            return BYTES_PER_UNKNOWN * 800.0 * task.resolution**2
+            return BYTES_PER_UNKNOWN * fem_punch.face_grid(task.geometry, task.resolution).unknowns
         # Measured 110 N^3 unknowns on round contacts, 270 N^3 where they are 8 times as long.
         aspect = max(contact_stretch(task.geometry.indenter)) ** 2
         return BYTES_PER_UNKNOWN * 110.0 * task.resolution**3 * (1.0 + 0.8 * np.log(aspect))
@@ -179,8 +172,8 @@ def _truncation(task: Task, *, fitted: bool) -> float:
         largest = TRUNCATION_SHARP if _sharp(task.geometry) else TRUNCATION_SMOOTH
         return largest / task.resolution**3
     geometry = task.geometry
-    quarter = isinstance(geometry, IndenterGeometry) and geometry.indenter.quarter_symmetric
-    return TRUNCATION_SQUARE if quarter else TRUNCATION_GRID
+    second = isinstance(geometry, IndenterGeometry) and fem_punch.right_angled(geometry.indenter)
+    return TRUNCATION_SQUARE if second else TRUNCATION_GRID
 
 
 class Step(NamedTuple):
@@ -202,19 +195,21 @@ def _sweep(
     options, geometry = task.options, task.geometry
     assert isinstance(options, FemOptions)
     how = {"contact": options.contact, "penalty": options.penalty}
+    points = options.points
 
     def fitted(loads: np.ndarray) -> Iterator[Step]:
         assert isinstance(geometry, IndenterGeometry)
         shape = geometry.indenter.gap
         load: dict[str, Any] = {task.loads.control: loads}
-        for scaled, contact in fem.indent(body, shape, **load, **how):
+        for scaled, contact in fem.indent(body, shape, **load, **how, points=points):
             yield Step(scaled, shape(*scaled.points.T), contact)
 
     def fixed(loads: np.ndarray) -> Iterator[Step]:
-        gap = _gap(task, body, realisation)
+        pressed = body if points == "nodes" else fem.at_quadrature_points(body)
+        gap = _gap(task, pressed, realisation)
         load: dict[str, Any] = {task.loads.control: loads}
-        for contact in fem.press(body, gap, **load, **how):
-            yield Step(body, gap, contact)
+        for contact in fem.press(pressed, gap, **load, **how):
+            yield Step(pressed, gap, contact)
 
     return fixed if body.ring is None else fitted
 
@@ -224,13 +219,9 @@ def make_body(task: Task) -> fem.CondensedBody:
     modulus, nu = task.scene.elastic_constants
     geometry = task.geometry
     if isinstance(geometry, RoughGeometry):
-        shape = geometry.heights(task.realisations[0], task.resolution).shape
-        lines = [
-            (np.arange(n) + 0.5) * side / n for n, side in zip(shape, geometry.size, strict=True)
-        ]
-        return fem.tensor_body(*lines, modulus, nu)
+        return fem.tensor_body(*_map_lines(task), modulus, nu)
     if isinstance(geometry.indenter, STRAIGHT_EDGED):
-        return _punch_body(geometry, task.resolution, modulus, nu)
+        return fem_punch.face_grid(geometry, task.resolution).body(modulus, nu)
     assert isinstance(task.options, FemOptions)
     # The size is arbitrary: a half-space has no length, and each load scales the mesh.
     return fem.ball_body(
@@ -243,6 +234,28 @@ def make_body(task: Task) -> fem.CondensedBody:
         solver=task.options.solver,
         stretch=contact_stretch(geometry.indenter),
     )
+
+
+def _map_lines(task: Task) -> list[np.ndarray]:
+    """Return the mesh lines of a rough patch: through the points of the map."""
+    geometry = task.geometry
+    assert isinstance(geometry, RoughGeometry)
+    counts = (n * task.resolution // geometry.points[0] for n in geometry.points)
+    return [(np.arange(n) + 0.5) * side / n for n, side in zip(counts, geometry.size, strict=True)]
+
+
+def _points_problem(scene: Scene) -> str:
+    """Return why contact cannot be asked for at quadrature points, or an empty text."""
+    options = scene.methods.fem
+    if options.points == "nodes":
+        return ""
+    if options.contact != "penalty":
+        return 'points = "quadrature" takes contact = "penalty" only: there are more than nodes'
+    if scene.indenter is None or scene.body is not None or scene.counter_body is not None:
+        return 'points = "quadrature" is for a rigid indenter on a half-space'
+    if options.solver == "multigrid":
+        return 'points = "quadrature" needs a condensed body, and solver multigrid condenses none'
+    return ""
 
 
 def _solver_problem(scene: Scene) -> str:
@@ -265,7 +278,7 @@ def _quadratic(scene: Scene) -> bool:
     """Whether the body is a half-space of 27-node elements, which have a mixed form."""
     if scene.indenter is None or scene.counter_body is not None or scene.body is not None:
         return False
-    return scene.indenter.quarter_symmetric
+    return scene.indenter.quarter_symmetric or fem_punch.right_angled(scene.indenter)
 
 
 def _sharp(geometry: IndenterGeometry) -> bool:
@@ -291,79 +304,20 @@ def contact_stretch(indenter: Indenter) -> tuple[float, float]:
 def _elongated(geometry: IndenterGeometry, resolution: int) -> str:
     """Return why a very elongated contact is out of reach, or an empty text."""
     if isinstance(geometry.indenter, STRAIGHT_EDGED):
-        across = _cells_across(geometry, resolution)
-        number = 4 * across[0] * across[1]
-        if number > LARGEST_PATCH**2:
-            return f"{number} surface elements on an elongated face, more than {LARGEST_PATCH**2}"
-        return ""
+        number, most = fem_punch.face_grid(geometry, resolution).unknowns, fem_punch.MOST_UNKNOWNS
+        return f"about {number} unknowns, more than {most}" if number > most else ""
     longer = max(contact_stretch(geometry.indenter)) ** 2
     if longer <= LARGEST_ASPECT:
         return ""
     return f"a contact {longer:.0f} times as long as wide: elements are tested to {LARGEST_ASPECT}"
 
 
-def _cells_across(geometry: IndenterGeometry, resolution: int) -> list[int]:
-    """Return the cells of each half-width: on the short side no fewer than a square would have.
-
-    Else the series of resolutions would refine the long side only, and tell nothing.
-    """
-    square = round(np.sqrt(np.pi) / 2 * resolution)
-    cells = [round(half * resolution / geometry.contact_radius) for half in geometry.reach]
-    return [max(2, square, number) for number in cells]
-
-
-def _punch_body(
-    geometry: IndenterGeometry, resolution: int, modulus: float, nu: float
-) -> fem.CondensedBody:
-    """Return a mesh of straight lines, some of them through the corners.
-
-    At the edges of a right-angled face they crowd, where it is sharp.
-    """
-    half_x, half_y = geometry.reach
-    counts = _cells_across(geometry, resolution)
-    if geometry.indenter.quarter_symmetric:
-        lines = [
-            half * (1 - (1 - np.arange(n + 1) / n) ** 2)
-            for half, n in zip((half_x, half_y), counts, strict=True)
-        ]
-        return fem.tensor_body(*lines, modulus, nu, symmetry="quarter", order=2)
-    even = geometry.indenter.even
-    assert geometry.indenter.outline is not None
-    lines = [
-        _lines_through(np.append(np.abs(each), 0.0) if mirrored else each, half / n)
-        for each, half, n, mirrored in zip(
-            geometry.indenter.outline.T, (half_x, half_y), counts, even, strict=True
-        )
-    ]
-    return fem.tensor_body(*lines, modulus, nu, symmetry=SYMMETRIES[even])
-
-
-def _lines_through(marks: np.ndarray, step: float) -> np.ndarray:
-    """Return lines about a step apart through the marks, but for those too close to another."""
-    first, *inner, last = np.unique(marks)
-    kept = [first]
-    for mark in inner:
-        if min(mark - kept[-1], last - mark) > 0.5 * step:
-            kept.append(mark)
-    kept.append(last)
-    parts = [
-        np.linspace(low, high, max(1, round((high - low) / step)), endpoint=False)
-        for low, high in pairwise(kept)
-    ]
-    return np.append(np.concatenate(parts), last)
-
-
 def _gap(task: Task, body: fem.CondensedBody, realisation: int) -> np.ndarray:
     if isinstance(task.geometry, RoughGeometry):
         heights = task.geometry.heights(realisation, task.resolution)
         return np.ravel(heights.max() - heights)
-    # A mesh node on a sharp edge belongs to the face: its rounding must not decide.
-    indenter, (x, y) = task.geometry.indenter, body.points.T
-    gap = indenter.gap(x * (1 - 1e-9), y * (1 - 1e-9))
-    if indenter.outline is not None:
-        near = distance_to_outline(x, y, indenter.outline) < 1e-9 * task.geometry.contact_radius
-        gap = np.where(near, 0.0, gap)
-    return gap
+    assert isinstance(task.geometry, IndenterGeometry)
+    return fem_punch.face_gap(task.geometry, body.points)
 
 
 def _quantities(task: Task, step: Step) -> dict[str, float]:

@@ -13,7 +13,7 @@ from reference.fem.body import CondensedBody
 from reference.fem.contact import Contact, press
 from reference.fem.contact_area import contact_radius
 from reference.fem.energy import energy_within
-from reference.fem.half_space import SYMMETRIES, ball_body, tensor_body
+from reference.fem.half_space import SYMMETRIES, ball_body, tensor_body, tensor_unknowns
 from reference.fem.mesh import graded_lines
 from reference.fem.quadrature_contact import at_quadrature_points
 from reference.fem.recovery import Fields, recover
@@ -33,4 +33,5 @@ __all__ = [
     "press",
     "recover",
     "tensor_body",
+    "tensor_unknowns",
 ]

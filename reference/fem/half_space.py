@@ -12,6 +12,7 @@ from reference.fem import pardiso
 from reference.fem.body import CondensedBody, condensed_body
 from reference.fem.elasticity import LARGEST_POISSON_RATIO
 from reference.fem.mesh import (
+    Planes,
     edge_lines,
     graded_lines,
     growing_lines,
@@ -235,23 +236,13 @@ def tensor_body(
     )
     started = time.perf_counter()
     planes = SYMMETRIES[symmetry]
-    half = max(
-        np.ptp(line) if plane else 0.5 * np.ptp(line)
-        for line, plane in zip((x, y), planes, strict=True)
-    )
-    length = 2.0 ** round(np.log2(half))
+    length = 2.0 ** round(np.log2(_half_width(x, y, planes)))
     centre = [
         0.0 if plane else 0.5 * (line[0] + line[-1])
         for line, plane in zip((x, y), planes, strict=True)
     ]
     lines = [(x - centre[0]) / length, (y - centre[1]) / length]
-    reach = extent * half / length
-    wide = [
-        _extended(line, reach, growth, plane) for line, plane in zip(lines, planes, strict=True)
-    ]
-    finest = min(np.min(np.diff(line)) for line in lines)
-    z = growing_lines(0.0, reach, finest, growth)
-    grid = tensor_mesh(wide[0], wide[1], z, order=order, planes=planes)
+    grid = tensor_mesh(*_tensor_planes(*lines, planes, extent, growth), order=order, planes=planes)
     (x0, x1), (y0, y1) = [(line[0], line[-1]) for line in lines]
     body = condensed_body(
         grid,
@@ -270,6 +261,50 @@ def tensor_body(
     )
     offset = np.array(centre) / length
     return replace(body, scaled_points=body.scaled_points + offset, offset=offset)
+
+
+def tensor_unknowns(
+    x_nodes: NDArray[np.float64],
+    y_nodes: NDArray[np.float64],
+    *,
+    symmetry: str = "none",
+    order: int = 1,
+    extent: float = 3.0,
+    growth: float = 1.5,
+) -> int:
+    """Count the displacements of the mesh that `tensor_body` would build, without building it.
+
+    Examples
+    --------
+    >>> lines = np.linspace(0.0, 1.0, 4)
+    >>> body = tensor_body(lines, lines, 1.0, 0.3)
+    >>> tensor_unknowns(lines, lines) == body.grid.mesh.p.size
+    True
+    """
+    x, y = np.asarray(x_nodes, dtype=float), np.asarray(y_nodes, dtype=float)
+    lines = _tensor_planes(x - x.mean(), y - y.mean(), SYMMETRIES[symmetry], extent, growth)
+    return 3 * int(np.prod([order * (len(line) - 1) + 1 for line in lines]))
+
+
+def _half_width(x: NDArray[np.float64], y: NDArray[np.float64], planes: Planes) -> float:
+    """Larger half-width of the grid, with its mirror images."""
+    widths = [
+        np.ptp(line) if plane else 0.5 * np.ptp(line)
+        for line, plane in zip((x, y), planes, strict=True)
+    ]
+    return float(max(widths))
+
+
+def _tensor_planes(
+    x: NDArray[np.float64], y: NDArray[np.float64], planes: Planes, extent: float, growth: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+    """Mesh planes in x, y and z of the grid (centred) and of the block around and below it."""
+    reach = extent * _half_width(x, y, planes)
+    wide_x, wide_y = (
+        _extended(line, reach, growth, plane) for line, plane in zip((x, y), planes, strict=True)
+    )
+    finest = min(np.min(np.diff(line)) for line in (x, y))
+    return wide_x, wide_y, growing_lines(0.0, reach, finest, growth)
 
 
 def _extended(

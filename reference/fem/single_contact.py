@@ -106,9 +106,10 @@ def _steps(
         gap = ring.gap(size, fitted.points)
         start = fitted.inside_ring & np.isfinite(gap)
         step = next(press(fitted, gap, contact=contact, penalty=penalty, start=start, **load))
-        if fitted.ring is not None and np.isfinite(gap).all():
-            step = replace(step, contact_area=fitted_area(fitted, step.stiffness))
-            if np.array_equal(step.active, fitted.inside_ring):
+        if np.isfinite(gap).all():
+            area = fitted_area(fitted.nodal or fitted, step.stiffness)
+            step = replace(step, contact_area=area)
+            if fitted.nodal is None and np.array_equal(step.active, fitted.inside_ring):
                 pressure = ring.projection.pressure(fitted, step.reactions)
                 step = replace(step, pressure=pressure)
         yield fitted, step

@@ -262,6 +262,49 @@ def test_quarter_and_full_models_agree():
     assert a.penetration == pytest.approx(b.penetration, rel=1e-9)
 
 
+def test_half_and_full_models_agree():
+    """A shape that is even in one direction only: half of the mesh, the same forces (1e-9)."""
+
+    def gap(x, y):
+        return 0.5 * (x - 0.2) ** 2 + 0.4 * np.abs(y)
+
+    lines = np.linspace(-1.0, 1.0, 9)
+    pairs = [
+        [ball_body(1.0, 1.0, 0.3, elements=2, symmetry=name) for name in ("none", "half_y")],
+        [
+            tensor_body(lines, lines, 1.0, 0.3),
+            tensor_body(lines, lines[4:], 1.0, 0.3, symmetry="half_y"),
+        ],
+    ]
+    for pair in pairs:
+        full, half = (next(press(body, gap(*body.points.T), force=0.3)) for body in pair)
+        assert half.penetration == pytest.approx(full.penetration, rel=1e-9)
+        assert half.stiffness == pytest.approx(full.stiffness, rel=1e-9)
+        assert half.energy == pytest.approx(full.energy, rel=1e-9)
+    turned = tensor_body(lines[4:], lines, 1.0, 0.3, symmetry="half_x")
+    (step,) = press(turned, gap(*turned.points.T[::-1]), force=0.3)
+    assert step.penetration == pytest.approx(full.penetration, rel=1e-9)
+
+
+def test_depths_count_from_first_touch():
+    """A gap far from zero costs no digits of the overlap, forces may be as small as one likes.
+
+    1e12 contact radii away, positions are known to 1e-4, and so is the penetration; the force is
+    the one asked for.
+    """
+    body = small_body(1.0, 1.0)
+    gap = paraboloid(body)
+    (near,) = press(body, gap, force=1e-3)
+    (far,) = press(body, gap + 1e12, force=1e-3)
+    assert far.penetration == pytest.approx(1e12 + near.penetration, abs=2e-4)
+    assert 4.0 * far.reactions.sum() == pytest.approx(1e-3, rel=1e-8)
+    (light,) = press(body, gap + 1.0, force=1e-30)
+    assert light.active.sum() == 1
+    assert light.violation < 1e-12
+    (nothing,) = press(body, gap + 1.0, penetration=0.5)
+    assert nothing.force == 0.0
+
+
 def test_linear_and_quadratic_elements_agree_on_two_bumps():
     """Two bumps of different height, off centre: no symmetry to hide behind; measured 0.8 %."""
 
@@ -421,5 +464,15 @@ def test_fixed_meshes_refuse_and_report():
     box = tensor_body(lines, lines, 1.0, 0.3)
     with pytest.raises(ValueError, match="mesh circle"):
         indent(box, lambda x, y: x**2, penetration=1.0)
+    with pytest.raises(ValueError, match=r"force must be positive.*start must have shape"):
+        press(body, gap, force=[], start=[True])
+    with pytest.raises(ConvergenceError, match="overflows"):
+        next(press(body, gap, force=1e300))
+    with pytest.raises(ConvergenceError, match="grows without end"):
+        next(indent(body, lambda x, y: 0.0 * x, penetration=1.0))
+    with pytest.raises(ValueError, match="even in x"):
+        next(indent(body, lambda x, y: (x - 0.1) ** 2 + y**2, penetration=1.0))
+    with pytest.raises(ValueError, match="one gap per point"):
+        next(indent(body, lambda x, y: 1.0, penetration=1.0))
     with pytest.raises(ConvergenceError, match="infinite at every size"):
         next(indent(body, lambda x, y: np.full_like(x, np.inf), penetration=1.0))

@@ -100,6 +100,37 @@ def test_penalty_at_gauss_points_approaches_hertz():
     assert forces[-1] == pytest.approx(exact, rel=0.01)
 
 
+def test_gauss_points_follow_the_contact_as_nodes_do():
+    """Hertz at a depth that only the scaled mesh knows: 2e-4 in force, area from the stiffness.
+
+    Interior fields come from the nodal forces: the energy of both halves of ``1/2 sum R u``.
+    """
+    body = ball_body(1.0, 1.0, 0.3, edge=1.0, elements=4)
+    for depth in (1e-6, 3.0):
+        how = {"contact": "penalty", "penalty": 1e4, "points": "quadrature"}
+        fitted, step = next(
+            indent(body, lambda x, y: 0.5 * (x**2 + y**2), penetration=depth, **how)
+        )
+        exact = 4.0 / 3.0 * body.effective_modulus * depth**1.5
+        assert step.force == pytest.approx(exact, rel=3e-4)
+        assert step.contact_area == pytest.approx(np.pi * depth, rel=1e-3)
+        within, total = energy_within(fitted, step.reactions, [2.4 * fitted.length])
+        assert total == pytest.approx(step.energy, rel=1e-9)
+        assert 0.5 * total < within[0] < total
+
+
+def test_rigid_contact_at_gauss_points_is_refused():
+    body = ball_body(1.0, 1.0, 0.3, edge=1.0, elements=2)
+    points = at_quadrature_points(body)
+    for contact in ("active_set", "augmented_lagrangian"):
+        with pytest.raises(ValueError, match="must be 'penalty' at quadrature points"):
+            press(points, np.zeros(len(points.weights)), penetration=1.0, contact=contact)
+    with pytest.raises(ValueError, match="nodes as candidates"):
+        at_quadrature_points(points)
+    with pytest.raises(ValueError, match="'nodes' or 'quadrature'"):
+        indent(body, lambda x, y: x**2 + y**2, penetration=1.0, points="corners")
+
+
 def test_uniform_gap_gives_uniform_pressure_at_gauss_points():
     """Under a soft penalty the pressure is eps times the overlap, at every point alike (1 %)."""
     lines = np.linspace(0.0, 1.0, 4)

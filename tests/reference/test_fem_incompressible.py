@@ -76,7 +76,9 @@ def test_a_grid_of_straight_lines_takes_the_mixed_form_too():
 def test_mixed_element_is_symmetric_with_the_right_signs():
     """Positive on displacements (six rigid motions free), zero on mean stresses at nu = 1/2."""
     lines = np.array([0.0, 0.4, 1.0])
-    matrix = mixed_matrices(tensor_mesh(lines, lines, lines, order=2, planes=(True, True)).mesh, 0.5)[0]
+    matrix = mixed_matrices(
+        tensor_mesh(lines, lines, lines, order=2, planes=(True, True)).mesh, 0.5
+    )[0]
     np.testing.assert_allclose(matrix, matrix.T, atol=1e-14)
     values = np.linalg.eigvalsh(matrix[:81, :81])
     assert np.all(np.abs(values[:6]) < 1e-12 * values[-1])

@@ -1,0 +1,116 @@
+"""How the method `fem` meshes flat faces with straight sides: grid lines along and through them.
+
+Where all sides lie along x or y, as on a square or an L-shape, mesh lines follow every one of them
+and crowd there, in elements of second order. Oblique sides are staircases on an even grid of
+first order.
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+
+from comparisons.geometry import IndenterGeometry
+from comparisons.polygons import distance_to_outline
+from comparisons.shapes import Indenter, PolygonPunch, RightAngledPunch
+from reference import fem
+
+STRAIGHT_EDGED = (RightAngledPunch, PolygonPunch)
+# Twenty seconds of elimination on one core.
+MOST_UNKNOWNS = 150_000
+SYMMETRIES = {planes: name for name, planes in fem.SYMMETRIES.items()}
+
+
+class Grid(NamedTuple):
+    """Mesh lines of the face, its symmetry, and the order of the elements."""
+
+    x: np.ndarray
+    y: np.ndarray
+    symmetry: str
+    order: int
+
+    @property
+    def unknowns(self) -> int:
+        """About how many unknowns the mesh has."""
+        return fem.tensor_unknowns(self.x, self.y, symmetry=self.symmetry, order=self.order)
+
+    def body(self, modulus: float, nu: float) -> fem.CondensedBody:
+        """Return the condensed half-space."""
+        return fem.tensor_body(
+            self.x, self.y, modulus, nu, symmetry=self.symmetry, order=self.order
+        )
+
+
+def right_angled(indenter: Indenter) -> bool:
+    """Whether every side of the face lies along x or y."""
+    corners = indenter.outline
+    if corners is None:
+        return False
+    sides = np.abs(np.roll(corners, -1, axis=0) - corners)
+    return bool((sides.min(axis=1) <= 1e-9 * sides.max()).all())
+
+
+def resolutions(indenter: Indenter, *, fine: bool) -> tuple[int, ...]:
+    """Return elements per radius of the circle of equal area."""
+    if not right_angled(indenter):
+        return 5, 7, 9  # trilinear cells, and a staircase along oblique edges
+    if isinstance(indenter, PolygonPunch):
+        return 3, 4, 5
+    return (4, 6, 8) if fine else (3, 4, 6)
+
+
+def face_grid(geometry: IndenterGeometry, resolution: int) -> Grid:
+    """Return the mesh lines of a face; on the positive side only, where it is its mirror image."""
+    indenter = geometry.indenter
+    assert indenter.outline is not None
+    crowded = right_angled(indenter)
+    lines = []
+    for marks, half, mirrored in zip(
+        indenter.outline.T, geometry.reach, indenter.even, strict=True
+    ):
+        # On the short side of a long face no fewer cells than a square would have: else the series
+        # of resolutions would refine the long side only, and tell nothing.
+        square = round(np.sqrt(np.pi) / 2 * resolution)
+        count = max(2, square, round(half * resolution / geometry.contact_radius))
+        if mirrored:
+            marks = np.append(np.abs(marks), 0.0)
+        lines.append(_lines_through(marks, half / count, crowded, edge_at_start=not mirrored))
+    return Grid(lines[0], lines[1], SYMMETRIES[indenter.even], 2 if crowded else 1)
+
+
+def _lines_through(
+    marks: np.ndarray, step: float, crowded: bool, edge_at_start: bool
+) -> np.ndarray:
+    """Return lines about a step apart through the marks, but for those too close to another.
+
+    Crowded, they come closer to the marks with the square of their number; not to the first one
+    where that is a plane of symmetry and no edge.
+    """
+    first, *inner, last = np.unique(marks)
+    kept = [first]
+    for mark in inner:
+        if min(mark - kept[-1], last - mark) > 0.5 * step:
+            kept.append(mark)
+    kept.append(last)
+    parts = []
+    for low, high in pairwise(kept):
+        share = np.linspace(0.0, 1.0, 1 + max(2, round((high - low) / step)))[:-1]
+        if crowded:
+            both = low > first or edge_at_start
+            share = _towards_both(share) if both else 1.0 - (1.0 - share) ** 2
+        parts.append(low + (high - low) * share)
+    return np.append(np.concatenate(parts), last)
+
+
+def _towards_both(share: np.ndarray) -> np.ndarray:
+    return np.where(share < 0.5, 2.0 * share**2, 1.0 - 2.0 * (1.0 - share) ** 2)
+
+
+def face_gap(geometry: IndenterGeometry, points: np.ndarray) -> np.ndarray:
+    """Return 0 at points on the face and inf beside; a node on a side belongs to the face."""
+    indenter, (x, y) = geometry.indenter, points.T
+    assert indenter.outline is not None
+    near = distance_to_outline(x, y, indenter.outline) < 1e-9 * geometry.contact_radius
+    return np.where(near, 0.0, indenter.gap(x, y))
