@@ -2,7 +2,17 @@
 
 from __future__ import annotations
 
-from reference.halfspace import accuracy, areas, dense, fft, kernels
+from reference.halfspace import (
+    accuracy,
+    areas,
+    cohesive,
+    cohesive_laws,
+    cohesive_path,
+    dense,
+    detachment,
+    fft,
+    kernels,
+)
 from reference.halfspace.operators import FreeOperator, HalfSpace, PeriodicOperator
 from reference.halfspace.solution import Contact
 
@@ -13,7 +23,11 @@ __all__ = [
     "PeriodicOperator",
     "accuracy",
     "areas",
+    "cohesive",
+    "cohesive_laws",
+    "cohesive_path",
     "dense",
+    "detachment",
     "fft",
     "kernels",
 ]

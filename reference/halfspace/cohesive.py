@@ -1,0 +1,272 @@
+"""Contact on the half-space with a cohesive law: Newton's method on the free operators.
+
+Pressures p and gaps h = g - d + K p obey h = 0 where p >= -sigma(0), and p = -sigma(h) elsewhere.
+Linearised about an iterate, with k = -sigma'(h) and the residual r = p + sigma(h), the change of
+the gap is dh = K dp - dd, and
+
+    dh = -h          on cells in contact,
+    dp = k dh - r    on all others.
+
+With dp = omega z - r, omega = sqrt(k) outside the contact, this is the symmetric system
+
+    (1_outside - omega K omega) z = omega (h 1_contact - K r - dd),
+
+solved by MINRES: its conditioning knows neither the far cells, where k vanishes, nor the sign of
+the stiffness, so that unstable equilibria are found like stable ones. Which of them are stable the
+path tells: see `cohesive_path`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.sparse.linalg import LinearOperator, minres
+
+from reference.errors import ConvergenceError
+from reference.halfspace import fft
+from reference.halfspace.cohesive_laws import CohesiveLaw
+from reference.halfspace.operators import HalfSpace
+from reference.halfspace.solution import check_control, check_gap
+
+Field = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+_FORCING = 1e-3  # of MINRES relative to the residual of Newton's method
+_ROUNDS = 2000
+_LEAST_SHARE = 1e-3
+
+
+@dataclass(frozen=True)
+class CohesiveContact:
+    """One equilibrium of an adhesive contact.
+
+    Attributes
+    ----------
+    penetration, force : float
+        d (negative before first touch) and F (negative when pulling).
+    pressure : ndarray, shape (nx, ny)
+        Cell values; negative where the law pulls.
+    gap : ndarray
+        Remaining gap, zero in contact.
+    mask : ndarray of bool
+        Cells in contact.
+    iterations : int
+        Steps of Newton's method.
+    residual : float
+        Largest error of a gap, relative to the reach of the law, or of a tension, relative to its
+        strength.
+    """
+
+    penetration: float
+    force: float
+    pressure: Field = field(repr=False)
+    gap: Field = field(repr=False)
+    mask: Mask = field(repr=False)
+    iterations: int
+    residual: float
+
+
+class CohesiveProblem:
+    """A half-space, the gap of a rigid body and a cohesive law.
+
+    Parameters
+    ----------
+    operator : FreeOperator or PeriodicOperator
+        The grid must resolve the zone in which the tension falls: its width is about
+        0.8 E* w/sigma(0)^2 at the edge of a contact, two cells of it give some per cent.
+    gap : array_like, shape (nx, ny)
+        Initial gap g >= 0; +inf where the body has no material.
+    law : CohesiveLaw
+    """
+
+    def __init__(self, operator: HalfSpace, gap: ArrayLike, law: CohesiveLaw) -> None:
+        self.operator, self.law = operator, law
+        gap = check_gap(operator, gap)
+        self.solid = np.isfinite(gap)
+        # cells without material carry nothing; any finite gap will do
+        self.initial_gap = np.where(self.solid, gap, 0.0)
+        self.own = float(operator.apply(_one_cell(operator.shape)).max())
+
+    def start(self, penetration: float) -> Field:
+        """Pressures without adhesion."""
+        if penetration <= 0:
+            return np.zeros(self.operator.shape)
+        gap = np.where(self.solid, self.initial_gap, np.inf)
+        return fft.solve(self.operator, gap, penetration=penetration, tolerance=1e-4).pressure
+
+    def force(self, pressure: Field) -> float:
+        """Sum of the pressures times the area of a cell."""
+        return float(pressure.sum()) * self.operator.cell_area
+
+    def at_penetration(
+        self,
+        penetration: float,
+        start: Field | None = None,
+        tolerance: float = 1e-8,
+        max_iterations: int = 40,
+    ) -> CohesiveContact:
+        """Find the equilibrium at a penetration to which Newton's method leads from the start.
+
+        Raises
+        ------
+        ConvergenceError
+            If it leads nowhere: beyond a fold there is no equilibrium nearby.
+        """
+        check_control(tolerance, max_iterations)
+        fixed = Constraint(1.0, 0.0, penetration)
+        if start is None:
+            start = self._load_up(penetration, fixed, max_iterations)
+        return self.newton(start, penetration, fixed, tolerance, max_iterations)
+
+    def _load_up(self, penetration: float, fixed: Constraint, max_iterations: int) -> Field:
+        """Pressures with nearly the whole tension, which is raised from none in easy steps."""
+        pressure, share, step = self.start(penetration), 0.0, 0.25
+        while share < 1.0:
+            law = self.law.weakened(min(share + step, 1.0))
+            problem = CohesiveProblem(
+                self.operator, np.where(self.solid, self.initial_gap, np.inf), law
+            )
+            try:
+                contact = problem.newton(pressure, penetration, fixed, 1e-4, max_iterations)
+            except ConvergenceError:
+                step /= 2
+                if step < _LEAST_SHARE:
+                    raise
+            else:
+                pressure, share = contact.pressure, share + step
+        return pressure
+
+    def at_force(
+        self,
+        force: float,
+        penetration: float,
+        start: Field,
+        tolerance: float = 1e-8,
+        max_iterations: int = 40,
+    ) -> CohesiveContact:
+        """Find the equilibrium at a force; from a penetration and pressures close to it."""
+        check_control(tolerance, max_iterations)
+        fixed = Constraint(0.0, 1.0, force)
+        return self.newton(start, penetration, fixed, tolerance, max_iterations)
+
+    def newton(
+        self,
+        pressure: Field,
+        penetration: float,
+        constraint: Constraint,
+        tolerance: float,
+        max_iterations: int,
+    ) -> CohesiveContact:
+        """Iterate to an equilibrium on which the constraint holds."""
+        history: list[float] = []
+        for _ in range(max_iterations):
+            state = _Linearised(self, pressure, penetration)
+            missing = constraint.missing(penetration, self.force(pressure))
+            history.append(max(state.error, abs(missing) / constraint.unit(self)))
+            if history[-1] <= tolerance:
+                return self._answer(pressure, penetration, state, history)
+            if not np.isfinite(history[-1]) or history[-1] > 1e6:
+                break
+            pressure, penetration = self._step(state, pressure, penetration, constraint, missing)
+        raise ConvergenceError("Newton's method found no adhesive equilibrium nearby", history)
+
+    def _step(
+        self,
+        state: _Linearised,
+        pressure: Field,
+        penetration: float,
+        constraint: Constraint,
+        missing: float,
+    ) -> tuple[Field, float]:
+        if constraint.of_force == 0:
+            depth = missing / constraint.of_penetration
+            return pressure + state.change(depth, whole=True), penetration + depth
+        fixed, per_depth = state.change(0.0, whole=True), state.change(1.0, whole=False)
+        rate = constraint.of_penetration + constraint.of_force * self.force(per_depth)
+        depth = (missing - constraint.of_force * self.force(fixed)) / rate
+        return pressure + fixed + depth * per_depth, penetration + depth
+
+    def stiffness(self, contact: CohesiveContact) -> float:
+        """Return dF/dd at an equilibrium, the slope of the path."""
+        state = _Linearised(self, contact.pressure, contact.penetration)
+        return self.force(state.change(1.0, whole=False))
+
+    def _answer(
+        self, pressure: Field, penetration: float, state: _Linearised, history: list[float]
+    ) -> CohesiveContact:
+        return CohesiveContact(
+            penetration=penetration,
+            force=self.force(pressure),
+            pressure=pressure,
+            gap=np.where(self.solid, state.gap, np.inf),
+            mask=state.contact,
+            iterations=len(history),
+            residual=history[-1],
+        )
+
+
+@dataclass(frozen=True)
+class Constraint:
+    """of_penetration * d + of_force * F = value."""
+
+    of_penetration: float
+    of_force: float
+    value: float
+
+    def missing(self, penetration: float, force: float) -> float:
+        """Return what the left side lacks."""
+        return self.value - self.of_penetration * penetration - self.of_force * force
+
+    def unit(self, problem: CohesiveProblem) -> float:
+        """Measure of the left side: a reach of the law, and its strength on one cell."""
+        law = problem.law
+        cell = law.strength * problem.operator.cell_area
+        return abs(self.of_penetration) * law.reach + abs(self.of_force) * cell
+
+
+class _Linearised:
+    """Newton's equations about one iterate."""
+
+    def __init__(self, problem: CohesiveProblem, pressure: Field, penetration: float) -> None:
+        self.problem = problem
+        apply, law, solid = problem.operator.apply, problem.law, problem.solid
+        self.gap = problem.initial_gap - penetration + apply(pressure)
+        above = np.maximum(self.gap, 0.0)
+        residual = np.where(solid, pressure + law.tension(above), 0.0)
+        self.contact = solid & (residual * problem.own > self.gap)
+        outside = solid & ~self.contact
+        self.outside = outside
+        self.residual = np.where(outside, residual, 0.0)
+        # in units of its own compliance a cell in contact counts like one outside
+        weight = np.where(outside, np.sqrt(law.softening(above)), 1 / np.sqrt(problem.own))
+        self.weight = np.where(solid, weight, 0.0)
+        self.error = max(
+            float(np.abs(self.gap[self.contact]).max(initial=0.0)) / law.reach,
+            float(np.abs(self.residual).max()) / law.strength,
+        )
+
+    def change(self, depth: float, *, whole: bool) -> Field:
+        """Change of the pressures for a change of the penetration, with or without the residual."""
+        apply, weight = self.problem.operator.apply, self.weight
+        right = np.full(weight.shape, -depth)
+        if whole:
+            right += np.where(self.contact, self.gap, 0.0) - apply(self.residual)
+        shape = weight.shape
+
+        def act(flat: Field) -> Field:
+            z = flat.reshape(shape)
+            return (np.where(self.contact, 0.0, z) - weight * apply(weight * z)).ravel()
+
+        system = LinearOperator((weight.size, weight.size), matvec=act, dtype=float)
+        rtol = _FORCING * min(1.0, self.error) if whole else 1e-6
+        z, _ = minres(system, (weight * right).ravel(), rtol=max(rtol, 1e-12), maxiter=_ROUNDS)
+        return weight * z.reshape(shape) - (self.residual if whole else 0.0)
+
+
+def _one_cell(shape: tuple[int, int]) -> Field:
+    """Return unit pressure on the first cell."""
+    pressure = np.zeros(shape)
+    pressure[0, 0] = 1.0
+    return pressure

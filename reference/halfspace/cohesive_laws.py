@@ -1,0 +1,102 @@
+"""Tension between two surfaces as a function of the gap between them."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+Field = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class CohesiveLaw:
+    """Tension sigma(h) >= 0 at gaps h >= 0, not rising; at h = 0 the surfaces are hard.
+
+    Attributes
+    ----------
+    name : str
+    work : float
+        Work of adhesion w, the integral of the tension over all gaps.
+    strength : float
+        sigma(0), the largest tension.
+    reach : float
+        w/sigma(0), the range.
+    tension, softening : callable
+        sigma(h) and -sigma'(h) >= 0 on arrays.
+    """
+
+    name: str
+    work: float
+    strength: float
+    reach: float
+    tension: Callable[[Field], Field]
+    softening: Callable[[Field], Field]
+
+    def weakened(self, share: float) -> CohesiveLaw:
+        """Return the law with all tensions times a share; the range stays."""
+        return replace(
+            self,
+            work=share * self.work,
+            strength=share * self.strength,
+            tension=lambda h: share * self.tension(h),
+            softening=lambda h: share * self.softening(h),
+        )
+
+
+def exponential(work: float, reach: float) -> CohesiveLaw:
+    """Smooth law sigma = (w/rho) exp(-h/rho) (Rey, Anciaux & Molinari 2017).
+
+    Examples
+    --------
+    >>> law = exponential(2.0, 0.5)
+    >>> float(law.tension(np.array(0.0)))
+    4.0
+    """
+    _check(work=work, reach=reach)
+    strength = work / reach
+
+    def tension(h: Field) -> Field:
+        return strength * np.exp(-h / reach)
+
+    return CohesiveLaw("exponential", work, strength, reach, tension, lambda h: tension(h) / reach)
+
+
+def dugdale(work: float, strength: float, ramp: float = 0.2) -> CohesiveLaw:
+    """Maugis' law: sigma0 out to the gap w/sigma0, here with a ramp in place of the step.
+
+    The tension falls linearly from sigma0 at (1 - ramp) w/sigma0 to zero at (1 + ramp) w/sigma0:
+    the same work of adhesion, and a slope for Newton's method. Pull-off moves as ramp^2.
+
+    Parameters
+    ----------
+    work, strength : float
+        w and sigma0.
+    ramp : float
+        Half the width of the ramp, relative, in (0, 1].
+    """
+    _check(work=work, strength=strength, ramp=ramp)
+    if ramp > 1:
+        raise ValueError(f"ramp must be at most 1, not {ramp!r}")
+    reach = work / strength
+    low, high = (1 - ramp) * reach, (1 + ramp) * reach
+
+    def tension(h: Field) -> Field:
+        return strength * np.clip((high - h) / (high - low), 0.0, 1.0)
+
+    def softening(h: Field) -> Field:
+        return np.where((h > low) & (h < high), strength / (high - low), 0.0)
+
+    return CohesiveLaw("dugdale", work, strength, reach, tension, softening)
+
+
+def _check(**parameters: float) -> None:
+    faults = [
+        f"{name} must be positive and finite, not {value!r}"
+        for name, value in parameters.items()
+        if not (np.isfinite(value) and value > 0)
+    ]
+    if faults:
+        raise ValueError("; ".join(faults))

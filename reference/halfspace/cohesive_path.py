@@ -1,0 +1,173 @@
+"""The whole equilibrium path of an adhesive contact: stable branches, folds, and what lies between.
+
+Penetration and force along the path are followed by their common arc length, so that neither fold
+stops the way; what a prescribed penetration or force does on it, jumps and hysteresis, is read off
+afterwards. Folds are refined by parabolas through three points, whose error is of the third order
+in the step.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from reference.errors import ConvergenceError
+from reference.halfspace.cohesive import CohesiveContact, CohesiveProblem, Constraint
+
+Field = NDArray[np.float64]
+
+_SHRINKS = 12
+_EASY, _ITERATIONS = 5, 14
+
+
+@dataclass(frozen=True)
+class CohesivePath:
+    """Equilibria in the order of the path, from pressed on to parted; arrays of shape (k,).
+
+    Attributes
+    ----------
+    penetration, force : ndarray
+        d and F.
+    contact_area : ndarray
+        Area of the cells in contact.
+    """
+
+    penetration: Field
+    force: Field
+    contact_area: Field
+
+    def pull_off(self, control: str = "force") -> tuple[float, float] | None:
+        """Penetration and force at which a falling load is lost; None where the path has no fold.
+
+        The lowest fold on the way down: under penetration control a force of long range falls to
+        nothing without any.
+        """
+        if control not in ("force", "penetration"):
+            raise ValueError(f"control must be 'force' or 'penetration', not {control!r}")
+        load = self.force if control == "force" else self.penetration
+        folds = np.flatnonzero((load[1:-1] <= load[:-2]) & (load[1:-1] < load[2:])) + 1
+        return self._around(load, int(folds[np.argmin(load[folds])])) if folds.size else None
+
+    def snap_in(self) -> tuple[float, float] | None:
+        """Penetration and force at which an approaching body jumps into contact; None: it does not.
+
+        The last maximum of the penetration on the path, the first on the way in.
+        """
+        load = self.penetration
+        folds = np.flatnonzero((load[1:-1] >= load[:-2]) & (load[1:-1] > load[2:])) + 1
+        return self._around(load, int(folds[-1])) if folds.size else None
+
+    def _around(self, load: Field, at: int) -> tuple[float, float]:
+        """Penetration and force where the parabola of the load about a point is extreme."""
+        three = slice(at - 1, at + 2)
+        d, force = self.penetration[three], self.force[three]
+        span_d, span_f = np.ptp(self.penetration), np.ptp(self.force)
+        steps = np.hypot(np.diff(d) / span_d, np.diff(force) / span_f)
+        s = np.array([-steps[0], 0.0, steps[1]])
+        curve = np.polyfit(s, load[three], 2)
+        extreme = -curve[1] / (2 * curve[0])
+        place = [float(np.polyval(np.polyfit(s, part, 2), extreme)) for part in (d, force)]
+        return place[0], place[1]
+
+
+def trace(
+    problem: CohesiveProblem,
+    penetration: float,
+    lowest: float,
+    *,
+    steps: int = 40,
+    tolerance: float = 1e-7,
+    parted: float = 1e-3,
+    max_points: int = 2000,
+) -> CohesivePath:
+    """Follow the equilibria from a penetration at which the body is pressed on until it is parted.
+
+    Parameters
+    ----------
+    problem : CohesiveProblem
+    penetration : float
+        Where to begin.
+    lowest : float
+        Penetration below which nothing is of interest.
+    steps : int
+        Points between the two on a straight way; folds and jumps of the grid take more.
+    tolerance : float
+        Of every equilibrium, see `CohesiveContact.residual`.
+    parted : float
+        The way ends without contact where the force has fallen to this share of its lowest.
+    max_points : int
+        Limit of the way.
+
+    Returns
+    -------
+    CohesivePath
+
+    Raises
+    ------
+    ConvergenceError
+        If the path is lost: the grid is too coarse for the range of the law.
+    """
+    first = problem.at_penetration(penetration, tolerance=tolerance, max_iterations=100)
+    stride = (penetration - lowest) / steps
+    units = stride, problem.stiffness(first) * stride
+    points = [first]
+    previous = problem.at_penetration(penetration - stride, first.pressure, tolerance)
+    points.append(previous)
+    length = 1.0
+    while not _ended(points, lowest, parted):
+        if len(points) >= max_points:
+            raise ConvergenceError(f"the path has not ended after {max_points} points", [])
+        contact, length = _next(problem, points, units, length, tolerance)
+        points.append(contact)
+        length = min(1.0, 1.5 * length) if contact.iterations <= _EASY else length
+    return CohesivePath(
+        np.array([point.penetration for point in points]),
+        np.array([point.force for point in points]),
+        np.array([point.mask.sum() for point in points]) * problem.operator.cell_area,
+    )
+
+
+def _ended(points: list[CohesiveContact], lowest: float, parted: float) -> bool:
+    last = points[-1]
+    if last.mask.any():
+        return False
+    pulled = min(point.force for point in points)
+    return last.penetration < lowest or abs(last.force) <= parted * abs(pulled)
+
+
+def _next(
+    problem: CohesiveProblem,
+    points: list[CohesiveContact],
+    units: tuple[float, float],
+    length: float,
+    tolerance: float,
+) -> tuple[CohesiveContact, float]:
+    """Equilibrium one step of arc length further, with as many halvings as it takes."""
+    before, last = points[-2:]
+    way = np.array([last.penetration - before.penetration, last.force - before.force]) / units
+    done = float(np.hypot(*way))
+    way /= done
+    for _ in range(_SHRINKS):
+        ratio = length / done
+        pressure = last.pressure + ratio * (last.pressure - before.pressure)
+        depth = last.penetration + length * way[0] * units[0]
+        force = last.force + length * way[1] * units[1]
+        # the plane across the way: (d - d_predicted, F - F_predicted) . way = 0
+        normal = way[0] / units[0], way[1] / units[1]
+        plane = Constraint(*normal, normal[0] * depth + normal[1] * force)
+        try:
+            found = problem.newton(pressure, depth, plane, tolerance, _ITERATIONS)
+        except ConvergenceError as failure:
+            history = failure.history
+        else:
+            moved = (found.penetration - last.penetration, found.force - last.force)
+            if np.dot(np.array(moved) / units, way) > 0:
+                return found, length
+            history = [found.residual]
+        length /= 2
+    raise ConvergenceError(
+        "the path of an adhesive contact was lost: the grid is too coarse for the range of the law",
+        history,
+    )
