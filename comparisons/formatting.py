@@ -54,14 +54,14 @@ QUANTITIES = {
     "contact_length_stiffness": Quantity("contact length from stiffness", "k/E*", "m"),
     "contact_count": Quantity("number of contacts", "n", ""),
     "energy": Quantity("elastic energy", "U", "J"),
-    "tangential_force": Quantity("tangential force", "F_x", "N"),
-    "tangential_displacement": Quantity("tangential displacement", "u_x", "m"),
-    "tangential_stiffness": Quantity("tangential stiffness", "k_x", "N/m"),
+    "tangential_force": Quantity("tangential force", "Fₓ", "N"),
+    "tangential_displacement": Quantity("tangential displacement", "uₓ", "m"),
+    "tangential_stiffness": Quantity("tangential stiffness", "kₓ", "N/m"),
     "stick_area": Quantity("sticking area", "A_stick", "m2"),
     "friction_coefficient": Quantity("coefficient of friction", "µ", ""),
     "pull_off_force": Quantity("pull-off force", "F_off", "N"),
     "restitution": Quantity("coefficient of restitution", "e", ""),
-    "contact_duration": Quantity("duration of contact", "t_c", "s"),
+    "contact_duration": Quantity("duration of contact", "T", "s"),
     "time": Quantity("time", "t", "s"),
     "speed": Quantity("sliding speed", "v", "m/s"),
     "velocity": Quantity("velocity of impact", "v₀", "m/s"),
@@ -206,6 +206,16 @@ def without_padding(text: str) -> str:
     """
     head, times, power = text.partition("×")
     return (head.rstrip("0").rstrip(".") if "." in head else head) + times + power
+
+
+def given(value: float, unit: str) -> str:
+    """Write a value that a user gave, without padding zeros.
+
+    >>> given(10.0, "N"), given(0.3, "")
+    ('10\u202fN', '0.3')
+    """
+    scale = prefix_for(value, unit)
+    return _join(without_padding(number(value * scale.factor, 4)), scale.unit)
 
 
 def plus_minus(error: object, uncertainty: object) -> str:

@@ -8,8 +8,11 @@ SINGLE = (
     "triangle-punch",
 )
 ROUGH = ("rough-patch", "rough-free", "rough-periodic", "measured-map")
+# Scenes with friction, memory, sliding, adhesion or inertia: one line for each.
+PHYSICS = (*("impact-ball",),)
 SUITES: dict[str, tuple[str, ...]] = {
     "quick": (*SINGLE, *ROUGH),
     "single": SINGLE,
     "rough": ROUGH,
+    "physics": PHYSICS,
 }

@@ -68,7 +68,7 @@ def _curve_figure(scene: SceneRecord, name: str) -> Figure | None:
     values = np.concatenate([selection.column(rows, name) for rows in tables.values()])
     across = fmt.prefix_for(loads, fmt.quantity(along).unit)
     up = fmt.prefix_for(values, fmt.quantity(name).unit)
-    log = wants_log(loads)
+    log = wants_log(loads) and not scene.is_path
     data: list[dict[str, Any]] = []
     for method, rows in tables.items():
         data += _uncertainty_band(scene, method, rows, name, across.factor, up.factor)
@@ -154,6 +154,8 @@ def _quantiles(single: pd.DataFrame, name: str, steps: np.ndarray) -> tuple[np.n
 
 def _curve_caption(scene: SceneRecord, name: str) -> str:
     parts = ["Each method at its finest resolution."]
+    if scene.along == "step":
+        parts.append("Points are joined in the order of the path.")
     bar = (scene.reference.get("uncertainty") or {}).get(name)
     if fmt.finite(bar) and float(bar) > fmt.ROUND_OFF:
         hidden = " (thinner than its line)" if float(bar) < 2e-3 else ""
@@ -225,7 +227,7 @@ def _error_figure(scene: SceneRecord, name: str) -> Figure | None:
             value_axis(
                 fmt.axis_title(scene.along, across.unit),
                 loads * across.factor,
-                wants_log(loads),
+                wants_log(loads) and not scene.is_path,
             ),
             error_axis(low, high, "relative error |e|"),
             shapes=[tolerance_line(scene.tolerance)],

@@ -75,6 +75,34 @@ TERMS = {
         "The part of the time that another list of loads on the same scene would not need again.",
     ),
     "unknowns": ("unknowns", "How many numbers a method solves for."),
+    "path": (
+        "path",
+        "Loads in the order in which they are applied, up and down, where what is found depends on "
+        "what came before: with friction, adhesion, or a material that remembers.",
+    ),
+    "partial-slip": (
+        "stick and slip",
+        "A contact that is pulled sideways slips from its edge inwards while its middle still "
+        "sticks; when all of it slips, the force is µ times the normal force.",
+    ),
+    "viscoelastic": (
+        "viscoelastic",
+        "A material that answers a step in depth with a force that relaxes, and a step in force "
+        "with a depth that creeps.",
+    ),
+    "pull-off": (
+        "pull-off force",
+        "The largest force with which adhesive surfaces have to be drawn apart.",
+    ),
+    "jkr": (
+        "JKR",
+        "Johnson, Kendall and Roberts: adhesion of so short a range that it acts at the edge of "
+        "the contact only.",
+    ),
+    "restitution": (
+        "coefficient of restitution",
+        "The speed of a mass after an impact over that before it.",
+    ),
     "singular": (
         "singular pressure",
         "Under a sharp edge or a tip the pressure of linear elasticity grows without bound.",
@@ -86,6 +114,11 @@ MEASURES = (
         "Relative error",
         "(value − reference) / reference, step by step at the same prescribed load: force, area "
         "and others at equal penetration; penetration, area and others at equal force.",
+    ),
+    (
+        "Error along a path",
+        "(value − reference) / largest size of the reference along the path, at the same step or "
+        "time: single values pass zero. What is prescribed is not compared.",
     ),
     (
         "Largest and rms error",

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
     from reports.verdicts import Verdict
 
 MANY = 12
+_UNKNOWN = "\N{REPLACEMENT CHARACTER}"
 
 
 @contextmanager
@@ -329,8 +330,9 @@ def _console() -> Console:
 
 def _plain(text: str) -> str:
     """Return text from a scene so that neither rich nor the terminal takes it for commands."""
-    printable = (each if each.isprintable() else "\N{REPLACEMENT CHARACTER}" for each in text)
-    return escape("".join(printable))
+    # The narrow space between a number and its unit counts as not printable.
+    kept = (c if c.isprintable() or c == "\N{NARROW NO-BREAK SPACE}" else _UNKNOWN for c in text)
+    return escape("".join(kept))
 
 
 def _table(title: str, *headings: str) -> Table:

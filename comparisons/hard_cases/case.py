@@ -27,7 +27,8 @@ class Expected:
         for such a scene, for the reason `text`.
     error, area : float
         Largest relative error over the load steps of the main quantity (the force at equal
-        penetration, the penetration at equal force) and of the contact area, each together with
+        penetration, the penetration at equal force; the first one compared where the scene's
+        physics has another axis) and of the contact area, each together with
         the bar of the truth. NaN: not bounded, because there is no truth for it.
     text : str
         Part of the reason of a refusal, or of every step in `lost`.

@@ -16,7 +16,7 @@ from comparisons.errors import InputError
 from comparisons.execution import execute
 from comparisons.formatting import relative
 from comparisons.hard_cases.case import Curves, Expected, HardCase, Known, Trusted, not_for
-from comparisons.methods import METHODS, Solution
+from comparisons.methods import METHODS, Solution, covers, method_for
 from comparisons.metrics import relative_error
 from comparisons.planning import MethodPlan, Plan, plan_scene, refusal, task_of
 from comparisons.reference import ENSEMBLE, EXACT, GRID, Solved, mean_curves, references
@@ -115,13 +115,17 @@ def _outcome(case: HardCase, plan: Plan, truth: _Truth, name: str) -> Outcome:
         return _judged(case, name, kind=NOT_FOR, reason=case.only)
     (planned,) = [each for each in plan.methods if each.method == name]
     resolution = case.resolutions.get(name)
-    if resolution is None or METHODS[name].resolutions(plan.scene, plan.geometry) == (1,):
+    method = method_for(name, plan.scene)
+    covered = covers(name, plan.scene)
+    if not covered.ok:
+        return _judged(case, name, kind=NOT_FOR, reason=covered.reason)
+    if resolution is None or method.resolutions(plan.scene, plan.geometry) == (1,):
         resolution = _usual(planned, plan)
     why = planned.reason if not planned.supported else ""
     if resolution and not why:
         why = refusal(plan, name, resolution)
     if why:
-        meant = METHODS[name].supports(plan.scene).ok
+        meant = method.supports(plan.scene).ok
         return _judged(case, name, kind=REFUSED if meant else NOT_FOR, reason=why)
     solution, warned = _solve(plan, name, resolution)
     return _measured(case, plan, truth, name, resolution, solution, warned)
@@ -129,7 +133,7 @@ def _outcome(case: HardCase, plan: Plan, truth: _Truth, name: str) -> Outcome:
 
 def _usual(planned: MethodPlan, plan: Plan) -> int:
     return (
-        METHODS[planned.method].usual(planned.resolutions, plan.geometry)
+        method_for(planned.method, plan.scene).usual(planned.resolutions, plan.geometry)
         if planned.resolutions
         else 0
     )
@@ -162,7 +166,7 @@ def _measured(
     if not solution.converged.any():
         return _judged(case, name, kind=LOST, **common)
     common["seconds"] = solution.seconds
-    main = "force" if plan.loads.control != "force" else "penetration"
+    main = main_quantity(plan)
     error, bar = _largest_error(truth, solution, main)
     area, area_bar = _largest_error(truth, solution, "contact_area")
     if not np.isfinite(error):
@@ -173,12 +177,22 @@ def _measured(
     )
 
 
+def main_quantity(plan: Plan) -> str:
+    """Return what a case is judged by: the other load, or what the physics of the scene is about.
+
+    Along a path, in time or over speeds that is the first quantity that is compared.
+    """
+    if not plan.loads.compares_itself:
+        return plan.compared[0]
+    return "force" if plan.loads.control != "force" else "penetration"
+
+
 def _largest_error(truth: _Truth, solution: Solution, name: str) -> tuple[float, float]:
     """Return the largest relative error over the answered steps, and the truth's bar there."""
     curves = mean_curves(solution)
     if name not in curves or name not in truth.curves:
         return float("nan"), 0.0
-    error = np.abs(relative_error(curves[name], truth.curves[name]))
+    error = np.abs(relative_error(curves[name], truth.curves[name], path=solution.path))
     if not np.isfinite(error).any():
         return float("nan"), 0.0
     step = int(np.nanargmax(error))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
-from comparisons.formatting import number, quantity, with_unit
+from comparisons.formatting import given, quantity
 from comparisons.physics.loads import Loads
 
 if TYPE_CHECKING:
@@ -16,15 +16,18 @@ if TYPE_CHECKING:
 def switched_on(scene: Scene, loads: Loads) -> Iterable[tuple[str, str]]:
     """Yield each part of the physics beyond frictionless elastic contact, and how it acts."""
     if scene.friction is not None:
-        yield "Coulomb friction", f"µ = {number(scene.friction.coefficient)}, sticking and slipping"
+        yield (
+            "Coulomb friction",
+            f"µ = {given(scene.friction.coefficient, '')}, sticking and slipping",
+        )
     if scene.viscoelastic is not None:
         yield "memory of the material", _material(scene.viscoelastic, scene.poisson_ratio)
     if scene.sliding is not None:
         yield "steady sliding", "each speed by itself, after every start has been forgotten"
     if scene.adhesion is not None:
-        work = with_unit(scene.adhesion.work, "J/m²")
+        work = given(scene.adhesion.work, "J/m²")
         short = "at the edge of the contact only (JKR)"
-        reach = f"up to a distance of {with_unit(scene.adhesion.range, 'm')}"
+        reach = f"up to a distance of {given(scene.adhesion.range, 'm')}"
         yield "adhesion", f"w = {work}, {short if scene.adhesion.short_range else reach}"
     if scene.dynamics is not None:
         yield "inertia", f"of a rigid mass of {_mass(scene.dynamics.mass)}; the half-space has none"
@@ -64,21 +67,21 @@ def _axis(loads: Loads) -> str:
     if loads.normal is None:
         return text
     normal = quantity(loads.normal.control)
-    return f"{text}, at {normal.words} {with_unit(float(loads.normal.values[0]), normal.unit)}"
+    return f"{text}, at {normal.words} {given(float(loads.normal.values[0]), normal.unit)}"
 
 
 def _material(body: Viscoelastic, nu: float) -> str:
     """Name the model with its moduli and times."""
-    lasting = with_unit(body.long_term_modulus, "Pa")
+    lasting = given(body.long_term_modulus, "Pa")
     parts = [
-        f"{with_unit(modulus, 'Pa')} that relax in {with_unit(time, 's')}"
+        f"{given(modulus, 'Pa')} that relax in {given(time, 's')}"
         for modulus, time in body.branches
     ]
     if body.dashpot_viscosity:
-        parts = [f"a dashpot of {number(body.dashpot_viscosity)} Pa s"]
+        parts = [f"a dashpot of {given(body.dashpot_viscosity, 'Pa s')}"]
     name = body.model.replace("_", "-")
-    return f"{name}: G = {lasting} for good, and {', '.join(parts)}; ν = {number(nu, 2)}"
+    return f"{name}: G = {lasting} for good, and {', '.join(parts)}; ν = {given(nu, '')}"
 
 
 def _mass(mass: float) -> str:
-    return with_unit(1e3 * mass, "g")
+    return given(1e3 * mass, "g")

@@ -10,7 +10,7 @@ import numpy as np
 from comparisons.benchmarks.yardstick import interleaved, measurement
 from comparisons.errors import InputError
 from comparisons.machine import machine, machine_text, versions
-from comparisons.methods import METHODS
+from comparisons.methods import METHODS, method_for
 from comparisons.planning import Plan, plan_scene
 from comparisons.reference import (
     Reference,
@@ -141,12 +141,13 @@ def _speed(plan: Plan, method: str) -> Speed | None:
     A method in a process of its own would be measured with the start of that process: it is not.
     """
     tasks = [task for task in plan.tasks if task.method == method]
-    if not tasks or METHODS[method].isolated:
+    solver = method_for(method, plan.scene)
+    if not tasks or solver.isolated:
         return None
     numbers = np.random.default_rng(0).random(100_000)
     readings = interleaved(
         {
-            "model": lambda: METHODS[method].solve(tasks[-1]),
+            "model": lambda: solver.solve(tasks[-1]),
             YARDSTICK: lambda: np.argsort(numbers),
         }
     )

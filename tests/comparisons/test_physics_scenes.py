@@ -304,3 +304,11 @@ def test_the_plan_names_what_is_switched_on_and_what_is_left_out(scene):
     assert left_out["inertia"] == "no [dynamics] in the scene: the loads are slow"
     assert not any("geometric overlap" in what for what in left_out)
     assert np.isfinite(plan.geometry.contact_radius)
+
+
+def test_built_in_scenes_with_physics_are_a_suite():
+    from comparisons.scene import builtin_names
+    from comparisons.suites import SUITES
+
+    found = {name for name in builtin_names() if load_scene(name).physics}
+    assert found == set(SUITES["physics"])
