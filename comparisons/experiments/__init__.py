@@ -6,6 +6,7 @@ from comparisons.experiments import (
     active_set,
     bodies,
     cost,
+    friction_law,
     impact,
     kernel,
     line_statistics,
@@ -21,6 +22,7 @@ from comparisons.experiments.base import Experiment, Measurement
 _MODULES = (
     *(kernel, active_set, bodies, neighbours, impact),
     *(line_statistics, rough_area, reading_scan, stress_use, two_bodies, cost),
+    friction_law,
 )
 EXPERIMENTS: dict[str, Experiment] = {
     each.name: each for module in _MODULES for each in module.EXPERIMENTS
