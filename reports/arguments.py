@@ -17,5 +17,23 @@ def _whole(type_: type, tokens: Sequence[Token]) -> int:
         raise ValueError(f"expected a whole number, got {text!r}") from None
 
 
+def share(text: str) -> float:
+    """Read a relative tolerance: 5%, 5 % or 0.05.
+
+    Raises
+    ------
+    comparisons.errors.InputError
+    """
+    from comparisons.errors import InputError
+
+    bare = text.strip().removesuffix("%")
+    try:
+        return float(bare) / (100 if bare != text.strip() else 1)
+    except ValueError:
+        raise InputError(
+            f"--tolerance: expected a share such as 5% or 0.05, got {text!r}"
+        ) from None
+
+
 Whole = Annotated[int, Parameter(converter=_whole)]
 MaybeWhole = Annotated[int | None, Parameter(converter=_whole)]

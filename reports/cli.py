@@ -15,9 +15,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import App, CycloptsError, Parameter
 
-from reports.arguments import MaybeWhole, Whole
+from reports.arguments import MaybeWhole, Whole, share
 from reports.calibrate_command import calibrate
 from reports.claims_command import claims
+from reports.compare_command import compare
 from reports.hard_cases_command import hard_cases
 from reports.house import foreign_packages
 from reports.outside import NOTHING, Outside
@@ -38,6 +39,7 @@ app = App(
 app.command(claims)
 app.command(calibrate)
 app.command(hard_cases)
+app.command(compare)
 
 
 def run_command(arguments: list[str]) -> int:
@@ -312,7 +314,7 @@ def advise(
     outside.load()
     overrides: dict[str, Any] = {}
     if tolerance is not None:
-        overrides["compare.tolerance"] = _share(tolerance)
+        overrides["compare.tolerance"] = share(tolerance)
     if quantities is not None:
         overrides["compare.quantities"] = [each.strip() for each in quantities.split(",")]
     plans = plan_scene(load_scene(scene, overrides), "full" if full else "quick")
@@ -399,19 +401,6 @@ def _write_report(directory: Path, pictures: bool) -> Path:
         return path
     write_report(load_study(directory), path, pictures=pictures)
     return path
-
-
-def _share(text: str) -> float:
-    """Read a relative number: 5%, 5 % or 0.05."""
-    from comparisons.errors import InputError
-
-    bare = text.strip().removesuffix("%")
-    try:
-        return float(bare) / (100 if bare != text.strip() else 1)
-    except ValueError:
-        raise InputError(
-            f"--tolerance: expected a share such as 5% or 0.05, got {text!r}"
-        ) from None
 
 
 def _overrides(methods: str | None, options: tuple[str, ...]) -> dict[str, Any]:

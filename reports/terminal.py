@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from comparisons.methods import Task
     from comparisons.planning import Plan
     from comparisons.regression import Finding
+    from comparisons.runs import RunComparison
     from comparisons.single import SingleResult
     from comparisons.store import StudyRecord
     from comparisons.study import Progress as Report
@@ -316,6 +317,30 @@ def print_methods() -> None:
         solves = "a line" if method.dimension == 1 else "the 3-D contact"
         table.add_row(name, method.title, solves)
     _console().print(table)
+
+
+def print_run_comparison(record: RunComparison, page: Path) -> None:
+    """Print what moved between two runs, the worst first."""
+    from comparisons.formatting import duration
+    from comparisons.runs import SAME
+
+    console = _console()
+    for note in record.notes:
+        console.print(_plain(note), highlight=False)
+    notable = sorted((c for c in record.changes if c.kinds != (SAME,)), key=lambda c: not c.bad)
+    table = _table("Solves that changed", "scene", "method", "N", "what", "time")
+    for each in notable[: 4 * MANY]:
+        before, after = each.seconds
+        times = f"{duration(before)}, {duration(after)}" if before > 0 and after > 0 else ""
+        where = _plain(each.scene), _plain(each.method), str(each.resolution or "")
+        words = _plain(each.text.replace("\N{NARROW NO-BREAK SPACE}", " "))
+        table.add_row(*where, words, times, style="bold" if each.bad else None)
+    if notable:
+        console.print(table)
+    if len(notable) > 4 * MANY:
+        console.print(f"... and {len(notable) - 4 * MANY} more")
+    same = len(record.changes) - len(notable)
+    console.print(f"{same} of {len(record.changes)} solves are the same\n{page}", markup=False)
 
 
 class _Terminal(Console):

@@ -14,6 +14,7 @@ from types import SimpleNamespace
 
 import meshio
 import numpy as np
+import pandas as pd
 import psutil
 import pytest
 
@@ -688,3 +689,37 @@ def test_results_of_another_program_or_scene_are_never_lost(roughline, ball, tmp
     assert found.code == 2
     assert "has not written" in found.err
     assert (tmp_path / "theirs" / "results.csv").read_text() == "mine"
+
+
+# --- two runs side by side ------------------------------------------------------------------
+
+
+def test_two_runs_of_one_scene_are_the_same_and_a_changed_model_is_not(roughline, ball):
+    """A scaled force in results.csv stands for a model that was changed between the runs."""
+    for folder in ("a", "b"):
+        done = roughline("run", ball, "--methods", "closed_form,reduced", "--out", folder)
+        assert done.code == 0
+    same = roughline("compare", "a", "b", "--out", "c")
+    assert same.code == 0
+    assert "solves are the same" in same.out
+    page = Path("c/comparison.html").read_text(encoding="utf-8")
+    assert "Nothing moved in" in page
+    rows = pd.read_csv("b/results.csv")
+    rows.loc[rows["method"] == "reduced", "force"] *= 1.002
+    rows.to_csv("b/results.csv", index=False)
+    moved = roughline("compare", "a", "b", "--out", "c")
+    assert moved.code == 1
+    assert "force moved by +0.20" in moved.out
+    assert roughline("compare", "a", "b", "--tolerance", "1%").code == 0
+    assert "force moved by" in Path("c/comparison.html").read_text(encoding="utf-8")
+
+
+def test_what_cannot_be_compared_is_told_at_once(roughline, ball):
+    wrong = roughline("compare", ball, "nothing", "--slower", "0.5", "--tolerance", "-1")
+    assert wrong.code == 2
+    assert "--slower: expected a number above 1, got 0.5" in wrong.err
+    assert "--tolerance: expected a number above 0, got -1.0" in wrong.err
+    nothing = roughline("compare", "nothing", "nothing")
+    assert nothing.code == 2
+    assert "no results of roughline here" in nothing.err
+    assert not Path("roughline-results").exists()
