@@ -1,6 +1,6 @@
 """A rigid mass on a reduced contact (Fig. 19.4) in steps of time: impact, bounce, vibration.
 
-    m x'' = f + P cos(W t) - c x' - F(x),   x the penetration (negative: in flight, F = 0)
+    m x'' = f(t) + P cos(W t) - c x' - F(x),   x the penetration (negative: in flight, F = 0)
 
 F is the force of the springs (19.14) under the profile, contact edges inside the cells.
 """
@@ -11,6 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from numba import njit
+from numpy.typing import ArrayLike
 
 from .arguments import choice_faults, count_faults, positive_faults, refuse
 from .contact_law import SpringContact
@@ -52,6 +53,27 @@ class Motion:
     evaluations: int
     pull: float
 
+    def at(self, times: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
+        """Return position and velocity at any times, by Hermite's cubics between the records.
+
+        Raises
+        ------
+        ValueError
+            For times outside the motion.
+        """
+        t = np.asarray(times, dtype=float)
+        end = self.time[-1] * (1 + 4 * _EPSILON)
+        if not ((t >= 0) & (t <= end)).all():
+            raise ValueError(f"times must lie in [0, {self.time[-1]!r}], got {times!r}")
+        h = self.time[1] - self.time[0]
+        k = np.clip((t / h).astype(int), 0, self.time.size - 2)
+        s = t / h - k
+        x, v = self.position, h * self.velocity
+        rise = x[k + 1] - x[k]
+        square, cube = 3 * rise - 2 * v[k] - v[k + 1], v[k] + v[k + 1] - 2 * rise
+        position = x[k] + s * (v[k] + s * (square + s * cube))
+        return position, (v[k] + s * (2 * square + 3 * s * cube)) / h
+
     def release(self) -> tuple[float, float]:
         """Return time and velocity at which the mass first leaves the contact it was in.
 
@@ -85,6 +107,7 @@ def move(
     amplitude: float = 0.0,
     frequency: float = 0.0,
     damping: float = 0.0,
+    history: tuple[ArrayLike, ArrayLike] | None = None,
     every: int = 1,
 ) -> Motion:
     """Step a mass on a contact.
@@ -114,6 +137,9 @@ def move(
         At t = 0.
     load, amplitude, frequency, damping : float
         f, P, W, c >= 0.
+    history : tuple of array_like, shape (j,), optional
+        Increasing times and the force there, added to the load: linear in between, constant
+        outside. The energy is kept where it is constant.
     every : int
         Record each so many steps; `steps` is a multiple of it.
 
@@ -142,6 +168,10 @@ def move(
         wrong.append("the contact's edges must be 'sub_cell'")
     if damping < 0:
         wrong.append(f"damping must not be negative, got {damping!r}")
+    times, forces = (np.array(each, float, ndmin=1) for each in history or (0.0, 0.0))
+    known = np.isfinite(times).all() and np.isfinite(forces).all()
+    if times.shape != forces.shape or not known or not (np.diff(times) > 0).all():
+        wrong.append(f"history must be increasing times with a force each, got {history!r}")
     refuse(wrong)
     if steps % every:
         raise ValueError(f"steps must be a multiple of every = {every}, got {steps}")
@@ -151,7 +181,7 @@ def move(
     numbers = (mass, load, amplitude, frequency, damping, step)
     evaluations, failed = _move(
         *(tuple(contact.line.halves), contact.effective_modulus, scheme == "energy", parts),
-        *(*map(float, numbers), int(every), records),
+        *(*map(float, numbers), times, forces, int(every), records),
     )
     if failed >= 0 or not np.isfinite(records).all():
         raise ConvergenceError(f"{scheme}: no finite position at step {max(failed, 0)}", [step])
@@ -172,6 +202,19 @@ def _law(halves, modulus, x, out):
 
 
 @njit(cache=True)
+def _push(t, load, amplitude, frequency, times, forces):
+    """Return the force on the mass: constant, harmonic and piecewise linear parts."""
+    push = load + amplitude * np.cos(frequency * t)
+    k = np.searchsorted(times, t)
+    if k == 0:
+        return push + forces[0]
+    if k == times.size:
+        return push + forces[-1]
+    share = (t - times[k - 1]) / (times[k] - times[k - 1])
+    return push + (1.0 - share) * forces[k - 1] + share * forces[k]
+
+
+@njit(cache=True)
 def _move(
     halves,
     modulus,
@@ -183,11 +226,14 @@ def _move(
     frequency,
     damping,
     step,
+    times,
+    forces,
     every,
     records,
 ):
     """Fill the records; evaluations of the law, and the step that failed or -1."""
     x, v = records[0, 0], records[1, 0]
+    pushed = (load, amplitude, frequency, times, forces)
     out = np.empty((3, 1))
     _law(halves, modulus, x, out)
     force, evaluations = out[1, 0], 1
@@ -198,7 +244,7 @@ def _move(
             decay = np.exp(-0.5 * damping * h / mass)
             v *= decay
             if implicit:
-                push = load + amplitude * np.cos(frequency * (t + 0.5 * h))
+                push = _push(t + 0.5 * h, *pushed)
                 new, used = _implicit_position(halves, modulus, mass, push, x, v, h, out)
                 if used < 0:
                     return evaluations, k
@@ -206,12 +252,12 @@ def _move(
                 v = 2.0 * (new - x) / h - v
                 x = new
             else:
-                v += 0.5 * h / mass * (load + amplitude * np.cos(frequency * t) - force)
+                v += 0.5 * h / mass * (_push(t, *pushed) - force)
                 x += h * v
                 _law(halves, modulus, x, out)
                 force = out[1, 0]
                 evaluations += 1
-                v += 0.5 * h / mass * (load + amplitude * np.cos(frequency * (t + h)) - force)
+                v += 0.5 * h / mass * (_push(t + h, *pushed) - force)
             v *= decay
             t += h
         if (k + 1) % every == 0:

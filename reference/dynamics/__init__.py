@@ -5,5 +5,6 @@
 - `moreau_jean.march`: the same law in fixed steps (Moreau and Jean);
 - `friction_forms`: closed forms of sliding, stick-slip and dry-friction oscillators;
 - `collision`: impacts in closed form (Hertz, Deresiewicz) and by quadrature;
+- `course.course`: a mass on a contact in time, under any piecewise linear force;
 - `oscillator`: a mass on a contact: resonance, backbone, flight, forced motion.
 """

@@ -10,12 +10,12 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.integrate import quad, solve_ivp
+from scipy.integrate import quad
 from scipy.optimize import brentq
 
 from reference.closed_form.form import ClosedForm, require_positive
 from reference.dynamics.collision import work
-from reference.errors import ConvergenceError
+from reference.dynamics.course import Pieces, sample, through_touches
 
 
 def contact_resonance(form: ClosedForm, mass: float, load: float) -> float:
@@ -200,17 +200,13 @@ def forced_vibration(
         push = (load + force * math.cos(omega * t)) / unit
         return [y[1], push - loss * y[1] - contact(y[0])]
 
-    def touching(_: float, y: np.ndarray) -> float:
-        return y[0]
-
-    touching.terminal = True
     position, velocity = (static, 0.0) if start is None else start
     state = np.array([position / static, velocity / (static * w0)])
     time, period = 0.0, 2 * math.pi / omega
     spans = []
     for number in range(periods):
         end = (number + 1) * period
-        dense, state = _period(rates, touching, time, end, state, tolerance)
+        dense, state = through_touches(rates, time, end, state, tolerance)
         time = end
         spans = [*spans[-1:], _extremes(dense, time - period, time)]
     (low, high, _), (lowest, highest, flight) = spans
@@ -225,33 +221,7 @@ def forced_vibration(
     )
 
 
-def _period(rates, touching, start, end, state, tolerance):
-    """Integrate over one period, anew from every touch and lift-off."""
-    pieces, time = [], start
-    while time < end:
-        run = solve_ivp(
-            *(rates, (time, end), state),
-            method="DOP853",
-            rtol=tolerance,
-            atol=tolerance,
-            events=touching,
-            dense_output=True,
-        )
-        if run.status < 0:
-            raise ConvergenceError(f"the vibration could not be integrated: {run.message}")
-        pieces.append((time, run.t[-1], run.sol))
-        time, state = float(run.t[-1]), run.y[:, -1]
-        if run.status == 1:
-            # a hair beyond the surface, so that the same crossing is not met again
-            state = np.array([np.copysign(tolerance, state[1]), state[1]])
-    return pieces, state
-
-
-def _extremes(pieces: list, start: float, end: float) -> tuple[float, float, float]:
+def _extremes(pieces: Pieces, start: float, end: float) -> tuple[float, float, float]:
     """Smallest and largest x and the share of x < 0, from 2000 points of the dense output."""
-    times = np.linspace(start, end, 2001)
-    x = np.empty(times.size)
-    for low, high, sol in pieces:
-        inside = (times >= low) & (times <= high)
-        x[inside] = sol(times[inside])[0]
+    x = sample(pieces, np.linspace(start, end, 2001))[0]
     return float(x.min()), float(x.max()), float((x < 0).mean())

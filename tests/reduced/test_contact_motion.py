@@ -194,12 +194,34 @@ def test_units_change_no_digit():
         np.testing.assert_array_equal(runs[1].position / length, runs[0].position)
 
 
+@pytest.mark.parametrize("scheme", SCHEMES)
+def test_a_ramp_of_force_moves_a_linear_spring_as_the_closed_form_says(scheme):
+    """Mass at rest on a punch, k = m = 1, force t up to 4, then 4: x = t - sin t, then the swing.
+
+    Second order: (0.005)^2 of the motion, and cubics between the records.
+    """
+    punch = spring_contact(cylinder(0.5), 1.0, 10.0)
+    run = move(punch, 1.0, step=0.005, steps=2000, scheme=scheme, history=([0.0, 4.0], [0.0, 4.0]))
+    early = np.linspace(0, 4, 33)
+    x, v = run.at(early)
+    np.testing.assert_allclose(x, early - np.sin(early), atol=1e-4)
+    np.testing.assert_allclose(v, 1 - np.cos(early), atol=1e-4)
+    late = np.linspace(4, 10, 33)
+    start, speed = 4 - math.sin(4) - 4, 1 - math.cos(4)
+    expected = 4 + start * np.cos(late - 4) + speed * np.sin(late - 4)
+    np.testing.assert_allclose(run.at(late)[0], expected, atol=1e-4)
+    with pytest.raises(ValueError, match="times must lie"):
+        run.at(11.0)
+
+
 def test_what_cannot_be_done_is_said():
     with pytest.raises(ValueError, match=r"mass must be.*velocity must be.*load must be"):
         strike(paraboloid(1.0), 1.0, -1.0, [1.0, 0.5], load=-1.0)
     ball = spring_contact(paraboloid(1.0), 1.0, 0.1)
     with pytest.raises(ValueError, match=r"scheme must be.*damping must not be negative"):
         move(ball, 1.0, step=0.1, steps=1, scheme="euler", damping=-1.0)
+    with pytest.raises(ValueError, match="history must be increasing"):
+        move(ball, 1.0, step=0.1, steps=1, history=([1.0, 0.0], [1.0, 1.0]))
     with pytest.raises(ValueError, match="sub_cell"):
         move(spring_contact(paraboloid(1.0), 1.0, 0.1, edges="nodal"), 1.0, step=0.1, steps=1)
     with pytest.raises(ConvergenceError, match="did not leave"):

@@ -15,6 +15,7 @@ from reference.dynamics.collision import (
     power_law_collision,
     power_law_motion,
 )
+from reference.dynamics.course import course
 from reference.dynamics.oscillator import (
     contact_resonance,
     deepest_without_flight,
@@ -116,6 +117,33 @@ def test_a_sphere_can_be_hit_too_hard():
     """Beyond the depth that its theory allows the impact is refused, not extrapolated."""
     with pytest.raises(ConvergenceError, match="does not stop the mass"):
         collide(sphere(1.0, 1.0), 1.0, 1e3)
+
+
+@pytest.mark.parametrize("exponent", [1, 2, 4])
+def test_the_course_of_an_impact_is_deresiewiczs(exponent):
+    """In SI units: x(t) in contact by the incomplete beta function, then free flight at -v."""
+    exact = power_law_collision(exponent, 0.5, 1e11, 0.03, 0.2)
+    times = np.linspace(0, 2, 41)[1:] * exact.duration
+    x, v = course(power_law(exponent, 0.5, 1e11), 0.03, 0.2, times)
+    inside = times <= exact.duration
+    expected = power_law_motion(exponent, exact, times[inside])
+    np.testing.assert_allclose(x[inside], expected, atol=1e-8 * exact.penetration)
+    flight = -0.2 * (times[~inside] - exact.duration)
+    np.testing.assert_allclose(x[~inside], flight, rtol=1e-6, atol=1e-8 * exact.penetration)
+    np.testing.assert_allclose(v[~inside], -0.2, rtol=1e-8)
+
+
+def test_a_sudden_force_presses_a_punch_to_twice_its_depth():
+    """With k = m = 1: x = f (1 - cos t); dropped to 0 at t = pi it flies off from x = 2 f."""
+    punch = cylinder(0.5, 1.0)
+    t = np.array([1.0, 2.0, math.pi])
+    x, _ = course(punch, 1.0, 0.0, t, ([0.0], [0.3]))
+    np.testing.assert_allclose(x, 0.3 * (1 - np.cos(t)), rtol=1e-8)
+    history = ([0.0, math.pi, math.pi + 1e-9], [0.3, 0.3, 0.0])
+    _, v = course(punch, 1.0, 0.0, [10.0], history)
+    assert v[0] == pytest.approx(-0.6, rel=1e-6)
+    with pytest.raises(ValueError, match="moves the mass"):
+        course(punch, 1.0, 0.0, [1.0])
 
 
 # --- vibrations ------------------------------------------------------------------------------
