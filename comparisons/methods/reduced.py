@@ -174,6 +174,20 @@ def _solve_profile(task: Task, geometry: IndenterGeometry, solution: Solution) -
     solution.fields = _profile_fields(task, geometry, profile, contact)
 
 
+def line_picture(
+    profile: profiles.Profile, penetration: float, contact_radius: float, spacing: float
+) -> dict[str, np.ndarray]:
+    """Return the fields that the report draws the one-dimensional model from."""
+    x = np.linspace(-1.5, 1.5, 301) * contact_radius
+    x = x[np.abs(x) <= profile.edge]
+    return {
+        "penetration": np.array(penetration),
+        "profile_x": x,
+        "profile_height": np.asarray(profile.height(np.abs(x))),
+        "profile_spacing": np.array(spacing),
+    }
+
+
 def _profile_fields(
     task: Task,
     geometry: IndenterGeometry,
@@ -181,14 +195,7 @@ def _profile_fields(
     contact: foundation.Indentation,
 ) -> dict[str, np.ndarray]:
     depth, radius = float(contact.penetration[-1]), float(contact.contact_radius[-1])
-    x = np.linspace(-1.5, 1.5, 301) * radius
-    x = x[np.abs(x) <= profile.edge]
-    fields = {
-        "penetration": np.array(depth),
-        "profile_x": x,
-        "profile_height": np.asarray(profile.height(np.abs(x))),
-        "profile_spacing": np.array(contact.spacing),
-    }
+    fields = line_picture(profile, depth, radius, contact.spacing)
     # A map from 1-D to a pressure over the surface exists for axisymmetric bodies only.
     if not task.wants_pressure or not geometry.indenter.axisymmetric:
         return fields

@@ -5,7 +5,7 @@ from __future__ import annotations
 from comparisons.geometry import Geometry
 from comparisons.methods.base import Solution, Support, Task
 from comparisons.methods.closed_form import ClosedForm, form_of
-from comparisons.methods.reduced import Reduced, profile_of
+from comparisons.methods.reduced import Reduced, line_picture, profile_of
 from comparisons.scene import Scene
 from reduced.errors import ConvergenceError
 from reduced.impact import Impact, strike
@@ -58,6 +58,9 @@ class ReducedImpact(Reduced):
         solution.quantities = {name: values[None, :] for name, values in curves.items()}
         solution.converged[:] = True
         solution.unknowns = 2 * task.resolution
+        profile, depth = profile_of(task.scene), float(found.penetration[-1])
+        radius = float(profile.contact_radius(depth))
+        solution.fields = line_picture(profile, depth, radius, radius / task.resolution)
         return solution
 
 
