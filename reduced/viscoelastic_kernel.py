@@ -61,11 +61,18 @@ class Row(NamedTuple):
 
 
 class Step(NamedTuple):
-    """Linear motion of the body over one step; a jump has no duration."""
+    """Linear motion of the body over one step; a jump has no duration.
+
+    `decay`, `rise` of the arms and `fade` of the modes belong to the whole step: most springs need
+    no other.
+    """
 
     start: float
     change: float
     duration: float
+    decay: np.ndarray
+    rise: np.ndarray
+    fade: np.ndarray
 
 
 def law_of(material: Prony) -> Law:
@@ -104,6 +111,17 @@ def _held_arm(stress, modulus, ratio, change):
     """Stress of an arm after a linear strain `change` over `ratio` = time/tau."""
     gain = -np.expm1(-ratio) / ratio if ratio > 0 else 1.0
     return stress * np.exp(-ratio) + modulus * gain * change
+
+
+@njit(cache=True)
+def _make_step(law, start, change, duration):
+    """Return a step with the exponentials that all springs share."""
+    decay, rise = np.empty(law.times.size), np.empty(law.times.size)
+    for j in range(law.times.size):
+        ratio = duration / law.times[j]
+        decay[j] = np.exp(-ratio)
+        rise[j] = _held_arm(0.0, law.moduli[j], ratio, change)
+    return Step(start, change, duration, decay, rise, np.exp(-duration / law.retardations))
 
 
 @njit(cache=True)
@@ -190,6 +208,42 @@ def _catch(law, arms, modes):
             total += modes[k] * law.spread[j, k]
         arms[j] = law.moduli[j] * total
     modes[:] = 0.0
+
+
+@njit(cache=True)
+def _carry_quiet(law, step, heights, old, new):
+    """Carry all springs that neither leave nor are touched over a step; mark the others.
+
+    One loop, because a call with these tuples costs more than a spring.
+    """
+    end = step.start + step.change
+    rim = law.viscosity * (step.change / step.duration) if step.duration > 0 else 0.0
+    eventful = np.zeros(heights.size, dtype=np.bool_)
+    for i in range(heights.size):
+        new.touching[i], new.kept[i] = old.touching[i], old.kept[i]
+        new.deflection[i] = old.deflection[i]
+        if old.touching[i]:
+            force = law.long_term * (end - heights[i]) + rim
+            for j in range(step.decay.size):
+                new.arms[i, j] = old.arms[i, j] * step.decay[j] + step.rise[j]
+                force += new.arms[i, j]
+            new.modes[i, :] = 0.0
+            eventful[i] = force < 0
+            new.force[i] = force
+            free = end - heights[i]
+        else:
+            free = old.kept[i]
+            for k in range(step.fade.size):
+                new.modes[i, k] = old.modes[i, k] * step.fade[k]
+                free += new.modes[i, k]
+            new.arms[i, :] = 0.0
+            eventful[i] = heights[i] + free < end
+            new.force[i] = 0.0
+        if eventful[i]:
+            new.arms[i, :], new.modes[i, :] = old.arms[i], old.modes[i]
+        else:
+            new.deflection[i] = free
+    return eventful
 
 
 @njit(cache=True)
@@ -295,14 +349,13 @@ def advance(law, heights, old, new, start, end, duration):
     duration : float
         dt >= 0; 0 is a jump.
     """
-    step = Step(start, end - start, duration)
+    step = _make_step(law, start, end - start, duration)
     count = heights.size
-    events, left = np.empty(count), np.empty(count)
+    events, left = np.full(count, -1.0), np.zeros(count)
+    eventful = _carry_quiet(law, step, heights, old, new)
     for i in range(count):
-        new.touching[i] = old.touching[i]
-        new.deflection[i], new.kept[i] = old.deflection[i], old.kept[i]
-        new.arms[i, :], new.modes[i, :] = old.arms[i], old.modes[i]
-        events[i], left[i] = _move_spring(law, step, heights[i], new, i)
+        if eventful[i]:
+            events[i], left[i] = _move_spring(law, step, heights[i], new, i)
     for cell in range(count - 1):
         if new.touching[cell] == new.touching[cell + 1]:
             new.edge[cell] = new.fall[cell] = 0.0
