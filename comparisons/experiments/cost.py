@@ -35,7 +35,7 @@ _GRIDS = {
 }
 _TRUTH = 256
 # Peaks of the resident memory below a megabyte cannot be told from nothing, and count as one.
-_LEAST_MEMORY = 1e6
+LEAST_MEMORY = 1e6
 
 
 @dataclass(frozen=True)
@@ -105,7 +105,7 @@ def measure_series(method: str, effort: str) -> Series:
     return Series(
         np.array(points, dtype=float),
         np.array([row[1] for row in rows]),
-        np.array([max(row[2], _LEAST_MEMORY) for row in rows]),
+        np.array([max(row[2], LEAST_MEMORY) for row in rows]),
         np.array(errors),
     )
 

@@ -1,20 +1,22 @@
-"""Make the tables of docs/experiments.md: readings of Fig. 19.8, and the verdicts on the claims.
+"""Make the tables of docs/experiments.md: readings of Fig. 19.8, load curves, costs, constants.
 
 Run from the repository's root (a quarter of an hour on one core); the tables between the markers of
 the page are written anew::
 
-    python docs/examples/experiment_tables.py
+    python docs/examples/experiment_tables.py              # or only some: constants costs
 """
 
 # %%
 import re
+import sys
 from pathlib import Path
 
 import numpy as np
 
-from comparisons.claims.claim import load_claims
-from comparisons.claims.runner import judge_claim
+from comparisons import formatting as fmt
 from comparisons.experiments import EXPERIMENTS
+from comparisons.experiments.cost import LEAST_MEMORY, measure_series
+from comparisons.methods import METHODS
 from reference.closed_form.random_field import line_peaks, surface_peaks
 from reference.fem.section import press_section
 from reference.impact import impact, rayleigh_share
@@ -110,14 +112,31 @@ def constants() -> list[list[str]]:
 
 
 # %%
-def verdicts() -> list[list[str]]:
-    """Every claim that an experiment judges, at full effort."""
-    rows = [["claim", "equation", "verdict", "found"]]
-    for claim in load_claims():
-        if claim.experiment is None:
-            continue
-        record = judge_claim(claim, "full")
-        rows.append([f"`{claim.id}`", claim.equation, record.verdict, record.sentence])
+def best_readings(effort: str = "full") -> list[list[str]]:
+    """Area of the line over that of the surface under the readings that a search chose."""
+    measure = EXPERIMENTS["best-reading"].measure
+    rows = [["chosen by", "reading (counted cells)", *(f"F = {load:g}" for load in LOADS)]]
+    for by in ("largest", "median"):
+        found = [measure(load, effort, by=by) for load in LOADS]
+        given = found[0].details
+        words = f"H = {given['H']:g}, plateau above L/{given['L/lambda_l']:g}, "
+        words += f"line of {given['line length L1/L']:g} L"
+        cells = [f"{1 + each.error:.2f} ± {each.uncertainty:.2f}" for each in found]
+        rows.append([f"{by} error over the loads", words, *cells])
+    return rows
+
+
+def costs(effort: str = "full") -> list[list[str]]:
+    """Time, memory and error against N: a surface and three loads, one thread."""
+    rows = [["method", "N x N points", "time of a surface", "peak memory", "error, rms"]]
+    for name in ("fem", "bem_fft", "reduced"):
+        series = measure_series(name, effort)
+        for n, seconds, memory, error in zip(
+            *(series.points, series.seconds, series.memory, series.errors), strict=True
+        ):
+            held = fmt.memory(memory) if memory > LEAST_MEMORY else "below 1 MB"
+            cells = (f"{n:.0f}", fmt.duration(seconds), held, fmt.relative(error))
+            rows.append([METHODS[name].title, *cells])
     return rows
 
 
@@ -132,13 +151,16 @@ TABLES = {
     "constants": constants,
     "readings": readings,
     "load-curves": load_curves,
-    "verdicts": verdicts,
+    "best-readings": best_readings,
+    "costs": costs,
 }
 
 
-def written(page: str) -> str:
-    """Return the page with every table between its markers made anew."""
+def written(page: str, names: list[str]) -> str:
+    """Return the page with these tables (all if none is named) between their markers made anew."""
     for name, make in TABLES.items():
+        if names and name not in names:
+            continue
         block = re.compile(f"(<!-- table: {name} -->\n).*?(<!-- end -->)", re.DOTALL)
         table = markdown(make())
         page = block.sub(lambda found, table=table: f"{found[1]}{table}\n{found[2]}", page)
@@ -147,4 +169,4 @@ def written(page: str) -> str:
 
 # %%
 if __name__ == "__main__":
-    PAGE.write_text(written(PAGE.read_text(encoding="utf-8")), encoding="utf-8")
+    PAGE.write_text(written(PAGE.read_text(encoding="utf-8"), sys.argv[1:]), encoding="utf-8")
