@@ -9,6 +9,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from comparisons.claims.claim import load_claims
+from comparisons.claims.record import load_claims_record
 from comparisons.execution import execute
 from comparisons.methods import METHODS, Task
 from comparisons.options import Options
@@ -35,6 +37,34 @@ def test_scenes_on_the_pages_are_valid(page):
 def test_links_between_the_pages_lead_somewhere(page):
     for target in re.findall(r"\]\(([^)#:]+)\)", page.read_text(encoding="utf-8")):
         assert (page.parent / target).exists(), target
+
+
+def script(name: str):
+    """Return a script of docs/examples as a module."""
+    spec = importlib.util.spec_from_file_location(name, ROOT / "docs" / "examples" / f"{name}.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def test_the_verdicts_on_the_pages_are_those_of_the_stored_run():
+    tables = script("claims_table")
+    record = load_claims_record(tables.STORED)
+    for path in tables.PAGES:
+        page = path.read_text(encoding="utf-8")
+        assert tables.BLOCK.search(page), path
+        assert tables.written(page, record) == page, f"{path}: run docs/examples/claims_table.py"
+
+
+def test_the_stored_run_is_about_the_claims_as_their_files_state_them():
+    """Full runs only, of the very statements, with the verdicts that the files expect."""
+    files = {claim.id: claim for claim in load_claims()}
+    assert all(claim.expected for claim in files.values())
+    for told in load_claims_record(ROOT / "docs" / "claims.json").claims:
+        claim = files[told.id]
+        stated = ("text", "equation", "reading", "tolerance", "refuted_by")
+        assert {key: getattr(told, key) for key in stated} == claim.model_dump(include=set(stated))
+        assert (told.effort, told.verdict) == ("full", claim.expected)
 
 
 def method_examples() -> dict:
@@ -82,10 +112,6 @@ def test_the_class_of_the_page_runs_as_printed(monkeypatch):
 
 def test_the_shipped_map_is_the_one_its_script_makes():
     """The stand-in for a measured map is synthetic; its script tells exactly how."""
-    path = ROOT / "docs" / "examples" / "stand_in_map.py"
-    spec = importlib.util.spec_from_file_location("stand_in_map", path)
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
     shipped = np.genfromtxt(builtin_folder() / "measured-map.csv", delimiter=",")
     # Two decimals are written; another FFT build may round the last one differently.
-    np.testing.assert_allclose(shipped, module.ground_surface(), atol=0.011)
+    np.testing.assert_allclose(shipped, script("stand_in_map").ground_surface(), atol=0.011)

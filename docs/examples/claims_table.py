@@ -1,28 +1,69 @@
-"""Write the table of verdicts into README.md and docs/claims.md, from a stored run.
+"""Write the verdicts on the claims into README.md and docs/claims.md, from stored full runs.
 
-The run is docs/claims.json, made by::
+The record of the runs is docs/claims.json. A run of all claims, or of those that are new or
+changed, is put into it, and the tables between the markers of both pages are written anew::
 
-    roughline claims --full --json docs/claims.json
-
-Then, from the repository's root::
-
-    python docs/examples/claims_table.py
-
-The tables between the markers of both pages are written anew.
+    roughline claims --full --json run.json
+    python docs/examples/claims_table.py run.json
 """
 
 # %%
 import re
+import sys
+from collections import Counter
 from pathlib import Path
 
+from comparisons.claims.claim import VERDICTS, load_claims
 from comparisons.claims.record import ClaimRecord, ClaimsRecord, load_claims_record
 from comparisons.formatting import duration, plus_minus, tolerance
 from comparisons.machine import machine_text
+from comparisons.store import write_text
 
 DOCS = Path(__file__).resolve().parents[1]
 STORED = DOCS / "claims.json"
 PAGES = (DOCS.parent / "README.md", DOCS / "claims.md")
 BLOCK = re.compile(r"(<!-- claims (short|long) -->\n).*?(<!-- end of claims -->)", re.DOTALL)
+# What the README tells of: one claim, printed or corrected, for each statement of the chapter.
+TOLD = (
+    *(
+        "exact-paraboloid",
+        "half-radius-cone",
+        "transform-cone",
+        "ellipsoid-force",
+        "ellipsoid-area",
+    ),
+    *("punch-square", "punch-triangle", "punch-square-area", "far-field-printed"),
+    *(
+        "energy-near-contact",
+        "kinetic-energy-printed",
+        "independent-pairs",
+        "size-unimportant-plane",
+    ),
+    *("quasi-static-energy", "kernel-printed", "active-set-ends", "fem-impractical-bem"),
+    *("line-height-printed", "line-height-rings", "line-peak-radius", "rough-area-printed"),
+    *("rough-area", "rough-area-reading", "rough-area-reading-part", "rough-penetration"),
+    *("rough-stiffness", "rough-mean-gap", "rough-length", "two-lines-one-line"),
+    *("stress-paraboloid", "stress-local-field", "stress-abel", "first-yield-criterion"),
+)
+
+
+# %%
+def put_together(records: list[ClaimsRecord]) -> ClaimsRecord:
+    """Return one record of the claims there are, each from the last run that judged it.
+
+    Date, machine and duration are those of the run that judged most of them. The details of single
+    measurements are left out: `roughline claims` finds them again.
+    """
+    known = {claim.id for claim in load_claims()}
+    found = {claim.id: claim for record in records for claim in record.claims}
+    kept = [_bare(found[name]) for name in sorted(found) if name in known]
+    main = max(records, key=lambda record: len(record.claims))
+    return main.model_copy(update={"claims": kept})
+
+
+def _bare(claim: ClaimRecord) -> ClaimRecord:
+    points = [point.model_copy(update={"details": {}}) for point in claim.points]
+    return claim.model_copy(update={"points": points})
 
 
 # %%
@@ -41,7 +82,8 @@ def _cell(text: str) -> str:
 
 def short_row(claim: ClaimRecord) -> str:
     """Return what the README says of a claim."""
-    cells = (claim.id, claim.equation, f"**{claim.verdict}**", claim.sentence)
+    text = claim.text + (" *(as corrected)*" if claim.reading == "corrected" else "")
+    cells = (claim.equation, text, f"**{claim.verdict}**", claim.sentence)
     return "| " + " | ".join(map(_cell, cells)) + " |"
 
 
@@ -56,7 +98,7 @@ def long_row(claim: ClaimRecord) -> str:
 
 
 HEADS = {
-    "short": ("claim", "equation", "verdict", "what was found"),
+    "short": ("equation", "the chapter says", "verdict", "found"),
     "long": (
         *("claim", "equation", "reading", "text", "tolerance", "verdict", "largest error"),
         "what was found",
@@ -68,16 +110,27 @@ HEADS = {
 def rendered(record: ClaimsRecord, kind: str) -> str:
     """Return one table, with a line that says when and on what it was made.
 
-    The short one has the claims as printed, the long one also those that correct them.
+    The short one has the claims that are `TOLD`, in that order; the long one has all.
     """
     row = short_row if kind == "short" else long_row
-    heads = HEADS[kind]
-    shown = [c for c in record.claims if kind == "long" or c.reading == "printed"]
-    lines = ["| " + " | ".join(heads) + " |", "|" + "---|" * len(heads)]
+    by_id = {claim.id: claim for claim in record.claims}
+    shown = [by_id[name] for name in TOLD] if kind == "short" else record.claims
+    lines = ["| " + " | ".join(HEADS[kind]) + " |", "|" + "---|" * len(HEADS[kind])]
     lines += [row(claim) for claim in shown]
-    lines += ["", f"(`{record.command}`, {record.created[:10]}, {duration(record.seconds)},"]
-    lines[-1] += f" {machine_text(record.machine)})"
+    made = f"`{record.command}`, {record.created[:10]}, {duration(record.seconds)}"
+    lines += ["", f"{tally(record)} ({made}, {machine_text(record.machine)})"]
     return "\n".join(lines) + "\n"
+
+
+def tally(record: ClaimsRecord) -> str:
+    """Return how many claims, as printed and as corrected, got which verdict."""
+    told = []
+    for reading in ("printed", "corrected"):
+        claims = [claim for claim in record.claims if claim.reading == reading]
+        words = Counter(claim.verdict for claim in claims)
+        counts = ", ".join(f"{words[word]} {word}" for word in VERDICTS if words[word])
+        told.append(f"{len(claims)} claims as {reading}: {counts}")
+    return "; ".join(told) + "."
 
 
 def written(page: str, record: ClaimsRecord) -> str:
@@ -87,6 +140,10 @@ def written(page: str, record: ClaimsRecord) -> str:
 
 # %%
 if __name__ == "__main__":
-    stored = load_claims_record(STORED)
+    runs = [load_claims_record(Path(name)) for name in sys.argv[1:]]
+    if not all(claim.effort == "full" for run in runs for claim in run.claims):
+        sys.exit("a quick run decides less: claims --full")
+    stored = put_together(([load_claims_record(STORED)] if STORED.exists() else []) + runs)
+    write_text(STORED, stored.model_dump_json() + "\n")
     for path in PAGES:
         path.write_text(written(path.read_text(encoding="utf-8"), stored), encoding="utf-8")
