@@ -227,6 +227,8 @@ def plus_minus(error: object, uncertainty: object) -> str:
     '2.0\u202f% ± ?'
     >>> plus_minus(4e-16, 1e-12)
     'round-off'
+    >>> plus_minus(4e-16, 1e-6)
+    '0 ± 1.0\u202fppm'
     """
     if not finite(error):
         return MISSING
@@ -236,6 +238,8 @@ def plus_minus(error: object, uncertainty: object) -> str:
     size, half = abs(float(error)), float(uncertainty)  # type: ignore[arg-type]
     if size + half < ROUND_OFF:
         return "round-off"
+    if size < ROUND_OFF:
+        text, unit = "0", _relative_parts(uncertainty, 2)[1]
     if half < 0.005 * size:
         return _join(text, unit)  # a bar below the last digit printed
     bar, bar_unit = _relative_parts(uncertainty, 2)

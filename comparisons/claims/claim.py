@@ -7,6 +7,7 @@ same statement may stand twice, literally as printed and as corrected: ``reading
 
 from __future__ import annotations
 
+import math
 import re
 import tomllib
 from pathlib import Path
@@ -177,6 +178,35 @@ class Claim(_Table):
         return self.vary.name or own or ", ".join(self.vary.path)
 
 
+# Where the chapter's sections and figures stand among its equations.
+_PLACES = {
+    "19.1.2": 1.5,
+    "19.2 ": 8.5,
+    "19.3, (5": 17.5,
+    "Fig. 19.6": 19.5,
+    "Fig. 19.8": 29.5,
+    "19.5": 31.5,
+    "19.7": 37.5,
+    "19.8": 38.0,
+    "Problem 1": 39.0,
+}
+
+
+def chapter_order(claim: Claim) -> tuple[float, str]:
+    """Return what sorts claims as the chapter has them; those from elsewhere come last.
+
+    >>> equations = ["Fig. 19.6", "(19.10)", "19.3, (5.30)", "my own", "(19.9), (19.11)", "19.2 (a)"]
+    >>> claims = [Claim.model_construct(id="a", equation=each) for each in equations]
+    >>> [claim.equation for claim in sorted(claims, key=chapter_order)]
+    ['19.2 (a)', '(19.9), (19.11)', '(19.10)', '19.3, (5.30)', 'Fig. 19.6', 'my own']
+    """
+    number = re.search(r"\(19\.(\d+)", claim.equation)
+    if number:
+        return float(number[1]), claim.id
+    places = (place for words, place in _PLACES.items() if words in claim.equation)
+    return next(places, math.inf), claim.id
+
+
 def builtin_folder() -> Path:
     """Return the folder of the built-in claims."""
     return Path(__file__).parent
@@ -205,7 +235,7 @@ def about_method(claims: list[Claim], method: str) -> list[Claim]:
 
 
 def load_claims(names: tuple[str, ...] = ()) -> list[Claim]:
-    """Read claim files, or built-in claims by their id; without names all built-in ones.
+    """Read claim files, or built-in claims by their id; without names all, in the chapter's order.
 
     Raises
     ------
@@ -227,7 +257,7 @@ def load_claims(names: tuple[str, ...] = ()) -> list[Claim]:
     ]
     if problems:
         raise ClaimError(problems)
-    return claims
+    return claims if names else sorted(claims, key=chapter_order)
 
 
 def _load(path: Path) -> Claim:

@@ -54,9 +54,9 @@ def put_together(records: list[ClaimsRecord]) -> ClaimsRecord:
     Date, machine and duration are those of the run that judged most of them. The details of single
     measurements are left out: `roughline claims` finds them again.
     """
-    known = {claim.id for claim in load_claims()}
+    known = [claim.id for claim in load_claims()]
     found = {claim.id: claim for record in records for claim in record.claims}
-    kept = [_bare(found[name]) for name in sorted(found) if name in known]
+    kept = [_bare(found[name]) for name in known if name in found]
     main = max(records, key=lambda record: len(record.claims))
     return main.model_copy(update={"claims": kept})
 
