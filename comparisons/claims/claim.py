@@ -195,10 +195,10 @@ _PLACES = {
 def chapter_order(claim: Claim) -> tuple[float, str]:
     """Return what sorts claims as the chapter has them; those from elsewhere come last.
 
-    >>> equations = ["Fig. 19.6", "(19.10)", "19.3, (5.30)", "my own", "(19.9), (19.11)", "19.2 (a)"]
+    >>> equations = ["Fig. 19.6", "(19.10)", "19.3, (5.30)", "mine", "(19.9), (19.11)", "19.2 (a)"]
     >>> claims = [Claim.model_construct(id="a", equation=each) for each in equations]
     >>> [claim.equation for claim in sorted(claims, key=chapter_order)]
-    ['19.2 (a)', '(19.9), (19.11)', '(19.10)', '19.3, (5.30)', 'Fig. 19.6', 'my own']
+    ['19.2 (a)', '(19.9), (19.11)', '(19.10)', '19.3, (5.30)', 'Fig. 19.6', 'mine']
     """
     number = re.search(r"\(19\.(\d+)", claim.equation)
     if number:
