@@ -32,7 +32,7 @@ def evidence(claim: ClaimRecord) -> Figure | None:
     sizes = np.array([abs(p.error or 0.0) for p in points])
     low, high = error_range(sizes, claim.tolerance)
     traces = [_marks([p for p in points if p.word == word], word, low) for word in MARKS]
-    shapes = [_stretch(claim, each.low, each.high) for each in claim.ranges]
+    shapes = [_stretch(each.low, each.high) for each in claim.ranges]
     spec = {
         "data": [trace for trace in traces if trace["x"]],
         "layout": layout(
@@ -83,17 +83,16 @@ def detail(given: float | str | None) -> str:
     return given if isinstance(given, str) else fmt.number(given)
 
 
-def _stretch(claim: ClaimRecord, low: float, high: float) -> dict[str, Any]:
-    """Shade where the claim holds (shapes on a logarithmic axis take its logarithms)."""
-    ends = [float(np.log10(x)) for x in (low, high)] if claim.spacing == "log" else [low, high]
-    return {
+def _stretch(low: float, high: float) -> dict[str, Any]:
+    """Shade where the claim holds; a single point is a line."""
+    return {  # shapes take values on a logarithmic axis, too: only annotations take logarithms
         "type": "rect",
         "yref": "paper",
-        "x0": ends[0],
-        "x1": ends[1],
+        "x0": low,
+        "x1": high,
         "y0": 0,
         "y1": 1,
-        "line": {"width": 0},
+        "line": {"width": 1, "color": "rgba(0,158,115,0.4)"},
         "fillcolor": "rgba(0,158,115,0.12)",
         "layer": "below",
     }

@@ -24,17 +24,18 @@ def sentence(claim: Claim, verdict: str, points: list[Point], ranges: list[Range
     judged = [point for point in points if point.word != NO_RESULT]
     if not judged:
         return f"No result: {_reason(points[0])}."
-    largest, smallest = _extreme(judged, max), _extreme(judged, min)
+    largest = _extreme(judged, max)
     stretch = f"{claim.parameter} from {value(points[0].parameter)} to "
     stretch += value(points[-1].parameter)
     if verdict == HOLDS:
         return f"Within {limit} for {stretch}; the largest error is {_at(largest)}."
     if verdict == FAILS:
-        open_points = _open(points)
-        changes = _sign_changes(points)
+        outside = [point for point in judged if point.word == OUTSIDE]
+        resolved = "" if len(outside) == len(points) else " wherever it is resolved,"
+        smallest = _at(_extreme(outside, min))
         return (
-            f"Outside {limit} for {stretch}; the smallest error is {_at(smallest)}"
-            f"{open_points}{changes}."
+            f"Outside {limit}{resolved} for {stretch}; the smallest error is {smallest}"
+            f"{_open(points)}{_sign_changes(points)}."
         )
     if verdict == IN_A_RANGE:
         found = "; ".join(_stretch(each) for each in ranges)
