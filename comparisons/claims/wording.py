@@ -104,6 +104,8 @@ def _sign_changes(points: list[Point]) -> str:
         for low, high in pairwise(sure)
         if low.measurement.error * high.measurement.error < 0
     ]
+    if len(found) > 3:
+        return f"; the error changes sign {len(found)} times"
     return f"; the error changes sign between {', and between '.join(found)}" if found else ""
 
 
