@@ -277,11 +277,13 @@ def print_hard_cases(record: HardCasesRecord, page: Path) -> None:
 
 
 def _outcome_cell(outcome: OutcomeRecord | None) -> str:
-    from comparisons.formatting import relative
+    from comparisons.formatting import ROUND_OFF, relative
 
     if outcome is None:
         return ""
-    number = "" if outcome.error is None else f" {relative(outcome.error)}"
+    number = ""
+    if outcome.error is not None:
+        number = f" {'round-off' if outcome.error < ROUND_OFF else relative(outcome.error)}"
     return escape(f"{outcome.kind}{number}{' (!)' if outcome.deviation else ''}")
 
 

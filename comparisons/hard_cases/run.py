@@ -164,7 +164,10 @@ def _measured(
     reason = "; ".join([*reasons, *(f"warned: {text}" for text in warned)])
     common: dict[str, Any] = {"reason": reason, "lost": lost, "resolution": resolution}
     if not solution.converged.any():
-        return _judged(case, name, kind=LOST, **common)
+        expected = case.expected.get(name)
+        # Whether the door or the solver refuses is no matter, if it says what the catalogue says.
+        meant = expected is not None and expected.kind == REFUSED and expected.text in reason
+        return _judged(case, name, kind=REFUSED if meant else LOST, **common)
     common["seconds"] = solution.seconds
     main = main_quantity(plan)
     error, bar = _largest_error(truth, solution, main)
@@ -252,8 +255,7 @@ def words(expectation: Expected) -> str:
 
 def _deviation(outcome: Outcome, expectation: Expected) -> str:
     """Return in words how an outcome differs from what was expected, "" where it does not."""
-    # Better than expected is as expected; whether the door or the solver refuses is no matter.
-    allowed = {DEGRADED: (ACCURATE, DEGRADED), REFUSED: (REFUSED, LOST)}
+    allowed = {DEGRADED: (ACCURATE, DEGRADED)}  # better than expected is as expected
     if outcome.kind not in allowed.get(expectation.kind, (expectation.kind,)):
         return f"{outcome.kind} instead of {expectation.kind}"
     found = []
@@ -265,7 +267,7 @@ def _deviation(outcome: Outcome, expectation: Expected) -> str:
             f"area off by {relative(outcome.area_error)} instead of at most "
             f"{relative(expectation.area)}"
         )
-    if outcome.kind != LOST and outcome.lost != expectation.lost:
+    if outcome.kind not in (LOST, REFUSED) and outcome.lost != expectation.lost:
         found.append(f"lost steps {outcome.lost} instead of {expectation.lost}")
     if expectation.lost and not outcome.reason:
         found.append("no reason is given for the lost steps")
