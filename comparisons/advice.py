@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from comparisons.formatting import duration, relative, tolerance
+from comparisons.formatting import ROUND_OFF, duration, relative, tolerance
 from comparisons.methods import METHODS
 from comparisons.plain import plain
 from comparisons.reference import main_axis
@@ -248,7 +248,7 @@ def _standing(own: list[Setting], wanted: float) -> tuple[str, float, str]:
         return ("", 0.0, "") if truth is not None else (_INCOMPLETE, 0.0, title)
     best = min(each.worst for each in usual)
     if best <= wanted or NOT_RESOLVED in {each.verdict for each in usual}:
-        return _UNRESOLVED, best, f"{title} ({relative(best)})"
+        return _UNRESOLVED, best, f"{title} ({'round-off' if best < ROUND_OFF else relative(best)})"
     return _MISSED, best, f"{title} (best {relative(best)})"
 
 

@@ -19,9 +19,9 @@ class Rule:
 
     Attributes
     ----------
-    safe, unsafe : float
-        Safety factors where three grids converge with a credible order, and otherwise (Roache
-        takes 1.25 and 3).
+    safe, unsafe, two : float
+        Safety factors where three grids converge with a credible order, where they do not, and
+        of two grids, which have no order of their own (Roache takes 1.25, 3 and 3).
     lowest, highest : float
         Contact edges move in jumps of a cell, so the observed order is noisy: nothing beyond the
         highest is trusted, and below the lowest convergence is not credible at all.
@@ -33,6 +33,7 @@ class Rule:
 
     safe: float = 1.25
     unsafe: float = 2.0
+    two: float = 3.0
     lowest: float = 0.5
     highest: float = 1.25
     floor: float = 0.5
@@ -76,7 +77,7 @@ def grid_uncertainty(
     -------
     ndarray, shape (k,)
         NaN where there is only one resolution. With two the order is taken as one, with the
-        unsafe factor.
+        factor of two grids.
 
     Examples
     --------
@@ -96,7 +97,7 @@ def grid_uncertainty(
         last = np.where(finest > 0, (curves[-1] - curves[-2]) / finest, np.nan)
         ratio = resolutions[-1] / resolutions[-2]
         if len(curves) == 2:
-            order, factor = 1.0, rule.unsafe
+            order, factor = 1.0, rule.two
         else:
             previous = np.where(finest > 0, (curves[-2] - curves[-3]) / finest, np.nan)
             before = resolutions[-2] / resolutions[-3]

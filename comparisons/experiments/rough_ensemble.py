@@ -179,7 +179,7 @@ def truth(
         ratio, bar = ratio_of_means(fine[:, None], coarse[:, None], paired=True)
         ratios.append(float(ratio[0]))
         bars.append(float(bar[0]))
-    change, safety = abs(1 - 1 / ratios[-1]), RULE.safe if effort == "full" else RULE.unsafe
+    change, safety = abs(1 - 1 / ratios[-1]), RULE.safe if effort == "full" else RULE.two
     return samples * float(np.prod(ratios)), float(combined(safety * change, *bars))
 
 

@@ -86,12 +86,12 @@ def test_a_constant_is_known_exactly():
     assert grid_uncertainty(N[:2], column(7, 7))[0] == 0
 
 
-def test_two_grids_have_first_order_and_the_unsafe_factor():
+def test_two_grids_have_first_order_and_the_factor_of_roache():
     """The unsafe factor times |f2 - f1|/(r - 1)."""
     doubled = grid_uncertainty(N[:2], column(102, 100))
-    assert doubled[0] == pytest.approx(RULE.unsafe * 0.02, rel=1e-12)
+    assert doubled[0] == pytest.approx(RULE.two * 0.02, rel=1e-12)
     threefold = grid_uncertainty(np.array([10, 30]), column(102, 100))
-    assert threefold[0] == pytest.approx(RULE.unsafe * 0.01, rel=1e-12)
+    assert threefold[0] == pytest.approx(RULE.two * 0.01, rel=1e-12)
 
 
 def test_one_grid_says_nothing():
