@@ -128,7 +128,11 @@ def tally(record: ClaimsRecord) -> str:
     for reading in ("printed", "corrected"):
         claims = [claim for claim in record.claims if claim.reading == reading]
         words = Counter(claim.verdict for claim in claims)
-        counts = ", ".join(f"{words[word]} {word}" for word in VERDICTS if words[word])
+        counts = ", ".join(
+            f"{words[word]} {word.replace('holds', 'hold').replace('fails', 'fail')}"
+            for word in VERDICTS
+            if words[word]
+        )
         told.append(f"{len(claims)} claims as {reading}: {counts}")
     return "; ".join(told) + "."
 
