@@ -2,17 +2,7 @@
 
 from __future__ import annotations
 
-from reference.halfspace import (
-    accuracy,
-    areas,
-    cohesive,
-    cohesive_laws,
-    cohesive_path,
-    dense,
-    detachment,
-    fft,
-    kernels,
-)
+from reference.halfspace import accuracy, areas, dense, fft, kernels
 from reference.halfspace.operators import FreeOperator, HalfSpace, PeriodicOperator
 from reference.halfspace.solution import Contact
 
@@ -23,11 +13,7 @@ __all__ = [
     "PeriodicOperator",
     "accuracy",
     "areas",
-    "cohesive",
-    "cohesive_laws",
-    "cohesive_path",
     "dense",
-    "detachment",
     "fft",
     "kernels",
 ]
