@@ -28,6 +28,25 @@ Law = Callable[[Array], Array]
 
 
 @dataclass(frozen=True)
+class AdhesivePath:
+    """An adhesive contact along a path of loads; arrays of shape (k,).
+
+    Attributes
+    ----------
+    contact_radius, penetration, force : ndarray
+        Zero radius and force where nothing touches; zero penetration where a pulling force is
+        prescribed that nothing holds.
+    largest_pull : float
+        Largest pull on the way, also between two loads of the list; zero if there was none.
+    """
+
+    contact_radius: Array
+    penetration: Array
+    force: Array
+    largest_pull: float
+
+
+@dataclass(frozen=True)
 class AdhesiveForm:
     """Equilibria of an adhesive contact with a half-space, by contact radius.
 
@@ -84,6 +103,54 @@ class AdhesiveForm:
         if self.smallest == self.largest:
             return self.largest
         return self._root(lambda a: float(law(a)))
+
+    def follow(self, control: str, loads: ArrayLike) -> AdhesivePath:
+        """Walk a path of penetrations or forces of either sign, from out of contact.
+
+        Contact begins at first touch, d = 0 or F = 0, and ends where the load falls below the fold
+        of `pull_off`; between, it is the stable equilibrium.
+        """
+        strongest, lost = self.pull_off("force"), self.pull_off(control)
+        law = self.force if control == "force" else self.penetration
+        lowest = float(law(lost))
+        states: list[tuple[float, float, float]] = []
+        radius, pull = 0.0, 0.0
+        for load in np.asarray(loads, dtype=float):
+            widest = radius
+            if radius == 0 and load >= 0:
+                widest = self.snap_in(control)
+                pull = max(pull, -self._state(control, 0.0, widest)[2])
+            radius = self._stable(law, load, lost) if widest > 0 and load >= lowest else 0.0
+            if widest >= strongest > radius:
+                pull = max(pull, -float(self.force(strongest)))
+            states.append(self._state(control, load, radius))
+            pull = max(pull, -states[-1][2])
+        return AdhesivePath(*(np.array(part) for part in zip(*states, strict=True)), pull)
+
+    def _stable(self, law: Law, load: float, lost: float) -> float:
+        """Return the contact radius beyond a fold at which a law is the load."""
+        if self.smallest == self.largest:
+            return self.largest
+        high = lost
+        while float(law(high)) < load:
+            high = min(2 * high, 0.5 * (high + self.largest))
+        if high == lost:
+            return lost
+        return float(brentq(lambda a: float(law(a)) - load, lost, high, xtol=1e-300, rtol=8.9e-16))
+
+    def _state(self, control: str, load: float, radius: float) -> tuple[float, float, float]:
+        """Return a, d and F; a punch with a sharp edge carries more than its equilibrium."""
+        if radius == 0:
+            return 0.0, load if control == "penetration" else 0.0, 0.0
+        if self.smallest < self.largest:
+            given = float(self.force(radius)), float(self.penetration(radius))
+            return (
+                (radius, load, given[0]) if control == "penetration" else (radius, given[1], load)
+            )
+        stiffness = 2 * self.effective_modulus * radius
+        if control == "penetration":
+            return radius, load, stiffness * load
+        return radius, load / stiffness, load
 
     def _root(self, function: Callable[[float], float]) -> float:
         """Return the root of a function that is negative below and positive above it."""

@@ -11,7 +11,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 
 from reference.errors import ConvergenceError
 from reference.halfspace.cohesive import CohesiveContact, CohesiveProblem, Constraint
@@ -32,11 +32,47 @@ class CohesivePath:
         d and F.
     contact_area : ndarray
         Area of the cells in contact.
+    points : tuple of CohesiveContact
+        The equilibria themselves.
     """
 
     penetration: Field
     force: Field
     contact_area: Field
+    points: tuple[CohesiveContact, ...]
+
+    def follow(self, control: str, loads: ArrayLike) -> list[tuple[int, float]]:
+        """Where on the path a list of loads leads, from its parted end: (segment, part of it).
+
+        A rising load moves towards the pressed end, a falling one towards the parted end, to the
+        first place that carries the load: over folds that is a jump. Loads that nothing carries
+        stay at the end.
+        """
+        curve = self._load(control)
+        place = (curve.size - 2, 1.0)
+        found = []
+        for load in np.asarray(loads, dtype=float):
+            i, part = place
+            now = curve[i] + part * (curve[i + 1] - curve[i])
+            if load > now:
+                ahead = np.flatnonzero(curve[: i + 1] >= load)
+                place = self._between(curve, int(ahead[-1]), load) if ahead.size else (0, 0.0)
+            elif load < now:
+                ahead = np.flatnonzero(curve[i + 1 :] <= load)
+                last = (curve.size - 2, 1.0)
+                place = self._between(curve, i + int(ahead[0]), load) if ahead.size else last
+            found.append(place)
+        return found
+
+    @staticmethod
+    def _between(curve: Field, i: int, load: float) -> tuple[int, float]:
+        """Segment i and the part of it at which a straight line carries the load."""
+        return i, float((load - curve[i]) / (curve[i + 1] - curve[i]))
+
+    def _load(self, control: str) -> Field:
+        if control not in ("force", "penetration"):
+            raise ValueError(f"control must be 'force' or 'penetration', not {control!r}")
+        return self.force if control == "force" else self.penetration
 
     def pull_off(self, control: str = "force") -> tuple[float, float] | None:
         """Penetration and force at which a falling load is lost; None where the path has no fold.
@@ -44,9 +80,7 @@ class CohesivePath:
         The lowest fold on the way down: under penetration control a force of long range falls to
         nothing without any.
         """
-        if control not in ("force", "penetration"):
-            raise ValueError(f"control must be 'force' or 'penetration', not {control!r}")
-        load = self.force if control == "force" else self.penetration
+        load = self._load(control)
         folds = np.flatnonzero((load[1:-1] <= load[:-2]) & (load[1:-1] < load[2:])) + 1
         return self._around(load, int(folds[np.argmin(load[folds])])) if folds.size else None
 
@@ -126,6 +160,7 @@ def trace(
         np.array([point.penetration for point in points]),
         np.array([point.force for point in points]),
         np.array([point.mask.sum() for point in points]) * problem.operator.cell_area,
+        tuple(points),
     )
 
 
