@@ -317,6 +317,8 @@ def _scene_problems(claim: Claim) -> list[str]:
             found.append(load_scene(claim.source, overrides(claim, end)))
         except InputError as error:
             problems.append(f"scene: {error}")
+    if claim.at is not None and any(scene.physics for scene in found):
+        problems.append("at: expected nothing, steps of this scene are no loads to interpolate at")
     same = len(found) == 2 and found[0] == found[1]
     if same and claim.vary is not None and claim.vary.path != (RESOLUTION,):
         problems.append(f"vary.path: {', '.join(claim.vary.path)} changes nothing in the scene")

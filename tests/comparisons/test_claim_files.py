@@ -53,6 +53,18 @@ def test_all_problems_of_a_file_are_listed_at_once():
     assert "exactly one of scene and experiment, got scene and experiment" in text
 
 
+def test_no_other_load_is_held_equal_where_steps_are_speeds_or_a_path():
+    found = problems(
+        scene="impact-ball",
+        quantity="contact_duration",
+        at="force",
+        vary={"path": "dynamics.mass", "from": 1, "to": 8, "steps": 4, "unit": "1 g"},
+    )
+    assert found == [
+        "a.toml: at: expected nothing, steps of this scene are no loads to interpolate at"
+    ]
+
+
 def test_a_range_that_runs_backwards_is_refused():
     found = problems(vary=RIGHT["vary"] | {"from": 9})
     assert "expected from < to" in found[0]

@@ -11,8 +11,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydantic_core import PydanticCustomError
 
-from comparisons.loading import RELATIVE_FORCE, read_range
-from comparisons.units import FORCE, LENGTH
+from comparisons.loading import RELATIVE_FORCE, Loading, read_range
+from comparisons.units import FORCE, LENGTH, TIME
 
 
 def values(given_loads, dimension=LENGTH):
@@ -117,3 +117,30 @@ def test_all_problems_of_a_range_come_at_once():
     message = refusal({"from": "1 N", "to": "x", "steps": 0, "spacing": "cubic", "colour": 1})
     for part in ("colour: unknown key", "from: expected", "to: expected", "steps: ", "spacing: "):
         assert part in message
+
+
+@given(
+    knots=st.lists(st.floats(-1e3, 1e3).filter(lambda x: abs(x) > 1e-3), min_size=1, max_size=6),
+    substeps=st.integers(1, 9),
+    power=st.integers(-60, 60),
+)
+def test_a_divided_path_goes_through_its_knots_to_the_last_digit(knots, substeps, power):
+    """And in other units by a power of two it has the same digits all the way."""
+    loading = Loading(force=1.0, tangential_force=knots, substeps=substeps)
+    path = loading.along("tangential_force", start=0.0)
+    assert len(path) == substeps * len(knots)
+    assert path[substeps - 1 :: substeps].tolist() == knots
+    scale = 2.0**power
+    scaled = Loading(force=1.0, tangential_force=[scale * k for k in knots], substeps=substeps)
+    assert (scaled.along("tangential_force", start=0.0) == scale * path).all()
+
+
+def test_paths_go_up_and_down_and_times_begin_at_zero():
+    down = read_range({"from": "1 N", "to": "-1 N", "steps": 3}, FORCE, "path")
+    assert down.values == (1.0, 0.0, -1.0)
+    assert read_range([0, 1], TIME, "times").values == (0.0, 1.0)
+    for wrong, words in (([0, 0], "strictly increasing times"), ([-1, 0], "times from zero on")):
+        with pytest.raises(PydanticCustomError, match=words):
+            read_range(wrong, TIME, "times")
+    with pytest.raises(PydanticCustomError, match="from > 0 for logarithmic spacing"):
+        read_range({"from": 1, "to": -1, "steps": 3, "spacing": "log"}, FORCE, "path")
