@@ -16,7 +16,14 @@ from reference.errors import ConvergenceError
 from reference.halfspace.contact_block import Cells
 from reference.halfspace.operators import FreeOperator
 from reference.halfspace.overlap import overlap_depth
-from reference.halfspace.solution import Contact, assemble, check_gap, check_load
+from reference.halfspace.solution import (
+    Contact,
+    assemble,
+    check_control,
+    check_gap,
+    check_load,
+    from_first_touch,
+)
 
 Field = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -85,8 +92,9 @@ def solve(
     if values.size != 1:
         raise ValueError(f"{kind} must be one number; use sweep for a list")
     gap = _checked(operator, gap)
+    check_control(0.5, max_iterations)
     mask = None if start is None else start.mask
-    return _solve(operator, gap, kind, float(values[0]), mask, max_iterations)
+    return _from_touch(operator, gap, kind, float(values[0]), mask, max_iterations)
 
 
 def sweep(
@@ -99,6 +107,7 @@ def sweep(
 ) -> Iterator[Contact]:
     """Solve a strictly increasing list of loads, each from the contact set before; see `solve`."""
     kind, values = check_load(penetration=penetration, force=force)
+    check_control(0.5, max_iterations)
     return _sweep(operator, _checked(operator, gap), kind, values, max_iterations)
 
 
@@ -109,15 +118,35 @@ def _sweep(
     values: NDArray[np.float64],
     max_iterations: int,
 ) -> Iterator[Contact]:
-    mask, cells = None, None
-    reach = _reach(operator, gap, kind, float(values[-1]))
-    if gap.min() < reach:
+    mask, cells, lowest = None, None, float(gap.min())
+    largest = float(values[-1]) - (lowest if kind == "penetration" else 0.0)
+    if largest > 0.0:
         # the cells of the largest load serve all of them, and with the cells the kept factor
-        cells = Cells.of(operator, gap, reach)
+        lifted = gap - lowest
+        cells = Cells.of(operator, lifted, _reach(operator, lifted, kind, largest))
     for value in values:
-        contact = _solve(operator, gap, kind, float(value), mask, max_iterations, cells)
+        contact = _from_touch(operator, gap, kind, float(value), mask, max_iterations, cells)
         mask = contact.mask
         yield contact
+
+
+def _from_touch(
+    operator: FreeOperator,
+    gap: Field,
+    kind: str,
+    value: float,
+    start: Mask | None,
+    max_iterations: int,
+    cells: Cells | None = None,
+) -> Contact:
+    """Solve with depths that count from the first touch of a cell."""
+    lowest = float(gap.min())
+    if kind == "penetration":
+        if lowest >= value:
+            return assemble(operator, gap, np.zeros(operator.shape), value, 0, [0.0])
+        value -= lowest
+    contact = _solve(operator, gap - lowest, kind, value, start, max_iterations, cells)
+    return from_first_touch(contact, gap) if lowest > 0.0 else contact
 
 
 def _checked(operator: FreeOperator, gap: ArrayLike) -> Field:
@@ -140,8 +169,6 @@ def _solve(
     max_iterations: int,
     cells: Cells | None = None,
 ) -> Contact:
-    if kind == "penetration" and gap.min() >= value:
-        return assemble(operator, gap, np.zeros(operator.shape), value, 0, [0.0])
     reach = _reach(operator, gap, kind, value)
     while True:
         if cells is None or cells.reach < reach:

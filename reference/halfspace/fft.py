@@ -24,6 +24,7 @@ from reference.halfspace.solution import (
     check_gap,
     check_load,
     contact_of,
+    from_first_touch,
 )
 from reference.halfspace.starts import starting_pressure
 
@@ -180,6 +181,11 @@ def _solve(
             return assemble(operator, gap, np.zeros(operator.shape), value, 0, [0.0])
     elif operator.periodic and not gap.any():
         return _flat_on_flat(operator, gap, value)
+    lowest = float(gap.min())
+    if lowest > 0:
+        part = value - lowest if kind == "penetration" else value
+        contact = _solve(operator, gap - lowest, kind, part, start, tolerance, max_iterations)
+        return from_first_touch(contact, gap)
     reach = value if kind == "penetration" else _REACH * overlap_depth(operator, gap, value)
     while True:
         window = _window(operator, gap, reach, start)

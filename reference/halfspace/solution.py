@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -75,6 +75,25 @@ class Contact:
             # the mean displacement is zero
             return float(self.initial_gap.mean()) - self.penetration
         return float(self.gap[finite].mean())
+
+
+def from_first_touch(contact: Contact, gap: Field) -> Contact:
+    """Return the contact of a gap from that of ``gap - gap.min()``; its history stays as it was.
+
+    Depths are solved for from the first touch of a cell: a shape far away, or forces that indent
+    by less than the round-off of the distance, cost no digits of the overlap.
+    """
+    lowest = float(gap.min())
+    share = contact.penetration / (contact.penetration + lowest)
+    moved = replace(
+        contact,
+        penetration=contact.penetration + lowest,
+        violation=contact.violation * share,
+        initial_gap=gap,
+    )
+    if "displacement" in vars(contact):
+        vars(moved)["displacement"] = contact.displacement
+    return moved
 
 
 def assemble(

@@ -114,6 +114,14 @@ def test_stiffness_of_nearly_full_periodic_contact_diverges():
         areas.contact_stiffness(operator, np.ones((256, 1), dtype=bool))
 
 
+def test_what_is_no_mask_is_refused():
+    for measure in (areas.raw_area, areas.corrected_area, areas.patches):
+        with pytest.raises(ValueError, match=r"two dimensions.*two positive lengths"):
+            measure(np.ones(3), (1.0, -1.0))
+        with pytest.raises(ValueError, match="1 undefined"):
+            measure([[np.nan, 1.0]], (1.0, 1.0))
+
+
 def test_stiffness_refuses_other_grids_and_vanishes_without_contact():
     operator = FreeOperator((4, 4), (1.0, 1.0), 1.0)
     assert areas.contact_stiffness(operator, np.zeros((4, 4), dtype=bool)) == 0.0

@@ -17,6 +17,7 @@ MODULUS = 3.0
 # from one cell in contact through 99-100 % to far beyond full contact
 FORCES = [1e-12, 1e-6, 1e-3, 0.1, 0.3, 0.9, 0.99, 0.9999, 1 - 1e-9, 1.0, 1 + 1e-9, 1.5, 100.0]
 DEPTHS = [1e-12, 1e-6, 1e-3, 0.1, 0.5, 0.9, 0.99, 0.9999]
+MEAN_GAPS = [0.01, 0.3, 0.9, 1 - 1e-6]
 # The limit on iterations is 2000; beyond 300 a solver may be said to stall.
 STALLED = 300
 
@@ -63,6 +64,21 @@ def check_all_loads(operator, height: np.ndarray, most_iterations: int = STALLED
         assert np.abs(clearance[contact.mask]).max(initial=0.0) <= allowance
         reached = contact.force if control == "force" else contact.penetration
         assert reached == pytest.approx(load, rel=1e-12)
+    check_mean_gaps(operator, gap, most_iterations)
+
+
+def check_mean_gaps(operator, gap: np.ndarray, most_iterations: int) -> None:
+    """Solve the third control, too: from nearly closed to nearly first touch, to the tolerance.
+
+    On the free half-space the depth is searched for, in several solves.
+    """
+    solves = 1 if operator.periodic else 12
+    for share in MEAN_GAPS:
+        contact = fft.solve(operator, gap, mean_gap=share * float(gap.mean()))
+        assert contact.iterations <= solves * most_iterations, share
+        assert contact.violation <= 1e-8
+        wanted = share * float(gap.mean())
+        assert abs(contact.mean_gap - wanted) <= 1.01e-8 * contact.penetration
 
 
 @pytest.mark.parametrize("operator_class", [PeriodicOperator, FreeOperator])

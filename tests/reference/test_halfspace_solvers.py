@@ -234,6 +234,30 @@ def test_force_is_the_derivative_of_the_elastic_energy():
     assert (energies[1] - energies[0]) / 0.002 == pytest.approx(middle.force, rel=1e-5)
 
 
+@pytest.mark.parametrize("operator_class", [FreeOperator, PeriodicOperator])
+@pytest.mark.parametrize("offset", [4.5e-3, 1e12])
+def test_depths_count_from_the_first_touch_of_a_cell(operator_class, offset):
+    """A shape that starts above the surface: the same pressures, forces as small as one likes.
+
+    At 1e12 the gaps themselves are rounded to 1e-4. A force of 1e-300 moves less than the
+    round-off of the distance, and is carried nevertheless, by the lowest cell.
+    """
+    operator = operator_class((16, 16), (1.0, 1.0), 1.0)
+    gap = random_gap("smooth", (16, 16), 5) + offset
+    at_touch = gap - gap.min()
+    solvers = [fft, dense] if operator_class is FreeOperator else [fft]
+    for solver in solvers:
+        near = solver.solve(operator, at_touch, force=1.0)
+        far = solver.solve(operator, gap, force=1.0)
+        np.testing.assert_array_equal(far.pressure, near.pressure)
+        assert far.penetration == pytest.approx(near.penetration + gap.min(), rel=1e-14)
+        light = next(solver.sweep(operator, gap, force=[1e-300]))
+        assert light.force == pytest.approx(1e-300, rel=1e-12)
+        assert light.mask.sum() == np.sum(at_touch == 0)
+        (deep,) = solver.sweep(operator, gap, penetration=[near.penetration + gap.min()])
+        assert deep.force == pytest.approx(1.0, rel=1e-6 if offset < 1 else 1e-2)
+
+
 def test_no_cell_within_reach_means_no_force():
     """First touch may lie between grid points: a smaller depth loads nothing."""
     operator = FreeOperator((8, 8), (1.0, 1.0), 1.0)

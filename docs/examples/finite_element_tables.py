@@ -1,0 +1,232 @@
+"""Make the tables of docs/finite-elements.md: errors and orders, penalties, contact sets, stresses.
+
+Run from the repository's root (three minutes on one core); the tables between the markers of the
+page are written anew::
+
+    python docs/examples/finite_element_tables.py
+"""
+
+# %%
+import re
+from collections.abc import Callable, Iterator
+from pathlib import Path
+
+import numpy as np
+from scipy.integrate import quad
+from scipy.special import gamma
+
+from reference.closed_form import ellipsoid
+from reference.fem import ball_body, indent, press, recover
+
+PAGE = Path(__file__).resolve().parents[1] / "finite-elements.md"
+RATIOS = (0.0, 0.3, 0.49, 0.4999)
+LEVELS = (4, 6, 8)
+SMALL = 3e-5  # errors below which an order says nothing: other parts of the error show
+Shape = Callable[[np.ndarray, np.ndarray], np.ndarray]
+
+
+# %% [markdown]
+# Every shape has contact radius 1 and, where it is smooth, penetration 1 (Hertz's ellipsoids 0.1);
+# forces are compared with closed forms.
+
+
+# %%
+def power_law(exponent: int) -> tuple[Shape, float]:
+    """Return ``c r^n`` and its force over E*: ``F = 2 n/(n + 1)`` (Popov & Hess 2015)."""
+    kappa = np.sqrt(np.pi) / 2 * exponent * gamma(exponent / 2) / gamma((exponent + 1) / 2)
+    return lambda x, y: np.hypot(x, y) ** exponent / kappa, 2.0 * exponent / (exponent + 1)
+
+
+def power_law_error(exponent: int) -> Callable[[int, float], float]:
+    """Error of the force of ``c r^n``."""
+    shape, exact = power_law(exponent)
+
+    def error(elements: int, nu: float) -> float:
+        body = ball_body(1.0, 1.0, nu, edge=1.0, elements=elements)
+        _, step = next(indent(body, shape, penetration=1.0))
+        return step.force / (exact * body.effective_modulus) - 1.0
+
+    return error
+
+
+def cylinder_error(elements: int, nu: float) -> float:
+    """Error of the stiffness ``2 E* a``."""
+    body = ball_body(1.0, 1.0, nu, edge=1.0, elements=elements, sharp=True)
+    gap = np.where(body.scaled_radii <= 1.0 + 1e-9, 0.0, np.inf)
+    (step,) = press(body, gap, penetration=0.01)
+    return step.stiffness / (2.0 * body.effective_modulus) - 1.0
+
+
+def rounded_punch_error(elements: int, nu: float) -> float:
+    """Error of the force of ``(r - 1)^2/2`` beyond r = 1, contact radius 1.5."""
+
+    def profile(x: float) -> float:
+        return x * (np.sqrt(x * x - 1.0) - np.arccos(1.0 / x)) if x > 1.0 else 0.0
+
+    def shape(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+        return 0.5 * np.clip(np.hypot(x, y) - 1.0, 0.0, None) ** 2
+
+    body = ball_body(1.0, 1.0, nu, edge=1.0, elements=elements, sharp=True)
+    depth = profile(1.5)
+    exact = 2.0 * (1.5 * depth - quad(profile, 1.0, 1.5)[0])
+    _, step = next(indent(body, shape, penetration=depth))
+    return step.force / (exact * body.effective_modulus) - 1.0
+
+
+def ellipsoid_error(ratio: float) -> Callable[[int, float], float]:
+    """Error of the force of Hertz's ellipsoid with these radii of curvature."""
+    half_x, half_y = ellipsoid(ratio, 1.0, 1.0).semi_axes(1.0)
+    root = float(np.sqrt(half_x / half_y))
+
+    def error(elements: int, nu: float) -> float:
+        body = ball_body(1.0, 1.0, nu, edge=1.0, elements=elements, stretch=(root, 1.0 / root))
+        exact = ellipsoid(ratio, 1.0, body.effective_modulus).force(0.1)
+        _, step = next(indent(body, lambda x, y: 0.5 * (x**2 / ratio + y**2), penetration=0.1))
+        return step.force / exact - 1.0
+
+    return error
+
+
+SHAPES: dict[str, Callable[[int, float], float]] = {
+    "cone": power_law_error(1),
+    "paraboloid": power_law_error(2),
+    "third power": power_law_error(3),
+    "fourth power": power_law_error(4),
+    "flat cylinder (stiffness)": cylinder_error,
+    "rounded punch": rounded_punch_error,
+    "ellipsoid, R'/R'' = 4": ellipsoid_error(4.0),
+    "ellipsoid, R'/R'' = 25": ellipsoid_error(25.0),
+}
+
+
+def order(errors: list[float], levels: tuple[int, ...] = LEVELS) -> float:
+    """Observed order: the slope of log error against log elements, of what is above `SMALL`."""
+    known = [(n, abs(e)) for n, e in zip(levels, errors, strict=True) if abs(e) > SMALL]
+    if len(known) < 2:
+        return float("nan")
+    return -float(np.polyfit(*np.log(np.array(known).T), 1)[0])
+
+
+def error_table() -> list[list[str]]:
+    """Errors at 4, 6 and 8 elements per contact radius, with the observed order."""
+    rows = [["shape", *(f"nu = {nu:g}" for nu in RATIOS)]]
+    for name, error in SHAPES.items():
+        cells = []
+        for nu in RATIOS:
+            errors = [error(n, nu) for n in LEVELS]
+            found = order(errors)
+            slope = f" ({found:.1f})" if np.isfinite(found) else ""
+            cells.append(", ".join(f"{each:.0e}" for each in errors) + slope)
+        rows.append([name, *cells])
+    return rows
+
+
+# %% [markdown]
+# Penalties, and the active set on random shapes.
+
+
+# %%
+def penalties() -> Iterator[tuple[float, float, int, float]]:
+    """Yield eps h/E*, force error against rigid contact, iterations, condition of the stiffness.
+
+    The condition is that of the stiffness with the springs in it, which primal codes factorise.
+    """
+    body = ball_body(1.0, 1.0, 0.3, elements=4)
+    gap = 0.5 * (body.points**2).sum(axis=1)
+    (exact,) = press(body, gap, penetration=1.0)
+    stiffness = np.linalg.inv(body.scaled_compliance)
+    weights = body.scaled_weights * exact.active
+    for penalty in 10.0 ** np.arange(0, 17, 2):
+        (step,) = press(body, gap, penetration=1.0, contact="penalty", penalty=penalty)
+        springs = penalty / (1.0 - 0.3**2) / body.spacing_scaled * weights
+        condition = np.linalg.cond(stiffness + np.diag(springs))
+        yield penalty, step.force / exact.force - 1.0, step.iterations, condition
+
+
+def primal_error(penalty: float) -> float:
+    """Force error of the same equations solved for displacements, as primal codes do."""
+    body = ball_body(1.0, 1.0, 0.3, elements=4)
+    gap = 0.5 * (body.points**2).sum(axis=1)
+    (exact,) = press(body, gap, penetration=1.0, contact="penalty", penalty=penalty)
+    springs = penalty / (1.0 - 0.3**2) / body.spacing_scaled * body.scaled_weights * exact.active
+    matrix = np.linalg.inv(body.scaled_compliance) + np.diag(springs)
+    pushed = np.linalg.solve(matrix, springs * (1.0 - gap))
+    force = body.symmetry * springs @ (1.0 - gap - pushed)
+    return float(force / exact.force - 1.0)
+
+
+def penalty_table() -> list[list[str]]:
+    """Tabulate the sweep of the penalty."""
+    head = ["eps h/E*", "force error", "iterations", "condition, primal", "loss of a primal solve"]
+    return [
+        head,
+        *(
+            [
+                f"1e{np.log10(eps):.0f}",
+                f"{error:.1e}",
+                str(count),
+                f"{condition:.0e}",
+                f"{abs(primal_error(eps)):.0e}",
+            ]
+            for eps, error, count, condition in penalties()
+        ),
+    ]
+
+
+# %%
+def depth_profile(elements: int, nu: float = 0.3) -> tuple[float, float, float]:
+    """Largest shear and von Mises stress on the axis over p0, and their depth over a.
+
+    The maximum of a parabola through the largest nodal value and its neighbours.
+    """
+    body = ball_body(1.0, 1.0, nu, edge=1.0, elements=elements)
+    fitted, step = next(indent(body, power_law(2)[0], penetration=1.0))
+    fields = recover(fitted, step.reactions)
+    axis = np.flatnonzero((np.abs(fields.points[:, :2]) < 1e-12).all(axis=1))
+    axis = axis[np.argsort(fields.points[axis, 2])]
+    top = int(np.argmax(fields.largest_shear[axis]))
+    near = axis[top - 1 : top + 2]
+    z = fields.points[near, 2] / fitted.length
+    parabola = np.polyfit(z, fields.largest_shear[near], 2)
+    depth = -parabola[1] / (2.0 * parabola[0])
+    peak = 2.0 * fitted.effective_modulus / np.pi / fitted.length * step.penetration
+    mises = np.polyval(np.polyfit(z, fields.von_mises[near], 2), depth)
+    return float(np.polyval(parabola, depth) / peak), float(mises / peak), float(depth)
+
+
+def stress_table() -> list[list[str]]:
+    """Stresses under Hertz's contact against Johnson (1985), sec. 4.2."""
+    rows = [["elements per radius", "largest shear / p0", "von Mises / p0", "depth / a"]]
+    for elements in (4, 6, 8, 10):
+        found = depth_profile(elements)
+        rows += [[str(elements), *(f"{each:.4f}" for each in found)]]
+    z = np.linspace(0.3, 0.7, 4001)
+    radial = 0.5 / (1 + z**2) - 1.3 * (1 - z * np.arctan(1 / z))
+    shear = 0.5 * (radial + 1 / (1 + z**2))
+    top = int(np.argmax(shear))
+    rows.append(["exact", f"{shear[top]:.4f}", f"{2 * shear[top]:.4f}", f"{z[top]:.4f}"])
+    return rows
+
+
+# %%
+def markdown(rows: list[list[str]]) -> str:
+    """Rows as a table."""
+    head, *body = (f"| {' | '.join(row)} |" for row in rows)
+    return "\n".join([head, "|" + "---|" * len(rows[0]), *body])
+
+
+TABLES = {"errors": error_table, "penalty": penalty_table, "stresses": stress_table}
+
+
+def written(page: str) -> str:
+    """Return the page with every table between its markers made anew."""
+    for name, make in TABLES.items():
+        block = re.compile(f"(<!-- table: {name} -->\n).*?(<!-- end -->)", re.DOTALL)
+        table = markdown(make())
+        page = block.sub(lambda found, table=table: f"{found[1]}{table}\n{found[2]}", page)
+    return page
+
+
+# %%
+if __name__ == "__main__":
+    PAGE.write_text(written(PAGE.read_text(encoding="utf-8")), encoding="utf-8")
