@@ -1,7 +1,7 @@
 """Meshes of users' bodies, read through meshio: the cells, and what has a name.
 
-Names come from Gmsh's physical groups, Abaqus' node and element sets, and from arrays of VTU files
-(where they are not zero).
+Names come from Gmsh's physical groups, Abaqus' node and element sets and surfaces, and from arrays
+of VTU files (where they are not zero).
 """
 
 from __future__ import annotations
@@ -16,6 +16,7 @@ from pathlib import Path
 import meshio
 import numpy as np
 
+from comparisons.abaqus_surfaces import surfaces
 from comparisons.errors import InputError
 from reference.fem.cells import KINDS
 from reference.fem.solid_mesh import SolidMesh
@@ -75,7 +76,14 @@ def read_body(path: Path) -> BodyFile:
     mesh = SolidMesh.from_vtk(kind, raw.points[used], numbers.reshape(cells.shape))
     known = np.full(len(raw.points), -1)
     known[used] = np.arange(len(used))
-    return BodyFile(mesh, dict(_parts(raw, mesh, known)))
+    parts = dict(_parts(raw, mesh, known))
+    for surface in surfaces(path, raw):
+        if len(surface.nodes):
+            parts[surface.name] = _node_part(mesh, known, surface.nodes)
+        else:
+            found = mesh.find(known[surface.corners])
+            parts[surface.name] = NamedPart(found, mesh.nodes_of(found))
+    return BodyFile(mesh, parts)
 
 
 def _read(path: Path) -> meshio.Mesh:

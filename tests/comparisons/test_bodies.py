@@ -10,6 +10,7 @@ import meshio
 import numpy as np
 import pytest
 
+from comparisons.abaqus_surfaces import FACES
 from comparisons.execution import execute
 from comparisons.planning import plan_scene, task_of
 from comparisons.scene import SceneError, load_scene, make_scene, parse_scene
@@ -124,6 +125,35 @@ def problems_of(tmp_path, **body):
 
 
 @pytest.mark.filterwarnings("ignore::UserWarning")
+def test_abaqus_surfaces_name_faces_of_element_sets(tmp_path):
+    """As Abaqus/CAE writes them: the same faces, and the same force, as the node set of the top.
+
+    A surface by element numbers is none, and says what names there are.
+    """
+    path = write(tmp_path / "block.inp")
+    top = np.arange(4, 6 * 6 * 4 + 1, 4)  # the uppermost of each column of four cells
+    rows = [", ".join(map(str, top[k : k + 12])) for k in range(0, len(top), 12)]
+    lines = ["*ELSET, ELSET=_roof_S2, INTERNAL", *rows]
+    lines += ["*Surface, type=ELEMENT, name=roof", "_ROOF_S2, S2", "** a comment"]
+    lines += ["*SURFACE, NAME=floor, TYPE=NODE", "bottom, 1.0"]
+    lines += ["*SURFACE, NAME=numbered", "109, S2"]
+    path.write_text(path.read_text() + "\n".join(lines) + "\n")
+    by_sets = solved(scene(tmp_path, "block.inp"))
+    named = {"contact_surface": "roof", "supports": {"floor": "fixed"}}
+    by_surfaces = solved(scene(tmp_path, "block.inp", **named))
+    np.testing.assert_array_equal(by_surfaces.quantities["force"], by_sets.quantities["force"])
+    assert "roof" in problems_of(tmp_path, file="block.inp", contact_surface="numbered")
+
+
+@pytest.mark.parametrize(("kind", "count"), [("tetra", 4), ("hexahedron", 6)])
+def test_abaqus_faces_are_all_faces_of_a_cell(kind, count):
+    """Each corner pair of an edge is in two faces; opposite quadrilaterals share nothing."""
+    faces = FACES[kind]
+    assert len({frozenset(face) for face in faces}) == count
+    edges = [frozenset((a, b)) for f in faces for a, b in zip(f, (*f[1:], f[0]), strict=True)]
+    assert all(edges.count(edge) == 2 for edge in edges)
+
+
 def test_gmsh_abaqus_and_vtu_files_of_one_body_are_one_body(tmp_path):
     """The same block three times: the same force to the digits that a text file keeps."""
     forces = [

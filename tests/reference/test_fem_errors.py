@@ -60,6 +60,7 @@ def test_a_penalty_never_breaks_here_and_loses_all_digits_in_a_primal_solve(tabl
     assert abs(tables.primal_error(1e16)) > 0.1
 
 
+@pytest.mark.slow
 def test_largest_stress_below_hertz_contact_converges(tables):
     """Johnson 1985, sec. 4.2: shear 0.310 p0 and von Mises 0.620 p0 at 0.481 a, nu = 0.3.
 
@@ -69,5 +70,6 @@ def test_largest_stress_below_hertz_contact_converges(tables):
     error = shear / 0.3100 - 1.0
     assert np.all(np.diff(np.abs(error)) < 0.0)
     assert abs(error[-1]) < 0.01
-    np.testing.assert_allclose(mises, 2.0 * shear, rtol=1e-6)
+    # two principal stresses are equal on the axis, but for the eight sectors of the mesh
+    np.testing.assert_allclose(mises, 2.0 * shear, rtol=1e-3)
     np.testing.assert_allclose(depth, 0.4809, atol=0.03)
