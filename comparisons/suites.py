@@ -9,7 +9,10 @@ SINGLE = (
 )
 ROUGH = ("rough-patch", "rough-free", "rough-periodic", "measured-map")
 # Scenes with friction, memory, sliding, adhesion or inertia: one line for each.
-PHYSICS = (*("impact-ball",),)
+PHYSICS = (
+    *("impact-ball",),
+    *("rubber-ball", "rubber-again", "rubber-creep", "impact-rubber"),
+)
 SUITES: dict[str, tuple[str, ...]] = {
     "quick": (*SINGLE, *ROUGH),
     "single": SINGLE,

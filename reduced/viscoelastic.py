@@ -26,6 +26,7 @@ from .viscoelastic_row import SpringRow
 
 _ITERATIONS = 100
 _ROUNDING = 4 * np.finfo(float).eps
+_STALLED = 1e-12  # below, a residual that no longer falls is the rounding of the sums
 
 
 @dataclass(frozen=True)
@@ -287,20 +288,20 @@ def _depth_under(
     if law.viscosity > 0:
         stiffness += law.viscosity / duration
     low, high, depth = -np.inf, np.inf, guess
-    history = []
+    history: list[float] = []
     for _ in range(_ITERATIONS):
         force, length, _ = row.trial(depth, duration)
         history.append(abs(force / target - 1))
-        if history[-1] <= _ROUNDING:
+        stalled = history[-1] < _STALLED and len(history) > 1 and history[-1] >= history[-2]
+        if history[-1] <= _ROUNDING or stalled:
             return depth
         low, high = (depth, high) if force < target else (low, depth)
         if length > 0:
             change = (target - force) / (stiffness * length)
         else:
             change = float(indent(profile, stiffness, force=[target]).penetration[0])
-        if not low < depth + change < high:
-            if np.isinf(high - low):
-                break
+        outside = not low < depth + change < high
+        if outside and np.isfinite(high - low):
             change = (low + high) / 2 - depth
         depth += change
         if abs(change) <= _ROUNDING * abs(depth):

@@ -11,8 +11,10 @@ J* its creep function:
 
 Ting's t1 must not grow again: a retreat that slows down lets the recovering surface catch up with
 the body, which then touches parts that have been free for a while, and no longer remembers t1.
-Such histories are refused. Histories are linear between given times. Nothing is discretised in
-space.
+Such histories are refused. Histories are linear between given times, and may begin with a jump d0,
+which adds E*(t) A(d0), or, once the contact is smaller than that of the jump, gives way to the
+depth h < d0 of the spring without force, E*(t) (d0 - h) + int E*(t - s) d'(s) ds = 0, with
+F = E*(t) A(h). Nothing is discretised in space.
 """
 
 from __future__ import annotations
@@ -97,7 +99,8 @@ def indentation(
     material : GeneralisedMaxwell
         In shear.
     history, penetration : array_like, shape (k,)
-        Times, increasing, and depths from 0 on; first not falling, then not rising.
+        Times, increasing, and depths >= 0, first not falling, then not rising. A first depth above
+        0 is a jump (not against a dashpot).
     time : array_like
         Where to evaluate, within the history. With a dashpot the force at a kink belongs to the
         velocity before it.
@@ -123,6 +126,8 @@ def indentation(
     0.008
     """
     path = _checked_path(history, penetration)
+    if material.viscosity > 0 and path.value[0] > 0:
+        raise ValueError("penetration must start at 0 against a dashpot")
     times = np.atleast_1d(np.asarray(time, dtype=float))
     if not ((times >= path.time[0]) & (times <= path.time[-1])).all():
         raise ValueError("time must lie within the history")
@@ -131,12 +136,14 @@ def indentation(
     def growth(d: Array) -> Array:
         return np.asarray(form.stiffness(d)) / effective_modulus
 
-    force, touching, error = np.zeros((3, times.size))
+    force, depth, error = np.zeros((3, times.size))
     _refuse_growth(material, path, times.max())
     for i, t in enumerate(times):
-        touching[i] = _contact_time(material, path, t)
-        force[i], error[i] = _hereditary_force(material, path, growth, t, touching[i])
-    radius = np.asarray(form.contact_radius(path.at(touching)))
+        touching, depth[i] = _contact(material, path, t)
+        force[i], error[i] = _hereditary_force(material, path, growth, t, touching)
+        jump = float(form.force(min(depth[i], path.value[0]))) / effective_modulus
+        force[i] += float(material.relaxation(t - path.time[0])) * jump
+    radius = np.asarray(form.contact_radius(depth))
     return Curve(times, path.at(times), factor * force, radius, factor * error)
 
 
@@ -177,8 +184,11 @@ def creep(
     """
     t, values = np.asarray(history, dtype=float), np.asarray(force, dtype=float)
     path = _increasing(t, values)
-    if not (values[0] >= 0 and (np.diff(values) >= 0).all() and values[-1] > 0):
-        raise ValueError(f"force must not fall and end above 0, not {force!r}")
+    if not (values[0] >= 0 and (path.slopes >= 0).all() and values[-1] > 0):
+        raise ValueError(
+            "the integral of Lee and Radok needs a force that never falls, so that the contact "
+            "never shrinks, and ends above 0"
+        )
     times = np.atleast_1d(np.asarray(time, dtype=float))
     total = values[0] * material.creep(times - t[0])
     error = np.zeros(times.size)
@@ -194,20 +204,24 @@ def creep(
     return Curve(times, depth, path.at(times), np.asarray(form.contact_radius(depth)), spread)
 
 
-def _contact_time(material: GeneralisedMaxwell, path: _Path, t: float) -> float:
-    """Time at which the loading had the contact of time t: t itself while the depth rises."""
+def _contact(material: GeneralisedMaxwell, path: _Path, t: float) -> tuple[float, float]:
+    """Time and depth at which the loading had the contact of time t."""
+    start = float(path.time[0])
     rising = np.flatnonzero((path.slopes > 0) & (path.time[:-1] < t))
-    top = min(t, path.time[rising[-1] + 1]) if rising.size else path.time[0]
+    top = min(t, float(path.time[rising[-1] + 1])) if rising.size else start
 
     def tension(t1: float) -> float:
-        """int_t1^t E(t - s) d'(s) ds: the force of a spring first touched at t1."""
+        """Return the force of a spring first touched at t1 > start."""
         return _held(material, path, t1, t)
 
     if tension(top) >= 0:
-        return top
-    if tension(path.time[0]) <= 0:
-        return path.time[0]
-    return brentq(tension, path.time[0], top, xtol=4e-16 * path.time[-1], rtol=1e-15)
+        return top, float(path.at(top))
+    if (late := tension(start)) > 0:
+        found = brentq(tension, start, top, xtol=4e-16 * path.time[-1], rtol=1e-15)
+        return found, float(path.at(found))
+    if path.value[0] == 0:
+        return start, 0.0
+    return start, max(0.0, float(path.value[0] + late / material.relaxation(t - start)))
 
 
 def _refuse_growth(material: GeneralisedMaxwell, path: _Path, until: float) -> None:
@@ -218,8 +232,8 @@ def _refuse_growth(material: GeneralisedMaxwell, path: _Path, until: float) -> N
     kinks = path.time[(path.time > peak) & (path.time < until)]
     pieces = pairwise([peak, *kinks, until])
     samples = np.concatenate([np.linspace(*ends, _SAMPLES) for ends in pieces])
-    touching = np.array([_contact_time(material, path, t) for t in samples])
-    grows = np.diff(touching) > 1e-9 * (peak - path.time[0])
+    depth = np.array([_contact(material, path, t)[1] for t in samples])
+    grows = np.diff(depth) > 1e-9 * path.value.max()
     if grows.any():
         raise ValueError(
             f"the contact grows again near time {samples[1:][grows][0]:.6g}, where the retreat is "
@@ -293,13 +307,24 @@ def _increasing(time: Array, values: Array) -> _Path:
         raise ValueError(f"a history needs two lists of one length, not {time!r}, {values!r}")
     if not (np.isfinite(time).all() and (np.diff(time) > 0).all() and np.isfinite(values).all()):
         raise ValueError(f"a history needs increasing times and finite values, not {time!r}")
-    return _Path(time, values)
+    # What changes by rounding only does not change, and pieces that go on alike are one.
+    still = np.abs(np.diff(values)) <= 1e-13 * np.abs(values).max()
+    slopes = np.where(still, 0.0, np.diff(values) / np.diff(time))
+    bends = np.abs(np.diff(slopes)) > 1e-9 * np.abs(slopes).max(initial=0.0)
+    kept = np.flatnonzero(np.concatenate([[True], bends, [True]]))
+    flat = np.append(slopes[kept[:-1]] == 0, False)
+    values = values.copy()
+    values[kept[1:][flat[:-1]]] = values[kept[:-1][flat[:-1]]]
+    return _Path(time[kept], values[kept])
 
 
 def _checked_path(history: ArrayLike, penetration: ArrayLike) -> _Path:
-    """Return the history of a depth that rises from 0 and then falls."""
+    """Return the history of a depth that rises and then falls."""
     path = _increasing(np.asarray(history, dtype=float), np.asarray(penetration, dtype=float))
     falling = np.flatnonzero(path.slopes < 0)
-    if path.value[0] != 0 or (falling.size and (path.slopes[falling[0] :] > 0).any()):
-        raise ValueError("penetration must start at 0, rise, and then fall for good")
+    if path.value[0] < 0 or (falling.size and (path.slopes[falling[0] :] > 0).any()):
+        raise ValueError(
+            "the integrals of Lee-Radok and Ting need a penetration that starts at 0 or above it, "
+            "rises, rests, and falls once"
+        )
     return path

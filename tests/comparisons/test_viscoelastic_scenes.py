@@ -1,0 +1,138 @@
+"""Viscoelastic histories and impacts as scenes: springs, hereditary integrals and grids agree."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from comparisons.comparison import compare
+from comparisons.planning import plan_scene
+from comparisons.scene import load_scene, make_scene
+from comparisons.solving import solve_plan
+
+RUBBER = {
+    "model": "prony",
+    "shear_moduli": [0.5e6, 1e6, 2e6],
+    "relaxation_times": [1.0, 0.01],
+}
+BALL = {"shape": "paraboloid", "radius": 0.01}
+OUT = {"time": [0.0, 0.1, 0.3, 0.4], "penetration": [0.0, 1e-4, 1e-4, 2e-5], "substeps": 4}
+
+
+def planned(loading, methods=("closed_form", "reduced", "bem_fft"), **tables):
+    """Return the plan of a scene with these tables."""
+    data = {
+        "name": "rubber",
+        "indenter": BALL,
+        "viscoelastic": RUBBER,
+        "loading": loading,
+        "compare": {"methods": list(methods), "resolutions": [8, 16, 32]},
+    } | tables
+    (plan,) = plan_scene(make_scene(data, "rubber.toml", Path()))
+    return plan
+
+
+def reasons(plan):
+    return {each.method: each.reason for each in plan.methods if not each.supported}
+
+
+def largest_errors(plan):
+    """Return the largest error of each method at its finest resolution, by quantity."""
+    result = compare(plan, solve_plan(plan, repeats=1), {})
+    finest = result.measures.groupby(["method", "quantity"])["resolution"].transform("max")
+    rows = result.measures[result.measures["resolution"] == finest]
+    return result.reference.method, rows.set_index(["method", "quantity"])["maximum"]
+
+
+def test_springs_and_grid_agree_with_the_integrals_through_unloading():
+    """At 32 springs or cells per radius: springs 1e-4 in force, the grid 0.2 %."""
+    truth, errors = largest_errors(planned(OUT))
+    assert truth == "closed_form"
+    assert errors["reduced", "force"] < 1e-4
+    assert errors["bem_fft", "force"] < 2e-3
+    assert errors["bem_fft", "contact_area"] < 0.03
+
+
+@pytest.mark.parametrize(
+    "model",
+    [
+        {"model": "standard", "shear_moduli": [0.5e6, 4e6], "relaxation_times": 0.05},
+        {"model": "maxwell", "shear_moduli": 1e6, "viscosities": 2e6},
+        {"model": "kelvin_voigt", "shear_moduli": 1e6, "relaxation_times": 0.1},
+    ],
+    ids=lambda model: model["model"],
+)
+def test_creep_under_a_sudden_force(model):
+    """Depth under a force that stays: springs within 0.3 %, the grid within 2 % (dashpot: 4 %)."""
+    loading = {"time": [0.0, 0.1, 0.5, 2.0], "force": [0.2] * 4}
+    truth, errors = largest_errors(planned(loading, viscoelastic=model))
+    assert truth == "closed_form"
+    assert errors["reduced", "penetration"] < 3e-3
+    assert errors["bem_fft", "penetration"] < (0.04 if model["model"] == "kelvin_voigt" else 0.02)
+
+
+def test_a_history_without_a_closed_form_is_told_so():
+    again = {"time": [0.0, 0.1, 0.2, 0.3], "penetration": [0.0, 1e-4, 5e-5, 1e-4]}
+    assert "falls once" in reasons(planned(again))["closed_form"]
+    slows = {"time": [0.0, 0.1, 0.12, 0.3], "penetration": [0.0, 1e-4, 7e-5, 6e-5]}
+    assert "grows again" in reasons(planned(slows))["closed_form"]
+    falls = {"time": [0.0, 0.1, 0.2], "force": [0.1, 0.2, 0.1]}
+    assert "never falls" in reasons(planned(falls))["closed_form"]
+
+
+def test_what_no_method_can_do_has_its_reason():
+    ends = {"time": [0.0, 0.1, 0.2], "force": [0.1, 0.2, 0.0]}
+    assert "leaves the depth open" in reasons(planned(ends))["reduced"]
+    jump = {"time": [0.0, 0.1], "penetration": [1e-4, 1e-4]}
+    damped = {"model": "kelvin_voigt", "shear_moduli": 1e6, "viscosities": 1e3}
+    for why in reasons(planned(jump, viscoelastic=damped)).values():
+        assert "dashpot" in why or "not asked" in why or "does not model" in why
+    punch = {"shape": "square_punch", "side": 1e-3}
+    assert "flat face" in reasons(planned(OUT, indenter=punch))["bem_fft"]
+
+
+def test_a_rough_surface_relaxes_on_the_grid():
+    """A periodic patch under a constant force creeps: its depth and its area grow."""
+    surface = {
+        "kind": "self_affine",
+        "hurst": 0.8,
+        "size": 1e-3,
+        "points": 32,
+        "rms_slope": 0.1,
+        "periodic": True,
+    }
+    loading = {"time": [0.0, 0.1, 1.0, 10.0], "force": [0.02] * 4}
+    data = {"name": "rough", "surface": surface, "viscoelastic": RUBBER, "loading": loading}
+    (plan,) = plan_scene(make_scene(data, "rough.toml", Path()))
+    kept = {name: each for (name, n), each in solve_plan(plan, repeats=1).items() if n == 32}
+    assert "are not pressed" in reasons(plan)["reduced"]
+    solution = kept["bem_fft"]
+    assert solution.converged.all()
+    assert (np.diff(solution.quantities["penetration"][0]) > 0).all()
+    area = solution.quantities["contact_area_raw"][0]
+    assert area[-1] > 1.3 * area[0]
+    assert solution.violation.max() < 1e-6
+
+
+def test_rubber_ball_bounces_alike_on_springs_and_by_integrals():
+    """Restitution within 0.1 % over two decades of speed, 32 springs and 320 steps."""
+    data = {
+        "name": "bounce",
+        "indenter": BALL,
+        "viscoelastic": {"model": "standard", "shear_moduli": [1e6, 3e6], "relaxation_times": 2e-3},
+        "dynamics": {"mass": 0.03, "velocity": [0.01, 0.1, 1.0]},
+        "compare": {"resolutions": [8, 16, 32]},
+    }
+    (plan,) = plan_scene(make_scene(data, "bounce.toml", Path()))
+    truth, errors = largest_errors(plan)
+    assert truth == "closed_form"
+    assert errors["reduced", "restitution"] < 1e-3
+    assert errors["reduced", "contact_duration"] < 1e-3
+
+
+@pytest.mark.parametrize("name", ["rubber-ball", "rubber-again", "rubber-creep", "impact-rubber"])
+def test_built_in_scenes_are_planned_for_at_least_two_methods(name):
+    (plan,) = plan_scene(load_scene(name))
+    assert sum(each.supported for each in plan.methods) >= 2
