@@ -290,10 +290,16 @@ def test_other_packages_or_an_edited_source_solve_anew(
 
 
 def test_full_effort_refines_the_truth_in_the_folder(scene, tmp_path):
-    """A square punch, known to a fifth of 2 % only on finer grids than the two asked for."""
-    compared = {"methods": ["reduced", "bem_fft"], "resolutions": [2, 4], "tolerance": 0.02}
-    square = scene(indenter={"shape": "square_punch", "side": 1e-3}, compare=compared)
-    Study(plan_scene(square, "full"), tmp_path / "out", effort="full").run()
+    """A square punch, known to a fifth of 2 % only on finer grids than the two planned.
+
+    Resolutions that a scene lists are not refined, so these are planned by hand.
+    """
+    compared = {"methods": ["reduced", "bem_fft"], "tolerance": 0.02}
+    (plan,) = plan_scene(
+        scene(indenter={"shape": "square_punch", "side": 1e-3}, compare=compared), "full"
+    )
+    coarse = [replace(m, resolutions=(2, 4)) if m.supported else m for m in plan.methods]
+    Study([replace(plan, methods=tuple(coarse))], tmp_path / "out", effort="full").run()
     record = load_study(tmp_path / "out").scenes[0]
     assert record.reference["method"] == "bem_fft"
     assert record.reference["resolution"] > 4
