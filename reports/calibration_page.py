@@ -47,6 +47,11 @@ def calibration_page(found: list[Case], command: str) -> str:
     )
 
 
+def _label(key: str, value: str) -> str:
+    """Return a part's name as the plots have it."""
+    return style(value).label if key == "method" else value.replace("_", " ")
+
+
 def _of(found: list[Case], **wanted: str) -> list[Case]:
     return [c for c in found if all(getattr(c, key) == value for key, value in wanted.items())]
 
@@ -54,7 +59,7 @@ def _of(found: list[Case], **wanted: str) -> list[Case]:
 def rows(found: list[Case]) -> list[tuple[str, str, Summary]]:
     """Return coverage and width for each method, each quantity and each shape."""
     return [
-        (key, value.replace("_", " "), summary(_of(found, **{key: value})))
+        (key, _label(key, value), summary(_of(found, **{key: value})))
         for key in ("method", "quantity", "shape")
         for value in dict.fromkeys(getattr(case, key) for case in found)
     ]

@@ -14,6 +14,7 @@ from pathlib import Path
 
 import numpy as np
 from joblib import Parallel, delayed
+from joblib.externals.loky.process_executor import TerminatedWorkerError
 
 from comparisons.claims.claim import Claim, overrides
 from comparisons.claims.record import (
@@ -80,6 +81,7 @@ class ClaimRun:
         ------
         ResultsError
             If the folder is used and neither `resume` nor `overwrite` was said.
+            Or if the system ended a process that judged a claim.
         KeyboardInterrupt
             After writing what was judged.
         """
@@ -87,7 +89,7 @@ class ClaimRun:
         created = datetime.datetime.now(datetime.UTC).astimezone().isoformat(timespec="seconds")
         self._open()
         done: dict[str, ClaimRecord] = {}
-        interrupted: KeyboardInterrupt | None = None
+        interrupted: KeyboardInterrupt | ResultsError | None = None
         try:
             for record in self._judged():
                 done[record.id] = record
@@ -95,6 +97,11 @@ class ClaimRun:
                     self.progress(len(done), len(self.claims), record.id)
         except KeyboardInterrupt as error:
             interrupted = error
+        except TerminatedWorkerError:
+            interrupted = ResultsError(
+                "the system ended a process that judged a claim, most likely for lack of memory; "
+                "what was measured is kept: --resume goes on, --workers 1 needs less"
+            )
         result = ClaimsRecord(
             created=created,
             command=self.command,

@@ -11,12 +11,13 @@ import numpy as np
 
 from comparisons.claims.claim import RESOLUTION, Claim, overrides
 from comparisons.comparison import error_sources, errors_of
+from comparisons.errors import InputError
 from comparisons.experiments import Measurement
 from comparisons.experiments.base import Effort
 from comparisons.geometry import IndenterGeometry
 from comparisons.methods import METHODS, covers, method_for
 from comparisons.metrics import rms_and_maximum
-from comparisons.planning import MethodPlan, Plan, plan_scene
+from comparisons.planning import MethodPlan, Plan, plan_scene, refusal
 from comparisons.pressures import pressure_measures
 from comparisons.reference import (
     Reference,
@@ -121,6 +122,9 @@ def _plan(claim: Claim, value: float | None, effort: Effort, independent: bool) 
     if not _fixed(claim):
         return plan
     assert value is not None
+    why = refusal(plan, claim.method, int(value))
+    if why:
+        raise InputError(f"{RESOLUTION} {int(value)}: {why}")
     return replace(plan, methods=tuple(_with(m, claim, (int(value),)) for m in plan.methods))
 
 

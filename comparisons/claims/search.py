@@ -88,8 +88,7 @@ def _holds_boundary(low: Point, high: Point) -> bool:
 def grid(vary: Vary) -> list[float]:
     """Return the first values of the parameter, its ends exactly."""
     if vary.spacing == "log":
-        ratio = (vary.end / vary.start) ** (np.arange(1, vary.steps - 1) / (vary.steps - 1))
-        inner = vary.start * ratio
+        inner = np.geomspace(vary.start, vary.end, vary.steps)[1:-1]
     else:
         inner = np.linspace(vary.start, vary.end, vary.steps)[1:-1]
     values = [vary.start, *(float(each) for each in inner), vary.end]
@@ -98,7 +97,7 @@ def grid(vary: Vary) -> list[float]:
 
 def _between(vary: Vary, low: float, high: float) -> float | None:
     """Return the midpoint on the parameter's scale, None where two whole numbers have none."""
-    middle = float(np.sqrt(low * high)) if vary.spacing == "log" else 0.5 * (low + high)
+    middle = float(np.sqrt(low) * np.sqrt(high)) if vary.spacing == "log" else 0.5 * (low + high)
     if not vary.whole:
         return middle
     middle = float(round(middle))

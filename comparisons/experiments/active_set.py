@@ -11,6 +11,7 @@ from reference.errors import ConvergenceError
 from reference.halfspace import Contact, FreeOperator, dense
 from reference.halfspace.solution import assemble
 
+_MOST_CELLS = 10_000
 STARTS = ("overlap", "random", "summit")
 
 
@@ -49,6 +50,10 @@ def _ends(
     above("runs", runs, 0)
     if not 0 < share <= 1:
         raise ValueError(f"share must lie in (0, 1], not {share!r}")
+    if share * points**2 > _MOST_CELLS:
+        raise ValueError(
+            f"points {points!r}: the matrix of more than {_MOST_CELLS} cells is too large"
+        )
     surface = Surface.of(points, hurst, 1.0, 2.0, False)
     count = int(runs) if effort == "full" else min(int(runs), 100)
     operator = surface.operator()

@@ -12,6 +12,17 @@ from typing import Any, NamedTuple
 from comparisons.errors import InputError
 from comparisons.experiments.base import Effort, Experiment, Measurement
 
+# Counts of which more would take all memory or all day, whatever the experiment.
+_MOST = {
+    "points": 2048,
+    "line_points": 10**6,
+    "line_length": 1024,
+    "offset": 4096,
+    "per_side": 1000,
+    "realisations": 10**5,
+    "runs": 10**5,
+}
+
 
 class Finding(NamedTuple):
     """What the function of an experiment returns.
@@ -68,6 +79,13 @@ def experiment(name: str, title: str, parameter: str, along: str, run: Run) -> E
         if wrong:
             raise InputError(f"experiment {name}: " + "; ".join(wrong))
         given = parameters if value is None else {**parameters, along: value}
+        wrong += [
+            f"{key} must be at most {_MOST[key]}, not {given[key]:g}"
+            for key in _MOST.keys() & given.keys()
+            if given[key] > _MOST[key]
+        ]
+        if wrong:
+            raise InputError(f"experiment {name}: " + "; ".join(wrong))
         started = time.perf_counter()
         try:
             found = run(effort, **given)

@@ -77,10 +77,10 @@ class Reduced(Method):
         return f"the shortest of {waves} waves per side needs more than {2 * waves} points"
 
     def memory(self, task: Task) -> float:
-        """Bytes of the lines of one block with their sorted copies and running sums."""
+        """Bytes of a block's lines with sorted copies and running sums, or of the springs."""
         if isinstance(task.geometry, RoughGeometry):
             return 80.0 * len(task.realisations) * _line_points(task)
-        return 0.0
+        return 130.0 * task.resolution
 
     def model(self, scene: Scene, geometry: Geometry) -> str:
         """Name the line."""

@@ -114,6 +114,35 @@ def test_whole_numbers_stay_whole():
     assert (stretch.below, stretch.low, stretch.high) == (7, 8, 64)
 
 
+def test_a_logarithmic_range_may_span_all_numbers():
+    """Six hundred decades: neither the grid nor a midpoint overflows."""
+    wide = vary(1e-300, 1e300, 5, spacing="log")
+    np.testing.assert_allclose(grid(wide), [1e-300, 1e-150, 1.0, 1e150, 1e300], rtol=1e-12)
+    points = search(wide, 0.01, lambda x: Measurement(x, float(x > 1e100), 0.0), 4)
+    assert all(math.isfinite(point.parameter) for point in points)
+    assert verdict_of(points) == IN_A_RANGE
+
+
+def test_springs_that_would_take_all_memory_are_no_result():
+    vary = {"path": "resolution", "from": 10, "to": 1e12, "steps": 2}
+    claim = make_claim(
+        {
+            "id": "springs",
+            "text": "The force is exact.",
+            "equation": "(1)",
+            "scene": "paraboloid",
+            "quantity": "force",
+            "vary": vary,
+            "tolerance": 0.01,
+            "refuted_by": "An error.",
+        },
+        "a.toml",
+        Path(),
+    )
+    last = judge_claim(claim, "quick").points[-1]
+    assert "GB, and" in str(last.details["no result"])
+
+
 def test_the_grid_has_its_ends_exactly():
     for spacing in ("linear", "log"):
         values = grid(vary(0.1, 0.7, 7, spacing=spacing))

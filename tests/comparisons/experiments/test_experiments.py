@@ -38,6 +38,15 @@ def test_wrong_parameters_are_named_with_what_was_meant():
         measure("far-field", 0.1)
 
 
+def test_counts_that_would_take_all_memory_are_refused():
+    with pytest.raises(InputError, match=r"points must be at most 2048, not 1e\+09"):
+        measure("rough-contact", 0.01, points=1e9)
+    with pytest.raises(InputError, match="realisations must be at most"):
+        measure("best-reading", 0.01, realisations=1e12)
+    with pytest.raises(InputError, match="is too large"):
+        measure("active-set", 0.3, points=2000)
+
+
 def test_another_parameter_can_be_varied():
     by_points = measure("line-moments", 32, quantity="height")
     by_hurst = measure("line-moments", 0.8, along="hurst", points=32, quantity="height")
