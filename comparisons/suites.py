@@ -10,7 +10,7 @@ SINGLE = (
 ROUGH = ("rough-patch", "rough-free", "rough-periodic", "measured-map")
 # Scenes with friction, memory, sliding, adhesion or inertia: one line for each.
 PHYSICS = (
-    *("impact-ball",),
+    *("impact-ball", "impact-square", "impact-course", "pushed-ball"),
     *("rubber-ball", "rubber-again", "rubber-creep", "impact-rubber"),
 )
 SUITES: dict[str, tuple[str, ...]] = {

@@ -100,7 +100,7 @@ def impact_depth(
     profile, effective_modulus
         g(x) and E*.
     kinetic_energy : float
-        m v^2/2 at first touch.
+        m v^2/2 at first touch; 0 where the load alone moves the mass.
     load : float
         Constant force that presses the mass on (its weight), >= 0.
 
@@ -109,7 +109,10 @@ def impact_depth(
     ConvergenceError
         If no depth that a floating-point number can hold is enough.
     """
-    refuse(positive_faults(effective_modulus=effective_modulus, kinetic_energy=kinetic_energy))
+    wrong = positive_faults(effective_modulus=effective_modulus)
+    if not (min(kinetic_energy, load) >= 0 and 0 < kinetic_energy + load < np.inf):
+        wrong.append(f"expected kinetic energy or load, got {kinetic_energy!r} and {load!r}")
+    refuse(wrong)
 
     def stops(depth: float) -> bool:
         contact = spring_contact(profile, effective_modulus, depth, springs=8)

@@ -50,6 +50,8 @@ class Adhesion(PhysicsTable):
 
 def _velocities(value: Any) -> Any:
     """Let a velocity of zero stand alone: a mass at rest that a force moves."""
+    if value in ({"values": [0.0]}, {"values": (0.0,)}):  # as the text of a scene writes it
+        value = 0.0
     try:
         at_rest = not isinstance(value, (dict, list, LoadRange)) and to_si(value, SPEED) == 0.0
     except ValueError:
