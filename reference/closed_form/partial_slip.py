@@ -22,11 +22,45 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.special import ellipe, ellipk
 
 from reference.closed_form.form import Array, ClosedForm, require_positive
 
 # A reversal this much smaller than the friction is lost in the rounding of the forces.
 _ROUNDING = 16 * np.finfo(float).eps
+
+
+def stiffness_ratio(half_x: float, half_y: float, poisson_ratio: float) -> float:
+    """k_x/k_z of an elliptic contact that sticks, coupling left out (Mindlin 1949).
+
+    A traction ~ 1/sqrt(1 - (x/a)^2 - (y/b)^2) moves the ellipse as a whole. At its centre, in polar
+    coordinates, pressure and traction differ by the factor (1 - nu + nu cos^2)/(1 - nu) only, so
+
+        k_x/k_z = (1 - nu)/(1 - nu + nu s),   s = <cos^2> = [K(m) - E(m)]/(m K(m)),
+
+    m = 1 - b^2/a^2 for a >= b, and the rest to 1 for a < b. A circle has s = 1/2: (19.18).
+
+    Parameters
+    ----------
+    half_x, half_y : float
+        Semi-axes a along the tangential force and b across it.
+    poisson_ratio : float
+        -1 < nu <= 1/2.
+
+    Examples
+    --------
+    >>> round(stiffness_ratio(1.0, 1.0, 0.5), 12)  # 2 (1 - nu)/(2 - nu)
+    0.666666666667
+    """
+    require_positive("stiffness ratio", half_x=half_x, half_y=half_y)
+    if not -1 < poisson_ratio <= 0.5:
+        raise ValueError(f"poisson_ratio must lie in (-1, 0.5], not {poisson_ratio!r}")
+    short, long = sorted((half_x, half_y))
+    m = (1 - short / long) * (1 + short / long)
+    # the difference K - E loses digits as m goes to 0: its series there
+    share = (ellipk(m) - ellipe(m)) / (m * ellipk(m)) if m > 1e-5 else 0.5 + m / 16
+    along = float(share if half_x >= half_y else 1 - share)
+    return (1 - poisson_ratio) / (1 - poisson_ratio + poisson_ratio * along)
 
 
 @dataclass(frozen=True)

@@ -7,7 +7,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from reference.closed_form import PartialSlip, cone, cylinder, ellipsoid, paraboloid, power_law
+from reference.closed_form import (
+    PartialSlip,
+    cone,
+    cylinder,
+    ellipsoid,
+    paraboloid,
+    power_law,
+    stiffness_ratio,
+)
 
 E, MU, RATIO = 1.7, 0.3, 0.8
 FORMS = [paraboloid(1.0, E), cone(0.2, E), power_law(4, 0.3, E)]
@@ -68,6 +76,16 @@ def test_points_on_a_monotone_way_leave_no_trace(shares):
     mirrored = slip.along(-np.array(shares) * slip.limit)
     both = mirrored.tangential_displacement + direct.tangential_displacement
     assert np.abs(both).max() < 1e-12 * unit
+
+
+def test_ratio_of_ellipses_joins_at_the_circle():
+    """Series and elliptic integrals meet, and the two directions share cos^2 and sin^2."""
+    for nu in (-0.5, 0.3, 0.5):
+        near, circle = stiffness_ratio(1.0, 1 - 6e-6, nu), stiffness_ratio(1.0, 1.0, nu)
+        assert near == pytest.approx(circle, rel=1e-5)
+        assert circle == pytest.approx(2 * (1 - nu) / (2 - nu), rel=1e-14)
+        one, other = stiffness_ratio(3.0, 1.0, nu), stiffness_ratio(1.0, 3.0, nu)
+        assert 2 / (1 / one + 1 / other) == pytest.approx(circle, rel=1e-12)
 
 
 def test_flat_punch_and_refusals():
