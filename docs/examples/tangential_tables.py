@@ -209,7 +209,7 @@ def _rough_contact(points: int) -> np.ndarray:
 
 def ratios() -> list[list[str]]:
     """k_x/k_z over 2(1 - nu)/(2 - nu) - 1, along and across the long axis."""
-    points = 128
+    points = 96
     x = (np.arange(points) - points / 2 + 0.5) * 2.1 / points
     rows = [["contact", "direction", *(f"nu = {nu}" for nu in NUS[1:]), "ellipse, exact, nu = 0.5"]]
     for name, mask in outlines(x).items():
@@ -262,7 +262,7 @@ def steps() -> list[list[str]]:
 
 # %%
 def rough() -> list[list[str]]:
-    """Displacement over mu E* d/G* at three forces: superposition, three solvers, and the springs of lines."""
+    """Displacement over mu E* d/G* at three forces: half-space and springs."""
     points, load = 64, 0.02
     options = {"hurst": 0.8, "rms_slope": 0.1, "long_cutoff": 0.5, "short_cutoff": 4 / points}
     shares = np.array([0.3, 0.6, 0.9])
