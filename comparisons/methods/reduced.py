@@ -217,34 +217,39 @@ def _line_points(task: Task) -> int:
     return options.line_points or max(8, round(2 * task.resolution * options.line_length))
 
 
+def draw_lines(task: Task, geometry: RoughGeometry) -> tuple[np.ndarray, float, float]:
+    """Return the lines of a task, the distance of their points, and how many patches one is.
+
+    A line of length L1 stands for a patch of side L1 (19.29) under the same nominal pressure: it
+    carries F = p L1^2, and its area, force and stiffness are those of L1^2.
+    """
+    options = _options(task)
+    length = options.line_length * float(np.sqrt(geometry.area))
+    points = _line_points(task)
+    source = line_spectrum(geometry, options)
+    seed = _seed(task.scene)
+    lines = np.stack(
+        [
+            spectrum.synthesise(source, points, _stream(seed, k), length=length)
+            for k in task.realisations
+        ]
+    )
+    return lines, length / points, options.line_length**2
+
+
 def _solve_lines(task: Task, geometry: RoughGeometry, solution: Solution) -> None:
     options, modulus = _options(task), task.scene.effective_modulus
-    side = float(np.sqrt(geometry.area))
-    length = options.line_length * side
-    points = _line_points(task)
     with solution.setup():
-        source = line_spectrum(geometry, options)
-        seed = _seed(task.scene)
-        lines = np.stack(
-            [
-                spectrum.synthesise(source, points, _stream(seed, k), length=length)
-                for k in task.realisations
-            ]
-        )
-    # A line of length L1 stands for a patch of side L1 (19.29) under the same nominal pressure: it
-    # carries F = p L1^2, and its area, force and stiffness are those of L1^2.
-    patches = options.line_length**2
+        lines, spacing, patches = draw_lines(task, geometry)
     loads = task.loads.values
     if task.loads.control == "force":
         loads = loads * patches
     load: dict[str, Any] = {task.loads.control: loads}
-    contact = rough_line.press(
-        lines, length / points, modulus, **load, edges=options.edges, periodic=True
-    )
+    contact = rough_line.press(lines, spacing, modulus, **load, edges=options.edges, periodic=True)
     solution.quantities = _line_quantities(contact, lines, patches, modulus)
     if options.stress == "local" and task.wants_pressure:
         solution.quantities["local_stress_undefined_share"] = _undefined_shares(
-            lines, length / points, contact.penetration, options.edges
+            lines, spacing, contact.penetration, options.edges
         )
     # A mean gap wider than at first touch leaves a line without contact: a step without answer.
     solution.converged[:] = contact.contact_count > 0
@@ -252,12 +257,12 @@ def _solve_lines(task: Task, geometry: RoughGeometry, solution: Solution) -> Non
         solution.fail((int(row), int(step)), "nothing touches at this load")
         for values in solution.quantities.values():
             values[row, step] = np.nan
-    solution.unknowns = points
+    solution.unknowns = lines.shape[1]
     if not solution.converged[0, -1]:
         return
     solution.fields = {
         "penetration": np.array(contact.penetration[0, -1]),
-        "line_x": np.arange(points) * (length / points),
+        "line_x": np.arange(lines.shape[1]) * spacing,
         "line_height": lines[0],
         "line_penetration": np.array(contact.penetration[0, -1]),
     }
