@@ -12,6 +12,7 @@ ROUGH = ("rough-patch", "rough-free", "rough-periodic", "measured-map")
 PHYSICS = (
     *("impact-ball", "impact-square", "impact-course", "pushed-ball"),
     *("rubber-ball", "rubber-again", "rubber-creep", "impact-rubber"),
+    *("friction-rubber", "friction-steel", "friction-rough"),
 )
 SUITES: dict[str, tuple[str, ...]] = {
     "quick": (*SINGLE, *ROUGH),

@@ -14,6 +14,7 @@ from comparisons.experiments import (
     reading_scan,
     rough_area,
     stress_use,
+    tangential,
     two_bodies,
 )
 from comparisons.experiments.base import Experiment, Measurement
@@ -22,7 +23,7 @@ from comparisons.experiments.base import Experiment, Measurement
 _MODULES = (
     *(kernel, active_set, bodies, neighbours, impact),
     *(line_statistics, rough_area, reading_scan, stress_use, two_bodies, cost),
-    friction_law,
+    *(friction_law, tangential),
 )
 EXPERIMENTS: dict[str, Experiment] = {
     each.name: each for module in _MODULES for each in module.EXPERIMENTS
