@@ -1,0 +1,145 @@
+"""The cells of a sliding contact: equations on a contact set, solved directly.
+
+Travelling kernels are far from symmetric where the material is slow, and a Krylov method on them
+needs hundreds of convolutions (tried: 60 to 500 a contact set, growing with the grid). Contact sets
+are small, so the equations are factorised; while few cells change, the old factor is a
+preconditioner with which a handful of products does.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+from numpy.typing import ArrayLike, NDArray
+from scipy.linalg import lu_factor, lu_solve
+from scipy.sparse.linalg import LinearOperator, gmres
+
+from reference.errors import ConvergenceError
+from reference.sliding.operators import Travelling
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+LIMIT = 9000
+"""Cells in contact that are still factorised: 650 MB and some 20 s."""
+
+_FEW = 1 / 8  # share of a contact set that may change before it is factorised anew
+_PRODUCTS = 40
+_PRECISION = 1e-13
+
+
+class Cells:
+    """All cells of a grid, or one half of them if grid and gap are mirror images in y.
+
+    Parameters
+    ----------
+    operator : Travelling
+    gap : ndarray, shape (nx, ny)
+    """
+
+    def __init__(self, operator: Travelling, gap: Array) -> None:
+        self.operator = operator
+        self.mirrored = gap.shape[1] % 2 == 0 and bool(np.array_equal(gap, gap[:, ::-1]))
+        self.copies = 2 if self.mirrored else 1
+        self.width = gap.shape[1] // self.copies
+        self.gaps = np.ascontiguousarray(gap[:, : self.width]).ravel()
+        self._base = np.zeros(0, dtype=np.intp)
+        self._factor: tuple[Array, NDArray[np.int32]] | None = None
+
+    def of_grid(self, values: ArrayLike) -> NDArray:
+        """Values of the cells from those of the grid."""
+        return np.asarray(values)[:, : self.width].ravel().copy()
+
+    def on_grid(self, values: Array) -> Array:
+        """Values on the whole grid."""
+        half = values.reshape(-1, self.width)
+        return np.hstack([half, half[:, ::-1]]) if self.mirrored else half
+
+    def clearance(self, pressures: Array, depth: float) -> Array:
+        """Return g - d + A p of all cells."""
+        pressure = self.on_grid(pressures)
+        lift = self.operator.datum * float(pressure.mean())
+        return self.gaps - depth + self.of_grid(self.operator.apply(pressure)) + lift
+
+    def equilibrium(
+        self, chosen: Mask, force: float | None, penetration: float | None
+    ) -> tuple[Array, float]:
+        """Pressures that close the clearance of the chosen cells, and the depth.
+
+        p = d p_1 - p_g with A p_1 = 1, A p_g = g. The depth is counted with the displacement of
+        the mean pressure, `Travelling.datum`.
+        """
+        places = np.flatnonzero(chosen)
+        unit, shape = self._solved(places, np.stack([np.ones(places.size), self.gaps[places]]))
+        if force is not None:
+            total = force / (self.operator.cell_area * self.copies)
+            depth = (total + shape.sum()) / unit.sum()
+        else:
+            mean = self.operator.datum * self.copies / np.prod(self.operator.shape)
+            depth = (penetration - mean * shape.sum()) / (1 - mean * unit.sum())
+        pressures = np.zeros(self.gaps.size)
+        pressures[places] = depth * unit - shape
+        return pressures, float(depth)
+
+    def _solved(self, places: NDArray[np.intp], sides: Array) -> Array:
+        """Solve for several right-hand sides, by the old factor if few cells have changed."""
+        changed = np.setxor1d(places, self._base, assume_unique=True).size
+        if self._factor is not None and changed <= _FEW * places.size:
+            found = [self._by_old_factor(places, side) for side in sides]
+            if all(each is not None for each in found):
+                return np.stack(found)
+        self._factorise(places)
+        return lu_solve(self._factor, sides.T, check_finite=False).T
+
+    def _factorise(self, places: NDArray[np.intp]) -> None:
+        if places.size > LIMIT:
+            raise ConvergenceError(
+                f"{places.size} cells in contact exceed the limit of {LIMIT}: use a coarser grid"
+            )
+        rows, columns = np.divmod(places, self.width)
+        matrix = _matrix(rows, columns, self.operator.table, self.mirrored, self.operator.shape[1])
+        self._factor = lu_factor(matrix, overwrite_a=True, check_finite=False)
+        self._base = places
+
+    def _by_old_factor(self, places: NDArray[np.intp], side: Array) -> Array | None:
+        """Generalised minimal residuals with the old factor, or None if it does not do."""
+        _, here, there = np.intersect1d(places, self._base, True, True)
+        own = 1 / self.operator.table[0, 0]
+
+        def product(values: Array) -> Array:
+            pressures = np.zeros(self.gaps.size)
+            pressures[places] = values
+            return self.clearance(pressures, 0.0)[places] - self.gaps[places]
+
+        def guess(values: Array) -> Array:
+            known = np.zeros(self._base.size)
+            known[there] = values[here]
+            found = own * values
+            found[here] = lu_solve(self._factor, known, check_finite=False)[there]
+            return found
+
+        size = (places.size, places.size)
+        found, status = gmres(
+            LinearOperator(size, product),
+            side,
+            M=LinearOperator(size, guess),
+            rtol=_PRECISION,
+            restart=_PRODUCTS,
+            maxiter=1,
+        )
+        return None if status else found
+
+
+@njit(cache=True)
+def _matrix(rows, columns, table, mirrored, width):
+    """Displacement of each cell by unit pressure on each (and on its mirror image)."""
+    nx, ny = table.shape
+    matrix = np.empty((rows.size, rows.size))
+    for a in range(rows.size):
+        for b in range(rows.size):
+            i, j = (rows[a] - rows[b]) % nx, (columns[a] - columns[b]) % ny
+            value = table[i, j]
+            if mirrored:
+                value += table[i, (columns[a] + columns[b] - width + 1) % ny]
+            matrix[a, b] = value
+    return matrix

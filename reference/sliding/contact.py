@@ -1,0 +1,273 @@
+"""Steady sliding contact of a rigid rough body on a viscoelastic half-space.
+
+Find p >= 0 with clearance c = g - d + A p >= 0 and p c = 0, A the travelling operator. A is not
+symmetric, so there is no energy to minimise and conjugate gradients do not apply; but its symmetric
+part is positive definite, so the solution is unique (a linear complementarity problem with a
+P-matrix; Cottle, Pang & Stone 1992). It is found as the chapter does it, by solving on a contact
+set, dropping cells in tension and adding cells that overlap. All at once that cycles here: pressure
+on a cell moves the cells behind it more than its own. What happens ahead decides what happens
+behind, though, so in each row only the foremost wrong cells are changed in a round. Should a set
+come back nevertheless, only the foremost of all is changed from then on: Murty's rule (1974, the
+first wrong variable of a fixed order), which cannot cycle. Coarser grids give the first set.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, field
+
+import numpy as np
+from numba import njit
+from numpy.typing import ArrayLike, NDArray
+
+from reference.errors import ConvergenceError
+from reference.sliding.cells import Cells
+from reference.sliding.operators import Travelling
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+_COARSEST = 12  # cells of a side that are not halved any more
+_ROUNDING = 1e-11  # overlap and tension that are none, relative to penetration and largest pressure
+
+
+@dataclass(frozen=True)
+class SlidingContact:
+    """Steady sliding along +x.
+
+    Attributes
+    ----------
+    penetration, force : float
+        d and F = sum of pressure times cell area.
+    tangential_force : float
+        F_x = sum p dg/dx dA, against the motion.
+    pressure : ndarray, shape (nx, ny)
+        Cell values, not negative.
+    rounds : int
+        Contact sets tried.
+    violation : float
+        Largest overlap outside the contact, or clearance in it, relative to the penetration;
+        evaluated anew by FFT.
+    history : list of int
+        Number of wrong cells in each round.
+    operator : Travelling
+    """
+
+    penetration: float
+    force: float
+    tangential_force: float
+    pressure: Array
+    rounds: int
+    violation: float
+    operator: Travelling = field(repr=False)
+    history: list[int] = field(default_factory=list, repr=False)
+
+    @property
+    def friction_coefficient(self) -> float:
+        """F_x/F."""
+        return self.tangential_force / self.force
+
+    @property
+    def mask(self) -> Mask:
+        """Cells in contact."""
+        return self.pressure > 0
+
+    @property
+    def contact_area(self) -> float:
+        """Cells in contact, counted."""
+        return float(np.count_nonzero(self.mask)) * self.operator.cell_area
+
+
+def solve(
+    operator: Travelling,
+    gap: ArrayLike,
+    *,
+    force: float | None = None,
+    penetration: float | None = None,
+    slope: ArrayLike | None = None,
+    start: ArrayLike | None = None,
+    max_rounds: int = 400,
+) -> SlidingContact:
+    """Slide a rigid shape steadily along +x over a viscoelastic half-space, no adhesion.
+
+    Parameters
+    ----------
+    operator : Travelling
+        Half-space, grid and speed.
+    gap : array_like, shape (nx, ny)
+        Initial gap g >= 0 of the rigid shape. On the free half-space the grid has to hold the
+        contact: displacements are positive, so that nothing touches where g > d.
+    force, penetration : float
+        Exactly one. On the periodic half-space the mean displacement is zero.
+    slope : array_like, shape (nx, ny), optional
+        dg/dx at the cell centres; central differences of the gap without it.
+    start : array_like of bool, shape (nx, ny), optional
+        Contact set to start from; without it that of a grid of twice the spacing, found likewise.
+    max_rounds : int
+        Limit of contact sets.
+
+    Returns
+    -------
+    SlidingContact
+
+    Raises
+    ------
+    ValueError
+        Listing what is wrong.
+    ConvergenceError
+        If no contact set was right, or the contact reaches the edge of a free grid.
+
+    Examples
+    --------
+    A paraboloid of radius 1, slowly: mu = v tau/R, half of what the reduced model says.
+
+    >>> from reference.viscoelastic.materials import GeneralisedMaxwell
+    >>> rubber = GeneralisedMaxwell.kelvin_voigt(0.25, 0.25)
+    >>> x = (np.arange(-12, 12) + 0.5) / 100
+    >>> half_space = Travelling((24, 24), (0.01, 0.01), rubber, 0.02)
+    >>> found = solve(half_space, (x[:, None] ** 2 + x**2) / 2, force=4e-3 / 3)
+    >>> 0.7 < found.friction_coefficient / 0.02 < 1
+    True
+    """
+    gap, slope = _checked(operator, gap, slope, force, penetration)
+    cells = Cells(operator, gap)
+    if start is None:
+        start = _coarse_start(operator, gap, force, penetration, max_rounds)
+    chosen = cells.of_grid(start)
+    pressures, depth, history = _pivot(cells, chosen, force, penetration, max_rounds)
+    pressure = cells.on_grid(pressures)
+    if not operator.periodic and _touches_edge(pressure):
+        raise ConvergenceError("the contact reaches the edge of the grid", history)
+    depth -= operator.datum * float(pressure.mean())
+    clearance = gap - depth + operator.apply(pressure)
+    scale = max(abs(depth), float(np.ptp(gap)) * 2.0**-40)
+    inside = np.abs(clearance[pressure > 0]).max(initial=0.0)
+    return SlidingContact(
+        penetration=depth,
+        force=float(pressure.sum() * operator.cell_area),
+        tangential_force=float((pressure * slope).sum() * operator.cell_area),
+        pressure=pressure,
+        rounds=len(history),
+        violation=float(max(inside, -clearance.min()) / scale),
+        operator=operator,
+        history=history,
+    )
+
+
+def _pivot(
+    cells: Cells,
+    chosen: Mask,
+    force: float | None,
+    penetration: float | None,
+    max_rounds: int,
+) -> tuple[Array, float, list[int]]:
+    """Change the contact set until no cell is wrong: pressures of the cells, and depth."""
+    history: list[int] = []
+    rows = cells.operator.shape[0], cells.width
+    seen: set[bytes] = set()
+    cycling = False
+    for _ in range(max_rounds):
+        if not chosen.any():
+            chosen[np.argmin(cells.gaps)] = True
+        key = np.packbits(chosen).tobytes()
+        cycling = cycling or key in seen
+        seen.add(key)
+        pressures, depth = cells.equilibrium(chosen, force, penetration)
+        clearance = cells.clearance(pressures, depth)
+        tension = chosen & (pressures < -_ROUNDING * pressures.max(initial=0.0))
+        overlap = ~chosen & (clearance < -_ROUNDING * abs(depth))
+        wrong = tension | overlap
+        history.append(int(np.count_nonzero(wrong)))
+        if history[-1] == 0:
+            return np.maximum(pressures, 0.0), depth, history
+        if cycling:
+            chosen[np.flatnonzero(wrong)[-1]] ^= True
+        else:
+            chosen = chosen ^ _foremost(tension.reshape(rows), overlap.reshape(rows)).ravel()
+    raise ConvergenceError(f"no contact set was right in {max_rounds} rounds", history)
+
+
+@njit(cache=True)
+def _foremost(tension, overlap):
+    """First wrong cells of each row, from ahead: those that are alike and follow each other."""
+    change = np.zeros_like(tension)
+    for j in range(tension.shape[1]):
+        i = tension.shape[0] - 1
+        while i >= 0 and not (tension[i, j] or overlap[i, j]):
+            i -= 1
+        kind = tension if i >= 0 and tension[i, j] else overlap
+        while i >= 0 and kind[i, j]:
+            change[i, j] = True
+            i -= 1
+    return change
+
+
+def _coarse_start(
+    operator: Travelling,
+    gap: Array,
+    force: float | None,
+    penetration: float | None,
+    max_rounds: int,
+) -> Mask:
+    """Contact set on twice the spacing, or the deeper half of the geometric overlap."""
+    if any(n % 2 or n < 2 * _COARSEST for n in operator.shape):
+        depth = penetration if force is None else _overlap_depth(operator, gap, force)
+        return gap <= max(depth / 2, gap.min())
+    coarse = (gap[::2, ::2] + gap[1::2, ::2] + gap[::2, 1::2] + gap[1::2, 1::2]) / 4
+    half = operator.coarser()
+    cells = Cells(half, coarse)
+    chosen = cells.of_grid(_coarse_start(half, coarse, force, penetration, max_rounds))
+    found = cells.on_grid(_pivot(cells, chosen, force, penetration, max_rounds)[0]) > 0
+    return found.repeat(2, axis=0).repeat(2, axis=1)
+
+
+def _overlap_depth(operator: Travelling, gap: Array, force: float) -> float:
+    """Depth at which springs of E*/(width of the grid) carry the force: deep enough to begin."""
+    gaps = np.sort(gap.ravel())
+    width = max(n * s for n, s in zip(operator.shape, operator.spacing, strict=True))
+    carried = np.arange(1, gaps.size + 1) * gaps - np.cumsum(gaps)
+    carried *= operator.relaxed_modulus / width * operator.cell_area
+    return float(gaps[min(int(np.searchsorted(carried, force)), gaps.size - 1)])
+
+
+def _touches_edge(pressure: Array) -> bool:
+    edges: tuple[Callable[[Array], Array], ...] = (
+        lambda p: p[0],
+        lambda p: p[-1],
+        lambda p: p[:, 0],
+        lambda p: p[:, -1],
+    )
+    return any((edge(pressure) > 0).any() for edge in edges)
+
+
+def _checked(
+    operator: Travelling,
+    gap: ArrayLike,
+    slope: ArrayLike | None,
+    force: float | None,
+    penetration: float | None,
+) -> tuple[Array, Array]:
+    """Gap and slope as arrays, or one ValueError for everything wrong."""
+    gap = np.asarray(gap, dtype=float)
+    faults = []
+    if gap.shape != operator.shape:
+        faults.append(f"gap has shape {gap.shape}, the operator {operator.shape}")
+    elif not (np.isfinite(gap).all() and (gap >= 0).all()):
+        faults.append("gap must be finite and not negative")
+    if slope is None and gap.ndim == 2 and gap.shape[0] > 1:
+        slope = np.gradient(gap, operator.spacing[0], axis=0)
+        if operator.periodic:
+            slope = (np.roll(gap, -1, 0) - np.roll(gap, 1, 0)) / (2 * operator.spacing[0])
+    slope = np.zeros(gap.shape) if slope is None else np.asarray(slope, dtype=float)
+    if slope.shape != gap.shape or not np.isfinite(slope).all():
+        faults.append(f"slope must be finite, of the shape of the gap, got shape {slope.shape}")
+    given = {"force": force, "penetration": penetration}
+    given = {name: value for name, value in given.items() if value is not None}
+    if len(given) != 1:
+        faults.append(f"give exactly one of force, penetration; came: {', '.join(given) or 'none'}")
+    for name, value in given.items():
+        if not (np.isfinite(value) and value > 0):
+            faults.append(f"{name} must be positive and finite, not {value!r}")
+    if faults:
+        raise ValueError("; ".join(faults))
+    return gap, slope
