@@ -91,7 +91,7 @@ def _averaged_ahead(nx: int, ny: int, spacing: tuple[float, float], reach: float
 
 
 def _within(reach: float) -> list[float]:
-    """Return ends of panels within a cell: its middle, where an edge may be, and as weights fall."""
+    """Return ends of panels within a cell: its middle, where an edge may be; finer at first."""
     falls = [reach * 2.0**k for k in range(6) if reach * 2.0**k < 1]
     return sorted({0.0, 0.5, 1.0, *falls})
 
