@@ -85,14 +85,12 @@ def test_an_unknown_benchmark_is_wrong_input(capsys):
 
 
 @pytest.mark.slow
-def test_the_whole_benchmark_runs_and_long_lines_cost_less_than_ordering_them():
-    """H = 0.8, a million springs, a hundred forces: below 1.5 np.argsort."""
+def test_the_whole_benchmark_runs_and_names_each_row_once():
+    """Times are for people to read: none is asserted."""
     found = reduced.measure()
     rows = {row.name: row for row in found}
     assert len(rows) == len(found)
     assert all(row.seconds > 0 and np.isfinite(row.ratio) for row in rows.values())
-    assert rows["1e6 springs x 100 loads, H = 0.8, force, nodal"].met
-    assert rows["1e6 springs x 100 loads, H = 0.8, force, sub_cell"].ratio < 1.5
 
 
 # --- the half-space solver against public codes ---------------------------------------------------

@@ -13,7 +13,7 @@ import pytest
 from comparisons.claims.claim import load_claims
 from comparisons.claims.runner import judge_claim
 from comparisons.errors import InputError
-from comparisons.experiments import EXPERIMENTS, reading_scan
+from comparisons.experiments import EXPERIMENTS, cost, reading_scan
 from comparisons.experiments.running import Finding, experiment
 from reference.halfspace import FreeOperator, fft
 
@@ -272,14 +272,25 @@ def test_one_radius_per_contact_cuts_off_the_largest_stresses():
 # --- cost -------------------------------------------------------------------------------------
 
 
-@pytest.mark.slow
-def test_finite_elements_cost_more_than_the_others():
-    """Ratios of seconds on a busy machine: only the order of magnitude is asserted."""
-    line = measure("finite-element-cost", points=64, against="reduced")
-    assert line.error < 1e-3
+def test_cost_at_equal_error_follows_the_laws_of_cost_and_error(monkeypatch):
+    """Planted laws: seconds 1e-3 N^3 against 1e-6 N^2, errors 2 N^-2 against N^-1.
+
+    At an error of 0.02 finite elements need N = 10 and a second, the other N = 50 and 2.5 ms.
+    """
+    n = np.array([8.0, 16.0, 32.0])
+    planted = {
+        "fem": cost.Series(n, 1e-3 * n**3, 1e6 * n**3, 2 / n**2),
+        "bem_fft": cost.Series(n, 1e-6 * n**2, 1e6 * n**2, 1 / n),
+        "reduced": cost.Series(n, 1e-9 * n, 1e6 * n, 1 / n),
+    }
+    monkeypatch.setattr(cost, "measure_series", lambda method, effort: planted[method])
     equal = measure("finite-element-cost", 0.02)
-    assert equal.error < 0.2
-    assert 1.5 < equal.details["exponent of time, finite elements"] < 5
+    assert equal.error == pytest.approx(2.5e-3, rel=1e-9)
+    assert equal.details["exponent of time, finite elements"] == pytest.approx(3, rel=1e-12)
+    line = measure("finite-element-cost", points=64, against="reduced")
+    assert line.error == pytest.approx(1e-6 / 64**2, rel=1e-9)
+    memory = measure("finite-element-cost", points=10, resource="memory")
+    assert memory.error == pytest.approx(0.1, rel=1e-9)
 
 
 # --- claims and page --------------------------------------------------------------------------
