@@ -1,0 +1,165 @@
+"""Compare what a purely elastic, frictionless scene costs with what it cost at another commit.
+
+Run from the repository's root, which must be a git clone (five minutes on one core)::
+
+    python docs/examples/elastic_speed.py            # before: e6960eb, after: the tree as it is
+    python docs/examples/elastic_speed.py --before COMMIT --rounds 41
+
+Two worker processes stay warm, one in a worktree of each commit. They take turns on one core: each
+round every task is done before and after, in an order that swaps from round to round, and counted
+in processor time. A task is everything that `roughline run` does for a scene with one method:
+reading, planning, solving at a resolution that both have. The ratio of a task is the median over
+the rounds of after over before, its interval that of the ordered ratios (95 %, binomial).
+"""
+
+# %%
+import argparse
+import json
+import math
+import os
+import statistics
+import subprocess
+import sys
+import tempfile
+from pathlib import Path
+
+ROOT = Path(__file__).resolve().parents[2]
+BEFORE = "e6960eb"
+TARGET = 1.02
+# Scene, method, resolution, solves per reading: readings of a tenth of a second or so.
+TASKS = (
+    ("paraboloid", "closed_form", 2, 16),
+    ("paraboloid", "reduced", 40, 16),
+    ("paraboloid", "bem_fft", 32, 4),
+    ("paraboloid", "bem_dense", 10, 4),
+    ("cone", "reduced", 40, 16),
+    ("square-punch", "bem_fft", 64, 4),
+    ("rough-free", "reduced", 64, 12),
+    ("rough-free", "bem_fft", 64, 1),
+    ("rough-periodic", "bem_fft", 64, 1),
+)
+
+# %% [markdown]
+# The worker: one line of JSON asks, one answers. It uses only what both trees have.
+
+# %%
+WORKER = """
+import json, sys, time
+from comparisons.planning import plan_scene
+from comparisons.scene import load_scene
+from comparisons.solving import solve_plan
+
+def task(name, method, resolution):
+    changes = {"compare.methods": [method], "compare.resolutions": [resolution]}
+    for plan in plan_scene(load_scene(name, changes))[:1]:
+        solved = solve_plan(plan, repeats=1, bodies=False)
+        assert all(solution.converged.all() for solution in solved.values()), (name, method)
+
+for line in sys.stdin:
+    name, method, resolution, count = json.loads(line)
+    start = time.process_time()
+    for _ in range(count):
+        task(name, method, resolution)
+    print(json.dumps((time.process_time() - start) / count), flush=True)
+"""
+
+
+class Worker:
+    """A warm process in a tree of its own."""
+
+    def __init__(self, tree: Path) -> None:
+        names = ("OMP_NUM_THREADS", "NUMBA_NUM_THREADS", "OPENBLAS_NUM_THREADS")
+        environment = {**os.environ, "PYTHONPATH": str(tree), **dict.fromkeys(names, "1")}
+        self.process = subprocess.Popen(  # noqa: S603
+            [sys.executable, "-c", WORKER],
+            cwd=tree,
+            env=environment,
+            text=True,
+            stdin=subprocess.PIPE,
+            stdout=subprocess.PIPE,
+        )
+
+    def ask(self, task: tuple) -> float:
+        """Return the seconds of a task."""
+        assert self.process.stdin is not None
+        assert self.process.stdout is not None
+        self.process.stdin.write(json.dumps(task) + "\n")
+        self.process.stdin.flush()
+        answer = self.process.stdout.readline()
+        if not answer:
+            raise RuntimeError(f"the worker ended at {task}")
+        return float(json.loads(answer))
+
+    def close(self) -> None:
+        """End the process."""
+        assert self.process.stdin is not None
+        self.process.stdin.close()
+        self.process.wait()
+
+
+def paired(before: Worker, after: Worker, rounds: int) -> dict[tuple, list[tuple[float, float]]]:
+    """Seconds of every task before and after, round by round; the first round only warms up."""
+    found: dict[tuple, list[tuple[float, float]]] = {task: [] for task in TASKS}
+    for number in range(rounds + 1):
+        for task in TASKS:
+            if number % 2:
+                old, new = before.ask(task), after.ask(task)
+            else:
+                new, old = after.ask(task), before.ask(task)
+            if number:
+                found[task].append((old, new))
+    return found
+
+
+def interval(ratios: list[float]) -> tuple[float, float]:
+    """Return the 95 % interval of a median: order statistics by the binomial distribution."""
+    ordered, n = sorted(ratios), len(ratios)
+    below, k = 0.0, 0
+    while (below := below + math.comb(n, k) / 2**n) <= 0.025:
+        k += 1
+    return ordered[max(k - 1, 0)], ordered[min(n - k, n - 1)]
+
+
+def rows(found: dict[tuple, list[tuple[float, float]]]) -> list[list[str]]:
+    """Return the table, and the whole of all tasks in its last row."""
+    table = [["scene", "method", "N", "before", "after", "after/before", "95 %"]]
+    together = zip(*found.values(), strict=True)
+    everything = [tuple(map(sum, zip(*pairs, strict=True))) for pairs in together]
+    for task, pairs in {**found, ("all", "", "", 1): everything}.items():
+        ratios = [new / old for old, new in pairs]
+        low, high = interval(ratios)
+        times = [f"{1e3 * statistics.median(each):.1f} ms" for each in zip(*pairs, strict=True)]
+        name = [str(each) for each in task[:3]]
+        table.append([*name, *times, f"{statistics.median(ratios):.3f}", f"{low:.3f}-{high:.3f}"])
+    return table
+
+
+def main() -> int:
+    """Print the table; 1 if the whole, or a task for certain, is slower than the target allows."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--before", default=BEFORE)
+    parser.add_argument("--rounds", type=int, default=31)
+    options = parser.parse_args()
+    with tempfile.TemporaryDirectory() as folder:
+        tree = Path(folder) / "before"
+        git = ["git", "-C", str(ROOT), "worktree"]
+        subprocess.run(  # noqa: S603
+            [*git, "add", "--detach", "-f", str(tree), options.before], check=True
+        )
+        try:
+            before, after = Worker(tree), Worker(ROOT)
+            table = rows(paired(before, after, options.rounds))
+            before.close()
+            after.close()
+        finally:
+            subprocess.run([*git, "remove", "--force", str(tree)], check=True)  # noqa: S603
+    for row in table:
+        print(f"| {' | '.join(row)} |")
+    whole = float(table[-1][5]) <= TARGET
+    single = all(float(row[6].split("-")[0]) <= TARGET for row in table[1:])
+    return 0 if whole and single else 1
+
+
+# %%
+if __name__ == "__main__":
+    sys.exit(main())
