@@ -160,11 +160,11 @@ def layout(xaxis: dict[str, Any], yaxis: dict[str, Any], **more: Any) -> dict[st
     return {"xaxis": xaxis, "yaxis": yaxis} | more
 
 
-def wants_log(values: Iterable[object]) -> bool:
+def wants_log(values: Iterable[object], span: float = LOG_SPAN) -> bool:
     """Tell whether positive values spread so wide that only a logarithmic axis shows them all.
 
     >>> wants_log([1, 2, 5]), wants_log([1e-7, 1e-5]), wants_log([0.0, 1.0])
     (False, True, False)
     """
     known = np.array([float(v) for v in values if fmt.finite(v)])  # type: ignore[arg-type]
-    return bool(len(known) and known.min() > 0 and known.max() / known.min() > LOG_SPAN)
+    return bool(len(known) and known.min() > 0 and known.max() / known.min() > span)

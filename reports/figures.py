@@ -12,6 +12,7 @@ import numpy as np
 import pandas as pd
 
 from comparisons import formatting as fmt
+from comparisons.loading import NORMAL
 from comparisons.metrics import sizes_along_path
 from comparisons.store import SceneRecord
 from reports import selection
@@ -36,6 +37,7 @@ ERROR_CAPTION = (
     "Shaded: below what the reference itself is sure of."
 )
 PATH_CAPTION = "Errors are relative to the largest value along the path, because it passes zero."
+SPREAD = 5.0  # quantities over speeds that spread wider than this take a logarithmic axis
 NOTE_MARGIN = {"l": 60, "r": 52, "t": 30, "b": 50}  # room for "asked 1 %" on the right
 
 
@@ -47,9 +49,12 @@ def curves(scene: SceneRecord) -> list[Figure]:
     """
     first = "penetration" if scene.control == "force" else "force"
     names = dict.fromkeys([first, "contact_area", *scene.quantities])
-    if scene.control not in ("penetration", "force", "mean_gap"):
+    if scene.control not in NORMAL:
         names = dict.fromkeys(scene.quantities)  # the normal load is held
-    drawable = [name for name in names if name != scene.control and "pressure" not in name]
+    if scene.along == "time":
+        names = dict.fromkeys([scene.control, *names])  # what is prescribed is seen first
+    along = selection.drawn_along(scene)
+    drawable = [name for name in names if name != along and "pressure" not in name]
     found = [_curve_figure(scene, name) for name in drawable]
     return [figure for figure in found if figure is not None]
 
@@ -69,6 +74,8 @@ def _curve_figure(scene: SceneRecord, name: str) -> Figure | None:
     across = fmt.prefix_for(loads, fmt.quantity(along).unit)
     up = fmt.prefix_for(values, fmt.quantity(name).unit)
     log = wants_log(loads) and not scene.is_path
+    # Load curves are near power laws; what is drawn over speeds need not be.
+    upright = log and (scene.control in NORMAL or wants_log(values, SPREAD))
     data: list[dict[str, Any]] = []
     for method, rows in tables.items():
         data += _uncertainty_band(scene, method, rows, name, across.factor, up.factor)
@@ -78,7 +85,7 @@ def _curve_figure(scene: SceneRecord, name: str) -> Figure | None:
         "data": data,
         "layout": layout(
             value_axis(fmt.axis_title(along, across.unit), loads * across.factor, log),
-            value_axis(fmt.axis_title(name, up.unit), values * up.factor, log),
+            value_axis(fmt.axis_title(name, up.unit), values * up.factor, upright),
         ),
     }
     title = f"{fmt.quantity(name).words} against {fmt.quantity(along).words}"
@@ -236,7 +243,7 @@ def _error_figure(scene: SceneRecord, name: str) -> Figure | None:
         ),
     }
     equal = scene.along
-    if equal in ("penetration", "force", "mean_gap"):
+    if equal in NORMAL:
         equal = {"force": "penetration", "penetration": "force"}.get(name, equal)
     title = f"Error of {fmt.quantity(name).words} at equal {fmt.quantity(equal).words}"
     caption = f"{ERROR_CAPTION} {PATH_CAPTION}" if scene.is_path else ERROR_CAPTION

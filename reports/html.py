@@ -178,6 +178,8 @@ def _view(scene: SceneRecord, anchor: str, picture: pictures.Picture) -> SceneVi
         found.setdefault(verdict.quantity, []).append(verdict)
     decisive = {name: worst(items) for name, items in found.items()}
     reduced = model_figure.reduced_picture(scene)
+    if reduced and picture.note == pictures.NOTHING:
+        picture = pictures.Picture()  # the model's own figure is picture enough
     return SceneView(
         record=scene,
         anchor=anchor,

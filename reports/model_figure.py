@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from comparisons import formatting as fmt
+from comparisons.loading import NORMAL
 from comparisons.store import SceneRecord
 from reports import selection
 from reports.figure_style import CONTACT, INK, MUTED, Figure, axis, band, layout, numbers
@@ -23,7 +24,8 @@ def reduced_picture(scene: SceneRecord) -> Figure | None:
     if {"line_x", "line_height", "line_penetration"} <= fields.keys():
         return _line_figure(fields)
     if {"profile_x", "profile_height", "penetration"} <= fields.keys():
-        return _profile_figure(fields)
+        last = scene.control in NORMAL and not scene.is_path
+        return _profile_figure(fields, " at the last load" if last else "")
     return None
 
 
@@ -53,7 +55,7 @@ def _line_figure(fields: dict[str, np.ndarray]) -> Figure | None:
     return Figure("reduced-line", "What the reduced model presses", caption, spec)
 
 
-def _profile_figure(fields: dict[str, np.ndarray]) -> Figure | None:
+def _profile_figure(fields: dict[str, np.ndarray], when: str) -> Figure | None:
     x, height = np.ravel(fields["profile_x"]), np.ravel(fields["profile_height"])
     depth = float(fields["penetration"])
     keep = np.isfinite(height) & (height <= 2 * depth)
@@ -87,7 +89,7 @@ def _profile_figure(fields: dict[str, np.ndarray]) -> Figure | None:
         ),
     }
     caption = (
-        "The equivalent one-dimensional profile, pressed to the dashed level at the last load "
+        f"The equivalent one-dimensional profile, pressed to the dashed level{when} "
         f"({fmt.with_unit(depth, 'm')}). The shaded height is what each spring is compressed by."
     )
     return Figure("reduced-profile", "What the reduced model presses", caption, spec)

@@ -23,6 +23,7 @@ from reports import selection
 from reports.figure_style import style
 
 STARTUP_SECONDS, PICTURE_SECONDS = 60.0, 30.0
+NOTHING = "No picture: no method stored a surface or a body for this scene."
 RENDERER_MISSING = "No picture: this machine has no working renderer."
 
 
@@ -134,7 +135,7 @@ def _job(scene: SceneRecord) -> Job | str:
             job = build(method, finest[method], fields)
             if job is not None:
                 return job
-    return "No picture: no method stored a surface or a body for this scene."
+    return NOTHING
 
 
 def _touching(fields: dict[str, np.ndarray], shape: tuple[int, ...]) -> np.ndarray | None:

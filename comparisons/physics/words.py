@@ -74,8 +74,7 @@ def _material(body: Viscoelastic, nu: float) -> str:
     """Name the model with its moduli and times."""
     lasting = given(body.long_term_modulus, "Pa")
     parts = [
-        f"{given(modulus, 'Pa')} that relax in {given(time, 's')}"
-        for modulus, time in body.branches
+        f"{given(modulus, 'Pa')} relaxing in {given(time, 's')}" for modulus, time in body.branches
     ]
     if body.dashpot_viscosity:
         parts = [f"a dashpot of {given(body.dashpot_viscosity, 'Pa s')}"]

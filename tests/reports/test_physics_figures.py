@@ -81,7 +81,8 @@ def test_a_history_is_drawn_over_time():
     times = np.array([0.0, 1e-3, 2e-3])
     force = {"force": [0.0, 2.0, 1.0], "time": times, "penetration": [0, 1e-6, 1e-6]}
     history = record("penetration", "time", force)
-    (figure, *_) = figures.curves(history)
+    depth, figure, *_ = figures.curves(history)
+    assert depth.title == "Penetration depth against time"  # what is prescribed is seen first
     assert figure.title == "Force against time"
     assert trace(figure, "reduced model")["x"] == pytest.approx([0.0, 1.0, 2.0])
     headers = [text for text, _ in tables.load_steps(history).headers]
@@ -92,6 +93,7 @@ def test_speeds_over_decades_take_a_logarithmic_axis():
     speeds = {"friction_coefficient": [0.1, 0.4, 0.2], "speed": [1e-3, 1e-1, 10.0]}
     (figure,) = figures.curves(record("speed", "speed", speeds))
     assert figure.spec["layout"]["xaxis"]["type"] == "log"
+    assert figure.spec["layout"]["yaxis"].get("type") != "log"  # 0.1 to 0.4 is no spread
     assert figure.title == "Coefficient of friction against sliding speed"
 
 
