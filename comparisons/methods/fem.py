@@ -172,7 +172,7 @@ def _truncation(task: Task, *, fitted: bool) -> float:
         largest = TRUNCATION_SHARP if _sharp(task.geometry) else TRUNCATION_SMOOTH
         return largest / task.resolution**3
     geometry = task.geometry
-    second = isinstance(geometry, IndenterGeometry) and fem_punch.right_angled(geometry.indenter)
+    second = isinstance(geometry, IndenterGeometry) and fem_punch.second_order(geometry.indenter)
     return TRUNCATION_SQUARE if second else TRUNCATION_GRID
 
 
@@ -278,7 +278,9 @@ def _quadratic(scene: Scene) -> bool:
     """Whether the body is a half-space of 27-node elements, which have a mixed form."""
     if scene.indenter is None or scene.counter_body is not None or scene.body is not None:
         return False
-    return scene.indenter.quarter_symmetric or fem_punch.right_angled(scene.indenter)
+    if isinstance(scene.indenter, STRAIGHT_EDGED):
+        return fem_punch.second_order(scene.indenter)
+    return scene.indenter.quarter_symmetric
 
 
 def _sharp(geometry: IndenterGeometry) -> bool:

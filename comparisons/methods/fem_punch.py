@@ -1,8 +1,8 @@
 """How the method `fem` meshes flat faces with straight sides: grid lines along and through them.
 
 Where all sides lie along x or y, as on a square or an L-shape, mesh lines follow every one of them
-and crowd there, in elements of second order. Oblique sides are staircases on an even grid of
-first order.
+and crowd there, in elements of second order; needles take an even grid of first order. Oblique
+sides are staircases on such a grid.
 """
 
 from __future__ import annotations
@@ -20,6 +20,9 @@ from reference import fem
 STRAIGHT_EDGED = (RightAngledPunch, PolygonPunch)
 # Twenty seconds of elimination on one core.
 MOST_UNKNOWNS = 150_000
+# Faces longer than this, in widths, take an even grid of first order: crowded lines along all of
+# the length would be too many.
+LONGEST_CROWDED = 8
 SYMMETRIES = {planes: name for name, planes in fem.SYMMETRIES.items()}
 
 
@@ -52,9 +55,17 @@ def right_angled(indenter: Indenter) -> bool:
     return bool((sides.min(axis=1) <= 1e-9 * sides.max()).all())
 
 
+def second_order(indenter: Indenter) -> bool:
+    """Whether a face is meshed with crowded lines and elements of second order."""
+    if not right_angled(indenter):
+        return False
+    short, long = sorted(indenter.reach(0.0))
+    return long <= LONGEST_CROWDED * short
+
+
 def resolutions(indenter: Indenter, *, fine: bool) -> tuple[int, ...]:
     """Return elements per radius of the circle of equal area."""
-    if not right_angled(indenter):
+    if not second_order(indenter):
         return 5, 7, 9  # trilinear cells, and a staircase along oblique edges
     if isinstance(indenter, PolygonPunch):
         return 3, 4, 5
@@ -65,7 +76,7 @@ def face_grid(geometry: IndenterGeometry, resolution: int) -> Grid:
     """Return the mesh lines of a face; on the positive side only, where it is its mirror image."""
     indenter = geometry.indenter
     assert indenter.outline is not None
-    crowded = right_angled(indenter)
+    crowded = second_order(indenter)
     lines = []
     for marks, half, mirrored in zip(
         indenter.outline.T, geometry.reach, indenter.even, strict=True

@@ -67,6 +67,25 @@ def test_half_of_a_triangle_answers_as_the_whole(monkeypatch):
     assert few < 0.6 * many
 
 
+def test_a_needle_takes_an_even_grid_and_says_that_it_is_no_rubber():
+    """Crowded lines all along 1:100 would be 400 000 unknowns; 8-node elements end at 0.4999."""
+    needle = polygon([[0.0, 0.0], [1.0, 0.0], [1.0, 0.01], [0.0, 0.01]])
+    plan = plan_of(needle)
+    grid = fem_punch.face_grid(plan.geometry, 5)
+    assert (grid.order, grid.symmetry) == (1, "quarter")
+    assert grid.unknowns < 70_000
+    text = 'name = "face"\n[half_space]\nyoungs_modulus = 1.0\npoisson_ratio = 0.5\n'
+    text += f"[indenter]\n{needle}"
+    (fem,) = (
+        each
+        for each in plan_scene(
+            parse_scene(text + "\n[loading]\npenetration = [1e-3]", "face", Path())
+        )[0].methods
+        if each.method == "fem"
+    )
+    assert "incompressible" in fem.reason
+
+
 @pytest.mark.parametrize(
     ("corners", "even"),
     [
