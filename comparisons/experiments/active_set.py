@@ -27,6 +27,30 @@ def _start(
     return assemble(operator, gap, area.astype(float), depth, 0, [])
 
 
+def _rounds(
+    surface: Surface, start: str, share: float, count: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return rounds and overlap over penetration of each patch; infinite where none was found."""
+    operator = surface.operator()
+    assert isinstance(operator, FreeOperator)
+    rng = np.random.default_rng(np.random.SeedSequence(SEED, spawn_key=(3,)))
+    lengths, violations = [], []
+    for realisation in range(count):
+        heights = surface.heights(realisation)
+        gap = heights.max() - heights
+        depth = float(np.quantile(gap, share)) + np.finfo(float).tiny
+        begin = _start(start, operator, gap, depth, rng)
+        try:
+            contact = dense.solve(operator, gap, penetration=depth, start=begin)
+        except ConvergenceError as fault:
+            lengths.append(len(fault.history))
+            violations.append(np.inf)
+            continue
+        lengths.append(contact.iterations)
+        violations.append(contact.violation)
+    return np.array(lengths), np.array(violations)
+
+
 def _ends(
     effort: str,
     *,
@@ -56,33 +80,16 @@ def _ends(
         )
     surface = Surface.of(points, hurst, 1.0, 2.0, False)
     count = int(runs) if effort == "full" else min(int(runs), 100)
-    operator = surface.operator()
-    assert isinstance(operator, FreeOperator)
-    rng = np.random.default_rng(np.random.SeedSequence(SEED, spawn_key=(3,)))
-    lengths, violations = [], []
-    for realisation in range(count):
-        heights = surface.heights(realisation)
-        gap = heights.max() - heights
-        depth = float(np.quantile(gap, share)) + np.finfo(float).tiny
-        begin = _start(start, operator, gap, depth, rng)
-        try:
-            contact = dense.solve(operator, gap, penetration=depth, start=begin)
-        except ConvergenceError as fault:
-            lengths.append(len(fault.history))
-            violations.append(np.inf)
-            continue
-        lengths.append(contact.iterations)
-        violations.append(contact.violation)
-    late = np.array(lengths) > rounds
-    failed = late | (np.array(violations) > limit)
+    lengths, violations = _rounds(surface, start, share, count)
+    failed = (lengths > rounds) | (violations > limit)
     number = int(failed.sum())
     low, high = _clopper_pearson(number, count)
     details: dict[str, float | str] = {
         "runs": float(count),
         "failures": float(number),
         "rounds, median": float(np.median(lengths)),
-        "rounds, most": float(max(lengths)),
-        "overlap over penetration, largest": float(min(max(violations), 1.0)),
+        "rounds, most": float(lengths.max()),
+        "overlap over penetration, largest": float(min(violations.max(), 1.0)),
     }
     error = number / count
     return Finding(error, max(error - low, high - error), details)
