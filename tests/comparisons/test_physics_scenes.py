@@ -306,6 +306,13 @@ def test_the_plan_names_what_is_switched_on_and_what_is_left_out(scene):
     assert np.isfinite(plan.geometry.contact_radius)
 
 
+def test_the_plan_says_that_springs_leave_out_the_drag_of_pressing_but_for_rubber(scene):
+    for nu, told in ((0.3, True), (0.5, False)):
+        body = {"youngs_modulus": 1e9, "poisson_ratio": nu}
+        (plan,) = plan_scene(scene(loading=PULL, half_space=body, **FRICTION))
+        assert any("drag of pressing" in what for what, _ in plan.left_out) is told
+
+
 def test_built_in_scenes_with_physics_are_a_suite():
     from comparisons.scene import builtin_names
     from comparisons.suites import SUITES
