@@ -44,12 +44,8 @@ def left_out(scene: Scene) -> Iterable[tuple[str, str]]:
     if not scene.physics:
         return
     if scene.friction is not None and scene.poisson_ratio != 0.5:
-        yield (
-            "the drag of pressing along the surface, in the reduced model",
-            (
-                "its normal and tangential springs know nothing of each other; only at ν = 1/2 is that so"
-            ),
-        )
+        what = "the drag of pressing along the surface, in the reduced model"
+        yield what, "its normal and tangential springs act apart, which is so at ν = 1/2 only"
     if scene.adhesion is None:
         yield "attraction of the surfaces", "no [adhesion] in the scene: they never pull"
     if scene.dynamics is None:
