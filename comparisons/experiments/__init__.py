@@ -7,6 +7,7 @@ from comparisons.experiments import (
     bodies,
     cost,
     friction_law,
+    harmonic,
     impact,
     kernel,
     line_statistics,
@@ -23,7 +24,7 @@ from comparisons.experiments.base import Experiment, Measurement
 _MODULES = (
     *(kernel, active_set, bodies, neighbours, impact),
     *(line_statistics, rough_area, reading_scan, stress_use, two_bodies, cost),
-    *(friction_law, tangential),
+    *(friction_law, harmonic, tangential),
 )
 EXPERIMENTS: dict[str, Experiment] = {
     each.name: each for module in _MODULES for each in module.EXPERIMENTS

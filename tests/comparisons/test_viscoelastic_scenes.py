@@ -8,6 +8,8 @@ import numpy as np
 import pytest
 
 from comparisons.comparison import compare
+from comparisons.errors import InputError
+from comparisons.experiments import EXPERIMENTS
 from comparisons.planning import plan_scene
 from comparisons.scene import load_scene, make_scene
 from comparisons.solving import solve_plan
@@ -136,3 +138,17 @@ def test_rubber_ball_bounces_alike_on_springs_and_by_integrals():
 def test_built_in_scenes_are_planned_for_at_least_two_methods(name):
     (plan,) = plan_scene(load_scene(name))
     assert sum(each.supported for each in plan.methods) >= 2
+
+
+def test_harmonic_stiffness_is_lost_with_the_amplitude_of_a_ball():
+    """(19.30) at 2 % of the depth within 1.5 %; the error grows about in proportion."""
+    measure = EXPERIMENTS["harmonic-contact"].measure
+    small, large = (measure(amplitude, "quick") for amplitude in (0.02, 0.2))
+    assert small.error < 0.015
+    assert 5 < large.error / small.error < 20
+    assert large.uncertainty < 0.01
+
+
+def test_harmonic_stiffness_refuses_what_is_no_oscillation():
+    with pytest.raises(InputError, match="amplitude"):
+        EXPERIMENTS["harmonic-contact"].measure(1.5, "quick")

@@ -172,8 +172,7 @@ class ClosedFormViscoelastic(ClosedForm):
         support = super().supports(scene)
         if reason or not support.ok:
             return Support(False, reason) if reason else support
-        assert scene.indenter is not None
-        if not scene.indenter.axisymmetric:
+        if not _circular(scene):
             return Support(False, "the integrals of Lee-Radok and Ting are for circular contacts")
         try:
             _integrated(scene, loads_of(scene), np.array([loads_of(scene).values.size - 1]))
@@ -198,6 +197,13 @@ class ClosedFormViscoelastic(ClosedForm):
         solution.converged[:] = True
         solution.violation[:] = 0.0
         return solution
+
+
+def _circular(scene: Scene) -> bool:
+    """Whether the closed form of the shape knows a contact radius."""
+    assert scene.indenter is not None
+    form = form_of(scene.indenter, scene.effective_modulus)
+    return form is not None and form.contact_radius is not None
 
 
 def _integrated(scene: Scene, loads: Loads, steps: np.ndarray) -> reference.Curve:
@@ -373,8 +379,7 @@ class ClosedFormImpact(ClosedForm):
         support = super().supports(scene)
         if reason or not support.ok:
             return Support(False, reason) if reason else support
-        assert scene.indenter is not None
-        if not scene.indenter.axisymmetric:
+        if not _circular(scene):
             return Support(False, "the integrals of Lee-Radok and Ting are for circular contacts")
         return Support(True, f"Lee & Radok 1960, Ting 1968; {support.reason}")
 
