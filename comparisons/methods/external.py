@@ -293,6 +293,7 @@ def _checked_solution(answer: dict[str, Any], task: Task) -> Solution:
         solution.reasons.setdefault((int(row), int(step)), "no answer, and no reason given")
     solution.fields = _checked_fields(solution.fields)
     solution.unknowns = max(0, int(solution.unknowns))
+    solution.path = task.loads.is_path
     return solution
 
 
