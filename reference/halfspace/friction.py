@@ -54,7 +54,8 @@ class FrictionStep:
         Of the normal conditions, as in `solution.Contact`, with all tractions in place.
     slip_error : float
         Largest slip of sticking cells, and of slipping ones off the direction of their traction, on
-        this step over mu d E*/G*, the displacement that sets a smooth contact sliding.
+        this step, over mu d E*/G*, the displacement that sets a smooth contact sliding, or over the
+        largest displacement where that is less.
     rounds, iterations : int
         Of normal and tangential problem in turn, and of the latter.
     """
@@ -158,7 +159,7 @@ class _Path:
         self.position = np.zeros((2, *body.shape))
         self.traction = np.zeros((2, *body.shape))
         self.contact: Contact | None = None
-        self.dissipation = 0.0
+        self.dissipation, self.scale = 0.0, 0.0
 
     def step(self, normal: float, tangential: float) -> FrictionStep:
         """Solve one step and keep its state."""
@@ -222,6 +223,7 @@ class _Path:
             self.refuse_sliding(contact, load)
         else:
             wanted[0] += load
+        self.scale = self.size_of_slip(contact, depth, wanted, load)
         box = self.box(contact.mask)
         part = self.body.restrict(tuple(side.stop - side.start for side in box))
         inside = (slice(None), *box)
@@ -230,7 +232,7 @@ class _Path:
             self.friction * contact.pressure[box],
             wanted[inside],
             self.traction[inside],
-            self.tolerance * self.scale(depth),
+            self.tolerance * self.scale,
             total=total,
         )
         if part is not self.body:
@@ -271,7 +273,7 @@ class _Path:
             sticking=contact.mask & (np.hypot(*found.traction) < stick_slip.ON_BOUND * bound),
             dissipation=self.dissipation,
             violation=worst,
-            slip_error=found.error / self.scale(depth),
+            slip_error=found.error / self.scale,
             rounds=rounds,
             iterations=iterations,
         )
@@ -285,11 +287,20 @@ class _Path:
                 f"{limit!r}: the contact slides as a whole"
             )
 
-    def scale(self, depth: float) -> float:
-        """Displacement that sets a smooth contact sliding, mu d E*/G*."""
-        compliance = self.body.compliance
-        ratio = compliance.effective_modulus / compliance.tangential_modulus
-        return self.friction * depth * ratio
+    def size_of_slip(self, contact: Contact, depth: float, wanted: Fields, load: float) -> float:
+        """Displacement that errors of slip are relative to.
+
+        The one that sets a smooth contact sliding, mu d E*/G*, or what sticking asks for where that
+        is less: the displacements that are there, and a force over the stiffness of a circle of the
+        contact's area.
+        """
+        modulus = self.body.compliance.tangential_modulus
+        sliding = self.friction * depth * self.body.compliance.effective_modulus / modulus
+        asked = float(np.hypot(*wanted)[contact.mask].max(initial=0.0))
+        if self.kinds[1] == "tangential_force":
+            area = np.count_nonzero(contact.mask) * self.body.cell_area
+            asked += abs(load) / (2 * np.sqrt(area / np.pi) * modulus)
+        return min(sliding, asked) if asked > 0 else sliding
 
     def box(self, mask: NDArray[np.bool_]) -> tuple[slice, slice]:
         """Smallest rectangle around the loaded cells, its sides multiples of eight; or all."""

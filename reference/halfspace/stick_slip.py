@@ -20,6 +20,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import brentq
 
 from reference.errors import ConvergenceError
 from reference.halfspace.traction import NormalAndTangential
@@ -27,6 +28,8 @@ from reference.halfspace.traction import NormalAndTangential
 Field = NDArray[np.float64]
 Fields = NDArray[np.float64]
 
+# A given total needs some tens of iterations; without progress in this many it is searched for.
+_PATIENCE = 60
 # A traction this close to its bound is on it.
 ON_BOUND = 1 - 1e-12
 # Newton steps for the shift that gives projected tractions their total, relative to the bounds.
@@ -103,7 +106,51 @@ def minimise(
         With the errors of all iterations.
     """
     problem = _Problem(body, bound, wanted, total)
-    return problem.solve(start, tolerance, max_iterations)
+    if total is None:
+        return problem.solve(start, tolerance, max_iterations)
+    try:
+        return problem.solve(start, tolerance, max_iterations, _PATIENCE)
+    except ConvergenceError as stalled:
+        spent = list(stalled.history)
+    return _search_shift(problem, start, tolerance, max_iterations, spent)
+
+
+def _search_shift(
+    problem: _Problem, start: Fields, tolerance: float, max_iterations: int, spent: list[float]
+) -> Tractions:
+    """Find the rigid displacement that carries the total, by Brent's method on single solutions.
+
+    For contacts next to sliding: with no cell left that sticks nothing tells the shift, and the
+    iteration with a given total stalls. The total grows with the shift, and each solution at a
+    given shift is well posed.
+    """
+    total = problem.total
+    assert total is not None
+    found: dict[float, Tractions] = {}
+    last = [start]
+
+    def missing(shift: float) -> float:
+        wanted = problem.wanted.copy()
+        wanted[0] += shift
+        inner = _Problem(problem.body, problem.bound, wanted, None)
+        found[shift] = inner.solve(last[0], tolerance, max_iterations)
+        last[0] = found[shift].traction
+        spent.extend(found[shift].history)
+        return float(found[shift].traction[0].sum()) - total
+
+    reach = float(np.abs(problem.wanted[:, problem.loaded]).max())
+    reach = max(reach, problem.most / problem.loaded.sum() / problem.safe, tolerance)
+    low, high = -reach, reach
+    while missing(low) > 0 or missing(high) < 0:
+        low, high = 2 * low, 2 * high
+        if high > 2.0**20 * reach:
+            raise ConvergenceError("no rigid displacement carries the tangential force", spent)
+    shift = float(brentq(missing, low, high, xtol=tolerance / 8, rtol=1e-14))
+    if shift not in found:
+        missing(shift)
+    answer = found[shift]
+    answer.shift, answer.history = shift, spent
+    return answer
 
 
 class _Problem:
@@ -121,14 +168,16 @@ class _Problem:
         # near the displacement of a cell under its own traction
         self.own = (body.compliance.normal + body.compliance.lateral) * body.spacing[0] / 2
 
-    def solve(self, start: Fields, tolerance: float, max_iterations: int) -> Tractions:
-        """Iterate to the tolerance."""
+    def solve(
+        self, start: Fields, tolerance: float, max_iterations: int, patience: int | None = None
+    ) -> Tractions:
+        """Iterate to the tolerance; give up where the error has not halved in `patience` steps."""
         traction = self.project(start)
         state = self.evaluate(traction, [])
         direction = scaled_before = residual_before = None
         energy = self.energy(state)
         while not state.error <= tolerance:
-            if len(state.history) >= max_iterations:
+            if len(state.history) >= max_iterations or _stalled(state.history, patience):
                 raise ConvergenceError(
                     f"friction iteration stopped at a slip error of {state.error:.1e} "
                     f"({state.error / tolerance:.1e} of the tolerance)",
@@ -257,3 +306,10 @@ class _Problem:
 def _moved(traction: Fields, shift: float) -> Fields:
     """Tractions with a shift along x."""
     return np.array([traction[0] + shift, traction[1]])
+
+
+def _stalled(history: list[float], patience: int | None) -> bool:
+    """Whether the smallest error has not halved in the last iterations."""
+    if patience is None or len(history) <= patience:
+        return False
+    return min(history[-patience:]) > 0.5 * min(history[:-patience])

@@ -257,6 +257,44 @@ def test_spence_stick_radius_under_normal_load():
     assert 2 * radii[1] - radii[0] == pytest.approx(exact, rel=0.015)
 
 
+def test_the_force_tends_to_sliding_as_slip_turns_into_its_direction():
+    """For nu > 0 no cell needs to stick below mu F: 1 - F_x/(mu F) ~ <angle^2>/2 ~ 1/u^2.
+
+    The displacement grows tenfold from 0.9999 to 0.999999 mu F but for the part that the surface
+    follows, mu d E*/G* = 0.45; without slip across it could not exceed that.
+    """
+    body = body_of(20, 2.2, 0.5)
+    x = (np.arange(20) - 9.5) * 0.11
+    limit = 0.3 * 4 / 3 * body.compliance.effective_modulus
+    far = []
+    for share in (0.9999, 0.999999):
+        (step,) = sweep(
+            body, (x[:, None] ** 2 + x**2) / 2, 0.3, force=limit / 0.3,
+            tangential_force=[share * limit],
+        )  # fmt: skip
+        assert not step.sticking.any()
+        assert step.slip_error < 1e-6
+        assert step.tangential_force == pytest.approx(share * limit, rel=1e-8)
+        far.append(step.tangential_displacement)
+    assert far[0] > 2 * 0.45
+    assert far[1] / far[0] > 7
+    assert (far[1] - 0.45) / (far[0] - 0.45) < 14
+
+
+def test_errors_are_relative_to_what_moves_even_where_nothing_slips():
+    """A million times more friction than needed: u = F_x/(2 a G*), to the grid's 5e-3.
+
+    An error relative to mu d E*/G* would leave it free.
+    """
+    body = body_of(40, 2.2, 0.5)
+    x = (np.arange(40) - 19.6) * 0.055
+    (step,) = sweep(
+        body, (x[:, None] ** 2 + x**2) / 2, 1e6, penetration=1.0, tangential_force=[0.1]
+    )
+    exact = 0.1 / (2 * body.compliance.tangential_modulus)
+    assert step.tangential_displacement == pytest.approx(exact, rel=5e-3)
+
+
 @given(exponent=st.integers(-30, 30))
 @settings(max_examples=5, deadline=None)
 def test_units_change_no_digit(exponent):
