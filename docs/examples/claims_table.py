@@ -51,13 +51,13 @@ TOLD = (
 def put_together(records: list[ClaimsRecord]) -> ClaimsRecord:
     """Return one record of the claims there are, each from the last run that judged it.
 
-    Date, machine and duration are those of the run that judged most of them. The details of single
+    Date, machine and duration are those of the (last) run that judged most of them. The details of single
     measurements are left out: `roughline claims` finds them again.
     """
     known = [claim.id for claim in load_claims()]
     found = {claim.id: claim for record in records for claim in record.claims}
     kept = [_bare(found[name]) for name in known if name in found]
-    main = max(records, key=lambda record: len(record.claims))
+    main = max(reversed(records), key=lambda record: len(record.claims))
     return main.model_copy(update={"claims": kept})
 
 
@@ -118,7 +118,7 @@ def rendered(record: ClaimsRecord, kind: str) -> str:
     lines = ["| " + " | ".join(HEADS[kind]) + " |", "|" + "---|" * len(HEADS[kind])]
     lines += [row(claim) for claim in shown]
     made = f"`{record.command}`, {record.created[:10]}, {duration(record.seconds)}"
-    lines += ["", f"{tally(record)} ({made}, {machine_text(record.machine)})"]
+    lines += ["", f"{tally(record)} (Most of them by {made}, {machine_text(record.machine)}.)"]
     return "\n".join(lines) + "\n"
 
 
