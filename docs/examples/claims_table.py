@@ -51,8 +51,8 @@ TOLD = (
 def put_together(records: list[ClaimsRecord]) -> ClaimsRecord:
     """Return one record of the claims there are, each from the last run that judged it.
 
-    Date, machine and duration are those of the (last) run that judged most of them. The details of single
-    measurements are left out: `roughline claims` finds them again.
+    Date, machine and duration are those of the (last) run that judged most of them. The details
+    of single measurements are left out: `roughline claims` finds them again.
     """
     known = [claim.id for claim in load_claims()]
     found = {claim.id: claim for record in records for claim in record.claims}
