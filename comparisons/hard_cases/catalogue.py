@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from comparisons.hard_cases import friction, loads, maps, materials, rough, shapes
+from comparisons.hard_cases import friction, loads, maps, materials, rough, shapes, viscoelastic
 from comparisons.hard_cases.case import HardCase
 
 CASES: dict[str, HardCase] = {
     case.id: case
-    for cases in (materials, loads, shapes, rough, maps, friction)
+    for cases in (materials, loads, shapes, rough, maps, friction, viscoelastic)
     for case in cases.CASES
 }

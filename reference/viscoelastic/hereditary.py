@@ -143,7 +143,7 @@ def indentation(
         force[i], error[i] = _hereditary_force(material, path, growth, t, touching)
         jump = float(form.force(min(depth[i], path.value[0]))) / effective_modulus
         force[i] += float(material.relaxation(t - path.time[0])) * jump
-    radius = np.asarray(form.contact_radius(depth))
+    radius = np.where(depth > 0, form.contact_radius(depth), 0.0)
     return Curve(times, path.at(times), factor * force, radius, factor * error)
 
 

@@ -41,6 +41,7 @@ TOPICS = {
     "active-set cycling": ("map-checkerboard", "map-cycling"),
     "symmetry broken by round-off": ("map-round-off",),
     "single precision": ("map-single-precision",),
+    "memory": ("memory-step-over-relaxation", "memory-imprint-of-a-fluid", "impact-sticky"),
     "one or no realisation": ("rough-one-realisation", "rough-no-realisation"),
 }
 
