@@ -19,6 +19,8 @@ from reduced.spectrum import prescribed
 from reduced.tangential import slide, slide_lines
 from reference import closed_form
 from reference.closed_form import PartialSlip, stiffness_ratio
+from reference.fem.friction import follow
+from reference.fem.frictional_body import frictional_body
 from reference.halfspace import areas, fft
 from reference.halfspace.cerruti import Compliance
 from reference.halfspace.friction import FrictionStep, sweep, tangential_stiffness
@@ -257,6 +259,47 @@ def steps() -> list[list[str]]:
 
 
 # %% [markdown]
+# Finite elements with friction: nothing shared with the half-space but the problem.
+
+
+# %%
+def second_opinion() -> list[list[str]]:
+    """Largest differences along a path of penetration and displacement, over F and over mu F."""
+    rows = [["nu", "nodes per radius", "F", "F_x", "F_x of the springs"]]
+    shift = MU * 0.8 * np.array([0.3, 0.6, 0.9, 0.3, -0.3, -0.9])
+    depth = np.concatenate([np.geomspace(0.1, 0.8, 8), np.full(6, 0.8)])
+    loads = {"penetration": depth, "tangential_displacement": np.append(np.zeros(8), shift)}
+    for nu in (0.0, 0.2, 0.45):
+        half_space, gap = paraboloid_body(44, nu)
+        true = list(sweep(half_space, gap, MU, **loads))[8:]
+        moduli = half_space.compliance.effective_modulus, half_space.compliance.tangential_modulus
+        line = slide(
+            profiles.paraboloid(1.0), *moduli, MU, penetration=0.8, tangential_displacement=shift
+        )
+        for elements in (2, 4):
+            body = frictional_body(1.0, 2 * (1 + nu), nu, elements=elements)
+            heights = (body.points**2).sum(axis=1) / 2
+            pairs = list(zip(list(follow(body, heights, MU, **loads))[8:], true, strict=True))
+            normal = max(abs(one.force / other.force - 1) for one, other in pairs)
+            along = _apart([one.tangential_force for one, _ in pairs], true)
+            springs = _apart(line.tangential_force, true)
+            rows.append(
+                [
+                    f"{nu}",
+                    str(2 * elements),
+                    *(f"{100 * v:.2f} %" for v in (normal, along, springs)),
+                ]
+            )
+    return rows
+
+
+def _apart(forces, true: list[FrictionStep]) -> float:
+    """Largest difference of tangential forces over mu F."""
+    pairs = zip(forces, true, strict=True)
+    return max(abs(force - other.tangential_force) / (MU * other.force) for force, other in pairs)
+
+
+# %% [markdown]
 # Rough surfaces: partial slip of a patch in three dimensions and of lines.
 
 
@@ -320,6 +363,7 @@ TABLES = {
     "left-out": left_out,
     "ratios": ratios,
     "steps": steps,
+    "second-opinion": second_opinion,
     "rough": rough,
 }
 

@@ -1,0 +1,200 @@
+"""A half-space of finite elements known through the flexibility of all three displacements.
+
+For contact with friction: what `body.CondensedBody` is for normal forces. Outside the mesh the
+displacement is that of the total force, Boussinesq's for its normal and Cerruti's for its
+tangential part, prescribed on the outer boundary; what higher moments leave there falls as
+(a/L)^2 and better.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import sparse
+from scipy.sparse.linalg import splu
+
+from reference.fem.elasticity import LARGEST_POISSON_RATIO, stiffness_matrices
+from reference.fem.far_field import boussinesq
+from reference.fem.mesh import GradedMesh, facet_nodes, growing_lines, ring_mesh
+
+# Contact candidates reach this far, in contact radii; the fine rings go there, too.
+_REACH = 1.25
+
+
+@dataclass(frozen=True, eq=False)
+class FrictionalBody:
+    """Half of a half-space, y >= 0, under loads symmetric about y = 0.
+
+    Attributes
+    ----------
+    points : (n, 2)
+        Candidate contact points.
+    compliance : (n, 3, n, 3)
+        Displacement (x, y, z into the body) at the first point for a unit force at the second, the
+        far field that goes with it included; the mirrored half is loaded alike.
+    held : (n,) bool
+        Points on the plane of symmetry, which do not move across it.
+    unknowns : int
+    """
+
+    points: NDArray[np.float64]
+    compliance: NDArray[np.float64]
+    held: NDArray[np.bool_]
+    unknowns: int
+
+
+def cerruti(points: NDArray[np.float64], poisson_ratio: float) -> NDArray[np.float64]:
+    """Displacement for a unit force along x at the origin of the surface, unit Young's modulus.
+
+    Cerruti 1882; Johnson 1985, eqs. (3.76).
+
+    Parameters
+    ----------
+    points : (..., 3)
+        Anywhere in the half-space z >= 0 but the origin.
+
+    Examples
+    --------
+    On the surface, across the force, ``u_x = (1 - nu)/(2 pi G r)`` with ``G = E/(2 (1 + nu))``:
+
+    >>> u = cerruti(np.array([0.0, 2.0, 0.0]), 0.25)
+    >>> round(float(u[0] * 2 * np.pi * 2.0), 12)
+    1.875
+    """
+    x, y, z = np.moveaxis(np.asarray(points, dtype=float), -1, 0)
+    r = np.sqrt(x * x + y * y + z * z)
+    soft, beyond = 1 - 2 * poisson_ratio, r + z
+    along = 1 / r + x * x / r**3 + soft * (1 / beyond - x * x / (r * beyond**2))
+    across = x * y / r**3 - soft * x * y / (r * beyond**2)
+    inwards = x * z / r**3 + soft * x / (r * beyond)
+    return (1 + poisson_ratio) / (2 * np.pi) * np.stack([along, across, inwards], axis=-1)
+
+
+def frictional_body(
+    contact_radius: float,
+    youngs_modulus: float,
+    poisson_ratio: float,
+    *,
+    elements: int = 4,
+    extent: float = 5.0,
+) -> FrictionalBody:
+    """Build a half-space for one round contact with friction.
+
+    Parameters
+    ----------
+    contact_radius : float
+        The largest; candidates reach a quarter further.
+    youngs_modulus, poisson_ratio : float
+        ``-1 < nu <= 0.4999``.
+    elements : int
+        27-node elements per contact radius, at least 2; each has two node spacings.
+    extent : float
+        Radius and depth of the mesh in contact radii, at least 2.
+
+    Raises
+    ------
+    ValueError
+        For every argument out of range, with the value that came.
+    """
+    _check(contact_radius, youngs_modulus, poisson_ratio, elements, extent)
+    grid = _mesh(elements, extent)
+    mesh = grid.mesh
+    nodes = facet_nodes(mesh, grid.surface)
+    nodes = nodes[np.hypot(*mesh.p[:2, nodes]) <= _REACH * (1 + 1e-9)]
+    compliance, unknowns = _condensed(grid, nodes, poisson_ratio)
+    return FrictionalBody(
+        points=mesh.p[:2, nodes].T * contact_radius,
+        compliance=compliance / (youngs_modulus * contact_radius),
+        held=mesh.p[1, nodes] == 0.0,
+        unknowns=unknowns,
+    )
+
+
+def _mesh(elements: int, extent: float) -> GradedMesh:
+    """Even rings out to the candidates' reach, growing ones beyond and with depth."""
+    cells = max(1, round(0.5 * elements))
+    size, growth = 0.5 / cells, 1.0 + 1.2 / np.sqrt(elements)
+    inside = np.linspace(0.5, 1.0, cells + 1)
+    further = 1.0 + size * np.arange(1, int(np.ceil((_REACH - 1.0) / size)) + 1)
+    outside = growing_lines(further[-1], extent, growth * size, growth)[1:]
+    rings = np.concatenate([inside, further, outside])
+    depths = growing_lines(0.0, extent, 0.8 * size, growth)
+    return ring_mesh(rings, depths, core_cells=cells, round_from=1.0, planes=(False, True))
+
+
+def _condensed(
+    grid: GradedMesh, nodes: NDArray[np.int64], poisson_ratio: float
+) -> tuple[NDArray[np.float64], int]:
+    """Compliance (n, 3, n, 3) for unit modulus and lengths of the mesh, and the unknowns."""
+    mesh = grid.mesh
+    stiffness = _assembled(grid, poisson_ratio)
+    outer = facet_nodes(mesh, grid.outer)
+    kind = np.zeros((mesh.p.shape[1], 3), dtype=np.int64)  # 0 free, 1 prescribed, 2 held
+    kind[outer] = 1
+    kind[mesh.p[1] == 0.0, 1] = 2
+    free, given = (np.flatnonzero(kind.ravel() == each) for each in (0, 1))
+    factor = splu(
+        stiffness[free][:, free].tocsc(),
+        permc_spec="MMD_AT_PLUS_A",  # the matrix is symmetric and positive definite
+        diag_pivot_thresh=0.0,
+        options={"SymmetricMode": True},
+    )
+    place = np.full(kind.size, -1)
+    place[free] = np.arange(len(free))
+    contact = place[(3 * nodes[:, None] + np.arange(3)).ravel()]
+    moves = contact >= 0
+    loads = np.zeros((len(free), int(moves.sum())))
+    loads[contact[moves], np.arange(loads.shape[1])] = 1.0
+    compliance = np.zeros((contact.size, contact.size))
+    compliance[np.ix_(moves, moves)] = factor.solve(loads)[contact[moves]]
+    points = mesh.p.T[outer]
+    for direction, field in (
+        (0, cerruti(points, poisson_ratio)),
+        (2, boussinesq(points, poisson_ratio)[0]),
+    ):
+        everywhere = np.zeros((mesh.p.shape[1], 3))
+        everywhere[outer] = field
+        response = factor.solve(-stiffness[free][:, given] @ everywhere.ravel()[given])
+        far = np.zeros(contact.size)
+        far[moves] = response[contact[moves]]
+        # a force on this half and its mirror image: twice the total
+        compliance[:, direction::3] += 2.0 * far[:, None]
+    count = len(nodes)
+    return compliance.reshape(count, 3, count, 3), len(free)
+
+
+def _assembled(grid: GradedMesh, poisson_ratio: float) -> sparse.csr_array:
+    """Stiffness matrix on all displacements, node by node."""
+    matrices = stiffness_matrices(grid.mesh, poisson_ratio, reduced_integration=True)
+    elements = grid.mesh.dofs.element_dofs.T
+    dofs = (3 * elements[:, :, None] + np.arange(3)).reshape(len(elements), -1)
+    size = dofs.shape[1]
+    rows, columns = np.repeat(dofs, size, axis=1), np.tile(dofs, (1, size))
+    total = 3 * grid.mesh.p.shape[1]
+    entries = (matrices.ravel(), (rows.ravel(), columns.ravel()))
+    return sparse.coo_array(entries, shape=(total, total)).tocsr()
+
+
+def _check(
+    contact_radius: float,
+    youngs_modulus: float,
+    poisson_ratio: float,
+    elements: int,
+    extent: float,
+) -> None:
+    wrong = []
+    for name, value in (("contact_radius", contact_radius), ("youngs_modulus", youngs_modulus)):
+        if not (np.isfinite(value) and value > 0.0):
+            wrong.append(f"{name} must be positive and finite, got {value!r}")
+    if not -1.0 < poisson_ratio <= LARGEST_POISSON_RATIO:
+        wrong.append(
+            f"poisson_ratio must lie in (-1, {LARGEST_POISSON_RATIO}], got {poisson_ratio!r}"
+        )
+    if int(elements) != elements or elements < 2:
+        wrong.append(f"elements must be an integer of at least 2, got {elements!r}")
+    if not (np.isfinite(extent) and extent >= 2.0):
+        wrong.append(f"extent must be at least 2 contact radii, got {extent!r}")
+    if wrong:
+        raise ValueError("; ".join(wrong))
