@@ -16,7 +16,7 @@ from pathlib import Path
 import numpy as np
 from scipy.ndimage import zoom
 
-from comparisons.physics.estimates import largest_contact
+from comparisons.physics.estimates import impact_contacts, largest_contact
 from comparisons.physics.loads import Loads, loads_of
 from comparisons.scene import Scene, SceneError
 from comparisons.shapes import Indenter, RigidPlane, Sphere
@@ -224,7 +224,7 @@ def equivalent_profile(indenter: Indenter) -> profiles.Profile:
 
 
 def _largest_estimate(scene: Scene, loads: Loads) -> IndenterGeometry:
-    """Estimate the largest contact of a scene with physics; single steps have no estimate."""
+    """Estimate the largest contact of a scene with physics; of single steps only impacts."""
     assert scene.indenter is not None
     try:
         profile = equivalent_profile(scene.indenter)
@@ -233,7 +233,12 @@ def _largest_estimate(scene: Scene, loads: Loads) -> IndenterGeometry:
             raise ValueError("nothing touches at any of the loads")
     except (ValueError, RuntimeError, ArithmeticError) as error:
         raise SceneError(scene.name, [f"loading: {error}"]) from error
-    return IndenterGeometry(scene.indenter, depth, radius)
+    if loads.control != "velocity":
+        return IndenterGeometry(scene.indenter, depth, radius)
+    depths, radii = impact_contacts(scene, profile, loads.values)
+    return IndenterGeometry(
+        scene.indenter, depth, radius, tuple(depths.tolist()), tuple(radii.tolist())
+    )
 
 
 # Estimates of one line of springs are used down to this share of its largest contact radius.

@@ -2,11 +2,20 @@
 
 from __future__ import annotations
 
-from comparisons.hard_cases import friction, loads, maps, materials, rough, shapes, viscoelastic
+from comparisons.hard_cases import (
+    friction,
+    impacts,
+    loads,
+    maps,
+    materials,
+    rough,
+    shapes,
+    viscoelastic,
+)
 from comparisons.hard_cases.case import HardCase
 
 CASES: dict[str, HardCase] = {
     case.id: case
-    for cases in (materials, loads, shapes, rough, maps, friction, viscoelastic)
+    for cases in (materials, loads, shapes, rough, maps, friction, viscoelastic, impacts)
     for case in cases.CASES
 }

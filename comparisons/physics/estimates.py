@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 
 # Radii and depths are looked for between the characteristic length of a shape and these shares.
 SMALLEST, LARGEST = 1e-9, 1e6
+# Impacts of a list that are estimated one by one.
+IMPACTS = 12
 
 
 def largest_contact(scene: Scene, profile: profiles.Profile, loads: Loads) -> tuple[float, float]:
@@ -47,6 +49,22 @@ def largest_contact(scene: Scene, profile: profiles.Profile, loads: Loads) -> tu
         raise ValueError("expected a load above zero somewhere")
     contact = foundation.indent(profile, modulus, **{normal.control: np.array([largest])})
     return float(contact.penetration[0]), float(contact.contact_radius[0])
+
+
+def impact_contacts(
+    scene: Scene, profile: profiles.Profile, velocities: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return penetration and contact radius of the impact at each velocity, increasing.
+
+    Some velocities are estimated, those between them as powers.
+    """
+    assert scene.dynamics is not None
+    few = velocities[np.unique(np.linspace(0, velocities.size - 1, IMPACTS).round().astype(int))]
+    energies = 0.5 * scene.dynamics.mass * few**2
+    depths = np.array([impact_depth(profile, scene.effective_modulus, e) for e in energies])
+    between = np.interp(np.log(velocities), np.log(few), np.log(depths))
+    depth = np.exp(between)
+    return depth, np.asarray(profile.contact_radius(depth))
 
 
 def _adhering(

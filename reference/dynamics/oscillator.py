@@ -102,7 +102,7 @@ def free_period(form: ClosedForm, mass: float, load: float, deepest: float) -> f
 
 def _released(form: ClosedForm, load: float, x: float, deepest: float) -> float:
     """V(deepest) - V(x)."""
-    return work(form.force, form.energy, x, deepest) - load * (deepest - x)
+    return float(work(form.force, form.energy, x, deepest)) - load * (deepest - x)
 
 
 def _passage(form: ClosedForm, mass: float, load: float, highest: float, deepest: float) -> float:
@@ -115,7 +115,7 @@ def _passage(form: ClosedForm, mass: float, load: float, highest: float, deepest
     jump = _released(form, load, highest, deepest)  # 0 without flight
 
     def kinetic(low: float, high: float) -> float:
-        return work(form.force, form.energy, low, high) - load * (high - low)
+        return float(work(form.force, form.energy, low, high)) - load * (high - low)
 
     def rate(t: float) -> float:
         x, rest = highest + way * math.sin(t) ** 2, way * math.cos(t) ** 2
