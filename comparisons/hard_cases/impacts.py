@@ -106,7 +106,7 @@ CASES = (
             bem_fft=accurate(1e-3),
             fem=accurate(6e-4),
         ),
-        truth=Trusted("bem_fft", (32, 64, 128)),
+        truth=Trusted("bem_fft", (16, 32, 64)),
     ),
     _impact(
         "beyond-the-sphere",
