@@ -1,0 +1,200 @@
+"""Adhesive contacts on the grid of a half-space, led along a path of loads."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from comparisons.geometry import IndenterGeometry
+from comparisons.physics.loads import Loads
+from comparisons.scene import Scene
+from reference.errors import ConvergenceError
+from reference.halfspace import FreeOperator
+from reference.halfspace.cohesive import CohesiveContact, CohesiveProblem
+from reference.halfspace.cohesive_laws import dugdale
+from reference.halfspace.cohesive_path import CohesivePath, trace
+from reference.halfspace.detachment import Peeling, peel
+
+# The first set of cells is wider than the largest contact by this share.
+_MARGIN = 1.1
+_TOLERANCE = 1e-6
+# Half the width of the ramp in place of Maugis' step, as a share of the range.
+_RAMP = 0.2
+_STEPS, _EXTENSIONS = 40, 12
+
+
+@dataclass(frozen=True)
+class GridWalk:
+    """What a grid found along a path: arrays of shape (k,), and the largest pull on the way."""
+
+    penetration: np.ndarray
+    force: np.ndarray
+    area: np.ndarray
+    largest_pull: float
+    residual: float
+    unknowns: int
+
+
+def peeled_walk(
+    scene: Scene, geometry: IndenterGeometry, loads: Loads, resolution: int
+) -> GridWalk:
+    """Short range: the sets of cells that hold, largest first, serve the way in and out.
+
+    That is right for bodies with one stable contact at a load: single compact ones.
+    """
+    assert scene.adhesion is not None
+    operator, gap = _grid(scene, geometry, resolution, _widest_gap(scene, geometry))
+    touching = np.isfinite(gap) & (gap <= _widest_gap(scene, geometry))
+    way = peel(
+        operator, gap, touching, scene.adhesion.work, tolerance=_TOLERANCE, until=_until(scene)
+    )
+    states, pull, attached = [], 0.0, False
+    for load in loads.values:
+        attached = attached or load >= 0
+        held = way.at(float(load), loads.control) if attached else way.cells.size
+        states.append(_peeled_state(way, held, float(load), loads.control))
+        pull = max(pull, -states[-1][1], _pull_on_the_way(way, held, attached, loads.control))
+        attached = attached and held < way.cells.size
+    penetration, force, area = (np.array(part) for part in zip(*states, strict=True))
+    return GridWalk(penetration, force, area, pull, _TOLERANCE, int(touching.sum()))
+
+
+def _until(scene: Scene) -> float:
+    """Share of the cells that need not be peeled off any more: far inside every fold."""
+    assert scene.indenter is not None
+    return 0.3 if scene.indenter.flat else 0.02
+
+
+def _peeled_state(way: Peeling, held: int, load: float, control: str) -> tuple[float, float, float]:
+    """Penetration, force and area of a set under a load; zeros where nothing holds."""
+    if held == way.cells.size:
+        return load if control == "penetration" else 0.0, 0.0, 0.0
+    stiffness, offset = float(way.stiffness[held]), float(way.offset[held])
+    area = float(way.area[held])
+    if control == "penetration":
+        return load, stiffness * load - offset, area
+    return (load + offset) / stiffness, load, area
+
+
+def _pull_on_the_way(way: Peeling, held: int, attached: bool, control: str) -> float:
+    """Largest pull of the sets that a falling load has taken apart one by one."""
+    if not attached or held == 0:
+        return 0.0
+    curve = way.force if control == "force" else way.penetration
+    passed = np.flatnonzero(curve[:held] <= np.minimum.accumulate(curve)[:held])
+    return float(-way.force[passed].min())
+
+
+def _widest_gap(scene: Scene, geometry: IndenterGeometry) -> float:
+    """Gap of the undeformed body at the edge of the widest set of cells."""
+    assert scene.indenter is not None
+    if scene.indenter.flat:
+        return 0.0
+    radius = _MARGIN * geometry.contact_radius
+    if scene.indenter.axisymmetric:
+        return float(scene.indenter.gap(np.array(radius), np.array(0.0)))
+    # an ellipsoid: the gap on the ellipse of the same area as the circle
+    half_x, half_y = scene.indenter.reach(1.0)
+    return radius**2 / (half_x * half_y)
+
+
+def _grid(
+    scene: Scene, geometry: IndenterGeometry, resolution: int, level: float
+) -> tuple[FreeOperator, np.ndarray]:
+    """Operator and gap on square cells wherever the undeformed gap is at most `level`."""
+    assert scene.indenter is not None
+    cell = geometry.contact_radius / resolution
+    half = scene.indenter.reach(level)
+    shape = tuple(2 * max(1, int(np.ceil(each / cell - 1e-9))) for each in half)
+    x, y = (cell * (np.arange(n) - (n - 1) / 2) for n in shape)
+    gap = scene.indenter.gap(*np.meshgrid(x, y, indexing="ij"))
+    return FreeOperator(shape, (cell, cell), scene.effective_modulus), gap
+
+
+def cohesive_walk(
+    scene: Scene, geometry: IndenterGeometry, loads: Loads, resolution: int
+) -> GridWalk:
+    """Any range: the whole path of equilibria, and on it the places where the loads lead."""
+    assert scene.adhesion is not None
+    work, reach = scene.adhesion.work, scene.adhesion.range
+    law = dugdale(work, work / reach, ramp=_RAMP)
+    pulled = float(np.sqrt(2 * np.pi * work / scene.effective_modulus * geometry.contact_radius))
+    level = (1 + _RAMP) * reach + pulled + max(geometry.penetration, 0.0)
+    operator, gap = _grid(scene, geometry, resolution, level)
+    problem = CohesiveProblem(operator, gap, law)
+    path = _path(problem, loads, max(geometry.penetration, 0.0), pulled + reach)
+    places = path.follow(loads.control, loads.values)
+    found = [
+        _settled(problem, path, place, float(load), loads.control)
+        for place, load in zip(places, loads.values, strict=True)
+    ]
+    penetration, force, area, residual = (np.array(part) for part in zip(*found, strict=True))
+    return GridWalk(
+        penetration,
+        force,
+        area,
+        _passed_pull(path, places, force, loads.control),
+        float(residual.max()),
+        int(np.isfinite(gap).sum()),
+    )
+
+
+def _path(
+    problem: CohesiveProblem, loads: Loads, penetration: float, length: float
+) -> CohesivePath:
+    """Path from beyond the largest load to far apart; lengths in units of `length`."""
+    top = max(penetration, float(loads.values.max())) if loads.control == "penetration" else 0.0
+    top = max(top, penetration) + 0.05 * length
+    lowest = -3 * length
+    if loads.control == "penetration":
+        lowest = min(lowest, float(loads.values.min()) - 0.05 * length)
+    for _ in range(_EXTENSIONS):
+        path = trace(problem, top, lowest, steps=_STEPS, tolerance=_TOLERANCE)
+        pressed = path.force if loads.control == "force" else path.penetration
+        if pressed[0] >= loads.values.max():
+            return path
+        top += 0.5 * length + 0.2 * abs(top)
+    raise ConvergenceError("the largest load of an adhesive path was not reached")
+
+
+def _settled(
+    problem: CohesiveProblem,
+    path: CohesivePath,
+    place: tuple[int, float],
+    load: float,
+    control: str,
+) -> tuple[float, float, float, float]:
+    """Penetration, force, area and residual at a load, from its place on the path."""
+    i, part = place
+    before, after = path.points[i : i + 2]
+    last = part == 1.0 and i == len(path.points) - 2
+    if last and control == "force":
+        return 0.0, 0.0, 0.0, after.residual
+    pressure = before.pressure + part * (after.pressure - before.pressure)
+    depth = before.penetration + part * (after.penetration - before.penetration)
+    found: CohesiveContact
+    if control == "penetration":
+        found = problem.at_penetration(load, pressure, _TOLERANCE)
+    else:
+        found = problem.at_force(load, depth, pressure, _TOLERANCE)
+    area = float(found.mask.sum()) * problem.operator.cell_area
+    return found.penetration, found.force, area, found.residual
+
+
+def _passed_pull(
+    path: CohesivePath, places: list[tuple[int, float]], force: np.ndarray, control: str
+) -> float:
+    """Largest pull at the loads and on the stretches of the path between two falling ones."""
+    pull = float(-force.min())
+    fold = path.pull_off()
+    if fold is None:
+        return max(pull, 0.0)
+    at = int(np.argmin(path.force)) + 0.0
+    spots = [path.force.size - 1.0, *(i + part for i, part in places)]
+    for one, other in pairwise(spots):
+        # a rising force jumps over its own minimum; a rising penetration may not
+        if (one < at < other) or (one > at > other and control == "penetration"):
+            pull = max(pull, -fold[1])
+    return max(pull, 0.0)
