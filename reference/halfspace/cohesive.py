@@ -34,6 +34,7 @@ Field = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 _FORCING = 1e-3  # of MINRES relative to the residual of Newton's method
+_DIRECTION = 1e-10  # of the response to the penetration: close to a fold it is nearly singular
 _ROUNDS = 2000
 _LEAST_SHARE = 1e-3
 
@@ -260,7 +261,7 @@ class _Linearised:
             return (np.where(self.contact, 0.0, z) - weight * apply(weight * z)).ravel()
 
         system = LinearOperator((weight.size, weight.size), matvec=act, dtype=float)
-        rtol = _FORCING * min(1.0, self.error) if whole else 1e-6
+        rtol = _FORCING * min(1.0, self.error) if whole else _DIRECTION
         z, _ = minres(system, (weight * right).ravel(), rtol=max(rtol, 1e-12), maxiter=_ROUNDS)
         return weight * z.reshape(shape) - (self.residual if whole else 0.0)
 

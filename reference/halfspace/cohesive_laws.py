@@ -64,11 +64,11 @@ def exponential(work: float, reach: float) -> CohesiveLaw:
     return CohesiveLaw("exponential", work, strength, reach, tension, lambda h: tension(h) / reach)
 
 
-def dugdale(work: float, strength: float, ramp: float = 0.2) -> CohesiveLaw:
+def dugdale(work: float, strength: float, ramp: float = 0.3) -> CohesiveLaw:
     """Maugis' law: sigma0 out to the gap w/sigma0, here with a ramp in place of the step.
 
-    The tension falls linearly from sigma0 at (1 - ramp) w/sigma0 to zero at (1 + ramp) w/sigma0:
-    the same work of adhesion, and a slope for Newton's method. Pull-off moves as ramp^2.
+    The tension falls from sigma0 at (1 - ramp) w/sigma0 to zero at (1 + ramp) w/sigma0, as the
+    cubic with level ends: the same work of adhesion, and a continuous slope for Newton's method.
 
     Parameters
     ----------
@@ -84,10 +84,12 @@ def dugdale(work: float, strength: float, ramp: float = 0.2) -> CohesiveLaw:
     low, high = (1 - ramp) * reach, (1 + ramp) * reach
 
     def tension(h: Field) -> Field:
-        return strength * np.clip((high - h) / (high - low), 0.0, 1.0)
+        t = np.clip((high - h) / (high - low), 0.0, 1.0)
+        return strength * t * t * (3 - 2 * t)
 
     def softening(h: Field) -> Field:
-        return np.where((h > low) & (h < high), strength / (high - low), 0.0)
+        t = np.clip((high - h) / (high - low), 0.0, 1.0)
+        return 6 * strength / (high - low) * t * (1 - t)
 
     return CohesiveLaw("dugdale", work, strength, reach, tension, softening)
 

@@ -19,7 +19,10 @@ from reference.halfspace.cohesive import CohesiveContact, CohesiveProblem, Const
 Field = NDArray[np.float64]
 
 _SHRINKS = 12
-_EASY, _ITERATIONS = 5, 14
+_EASY, _ITERATIONS = 6, 30
+# Sharper turns than this cosine are taken in smaller steps, down to those of a corner of the path:
+# a step over a fold would land on another branch.
+_TURN, _CORNER = 0.7, 0.05
 
 
 @dataclass(frozen=True)
@@ -172,6 +175,19 @@ def _ended(points: list[CohesiveContact], lowest: float, parted: float) -> bool:
     return last.penetration < lowest or abs(last.force) <= parted * abs(pulled)
 
 
+def _way_behind(
+    points: list[CohesiveContact], units: tuple[float, float]
+) -> tuple[CohesiveContact, Field]:
+    """Last point but those too close to tell the direction, and the way from it to the last."""
+    last = points[-1]
+    for before in reversed(points[:-1]):
+        moved = last.penetration - before.penetration, last.force - before.force
+        way = np.array(moved) / units
+        if np.hypot(*way) >= _CORNER:
+            break
+    return before, way
+
+
 def _next(
     problem: CohesiveProblem,
     points: list[CohesiveContact],
@@ -180,8 +196,8 @@ def _next(
     tolerance: float,
 ) -> tuple[CohesiveContact, float]:
     """Equilibrium one step of arc length further, with as many halvings as it takes."""
-    before, last = points[-2:]
-    way = np.array([last.penetration - before.penetration, last.force - before.force]) / units
+    last = points[-1]
+    before, way = _way_behind(points, units)
     done = float(np.hypot(*way))
     way /= done
     for _ in range(_SHRINKS):
@@ -198,7 +214,8 @@ def _next(
             history = failure.history
         else:
             moved = (found.penetration - last.penetration, found.force - last.force)
-            if np.dot(np.array(moved) / units, way) > 0:
+            step = np.array(moved) / units
+            if step @ way > _TURN * np.hypot(*step) or (length < _CORNER and step @ way > 0):
                 return found, length
             history = [found.residual]
         length /= 2

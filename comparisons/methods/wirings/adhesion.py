@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from comparisons.geometry import Geometry, IndenterGeometry
-from comparisons.methods.adhesive_grid import cohesive_walk, peeled_walk
+from comparisons.methods.adhesive_grid import cohesive_walk, edge_doubt, peeled_walk
 from comparisons.methods.base import Solution, Support, Task
 from comparisons.methods.bem_fft import BemFft
 from comparisons.methods.closed_form import ClosedForm
@@ -173,7 +173,7 @@ class GridAdhesion(BemFft):
     def resolutions(self, scene: Scene, geometry: Geometry) -> tuple[int, ...]:
         """Cells per contact radius at the largest load."""
         assert scene.adhesion is not None
-        return (8, 16, 32) if scene.adhesion.short_range else (12, 24, 48)
+        return (6, 12, 24) if scene.adhesion.short_range else (8, 16, 32)
 
     def model(self, scene: Scene, geometry: Geometry) -> str:
         """Name the law of detachment."""
@@ -181,7 +181,7 @@ class GridAdhesion(BemFft):
         if scene.adhesion.short_range:
             law = "cells let go at a tension calibrated to the mesh (Pohrt & Popov 2015)"
         else:
-            law = "a constant tension out to the range, over a ramp of ±20 % of it (Maugis 1992)"
+            law = "a constant tension out to the range, over a ramp of ±30 % of it (Maugis 1992)"
         return f"square cells, free space around them; {law}"
 
     def warm_up(self, task: Task) -> None:
@@ -204,6 +204,7 @@ class GridAdhesion(BemFft):
             for step in range(len(task.loads.values)):
                 solution.fail((0, step), error.reason)
             return solution
+        flat = task.geometry.indenter.flat
         curves = _curves(
             np.sqrt(found.area / np.pi),
             found.penetration,
@@ -214,6 +215,9 @@ class GridAdhesion(BemFft):
         solution.quantities = {name: values[None, :] for name, values in curves.items()}
         solution.converged[:] = True
         solution.violation[:] = found.residual
+        if task.scene.adhesion.short_range:
+            solution.truncation = edge_doubt(task.geometry, task.resolution)
+            solution.exact = ("contact_area", "contact_area_raw") if flat else ()
         solution.unknowns = found.unknowns
         return solution
 
