@@ -66,8 +66,8 @@ def peeled_walk(
 def edge_doubt(geometry: IndenterGeometry, resolution: int) -> float:
     """Return how far the calibrated tension may be wrong, relative, by cells per contact radius.
 
-    Measured on discs and paraboloids, any place of the grid (docs/adhesion.md): loads err by 0.2 and up to
-    2.5 cells of the radius; corners and straight edges of other faces are known less than discs.
+    Measured on discs and paraboloids (docs/adhesion.md): loads err by 0.2 and by up to 2.5 cells
+    of the radius; corners and straight edges of other faces are known less well than discs.
     """
     return (0.5 if geometry.indenter.flat else 2.5) / resolution
 

@@ -13,7 +13,7 @@ from comparisons.methods.bem_fft import BemFft
 from comparisons.methods.closed_form import ClosedForm
 from comparisons.methods.reduced import Reduced, profile_of
 from comparisons.scene import Scene
-from comparisons.shapes import Indenter
+from comparisons.shapes import Indenter, PowerLaw
 from reduced import adhesion
 from reduced import errors as reduced_errors
 from reduced.profiles import paraboloid
@@ -27,6 +27,8 @@ def _refused(scene: Scene) -> str:
     """Return why a scene is no adhesive contact of a shape, "" where it is."""
     if scene.indenter is None:
         return "only single contacts adhere here: the area rule (19.29) says nothing about edges"
+    if isinstance(scene.indenter, PowerLaw) and scene.indenter.exponent <= 0.5:
+        return "the tip is sharper than the root of r: adhesion does not hold it"
     return ""
 
 
@@ -134,10 +136,7 @@ class ClosedFormAdhesion(ClosedForm):
         assert scene.adhesion is not None
         if not scene.adhesion.short_range:
             return Support(False, "the closed forms are those of short range")
-        try:
-            form = adhesive_form_of(scene.indenter, scene.effective_modulus, scene.adhesion.work)
-        except ValueError as error:
-            return Support(False, str(error))
+        form = adhesive_form_of(scene.indenter, scene.effective_modulus, scene.adhesion.work)
         if form is None:
             kind = scene.indenter.model_dump()["shape"].replace("_", " ")
             return Support(False, f"no adhesive closed form is known for a {kind}")

@@ -1,0 +1,114 @@
+"""Adhesion in scenes: springs, closed forms and grids along one path, with their refusals."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from comparisons.execution import execute
+from comparisons.methods import Task, covers, method_for
+from comparisons.options import Options
+from comparisons.planning import plan_scene
+from comparisons.scene import load_scene, parse_scene
+from reference.closed_form.maugis import MaugisForm
+
+QUANTITIES = ("force", "penetration", "contact_area", "pull_off_force")
+BALL = """
+name = "ball"
+[half_space]
+effective_modulus = 2e6
+[indenter]
+{indenter}
+[adhesion]
+work = 0.05
+{more}
+[loading]
+{loading}
+"""
+
+
+SIZES = {
+    "paraboloid": 'radius = "10 mm"',
+    "square_punch": 'side = "1 mm"',
+    "power_law": "exponent = 0.4\ncoefficient = 0.1",
+}
+
+
+def scene_of(shape: str, loading: str, more: str = ""):
+    lines = f'shape = "{shape}"\n' + SIZES[shape]
+    text = BALL.format(indenter=lines, loading=loading, more=more)
+    return parse_scene(text, "ball.toml", Path.cwd())
+
+
+def solved(scene, name: str, resolution: int):
+    (plan, *_) = plan_scene(scene)
+    task = Task(plan.scene, plan.geometry, plan.loads, name, resolution, Options(), QUANTITIES)
+    solution = execute(task)
+    assert solution.converged.all(), solution.reasons
+    return {key: values[0] for key, values in solution.quantities.items()}
+
+
+BY_DEPTH = 'penetration = ["-1 um", "1 um", "8 um", "0 um", "-2 um", "-5 um"]'
+BY_FORCE = 'force = ["0 mN", "5 mN", "-1 mN", "-4 mN", "1 mN"]'
+
+
+@pytest.mark.parametrize("loading", [BY_DEPTH, BY_FORCE])
+def test_springs_and_closed_form_agree_on_the_whole_path(loading):
+    """Contact, loss and contact again, for a paraboloid that the springs hold exactly."""
+    scene = scene_of("paraboloid", loading)
+    springs, exact = solved(scene, "reduced", 12), solved(scene, "closed_form", 1)
+    for name in QUANTITIES:
+        scale = np.abs(exact[name]).max()
+        np.testing.assert_allclose(springs[name], exact[name], atol=1e-10 * scale, rtol=0)
+    assert exact["pull_off_force"][0] == pytest.approx(1.5 * np.pi * 0.05 * 0.01, rel=1e-12)
+    assert (exact["contact_area"] == 0).any()
+
+
+@pytest.mark.parametrize("loading", [BY_DEPTH, BY_FORCE])
+def test_the_grid_follows_the_same_path(loading):
+    """Detachment calibrated to the mesh, 8 cells per radius: 25 % of the largest load."""
+    scene = scene_of("paraboloid", loading)
+    grid, exact = solved(scene, "bem_fft", 8), solved(scene, "closed_form", 1)
+    np.testing.assert_array_equal(grid["contact_area"] > 0, exact["contact_area"] > 0)
+    for name in ("force", "penetration"):
+        scale = np.abs(exact[name]).max()
+        np.testing.assert_allclose(grid[name], exact[name], atol=0.25 * scale, rtol=0)
+    assert grid["pull_off_force"][0] == pytest.approx(exact["pull_off_force"][0], rel=0.3)
+
+
+def test_a_range_is_maugis_tension_and_has_a_hysteresis():
+    """Lambda = 1.04: pull-off within 1.5 % of Maugis, contact kept below the depth of snap-in."""
+    scene = load_scene("adhesive-ball-range")
+    grid = solved(scene, "bem_fft", 12)
+    work, reach = scene.adhesion.work, scene.adhesion.range
+    form = MaugisForm(0.01, scene.effective_modulus, work, work / reach)
+    exact = -float(form.force(form.pull_off()))
+    assert grid["pull_off_force"][0] == pytest.approx(exact, rel=0.015)
+    (plan, *_) = plan_scene(scene)
+    depth, touching = plan.loads.values, grid["contact_area"] > 0
+    half = int(np.argmax(depth))
+    assert depth[:half][touching[:half]].min() > depth[half:][touching[half:]].min()
+    springs = solved(scene, "reduced", 12)
+    assert springs["pull_off_force"][0] < exact
+
+
+def test_what_no_method_does_is_said():
+    ball = scene_of("paraboloid", BY_DEPTH, 'range = "1 um"')
+    assert "short range" in method_for("closed_form", ball).supports(ball).reason
+    assert covers("bem_dense", ball).reason == "does not model [adhesion]"
+    square = scene_of("square_punch", BY_FORCE)
+    assert "square punch" in method_for("closed_form", square).supports(square).reason
+    sharp = scene_of("power_law", BY_FORCE)
+    for name in ("reduced", "closed_form", "bem_fft"):
+        assert "sharper than" in method_for(name, sharp).supports(sharp).reason
+
+
+def test_a_punch_is_lost_as_a_whole():
+    """Kendall, -sqrt(8 pi E* w b^3): springs to rounding, grid within 4 % at 8 cells per radius."""
+    scene = load_scene("adhesive-punch")
+    exact = np.sqrt(8 * np.pi * 2e6 * 0.05 * 1e-3**3)
+    assert solved(scene, "reduced", 10)["pull_off_force"][0] == pytest.approx(exact, rel=1e-12)
+    assert solved(scene, "closed_form", 1)["pull_off_force"][0] == pytest.approx(exact, rel=1e-12)
+    assert solved(scene, "bem_fft", 8)["pull_off_force"][0] == pytest.approx(exact, rel=0.04)
