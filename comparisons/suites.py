@@ -13,6 +13,7 @@ PHYSICS = (
     *("impact-ball", "impact-square", "impact-course", "pushed-ball"),
     *("rubber-ball", "rubber-again", "rubber-creep", "impact-rubber"),
     *("friction-rubber", "friction-steel", "friction-rough"),
+    *("adhesive-ball", "adhesive-ball-range", "adhesive-punch"),
 )
 SUITES: dict[str, tuple[str, ...]] = {
     "quick": (*SINGLE, *ROUGH),

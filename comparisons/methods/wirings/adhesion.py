@@ -188,8 +188,12 @@ class GridAdhesion(BemFft):
         self.operator(task, (8, 8), (1.0, 1.0)).apply(np.ones((8, 8)))
 
     def refused(self, task: Task) -> str:
-        """Refuse nothing before trying."""
-        return ""
+        """Refuse grids whose way takes minutes: work grows as the fourth power of their number."""
+        assert task.scene.adhesion is not None
+        most = 32 if task.scene.adhesion.short_range else 48
+        if task.resolution <= most:
+            return ""
+        return f"takes a contact apart cell by cell: at most {most} cells per contact radius"
 
     def solve(self, task: Task) -> Solution:
         """Follow the path of equilibria, and read the loads off it."""
