@@ -11,7 +11,7 @@ from __future__ import annotations
 
 import itertools
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import cached_property
 from typing import NamedTuple
 
@@ -172,7 +172,7 @@ class GeneralisedMaxwell:
         return found
 
 
-def _zero(function, low: float, high: float) -> float:
+def _zero(function: Callable[[float], float], low: float, high: float) -> float:
     """Zero between two ends at which the function may be infinite."""
     margin = 1e-3
     while True:

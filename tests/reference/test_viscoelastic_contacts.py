@@ -177,14 +177,14 @@ def test_surface_that_recovers_is_touched_again():
 
 
 def test_half_space_against_a_dashpot():
-    """Kelvin-Voigt on the way in: pressure is singular at the edge, the grid's error larger."""
+    """Kelvin-Voigt on the way in, pressure singular at the edge: 0.25 % at 21 cells per radius."""
     damped = GeneralisedMaxwell.kelvin_voigt(1.0, 0.3)
     operator, square = cells(48, 0.115)
-    t = np.linspace(0, 1, 21)
+    t = np.linspace(0, 1, 41)
     found = list(press_in_time(operator, square / 2, damped, t, penetration=0.01 * t))
-    at = np.array([step.time for step in found[9:]])
+    at = np.array([step.time for step in found[18:]])
     exact = indentation(BALL, 1.0, damped, [0, 1], [0, 0.01], at)
-    np.testing.assert_allclose([step.force for step in found[9:]], exact.force, rtol=1e-2)
+    np.testing.assert_allclose([step.force for step in found[18:]], exact.force, rtol=2.5e-3)
 
 
 def test_unit_of_length_costs_no_digit():

@@ -1,4 +1,4 @@
-"""Viscoelastic normal contact in time, and impacts on it: springs, hereditary integrals, grids.
+"""Viscoelastic normal contact in time: springs, hereditary integrals, grids.
 
 The scene's times are where the answer is wanted. Methods that have an error in time divide the
 stretches between them further, in proportion to their resolution, so that one refinement refines
@@ -22,8 +22,7 @@ from comparisons.physics.loads import Loads, loads_of
 from comparisons.scene import Scene
 from reduced import errors as reduced_errors
 from reduced.profiles import paraboloid
-from reduced.viscoelastic import graded_times, indent_in_time
-from reduced.viscoelastic_impact import impact as strike
+from reduced.viscoelastic import History, graded_times, indent_in_time
 from reduced.viscoelastic_models import Prony, prony
 from reference import viscoelastic as reference
 from reference.errors import ConvergenceError
@@ -31,11 +30,9 @@ from reference.halfspace import areas
 from reference.viscoelastic.materials import GeneralisedMaxwell
 
 PHYSICS = frozenset({"viscoelastic"})
-IMPACT = frozenset({"viscoelastic", "dynamics"})
 # Steps in time of a whole history for each spring or cell per contact radius.
 STEPS_OF_SPRINGS = 4
 STEPS_OF_CELLS = 2
-STEPS_OF_IMPACT = 10
 # Cells per contact radius that a rough surface counts as in this: its own are points per side.
 STEPS_OF_SURFACE = 32
 # What warms up the springs' code.
@@ -136,7 +133,7 @@ class ReducedViscoelastic(Reduced):
         )
         return solution
 
-    def _solved(self, task: Task, springs: int):
+    def _solved(self, task: Task, springs: int) -> tuple[History, int]:
         loads, material = task.loads, springs_of(task.scene)
         forced = loads.control == "force"
         times, parts = _divided(
@@ -159,6 +156,7 @@ class ReducedViscoelastic(Reduced):
 
 
 def _lost(solution: Solution, reason: str) -> Solution:
+    """Record that the whole history has no answer."""
     for step in range(solution.converged.shape[1]):
         solution.fail((0, step), reason)
     return solution
@@ -175,7 +173,7 @@ class ClosedFormViscoelastic(ClosedForm):
         support = super().supports(scene)
         if reason or not support.ok:
             return Support(False, reason) if reason else support
-        if not _circular(scene):
+        if not circular(scene):
             return Support(False, "the integrals of Lee-Radok and Ting are for circular contacts")
         try:
             _integrated(scene, loads_of(scene), np.array([loads_of(scene).values.size - 1]))
@@ -202,7 +200,7 @@ class ClosedFormViscoelastic(ClosedForm):
         return solution
 
 
-def _circular(scene: Scene) -> bool:
+def circular(scene: Scene) -> bool:
     """Whether the closed form of the shape knows a contact radius."""
     assert scene.indenter is not None
     form = form_of(scene.indenter, scene.effective_modulus)
@@ -210,6 +208,7 @@ def _circular(scene: Scene) -> bool:
 
 
 def _integrated(scene: Scene, loads: Loads, steps: np.ndarray) -> reference.Curve:
+    """Evaluate the integral of the scene's control at some of its steps."""
     assert scene.indenter is not None
     assert loads.times is not None
     modulus = scene.effective_modulus
@@ -325,99 +324,4 @@ def _record(
         solution.iterations[row, step] = 0
 
 
-class ReducedImpact(Reduced):
-    """A mass on springs with memory, step by step."""
-
-    physics = IMPACT
-
-    def supports(self, scene: Scene) -> Support:
-        """Every indenter; impacts only."""
-        reason = _no_impact(scene)
-        return Support(False, reason) if reason else super().supports(scene)
-
-    def model(self, scene: Scene, geometry: Geometry) -> str:
-        """Name the line, its springs and the mass."""
-        return f"{super().model(scene, geometry)}; each with memory; the mass in implicit steps"
-
-    def warm_up(self, task: Task) -> None:
-        """Compile the springs on an impact that cannot fail."""
-        strike(_BALL, _SOLID, 1.0, 0.01, springs=4, steps=10)
-
-    def solve(self, task: Task) -> Solution:
-        """Let the mass strike at every velocity."""
-        solution = Solution.empty(task)
-        for step, velocity in enumerate(task.loads.values):
-            try:
-                hit = self._struck(task, float(velocity), springs=task.resolution)
-            except reduced_errors.ConvergenceError as error:
-                solution.fail((0, step), error.reason)
-                continue
-            values = {"velocity": float(velocity), "restitution": hit.restitution}
-            values |= {"contact_duration": hit.duration, "force": float(hit.force.max())}
-            solution.put((0, step), values | {"penetration": float(hit.penetration.max())})
-        solution.unknowns = 2 * task.resolution
-        return solution
-
-    def _struck(self, task: Task, velocity: float, springs: int):
-        scene, options = task.scene, task.options
-        assert scene.dynamics is not None
-        assert isinstance(options, ReducedOptions)
-        return strike(
-            *(profile_of(scene), springs_of(scene), scene.dynamics.mass, velocity),
-            poisson_ratio=scene.poisson_ratio,
-            springs=springs,
-            steps=STEPS_OF_IMPACT * springs,
-            edges=options.edges,
-        )
-
-
-class ClosedFormImpact(ClosedForm):
-    """The hereditary integrals as states of an initial value problem."""
-
-    physics = IMPACT
-
-    def supports(self, scene: Scene) -> Support:
-        """Bodies of revolution whose static contact is known."""
-        reason = _no_impact(scene)
-        support = super().supports(scene)
-        if reason or not support.ok:
-            return Support(False, reason) if reason else support
-        if not _circular(scene):
-            return Support(False, "the integrals of Lee-Radok and Ting are for circular contacts")
-        return Support(True, f"Lee & Radok 1960, Ting 1968; {support.reason}")
-
-    def solve(self, task: Task) -> Solution:
-        """Integrate each impact."""
-        scene, solution = task.scene, Solution.empty(task)
-        assert scene.indenter is not None
-        assert scene.dynamics is not None
-        modulus = scene.effective_modulus
-        form = form_of(scene.indenter, modulus)
-        assert form is not None
-        for step, velocity in enumerate(task.loads.values):
-            try:
-                hit = reference.impact(
-                    *(form, modulus, material_of(scene), scene.dynamics.mass, float(velocity)),
-                    poisson_ratio=scene.poisson_ratio,
-                )
-            except ConvergenceError as error:
-                solution.fail((0, step), error.reason)
-                continue
-            values = {"velocity": float(velocity), "restitution": hit.restitution}
-            values |= {"contact_duration": hit.duration, "force": hit.force}
-            solution.put((0, step), values | {"penetration": hit.penetration})
-            solution.violation[0, step] = hit.error
-        return solution
-
-
-def _no_impact(scene: Scene) -> str:
-    """Return why a scene is no single impact of a shape, "" where it is."""
-    if scene.indenter is None:
-        return "only single contacts strike here, no rough surfaces"
-    return "gives impacts, not their course in time" if scene.loading.time is not None else ""
-
-
-WIRINGS = (
-    *(ReducedViscoelastic(), ClosedFormViscoelastic(), BemFftViscoelastic()),
-    *(ReducedImpact(), ClosedFormImpact()),
-)
+WIRINGS = (ReducedViscoelastic(), ClosedFormViscoelastic(), BemFftViscoelastic())
