@@ -141,7 +141,7 @@ def ranges() -> list[list[str]]:
 
 def ball_entries(law: CohesiveLaw, parameter: float, jkr_depth: float) -> tuple[str, str]:
     """Pull-off force and depth of the grid over the rule's, or why not."""
-    if parameter < 0.3 or parameter > (2.0 if law.name == "exponential" else 1.5):
+    if not 0.3 <= parameter <= 2.0:
         return "-", "-"
     # out to where nothing pulls: the ramp's end, or exp(-8), of the surface drawn up by one unit
     reach = law.reach * (8.0 if law.name == "exponential" else 1.2)
