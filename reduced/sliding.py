@@ -70,8 +70,9 @@ def slide(
     spacing: float,
     material: Prony,
     speed: float | Sequence[float] | np.ndarray,
-    force: float | Sequence[float] | np.ndarray,
+    force: float | Sequence[float] | np.ndarray | None = None,
     *,
+    penetration: float | Sequence[float] | np.ndarray | None = None,
     periodic: bool = True,
 ) -> SteadySliding:
     """Slide rigid lines under a viscoelastic foundation until nothing changes: steady friction.
@@ -92,8 +93,9 @@ def slide(
         In shear, with G_inf > 0 (a fluid sinks until nothing is left to carry); nu = 1/2.
     speed : array_like, shape (k,) or float
         v > 0, any order.
-    force : array_like, shape (k,) or float
-        F > 0 on the line, one for all speeds or one for each.
+    force, penetration : array_like, shape (k,) or float
+        Exactly one: F > 0 on the line, or the depth of its highest point below the level of the
+        rubber, one for all speeds or one for each.
     periodic : bool
         Whether the line continues itself. A free line is met by rubber at rest; its contact has to
         lie inside it.
@@ -120,11 +122,15 @@ def slide(
     1.0
     """
     heights = np.atleast_2d(np.asarray(lines, dtype=float))
-    speeds, forces = np.atleast_1d(np.asarray(speed, float)), np.asarray(force, float)
-    _check(heights, spacing, material, speeds, forces)
-    forces = np.broadcast_to(forces, speeds.shape)
+    speeds = np.atleast_1d(np.asarray(speed, float))
+    loads = _one_load(force, penetration)
+    _check(heights, spacing, material, speeds, loads)
+    loads = np.broadcast_to(loads, speeds.shape)
     rows = [
-        [_steady(line, spacing, material, v, f, periodic) for v, f in zip(speeds, forces, strict=1)]
+        [
+            _steady(line, spacing, material, v, load, force is not None, periodic)
+            for v, load in zip(speeds, loads, strict=True)
+        ]
         for line in heights
     ]
     depth = np.array([[each[0] for each in row] for row in rows])
@@ -199,15 +205,23 @@ class _Line:
 
 
 def _steady(
-    line: np.ndarray, spacing: float, material: Prony, speed: float, force: float, periodic: bool
+    line: np.ndarray,
+    spacing: float,
+    material: Prony,
+    speed: float,
+    load: float,
+    forced: bool,
+    periodic: bool,
 ) -> tuple[float, np.ndarray]:
-    """Depth of the highest point and integrals of one line at one speed and force."""
+    """Depth of the highest point and integrals of one line at one speed and load."""
     peak = int(np.argmax(line))
     path = line - line[peak]
     if periodic:
         path = np.concatenate([path[peak:], path[: peak + 1]])
     held = _Line(np.ascontiguousarray(path), spacing, periodic, _lengths(material, speed))
-    goal = force / _SPRING
+    if not forced:
+        return load, held.settled(load)
+    goal = load / _SPRING
 
     def excess(depth: float) -> float:
         return held.settled(depth)[FORCE] / goal - 1 if depth > 0 else -1.0
@@ -215,10 +229,9 @@ def _steady(
     if periodic:
         # mean deflection F/(4 G_inf L), and w >= h - Z0 everywhere
         deepest = goal / (material.long_term * line.size * spacing) - path[:-1].mean()
+        deepest *= 1 + 2.0**-40  # at full contact this is the root, but for rounding
     else:
         deepest = _deep_enough(excess, path, goal / material.long_term, spacing)
-    # at full contact the bound is the root, but for rounding
-    deepest *= 1 + 2.0**-40
     precision = 4 * np.finfo(float).eps
     depth = brentq(excess, 0.0, deepest, xtol=2.0**-52 * deepest, rtol=precision, maxiter=200)
     return float(depth), held.settled(depth)
@@ -226,10 +239,15 @@ def _steady(
 
 def _deep_enough(excess, path: np.ndarray, deflection: float, spacing: float) -> float:
     """Depth at which a free line carries more than the force: doubled from a single spring's."""
-    depth = min(deflection / spacing, -float(path[[0, -1]].max()) / 1024)
-    while excess(depth) < 0:
+    end = -float(path[[0, -1]].max())
+    depth = min(deflection / spacing, end / 1024)
+    while depth < end and excess(depth) < 0:
         depth *= 2
-    return depth
+    if depth < end:
+        return depth
+    if excess(end) < 0:
+        raise ConvergenceError(f"at depth {end!r} the contact reaches the end of the line")
+    return end
 
 
 def _lengths(material: Prony, speed: float) -> tuple:
@@ -245,17 +263,24 @@ def _lengths(material: Prony, speed: float) -> tuple:
     )
 
 
+def _one_load(force: object, penetration: object) -> np.ndarray:
+    """Return the load that was given, of which there is one."""
+    if (force is None) == (penetration is None):
+        raise ValueError("give exactly one of force, penetration")
+    return np.asarray(penetration if force is None else force, float)
+
+
 def _check(
-    heights: np.ndarray, spacing: float, material: Prony, speeds: np.ndarray, forces: np.ndarray
+    heights: np.ndarray, spacing: float, material: Prony, speeds: np.ndarray, loads: np.ndarray
 ) -> None:
     """Raise one ValueError for everything wrong."""
     wrong = line_faults(heights) + positive_faults(spacing=spacing)
     wrong += solid_faults(material)
-    for name, values in (("speed", speeds), ("force", forces)):
+    for name, values in (("speed", speeds), ("force or penetration", loads)):
         if values.ndim > 1 or values.size == 0 or not np.all(np.isfinite(values) & (values > 0)):
             wrong.append(f"{name} must be positive and finite, a number or a list, got {values}")
-    if forces.ndim == 1 and forces.shape not in ((1,), speeds.shape):
-        wrong.append(f"force must be one, or one per speed ({speeds.size}), got {forces.size}")
+    if loads.ndim == 1 and loads.shape not in ((1,), speeds.shape):
+        wrong.append(f"loads must be one, or one per speed ({speeds.size}), got {loads.size}")
     refuse(wrong)
 
 

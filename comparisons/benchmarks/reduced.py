@@ -10,19 +10,21 @@ import numpy as np
 
 from comparisons.benchmarks.yardstick import Measurement, interleaved, measurement
 from reduced import ensemble, foundation, profiles, rough_line
+from reduced.sliding_history import slide_in_time
 from reduced.spectrum import LineSpectrum
 
 SPRINGS, LOADS = 10**6, 100
 LINES, POINTS, FEW_LOADS = 450, 64, 15
 SIZES = tuple(10**k for k in range(2, 8))
 EDGES = ("sub_cell", "nodal")
-SORT_TARGET, BATCH_TARGET = 1.5, 3.0
+SORT_TARGET, BATCH_TARGET, EXP_TARGET = 1.5, 3.0, 10.0
+SLIDING_LINES, SLIDING_POINTS, SLIDING_STEPS = 20, 1024, 4096
 _EXPONENT_FROM = 10**4  # below, the call itself costs as much as the line
 
 
 def measure() -> list[Measurement]:
     """Measure everything; a minute on one thread."""
-    return [*_long_line(0.8), *_long_line(0.3), *_batch(), *_single(), *_sizes()]
+    return [*_long_line(0.8), *_long_line(0.3), *_batch(), *_single(), *_sizes(), *_sliding()]
 
 
 def rough_lines(count: int, points: int, hurst: float = 0.8) -> np.ndarray:
@@ -102,6 +104,45 @@ def _single() -> list[Measurement]:
         )
         for name in tasks
     ]
+
+
+def _sliding() -> list[Measurement]:
+    """Problem 1 against one np.exp per point and step, from slow sliding to fast.
+
+    A tenth of the line is in contact at rest; with half of it, no target is set.
+    """
+    lines = 1e-2 * rough_lines(SLIDING_LINES, SLIDING_POINTS)
+    points = np.random.default_rng(0).normal(size=lines.shape)
+    rows = []
+    for load, target in ((1e-3, EXP_TARGET), (2e-2, None)):
+        tasks = {
+            f"v tau = {reach:g} dx": partial(
+                *(slide_in_time, lines, 1 / SLIDING_POINTS, 1.0, 1.0),
+                *(reach / SLIDING_POINTS, load),
+                steps=SLIDING_STEPS,
+            )
+            for reach in (1e-3, 1.0, 10.0, 100.0)
+        }
+        exp = partial(_repeat, partial(np.exp, points), SLIDING_STEPS)
+        times = interleaved({"exp": exp, **tasks}, 3)
+        share = "a tenth" if target else "half"
+        rows += [
+            measurement(
+                f"Problem 1, {SLIDING_LINES} lines x {SLIDING_POINTS} points x {SLIDING_STEPS} "
+                f"steps, {share} in contact, {name}",
+                times[name],
+                "np.exp per point and step",
+                times["exp"],
+                target,
+            )
+            for name in tasks
+        ]
+    return rows
+
+
+def _repeat(task: Callable[[], object], times: int) -> None:
+    for _ in range(times):
+        task()
 
 
 def _sizes() -> list[Measurement]:

@@ -14,6 +14,7 @@ from comparisons.experiments import (
     neighbours,
     reading_scan,
     rough_area,
+    rubber_sliding,
     stress_use,
     tangential,
     two_bodies,
@@ -24,7 +25,7 @@ from comparisons.experiments.base import Experiment, Measurement
 _MODULES = (
     *(kernel, active_set, bodies, neighbours, impact),
     *(line_statistics, rough_area, reading_scan, stress_use, two_bodies, cost),
-    *(friction_law, harmonic, tangential),
+    *(friction_law, harmonic, tangential, rubber_sliding),
 )
 EXPERIMENTS: dict[str, Experiment] = {
     each.name: each for module in _MODULES for each in module.EXPERIMENTS

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -11,6 +12,8 @@ from reference.errors import ConvergenceError
 from reference.sliding.contact import SlidingContact, solve
 from reference.sliding.operators import Travelling
 from reference.viscoelastic.materials import GeneralisedMaxwell
+
+Array = NDArray[np.float64]
 
 _COARSE = 24  # cells across the window on which a force is turned into a depth
 _SECANTS = 30
@@ -32,7 +35,7 @@ class GridStudy:
         is left of the error at order 1, the least there is at the edges of a contact.
     """
 
-    values: NDArray[np.float64]
+    values: Array
     estimate: float
     uncertainty: float
 
@@ -110,14 +113,17 @@ def paraboloid(
         raise ValueError(f"cells must be a multiple of 16, at least 48, not {cells!r}")
     if not (np.isfinite(radius) and radius > 0):
         raise ValueError(f"radius must be positive and finite, not {radius!r}")
-    if (force is None) == (penetration is None):
-        raise ValueError("give exactly one of force, penetration")
+
+    def gap(x: Array, y: Array) -> Array:
+        return (x**2 + y**2) / (2 * radius)
+
+    def reach(depth: float) -> tuple[float, float]:
+        return (float(np.sqrt(2 * radius * depth)),) * 2
+
+    depth = window_depth(gap, reach, material, speed, force=force, penetration=penetration)
     load = {"force": force, "penetration": penetration}
-    # a little more than the depth on a coarse grid: the window only has to be large enough
-    depth = penetration or 1.05 * _depth(radius, material, speed, force)
-    window = np.sqrt(2 * radius * depth)
     contacts = [
-        _on_window(radius, material, speed, window, count, load)
+        slide_shape(gap, reach(depth), material, speed, count, **load)
         for count in (cells // 4, cells // 2, cells)
     ]
     studies = (
@@ -127,44 +133,84 @@ def paraboloid(
     return SlidingParaboloid(*studies, contacts)
 
 
-def _on_window(
-    radius: float,
+def slide_shape(
+    gap: Callable[[Array, Array], Array],
+    window: tuple[float, float],
     material: GeneralisedMaxwell,
     speed: float,
-    window: float,
-    count: int,
-    load: dict[str, float | None],
+    cells: int,
+    *,
+    force: float | None = None,
+    penetration: float | None = None,
 ) -> SlidingContact:
-    step = 2 * window / count
-    x = (np.arange(count) - (count - 1) / 2) * step
-    operator = Travelling((count, count), (step, step), material, speed)
-    gap = (x[:, None] ** 2 + x**2) / (2 * radius)
-    slope = np.broadcast_to(x[:, None] / radius, gap.shape)
-    return solve(operator, gap, slope=slope, **load)
+    """Slide a shape on a grid of square cells around the origin; the slope is that over a cell.
+
+    Parameters
+    ----------
+    gap : callable
+        g(x, y).
+    window : (float, float)
+        Half-widths that hold the contact.
+    cells : int
+        Across the wider side of the window; the other side has what it takes, up to 8 more.
+    material, speed, force, penetration
+        As for `contact.solve`.
+    """
+    step = 2 * max(window) / cells
+    shape = [8 * max(1, int(np.ceil(half / (4 * step) - 1e-9))) for half in window]
+    x, y = ((np.arange(n) - (n - 1) / 2) * step for n in shape)
+    x, y = x[:, None], y[None, :]
+    slope = (gap(x + step / 2, y) - gap(x - step / 2, y)) / step
+    operator = Travelling((shape[0], shape[1]), (step, step), material, speed)
+    return solve(operator, gap(x, y), slope=slope, force=force, penetration=penetration)
 
 
-def _depth(radius: float, material: GeneralisedMaxwell, speed: float, force: float) -> float:
-    """Depth that carries a force on a coarse grid, secant steps in logarithms from Hertz's."""
-    if not (np.isfinite(force) and force > 0):
-        raise ValueError(f"force must be positive and finite, not {force!r}")
-    modulus = 4 * material.equilibrium_modulus
+def window_depth(
+    gap: Callable[[Array, Array], Array],
+    reach: Callable[[float], tuple[float, float]],
+    material: GeneralisedMaxwell,
+    speed: float,
+    *,
+    force: float | None = None,
+    penetration: float | None = None,
+) -> float:
+    """Depth whose geometric overlap holds the contact: the penetration, or 5 % more than needed.
 
-    def carried(depth: float) -> float:
-        window = np.sqrt(2 * radius * depth)
-        load = {"penetration": depth}
-        return _on_window(radius, material, speed, window, _COARSE, load).force
+    The depth that carries a force is found on a coarse grid, by secant steps in logarithms.
 
-    depth = float((0.75 * force / (modulus * np.sqrt(radius))) ** (2 / 3))
+    Raises
+    ------
+    ValueError
+        If not exactly one load is given, or it is not positive.
+    ConvergenceError
+        If no depth carries the force.
+    """
+    if (force is None) == (penetration is None):
+        raise ValueError("give exactly one of force, penetration")
+    load = force if penetration is None else penetration
+    if not (np.isfinite(load) and load > 0):
+        raise ValueError(f"the load must be positive and finite, not {load!r}")
+    if penetration is not None:
+        return penetration
+
+    def excess(depth: float) -> float:
+        found = slide_shape(gap, reach(depth), material, speed, _COARSE, penetration=depth)
+        return float(np.log(found.force / force))
+
+    # a disc of E* under the force: 2 E* a d, with the overlap's own width for a
+    depth = 1.0
+    for _ in range(_SECANTS):
+        depth = force / (8 * material.equilibrium_modulus * max(reach(depth)))
     history: list[float] = []
     exponent, before = 1.5, None
     for _ in range(_SECANTS):
-        ratio = np.log(carried(depth) / force)
-        history.append(float(abs(ratio)))
+        ratio = excess(depth)
+        history.append(abs(ratio))
         if history[-1] < 0.01:
-            return depth
+            return 1.05 * depth
         if before is not None and ratio != before[1]:
-            slope = (ratio - before[1]) / np.log(depth / before[0])
+            slope = (ratio - before[1]) / float(np.log(depth / before[0]))
             exponent = min(max(slope, 0.5), 3.0)
         before = depth, ratio
         depth *= float(np.exp(-ratio / exponent))
-    raise ConvergenceError("no depth of the paraboloid carries the force", history)
+    raise ConvergenceError("no depth of the shape carries the force", history)

@@ -1,0 +1,254 @@
+"""Make the tables of docs/rubber-sliding.md: Problem 1 as printed and corrected, and in 3-D.
+
+Run from the repository's root (a minute of one core, seven where others use it too); the tables
+between the markers of the page are written anew::
+
+    python docs/examples/sliding_tables.py
+"""
+
+# %%
+import re
+from pathlib import Path
+
+import numpy as np
+
+from reduced.ensemble import lines
+from reduced.rough_line import press
+from reduced.rubber_friction import friction_of_map
+from reduced.sliding import slide
+from reduced.sliding_history import slide_in_time
+from reduced.sliding_printed import slide_as_printed
+from reduced.spectrum import prescribed
+from reduced.viscoelastic_models import kelvin_voigt, standard_solid
+from reference import surfaces
+from reference.sliding.contact import solve
+from reference.sliding.operators import Travelling
+from reference.sliding.studies import GridStudy, paraboloid
+from reference.viscoelastic.materials import GeneralisedMaxwell
+
+PAGE = Path(__file__).resolve().parents[1] / "rubber-sliding.md"
+LOAD = 3e-3
+SPECTRUM = prescribed(64, 1.0, hurst=0.8, rms_slope=0.1, short_cutoff=1 / 16)
+RUBBER = kelvin_voigt(1.0, 1.0)
+
+
+def rough(points: int, count: int = 6) -> np.ndarray:
+    """Lines of length 1 with sixteen waves."""
+    return lines(SPECTRUM, points, range(count), seed=7)
+
+
+# %% [markdown]
+# The printed scheme over its relaxation number, 512 points, started in contact at rest.
+
+
+# %%
+def printed() -> list[list[str]]:
+    """Outcome and errors of the print."""
+    rows = [["G dt/eta", "ended", "friction", "work of its forces", "springs in tension"]]
+    for number in (0.02, 0.1, 0.5, 1.0, 1.5, 1.9, 1.99, 2.01, 2.1, 5.0, 1000.0):
+        speed, ended, errors, works, tensile = 1 / (512 * number), 0, [], [], []
+        for line in rough(512):
+            rest = press(line, 1 / 512, 4.0, force=[LOAD], edges="nodal").penetration.item()
+            run = slide_as_printed(
+                *(line, 1 / 512, 1.0, 1.0, speed, LOAD), steps=2048, level=line.max() - rest
+            )
+            exact = slide(line, 1 / 512, RUBBER, speed, LOAD).tangential_force.item()
+            if run.outcome == "completed":
+                ended += 1
+                errors.append(run.tangential_force[-512:].mean() / exact - 1)
+                works.append(run.conjugate_force[-512:].mean() / exact - 1)
+                tensile.append(run.tensile_count[-512:].mean())
+        found = [f"{100 * np.mean(e):+.3g} %" for e in (errors, works)] if ended else ["-", "-"]
+        rows.append(
+            [f"{number:g}", f"{ended} of 6", *found, f"{np.mean(tensile):.0f}" if ended else "-"]
+        )
+    return rows
+
+
+# %% [markdown]
+# Energy over one period of the steady state: the printed F_x on the corrected motion.
+
+
+# %%
+def energy() -> list[list[str]]:
+    """Work over dissipation less one: conjugate force, and central differences, by spacing."""
+    rows = [["points", "v tau/dx", "work-conjugate", "central difference", "friction against 8192"]]
+    for speed in (1e-4, 0.02, 0.2):
+        finest = slide(rough(8192, 1), 1 / 8192, RUBBER, speed, LOAD).friction_coefficient.item()
+        for points in (128, 512, 2048):
+            line = rough(points, 1)[0]
+            found = slide_in_time(line, 1 / points, 1.0, 1.0, speed, LOAD, steps=4 * points)
+            steady = slide(line, 1 / points, RUBBER, speed, LOAD)
+            central = central_work(line, speed, float(line.max()) - steady.penetration.item())
+            rows.append(
+                [
+                    f"{points}",
+                    f"{speed * points:.3g}",
+                    f"{found.energy_error()[0]:+.0e}",
+                    f"{100 * (central / steady.dissipation.item() - 1):+.2g} %",
+                    f"{100 * (steady.friction_coefficient.item() / finest - 1):+.2g} %",
+                ]
+            )
+    return rows
+
+
+def central_work(line: np.ndarray, speed: float, level: float) -> float:
+    """Nodal forces 4 (w + v tau dw/dx) of the exact motion, times the central difference."""
+    points = line.size
+    peak = int(np.argmax(line))
+    heights = np.append(np.roll(line, -peak), line[peak])
+    slopes = (np.roll(line, -1 - peak) - np.roll(line, 1 - peak)) / 2
+    w, work, keep = heights[0] - level, 0.0, np.exp(-1 / (points * speed))
+    for i in range(1, points):
+        g = heights[i] - level
+        rate = (heights[i] - heights[i - 1]) * points
+        force = 4 * (g + speed * rate)
+        touching = g >= w * keep and force > 0
+        work += force * slopes[i] if touching else 0.0
+        w = g if touching else w * keep
+    return work
+
+
+# %% [markdown]
+# The paraboloid: springs against the half-space.
+
+
+# %%
+def ball() -> list[list[str]]:
+    """Friction, its bar, and springs at the same force."""
+    rows = [["material", "way/a", "mu R/(v tau)", "bar", "1-D/3-D friction", "1-D/3-D depth"]]
+    for name, glassy in (("Kelvin-Voigt", 0.0), ("standard, 11", 11.0), ("standard, 101", 101.0)):
+        for way in (0.03, 0.1, 0.3, 1.0, 3.0, 10.0, 100.0, 1000.0):
+            if glassy:
+                springs = standard_solid(0.25, (glassy - 1) / 4, relaxation_time=1 / glassy)
+                body = GeneralisedMaxwell.standard(0.25, (glassy - 1) / 4, 1 / glassy)
+                slow = (glassy - 1) / glassy
+            else:
+                springs, slow = RUBBER.scaled(0.25), 1.0
+                body = GeneralisedMaxwell.kelvin_voigt(0.25, 0.25)
+            speed = 0.1 * way
+            truth = paraboloid(1.0, body, speed, penetration=0.01)
+            mu = truth.friction_coefficient
+            x = np.linspace(-0.3, 0.3, 4001)
+            found = slide(
+                *(-(x**2), x[1] - x[0], springs, speed, truth.force.estimate), periodic=False
+            )
+            rows.append(
+                [
+                    name,
+                    f"{way:g}",
+                    f"{mu.estimate / (slow * speed):.4g}",
+                    f"{100 * mu.uncertainty / mu.estimate:.2f} %",
+                    f"{found.friction_coefficient.item() / mu.estimate:.3f}",
+                    f"{found.penetration.item() / 0.01:.3f}",
+                ]
+            )
+    return rows
+
+
+# %% [markdown]
+# A sinusoidal ridge in partial contact, and a rough surface, on three grids.
+
+
+# %%
+def study(height, slope, load: float, material, speed: float, counts) -> tuple[GridStudy, list]:
+    """Friction on the grids, each of twice the points."""
+    found, start = [], None
+    for n in counts:
+        h, s = height(n), slope(n)
+        width = h.shape[1]
+        operator = Travelling((n, width), (1 / n, 1 / n), material, speed, periodic=True)
+        found.append(solve(operator, h.max() - h, slope=s, force=load * width / n, start=start))
+        grown = found[-1].mask.repeat(2, axis=0)
+        start = grown if width == 2 else grown.repeat(2, axis=1)
+    return GridStudy.of([each.friction_coefficient for each in found]), found
+
+
+def ridge() -> list[list[str]]:
+    """Sinusoid of slope 0.1, a tenth of the pressure of full contact."""
+    rows = [["v tau/wavelength", "contact", "n = 128", "256", "512", "estimate", "bar"]]
+    q = 2 * np.pi
+    body = GeneralisedMaxwell.kelvin_voigt(0.25, 0.25)
+    for speed in (0.003, 0.03, 0.3):
+        result, found = study(
+            lambda n: 0.1 / q * np.cos(q * np.arange(n) / n)[:, None] * np.ones((1, 2)),
+            lambda n: 0.1 * np.sin(q * np.arange(n) / n)[:, None] * np.ones((1, 2)),
+            *(0.005, body, speed, (128, 256, 512)),
+        )
+        values = [f"{v:.5f}" for v in result.values]
+        rows.append(
+            [
+                *(f"{speed:g}", f"{found[-1].mask.mean():.3f}", *values, f"{result.estimate:.5f}"),
+                f"{100 * result.uncertainty / result.estimate:.2f} %",
+            ]
+        )
+    return rows
+
+
+def surface() -> list[list[str]]:
+    """One periodic surface refined, and the lines made from it."""
+    rows = [["v lambda/L", "contact", "n = 48", "96", "192", "estimate", "bar", "lines"]]
+    h = surfaces.self_affine(
+        48,
+        1.0,
+        hurst=0.8,
+        rms_slope=0.1,
+        long_cutoff=0.5,
+        short_cutoff=0.125,
+        seed=3,
+        realisation=0,
+    )
+    body = GeneralisedMaxwell.standard(0.25, 2.5, 1 / 11)
+    springs = standard_solid(0.25, 2.5, relaxation_time=1 / 11)
+    speeds = (0.003, 0.01, 0.03, 0.1, 0.3)
+    many = friction_of_map(h, 1.0, springs, speeds, 0.005, realisations=100, periodic=True)
+    mean = many.ensemble["friction_coefficient"]
+
+    def height(n: int) -> np.ndarray:
+        return h if n == 48 else surfaces.refine(h, n // 48)
+
+    def slope(n: int) -> np.ndarray:
+        modes = 2j * np.pi * np.fft.fftfreq(n, 1 / n)[:, None]
+        return -np.fft.ifft(modes * np.fft.fft(height(n), axis=0), axis=0).real
+
+    for k, speed in enumerate(speeds):
+        result, found = study(height, slope, 0.005, body, speed, (48, 96, 192))
+        values = [f"{v:.5f}" for v in result.values]
+        rows.append(
+            [
+                *(f"{speed:g}", f"{found[-1].mask.mean():.3f}", *values, f"{result.estimate:.5f}"),
+                f"{100 * result.uncertainty / result.estimate:.1f} %",
+                f"{mean.mean[k]:.5f} +- {mean.standard_error[k]:.5f}",
+            ]
+        )
+    return rows
+
+
+# %%
+def markdown(rows: list[list[str]]) -> str:
+    """Rows as a table."""
+    head, *body = (f"| {' | '.join(row)} |" for row in rows)
+    return "\n".join([head, "|" + "---|" * len(rows[0]), *body])
+
+
+TABLES = {
+    "printed": printed,
+    "energy": energy,
+    "ball": ball,
+    "ridge": ridge,
+    "surface": surface,
+}
+
+
+def written(page: str) -> str:
+    """Return the page with every table between its markers made anew."""
+    for name, make in TABLES.items():
+        block = re.compile(f"(<!-- table: {name} -->\n).*?(<!-- end -->)", re.DOTALL)
+        table = markdown(make())
+        page = block.sub(lambda found, table=table: f"{found[1]}{table}\n{found[2]}", page)
+    return page
+
+
+# %%
+if __name__ == "__main__":
+    PAGE.write_text(written(PAGE.read_text(encoding="utf-8")), encoding="utf-8")
