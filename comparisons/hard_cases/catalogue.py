@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from comparisons.hard_cases import (
+    adhesion,
     friction,
     impacts,
     loads,
@@ -16,6 +17,6 @@ from comparisons.hard_cases.case import HardCase
 
 CASES: dict[str, HardCase] = {
     case.id: case
-    for cases in (materials, loads, shapes, rough, maps, friction, viscoelastic, impacts)
+    for cases in (adhesion, materials, loads, shapes, rough, maps, friction, viscoelastic, impacts)
     for case in cases.CASES
 }
