@@ -15,6 +15,7 @@ from comparisons.archive import joined, load_solution, save_solution
 from comparisons.execution import THREADS, execute
 from comparisons.machine import machine, versions
 from comparisons.methods import Solution, Task
+from comparisons.methods.external import adopt, announced
 from comparisons.planning import Plan
 from comparisons.record import record_scene
 from comparisons.reference import Solved
@@ -177,7 +178,7 @@ class Study:
             yield from ((task, execute(task)) for task in todo)
             return
         pool = Parallel(n_jobs=self.workers, return_as="generator_unordered", batch_size=1)
-        yield from pool(delayed(_with_task)(task) for task in todo)
+        yield from pool(delayed(_with_task)(task, announced()) for task in todo)
 
     def _restore(self, task: Task) -> bool:
         """Take a solution from the folder if a whole one is there.
@@ -226,5 +227,6 @@ class Study:
         return record_scene(plan, self._solved(plan), fields)
 
 
-def _with_task(task: Task) -> tuple[Task, Solution]:
+def _with_task(task: Task, methods: str) -> tuple[Task, Solution]:
+    adopt(methods)
     return task, execute(task)

@@ -159,10 +159,27 @@ def add_methods(files: Sequence[str | Path] = (), limits: Limits | None = None) 
     return notices
 
 
+def announced() -> str:
+    """Return what a worker needs to know of the methods of this process, for `adopt`."""
+    return os.environ.get(VARIABLE, "[]")
+
+
+def adopt(methods: str) -> None:
+    """Take over the methods of the process that hands out the work.
+
+    A pool's processes outlive a study: they were perhaps started before it had these methods.
+    """
+    from comparisons.methods import METHODS
+
+    if methods != announced():
+        os.environ[VARIABLE] = methods
+        METHODS.update(registered())
+
+
 def registered() -> dict[str, Method]:
     """Return the methods that this process was started with."""
     try:
-        origins = [Origin(**each) for each in json.loads(os.environ.get(VARIABLE, "[]"))]
+        origins = [Origin(**each) for each in json.loads(announced())]
     except (TypeError, ValueError):
         return {}
     for origin in origins:

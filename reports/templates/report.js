@@ -139,7 +139,8 @@
   };
 
   const filterable = (table) => {
-    const tools = table.closest(".scroll").previousElementSibling;
+    const tools = table.closest(".scroll")?.previousElementSibling;
+    if (!tools?.matches(".table-tools")) return;
     const input = tools.querySelector("input"), count = tools.querySelector(".count");
     const rows = [...table.tBodies[0].rows];
     if (rows.length < 4) return;

@@ -161,7 +161,9 @@ def test_misbehaving_methods_have_an_outcome_in_every_hard_case(bad):
 
 @pytest.mark.slow
 def test_workers_know_the_methods_of_the_command_line(tmp_path):
-    """Processes of a parallel run are started with the names and files of their parent."""
+    """Also those that an earlier study of this process started, before it had the method."""
+    earlier = ["run", "paraboloid", "--no-pictures", "--methods", "closed_form,reduced"]
+    assert run_command([*earlier, "--workers", "2", "--out", str(tmp_path / "earlier")]) == 0
     arguments = ["run", "paraboloid", "--no-pictures", "--methods", "closed_form,winkler"]
     arguments += ["--workers", "2", "--method-file", str(EXAMPLE), "--out", str(tmp_path / "out")]
     assert run_command(arguments) == 0
