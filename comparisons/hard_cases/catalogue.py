@@ -11,12 +11,16 @@ from comparisons.hard_cases import (
     materials,
     rough,
     shapes,
+    sliding,
     viscoelastic,
 )
 from comparisons.hard_cases.case import HardCase
 
 CASES: dict[str, HardCase] = {
     case.id: case
-    for cases in (adhesion, materials, loads, shapes, rough, maps, friction, viscoelastic, impacts)
+    for cases in (
+        *(adhesion, materials, loads, shapes, rough, maps, friction, sliding, viscoelastic),
+        impacts,
+    )
     for case in cases.CASES
 }

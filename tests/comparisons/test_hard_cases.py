@@ -42,6 +42,8 @@ TOPICS = {
     "symmetry broken by round-off": ("map-round-off",),
     "single precision": ("map-single-precision",),
     "memory": ("memory-step-over-relaxation", "memory-imprint-of-a-fluid", "impact-sticky"),
+    "sliding from creeping to racing": ("sliding-creeping", "sliding-racing", "sliding-dashpot"),
+    "adhesive paths": ("adhesion-again", "adhesion-afm"),
     "one or no realisation": ("rough-one-realisation", "rough-no-realisation"),
 }
 
