@@ -4,9 +4,9 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, BaseModel, ConfigDict, Field
+from pydantic import BaseModel, ConfigDict, Field
 
-from comparisons.quantities import Positive, fail
+from comparisons.quantities import Positive
 
 
 class Options(BaseModel):
@@ -116,27 +116,3 @@ class MethodOptions(Options):
         """Return the options of one method: none for a method that has no model here."""
         chosen: Any = getattr(self, method, Options())
         return chosen
-
-
-METHOD_NAMES = tuple(MethodOptions.model_fields)
-_from_outside: list[str] = []
-
-
-def register_method(name: str) -> None:
-    """Make the name of a method from outside one that scenes and commands may say."""
-    if name not in _from_outside:
-        _from_outside.append(name)
-
-
-def method_names() -> tuple[str, ...]:
-    """Return the names of all methods: our own, and those from outside."""
-    return (*METHOD_NAMES, *_from_outside)
-
-
-def _known(name: str) -> str:
-    if name not in method_names():
-        raise fail(f"expected one of {', '.join(method_names())}", name)
-    return name
-
-
-MethodName = Annotated[str, AfterValidator(_known)]

@@ -28,7 +28,8 @@ from comparisons.body_table import Body
 from comparisons.errors import InputError
 from comparisons.half_space import RELAXES, HalfSpace
 from comparisons.loading import PATH, Loading
-from comparisons.options import MethodName, MethodOptions
+from comparisons.method_names import KnownMethod
+from comparisons.options import MethodOptions
 from comparisons.physics import PHYSICS, Adhesion, Dynamics, Friction, Sliding, Viscoelastic
 from comparisons.physics.combinations import (
     combination_problems,
@@ -84,7 +85,7 @@ class Compare(_Table):
     quantities: tuple[Literal[QUANTITIES], ...] = DEFAULT_QUANTITIES  # type: ignore[valid-type]
     tolerance: Positive = 0.01
     resolutions: tuple[Annotated[int, Field(strict=True, ge=1, le=2**20)], ...] | None = None
-    methods: tuple[MethodName, ...] | None = None
+    methods: tuple[KnownMethod, ...] | None = None
 
     @field_validator("tolerance")
     @classmethod

@@ -10,15 +10,17 @@ from __future__ import annotations
 
 import sys
 from functools import cached_property
-from typing import Annotated, Any, Literal, get_args
+from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
-from scipy.interpolate import PchipInterpolator
 
 from comparisons.polygons import crosses_itself, sides, signed_area
 from comparisons.quantities import FiniteLength, Length, Positive, fail
 from comparisons.units import NUMBER, Dimension, to_si
+
+if TYPE_CHECKING:
+    from scipy.interpolate import PchipInterpolator
 
 # The exact transform of a table costs the square of its points.
 MOST_TABLE_POINTS = 2000
@@ -281,6 +283,8 @@ class Profile(_Axisymmetric):
 
     @cached_property
     def _interpolant(self) -> PchipInterpolator:
+        from scipy.interpolate import PchipInterpolator
+
         return PchipInterpolator(self.r, self.f)
 
     def profile(self, r: np.ndarray) -> np.ndarray:

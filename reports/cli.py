@@ -226,13 +226,13 @@ def solve(
 
 
 @app.command(name="list")
-def list_(what: str, *, outside: Outside = NOTHING) -> int:
+def list_(what: str | None = None, *, outside: Outside = NOTHING) -> int:
     """List what is built in.
 
     Parameters
     ----------
     what
-        "scenes", "methods", "claims" or "hard-cases".
+        "scenes", "methods", "claims" or "hard-cases"; default: how many there are of each.
     """
     from comparisons.errors import InputError
     from reports import terminal
@@ -243,6 +243,10 @@ def list_(what: str, *, outside: Outside = NOTHING) -> int:
         "claims": terminal.print_claim_list,
         "hard-cases": terminal.print_hard_case_list,
     }
+    if what is None:
+        outside.load()
+        terminal.print_lists()
+        return FINE
     if what not in lists:
         raise InputError(f"list: expected one of {', '.join(lists)}, got {what!r}")
     outside.load()

@@ -36,8 +36,10 @@ class Outside:
         InputError
             Listing every file and limit that is wrong.
         """
+        from importlib import metadata
+
         from comparisons.errors import InputError
-        from comparisons.methods.external import Limits, add_methods
+        from comparisons.method_names import GROUP
 
         limits = {"seconds": self.method_seconds, "gigabytes": self.method_gigabytes}
         wrong = [
@@ -47,6 +49,10 @@ class Outside:
         ]
         if wrong:
             raise InputError("\n".join(wrong))
+        if not (self.method_file or metadata.entry_points(group=GROUP)):
+            return
+        from comparisons.methods.external import Limits, add_methods
+
         bounds = Limits(self.method_seconds, 1e9 * self.method_gigabytes)
         for notice in add_methods(self.method_file, bounds):
             print(f"left out: {notice}", file=sys.stderr)

@@ -162,12 +162,31 @@ def print_claims(record: ClaimsRecord, report: Path) -> None:
     console.print(f"\n{report}  ({duration(record.seconds)})", markup=False)
 
 
+def print_lists() -> None:
+    """Print how many there are of everything that can be listed."""
+    from comparisons.claims.headlines import builtin_claims
+    from comparisons.hard_cases.catalogue import CASES
+    from comparisons.method_names import known_methods
+    from comparisons.scene import builtin_names
+
+    console = _console()
+    known = {
+        "scenes": builtin_names(),
+        "methods": known_methods(),
+        "claims": builtin_claims(),
+        "hard-cases": CASES,
+    }
+    for what, names in known.items():
+        words = what.replace("-", " ")
+        console.print(f"{len(names):5} {words:<11} roughline list {what}", highlight=False)
+
+
 def print_claim_list() -> None:
     """Print the built-in claims."""
-    from comparisons.claims.claim import load_claims
+    from comparisons.claims.headlines import headlines
 
     table = _table("Built-in claims", "id", "equation", "reading", "what it says")
-    for claim in load_claims():
+    for claim in headlines():
         table.add_row(*map(_plain, (claim.id, claim.equation, claim.reading, claim.text)))
     _console().print(table)
 
@@ -312,10 +331,10 @@ def print_scenes() -> None:
 
 def print_methods() -> None:
     """Print the methods."""
-    from comparisons.methods import METHODS
+    from comparisons.method_names import known_methods
 
     table = _table("Methods", "name", "what", "solves")
-    for name, method in METHODS.items():
+    for name, method in known_methods().items():
         solves = "a line" if method.dimension == 1 else "the 3-D contact"
         table.add_row(name, method.title, solves)
     _console().print(table)

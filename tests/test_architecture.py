@@ -10,6 +10,9 @@ from pathlib import Path
 
 import pytest
 
+from comparisons.method_names import METHOD_NAMES
+from comparisons.methods import METHODS
+from comparisons.options import MethodOptions
 from reports import house
 
 ROOT = Path(__file__).parents[1]
@@ -108,6 +111,33 @@ def test_results_are_never_unpickled():
 def test_the_packages_carry_their_types():
     for package in PACKAGES:
         assert (ROOT / package / "py.typed").exists()
+
+
+HEAVY = {"numba", "pandas", "plotly", "pyvista", "scipy", "skfem"}
+
+
+@pytest.mark.parametrize("what", ["--help", "list", "list scenes", "list claims"])
+def test_nothing_heavy_is_imported_for_a_list(what):
+    """Numba, SciPy and scikit-fem take seconds to import; a list or a help text needs none."""
+    code = f"import sys; from reports.cli import run_command; run_command({what.split()!r})"
+    done = subprocess.run(
+        [sys.executable, "-c", f"{code}; print(*sys.modules, file=sys.stderr)"],
+        env=os.environ | {"PYTHONPATH": str(ROOT)},
+        capture_output=True,
+        text=True,
+        timeout=120,
+    )
+    assert done.returncode == 0
+    assert "reports.cli" in done.stderr.split()
+    assert not HEAVY & set(done.stderr.split())
+
+
+def test_methods_are_listed_as_they_call_themselves():
+    """The names stand apart from the methods, so that listing them imports no solver."""
+    own = {name: (method.title, method.dimension) for name, method in METHODS.items()}
+    listed = {name: (each.title, each.dimension) for name, each in METHOD_NAMES.items()}
+    assert own == listed
+    assert list(MethodOptions.model_fields) == list(METHOD_NAMES)
 
 
 # --- that the house is ours -----------------------------------------------------------------

@@ -7,7 +7,6 @@ same statement may stand twice, literally as printed and as corrected: ``reading
 
 from __future__ import annotations
 
-import math
 import re
 import tomllib
 from pathlib import Path
@@ -24,9 +23,10 @@ from pydantic import (
     model_validator,
 )
 
+from comparisons.claims.headlines import builtin_claims, chapter_order
 from comparisons.errors import InputError
 from comparisons.experiments import EXPERIMENTS
-from comparisons.options import MethodName, method_names
+from comparisons.method_names import KnownMethod, known_methods
 from comparisons.quantities import Finite, Positive, fail
 from comparisons.scene import LARGEST_FILE, QUANTITIES, load_scene
 from comparisons.scene_problems import readable
@@ -137,7 +137,7 @@ class Claim(_Table):
     experiment: Name | None = None
     parameters: dict[str, Any] = {}
     vary: Vary | None = None
-    method: MethodName = "reduced"
+    method: KnownMethod = "reduced"
     quantity: Names = ()
     at: Literal["penetration", "force"] | None = None
     measure: Literal[MEASURES] = "maximum"  # type: ignore[valid-type]
@@ -178,40 +178,6 @@ class Claim(_Table):
         return self.vary.name or own or ", ".join(self.vary.path)
 
 
-# Where the chapter's sections and figures stand among its equations.
-_PLACES = {
-    "19.1.2": 1.5,
-    "19.2 ": 8.5,
-    "19.3, (5": 17.5,
-    "Fig. 19.6": 19.5,
-    "Fig. 19.8": 29.5,
-    "19.5": 31.5,
-    "19.7": 37.5,
-    "19.8": 38.0,
-    "Problem 1": 39.0,
-}
-
-
-def chapter_order(claim: Claim) -> tuple[float, str]:
-    """Return what sorts claims as the chapter has them; those from elsewhere come last.
-
-    >>> equations = ["Fig. 19.6", "(19.10)", "19.3, (5.30)", "mine", "(19.9), (19.11)", "19.2 (a)"]
-    >>> claims = [Claim.model_construct(id="a", equation=each) for each in equations]
-    >>> [claim.equation for claim in sorted(claims, key=chapter_order)]
-    ['19.2 (a)', '(19.9), (19.11)', '(19.10)', '19.3, (5.30)', 'Fig. 19.6', 'mine']
-    """
-    number = re.search(r"\(19\.(\d+)", claim.equation)
-    if number:
-        return float(number[1]), claim.id
-    places = (place for words, place in _PLACES.items() if words in claim.equation)
-    return next(places, math.inf), claim.id
-
-
-def builtin_folder() -> Path:
-    """Return the folder of the built-in claims."""
-    return Path(__file__).parent
-
-
 def about_method(claims: list[Claim], method: str) -> list[Claim]:
     """Return the claims on scenes about the reduced model as claims about another method.
 
@@ -222,8 +188,10 @@ def about_method(claims: list[Claim], method: str) -> list[Claim]:
     ClaimError
         If there is no such method, or no claim that could be about it.
     """
-    if method not in method_names():
-        raise ClaimError([f"--method: expected one of {', '.join(method_names())}, got {method!r}"])
+    if method not in known_methods():
+        raise ClaimError(
+            [f"--method: expected one of {', '.join(known_methods())}, got {method!r}"]
+        )
     found = [
         claim.model_copy(update={"method": method, "expected": None})
         for claim in claims
@@ -242,7 +210,7 @@ def load_claims(names: tuple[str, ...] = ()) -> list[Claim]:
     ClaimError
         Listing every problem of all files.
     """
-    known = {path.stem: path for path in sorted(builtin_folder().glob("*.toml"))}
+    known = builtin_claims()
     claims, problems = [], []
     for name in names or tuple(known):
         path = known.get(name, Path(name))
@@ -257,7 +225,11 @@ def load_claims(names: tuple[str, ...] = ()) -> list[Claim]:
     ]
     if problems:
         raise ClaimError(problems)
-    return claims if names else sorted(claims, key=chapter_order)
+    return (
+        claims
+        if names
+        else sorted(claims, key=lambda claim: chapter_order(claim.equation, claim.id))
+    )
 
 
 def _load(path: Path) -> Claim:

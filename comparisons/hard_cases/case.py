@@ -5,11 +5,13 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, Literal
+from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from comparisons.planning import Plan
+if TYPE_CHECKING:
+    from comparisons.planning import Plan
+
 
 Kind = Literal["accurate", "degraded", "refused", "not for"]
 Curves = dict[str, np.ndarray]

@@ -6,7 +6,7 @@ Truth is the half-space on three grids, unless a formula is named.
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -22,7 +22,9 @@ from comparisons.hard_cases.case import (
     refused,
 )
 from comparisons.hard_cases.usual import BALL, STEEL, all_methods
-from comparisons.planning import Plan
+
+if TYPE_CHECKING:
+    from comparisons.planning import Plan
 
 RUBBER = {"youngs_modulus": "3 MPa", "poisson_ratio": 0.5}
 RESOLUTIONS = {"reduced": 40, "bem_fft": 16}

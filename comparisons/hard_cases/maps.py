@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -19,8 +19,9 @@ from comparisons.hard_cases.case import (
 )
 from comparisons.hard_cases.rough import LINE, SAME_GRID, rough_expected
 from comparisons.hard_cases.usual import NO_FORM_FLAT, STEEL, all_methods
-from comparisons.planning import Plan
-from reference.surfaces import self_affine
+
+if TYPE_CHECKING:
+    from comparisons.planning import Plan
 
 Maker = Callable[[], np.ndarray]
 _SIDE, _POINTS, _TIP = 16e-6, 16, 10e-6
@@ -65,6 +66,8 @@ def _case(
 
 
 def _ground() -> np.ndarray:
+    from reference.surfaces import self_affine
+
     sides = (_SIDE, _SIDE)
     return self_affine((_POINTS, _POINTS), sides, hurst=0.8, rms_slope=0.05, seed=1, realisation=0)
 

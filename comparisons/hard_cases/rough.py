@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from comparisons.geometry import RoughGeometry
 from comparisons.hard_cases.case import (
     Curves,
     Expected,
@@ -20,7 +19,9 @@ from comparisons.hard_cases.case import (
     refused,
 )
 from comparisons.hard_cases.usual import NO_FORM_FLAT, STEEL, all_methods
-from comparisons.planning import Plan
+
+if TYPE_CHECKING:
+    from comparisons.planning import Plan
 
 _SURFACE = {"kind": "self_affine", "size": "1 um", "points": 16, "rms_slope": 0.1, "seed": 3}
 _FORCES = {"force": {"values": [0.01, 0.05], "relative_to": "E* A0 h'"}}
@@ -68,6 +69,8 @@ _PERIODIC = {
 
 def _closed(plan: Plan) -> Curves:
     """Full contact of a periodic surface: nothing is left of the gap."""
+    from comparisons.geometry import RoughGeometry
+
     geometry = plan.geometry
     assert isinstance(geometry, RoughGeometry)
     heights = geometry.heights(0, geometry.points[0])

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from comparisons.geometry import Geometry, RoughGeometry
+from comparisons.method_names import METHOD_NAMES
 from comparisons.methods.base import Support, Task
 from comparisons.methods.grid import (
     GridMethod,
@@ -25,7 +26,7 @@ class BemDense(GridMethod):
     """Exact to round-off on its grid, with work that grows as the cube of the contact cells."""
 
     name = "bem_dense"
-    title = "dense BEM"
+    title = METHOD_NAMES[name].title
     face = staticmethod(respond_dense)
 
     def supports(self, scene: Scene) -> Support:

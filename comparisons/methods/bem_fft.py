@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from comparisons.geometry import Geometry, IndenterGeometry, RoughGeometry
+from comparisons.method_names import METHOD_NAMES
 from comparisons.methods.base import Support, Task
 from comparisons.methods.grid import GridMethod, Operator, cells, rough_resolutions
 from comparisons.options import FftOptions
@@ -25,7 +26,7 @@ class BemFft(GridMethod):
     """Free (zero-padded) or periodic half-space; every scene."""
 
     name = "bem_fft"
-    title = "FFT BEM"
+    title = METHOD_NAMES[name].title
 
     def supports(self, scene: Scene) -> Support:
         """Every scene."""

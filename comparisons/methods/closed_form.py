@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from comparisons.geometry import Geometry, IndenterGeometry
+from comparisons.method_names import METHOD_NAMES
 from comparisons.methods.base import Method, Solution, Support, Task
 from comparisons.methods.radial import profile_fields, unit_rings
 from comparisons.scene import Scene
@@ -31,7 +32,7 @@ class ClosedForm(Method):
     """Exact solution on the half-space; no discretisation, so its resolution is 1."""
 
     name = "closed_form"
-    title = "closed form"
+    title = METHOD_NAMES[name].title
 
     def supports(self, scene: Scene) -> Support:
         """Only single contacts whose solution is known."""

@@ -23,13 +23,12 @@ import numpy as np
 from comparisons import isolation
 from comparisons.errors import InputError
 from comparisons.geometry import Geometry
+from comparisons.method_names import GROUP, METHOD_NAMES, register_method
 from comparisons.methods.base import Method, Solution, Support, Task
 from comparisons.methods.spans import lost
-from comparisons.options import METHOD_NAMES, register_method
 from comparisons.physics import PHYSICS
 from comparisons.scene import QUANTITIES, Scene
 
-GROUP = "roughline.methods"
 WORK = "comparisons.methods.external_work"
 # Known to every process of a run: workers start with the methods of the command line.
 VARIABLE = "ROUGHLINE_METHODS"
@@ -183,7 +182,7 @@ def registered() -> dict[str, Method]:
     except (TypeError, ValueError):
         return {}
     for origin in origins:
-        register_method(origin.name)
+        register_method(origin.name, origin.title, origin.dimension)
     return {origin.name: ExternalMethod(origin) for origin in origins}
 
 
@@ -209,7 +208,7 @@ def _add(source: str, limits: Limits, problems: list[str]) -> None:
             problems.append(f"{label}: another method is called {origin.name!r} already")
             continue
         METHODS[origin.name] = ExternalMethod(origin)
-        register_method(origin.name)
+        register_method(origin.name, origin.title, origin.dimension)
     own = [m.origin for m in METHODS.values() if isinstance(m, ExternalMethod)]
     os.environ[VARIABLE] = json.dumps([asdict(each) for each in own])
 

@@ -16,10 +16,9 @@ from typing import Any
 from comparisons.archive import arrays_of
 from comparisons.execution import execute
 from comparisons.geometry import prepare
+from comparisons.method_names import GROUP
 from comparisons.methods import METHODS, Method, Task
 from comparisons.scene import Scene
-
-GROUP = "roughline.methods"
 
 
 def describe(source: str) -> dict[str, Any]:

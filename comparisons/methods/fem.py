@@ -10,6 +10,7 @@ import numpy as np
 
 from comparisons.bodies import BodyGeometry
 from comparisons.geometry import Geometry, IndenterGeometry, RoughGeometry
+from comparisons.method_names import METHOD_NAMES
 from comparisons.methods import fem_body, fem_pair, fem_punch
 from comparisons.methods.base import Method, Solution, Support, Task
 from comparisons.methods.fem_punch import STRAIGHT_EDGED
@@ -52,7 +53,7 @@ class Fem(Method):
     """Elastic body of hexahedra with a Boussinesq far field, condensed onto the surface."""
 
     name = "fem"
-    title = "FEM"
+    title = METHOD_NAMES[name].title
     span = 1e6  # each load scales the mesh onto its own contact
 
     def supports(self, scene: Scene) -> Support:

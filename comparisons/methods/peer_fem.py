@@ -9,6 +9,7 @@ import psutil
 
 from comparisons import isolation
 from comparisons.geometry import Geometry, IndenterGeometry
+from comparisons.method_names import METHOD_NAMES
 from comparisons.methods.base import Method, Solution, Support, Task
 from comparisons.methods.fem import contact_stretch
 from comparisons.options import NgSolveOptions
@@ -34,7 +35,7 @@ class NgSolve(Method):
     """NGSolve and Netgen (Schöberl, J. Comput. Vis. Sci. 1 (1997) 41; ngsolve.org)."""
 
     name = "ngsolve"
-    title = "NGSolve"
+    title = METHOD_NAMES[name].title
     span = 1e6  # each load scales the mesh onto its own contact
     isolated = True
     peer = True

@@ -8,6 +8,7 @@ import numpy as np
 import psutil
 
 from comparisons.geometry import Geometry, RoughGeometry
+from comparisons.method_names import METHOD_NAMES
 from comparisons.methods.base import Method, Solution, Support, Task
 from comparisons.methods.grid import cells, contact_fields, contact_quantities, make_grid
 from comparisons.options import PeerOptions
@@ -100,7 +101,7 @@ class Tamaas(PeerMethod):
     """Tamaas (Frérot, Anciaux, Rey, Pham-Ba & Molinari, J. Open Source Softw. 5 (2020) 2121)."""
 
     name = "tamaas"
-    title = "Tamaas"
+    title = METHOD_NAMES[name].title
     _search = "; it controls the force, and the penetration is searched for"
 
 
@@ -108,4 +109,4 @@ class ContactMechanics(PeerMethod):
     """ContactMechanics (Pastewka and others, github.com/ContactEngineering)."""
 
     name = "contactmechanics"
-    title = "ContactMechanics"
+    title = METHOD_NAMES[name].title

@@ -13,6 +13,7 @@ from comparisons.geometry import (
     RoughGeometry,
     equivalent_profile,
 )
+from comparisons.method_names import METHOD_NAMES
 from comparisons.methods.base import Method, Solution, Support, Task
 from comparisons.methods.radial import profile_fields, unit_rings
 from comparisons.options import ReducedOptions
@@ -34,8 +35,8 @@ class Reduced(Method):
     """Method of dimensionality reduction (chapter 19; Popov & Hess 2015)."""
 
     name = "reduced"
-    title = "reduced model"
-    dimension = 1
+    title = METHOD_NAMES[name].title
+    dimension = METHOD_NAMES[name].dimension
 
     def supports(self, scene: Scene) -> Support:
         """Every scene; the rule used is the reason."""

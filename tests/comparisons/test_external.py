@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from comparisons import isolation, options
+from comparisons import isolation, method_names
 from comparisons.archive import arrays_of
 from comparisons.claims.claim import ClaimError, about_method, load_claims
 from comparisons.claims.runner import _repeats
@@ -74,7 +74,7 @@ def dies(task, load, realisation):
 @pytest.fixture(autouse=True)
 def registry(monkeypatch):
     """Forget the methods of a test: names, instances, and what is handed to workers."""
-    monkeypatch.setattr(options, "_from_outside", [])
+    monkeypatch.setattr(method_names, "_from_outside", {})
     monkeypatch.setenv(external.VARIABLE, "[]")
     before = dict(METHODS)
     yield
@@ -195,7 +195,7 @@ def test_a_method_that_always_hangs_is_asked_a_few_times_only(monkeypatch):
 @pytest.fixture
 def task():
     METHODS["other"] = ExternalMethod(Origin("file:x", "other", "other", 3, "", 1.0, 1e9))
-    options.register_method("other")
+    method_names.register_method("other", "other", 3)
     plan = plan_scene(load_scene("paraboloid", {"compare.methods": ["reduced"]}))[0]
     return task_of(plan, "other", 10)
 
@@ -401,10 +401,10 @@ def test_workers_are_told_in_their_environment(monkeypatch, tmp_path):
     file.write_text("")
     described(monkeypatch)
     add_methods([file], Limits(5, 1e9))
-    monkeypatch.setattr(options, "_from_outside", [])
+    monkeypatch.setattr(method_names, "_from_outside", {})
     (made,) = registered().values()
     assert (made.name, made.origin.seconds, made.origin.memory) == ("other", 5, 1e9)
-    assert "other" in options.method_names()
+    assert "other" in method_names.known_methods()
     assert str(file) in os.environ[external.VARIABLE]
 
 

@@ -196,7 +196,6 @@ def test_a_wrong_scene_is_one_clear_message_and_nothing_is_written(
             "bem_fft cannot do this scene at resolution 500000: needs about",
         ),
         (["list", "wishes"], "list: expected one of scenes, methods, claims, hard-cases, got"),
-        (["list"], "what"),
         (["report", "nowhere"], "no results of roughline here"),
         (["report", "."], "no results of roughline here"),
         (["frobnicate"], "frobnicate"),
@@ -532,6 +531,11 @@ def test_lists_name_what_is_built_in(roughline):
     methods = roughline("list", "methods")
     assert methods.code == 0
     assert all(name in methods.out for name in METHODS)
+    overview = roughline("list").out.split()
+    assert [overview[overview.index(word) - 1] for word in ("methods", "scenes")] == [
+        str(len(METHODS)),
+        str(len(builtin_names())),
+    ]
 
 
 COMMANDS = {"run", "solve", "list", "advise", "claims", "hard-cases", "check", "report"}
