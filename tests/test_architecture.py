@@ -116,7 +116,7 @@ def test_the_packages_carry_their_types():
 HEAVY = {"numba", "pandas", "plotly", "pyvista", "scipy", "skfem"}
 
 
-@pytest.mark.parametrize("what", ["--help", "list", "list scenes", "list claims"])
+@pytest.mark.parametrize("what", ["--help", "list", "list scenes", "list claims", "list methods"])
 def test_nothing_heavy_is_imported_for_a_list(what):
     """Numba, SciPy and scikit-fem take seconds to import; a list or a help text needs none."""
     code = f"import sys; from reports.cli import run_command; run_command({what.split()!r})"

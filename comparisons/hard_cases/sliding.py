@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from comparisons.hard_cases.case import (
     Curves,
@@ -15,7 +15,9 @@ from comparisons.hard_cases.case import (
     not_for,
 )
 from comparisons.hard_cases.usual import BALL
-from comparisons.planning import Plan
+
+if TYPE_CHECKING:
+    from comparisons.planning import Plan
 
 _RUBBER = {"model": "standard", "shear_moduli": ["0.5 MPa", "5 MPa"], "relaxation_times": "10 ms"}
 _RESOLUTIONS = {"reduced": 40, "bem_fft": 12}
