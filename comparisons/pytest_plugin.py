@@ -72,11 +72,6 @@ def _registered(method: str | Method) -> str:
     """Make a method object known by its name for the rest of the session."""
     if isinstance(method, str):
         return method
-    from comparisons.method_names import METHOD_NAMES, register_method
-    from comparisons.methods import METHODS
+    from comparisons.methods.session import add_to_session
 
-    if method.name in METHOD_NAMES:
-        raise ValueError(f"{method.name!r} is a method of roughline's own: choose another name")
-    METHODS[method.name] = method
-    register_method(method.name, method.title, method.dimension)
-    return method.name
+    return add_to_session(method)

@@ -37,6 +37,7 @@ from comparisons.physics.combinations import (
     walks_a_path,
     with_defaults,
 )
+from comparisons.plain import plain
 from comparisons.quantities import Positive, fail
 from comparisons.scene_problems import readable
 from comparisons.shapes import AnyIndenter
@@ -251,21 +252,30 @@ def builtin_names() -> list[str]:
     return sorted(path.stem for path in builtin_folder().glob("*.toml"))
 
 
-def load_scene(source: str | Path, overrides: Mapping[str, Any] | None = None) -> Scene:
-    """Read a scene from a file, or by the name of a built-in one.
+def load_scene(
+    source: str | Path | Mapping[str, Any] | Scene, overrides: Mapping[str, Any] | None = None
+) -> Scene:
+    """Read a scene from a file, by the name of a built-in one, or from its tables.
 
     Parameters
     ----------
-    source : str or Path
-        Path of a TOML file, or a name from ``builtin_names()``.
+    source : str, Path, mapping or Scene
+        Path of a TOML file, or a name from ``builtin_names()``; the tables of a scene, whose files
+        are relative to the working folder; or a scene, which is changed.
     overrides : mapping, optional
         Dotted path of a key -> value, put in before validation: {"methods.fem.penalty": 10}.
 
     Raises
     ------
     SceneError
-        Listing every problem of the file.
+        Listing every problem of the scene.
     """
+    if isinstance(source, Scene):
+        folder = Path(source.directory)
+        return parse_scene(source.text, source.name, folder, overrides) if overrides else source
+    if isinstance(source, Mapping):
+        # Copied, so that overrides leave the caller's tables alone; arrays become lists.
+        return _made(plain(dict(source)), "scene", Path.cwd(), overrides)
     path = Path(source)
     if str(source) in builtin_names():
         path = builtin_folder() / f"{source}.toml"
@@ -292,6 +302,12 @@ def parse_scene(
         data = tomllib.loads(text)
     except (tomllib.TOMLDecodeError, RecursionError, ValueError) as error:
         raise SceneError(source, [f"not valid TOML: {error}"]) from error
+    return _made(data, source, directory, overrides)
+
+
+def _made(
+    data: dict[str, Any], source: str, directory: Path, overrides: Mapping[str, Any] | None
+) -> Scene:
     for path, value in (overrides or {}).items():
         _override(data, path.split("."), value)
     return make_scene(data, source, directory)

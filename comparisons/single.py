@@ -17,7 +17,7 @@ from comparisons.methods import METHODS, Solution, method_for
 from comparisons.plain import plain
 from comparisons.planning import Plan, plan_scene, task_of
 from comparisons.reference import mean_curves
-from comparisons.scene import load_scene
+from comparisons.scene import Scene, load_scene
 from comparisons.solving import solve_blocks
 from comparisons.store import write_table
 from comparisons.uncertainty import standard_error
@@ -76,12 +76,16 @@ class SingleResult:
             "violation": _largest(solution.violation),
         }
         document |= self.columns()
-        if "pressure" in solution.fields:
-            document["pressure"] = self._pressure()
+        pressure = self.pressure()
+        if pressure is not None:
+            document["pressure"] = pressure
         return json.dumps(plain(document), indent=1, allow_nan=False)
 
-    def _pressure(self) -> dict[str, np.ndarray]:
+    def pressure(self) -> dict[str, np.ndarray] | None:
+        """Return the pressure at the last load: {r, p} of round contacts, else {x, y, p}."""
         fields, geometry = self.solution.fields, self.plan.geometry
+        if "pressure" not in fields:
+            return None
         x, y, p = (fields[name] for name in ("pressure_x", "pressure_y", "pressure"))
         if isinstance(geometry, IndenterGeometry) and geometry.indenter.axisymmetric:
             r = np.hypot(x, y)
@@ -108,7 +112,7 @@ class SingleResult:
 
 
 def solve_scene(
-    source: str,
+    source: str | Path | Mapping[str, Any] | Scene,
     method: str,
     resolution: int | None = None,
     overrides: Mapping[str, Any] | None = None,

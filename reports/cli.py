@@ -25,7 +25,6 @@ from reports.outside import NOTHING, Outside
 
 if TYPE_CHECKING:
     from comparisons.planning import Plan
-    from comparisons.scene import Scene
 
 FINE, LOST, WRONG_INPUT, INTERRUPTED = 0, 1, 2, 3
 DEFAULT_FOLDER = Path("roughline-results")
@@ -126,6 +125,7 @@ def run(
         Render 3-D pictures for the report.
     """
     from comparisons.errors import InputError
+    from comparisons.plans import plan_all
     from comparisons.study import Study
     from reports import terminal
 
@@ -133,7 +133,8 @@ def run(
     most = max(2, os.cpu_count() or 1)
     if not 1 <= workers <= most:
         raise InputError(f"--workers: expected 1 to {most}, the cores here, got {workers}")
-    plans = _plans(scenes or ("quick",), _overrides(methods, option), full)
+    effort = "full" if full else "quick"
+    plans = plan_all(scenes or ("quick",), _overrides(methods, option), effort)
     if plan:
         terminal.print_plans(plans)
         return FINE
@@ -143,7 +144,7 @@ def run(
             plans,
             directory,
             command=shlex.join(["roughline", *sys.argv[1:]]),
-            effort="full" if full else "quick",
+            effort=effort,
             workers=workers,
             resume=resume,
             overwrite=overwrite,
@@ -426,37 +427,6 @@ def _overrides(methods: str | None, options: tuple[str, ...]) -> dict[str, Any]:
             parsed = value
         overrides[f"methods.{key}"] = parsed
     return overrides
-
-
-def _plans(names: tuple[str, ...], overrides: dict[str, Any], full: bool) -> list[Plan]:
-    """Load and plan all scenes; problems of all files are told at once."""
-    from comparisons.errors import InputError
-    from comparisons.planning import plan_scene
-    from comparisons.scene import SceneError, load_scene
-    from comparisons.suites import SUITES
-
-    try:
-        # On a scene that is right, only what the command line adds can be wrong: told once.
-        load_scene("paraboloid", overrides)
-    except SceneError as error:
-        raise SceneError("--methods, --option", error.problems) from error
-    sources = [each for name in names for each in SUITES.get(name, (name,))]
-    plans: list[Plan] = []
-    problems: list[str] = []
-    for source in sources:
-        try:
-            scene: Scene = load_scene(source, overrides)
-            plans += plan_scene(scene, "full" if full else "quick")
-        except InputError as error:
-            problems.append(str(error))
-    seen = [each.scene.name for each in plans]
-    problems += [
-        f"{name}: expected different names, two scenes have this one"
-        for name in sorted({n for n in seen if seen.count(n) > 1})
-    ]
-    if problems:
-        raise InputError("\n".join(problems))
-    return plans
 
 
 def _folder_name(scenes: tuple[str, ...], plans: list[Plan]) -> str:

@@ -10,6 +10,7 @@ import numpy as np
 from comparisons.store import SceneRecord
 from comparisons.verdicts import NO_RESULT, NOT_RESOLVED, OUTSIDE, WITHIN
 from reports import selection
+from reports.figure_style import style
 
 MODEL = "reduced"
 
@@ -46,9 +47,9 @@ class Verdict:
     resolution: float = math.nan
 
 
-def verdicts(scene: SceneRecord) -> list[Verdict]:
-    """Return a verdict per compared quantity, from the reduced model's finest resolution."""
-    table = selection.compared_measures(scene, MODEL)
+def verdicts(scene: SceneRecord, method: str = MODEL) -> list[Verdict]:
+    """Return a verdict per compared quantity, from a method's finest resolution."""
+    table = selection.compared_measures(scene, method)
     levels = selection.column(table, "resolution")
     finest = table[levels == np.nanmax(levels)] if np.isfinite(levels).any() else table
     found = [_verdict(scene, row) for row in finest.to_dict("records")]
@@ -57,7 +58,9 @@ def verdicts(scene: SceneRecord) -> list[Verdict]:
     kept = [item for item in found if item.word != NO_RESULT]
     nan = math.nan
     return kept + [
-        Verdict(name, "", nan, nan, nan, scene.tolerance, NO_RESULT, _why_missing(scene, name))
+        Verdict(
+            name, "", nan, nan, nan, scene.tolerance, NO_RESULT, _why_missing(scene, name, method)
+        )
         for name in lost
     ]
 
@@ -83,18 +86,19 @@ def _verdict(scene: SceneRecord, row: dict) -> Verdict:
     )
 
 
-def _why_missing(scene: SceneRecord, name: str) -> str:
+def _why_missing(scene: SceneRecord, name: str, method: str) -> str:
     refused = selection.unsupported(scene)
-    if MODEL in refused:
-        return refused[MODEL]
-    lost = [item.reason for item in selection.failures(scene) if item.method == MODEL]
+    if method in refused:
+        return refused[method]
+    lost = [item.reason for item in selection.failures(scene) if item.method == method]
     if lost:
         return lost[0]
-    if MODEL not in selection.methods(scene):
-        return "the reduced model was not asked for"
+    title = style(method).label
+    if method not in selection.methods(scene):
+        return f"the {title} was not asked for"
     table = selection.compared_measures(scene)
     if (table["quantity"] == name).any():
-        return "the reduced model does not give it, or there is one load only"
+        return f"the {title} does not give it, or there is one load only"
     return "there is nothing to compare it with"
 
 

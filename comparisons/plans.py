@@ -1,0 +1,67 @@
+"""Scenes and suites, loaded and planned together: problems of all of them are told at once."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+from comparisons.errors import InputError
+from comparisons.planning import Effort, Plan, plan_scene
+from comparisons.scene import Scene, SceneError, load_scene
+from comparisons.suites import SUITES
+
+Source = str | Path | Mapping[str, Any] | Scene
+
+
+def plan_all(
+    sources: Iterable[Source],
+    overrides: Mapping[str, Any],
+    effort: Effort,
+    said: str = "--methods, --option",
+) -> list[Plan]:
+    """Load and plan all scenes and suites.
+
+    Parameters
+    ----------
+    sources : iterable of str, Path, mapping or Scene
+        Anything that `load_scene` takes, and names of suites.
+    overrides : mapping
+        Dotted keys put into every scene.
+    effort : {"quick", "full"}
+    said : str
+        Where the overrides come from, for messages about them.
+
+    Raises
+    ------
+    InputError
+        Listing every problem of all scenes.
+    """
+    try:
+        # On a scene that is right, only what is added can be wrong: told once.
+        load_scene("paraboloid", overrides)
+    except SceneError as error:
+        raise SceneError(said, error.problems) from error
+    plans: list[Plan] = []
+    problems: list[str] = []
+    for source in _members(sources):
+        try:
+            plans += plan_scene(load_scene(source, overrides), effort)
+        except InputError as error:
+            problems.append(str(error))
+    seen = [each.scene.name for each in plans]
+    problems += [
+        f"{name}: expected different names, two scenes have this one"
+        for name in sorted({n for n in seen if seen.count(n) > 1})
+    ]
+    if problems:
+        raise InputError("\n".join(problems))
+    return plans
+
+
+def _members(sources: Iterable[Source]) -> list[Source]:
+    """Return the scenes, with suites replaced by theirs."""
+    found: list[Source] = []
+    for source in sources:
+        found += SUITES.get(source, (source,)) if isinstance(source, str) else (source,)
+    return found

@@ -1,0 +1,126 @@
+"""Two results folders side by side: what moved, and how far."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import pandas as pd
+
+from comparisons import formatting as fmt
+from comparisons import runs
+from comparisons.errors import InputError
+from comparisons.runs import MOVED, SAME, SLOWER, Change, RunComparison
+from comparisons.store import StudyRecord, load_study
+from roughline import notebook
+from roughline.studies import Results
+
+MOST_ROWS = 20
+
+
+@dataclass(frozen=True, repr=False)
+class Changes:
+    """What became of every solve of two runs.
+
+    Attributes
+    ----------
+    record : comparisons.runs.RunComparison
+    """
+
+    record: RunComparison
+
+    @property
+    def notes(self) -> tuple[str, ...]:
+        """What makes the runs differ as a whole: versions, machines, scenes, truths."""
+        return self.record.notes
+
+    @property
+    def failed(self) -> tuple[Change, ...]:
+        """What moved, was lost, changed its verdict or became slower."""
+        return self.record.failed
+
+    def table(self) -> pd.DataFrame:
+        """Return one row per solve of both runs."""
+        rows = [
+            {
+                "scene": each.scene,
+                "method": each.method,
+                "resolution": each.resolution,
+                "what": ", ".join(each.kinds),
+                "quantity": each.quantity,
+                "change": each.change,
+                "error_before": each.errors[0],
+                "error_after": each.errors[1],
+                "seconds_before": each.seconds[0],
+                "seconds_after": each.seconds[1],
+                "bad": each.bad,
+            }
+            for each in self.record.changes
+        ]
+        return pd.DataFrame(rows)
+
+    def __repr__(self) -> str:
+        notable = [each for each in self.record.changes if each.kinds != (SAME,)]
+        lines = [f"{c.scene} {c.method} {c.resolution}: {c.text}" for c in notable]
+        return "\n".join([self._heading(), *self.notes, *lines])
+
+    def _repr_html_(self) -> str:
+        notable = sorted(
+            (c for c in self.record.changes if c.kinds != (SAME,)), key=lambda c: not c.bad
+        )
+        rows = [
+            (
+                each.scene,
+                each.method,
+                each.resolution or "",
+                notebook.badge("moved" if each.bad else "told"),
+                each.text,
+                " \N{RIGHTWARDS ARROW} ".join(map(fmt.duration, each.seconds)),
+            )
+            for each in notable[:MOST_ROWS]
+        ]
+        heads = ("scene", "method", "N", "", "what", "time")
+        body = notebook.table(heads, rows) if rows else ""
+        left = notebook.more(len(notable) - MOST_ROWS, "solves that changed")
+        return notebook.block(self._heading(), *self.notes, body, left)
+
+    def _heading(self) -> str:
+        total = len(self.record.changes)
+        same = sum(each.kinds == (SAME,) for each in self.record.changes)
+        return f"{same} of {total} solves are the same, {len(self.failed)} are worse"
+
+
+def compare_runs(
+    before: str | Path | Results,
+    after: str | Path | Results,
+    *,
+    tolerance: float = MOVED,
+    slower: float = SLOWER,
+) -> Changes:
+    """Compare two results folders, solve by solve.
+
+    Parameters
+    ----------
+    before, after : str, Path or Results
+    tolerance : float
+        Relative change of a quantity that counts as moved (1e-6 is how far iterations go).
+    slower : float
+        Ratio of times that counts; times of different machines are told, never judged.
+
+    Raises
+    ------
+    InputError
+        If a folder has no results, or a threshold makes no sense.
+    """
+    problems = [
+        f"{name}: expected a number above {least}, got {given}"
+        for name, given, least in (("tolerance", tolerance, 0), ("slower", slower, 1))
+        if not least < given < float("inf")
+    ]
+    if problems:
+        raise InputError("\n".join(problems))
+    return Changes(runs.compare_runs(_record(before), _record(after), tolerance, slower))
+
+
+def _record(run: str | Path | Results) -> StudyRecord:
+    return run.record if isinstance(run, Results) else load_study(run)

@@ -1,0 +1,126 @@
+"""Claims about the reduced model, judged: a statement, a tolerance, a verdict with its evidence."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from comparisons import formatting as fmt
+from comparisons.claims import claim as files
+from comparisons.claims.record import ClaimRecord
+from comparisons.claims.runner import judge_claim
+from comparisons.plain import plain
+from roughline import notebook
+
+MOST_ROWS = 12
+
+
+@dataclass(frozen=True, repr=False)
+class ClaimVerdict:
+    """What was found about one claim.
+
+    Attributes
+    ----------
+    record : comparisons.claims.record.ClaimRecord
+    """
+
+    record: ClaimRecord
+
+    @property
+    def verdict(self) -> str:
+        """One of "holds", "fails", "holds in a range" and "not resolved"."""
+        return self.record.verdict
+
+    @property
+    def sentence(self) -> str:
+        """The verdict's reason, in words made from the numbers."""
+        return self.record.sentence
+
+    @property
+    def ranges(self) -> list[tuple[float, float]]:
+        """Where along its parameter the claim holds."""
+        return [(each.low, each.high) for each in self.record.ranges]
+
+    @property
+    def as_expected(self) -> bool:
+        """Whether the verdict is the one that the claim's file expects, if it expects one."""
+        return not self.record.differs
+
+    def table(self) -> pd.DataFrame:
+        """Return one row per measurement: parameter, relative error, bar, and the word for it."""
+        names = ["parameter", "error", "uncertainty", "word", "seconds"]
+        rows = [each.model_dump(include=set(names)) for each in self.record.points]
+        return pd.DataFrame(rows, columns=names)
+
+    def __repr__(self) -> str:
+        return f"{self.record.id}: {self.verdict}. {self.sentence}"
+
+    def _repr_html_(self) -> str:
+        points = self.record.points
+        rows = [
+            (
+                fmt.number(each.parameter),
+                fmt.plus_minus(each.error, each.uncertainty),
+                notebook.badge(each.word),
+            )
+            for each in points[:MOST_ROWS]
+        ]
+        heads = (self.record.parameter or "parameter", "error", "")
+        return notebook.block(
+            f"{self.record.id}, {self.record.equation}",
+            self.record.text,
+            notebook.badge(self.verdict) + f" {self.sentence}",
+            *self.record.disagreements,
+            notebook.table(heads, rows),
+            notebook.more(len(points) - MOST_ROWS, "measurements"),
+        )
+
+
+def check_claim(
+    claim: str | Path | Mapping[str, Any], *, method: str | None = None, full: bool = False
+) -> ClaimVerdict:
+    """Judge a claim: measure along its parameter until the boundary of its range is known.
+
+    Parameters
+    ----------
+    claim : str, Path or mapping
+        The id of a built-in claim (`list_claims`), a claim file, or its tables as a dict.
+    method : str, optional
+        Judge this method instead of the reduced model, by a claim that stands on a scene.
+    full : bool
+        Refine the truth until its bar is a fifth of the tolerance, and each boundary further.
+
+    Raises
+    ------
+    InputError
+        Listing everything that is wrong with the claim.
+
+    Examples
+    --------
+    >>> check_claim("transform-cone").verdict
+    'holds'
+    """
+    if isinstance(claim, Mapping):
+        chosen = [files.make_claim(plain(dict(claim)), "claim", Path.cwd())]
+    else:
+        chosen = files.load_claims((str(claim),))
+    if method is not None:
+        chosen = files.about_method(chosen, method)
+    return ClaimVerdict(judge_claim(chosen[0], "full" if full else "quick"))
+
+
+def list_claims() -> pd.DataFrame:
+    """Return the built-in claims in the chapter's order.
+
+    Examples
+    --------
+    >>> list_claims().loc["transform-cone", "reading"]
+    'corrected'
+    """
+    columns = ["id", "equation", "reading", "tolerance", "text"]
+    rows = [each.model_dump(include=set(columns)) for each in files.load_claims()]
+    return pd.DataFrame(rows, columns=columns).set_index("id")

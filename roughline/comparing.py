@@ -1,0 +1,196 @@
+"""Methods compared on one scene, with an error bar on the truth."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import pandas as pd
+
+from comparisons import formatting as fmt
+from comparisons.advice import Setting, advise
+from comparisons.planning import plan_scene
+from comparisons.plans import Source
+from comparisons.record import record_scene
+from comparisons.solving import solve_plan
+from comparisons.store import SceneRecord
+from reports import selection
+from reports.figure_style import style
+from reports.tables import lost_solves
+from reports.verdicts import MODEL, Verdict, verdicts, worst
+from roughline import notebook
+from roughline.scenes import scene_of
+
+COLUMNS = ["method", "resolution", "quantity", "at", "maximum", "uncertainty", "rms", "verdict"]
+COLUMNS += ["seconds", "unknowns"]
+
+
+@dataclass(frozen=True, repr=False)
+class Comparison:
+    """What was found for one scene.
+
+    Attributes
+    ----------
+    record : comparisons.store.SceneRecord
+    patch : Comparison, optional
+        Of a large measured map: the same for a patch of it, on which all methods meet.
+    """
+
+    record: SceneRecord
+    patch: Comparison | None = None
+
+    @property
+    def name(self) -> str:
+        """The scene's name."""
+        return self.record.name
+
+    @property
+    def answer(self) -> str:
+        """One sentence: the cheapest setting of each method within the tolerance."""
+        return self.record.answer
+
+    @property
+    def reference(self) -> str:
+        """What counts as the truth, and how well it is known."""
+        return str(self.record.reference.get("text", "there is none"))
+
+    @property
+    def disagreements(self) -> tuple[str, ...]:
+        """References that differ by more than their bars, in words."""
+        return self.record.disagreements
+
+    @property
+    def verdict(self) -> str:
+        """The reduced model's: "within", "outside", "not resolved" or "no result"."""
+        return self.judged().word
+
+    @property
+    def cheapest(self) -> Setting | None:
+        """The fastest setting that is sure to meet the tolerance; closed forms are no choice."""
+        return advise(self.record).cheapest
+
+    @property
+    def lost(self) -> list[str]:
+        """Solves that were planned and have no answer, with their reasons."""
+        return lost_solves(self.record)
+
+    def judged(self, method: str = MODEL) -> Verdict:
+        """Return the deciding verdict on a method at its finest resolution, with its numbers."""
+        return worst(verdicts(self.record, method))
+
+    def table(self) -> pd.DataFrame:
+        """Return one row per method, resolution and compared quantity.
+
+        ``maximum`` is the largest relative error over the load steps, ``uncertainty`` the 95 %
+        half-width of its bar, ``rms`` the root mean square; ``at`` says at which equal load.
+        """
+        found = selection.compared_measures(self.record)
+        return found[[c for c in COLUMNS if c in found]].reset_index(drop=True)
+
+    def steps(self) -> pd.DataFrame:
+        """Return one row per method, resolution, realisation and load step, as in results.csv."""
+        rows = self.record.rows
+        return rows[rows["step"].notna()].reset_index(drop=True)
+
+    def __repr__(self) -> str:
+        told = [f"{self.record.title}: reduced model {self.verdict}", *self.disagreements]
+        found = self.table()
+        finest = found[
+            found["resolution"] == found.groupby("method")["resolution"].transform("max")
+        ]
+        return "\n".join([*told, self.answer, finest.to_string(index=False)])
+
+    def _repr_html_(self) -> str:
+        heads = ("method", "N", "time", "quantity", "largest error", "verdict")
+        asked = fmt.tolerance(self.record.tolerance)
+        return notebook.block(
+            f"{self.record.title} ({self.name}), asked: {asked}",
+            *self.disagreements,
+            self.answer,
+            notebook.table(heads, self._rows()),
+            *self.lost,
+        )
+
+    def _rows(self) -> list[tuple[object, ...]]:
+        """Return each method's verdicts at its finest resolution; refusals with their reason."""
+        rows: list[tuple[object, ...]] = []
+        refused = selection.unsupported(self.record)
+        truth = selection.reference(self.record)[0]
+        for method in selection.methods(self.record):
+            label = style(method).label
+            if method in refused:
+                if refused[method] != "not asked for":
+                    rows.append((label, "", "", "", refused[method], notebook.badge("not run")))
+                continue
+            finest = selection.compared_measures(self.record, method)
+            finest = finest[finest["resolution"] == finest["resolution"].max()]
+            if finest.empty:
+                word = "reference" if method == truth else "no result"
+                rows.append((label, "", "", "", "", notebook.badge(word)))
+            rows += [_row(label, index == 0, row) for index, row in enumerate(_records(finest))]
+        return rows
+
+
+def _records(measures: pd.DataFrame) -> list[dict[str, Any]]:
+    return measures.to_dict("records")  # type: ignore[return-value]
+
+
+def _row(label: str, first: bool, row: dict[str, Any]) -> tuple[object, ...]:
+    setting = (label, f"{row['resolution']:.0f}", fmt.duration(row["seconds"]))
+    equal = f" at equal {notebook.words(row['at'])}" if row["at"] in fmt.QUANTITIES else ""
+    error = fmt.plus_minus(row["maximum"], row["uncertainty"])
+    what = notebook.words(row["quantity"]) + equal
+    return (*(setting if first else ("", "", "")), what, error, notebook.badge(row["verdict"]))
+
+
+def compare(
+    scene: Source,
+    *methods: str,
+    tolerance: float | None = None,
+    quantities: list[str] | None = None,
+    resolutions: list[int] | None = None,
+    full: bool = False,
+) -> Comparison:
+    """Solve a scene with several methods, and compare them with the best-known solution.
+
+    Parameters
+    ----------
+    scene : Source
+        Anything that `load_scene` takes.
+    *methods : str
+        Names of `list_methods`; default: all that can do the scene. One of them has to be 3-D or a
+        closed form, or there is no truth.
+    tolerance : float, optional
+        The relative error that is good enough; default: the scene's (0.01 if it has none).
+    quantities : list of str, optional
+        What is compared: "force", "contact_area", "pressure" ...; default: the scene's.
+    resolutions : list of int, optional
+        The same for all methods that have one; default: at least three of each, as planned.
+    full : bool
+        Every realisation of a rough surface; else at most 10.
+
+    Returns
+    -------
+    Comparison
+        Kept in memory; `Study` keeps a folder, resumes, and writes the report.
+
+    Raises
+    ------
+    InputError
+        If the scene or what is asked is wrong. Solves that fail are rows with their reason.
+
+    Examples
+    --------
+    >>> found = compare("paraboloid", "closed_form", "reduced", quantities=["force"])
+    >>> found.verdict
+    'within'
+    >>> found.table()["quantity"].unique().tolist()
+    ['force']
+    """
+    asked = {"tolerance": tolerance, "quantities": quantities, "resolutions": resolutions}
+    plans = plan_scene(scene_of(scene, methods, **asked), "full" if full else "quick")
+    found = None
+    for each in reversed(plans):
+        found = Comparison(record_scene(each, solve_plan(each)), found)
+    assert found is not None  # a scene has at least one plan
+    return found

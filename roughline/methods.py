@@ -1,0 +1,54 @@
+"""Methods: what is built in, and yours beside them."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pandas as pd
+
+from comparisons.method_names import known_methods
+from comparisons.methods import Method
+from comparisons.methods.external import add_methods
+from comparisons.methods.session import add_to_session
+
+
+def list_methods() -> pd.DataFrame:
+    """Return all methods: title, and whether they solve a line or the 3-D contact.
+
+    Examples
+    --------
+    >>> list_methods().loc["reduced", "solves"]
+    'a line'
+    """
+    rows = [
+        (name, each.title, "a line" if each.dimension == 1 else "the 3-D contact")
+        for name, each in known_methods().items()
+    ]
+    return pd.DataFrame(rows, columns=["name", "title", "solves"]).set_index("name")
+
+
+def add_method(method: Method | str | Path) -> list[str]:
+    """Add a method of yours, to be judged like the built-in ones; return the names added.
+
+    Parameters
+    ----------
+    method : Method, str or Path
+        What the decorator `method` made of a function, or an object of a class derived from
+        ``comparisons.methods.Method``: known in this process only. Or a Python file with methods:
+        each call then runs in a process of its own with limits on time and memory, and worker
+        processes of a `Study` know it, too.
+
+    Raises
+    ------
+    InputError
+        If the file is no method, or the name is taken by a method of roughline's own.
+
+    Notes
+    -----
+    A method from outside never becomes the truth, whatever its dimension.
+    """
+    if isinstance(method, Method):
+        return [add_to_session(method)]
+    before = set(known_methods())
+    add_methods([method])
+    return sorted(set(known_methods()) - before)

@@ -1,0 +1,63 @@
+"""What results look like in a notebook: short tables, everything from outside escaped.
+
+Colours carry their own background, so that they read on light and on dark pages alike, and never
+stand without the word.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+
+from markupsafe import Markup, escape
+
+_GOOD, _BAD, _OPEN, _NONE = (
+    ("#00624a", "#dff2ea"),
+    ("#9c3a00", "#fde6d8"),
+    ("#5c5300", "#f6f0c4"),
+    ("#444444", "#e9eaec"),
+)
+_COLOURS = {
+    **dict.fromkeys(("within", "holds", "same"), _GOOD),
+    **dict.fromkeys(("outside", "fails", "moved"), _BAD),
+    **dict.fromkeys(("not resolved", "holds in a range"), _OPEN),
+}
+
+
+def badge(word: str) -> Markup:
+    """Return a verdict as word and colour; other words are grey.
+
+    >>> print(badge("<within>"))
+    <span style="color:#444444;background:#e9eaec;...">&lt;within&gt;</span>
+    """
+    ink, ground = _COLOURS.get(word, _NONE)
+    style = f"color:{ink};background:{ground};padding:0 .4em;border-radius:3px;font-weight:600"
+    return Markup('<span style="{};white-space:nowrap">{}</span>').format(style, word)
+
+
+def table(headings: Sequence[str], rows: Iterable[Sequence[object]]) -> Markup:
+    """Return a table with texts to the left; cells are escaped unless they are `Markup`."""
+    cell = Markup('<t{0} style="text-align:left;padding:.15em .6em">{1}</t{0}>')
+    head = Markup("").join(cell.format("h", each) for each in headings)
+    body = Markup("").join(
+        Markup("<tr>{}</tr>").format(Markup("").join(cell.format("d", each) for each in row))
+        for row in rows
+    )
+    return Markup("<table><thead><tr>{}</tr></thead><tbody>{}</tbody></table>").format(head, body)
+
+
+def block(heading: str, *parts: object) -> str:
+    """Return a heading with paragraphs and tables below it."""
+    paragraph = Markup('<p style="max-width:75ch;margin:.3em 0">{}</p>')
+    body = (part if isinstance(part, Markup) else paragraph.format(part) for part in parts if part)
+    start = Markup("<div><p><strong>{}</strong></p>").format(heading)
+    return str(start + Markup("").join(body) + Markup("</div>"))
+
+
+def more(count: int, what: str) -> str:
+    """Return how many rows a short table leaves out."""
+    return "" if count <= 0 else f"... and {count} more {what}: .table() has all of them"
+
+
+def words(name: str) -> str:
+    """Return a column's name as words."""
+    return str(escape(name)).replace("_", " ")

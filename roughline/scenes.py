@@ -1,0 +1,152 @@
+"""Scenes and plans: what will be solved, before anything is."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from comparisons import planning
+from comparisons.plans import Source
+from comparisons.scene import Scene, builtin_names, parse_scene
+from comparisons.scene import load_scene as _load_scene
+from comparisons.suites import SUITES
+from roughline import notebook
+
+
+def load_scene(source: Source, changes: Mapping[str, Any] | None = None) -> Scene:
+    """Return a validated scene.
+
+    Parameters
+    ----------
+    source : str, Path, mapping or Scene
+        The name of a built-in scene (`list_scenes`), the path of a TOML file, TOML text of several
+        lines, the same tables as a dict, or a scene that is to be changed.
+    changes : mapping, optional
+        Dotted key -> value: ``{"indenter.radius": "5 mm", "compare.tolerance": 0.05}``.
+
+    Returns
+    -------
+    Scene
+        All quantities in SI units; ``scene.text`` is the scene as TOML.
+
+    Raises
+    ------
+    InputError
+        Listing everything that is wrong, each with its place in the scene.
+
+    Examples
+    --------
+    >>> scene = load_scene("paraboloid", {"indenter.radius": "5 mm"})
+    >>> scene.indenter.radius
+    0.005
+    >>> punch = load_scene({
+    ...     "name": "my-punch",
+    ...     "half_space": {"youngs_modulus": "3 GPa", "poisson_ratio": 0.4},
+    ...     "indenter": {"shape": "cylinder", "radius": "1 mm"},
+    ...     "loading": {"penetration": ["1 um", "2 um"]},
+    ... })
+    >>> round(punch.effective_modulus / 1e9, 3)
+    3.571
+    """
+    if isinstance(source, str) and "\n" in source:
+        return parse_scene(source, "the scene's text", Path.cwd(), changes)
+    return _load_scene(source, changes)
+
+
+def list_scenes() -> pd.DataFrame:
+    """Return the built-in scenes: name, title, and the suites that they belong to.
+
+    Examples
+    --------
+    >>> "paraboloid" in list_scenes().index
+    True
+    """
+    rows = [
+        (name, _load_scene(name).heading, ", ".join(s for s, own in SUITES.items() if name in own))
+        for name in builtin_names()
+    ]
+    return pd.DataFrame(rows, columns=["name", "title", "suites"]).set_index("name")
+
+
+@dataclass(frozen=True, repr=False)
+class Plan:
+    """What each method would model for a scene, at which resolutions, and what is left out.
+
+    Attributes
+    ----------
+    plans : list of comparisons.planning.Plan
+        One, or two where a large measured map gets a second scene: a patch for all methods.
+    """
+
+    plans: list[planning.Plan]
+
+    @property
+    def left_out(self) -> dict[str, str]:
+        """What is not modelled, with the reason."""
+        return {what: why for plan in self.plans for what, why in plan.left_out}
+
+    def table(self) -> pd.DataFrame:
+        """Return one row per scene and method: supported, resolutions, and the plan or reason."""
+        rows = [
+            {
+                "scene": plan.scene.name,
+                "method": each.method,
+                "supported": each.supported,
+                "resolutions": each.resolutions,
+                "plan": each.modelled if each.supported else each.reason,
+            }
+            for plan in self.plans
+            for each in plan.methods
+        ]
+        return pd.DataFrame(rows)
+
+    def __repr__(self) -> str:
+        return self.table().to_string(index=False)
+
+    def _repr_html_(self) -> str:
+        rows = [
+            (row.method, ", ".join(map(str, row.resolutions)) or "not run", row.plan)
+            for row in self.table().itertuples()
+        ]
+        left = [f"Left out: {what} \N{EN DASH} {why}." for what, why in self.left_out.items()]
+        heading = ", ".join(f"{plan.scene.heading} ({plan.scene.name})" for plan in self.plans)
+        return notebook.block(
+            heading, notebook.table(("method", "resolutions", "plan"), rows), *left
+        )
+
+
+def plan(scene: Source, *methods: str, full: bool = False) -> Plan:
+    """Say what a comparison would model, and what it would leave out and why; nothing is solved.
+
+    Parameters
+    ----------
+    scene : Source
+        Anything that `load_scene` takes.
+    *methods : str
+        Only these; default: all that can do the scene.
+    full : bool
+        Every realisation of a rough surface; else at most 10.
+
+    Raises
+    ------
+    InputError
+        If the scene is wrong or does not fit into memory.
+
+    Examples
+    --------
+    >>> plan("paraboloid", "closed_form", "reduced").table().query("supported").method.tolist()
+    ['closed_form', 'reduced']
+    """
+    return Plan(planning.plan_scene(scene_of(scene, methods), "full" if full else "quick"))
+
+
+def scene_of(source: Source, methods: tuple[str, ...], **compare: Any) -> Scene:
+    """Load a scene with the methods and keys of [compare] that a call asks for."""
+    changes = {f"compare.{key}": value for key, value in compare.items() if value is not None}
+    if methods:
+        changes["compare.methods"] = list(methods)
+    return load_scene(source, changes)

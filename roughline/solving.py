@@ -1,0 +1,165 @@
+"""One method on one scene: the answer as arrays and as a table."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pandas as pd
+
+from comparisons import formatting as fmt
+from comparisons.plans import Source
+from comparisons.scene import Scene
+from comparisons.single import SingleResult, solve_scene
+from roughline import notebook
+from roughline.scenes import load_scene
+
+MOST_ROWS = 12
+
+
+@dataclass(frozen=True, repr=False)
+class Solution:
+    """The answer of one method at one resolution; ``solution["force"]`` is an array over the loads.
+
+    Attributes
+    ----------
+    result : comparisons.single.SingleResult
+    """
+
+    result: SingleResult
+
+    @property
+    def scene(self) -> Scene:
+        """The scene that was solved."""
+        return self.result.plan.scene
+
+    @property
+    def method(self) -> str:
+        """The name of the method."""
+        return self.result.method
+
+    @property
+    def resolution(self) -> int:
+        """Springs, cells or elements per contact radius; points per side of a rough surface."""
+        return self.result.resolution
+
+    @property
+    def converged(self) -> bool:
+        """Whether every load step has an answer."""
+        return self.result.converged
+
+    @property
+    def reasons(self) -> list[str]:
+        """Why load steps have none."""
+        return self.result.reasons
+
+    @property
+    def seconds(self) -> float:
+        """What the solve took on warm code, in seconds, median of repeats."""
+        return self.result.solution.seconds
+
+    @property
+    def unknowns(self) -> int:
+        """How many unknowns the method solved for."""
+        return self.result.solution.unknowns
+
+    @property
+    def quantities(self) -> list[str]:
+        """What ``solution[name]`` knows."""
+        return list(self.result.columns())
+
+    def __getitem__(self, quantity: str) -> np.ndarray:
+        """Return a quantity over the load steps (means over realisations), NaN where unsolved."""
+        columns = self.result.columns()
+        if quantity not in columns:
+            raise KeyError(f"{quantity!r}: expected one of {', '.join(columns)}")
+        return columns[quantity]
+
+    @property
+    def pressure(self) -> dict[str, np.ndarray] | None:
+        """Pressure at the last load: {r, p} of round contacts, else {x, y, p}; None without one."""
+        return self.result.pressure()
+
+    def table(self) -> pd.DataFrame:
+        """Return one row per load step, in SI units."""
+        return pd.DataFrame(self.result.columns()).rename_axis("step")
+
+    def to_csv(self, path: str | Path) -> None:
+        """Write the load steps as a table."""
+        self.result.write_csv(Path(path))
+
+    def to_vtu(self, path: str | Path) -> None:
+        """Write the fields at the last load for ParaView (`solve` with ``fields=True``)."""
+        self.result.write_vtu(Path(path))
+
+    def __repr__(self) -> str:
+        return f"{self._heading()}\n{self.table()[self._shown()].to_string()}"
+
+    def _repr_html_(self) -> str:
+        found = self.table()
+        scales = {n: fmt.prefix_for(found[n], fmt.quantity(n).unit) for n in self._shown()}
+        heads = [fmt.axis_title(name, scale.unit) for name, scale in scales.items()]
+        rows = [
+            [fmt.number(row[name] * scale.factor, 4) for name, scale in scales.items()]
+            for row in found.head(MOST_ROWS).to_dict("records")
+        ]
+        left = notebook.more(len(found) - MOST_ROWS, "load steps")
+        return notebook.block(
+            self._heading(), notebook.table(heads, rows), left, *self.result.reasons
+        )
+
+    def _heading(self) -> str:
+        time = fmt.duration(self.seconds)
+        return f"{self.scene.heading}: {self.method}, N = {self.resolution}, {time}"
+
+    def _shown(self) -> list[str]:
+        given = list(self.result.plan.loads.columns)
+        asked = [q for q in self.scene.compare.quantities if q not in given]
+        return [name for name in (*given, *asked) if name in self.quantities]
+
+
+def solve(
+    scene: Source,
+    method: str,
+    resolution: int | None = None,
+    *,
+    fields: bool = False,
+    **options: Any,
+) -> Solution:
+    """Solve a scene with one method.
+
+    Parameters
+    ----------
+    scene : Source
+        Anything that `load_scene` takes.
+    method : str
+        One of `list_methods`.
+    resolution : int, optional
+        Springs, cells or elements per contact radius at the largest load, points per side of a
+        rough surface; default: what the scene's tolerance asks for.
+    fields : bool
+        Compute pressure and the body's fields at the last load, too.
+    **options
+        Options of the method: ``contact="penalty"``.
+
+    Returns
+    -------
+    Solution
+        Physics never raises: load steps without an answer are NaN, with ``solution.reasons``.
+
+    Raises
+    ------
+    InputError
+        If the scene, the method, an option or the resolution is wrong or cannot be done.
+
+    Examples
+    --------
+    >>> solution = solve("paraboloid", "reduced", 20)
+    >>> solution["contact_radius"].shape == solution["force"].shape
+    True
+    """
+    overrides = {f"methods.{method}.{key}": value for key, value in options.items()}
+    found = solve_scene(load_scene(scene), method, resolution, overrides, with_fields=fields)
+    return Solution(found)

@@ -1,0 +1,183 @@
+"""Studies of many scenes: a results folder that resumes, is read back, and has a report."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import pandas as pd
+
+from comparisons import formatting as fmt
+from comparisons import study
+from comparisons.errors import InputError
+from comparisons.planning import Effort
+from comparisons.plans import Source, plan_all
+from comparisons.store import StudyRecord, load_study
+from roughline import notebook
+from roughline.comparing import Comparison
+from roughline.scenes import Plan
+
+MOST_ROWS = 30
+
+
+@dataclass(frozen=True, repr=False)
+class Results:
+    """A results folder: ``results["paraboloid"]`` is the comparison of one scene.
+
+    Attributes
+    ----------
+    record : comparisons.store.StudyRecord
+    """
+
+    record: StudyRecord
+
+    @property
+    def folder(self) -> Path:
+        """Where the results are."""
+        return self.record.directory
+
+    @property
+    def names(self) -> list[str]:
+        """The names of the scenes."""
+        return [scene.name for scene in self.record.scenes]
+
+    def __getitem__(self, name: str) -> Comparison:
+        for scene in self.record.scenes:
+            if scene.name == name:
+                return Comparison(scene)
+        raise KeyError(f"{name!r}: expected one of {', '.join(self.names)}")
+
+    def __iter__(self) -> Iterator[Comparison]:
+        return (Comparison(scene) for scene in self.record.scenes)
+
+    def __len__(self) -> int:
+        return len(self.record.scenes)
+
+    @property
+    def lost(self) -> dict[str, list[str]]:
+        """Scene -> solves that were planned and have no answer, with their reasons."""
+        return {each.name: each.lost for each in self if each.lost}
+
+    def table(self) -> pd.DataFrame:
+        """Return `Comparison.table` of all scenes, with the scene as first column."""
+        frames = [each.table().assign(scene=each.name) for each in self]
+        kept = [frame for frame in frames if len(frame)]
+        if not kept:
+            return pd.DataFrame(columns=["scene"])
+        found = pd.concat(kept, ignore_index=True)
+        return found[["scene", *(name for name in found if name != "scene")]]
+
+    def report(self, *, pictures: bool = True) -> Path:
+        """Write the report, one HTML file that opens offline, and return its path."""
+        from reports.html import write_report
+
+        path = self.folder / "report.html"
+        write_report(self.record, path, pictures=pictures)
+        return path
+
+    def __repr__(self) -> str:
+        lines = [f"{each.name}: reduced model {each.verdict}. {each.answer}" for each in self]
+        return "\n".join([f"{self.folder}: {len(self)} scenes", *lines])
+
+    def _repr_html_(self) -> str:
+        rows = []
+        for each in list(self)[:MOST_ROWS]:
+            found = each.judged()
+            error = fmt.plus_minus(found.error, found.uncertainty) if found.at else found.reason
+            rows.append((each.name, error, notebook.badge(found.word), each.answer))
+        told = [f"{each.name}: {text}" for each in self for text in each.disagreements]
+        heads = ("scene", "largest error of the reduced model", "verdict", "cheapest settings")
+        return notebook.block(
+            f"{self.folder}, {self.record.effort}, {fmt.duration(self.record.seconds)}",
+            *told,
+            notebook.table(heads, rows),
+            notebook.more(len(self) - MOST_ROWS, "scenes"),
+        )
+
+
+class Study:
+    """Scenes, methods, and a folder for the results; nothing is solved before `run`.
+
+    Parameters
+    ----------
+    scenes : Source or list of Source
+        Anything that `load_scene` takes, and names of suites ("quick", "single", "rough").
+    folder : str or Path
+        Created when the study runs. One with results needs `resume` or `overwrite`.
+    methods : list of str, optional
+        Only these.
+    changes : mapping, optional
+        Dotted key -> value, put into every scene: ``{"methods.fem.contact": "penalty"}``.
+    full : bool
+        Every realisation, and a truth refined to a fifth of the tolerance.
+    workers : int
+        Processes, each on one thread; times are cleanest with 1.
+    resume, overwrite : bool
+        Go on with what is there, also after the process was killed; or start anew.
+    progress : callable, optional
+        Called with (solves done, solves in all, task just finished or None).
+
+    Raises
+    ------
+    InputError
+        Listing everything that is wrong with all scenes.
+    """
+
+    def __init__(
+        self,
+        scenes: Source | list[Source] | tuple[Source, ...],
+        folder: str | Path,
+        *,
+        methods: list[str] | None = None,
+        changes: Mapping[str, Any] | None = None,
+        full: bool = False,
+        workers: int = 1,
+        resume: bool = False,
+        overwrite: bool = False,
+        progress: study.Progress | None = None,
+    ) -> None:
+        most = max(2, os.cpu_count() or 1)
+        if not 1 <= workers <= most:
+            raise InputError(f"workers: expected 1 to {most}, the cores here, got {workers}")
+        overrides = dict(changes or {})
+        if methods is not None:
+            overrides["compare.methods"] = methods
+        effort: Effort = "full" if full else "quick"
+        sources = scenes if isinstance(scenes, (list, tuple)) else [scenes]
+        self._study = study.Study(
+            plan_all(sources, overrides, effort, "methods, changes"),
+            Path(folder),
+            command="roughline.Study",
+            effort=effort,
+            workers=workers,
+            resume=resume,
+            overwrite=overwrite,
+            progress=progress,
+        )
+
+    @property
+    def plan(self) -> Plan:
+        """What will be modelled, and what is left out and why."""
+        return Plan(self._study.plans)
+
+    def run(self) -> Results:
+        """Solve what is not solved yet, compare, and write the folder.
+
+        An interrupt keeps what is done; the same study with ``resume=True`` goes on.
+        """
+        self._study.run()
+        return load_results(self._study.directory)  # as everybody else will read it
+
+
+def load_results(folder: str | Path) -> Results:
+    """Read a results folder that `Study` or ``roughline run`` has written.
+
+    Raises
+    ------
+    InputError
+        If there are no results, or they are damaged. Nothing in a folder is ever executed.
+    """
+    return Results(load_study(folder))
