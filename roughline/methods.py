@@ -7,8 +7,8 @@ from pathlib import Path
 import pandas as pd
 
 from comparisons.method_names import known_methods
-from comparisons.methods import Method
-from comparisons.methods.external import add_methods
+from comparisons.methods import METHODS, Method
+from comparisons.methods.external import ExternalMethod, add_methods
 from comparisons.methods.session import add_to_session
 
 
@@ -49,6 +49,7 @@ def add_method(method: Method | str | Path) -> list[str]:
     """
     if isinstance(method, Method):
         return [add_to_session(method)]
-    before = set(known_methods())
     add_methods([method])
-    return sorted(set(known_methods()) - before)
+    source = f"file:{Path(method).resolve()}"
+    outside = [each for each in METHODS.values() if isinstance(each, ExternalMethod)]
+    return [each.name for each in outside if each.origin.source == source]

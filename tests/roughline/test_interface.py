@@ -13,6 +13,7 @@ import pytest
 from setuptools import find_packages
 
 import roughline
+from comparisons.methods.external import VARIABLE
 from comparisons.single import solve_scene
 from reports.cli import run_command
 
@@ -296,6 +297,13 @@ def test_a_method_of_a_notebook_is_judged_and_can_be_mended(method_names_restore
         roughline.add_method(twice("reduced", 1.0))
     with pytest.raises(roughline.InputError, match="no such file"):
         roughline.add_method("nowhere.py")
+
+
+def test_a_file_with_a_method_may_be_added_twice(method_names_restored, monkeypatch):
+    monkeypatch.setenv(VARIABLE, "[]")
+    for _ in range(2):
+        assert roughline.add_method(ROOT / "docs" / "examples" / "winkler.py") == ["winkler"]
+    assert roughline.list_methods().loc["winkler", "title"] == "Winkler foundation"
 
 
 @pytest.fixture
