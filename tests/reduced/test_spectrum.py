@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 from reduced.spectrum import (
@@ -103,16 +103,21 @@ def test_line_slope_and_curvature_are_those_of_the_surface(points, tolerance):
 
 
 @settings(max_examples=40)
+@example(nx=2, ny=2, aspect=1.0, seed=37)
 @given(
     nx=st.integers(2, 40), ny=st.integers(2, 40), aspect=st.floats(0.2, 5.0), seed=st.integers(0)
 )
 def test_split_rings_keep_height_and_gradient(nx, ny, aspect, seed):
-    """Any map, any pixels: <h^2> and <|grad h|^2> to rounding; the curvature from above."""
+    """Any map, any pixels: <h^2> and <|grad h|^2> to rounding; the curvature from above.
+
+    Of a mode between rings a and b its square is at most (a^2 + b^2)^2/(4 a^2 b^2) too large: 25/16
+    between the first two, 5/4 of the root.
+    """
     height = np.random.default_rng(seed % 99).normal(size=(nx, ny))
     surface = measured(height, (1.0, aspect), periodic=True)
     ratio = sum_rules(surface, line_of(surface, "split")).ratio
     np.testing.assert_allclose(ratio[:2], 1.0, rtol=KEPT)
-    assert 1 - KEPT <= ratio[2] < 1.2
+    assert 1 - KEPT <= ratio[2] <= 1.25 + KEPT
 
 
 def test_sum_rules_of_the_surface_are_those_of_its_heights():

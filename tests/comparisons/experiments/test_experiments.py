@@ -91,6 +91,7 @@ def test_the_far_field_lacks_a_pi():
     assert measure("far-field", 50.0, reading="corrected").error == pytest.approx(0, abs=1e-4)
 
 
+@pytest.mark.slow
 def test_the_far_field_is_that_of_a_solved_punch():
     """BEM: a disc of cells at unit depth; outside it 2/pi arcsin(a/r), to the edge's staircase."""
     n = 64
