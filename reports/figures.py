@@ -146,14 +146,15 @@ def _ensemble_bands(
     colour = style(method).colour
     mean, deviation = (selection.column(rows, column) for column in (name, f"stderr_{name}"))
     steps = selection.column(rows, "step")
-    low, high = _quantiles(single, name, steps)
+    low, high = quantiles(single, name, steps)
     return [
         *band(x, numbers(low, up), numbers(high, up), colour, 0.10),
         *band(x, numbers(mean - deviation, up), numbers(mean + deviation, up), colour, 0.28),
     ]
 
 
-def _quantiles(single: pd.DataFrame, name: str, steps: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def quantiles(single: pd.DataFrame, name: str, steps: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the 5 % and the 95 % quantile over the realisations at each step."""
     grouped = pd.Series(selection.column(single, name)).groupby(selection.column(single, "step"))
     low, high = grouped.quantile(0.05), grouped.quantile(0.95)
     return low.reindex(steps).to_numpy(), high.reindex(steps).to_numpy()
@@ -193,7 +194,8 @@ def errors(scene: SceneRecord) -> list[Figure]:
     return [figure for figure in found if figure is not None]
 
 
-def _error_tables(scene: SceneRecord, name: str) -> dict[str, pd.DataFrame]:
+def error_tables(scene: SceneRecord, name: str) -> dict[str, pd.DataFrame]:
+    """Return the load steps of each method's finest resolution that has errors of a quantity."""
     tables = {}
     for method in drawing_order(selection.methods(scene)):
         levels = [
@@ -208,7 +210,7 @@ def _error_tables(scene: SceneRecord, name: str) -> dict[str, pd.DataFrame]:
 
 
 def _error_figure(scene: SceneRecord, name: str) -> Figure | None:
-    tables = _error_tables(scene, name)
+    tables = error_tables(scene, name)
     if not tables:
         return None
     stacked = {

@@ -41,23 +41,29 @@ CAPTION = (
 
 
 def speed(scene: SceneRecord) -> list[Figure]:
-    """Return error against time, one figure per compared quantity.
+    """Return error against time, one figure per compared quantity."""
+    found = [_figure(scene, points, *key) for key, points in timed_points(scene).items()]
+    return [figure for figure in found if figure is not None]
+
+
+def timed_points(scene: SceneRecord) -> dict[tuple[str, str], pd.DataFrame]:
+    """Return (quantity, equal load) -> one row per setting with its error and time, but the truth.
 
     Where a quantity was compared at equal penetration and at equal force, the load that the scene
     prescribes is the one held equal.
     """
     table = selection.compared_measures(scene)
     at = np.array(selection.words(table, "at"))
-    found = []
+    found = {}
     for name in dict.fromkeys(table["quantity"]):
         own = (table["quantity"] == name).to_numpy()
         loads = list(dict.fromkeys(at[own]))
         chosen = scene.along if scene.along in loads else loads[0]
-        found.append(_figure(scene, table[own & (at == chosen)], name, chosen))
-    return [figure for figure in found if figure is not None]
+        found[str(name), str(chosen)] = _timed(scene, table[own & (at == chosen)])
+    return found
 
 
-def _figure(scene: SceneRecord, part: pd.DataFrame, name: str, at: str) -> Figure | None:
+def _timed(scene: SceneRecord, part: pd.DataFrame) -> pd.DataFrame:
     known = np.isfinite(selection.column(part, "seconds"))
     known &= np.isfinite(selection.column(part, "maximum"))
     points = part[known]
@@ -70,12 +76,15 @@ def _figure(scene: SceneRecord, part: pd.DataFrame, name: str, at: str) -> Figur
         ],
         dtype=bool,
     )
-    points = points[~truth]
+    return points[~truth]
+
+
+def _figure(scene: SceneRecord, points: pd.DataFrame, name: str, at: str) -> Figure | None:
     if points.empty:
         return None
     times = selection.column(points, "seconds")
     low, high = error_range(selection.column(points, "maximum"), scene.tolerance)
-    span = _time_range(scene, points)
+    span = time_range(scene, points)
     data: list[dict[str, Any]] = [
         *_floor(scene, name, points, span, low),
         _front(times, selection.column(points, "maximum"), span[1], low),
@@ -89,11 +98,12 @@ def _figure(scene: SceneRecord, part: pd.DataFrame, name: str, at: str) -> Figur
     return Figure(f"speed-{name}", title, CAPTION, spec)
 
 
-def _time_range(scene: SceneRecord, points: pd.DataFrame) -> tuple[float, float]:
+def time_range(scene: SceneRecord, points: pd.DataFrame) -> tuple[float, float]:
+    """Return the ends of a time axis on which every solve has a place."""
     lost = [item.seconds for item in selection.failures(scene)]
     total = selection.column(points, "seconds")
     rest = total - np.nan_to_num(selection.column(points, "setup_seconds"))
-    times = np.concatenate([total, rest, lost, _reference_cost(scene)])
+    times = np.concatenate([total, rest, lost, reference_cost(scene)])
     times = times[np.isfinite(times) & (times > 0)]
     if not len(times):
         return 1e-3, 1.0
@@ -196,15 +206,24 @@ def _hover(label: str, row: dict[str, Any]) -> str:
     return "<br>".join(parts)
 
 
-def _front(times: np.ndarray, errors: np.ndarray, end: float, low: float) -> dict[str, Any]:
-    """Return the Pareto front as steps: the least error that a given time buys."""
+def pareto_front(times: np.ndarray, errors: np.ndarray) -> tuple[list[float], list[float]]:
+    """Return the least errors that given times buy, as the corners of a staircase.
+
+    >>> pareto_front(np.array([1.0, 2.0, 3.0]), np.array([0.1, 0.2, 0.01]))
+    ([1.0, 3.0], [0.1, 0.01])
+    """
     order = np.lexsort((errors, times))
     best, x, y = np.inf, [], []
     for index in order:
         if errors[index] < best:
             best = errors[index]
             x.append(float(times[index]))
-            y.append(float(max(best, low)))
+            y.append(float(best))
+    return x, y
+
+
+def _front(times: np.ndarray, errors: np.ndarray, end: float, low: float) -> dict[str, Any]:
+    x, y = pareto_front(times, np.maximum(errors, low))
     return {
         "type": "scatter",
         "mode": "lines",
@@ -220,10 +239,7 @@ def _floor(
     scene: SceneRecord, name: str, points: pd.DataFrame, span: tuple[float, float], low: float
 ) -> list[dict[str, Any]]:
     """Shade the errors that the reference cannot tell from zero, and mark what it cost."""
-    bars = selection.column(points, "uncertainty")
-    known = (scene.reference.get("uncertainty") or {}).get(name)
-    bar = float(np.nanmax(bars)) if np.isfinite(bars).any() else 0.0
-    bar = float(known) if fmt.finite(known) else bar
+    bar = truth_bar(scene, name, points)
     if bar <= low:
         return []
     shade = {
@@ -240,11 +256,20 @@ def _floor(
     return [shade, *_reference_marker(scene, span, bar)]
 
 
+def truth_bar(scene: SceneRecord, name: str, points: pd.DataFrame) -> float:
+    """Return how well the truth is known: the reference's bar, else the widest of the settings."""
+    known = (scene.reference.get("uncertainty") or {}).get(name)
+    if fmt.finite(known):
+        return float(known)  # type: ignore[arg-type]
+    bars = selection.column(points, "uncertainty")
+    return float(np.nanmax(bars)) if np.isfinite(bars).any() else 0.0
+
+
 def _reference_marker(
     scene: SceneRecord, span: tuple[float, float], bar: float
 ) -> list[dict[str, Any]]:
     method, level = selection.reference(scene)
-    cost = _reference_cost(scene)
+    cost = reference_cost(scene)
     if not len(cost) or not span[0] < cost[0] < span[1]:
         return []
     look = style(method)
@@ -272,7 +297,8 @@ def _reference_marker(
     ]
 
 
-def _reference_cost(scene: SceneRecord) -> np.ndarray:
+def reference_cost(scene: SceneRecord) -> np.ndarray:
+    """Return the time of the reference, none where it is not known."""
     method, level = selection.reference(scene)
     rows = selection.curve(scene, method, level if np.isfinite(level) else None)
     return selection.column(rows, "seconds")[:1]
