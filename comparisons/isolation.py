@@ -53,7 +53,7 @@ ANSWERED, RAISED, HUNG, OUT_OF_MEMORY, KILLED, MALFORMED = (
 Ended = Literal["answered", "raised", "hung", "out of memory", "killed", "malformed"]
 # Names of the files through which the two processes speak, and of the JSON part of an answer.
 WORK, ANSWER, ERROR, DOCUMENT = "work.pickle", "answer.npz", "error.json", "json"
-_ONE_THREAD = (
+ONE_THREAD = (
     *("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"),
     *("VECLIB_MAXIMUM_THREADS", "BLIS_NUM_THREADS", "NUMEXPR_NUM_THREADS"),
 )
@@ -163,7 +163,7 @@ def _process(folder: Path, errors: Any) -> Iterator[subprocess.Popen[bytes]]:
     """Start the process, and leave nothing of it behind however the block ends."""
     root = str(Path(__file__).resolve().parents[1])
     paths = [root, *(path for path in sys.path if path)]
-    environment = os.environ | dict.fromkeys(_ONE_THREAD, "1")
+    environment = os.environ | dict.fromkeys(ONE_THREAD, "1")
     environment["PYTHONPATH"] = os.pathsep.join(dict.fromkeys(paths))
     process = subprocess.Popen(  # noqa: S603 (our own interpreter and module)
         [sys.executable, "-P", "-m", "comparisons.isolated", str(folder)],

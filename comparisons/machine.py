@@ -57,6 +57,36 @@ def machine(threads: int) -> dict[str, Any]:
     }
 
 
+def free_memory() -> float:
+    """Return the bytes that may still be taken: of the machine, or of our share of it.
+
+    Batch systems and containers bound a group of processes (Linux control groups) to less than
+    the machine has; the nearest bound counts.
+    """
+    free = float(psutil.virtual_memory().available)
+    try:
+        own = Path("/proc/self/cgroup").read_text(encoding="utf-8").strip().rpartition("::")[2]
+    except OSError:
+        return free
+    root = Path("/sys/fs/cgroup")
+    group = root / own.lstrip("/")
+    for each in (group, *group.parents):
+        if each.is_relative_to(root):
+            free = min(free, _left_in(each))
+    return free
+
+
+def _left_in(group: Path) -> float:
+    """Return what a control group may still take; cached files give way, so they do not count."""
+    try:
+        most = float((group / "memory.max").read_text(encoding="utf-8"))
+        used = float((group / "memory.current").read_text(encoding="utf-8"))
+        stat = (group / "memory.stat").read_text(encoding="utf-8").split()
+        return most - used + float(stat[stat.index("inactive_file") + 1])
+    except (OSError, ValueError):
+        return float("inf")
+
+
 def machine_text(described: dict[str, Any]) -> str:
     """Return the machine in one short text for the rows of a table."""
     memory = described["memory"] / 2**30

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Generator
 from dataclasses import replace
 
 from comparisons.methods import Solution
@@ -25,9 +25,6 @@ def refined(
 ) -> Plan:
     """Return the plan with as many finer resolutions of its reference as the tolerance needs.
 
-    A scene that lists its resolutions means these: nothing is refined beyond them, and the plan
-    says so where they do not suffice.
-
     Parameters
     ----------
     plan : Plan
@@ -37,6 +34,25 @@ def refined(
         Solves whatever of a plan is not solved yet.
     budget : float
         Seconds that one more solve may be expected to take.
+    """
+    steps = refinements(plan, solved, budget)
+    while True:
+        try:
+            enlarged = next(steps)
+        except StopIteration as end:
+            final: Plan = end.value
+            return final
+        solve(enlarged)
+
+
+def refinements(
+    plan: Plan, solved: Callable[[Plan], Solved], budget: float = BUDGET
+) -> Generator[Plan, None, Plan]:
+    """Yield the plan with one more resolution at a time, to be solved; return the final plan.
+
+    A scene that lists its resolutions means these: nothing is refined beyond them, and the plan
+    says so where they do not suffice. The generator is asked for more when all of the last plan
+    is solved, so the refinements of many scenes can go on side by side.
     """
     control = plan.loads.axis
     main = next((q for q in plan.compared if q != "pressure"), None)
@@ -55,7 +71,7 @@ def refined(
             note = f"full: refinement of {reference.method} ends at N = {reference.resolution}, "
             return replace(plan, notes=(*plan.notes, note + why))
         plan = replace(plan, methods=tuple(_with(m, reference, finer) for m in plan.methods))
-        solve(plan)
+        yield plan
         solution = solved(plan).get((reference.method, finer))
         if solution is None or not solution.converged.any(axis=0).all():
             note = f"full: {reference.method} found no answer at N = {finer}"

@@ -35,6 +35,7 @@ MEASURES = "measures.csv"
 STUDY = "study.json"
 FIELDS = "fields"
 STUDY_KEYS = ("created", "command", "effort", "seconds", "machine", "versions", "interrupted")
+STUDY_KEYS += ("source", "part", "runs")
 SCENE_KEYS = ("name", "title", "text", "control", "quantities", "tolerance", "plan")
 SCENE_KEYS += ("reference", "answer", "disagreements", "axis")
 
@@ -149,6 +150,12 @@ class StudyRecord:
     scenes : tuple of SceneRecord
     interrupted : bool
         True where the run was stopped before all solves were done.
+    source : str
+        Digest of roughline's own source.
+    part : str
+        "K/N" where only this part of the tasks was solved here.
+    runs : tuple of dict
+        The runs that were merged: ``created``, ``command``, ``seconds``, ``machine`` of each.
     """
 
     directory: Path
@@ -160,6 +167,9 @@ class StudyRecord:
     versions: dict[str, str]
     scenes: tuple[SceneRecord, ...]
     interrupted: bool = False
+    source: str = ""
+    part: str = ""
+    runs: tuple[dict[str, Any], ...] = ()
 
 
 def write_atomically(path: Path, write: Callable[[BinaryIO], None]) -> None:

@@ -3,39 +3,38 @@
 from __future__ import annotations
 
 import datetime
-import re
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator, Iterable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 
-from joblib import Parallel, delayed
-
 from comparisons.archive import joined, load_solution, save_solution
+from comparisons.errors import LostSchedulerError
 from comparisons.execution import THREADS, execute
-from comparisons.machine import machine, versions
-from comparisons.methods import Solution, Task
-from comparisons.methods.external import adopt, announced
+from comparisons.executors import Done, Executor, Job, executor_for
+from comparisons.forecast import Forecast, Remaining
+from comparisons.machine import machine, source_digest, versions
+from comparisons.methods import Solution, Task, method_for
+from comparisons.methods.spans import lost as unanswered
 from comparisons.planning import Plan
 from comparisons.record import record_scene
 from comparisons.reference import Solved
-from comparisons.refinement import refined
+from comparisons.refinement import refinements
+from comparisons.results_folder import open_folder
 from comparisons.store import (
     FIELDS,
-    MEASURES,
-    RESULTS,
     STUDY,
     ResultsError,
     SceneRecord,
     StudyRecord,
-    load_study,
     save_study,
 )
 from comparisons.vtu import write_fields
 
-# Names that tasks give to their files; nothing else in a folder is ours to delete.
-OWN_FILE = re.compile(r"[a-z0-9-]+-[a-z_0-9]+-\d+-\d+-[0-9a-f]{12}\.(npz|vtu)")
 Progress = Callable[[int, int, Task | None], None]
+# A part of a study that several machines share: which one, of how many.
+Part = tuple[int, int]
+WHOLE: Part = (1, 1)
 
 
 @dataclass
@@ -57,6 +56,13 @@ class Study:
         Go on with what is there; or start anew.
     progress : callable, optional
         Called with (done, total, task just finished).
+    executor : Executor, optional
+        Carries out the solves; default: `workers` processes here.
+    part : (int, int)
+        Solve only part K of N of the tasks; the folders of all parts are merged afterwards.
+    watch : callable, optional
+        Called with the study and the task just finished (None at the start): a watcher asks for
+        `remaining` and `so_far`.
     """
 
     plans: list[Plan]
@@ -67,7 +73,20 @@ class Study:
     resume: bool = False
     overwrite: bool = False
     progress: Progress | None = None
+    executor: Executor | None = None
+    part: Part = WHOLE
+    watch: Callable[[Study, Task | None], None] | None = None
     _solutions: dict[str, Solution] = field(default_factory=dict)
+    _asked: dict[str, tuple[Task, int]] = field(default_factory=dict)
+    _missing: dict[int, set[str]] = field(default_factory=dict)
+    _refining: dict[int, Generator[Plan, None, Plan]] = field(default_factory=dict)
+    _forecast: Forecast = field(default_factory=Forecast)
+    _workers: int = 1
+    _created: str = field(
+        default_factory=lambda: (
+            datetime.datetime.now(datetime.UTC).astimezone().isoformat(timespec="seconds")
+        )
+    )
 
     def run(self) -> StudyRecord:
         """Solve what is not solved yet, compare, and write the folder.
@@ -76,109 +95,133 @@ class Study:
         ------
         ResultsError
             If the folder is used and neither `resume` nor `overwrite` was said.
-        KeyboardInterrupt
+        KeyboardInterrupt, LostSchedulerError
             After writing what was done.
         """
         start = time.perf_counter()
-        created = datetime.datetime.now(datetime.UTC).astimezone().isoformat(timespec="seconds")
-        self._open_directory()
-        interrupted: KeyboardInterrupt | None = None
+        executor = self.executor or executor_for(self.workers)
+        names = [plan.scene.name for plan in self.plans]
+        open_folder(self.directory, names, resume=self.resume, overwrite=self.overwrite)
+        if not (self.resume and (self.directory / STUDY).exists()):
+            # Killed before its end, a run leaves a folder that says so, and that is known as ours.
+            save_study(self._record(0.0, scenes=(), interrupted=True))
+        interrupted: KeyboardInterrupt | LostSchedulerError | None = None
         try:
-            self._solve(self.plans)
-            if self.effort == "full":
-                for index, plan in enumerate(self.plans):
-                    self.plans[index] = refined(
-                        plan, self._solved, lambda each: self._solve([each])
-                    )
-        except KeyboardInterrupt as error:
+            self._solve(executor)
+        except (KeyboardInterrupt, LostSchedulerError) as error:
             interrupted = error
-        record = StudyRecord(
-            directory=self.directory,
-            created=created,
-            command=self.command,
-            effort=self.effort,
-            seconds=time.perf_counter() - start,
-            machine=machine(THREADS),
-            versions=versions(),
-            scenes=tuple(self._scene_record(plan) for plan in self.plans if self._solved(plan)),
-            interrupted=interrupted is not None,
-        )
+        seconds = time.perf_counter() - start
+        record = self.record(seconds, interrupted=interrupted is not None)
         save_study(record)
         if interrupted is not None:
             raise interrupted
         return record
 
+    def record(self, seconds: float, *, interrupted: bool = False) -> StudyRecord:
+        """Compare what is solved, and return it as it is written."""
+        scenes = [self._scene_record(p) for p in self.plans if self._solved(p) or self._is_part]
+        return self._record(seconds, tuple(scenes), interrupted=interrupted)
+
+    def _record(
+        self, seconds: float, scenes: tuple[SceneRecord, ...], *, interrupted: bool
+    ) -> StudyRecord:
+        return StudyRecord(
+            directory=self.directory,
+            created=self._created,
+            command=self.command,
+            effort=self.effort,
+            seconds=seconds,
+            machine=machine(THREADS),
+            versions=versions(),
+            scenes=scenes,
+            interrupted=interrupted,
+            source=source_digest(),
+            part=f"{self.part[0]}/{self.part[1]}" if self._is_part else "",
+        )
+
     def lost(self) -> list[tuple[Task, str]]:
         """Return the planned solves that have no complete answer, with the first reason."""
         missing = []
-        for plan in self.plans:
-            for task in plan.tasks:
-                solution = self._solutions.get(task.key)
-                if solution is None:
-                    missing.append((task, "not done"))
-                elif not solution.converged.all():
-                    missing.append((task, next(iter(solution.reasons.values()), "no answer")))
+        for task in self._own_tasks():
+            solution = self._solutions.get(task.key)
+            if solution is None:
+                missing.append((task, "not done"))
+            elif not solution.converged.all():
+                missing.append((task, next(iter(solution.reasons.values()), "no answer")))
         return missing
 
-    def _open_directory(self) -> None:
-        if self.directory.exists() and not self.directory.is_dir():
-            raise ResultsError(f"{self.directory}: expected a folder for the results, got a file")
-        if self.resume and self.overwrite:
-            raise ResultsError("--resume and --overwrite: expected at most one of them")
-        used = self.directory.exists() and any(self.directory.iterdir())
-        if used and not (self.resume or self.overwrite):
-            raise ResultsError(
-                f"{self.directory} is in use: say --resume to go on with it, --overwrite to start "
-                "anew, or --out for another folder"
-            )
-        if used:
-            self._check_ownership()
-        fields = self.directory / FIELDS
-        fields.mkdir(parents=True, exist_ok=True)
-        if self.overwrite:
-            for old in fields.iterdir():
-                if OWN_FILE.fullmatch(old.name):
-                    old.unlink()
+    def remaining(self) -> Remaining:
+        """Return how long the rest takes, by the measured costs of like tasks."""
+        open_tasks = [task for key, (task, _) in self._asked.items() if key not in self._solutions]
+        return self._forecast.remaining(open_tasks, self._workers)
 
-    def _check_ownership(self) -> None:
-        """Refuse folders that are not ours, and a resume that would drop other scenes."""
-        fields, study = self.directory / FIELDS, self.directory / STUDY
-        if fields.is_symlink():
-            raise ResultsError(f"{fields}: expected a folder, got a link to elsewhere")
-        names = (RESULTS, MEASURES, "report.html")
-        foreign = [name for name in names if (self.directory / name).exists()]
-        if foreign and not study.exists():
-            raise ResultsError(
-                f"{self.directory} has {', '.join(foreign)} that roughline has not written"
-            )
-        if not (self.resume and study.exists()):
-            return
-        kept = {scene.name for scene in load_study(self.directory).scenes}
-        dropped = kept - {plan.scene.name for plan in self.plans}
-        if dropped:
-            raise ResultsError(
-                f"{self.directory} has results of {', '.join(sorted(dropped))}: name these scenes "
-                "too, or choose another --out"
-            )
+    def so_far(self, task: Task) -> SceneRecord:
+        """Compare what is solved so far of the scene of a task."""
+        (plan,) = [each for each in self.plans if each.scene.name == task.scene.name]
+        return record_scene(plan, self._solved(plan))
 
-    def _solve(self, plans: list[Plan]) -> None:
-        tasks = [task for plan in plans for task in plan.tasks]
-        tasks = [task for task in tasks if task.key not in self._solutions]
-        todo = [task for task in tasks if not self._restore(task)]
-        done = len(tasks) - len(todo)
-        self._report(done, len(tasks), None)
-        for task, solution in self._executed(todo):
-            save_solution(self._path(task), solution)
-            self._solutions[task.key] = solution
-            done += 1
-            self._report(done, len(tasks), task)
+    def solution(self, task: Task) -> Solution | None:
+        """Return what was found for a task, None where it is not done."""
+        return self._solutions.get(task.key)
 
-    def _executed(self, todo: list[Task]) -> Iterator[tuple[Task, Solution]]:
-        if self.workers == 1:
-            yield from ((task, execute(task)) for task in todo)
-            return
-        pool = Parallel(n_jobs=self.workers, return_as="generator_unordered", batch_size=1)
-        yield from pool(delayed(_with_task)(task, announced()) for task in todo)
+    @property
+    def _is_part(self) -> bool:
+        return self.part[1] > 1
+
+    def _own_tasks(self) -> Iterator[Task]:
+        """Yield the tasks of this part, each scene's in the order of its plan."""
+        number, parts = self.part
+        for index, task in enumerate(task for plan in self.plans for task in plan.tasks):
+            if index % parts == number - 1:
+                yield task
+
+    def _solve(self, executor: Executor) -> None:
+        """Solve all plans; one whose tasks are done is refined while the others go on."""
+        self._workers = executor.workers
+        own = {task.key for task in self._own_tasks()}
+        for index, plan in enumerate(self.plans):
+            self._missing[index] = set()
+            if self.effort == "full" and not self._is_part:
+                self._refining[index] = refinements(plan, self._solved)
+            self._ask(index, executor, [task for task in plan.tasks if task.key in own])
+        self._report(None)
+        for index in range(len(self.plans)):
+            self._go_on(index, executor)
+        for done in executor.finished():
+            task, index = self._asked[done.job.key]
+            self._keep(task, done)
+            self._missing[index].discard(task.key)
+            self._report(task)
+            self._go_on(index, executor)
+            self._workers = executor.workers
+
+    def _ask(self, index: int, executor: Executor, tasks: Iterable[Task]) -> None:
+        """Restore what is in the folder, and let the rest be solved."""
+        for task in tasks:
+            if task.key in self._asked:
+                continue
+            self._asked[task.key] = (task, index)
+            if not self._restore(task):
+                self._missing[index].add(task.key)
+                memory = method_for(task.method, task.scene).memory(task)
+                executor.add([Job(task.key, execute, (task,), memory)])
+
+    def _go_on(self, index: int, executor: Executor) -> None:
+        """Refine the truth of a scene whose tasks are all done, as long as nothing is to solve."""
+        while not self._missing[index] and index in self._refining:
+            try:
+                self.plans[index] = next(self._refining[index])
+            except StopIteration as end:
+                self.plans[index] = end.value
+                del self._refining[index]
+            else:
+                self._ask(index, executor, self.plans[index].tasks)
+
+    def _keep(self, task: Task, done: Done) -> None:
+        solution = unanswered(task, done.lost) if done.lost else done.value
+        save_solution(self._path(task), solution)
+        self._solutions[task.key] = solution
+        self._forecast.learn(task, done.seconds - solution.compile_seconds)
 
     def _restore(self, task: Task) -> bool:
         """Take a solution from the folder if a whole one is there.
@@ -199,9 +242,11 @@ class Study:
     def _path(self, task: Task) -> Path:
         return self.directory / FIELDS / f"{task.key}.npz"
 
-    def _report(self, done: int, total: int, task: Task | None) -> None:
+    def _report(self, task: Task | None) -> None:
         if self.progress is not None:
-            self.progress(done, total, task)
+            self.progress(len(self._solutions), len(self._asked), task)
+        if self.watch is not None:
+            self.watch(self, task)
 
     def _solved(self, plan: Plan) -> Solved:
         """Return the solutions of a plan whose blocks of realisations are all done."""
@@ -225,8 +270,3 @@ class Study:
         for path in fields.values():
             write_fields(path.with_suffix(".vtu"), self._solutions[path.stem].fields)
         return record_scene(plan, self._solved(plan), fields)
-
-
-def _with_task(task: Task, methods: str) -> tuple[Task, Solution]:
-    adopt(methods)
-    return task, execute(task)

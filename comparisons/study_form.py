@@ -63,6 +63,13 @@ class _Scene(_Form):
     fields: list[tuple[str, int, str]]
 
 
+class _Run(_Form):
+    created: str
+    command: str
+    seconds: float
+    machine: dict[str, str | int | float | None]
+
+
 class _Study(_Form):
     created: str
     command: str
@@ -71,6 +78,9 @@ class _Study(_Form):
     machine: dict[str, str | int | float | None]
     versions: dict[str, str]
     interrupted: bool
+    source: str = ""
+    part: str = ""
+    runs: list[_Run] = []
     scenes: list[_Scene]
 
 

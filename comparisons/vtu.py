@@ -55,7 +55,7 @@ def write_fields(path: Path, fields: dict[str, np.ndarray]) -> bool:
     if mesh is None:
         return False
     path.parent.mkdir(parents=True, exist_ok=True)
-    handle, temporary = tempfile.mkstemp(suffix=".vtu", prefix=".", dir=path.parent)
+    handle, temporary = tempfile.mkstemp(suffix=".vtu", prefix=f".{path.name}.", dir=path.parent)
     os.close(handle)
     try:
         mesh.write(temporary)

@@ -1,0 +1,141 @@
+"""Processes on this machine: one thread each, no more memory together than there is.
+
+The processes are joblib's (loky): started afresh, used again, and gone when this process is. If
+the system ends one (SIGKILL, most often because memory ran out), loky gives up all of them and
+cannot say whose job it was. All that were under way are then tried again, each with the machine
+to itself: the one that ends its process again is the culprit, the others lose nothing.
+"""
+
+from __future__ import annotations
+
+import os
+import re
+import threading
+import time
+from collections import Counter, deque
+from collections.abc import Iterator
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Future, wait
+from typing import Any
+
+from joblib.externals.loky import get_reusable_executor
+from joblib.externals.loky.process_executor import ProcessPoolExecutor
+
+from comparisons.executors.base import Done, Executor, Job, timed
+from comparisons.isolation import ONE_THREAD
+from comparisons.machine import free_memory
+
+# How often a job is tried whose process is ended.
+ATTEMPTS = 3
+# Share of the free memory that is handed out, and bytes of a process with all packages loaded
+# (measured: 0.35 GB, a good half of it shared with the others).
+MEMORY_SHARE, PROCESS = 0.8, 4e8
+# Seconds between looks whether the process that handed out the work still lives.
+_LOOK = 0.5
+_SIGNAL = re.compile(r"SIG[A-Z0-9]+|EXIT\(\d+\)")
+
+
+class ProcessExecutor(Executor):
+    """Does several jobs at a time, each in a process with one thread.
+
+    Jobs start in the order in which they came, but for those whose estimated memory does not fit
+    beside what is running: they wait until it does, or until they are alone.
+
+    Parameters
+    ----------
+    workers : int
+        Processes.
+    memory : float, optional
+        Bytes to hand out; default: 80 % of what is free when the work begins.
+    """
+
+    def __init__(self, workers: int, memory: float | None = None) -> None:
+        super().__init__()
+        self.workers = workers
+        self._memory = memory
+        self._tried: Counter[str] = Counter()
+        self._suspects: deque[Job] = deque()
+        self._running: dict[Future[Any], Job] = {}
+
+    def finished(self) -> Iterator[Done]:
+        """Yield jobs as their processes finish them; on any exception the processes end."""
+        budget = MEMORY_SHARE * free_memory() if self._memory is None else self._memory
+        try:
+            while self._waiting or self._suspects or self._running:
+                self._start(budget)
+                ended, _ = wait(self._running, return_when=FIRST_COMPLETED)
+                for future in ended:
+                    done = self._result(future)
+                    if done is not None:
+                        yield done
+        finally:
+            if self._running:
+                self._running.clear()
+                self._pool().shutdown(wait=True, kill_workers=True)
+
+    def _pool(self) -> ProcessPoolExecutor:
+        """Return the processes; new ones where they were broken, or know other methods."""
+        from comparisons.methods.external import VARIABLE, announced
+
+        return get_reusable_executor(
+            max_workers=self.workers,
+            initializer=_end_with,
+            initargs=(os.getpid(),),
+            env=dict.fromkeys(ONE_THREAD, "1") | {VARIABLE: announced()},
+        )
+
+    def _start(self, budget: float) -> None:
+        while len(self._running) < self.workers:
+            job = self._next(budget)
+            if job is None:
+                return
+            try:
+                future = self._pool().submit(timed, job.work, job.arguments)
+            except BrokenExecutor:
+                # An idle process was ended just now: nobody's fault, and the next pool is whole.
+                self._waiting.appendleft(job)
+                return
+            self._running[future] = job
+
+    def _next(self, budget: float) -> Job | None:
+        """Return a job that may start beside what is running, taken off its queue."""
+        if self._suspects:
+            return None if self._running else self._suspects.popleft()
+        if any(self._tried[job.key] for job in self._running.values()):
+            return None
+        taken = sum(job.memory + PROCESS for job in self._running.values())
+        for index, job in enumerate(self._waiting):
+            if not self._running or taken + job.memory + PROCESS <= budget:
+                del self._waiting[index]
+                return job
+        return None
+
+    def _result(self, future: Future[Any]) -> Done | None:
+        """Return what became of a job, None where it is tried again."""
+        job = self._running.pop(future)
+        try:
+            value, seconds = future.result()
+        except BrokenExecutor as error:
+            self._tried[job.key] += 1
+            if self._tried[job.key] < ATTEMPTS:
+                self._suspects.append(job)
+                return None
+            return Done(job, lost=_lost(str(error)))
+        return Done(job, value, seconds)
+
+
+def _lost(message: str) -> str:
+    found = sorted(set(_SIGNAL.findall(message)))
+    how = f" ({', '.join(found)})" if found else ""
+    text = f"the process that did it was ended {ATTEMPTS} times{how}"
+    return text + (", most likely for lack of memory" if "SIGKILL" in found else "")
+
+
+def _end_with(parent: int) -> None:
+    """Let a process end when the one that hands out the work was killed."""
+    threading.Thread(target=_follow, args=(parent,), daemon=True).start()
+
+
+def _follow(parent: int) -> None:
+    while os.getppid() == parent:
+        time.sleep(_LOOK)
+    os._exit(1)

@@ -1,0 +1,141 @@
+"""Who does the work changes nothing: lost processes, memory, order, threads.
+
+Functions inside tests travel to the processes by value, so these need not import the tests.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import time
+
+import psutil
+import pytest
+
+from comparisons.executors import Job, ProcessExecutor, SerialExecutor, executor_for
+
+GB = 1e9
+
+
+def collected(executor, jobs):
+    executor.add(jobs)
+    return {done.job.key: done for done in executor.finished()}
+
+
+def killed_until(path, times):
+    """Return work that ends its own process the first few times, as the system does."""
+
+    def work():
+        tried = len(list(path.iterdir()))
+        if tried < times:
+            (path / str(tried)).touch()
+            os.kill(os.getpid(), signal.SIGKILL)
+        return tried
+
+    return work
+
+
+def interval(seconds):
+    start = time.time()
+    time.sleep(seconds)
+    return start, time.time()
+
+
+def overlap(one, other):
+    return one[0] < other[1] and other[0] < one[1]
+
+
+@pytest.mark.parametrize("make", [SerialExecutor, lambda: ProcessExecutor(2)])
+def test_every_job_is_done_once_with_its_time(make):
+    found = collected(make(), [Job(str(k), pow, (k, 2)) for k in range(7)])
+    assert {key: done.value for key, done in found.items()} == {str(k): k**2 for k in range(7)}
+    assert all(done.seconds >= 0 and not done.lost for done in found.values())
+
+
+@pytest.mark.parametrize("make", [SerialExecutor, lambda: ProcessExecutor(2)])
+def test_jobs_may_come_while_others_finish(make):
+    """As the refinement of one scene comes while the solves of others go on."""
+    executor = make()
+    executor.add([Job("0", pow, (2, 0))])
+    values = []
+    for done in executor.finished():
+        values.append(done.value)
+        if len(values) < 5:
+            executor.add([Job(str(len(values)), pow, (2, len(values)))])
+    assert values == [1, 2, 4, 8, 16]
+
+
+def test_a_killed_process_is_tried_again(tmp_path):
+    """SIGKILL twice, an answer the third time; beside it others that are hit by the lost pool."""
+    jobs = [Job("killed", killed_until(tmp_path, 2)), *(Job(str(k), pow, (k, 1)) for k in range(9))]
+    found = collected(ProcessExecutor(2), jobs)
+    assert found["killed"].value == 2
+    assert [found[str(k)].value for k in range(9)] == list(range(9))
+    assert not any(done.lost for done in found.values())
+
+
+def test_who_is_killed_every_time_is_lost_and_the_others_are_not(tmp_path):
+    """Two culprits: slow jobs that share a pool with them again and again must not be lost."""
+    culprits = [Job(f"culprit {k}", signal.raise_signal, (signal.SIGKILL,)) for k in range(2)]
+    slow = [Job(str(k), time.sleep, (0.3,)) for k in range(4)]
+    found = collected(ProcessExecutor(2), [slow[0], culprits[0], *slow[1:3], culprits[1], slow[3]])
+    for culprit in culprits:
+        reason = found[culprit.key].lost
+        assert reason.startswith("the process that did it was ended 3 times (SIGKILL)")
+        assert "lack of memory" in reason
+    assert not any(found[str(k)].lost for k in range(4))
+
+
+def test_an_exception_of_the_work_is_raised_and_the_next_run_works():
+    executor = ProcessExecutor(2)
+    executor.add([Job("wrong", divmod, (1, 0)), Job("right", pow, (2, 2))])
+    with pytest.raises(ZeroDivisionError):
+        list(executor.finished())
+    assert collected(ProcessExecutor(2), [Job("again", pow, (3, 2))])["again"].value == 9
+
+
+def test_what_does_not_fit_side_by_side_runs_one_after_the_other():
+    """Three jobs of 6 GB where 10 may be handed out; small ones pass beside a large one."""
+    jobs = [
+        *(Job(f"large {k}", interval, (0.4,), 6 * GB) for k in range(3)),
+        *(Job(f"small {k}", interval, (0.2,), 0.1 * GB) for k in range(3)),
+    ]
+    found = collected(ProcessExecutor(2, memory=10 * GB), jobs)
+    times = {key: done.value for key, done in found.items()}
+    for one, other in ((0, 1), (0, 2), (1, 2)):
+        assert not overlap(times[f"large {one}"], times[f"large {other}"])
+    pairs = [(f"small {k}", f"large {j}") for k in range(3) for j in range(3)]
+    assert any(overlap(times[one], times[other]) for one, other in pairs)
+
+
+def test_what_is_larger_than_the_machine_runs_alone():
+    """The estimate may be wrong; if it is right, the job is killed alone and nobody with it."""
+    jobs = [Job("a", interval, (0.2,), 0.1 * GB), Job("huge", interval, (0.2,), 99 * GB)]
+    jobs.append(Job("b", interval, (0.2,), 0.1 * GB))
+    found = collected(ProcessExecutor(2, memory=10 * GB), jobs)
+    times = {key: done.value for key, done in found.items()}
+    assert not any(overlap(times["huge"], times[key]) for key in ("a", "b"))
+
+
+def test_processes_have_one_thread_each():
+    names = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "NUMBA_NUM_THREADS")
+    found = collected(ProcessExecutor(2), [Job(name, os.getenv, (name,)) for name in names])
+    assert {done.value for done in found.values()} == {"1"}
+
+
+def test_processes_end_when_the_work_is_left_in_the_middle():
+    """An interrupt must not leave processes that burn on."""
+    executor = ProcessExecutor(2)
+    executor.add([Job("quick", os.getpid), Job("a", time.sleep, (60,)), Job("b", os.getpid)])
+    work = executor.finished()
+    pid = next(work).value
+    work.close()
+    deadline = time.time() + 10
+    while psutil.pid_exists(pid) and time.time() < deadline:
+        time.sleep(0.05)
+    assert not psutil.pid_exists(pid)
+
+
+def test_one_worker_needs_no_other_process():
+    assert isinstance(executor_for(1), SerialExecutor)
+    assert executor_for(3).workers == 3
