@@ -19,9 +19,10 @@ from typing import Any
 
 import numpy as np
 import pandas as pd
-from joblib import Parallel, delayed
 
+from comparisons.errors import LostWorkError
 from comparisons.execution import execute
+from comparisons.executors import Executor, Job, SerialExecutor
 from comparisons.methods import Solution
 from comparisons.metrics import relative_error, rms_and_maximum
 from comparisons.planning import plan_scene, task_of
@@ -97,17 +98,24 @@ class Case:
         return replace(self, bars=combined(grid, self.others))
 
 
-def cases(workers: int = 1) -> list[Case]:
-    """Solve all shapes at all resolutions and return every bar with its true error."""
+def cases(executor: Executor | None = None) -> list[Case]:
+    """Solve all shapes at all resolutions and return every bar with its true error.
+
+    Raises
+    ------
+    LostWorkError
+        If the process of a shape was killed again and again.
+    """
     jobs = [
-        (half, name, table)
+        Job(name, shape_cases, (half, name, table))
         for half, shapes in (("fitting", FITTING), ("reported", REPORTED))
         for name, table in shapes.items()
     ]
-    if workers == 1:
-        return [case for job in jobs for case in shape_cases(*job)]
-    pool = Parallel(n_jobs=workers, batch_size=1)
-    return [case for found in pool(delayed(shape_cases)(*job) for job in jobs) for case in found]
+    found = (executor or SerialExecutor()).in_order(jobs)
+    lost = [f"{done.job.key}: {done.lost}" for done in found if done.lost]
+    if lost:
+        raise LostWorkError("; ".join(lost))
+    return [case for done in found for case in done.value]
 
 
 def shape_cases(

@@ -1,4 +1,4 @@
-"""Errors that a user meets: what is theirs to mend, and a cluster that went away."""
+"""Errors that a user meets: what is theirs to mend, and work that was taken away."""
 
 from __future__ import annotations
 
@@ -7,5 +7,8 @@ class InputError(ValueError):
     """Wrong input: a scene, a map, an option, a folder. The command line exits with code 2."""
 
 
-class LostSchedulerError(RuntimeError):
-    """A cluster's scheduler went away in mid-run: what is done is kept (exit code 3)."""
+class LostWorkError(RuntimeError):
+    """Work was ended from outside: a cluster went away, a process was killed again and again.
+
+    What is done is kept, as after an interrupt: the command line exits with code 3.
+    """

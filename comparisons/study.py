@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from comparisons.archive import joined, load_solution, save_solution
-from comparisons.errors import LostSchedulerError
+from comparisons.errors import LostWorkError
 from comparisons.execution import THREADS, execute
 from comparisons.executors import Done, Executor, Job, executor_for
 from comparisons.forecast import Forecast, Remaining
@@ -95,7 +95,7 @@ class Study:
         ------
         ResultsError
             If the folder is used and neither `resume` nor `overwrite` was said.
-        KeyboardInterrupt, LostSchedulerError
+        KeyboardInterrupt, LostWorkError
             After writing what was done.
         """
         start = time.perf_counter()
@@ -105,10 +105,10 @@ class Study:
         if not (self.resume and (self.directory / STUDY).exists()):
             # Killed before its end, a run leaves a folder that says so, and that is known as ours.
             save_study(self._record(0.0, scenes=(), interrupted=True))
-        interrupted: KeyboardInterrupt | LostSchedulerError | None = None
+        interrupted: KeyboardInterrupt | LostWorkError | None = None
         try:
             self._solve(executor)
-        except (KeyboardInterrupt, LostSchedulerError) as error:
+        except (KeyboardInterrupt, LostWorkError) as error:
             interrupted = error
         seconds = time.perf_counter() - start
         record = self.record(seconds, interrupted=interrupted is not None)

@@ -35,5 +35,21 @@ def share(text: str) -> float:
         ) from None
 
 
-Whole = Annotated[int, Parameter(converter=_whole)]
+def part_of(text: str) -> tuple[int, int]:
+    """Read which part of a study: 2/5 is the second of five.
+
+    Raises
+    ------
+    comparisons.errors.InputError
+    """
+    from comparisons.errors import InputError
+
+    number, slash, parts = text.partition("/")
+    if slash and number.strip().isdecimal() and parts.strip().isdecimal():
+        found = int(number), int(parts)
+        if 1 <= found[0] <= found[1]:
+            return found
+    raise InputError(f"--part: expected K/N with K from 1 to N, such as 2/5, got {text!r}")
+
+
 MaybeWhole = Annotated[int | None, Parameter(converter=_whole)]

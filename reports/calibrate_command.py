@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-import os
 import shlex
 import sys
 from pathlib import Path
+
+from reports.crew import ALONE, Crew
 
 FINE, MISSED = 0, 1
 # What the bars must reach on shapes that had no part in fixing them.
 COVERAGE, WIDTH = 0.95, 10.0
 
 
-def calibrate(
-    *, out: Path = Path("roughline-results/calibration"), workers: int | None = None
-) -> int:
+def calibrate(*, out: Path = Path("roughline-results/calibration"), crew: Crew = ALONE) -> int:
     """Compare the error bars of the references with their true errors, on closed forms.
 
     Exit code 1 where they cover less than 95 % of the cases, or are in the median more than ten
@@ -24,8 +23,6 @@ def calibrate(
     ----------
     out
         Folder for calibration.csv and report.html, which are written anew.
-    workers
-        Processes; default: the cores here, at most 2.
     """
     from comparisons.calibration import cases, fitted, summary, table
     from comparisons.errors import InputError
@@ -33,13 +30,10 @@ def calibrate(
     from comparisons.uncertainty import RULE
     from reports.calibration_page import write_calibration_report
 
-    cores = os.cpu_count() or 1
-    chosen = min(2, cores) if workers is None else workers
-    if not 1 <= chosen <= max(2, cores):
-        raise InputError(f"--workers: expected 1 to {max(2, cores)}, the cores here, got {chosen}")
+    executor = crew.executor(usual=2)
     if out.exists() and not out.is_dir():
         raise InputError(f"{out}: expected a folder for the results, got a file")
-    found = cases(chosen)
+    found = cases(executor)
     write_table(out / "calibration.csv", table(found))
     command = shlex.join(["roughline", *sys.argv[1:]])
     write_calibration_report(found, command, out / "report.html")

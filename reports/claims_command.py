@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 import shlex
 import sys
 from pathlib import Path
@@ -10,7 +9,7 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from reports.arguments import MaybeWhole
+from reports.crew import ALONE, Crew
 from reports.outside import NOTHING, Outside
 
 FINE, DIFFERS = 0, 1
@@ -23,8 +22,8 @@ def claims(
     json: Path | None = None,
     overwrite: Annotated[bool, Parameter(negative=())] = False,
     resume: Annotated[bool, Parameter(negative=())] = False,
-    workers: MaybeWhole = None,
     method: str | None = None,
+    crew: Crew = ALONE,
     outside: Outside = NOTHING,
 ) -> int:
     """Judge claims about the reduced model: holds, fails, holds in a range, not resolved.
@@ -44,24 +43,19 @@ def claims(
         Start anew in a folder that has results.
     resume
         Go on with the measurements of an interrupted run.
-    workers
-        Processes, each on one thread; default: the cores here, at most 2.
     method
         Judge this method instead of the reduced model, by the claims that stand on a scene.
     """
     from comparisons.claims.claim import about_method, load_claims
     from comparisons.claims.record import load_claims_record
     from comparisons.claims.runner import ClaimRun
-    from comparisons.errors import InputError
+    from comparisons.errors import LostWorkError
     from comparisons.store import write_text
     from reports import terminal
     from reports.claims_page import write_claims_report
 
     outside.load()
-    cores = os.cpu_count() or 1
-    chosen = min(2, cores) if workers is None else workers
-    if not 1 <= chosen <= max(2, cores):
-        raise InputError(f"--workers: expected 1 to {max(2, cores)}, the cores here, got {chosen}")
+    executor = crew.executor(usual=2)
     chosen_claims = load_claims(ids)
     if method is not None:
         chosen_claims = about_method(chosen_claims, method)
@@ -71,14 +65,14 @@ def claims(
             out,
             "full" if full else "quick",
             command=shlex.join(["roughline", *sys.argv[1:]]),
-            workers=chosen,
+            executor=executor,
             resume=resume,
             overwrite=overwrite,
             progress=progress,
         )
         try:
             record = run.run()
-        except KeyboardInterrupt:
+        except (KeyboardInterrupt, LostWorkError):
             write_claims_report(load_claims_record(out), out / "report.html")
             raise
     write_claims_report(record, out / "report.html")

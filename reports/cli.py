@@ -7,7 +7,6 @@ from __future__ import annotations
 
 import contextlib
 import io
-import os
 import shlex
 import sys
 from pathlib import Path
@@ -15,10 +14,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from cyclopts import App, CycloptsError, Parameter
 
-from reports.arguments import MaybeWhole, Whole, share
+from reports.arguments import MaybeWhole, part_of, share
 from reports.calibrate_command import calibrate
 from reports.claims_command import claims
 from reports.compare_command import compare
+from reports.crew import ALONE, Crew
 from reports.hard_cases_command import hard_cases
 from reports.house import foreign_packages
 from reports.outside import NOTHING, Outside
@@ -56,7 +56,7 @@ def run_command(arguments: list[str]) -> int:
     shadows = foreign_packages()
     if shadows:
         return _complain("roughline's packages are shadowed by others:", shadows)
-    from comparisons.errors import InputError
+    from comparisons.errors import InputError, LostWorkError
 
     try:
         result = app(arguments, exit_on_error=False, print_error=True, result_action="return_value")
@@ -64,8 +64,10 @@ def run_command(arguments: list[str]) -> int:
         return WRONG_INPUT
     except InputError as error:
         return _complain(str(error), [])
+    except LostWorkError as error:
+        return _interrupted(str(error))
     except KeyboardInterrupt:
-        return _interrupted()
+        return _interrupted("interrupted")
     except BrokenPipeError:
         # The reader went away (roughline ... | head): nothing is left to say.
         sys.stderr.close()
@@ -80,8 +82,8 @@ def _complain(heading: str, lines: list[str]) -> int:
     return WRONG_INPUT
 
 
-def _interrupted() -> int:
-    print("interrupted; what is done is kept, --resume goes on with it", file=sys.stderr)
+def _interrupted(why: str) -> int:
+    print(f"{why}; what is done is kept, --resume goes on with it", file=sys.stderr)
     return INTERRUPTED
 
 
@@ -94,9 +96,10 @@ def run(
     plan: Annotated[bool, Parameter(negative=())] = False,
     out: Path | None = None,
     overwrite: Annotated[bool, Parameter(negative=())] = False,
-    workers: Whole = 1,
+    part: str | None = None,
     resume: Annotated[bool, Parameter(negative=())] = False,
     pictures: bool = True,
+    crew: Crew = ALONE,
     outside: Outside = NOTHING,
 ) -> int:
     """Solve scenes with all methods, compare them, and write a report.
@@ -117,22 +120,21 @@ def run(
         Folder for the results; default roughline-results/NAME.
     overwrite
         Start anew in a folder that has results.
-    workers
-        Processes, each on one thread; times are cleanest with 1.
+    part
+        K/N: solve only this part of the tasks, for `roughline merge`.
     resume
         Go on with an interrupted run.
     pictures
         Render 3-D pictures for the report.
     """
-    from comparisons.errors import InputError
+    from comparisons.errors import InputError, LostWorkError
     from comparisons.plans import plan_all
-    from comparisons.study import Study
+    from comparisons.study import WHOLE, Study
     from reports import terminal
 
     outside.load()
-    most = max(2, os.cpu_count() or 1)
-    if not 1 <= workers <= most:
-        raise InputError(f"--workers: expected 1 to {most}, the cores here, got {workers}")
+    executor = crew.executor()
+    share_of_work = WHOLE if part is None else part_of(part)
     effort = "full" if full else "quick"
     plans = plan_all(scenes or ("quick",), _overrides(methods, option), effort)
     if plan:
@@ -145,14 +147,15 @@ def run(
             directory,
             command=shlex.join(["roughline", *sys.argv[1:]]),
             effort=effort,
-            workers=workers,
+            executor=executor,
+            part=share_of_work,
             resume=resume,
             overwrite=overwrite,
             progress=report,
         )
         try:
             record = study.run()
-        except KeyboardInterrupt:
+        except (KeyboardInterrupt, LostWorkError):
             # A second one may have come while the first was being dealt with.
             with contextlib.suppress(InputError):
                 _write_report(directory, pictures=False)

@@ -11,10 +11,12 @@ from typing import TYPE_CHECKING, Annotated
 
 from cyclopts import Parameter
 
+from reports.crew import ALONE, Crew
 from reports.outside import NOTHING, Outside
 
 if TYPE_CHECKING:
-    from comparisons.hard_cases.record import HardCasesRecord
+    from comparisons.executors import Executor
+    from comparisons.hard_cases.record import HardCasesRecord, OutcomeRecord
 
 FINE, DIFFERS = 0, 1
 
@@ -25,6 +27,7 @@ def hard_cases(
     out: Path = Path("roughline-results/hard-cases"),
     json: Path | None = None,
     case: tuple[str, ...] = (),
+    crew: Crew = ALONE,
     outside: Outside = NOTHING,
 ) -> int:
     """Run the catalogue of hard cases: accurate, degraded, or refused, as expected or not.
@@ -51,6 +54,7 @@ def hard_cases(
     from reports.hard_cases_page import write_hard_cases_report
 
     outside.load()
+    executor = crew.executor()
     problems = [
         f"{what}: expected one of {', '.join(known)}, got {each!r}"
         for what, given, known in (("methods", methods, METHODS), ("--case", case, CASES))
@@ -62,7 +66,7 @@ def hard_cases(
     open_folder(out)
     # Each solve of a peer starts a process: quick runs have them only if they are named.
     usual = tuple(name for name, method in METHODS.items() if full or not method.peer)
-    record = _run(methods or usual, case or tuple(CASES), full)
+    record = _run(methods or usual, case or tuple(CASES), full, executor)
     save_record(out, record)
     write_hard_cases_report(record, out / PAGE)
     if json is not None:
@@ -73,8 +77,11 @@ def hard_cases(
     return DIFFERS if record.deviations or record.lost else FINE
 
 
-def _run(methods: tuple[str, ...], names: tuple[str, ...], full: bool) -> HardCasesRecord:
+def _run(
+    methods: tuple[str, ...], names: tuple[str, ...], full: bool, executor: Executor
+) -> HardCasesRecord:
     """Run the cases; interrupted, what is done is kept."""
+    from comparisons.errors import LostWorkError
     from comparisons.execution import THREADS
     from comparisons.hard_cases.catalogue import CASES
     from comparisons.hard_cases.record import HardCasesRecord, recorded
@@ -82,14 +89,16 @@ def _run(methods: tuple[str, ...], names: tuple[str, ...], full: bool) -> HardCa
     from comparisons.machine import machine, versions
     from reports import terminal
 
-    start, found, interrupted = time.perf_counter(), [], False
+    start, interrupted = time.perf_counter(), False
+    found: dict[str, list[OutcomeRecord]] = {}
     created = datetime.datetime.now(datetime.UTC).astimezone().isoformat(timespec="seconds")
+    cases = [CASES[name] for name in names]
     try:
         with terminal.status() as say:
-            for number, name in enumerate(names, start=1):
-                say(f"{name} ({number} of {len(names)})")
-                found += [recorded(each) for each in run_cases([CASES[name]], methods, full=full)]
-    except KeyboardInterrupt:
+            for each in run_cases(cases, methods, full=full, executor=executor):
+                found[each[0].case] = [recorded(outcome) for outcome in each]
+                say(f"{each[0].case} is done ({len(found)} of {len(names)})")
+    except (KeyboardInterrupt, LostWorkError):
         interrupted = True
     return HardCasesRecord(
         created=created,
@@ -100,5 +109,5 @@ def _run(methods: tuple[str, ...], names: tuple[str, ...], full: bool) -> HardCa
         versions=versions(),
         interrupted=interrupted,
         hard={name: CASES[name].hard for name in names},
-        outcomes=found,
+        outcomes=[each for name in names for each in found.get(name, [])],
     )

@@ -13,11 +13,10 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 
 import numpy as np
-from joblib import Parallel, delayed
-from joblib.externals.loky.process_executor import TerminatedWorkerError
 
 from comparisons.claims.claim import Claim, overrides
 from comparisons.claims.record import (
+    RECORD,
     ClaimRecord,
     ClaimsRecord,
     PointRecord,
@@ -27,14 +26,16 @@ from comparisons.claims.record import (
 from comparisons.claims.scenes import measure_scene
 from comparisons.claims.search import Point, ranges_of, search, verdict_of
 from comparisons.claims.wording import sentence, value
-from comparisons.errors import InputError
+from comparisons.errors import InputError, LostWorkError
 from comparisons.execution import THREADS
+from comparisons.executors import Done, Executor, Job, executor_for
 from comparisons.experiments import EXPERIMENTS, Measurement
 from comparisons.experiments.base import Effort
 from comparisons.machine import machine, versions
 from comparisons.methods import METHODS
 from comparisons.methods.external import ExternalMethod
 from comparisons.plain import plain
+from comparisons.results_folder import clear_leftovers
 from comparisons.scene import load_scene
 from comparisons.store import ResultsError, write_text
 
@@ -43,6 +44,8 @@ OWN_FILE = re.compile(r"[a-z0-9-]+-[0-9a-f]{16}\.json|[a-z0-9_-]+-[0-9a-f]{12}\.
 COPIED = {"id", "text", "equation", "reading", "corrects", "method", "measure"}
 COPIED |= {"tolerance", "tolerance_from", "refuted_by", "expected"}
 Progress = Callable[[int, int, str], None]
+# Bytes that judging a claim is taken to need: grids of 1024 x 1024 and meshes of 1e5 unknowns.
+MEMORY = 1e9
 
 
 @dataclass
@@ -63,6 +66,8 @@ class ClaimRun:
         Go on with the measurements that are there; or start anew.
     progress : callable, optional
         Called with (done, total, id of the claim just judged).
+    executor : Executor, optional
+        Carries out the work; default: `workers` processes here.
     """
 
     claims: list[Claim]
@@ -73,6 +78,7 @@ class ClaimRun:
     resume: bool = False
     overwrite: bool = False
     progress: Progress | None = None
+    executor: Executor | None = None
 
     def run(self) -> ClaimsRecord:
         """Judge all claims and write claims.json; what is measured is kept at once.
@@ -81,27 +87,28 @@ class ClaimRun:
         ------
         ResultsError
             If the folder is used and neither `resume` nor `overwrite` was said.
-            Or if the system ended a process that judged a claim.
-        KeyboardInterrupt
+        KeyboardInterrupt, LostWorkError
             After writing what was judged.
         """
         started = time.perf_counter()
         created = datetime.datetime.now(datetime.UTC).astimezone().isoformat(timespec="seconds")
         self._open()
         done: dict[str, ClaimRecord] = {}
-        interrupted: KeyboardInterrupt | ResultsError | None = None
+        lost: list[str] = []
+        interrupted: KeyboardInterrupt | LostWorkError | None = None
         try:
-            for record in self._judged():
-                done[record.id] = record
+            for each in self._judged():
+                if each.lost:
+                    lost.append(f"{each.job.key}: {each.lost}")
+                else:
+                    done[each.job.key] = each.value
                 if self.progress is not None:
-                    self.progress(len(done), len(self.claims), record.id)
-        except KeyboardInterrupt as error:
+                    self.progress(len(done), len(self.claims), each.job.key)
+        except (KeyboardInterrupt, LostWorkError) as error:
             interrupted = error
-        except TerminatedWorkerError:
-            interrupted = ResultsError(
-                "the system ended a process that judged a claim, most likely for lack of memory; "
-                "what was measured is kept: --resume goes on, --workers 1 needs less"
-            )
+        if lost and interrupted is None:
+            advice = "what was measured is kept: --resume goes on, --workers 1 needs less memory"
+            interrupted = LostWorkError("\n".join([*lost, advice]))
         result = ClaimsRecord(
             created=created,
             command=self.command,
@@ -117,13 +124,13 @@ class ClaimRun:
             raise interrupted
         return result
 
-    def _judged(self) -> Iterator[ClaimRecord]:
+    def _judged(self) -> Iterator[Done]:
         kept = self.directory / MEASUREMENTS
-        if self.workers == 1:
-            yield from (judge_claim(claim, self.effort, kept) for claim in self.claims)
-            return
-        pool = Parallel(n_jobs=self.workers, return_as="generator_unordered", batch_size=1)
-        yield from pool(delayed(judge_claim)(claim, self.effort, kept) for claim in self.claims)
+        executor = self.executor or executor_for(self.workers)
+        executor.add(
+            Job(claim.id, judge_claim, (claim, self.effort, kept), MEMORY) for claim in self.claims
+        )
+        yield from executor.finished()
 
     def _open(self) -> None:
         if self.directory.exists() and not self.directory.is_dir():
@@ -142,6 +149,8 @@ class ClaimRun:
         if used and kept.is_symlink():
             raise ResultsError(f"{kept}: expected a folder, got a link to elsewhere")
         kept.mkdir(parents=True, exist_ok=True)
+        clear_leftovers(self.directory, {RECORD, "report.html"})
+        clear_leftovers(kept, pattern=OWN_FILE)
         if self.overwrite:
             for old in kept.iterdir():
                 if OWN_FILE.fullmatch(old.name):

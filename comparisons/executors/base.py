@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from abc import ABC, abstractmethod
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -74,6 +74,12 @@ class Executor(ABC):
     def add(self, jobs: Iterable[Job]) -> None:
         """Take more jobs; also while `finished` is gone through."""
         self._waiting.extend(jobs)
+
+    def in_order(self, jobs: Sequence[Job]) -> list[Done]:
+        """Do all of the jobs and return what became of them in their own order."""
+        self.add(jobs)
+        found = {done.job.key: done for done in self.finished()}
+        return [found[job.key] for job in jobs]
 
     @abstractmethod
     def finished(self) -> Iterator[Done]:

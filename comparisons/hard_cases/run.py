@@ -14,6 +14,7 @@ import numpy as np
 from comparisons.archive import joined
 from comparisons.errors import InputError
 from comparisons.execution import execute
+from comparisons.executors import Executor, Job, SerialExecutor
 from comparisons.formatting import relative
 from comparisons.hard_cases.case import Curves, Expected, HardCase, Known, Trusted, not_for
 from comparisons.methods import METHODS, Solution, covers, method_for
@@ -25,6 +26,8 @@ from comparisons.uncertainty import combined
 
 # What counts as accurate where nothing is expected (methods from outside).
 USUAL = 0.01
+# Bytes that the methods of a case are taken to need, one after the other.
+MEMORY = 2e9
 PEER = "nothing is promised for other people's code: it is shown as it is"
 ACCURATE, DEGRADED, REFUSED, NOT_FOR, LOST, LEFT_OUT = (
     *("accurate", "degraded", "refused", "not for", "lost", "left out"),
@@ -78,17 +81,35 @@ class _Truth:
 
 
 def run_cases(
-    cases: Iterable[HardCase], methods: Iterable[str], *, full: bool
-) -> Iterator[Outcome]:
-    """Yield the outcomes case by case; without `full`, slow pairs are left out, and say so."""
-    methods = list(methods)
-    for case in cases:
-        chosen = [name for name in methods if full or name not in case.slow]
-        found = {each.method: each for each in run_case(case, chosen)} if chosen else {}
-        for name in methods:
-            yield found.get(name) or Outcome(
-                case.id, case.title, name, LEFT_OUT, reason="--full runs it"
-            )
+    cases: Iterable[HardCase],
+    methods: Iterable[str],
+    *,
+    full: bool,
+    executor: Executor | None = None,
+) -> Iterator[list[Outcome]]:
+    """Yield the outcomes of each case; without `full`, slow pairs are left out, and say so.
+
+    With several workers the cases come in the order in which they are finished.
+    """
+    executor, methods = executor or SerialExecutor(), list(methods)
+    known = {case.id: case for case in cases}
+    executor.add(
+        Job(case.id, _run_chosen, (case, methods, full), MEMORY) for case in known.values()
+    )
+    for done in executor.finished():
+        case = known[done.job.key]
+        yield done.value or [
+            Outcome(case.id, case.title, name, LOST, reason=done.lost) for name in methods
+        ]
+
+
+def _run_chosen(case: HardCase, methods: list[str], full: bool) -> list[Outcome]:
+    chosen = [name for name in methods if full or name not in case.slow]
+    found = {each.method: each for each in run_case(case, chosen)} if chosen else {}
+    return [
+        found.get(name) or Outcome(case.id, case.title, name, LEFT_OUT, reason="--full runs it")
+        for name in methods
+    ]
 
 
 def run_case(case: HardCase, methods: Iterable[str]) -> list[Outcome]:

@@ -17,6 +17,7 @@ from comparisons.calibration import (
     shape_cases,
     summary,
 )
+from comparisons.executors import executor_for
 from comparisons.uncertainty import RULE
 from reports.calibration_page import calibration_page
 
@@ -97,7 +98,7 @@ def test_the_bars_cover_95_percent_of_the_reported_half_and_are_not_ten_times_to
 
     Solvers that improve after the rule was fixed may allow a narrower one (`fitted` names it).
     """
-    found = cases(workers=2)
+    found = cases(executor_for(2))
     reported = summary(each for each in found if each.half == "reported")
     assert reported.count >= 200
     assert reported.coverage >= 0.95
