@@ -175,6 +175,21 @@ def adopt(methods: str) -> None:
         METHODS.update(registered())
 
 
+def digests() -> dict[str, str]:
+    """Return what tells the versions of the methods of this process, as found here, by name.
+
+    A machine that does not have the file or package of a method says so in place of its digest.
+    """
+    found = {}
+    for method in registered().values():
+        assert isinstance(method, ExternalMethod)
+        try:
+            found[f"method {method.name}"] = _digest(method.origin.source)[:12]
+        except (OSError, ValueError):
+            found[f"method {method.name}"] = f"no {method.origin.source}"
+    return found
+
+
 def registered() -> dict[str, Method]:
     """Return the methods that this process was started with."""
     try:

@@ -1,0 +1,259 @@
+"""Workers of a ``dask.distributed`` cluster: one thread each, and the same versions as here.
+
+What travels: each job to a worker (function by name, arguments pickled), its result back. Dask
+speaks in pickles, so a cluster must be as trusted as the user's own account; files of results stay
+free of them. A worker that dies is replaced by another (the scheduler gives up on a job after
+``distributed.scheduler.allowed-failures``, three by default). A scheduler that goes away ends the
+run as an interrupt does.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import logging
+import time
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass
+from functools import lru_cache
+from importlib import metadata
+from typing import TYPE_CHECKING, Any
+
+from comparisons.errors import InputError, LostWorkError
+from comparisons.executors.base import Done, Executor, Job, timed
+from comparisons.executors.local import PROCESS
+from comparisons.machine import source_digest, versions
+from comparisons.methods.external import adopt, announced, digests
+
+if TYPE_CHECKING:
+    from distributed import Client, Future
+
+MISSING = "--scheduler needs dask.distributed: python -m pip install 'roughline[cluster]'"
+# Packages whose versions must be the same on the scheduler, the workers and here.
+TRANSPORT = ("dask", "distributed", "cloudpickle", "msgpack")
+# Seconds to wait for the scheduler, and between looks at who is there.
+CONNECT, LOOK = 10.0, 5.0
+# Jobs handed over at a time: enough to keep every worker busy, without all of a million at once.
+LEAST_AHEAD, AHEAD_OF_A_WORKER = 200, 4
+SHOWN = 12
+
+
+@dataclass(frozen=True)
+class _Refused:
+    """A worker's answer where its versions differ."""
+
+    differences: tuple[str, ...]
+
+
+class ClusterExecutor(Executor):
+    """Does jobs on the workers of a scheduler that runs already.
+
+    Parameters
+    ----------
+    address : str
+        Such as ``tcp://login-1:8786``.
+
+    Raises
+    ------
+    InputError
+        If dask is missing, no scheduler answers, or versions or threads of its workers are not
+        as they must be (listing all that differs).
+    """
+
+    def __init__(self, address: str) -> None:
+        super().__init__()
+        self._address = address
+        self._expected = identity(announced())
+        self._client = _connected(address)
+        try:
+            problems = self._problems()
+        except OSError as error:
+            problems = [f"it went away ({error})"]
+        if problems:
+            self._client.close()
+            told = problems[:SHOWN]
+            if len(problems) > SHOWN:
+                told.append(f"... and {len(problems) - SHOWN} more")
+            raise InputError("\n  ".join([f"--scheduler {address}:", *told]))
+        self._running: dict[Future, Job] = {}
+        self._limits: dict[str, float] = {}
+        self._looked = -LOOK
+        self._look()
+
+    def _problems(self) -> list[str]:
+        """Return all that keeps this cluster from giving the same results as this machine."""
+        there = self._client.get_versions()["scheduler"]["packages"]
+        found = [
+            f"the scheduler has {name} {there[name]}, here {self._expected[name]}"
+            for name in TRANSPORT
+            if name in there and there[name] != self._expected[name]
+        ]
+        threads = self._client.nthreads()
+        found += [
+            f"worker {where} has {count} threads, expected one: dask worker --nthreads 1"
+            for where, count in threads.items()
+            if count != 1
+        ]
+        answers = self._client.run(identity, announced(), on_error="return")
+        for where, answer in answers.items():
+            if isinstance(answer, Exception):
+                found.append(f"worker {where} cannot run roughline: {answer}")
+            else:
+                found += [f"worker {where}: {each}" for each in differences(self._expected, answer)]
+        return found
+
+    def finished(self) -> Iterator[Done]:
+        """Yield jobs as the workers finish them; the connection is closed at the end."""
+        from distributed import as_completed
+
+        flow = as_completed(loop=self._client.loop)
+        try:
+            while self._waiting or self._running:
+                yield from self._submit(flow)
+                if self._running:
+                    yield self._result(next(flow))
+        finally:
+            with contextlib.suppress(Exception):  # nothing to be told about a lost scheduler
+                self._client.cancel(list(self._running))
+            self._client.close()
+
+    def _look(self) -> None:
+        """See who is there: clusters grow and shrink."""
+        if time.monotonic() - self._looked < LOOK:
+            return
+        workers = self._client.scheduler_info(n_workers=-1)["workers"]
+        self._limits = {
+            where: each["memory_limit"] or float("inf") for where, each in workers.items()
+        }
+        self.workers = max(1, len(workers))
+        self._looked = time.monotonic()
+
+    def _submit(self, flow: Any) -> Iterator[Done]:
+        """Hand over jobs; those that fit into no worker come back at once."""
+        most = max(LEAST_AHEAD, AHEAD_OF_A_WORKER * self.workers)
+        if len(self._running) > most // 2:
+            return
+        self._look()
+        while self._waiting and len(self._running) < most:
+            job = self._waiting.popleft()
+            fitting = [w for w, limit in self._limits.items() if job.memory + PROCESS <= limit]
+            if self._limits and not fitting:
+                largest = max(self._limits.values()) / 1e9
+                need = (job.memory + PROCESS) / 1e9
+                yield Done(
+                    job, lost=f"needs {need:.1f} GB, and the largest worker has {largest:.1f}"
+                )
+                continue
+            chosen = fitting if len(fitting) < len(self._limits) else None
+            sealed = _sealed(self._expected, announced(), job.work, job.arguments)
+            future = self._client.submit(
+                _opener(),
+                sealed,
+                key=f"{job.key}-{id(self):x}",
+                workers=chosen,
+                pure=False,
+            )
+            self._running[future] = job
+            flow.add(future)
+
+    def _too_large(self, job: Job) -> str:
+        need, largest = job.memory + PROCESS, max(self._limits.values())
+        return f"needs {need / 1e9:.1f} GB, and the largest worker has {largest / 1e9:.1f} GB"
+
+    def _result(self, future: Future) -> Done:
+        """Return what became of a job.
+
+        Raises
+        ------
+        LostWorkError
+            If the scheduler is gone, or a worker that joined later has other versions.
+        """
+        from distributed import KilledWorker
+
+        job = self._running.pop(future)
+        if future.cancelled():
+            raise LostWorkError(f"the scheduler {self._address} is gone")
+        try:
+            answer = future.result()
+        except KilledWorker as error:
+            tries = error.allowed_failures + 1
+            return Done(
+                job,
+                lost=f"the worker that did it died {tries} times, the last one was "
+                f"{error.last_worker.address}; most likely for lack of memory",
+            )
+        finally:
+            future.release()
+        if isinstance(answer, _Refused):
+            told = "\n  ".join(answer.differences)
+            raise LostWorkError(f"a worker joined whose versions differ:\n  {told}\n")
+        value, seconds = answer
+        return Done(job, value, seconds)
+
+
+def _connected(address: str) -> Client:
+    try:
+        from distributed import Client
+    except ImportError as error:
+        raise InputError(MISSING) from error
+    # What it would log is said in our own words, once.
+    logging.getLogger("distributed").setLevel(logging.CRITICAL)
+    try:
+        return Client(address, timeout=CONNECT, set_as_default=False)
+    except (OSError, ValueError, TimeoutError) as error:
+        raise InputError(f"--scheduler {address}: no scheduler answers there ({error})") from error
+
+
+@lru_cache(maxsize=4)
+def identity(methods: str) -> dict[str, str]:
+    """Return what must be the same on all machines: packages, our source, methods from outside."""
+    adopt(methods)
+    transport = {}
+    for name in TRANSPORT:
+        with contextlib.suppress(metadata.PackageNotFoundError):
+            transport[name] = metadata.version(name)
+    return versions() | transport | {"roughline's source": source_digest()[:12]} | digests()
+
+
+def differences(here: dict[str, str], there: dict[str, str]) -> list[str]:
+    """Return what differs, in words."""
+    absent = "nothing"
+    return [
+        f"{name}: {there.get(name, absent)}, here {here.get(name, absent)}"
+        for name in dict.fromkeys([*here, *there])
+        if here.get(name) != there.get(name)
+    ]
+
+
+def _sealed(*contents: Any) -> bytes:
+    """Return what a worker needs as bytes: the scheduler opens what it passes on, but not these.
+
+    So it needs no roughline, and does not rebuild every scene.
+    """
+    import cloudpickle
+
+    sealed: bytes = cloudpickle.dumps(contents)
+    return sealed
+
+
+def _opener() -> Callable[[bytes], tuple[Any, float] | _Refused]:
+    """Return a function that travels by value, for the same reason."""
+
+    def open_and_do(sealed: bytes) -> Any:
+        import pickle
+
+        from comparisons.executors.cluster import on_worker
+
+        return on_worker(*pickle.loads(sealed))  # noqa: S301 (sealed by our own client)
+
+    return open_and_do
+
+
+def on_worker(
+    expected: dict[str, str],
+    methods: str,
+    work: Callable[..., Any],
+    arguments: Iterable[Any],
+) -> tuple[Any, float] | _Refused:
+    """Do a job on a worker, if it is the same as the machine that asks (it may have come late)."""
+    found = differences(expected, identity(methods))
+    return _Refused(tuple(found)) if found else timed(work, tuple(arguments))
