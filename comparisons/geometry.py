@@ -231,11 +231,11 @@ def _largest_estimate(scene: Scene, loads: Loads) -> IndenterGeometry:
         depth, radius = largest_contact(scene, profile, loads)
         if not 0 < radius < np.inf:
             raise ValueError("nothing touches at any of the loads")
+        if loads.control != "velocity":
+            return IndenterGeometry(scene.indenter, depth, radius)
+        depths, radii = impact_contacts(scene, profile, loads.values)
     except (ValueError, RuntimeError, ArithmeticError) as error:
         raise SceneError(scene.name, [f"loading: {error}"]) from error
-    if loads.control != "velocity":
-        return IndenterGeometry(scene.indenter, depth, radius)
-    depths, radii = impact_contacts(scene, profile, loads.values)
     return IndenterGeometry(
         scene.indenter, depth, radius, tuple(depths.tolist()), tuple(radii.tolist())
     )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import sys
 from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator
@@ -39,6 +40,9 @@ def quantity(dimension: Dimension, *, sign: Sign = "positive", kind: str = "numb
         wrong = {"positive": number <= 0, "not negative": number < 0, "any": False}[sign]
         if wrong or not math.isfinite(number):
             raise fail(f"expected a {'' if sign == 'any' else sign + ' '}finite {kind}", value)
+        # Below it floats lose digits, and the smallest product is zero.
+        if 0 < abs(number) < sys.float_info.min:
+            raise fail(f"expected a {kind} of at least {sys.float_info.min:.2g}", value)
         return number
 
     return BeforeValidator(check)

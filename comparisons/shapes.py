@@ -187,7 +187,7 @@ class PowerLaw(_Axisymmetric):
     @classmethod
     def _positive_coefficient(cls, value: Any) -> float:
         number = isinstance(value, (int, float)) and not isinstance(value, bool)
-        if not number or not 0 < value < sys.float_info.max:
+        if not number or not sys.float_info.min <= value < sys.float_info.max:
             raise fail(
                 "expected a positive number in m^(1 - exponent), or a text with that unit"
                 ' (for an integer exponent) such as "1e6 m^-2" for exponent 3',

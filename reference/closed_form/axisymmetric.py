@@ -238,8 +238,12 @@ def power_law(exponent: float, coefficient: float, effective_modulus: float) -> 
     lever = 2 * E * n / (n + 1)
     # Roots are taken of lengths in units of a power of two near the length of the shape, so that
     # units that differ by powers of two give the same digits.
-    unit = 2.0 ** round(math.log2(c) / (1 - n)) if n != 1 else 1.0
-    scaled = kappa * (c * unit ** (n - 1))
+    power = math.log2(c) / (1 - n) if n != 1 else 0.0
+    power = round(max(-1000.0, min(power, 1000.0)))  # where n is nearly 1 it is beyond all floats
+    unit = 2.0**power
+    mantissa, exponent_of_two = math.frexp(c)
+    # c unit^(n-1), whose second factor alone may be beyond all floats.
+    scaled = kappa * mantissa * 2.0 ** (exponent_of_two + power * (n - 1))
     reach = scaled ** (1 / n)  # apart from d, as it may be 1e+-300 for large n
 
     def contact_radius(d: Array) -> Array:

@@ -248,6 +248,8 @@ def test_elastic_constants_come_in_one_of_three_ways(half_space):
         ({"shape": "sphere", "radius": 0}, "indenter.radius: expected a positive finite length"),
         ({"shape": "sphere", "radius": math.inf}, "indenter.radius: expected a positive finite"),
         ({"shape": "sphere", "radius": True}, "indenter.radius: expected a number in m"),
+        ({"shape": "sphere", "radius": 1e-320}, "radius: expected a length of at least 2.2e-308"),
+        ({"shape": "power_law", "exponent": 3, "coefficient": 1e-320}, "coefficient: expected a"),
         ({"shape": "cone", "slope": "1 mm"}, "indenter.slope: expected a unit of a plain number"),
         ({"shape": "power_law", "exponent": 0, "coefficient": 1}, "indenter.exponent: expected"),
         ({"shape": "power_law", "exponent": 101, "coefficient": 1}, "from 0.1 to 100, got 101"),

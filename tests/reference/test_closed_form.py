@@ -10,7 +10,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import quad
-from scipy.special import hyp2f1
+from scipy.special import hyp2f1, poch
 
 from reference import closed_form
 from reference.fem import far_field
@@ -474,3 +474,12 @@ def test_the_energy_of_a_point_force_refuses_what_has_none():
         closed_form.boussinesq_energy(1.0, 1.0, E_STAR, 0.6)
     with pytest.raises(ValueError, match="distance must be positive"):
         closed_form.boussinesq_energy(1.0, [1.0, 0.0], E_STAR, 0.3)
+
+
+@pytest.mark.parametrize(("exponent", "coefficient"), [(3, 1e-300), (50, 1e-308), (1.01, 1e300)])
+def test_a_power_law_is_never_beyond_floats_where_its_contact_is_not(exponent, coefficient):
+    """Against (d/(kappa c))^(1/n) in logarithms; rounding of 700 in an exponent costs three digits."""
+    form = closed_form.power_law(exponent, coefficient, 1.0)
+    kappa = 0.5 * np.sqrt(np.pi) * exponent / poch(exponent / 2, 0.5)
+    expected = np.exp(-(np.log(kappa) + np.log(coefficient)) / exponent)
+    np.testing.assert_allclose(form.contact_radius(1.0), expected, rtol=1e-12)
