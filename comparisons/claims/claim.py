@@ -27,7 +27,7 @@ from comparisons.claims.headlines import builtin_claims, chapter_order
 from comparisons.errors import InputError
 from comparisons.experiments import EXPERIMENTS
 from comparisons.method_names import KnownMethod, known_methods
-from comparisons.quantities import Finite, Positive, fail, shown
+from comparisons.quantities import Finite, Positive, fail
 from comparisons.scene import LARGEST_FILE, QUANTITIES, load_scene
 from comparisons.scene_problems import readable
 from comparisons.units import number_and_unit
@@ -266,9 +266,10 @@ def _problems(data: dict[str, Any]) -> list[str]:
         came = " and ".join(kinds) or "none"
         return [*problems, f"expected exactly one of scene and experiment, got {came}"]
     if kinds == ["experiment"]:
-        if not (isinstance(data["experiment"], str) and data["experiment"] in EXPERIMENTS):
+        # What is no text is named with the single keys.
+        if isinstance(data["experiment"], str) and data["experiment"] not in EXPERIMENTS:
             known = ", ".join(EXPERIMENTS) or "none"
-            problems.append(f"experiment: expected one of {known}, got {shown(data['experiment'])}")
+            problems.append(f"experiment: expected one of {known}, got {data['experiment']!r}")
         return problems + [f"{key}: only with a scene" for key in ("changes", "at") if key in data]
     vary = data.get("vary")
     if isinstance(vary, dict) and not vary.get("path"):

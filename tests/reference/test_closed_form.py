@@ -478,7 +478,7 @@ def test_the_energy_of_a_point_force_refuses_what_has_none():
 
 @pytest.mark.parametrize(("exponent", "coefficient"), [(3, 1e-300), (50, 1e-308), (1.01, 1e300)])
 def test_a_power_law_is_never_beyond_floats_where_its_contact_is_not(exponent, coefficient):
-    """Against (d/(kappa c))^(1/n) in logarithms; rounding of 700 in an exponent costs three digits."""
+    """Against (d/(kappa c))^(1/n) in logarithms; an exponent of 700 costs three digits."""
     form = closed_form.power_law(exponent, coefficient, 1.0)
     kappa = 0.5 * np.sqrt(np.pi) * exponent / poch(exponent / 2, 0.5)
     expected = np.exp(-(np.log(kappa) + np.log(coefficient)) / exponent)
