@@ -88,9 +88,9 @@ def test_a_parameter_that_changes_nothing_is_refused():
 def test_unknown_experiments_and_missing_keys_are_named():
     found = problems(scene=None, experiment="no-such", changes={"a": 1})
     assert any("expected one of" in each and "no-such" in each for each in found)
+    assert any("changes: only with a scene" in each for each in found)
     (found,) = problems(scene=None, experiment={"name": "kernel"})
     assert "experiment: expected a text" in found
-    assert any("changes: only with a scene" in each for each in found)
     found = problems(quantity=None, vary={"from": 1, "to": 2, "steps": 2}, parameters={"a": 1})
     assert any("vary.path" in each for each in found)
     assert any("quantity" in each for each in found)
