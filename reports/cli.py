@@ -22,6 +22,7 @@ from reports.crew import ALONE, Crew
 from reports.hard_cases_command import hard_cases
 from reports.house import foreign_packages
 from reports.outside import NOTHING, Outside
+from reports.paper_command import paper
 
 if TYPE_CHECKING:
     from comparisons.planning import Plan
@@ -39,6 +40,7 @@ app.command(claims)
 app.command(calibrate)
 app.command(hard_cases)
 app.command(compare)
+app.command(paper)
 
 
 def run_command(arguments: list[str]) -> int:

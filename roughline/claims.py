@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
@@ -13,8 +13,12 @@ from comparisons import formatting as fmt
 from comparisons.claims import claim as files
 from comparisons.claims.record import ClaimRecord
 from comparisons.claims.runner import judge_claim
+from comparisons.errors import InputError
 from comparisons.plain import plain
 from roughline import notebook
+
+if TYPE_CHECKING:
+    from reports.paper.style import PaperFigure
 
 MOST_ROWS = 12
 
@@ -55,6 +59,21 @@ class ClaimVerdict:
         names = ["parameter", "error", "uncertainty", "word", "seconds"]
         rows = [each.model_dump(include=set(names)) for each in self.record.points]
         return pd.DataFrame(rows, columns=names)
+
+    def plot(self) -> PaperFigure:
+        """Return the error along the claim's parameter, with bars (extra `paper`).
+
+        Raises
+        ------
+        InputError
+            If the claim has no parameter, or matplotlib is missing.
+        """
+        from reports.paper.single import claim_figure
+
+        figure = claim_figure(self.record)
+        if figure is None:
+            raise InputError(f"plot: {self.record.id} has no parameter to draw an error along")
+        return figure
 
     def __repr__(self) -> str:
         return f"{self.record.id}: {self.verdict}. {self.sentence}"

@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
 from comparisons import formatting as fmt
 from comparisons.advice import Setting, advise
+from comparisons.errors import InputError
 from comparisons.planning import plan_scene
 from comparisons.plans import Source
 from comparisons.record import record_scene
@@ -20,6 +21,9 @@ from reports.tables import lost_solves
 from reports.verdicts import MODEL, Verdict, verdicts, worst
 from roughline import notebook
 from roughline.scenes import scene_of
+
+if TYPE_CHECKING:
+    from reports.paper.style import PaperFigure
 
 COLUMNS = ["method", "resolution", "quantity", "at", "maximum", "uncertainty", "rms", "verdict"]
 COLUMNS += ["seconds", "unknowns"]
@@ -91,6 +95,37 @@ class Comparison:
         """Return one row per method, resolution, realisation and load step, as in results.csv."""
         rows = self.record.rows
         return rows[rows["step"].notna()].reset_index(drop=True)
+
+    @property
+    def plots(self) -> list[str]:
+        """What `plot` knows: "force-penetration", "error-force", "speed-force" ..."""
+        from reports.paper.figures import panels
+
+        return [each.key for each in panels(self.record)]
+
+    def plot(self, name: str | None = None) -> PaperFigure:
+        """Return a figure as papers print it; ``savefig`` writes PDF, SVG or PNG.
+
+        Parameters
+        ----------
+        name : str, optional
+            One of `plots`, one column wide; default: curves, error and cost across the page.
+
+        Raises
+        ------
+        InputError
+            If there is no such plot, or matplotlib is missing (extra `paper`).
+        """
+        from reports.paper.figures import overview, panels, single
+
+        known = {each.key: each for each in panels(self.record)}
+        figure = overview(self.record) if name is None else None
+        if name in known:
+            figure = single(known[name])
+        if figure is None:
+            asked = "nothing to draw" if name is None else f"got {name!r}"
+            raise InputError(f"plot: expected one of {', '.join(known) or 'none'}, {asked}")
+        return figure
 
     def __repr__(self) -> str:
         told = [f"{self.record.title}: reduced model {self.verdict}", *self.disagreements]

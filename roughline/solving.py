@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import pandas as pd
@@ -15,6 +15,9 @@ from comparisons.scene import Scene
 from comparisons.single import SingleResult, solve_scene
 from roughline import notebook
 from roughline.scenes import load_scene
+
+if TYPE_CHECKING:
+    from reports.paper.style import PaperFigure
 
 MOST_ROWS = 12
 
@@ -85,6 +88,20 @@ class Solution:
     def table(self) -> pd.DataFrame:
         """Return one row per load step, in SI units."""
         return pd.DataFrame(self.result.columns()).rename_axis("step")
+
+    def plot(self, quantity: str | None = None) -> PaperFigure:
+        """Return a quantity over the load as a figure of one column (extra `paper`).
+
+        Parameters
+        ----------
+        quantity : str, optional
+            One of `quantities`; default: the first that the scene compares.
+        """
+        from reports.paper.single import solution_figure
+
+        if quantity is not None:
+            self[quantity]  # an unknown one is told
+        return solution_figure(self.result, quantity)
 
     def to_csv(self, path: str | Path) -> None:
         """Write the load steps as a table."""

@@ -78,6 +78,12 @@ class Results:
         write_report(self.record, path, pictures=pictures)
         return path
 
+    def paper(self, folder: str | Path, *, formats: tuple[str, ...] = ("pdf",)) -> list[Path]:
+        """Write all figures, and tables in LaTeX and Markdown (``roughline paper``)."""
+        from reports.paper.files import write_paper
+
+        return write_paper(self.record, Path(folder), formats)
+
     def __repr__(self) -> str:
         lines = [f"{each.name}: reduced model {each.verdict}. {each.answer}" for each in self]
         return "\n".join([f"{self.folder}: {len(self)} scenes", *lines])

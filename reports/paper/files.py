@@ -1,0 +1,77 @@
+"""Everything that a paper needs of a run, written to a folder."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from io import BytesIO
+from pathlib import Path
+
+from comparisons.errors import InputError
+from comparisons.store import StudyRecord, write_atomically, write_text
+from reports.paper.figures import overview as overview_of
+from reports.paper.figures import panels, single
+from reports.paper.notation import file_name
+from reports.paper.style import FORMATS, PaperFigure
+from reports.paper.tables import PaperTable, setting_table, verdict_table
+
+
+def write_paper(
+    study: StudyRecord, folder: Path, formats: Sequence[str] = ("pdf",), *, overview: bool = True
+) -> list[Path]:
+    """Write figures of every scene, and the tables in LaTeX and Markdown.
+
+    Parameters
+    ----------
+    study : StudyRecord
+    folder : Path
+    formats : sequence of str
+        Among "pdf", "svg" and "png".
+    overview : bool
+        Also a figure across the page of each scene.
+
+    Returns
+    -------
+    list of Path
+        What was written; the same results give the same bytes.
+
+    Raises
+    ------
+    InputError
+        If a format is not known.
+    """
+    wanted = [each.strip() for each in formats]
+    unknown = [each for each in wanted if each not in FORMATS]
+    if unknown or not wanted:
+        known = ", ".join(FORMATS)
+        raise InputError(f"--format: expected {known}, got {', '.join(unknown) or 'none'}")
+    written = []
+    for name, figure in _figures(study, overview=overview):
+        for suffix in wanted:
+            path = folder / f"{name}.{suffix}"
+            _save(figure, path, suffix)
+            written.append(path)
+    for table in _tables(study):
+        for suffix, text in (("tex", table.latex()), ("md", table.markdown())):
+            path = folder / f"{table.label}.{suffix}"
+            write_text(path, text)
+            written.append(path)
+    return written
+
+
+def _figures(study: StudyRecord, *, overview: bool) -> Iterator[tuple[str, PaperFigure]]:
+    for scene in study.scenes:
+        for panel in panels(scene):
+            yield file_name(scene.name, panel.key), single(panel)
+        whole = overview_of(scene) if overview else None
+        if whole is not None:
+            yield file_name(scene.name, "overview"), whole
+
+
+def _tables(study: StudyRecord) -> list[PaperTable]:
+    return [verdict_table(study), *(setting_table(scene) for scene in study.scenes)]
+
+
+def _save(figure: PaperFigure, path: Path, suffix: str) -> None:
+    stream = BytesIO()
+    figure.savefig(stream, format=suffix)
+    write_atomically(path, lambda target: target.write(stream.getvalue()))

@@ -1,0 +1,183 @@
+"""The look of printed figures: column widths, one colour, marker and dash per method.
+
+Colours, markers and dashes are those of the report (`reports.figure_style`), translated from
+plotly's words to matplotlib's. What is written holds no dates and no random names: the same
+results give the same bytes.
+"""
+
+from __future__ import annotations
+
+from contextlib import AbstractContextManager
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from comparisons import formatting as fmt
+from comparisons.errors import InputError
+from reports.figure_style import INK, MUTED, style
+
+try:
+    import matplotlib as mpl
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+except ModuleNotFoundError as error:
+    raise InputError("figures need matplotlib: pip install 'roughline[paper]'") from error
+
+COLUMN, PAGE = 85.0, 180.0  # widths in mm of one column and of a page with two
+HEIGHT = 62.0
+FORMATS = ("pdf", "svg", "png")
+_MILLIMETRE = 1 / 25.4
+_SPACE = "\N{NO-BREAK SPACE}"  # a label is broken into lines, but never before its unit
+TRUTH = "#8a8a8a"
+_TOKENS = {INK: "#1a1a1a", MUTED: "#707070", "@peer": "#767676"}
+_MARKERS = {
+    "star": "*",
+    "circle": "o",
+    "square": "s",
+    "diamond": "D",
+    "triangle-up": "^",
+    "pentagon": "p",
+    "hexagon": "h",
+    "star-triangle-up": "P",
+    "triangle-down": "v",
+    "bowtie": "8",
+    "x": "X",
+    "cross": "d",
+}
+_DASHES: dict[str, Any] = {
+    "solid": "-",
+    "dash": (0, (4, 1.5)),
+    "dot": (0, (1, 1.2)),
+    "dashdot": (0, (5, 1.5, 1, 1.5)),
+    "longdash": (0, (7, 2)),
+    "longdashdot": (0, (7, 1.5, 1, 1.5)),
+    "6px,3px": (0, (5, 2.5)),
+    "4px,2px": (0, (3, 1.5)),
+}
+_RC: dict[str, Any] = {
+    "font.family": "DejaVu Sans",
+    "font.size": 7.5,
+    "mathtext.fontset": "dejavusans",
+    "axes.labelsize": 7.5,
+    "axes.linewidth": 0.6,
+    "axes.grid": True,
+    "grid.color": "#e3e3e3",
+    "grid.linewidth": 0.4,
+    "axes.axisbelow": True,
+    "xtick.labelsize": 7,
+    "ytick.labelsize": 7,
+    "xtick.major.width": 0.6,
+    "ytick.major.width": 0.6,
+    "xtick.direction": "in",
+    "ytick.direction": "in",
+    "xtick.top": True,
+    "ytick.right": True,
+    "lines.linewidth": 1.0,
+    "lines.markersize": 3.5,
+    "legend.fontsize": 7,
+    "legend.frameon": False,
+    "legend.handlelength": 2.4,
+    "figure.constrained_layout.use": True,
+    # Type 42 embeds whole outlines, which publishers ask for; in SVG letters become outlines.
+    "pdf.fonttype": 42,
+    "svg.fonttype": "path",
+    "svg.hashsalt": "roughline",
+    "savefig.dpi": 300,
+}
+# No dates, and no version of the library: they would make equal figures differ.
+_METADATA = {
+    "pdf": {"Creator": None, "Producer": None, "CreationDate": None},
+    "svg": {"Creator": None, "Date": None},
+    "png": {"Software": None},
+}
+# Symbols whose plain form is not their printed one.
+_SYMBOLS = {
+    "√(A/π)": r"\sqrt{A/\pi}",
+    "k/E*": r"k/E^{*}",
+    "ū": r"\bar{u}",
+    "Fₓ": r"F_x",
+    "uₓ": r"u_x",
+    "kₓ": r"k_x",
+    "v₀": r"v_0",
+    "µ": r"\mu",
+    "∫p dA": r"\int p\,\mathrm{d}A",
+}
+
+
+@dataclass(frozen=True)
+class Look:
+    """How matplotlib draws a method."""
+
+    label: str
+    colour: str
+    marker: str
+    dash: Any
+    size: float
+
+
+class PaperFigure(Figure):
+    """A figure that is saved as publishers want it, and shows itself in a notebook."""
+
+    def savefig(self, fname: Any, **options: Any) -> None:
+        """Save in the house's style, without dates; the suffix says the format."""
+        kind = options.get("format") or Path(fname).suffix.lstrip(".")
+        with house_style():
+            options.setdefault("metadata", _METADATA.get(kind))
+            super().savefig(fname, **options)
+
+    def _repr_png_(self) -> bytes:
+        from io import BytesIO
+
+        stream = BytesIO()
+        self.savefig(stream, format="png", dpi=150)
+        return stream.getvalue()
+
+
+def house_style() -> AbstractContextManager[None]:
+    """Return a context in which figures are made and drawn in the house's style."""
+    return mpl.rc_context(_RC)
+
+
+def new_figure(width: float = COLUMN, height: float = HEIGHT) -> PaperFigure:
+    """Return an empty figure of a size in millimetres."""
+    figure = PaperFigure(figsize=(width * _MILLIMETRE, height * _MILLIMETRE))
+    FigureCanvasAgg(figure)
+    return figure
+
+
+def look(method: str) -> Look:
+    """Return a method's look: the report's, in matplotlib's words."""
+    own = style(method)
+    return Look(
+        literal(own.label),
+        colour(own.colour),
+        _MARKERS[own.symbol],
+        _DASHES[own.dash],
+        0.38 * own.size,
+    )
+
+
+def colour(name: str) -> str:
+    """Return a colour of the report as it is printed: on white."""
+    return _TOKENS.get(name, name)
+
+
+def axis_label(name: str, unit: str) -> str:
+    """Return "words symbol / unit" with the symbol set as mathematics.
+
+    >>> axis_label("restitution", "")
+    'coefficient of restitution $e$'
+    """
+    known = fmt.quantity(name)
+    symbol = _SYMBOLS.get(known.symbol, known.symbol)
+    if "_" in symbol and not symbol.startswith("\\") and symbol not in _SYMBOLS.values():
+        base, _, below = symbol.partition("_")
+        symbol = rf"{base}_\mathrm{{{below}}}"
+    words = literal(known.words)
+    text = f"{words} ${symbol}$" if symbol else words
+    return f"{text}{_SPACE}/{_SPACE}{unit}" if unit else text
+
+
+def literal(text: str) -> str:
+    """Return text that matplotlib sets as it stands: results from strangers hold any name."""
+    return text.replace("$", r"\$")

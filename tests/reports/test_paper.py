@@ -1,0 +1,271 @@
+"""Figures and tables for papers: sizes, fonts, colours, the same bytes, hostile results inert."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+import xml.etree.ElementTree as ElementTree
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+pytest.importorskip("matplotlib", reason="the extra `paper` is not installed")
+
+import roughline
+from comparisons.errors import InputError
+from comparisons.store import load_study, save_study
+from reports.cli import run_command
+from reports.paper.drawing import curve_pairs
+from reports.paper.figures import overview, panels, single
+from reports.paper.files import write_paper
+from reports.paper.tables import PaperTable, setting_table, verdict_table
+
+ROOT = Path(__file__).parents[2]
+MILLIMETRES_PER_POINT = 25.4 / 72
+REDUCED = "#D55E00"
+
+
+@pytest.fixture
+def ball(study):
+    return study.scenes[0]
+
+
+@pytest.fixture
+def rough(study):
+    return study.scenes[1]
+
+
+def page_size(pdf: bytes) -> tuple[float, float]:
+    """Return width and height of a PDF's page in mm."""
+    box = re.search(rb"/MediaBox \[ ?0 0 ([\d.]+) ([\d.]+)", pdf)
+    return tuple(float(each) * MILLIMETRES_PER_POINT for each in box.groups())
+
+
+def drawn(scene, key):
+    """Return the axes of one plot."""
+    (panel,) = [each for each in panels(scene) if each.key == key]
+    (axes,) = single(panel).axes
+    return axes
+
+
+# --- what is drawn ------------------------------------------------------------------------------
+
+
+def test_every_kind_of_plot_is_there(ball, rough):
+    keys = {each.key for each in panels(ball)}
+    assert {"force-penetration", "contact-area-force", "error-force", "speed-force"} <= keys
+    assert curve_pairs(rough)[-1] == ("force", "contact_area")
+
+
+def test_curves_hold_the_numbers_of_the_results(ball):
+    """Force over penetration, in the units of the axes (µm and N or kN)."""
+    axes = drawn(ball, "force-penetration")
+    line = next(each for each in axes.get_lines() if each.get_label() == "closed form")
+    rows = ball.rows[ball.rows["method"] == "closed_form"]
+    np.testing.assert_allclose(line.get_xdata(), rows["penetration"] * 1e6, rtol=1e-12)
+    ratio = line.get_ydata() / rows["force"].to_numpy()
+    np.testing.assert_allclose(ratio, ratio[0], rtol=1e-12)
+    assert axes.get_xlabel() == "penetration depth $d$\N{NO-BREAK SPACE}/\N{NO-BREAK SPACE}µm"
+
+
+def test_a_method_has_the_colour_that_it_has_in_the_report(ball):
+    for key in ("force-penetration", "error-force", "speed-force"):
+        lines = {each.get_label(): each for each in drawn(ball, key).get_lines()}
+        assert lines["reduced model"].get_color() == REDUCED
+
+
+def test_the_bar_of_the_truth_is_as_wide_as_the_results_say(rough):
+    """The reference is uncertain by 1 % in penetration and 2 % in area; area stands upright."""
+    axes = drawn(rough, "contact-area-force")
+    (band,) = [each for each in axes.collections if each.get_label() == "bar of the truth"]
+    corners = band.get_paths()[0].vertices
+    edge = corners[np.isclose(corners[:, 0], corners[:, 0].max()), 1]
+    width = (edge.max() - edge.min()) / (0.5 * (edge.max() + edge.min()))
+    rows = rough.rows[(rough.rows["method"] == "bem_fft") & (rough.rows["resolution"] == 128)]
+    bar = rows.loc[rows["realisation"] == "mean", "reference_uncertainty_contact_area"].iloc[-1]
+    np.testing.assert_allclose(width, 2 * bar, rtol=1e-6)
+
+
+def test_errors_are_filled_above_the_truth_and_stand_beside_the_tolerance(ball):
+    axes = drawn(ball, "error-force")
+    asked = [each for each in axes.get_lines() if each.get_label().startswith("asked: ")]
+    np.testing.assert_allclose(asked[0].get_ydata(), ball.tolerance)
+    assert axes.get_yscale() == "log"
+    assert "1\u202f%" in [each.get_text() for each in axes.get_yticklabels()]
+
+
+def test_the_pareto_front_is_beaten_by_no_method(ball):
+    axes = drawn(ball, "speed-force")
+    lines = {each.get_label(): each for each in axes.get_lines()}
+    x, y = lines["Pareto front"].get_data()
+    for name in ("reduced model", "dense BEM", "FFT BEM", "FEM"):
+        for seconds, error in zip(*lines[name].get_data(), strict=True):
+            bought = np.min(y[:-1][x[:-1] <= seconds])
+            assert bought <= error
+
+
+@pytest.mark.parametrize("scene", ["friction-steel", "rubber-ball"])
+def test_paths_histories_and_speeds_are_drawn_too(scene):
+    """Beyond frictionless contact: every quantity along the path, or over time."""
+    found = roughline.compare(scene, "closed_form", "reduced", "bem_fft", resolutions=[6, 9])
+    assert found.plot()._repr_png_().startswith(b"\x89PNG")
+    assert any(key.startswith("error-") for key in found.plots)
+
+
+def test_single_results_are_drawn_too():
+    solution = roughline.solve("paraboloid", "reduced", 10)
+    (axes,) = solution.plot("contact_radius").axes
+    np.testing.assert_allclose(axes.get_lines()[0].get_xdata(), solution["penetration"] * 1e6)
+    (axes,) = roughline.check_claim("ellipsoid-force").plot().axes
+    assert axes.get_xlabel() == "ratio of the radii of curvature R'/R''"
+    with pytest.raises(KeyError, match="expected one of penetration"):
+        solution.plot("weight")
+    with pytest.raises(InputError, match="has no parameter"):
+        roughline.check_claim("transform-cone").plot()
+
+
+def test_an_unknown_plot_is_answered_with_the_known_ones(ball):
+    with pytest.raises(InputError, match="expected one of force-penetration, contact-area-force"):
+        roughline.Comparison(ball).plot("weight")
+
+
+# --- what is written ----------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def small(study, tmp_path_factory):
+    """Return one scene and one quantity of the study, as a folder of its own: fonts take time."""
+    scene = replace(study.scenes[0], quantities=("force",), fields={})
+    short = replace(study, directory=tmp_path_factory.mktemp("small"), scenes=(scene,))
+    save_study(short)
+    return short
+
+
+@pytest.fixture(scope="module")
+def folder(small, tmp_path_factory):
+    """Return a folder that the command wrote, in another process than this one."""
+    out = tmp_path_factory.mktemp("paper") / "figures"
+    command = [sys.executable, "-m", "reports", "paper", str(small.directory)]
+    subprocess.run(
+        [*command, "--out", str(out), "--format", "pdf,svg"],
+        check=True,
+        cwd=ROOT,
+        env=os.environ | {"PYTHONHASHSEED": "1"},
+    )
+    return out
+
+
+def test_figures_are_as_wide_as_a_column_or_a_page(folder):
+    column = page_size((folder / "steel-ball-force-penetration.pdf").read_bytes())
+    page = page_size((folder / "steel-ball-overview.pdf").read_bytes())
+    np.testing.assert_allclose([column[0], page[0]], [85.0, 180.0], atol=0.01)
+
+
+def test_fonts_are_embedded_as_outlines(folder):
+    """Publishers refuse Type 3 fonts; in SVG letters are paths, so no font can be missing."""
+    pdf = (folder / "steel-ball-force-penetration.pdf").read_bytes()
+    assert b"/FontFile2" in pdf
+    assert b"/Type3" not in pdf
+    svg = ElementTree.fromstring((folder / "steel-ball-overview.svg").read_bytes())
+    assert not list(svg.iter("{http://www.w3.org/2000/svg}text"))
+
+
+def test_the_same_results_give_the_same_bytes(folder, small, tmp_path):
+    """No dates, no random names: another process, another hash seed, not a bit differs."""
+    again = write_paper(load_study(small.directory), tmp_path, ("pdf", "svg"))
+    assert {path.name for path in again} == {path.name for path in folder.iterdir()}
+    for path in again:
+        assert path.read_bytes() == (folder / path.name).read_bytes(), path.name
+
+
+def test_tables_are_latex_with_the_rules_of_booktabs(folder):
+    for path in folder.glob("*.tex"):
+        text = path.read_text(encoding="utf-8")
+        (columns,) = re.findall(r"\\begin\{tabular\}\{@\{\}([lr]+)@\{\}\}", text)
+        rows = [line for line in text.splitlines() if line.endswith(r" \\")]
+        assert len(rows) > 1
+        for row in rows:
+            assert len(re.findall(r"(?<!\\)&", row)) == len(columns) - 1, row
+        for rule in (r"\toprule", r"\midrule", r"\bottomrule"):
+            assert text.count(rule) == 1
+        plain = re.sub(r"\\[{}$]", "", text)
+        assert plain.count("{") == plain.count("}")
+        assert plain.count("$") % 2 == 0
+
+
+def test_hostile_titles_are_text_in_every_format(folder):
+    for name in ("steel-ball-settings.md", "steel-ball-settings.tex"):
+        assert "<script>" not in (folder / name).read_text(encoding="utf-8")
+    assert r"\textless{}script\textgreater{}" in (folder / "steel-ball-settings.tex").read_text()
+
+
+def test_a_table_has_a_row_for_every_setting_and_the_truth_is_named(rough, study):
+    table = setting_table(rough)
+    assert table.heads[:4] == ("method", "N", "unknowns", "time")
+    assert ("truth",) * (len(table.heads) - 4) in {row[4:] for row in table.rows}
+    found = verdict_table(study)
+    assert {row[0] for row in found.rows} == {"steel-ball", "rough-patch", ""}
+
+
+def test_cells_of_markdown_tables_cannot_leave_their_cell():
+    table = PaperTable("x", "a", ("h",), "l", (("a|b\nc *d* <e>",),))
+    assert table.markdown().splitlines()[-1] == r"| a\|b c \*d\* &lt;e&gt; |"
+
+
+# --- what goes wrong ----------------------------------------------------------------------------
+
+
+def test_hostile_results_are_drawn_as_text_and_written_inside_the_folder(small, tmp_path):
+    """Names with mathematics that cannot be set, names that lead out of the folder."""
+    shutil.copytree(small.directory, tmp_path / "run")
+    for path in (tmp_path / "run").glob("*.*"):
+        text = path.read_text(encoding="utf-8")
+        text = text.replace("steel-ball", "../../evil").replace("bem_dense", "$\\\\frac")
+        path.write_text(text, encoding="utf-8")
+    out = tmp_path / "deep" / "out"
+    hostile = load_study(tmp_path / "run")
+    for path in write_paper(hostile, out, ("svg",), overview=False):
+        assert path.parent == out
+        assert re.fullmatch(r"[a-z0-9-]+\.(svg|tex|md)", path.name)
+    assert {each.name for each in tmp_path.iterdir()} == {"run", "deep"}
+
+
+def test_a_scene_without_errors_has_only_curves(rough):
+    bare = replace(rough, measures=rough.measures.iloc[:0], reference={})
+    assert all(not key.startswith("speed") for key in roughline.Comparison(bare).plots)
+    empty = replace(rough, measures=rough.measures.iloc[:0], rows=rough.rows.iloc[:0])
+    assert overview(empty) is None
+
+
+@pytest.mark.parametrize(
+    ("arguments", "said"),
+    [
+        (["{run}", "--out", "{out}", "--format", "gif"], "--format: expected pdf, svg, png"),
+        (["{out}", "--out", "{out}"], "no results of roughline here"),
+        (["{run}", "--out", "{file}"], "expected a folder for the figures, got a file"),
+    ],
+)
+def test_wrong_input_is_told_with_code_2(arguments, said, study, tmp_path, capsys):
+    (tmp_path / "file").write_text("")
+    names = {"run": study.directory, "out": tmp_path / "out", "file": tmp_path / "file"}
+    assert run_command(["paper", *(each.format(**names) for each in arguments)]) == 2
+    assert said in capsys.readouterr().err
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_missing_matplotlib_is_told_with_the_way_to_get_it(study, tmp_path):
+    code = (
+        "import sys; sys.modules['matplotlib'] = None\n"
+        "from reports.cli import run_command\n"
+        f"sys.exit(run_command(['paper', {str(study.directory)!r}, '--out', {str(tmp_path)!r}]))"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", code], capture_output=True, text=True, cwd=ROOT, check=False
+    )
+    assert done.returncode == 2
+    assert done.stderr.strip() == "figures need matplotlib: pip install 'roughline[paper]'"
