@@ -254,7 +254,8 @@ def _error_figure(scene: SceneRecord, name: str) -> Figure | None:
 
 def error_range(sizes: np.ndarray, tolerance: float) -> tuple[float, float]:
     """Return whole decades that hold all errors and the tolerance, at least two of them."""
-    known = sizes[np.isfinite(sizes) & (sizes > fmt.ROUND_OFF)]
+    # Larger errors than an axis can have decades for come from damaged results only.
+    known = sizes[(sizes < 1e200) & (sizes > fmt.ROUND_OFF)]
     low = min(float(known.min()) if len(known) else tolerance, tolerance) / 1.5
     high = max(float(known.max()) if len(known) else tolerance, tolerance) * 1.5
     low, high = 10.0 ** np.floor(np.log10(low)), 10.0 ** np.ceil(np.log10(high))
