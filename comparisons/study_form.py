@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Annotated, Any
 
-from pydantic import BaseModel, ConfigDict, TypeAdapter, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
 
 
 class _Form(BaseModel):
@@ -55,7 +55,7 @@ class _Scene(_Form):
     control: str
     axis: str = ""
     quantities: list[str]
-    tolerance: float
+    tolerance: Annotated[float, Field(gt=0, lt=1)]
     plan: _Plan
     reference: _Reference
     answer: str
