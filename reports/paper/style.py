@@ -7,8 +7,10 @@ results give the same bytes.
 
 from __future__ import annotations
 
+from base64 import b64encode
 from contextlib import AbstractContextManager
 from dataclasses import dataclass
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
@@ -125,12 +127,13 @@ class PaperFigure(Figure):
             options.setdefault("metadata", _METADATA.get(kind))
             super().savefig(fname, **options)
 
-    def _repr_png_(self) -> bytes:
-        from io import BytesIO
-
+    def _repr_html_(self) -> str:
         stream = BytesIO()
         self.savefig(stream, format="png", dpi=150)
-        return stream.getvalue()
+        data = b64encode(stream.getvalue()).decode("ascii")
+        width = round(self.get_figwidth() * 110)
+        style = f"width:{width}px;max-width:100%;background:#fff"
+        return f'<img alt="plot of results" style="{style}" src="data:image/png;base64,{data}">'
 
 
 def house_style() -> AbstractContextManager[None]:

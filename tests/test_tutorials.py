@@ -1,0 +1,55 @@
+"""The tutorials run as a reader would run them, and what their prose says is asserted in them."""
+
+from __future__ import annotations
+
+import ast
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+pytest.importorskip("matplotlib", reason="the extra `paper` is not installed")
+
+ROOT = Path(__file__).resolve().parent.parent
+TUTORIALS = sorted((ROOT / "docs" / "tutorials").glob("*.py"))
+
+
+@pytest.mark.parametrize("path", TUTORIALS, ids=lambda path: path.stem)
+def test_a_tutorial_runs_from_any_folder(path, tmp_path):
+    """In a process and a folder of its own; it leaves nothing behind there."""
+    (tmp_path / "temporary").mkdir()
+    done = subprocess.run(
+        [sys.executable, str(path)],
+        cwd=tmp_path,
+        env=os.environ | {"PYTHONPATH": str(ROOT), "TMPDIR": str(tmp_path / "temporary")},
+        capture_output=True,
+        text=True,
+        timeout=300,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    assert done.stdout
+    assert [each.name for each in tmp_path.iterdir()] == ["temporary"]
+
+
+@pytest.mark.parametrize("path", TUTORIALS, ids=lambda path: path.stem)
+def test_a_tutorial_tells_a_story_and_proves_it(path):
+    """A title, prose between short cells, and assertions of what the prose says."""
+    text = path.read_text(encoding="utf-8")
+    tree = ast.parse(text)
+    title, rule = ast.get_docstring(tree).splitlines()[:2]
+    assert set(rule) == {"="}
+    assert len(rule) == len(title)
+    assert any(isinstance(node, ast.Assert) for node in tree.body)
+    cells = re.split(r"^# %%$", text, flags=re.MULTILINE)[1:]
+    assert len(cells) >= 5
+    assert sum(cell.lstrip().startswith("# ") for cell in cells) >= len(cells) - 1
+
+
+def test_every_tutorial_of_the_issue_is_there():
+    wanted = {"check_a_claim", "my_measured_surface", "add_my_method"}
+    wanted |= {"regression_in_my_ci", "choose_a_method"}
+    assert wanted == {path.stem for path in TUTORIALS}
