@@ -17,6 +17,7 @@ import psutil
 from threadpoolctl import threadpool_limits
 
 from comparisons.geometry import RoughGeometry
+from comparisons.load_fields import earlier_fields
 from comparisons.methods import METHODS, Solution, Task, method_for
 from comparisons.methods.spans import lost, solve_in_spans
 
@@ -56,7 +57,7 @@ def execute(task: Task, repeats: int = REPEATS) -> Solution:
                 times.append(time.perf_counter() - start)
                 setups.append(again.setup_seconds)
             _refuse_nan(solution)
-            _add_body(solution)
+            _add_fields(solution)
     except Exception as error:  # the study carries on
         return lost(task, _reason(error))
     finally:
@@ -69,9 +70,16 @@ def execute(task: Task, repeats: int = REPEATS) -> Solution:
     return solution
 
 
-def _add_body(solution: Solution) -> None:
-    """Compute the fields in the body; without them a picture is missing, not the solution."""
+def _add_fields(solution: Solution) -> None:
+    """Compute the fields in the body and those of earlier load steps.
+
+    Without them a picture is missing, not the solution.
+    """
+    steps, solution.step_fields = solution.step_fields, {}
     compute, solution.body_fields = solution.body_fields, None
+    last = solution.fields
+    with contextlib.suppress(ValueError, ArithmeticError, MemoryError, RuntimeError):
+        solution.fields = last | earlier_fields(steps, solution.converged.shape[1], last)
     if compute is not None:
         with contextlib.suppress(ValueError, ArithmeticError, MemoryError, RuntimeError):
             solution.fields |= compute()

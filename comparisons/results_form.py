@@ -9,6 +9,7 @@ from __future__ import annotations
 import numpy as np
 import pandas as pd
 
+from comparisons.load_fields import NAMES, at_step, stored_steps
 from comparisons.verdicts import NO_RESULT, NOT_RESOLVED, OUTSIDE, WITHIN
 
 VERDICTS = (WITHIN, OUTSIDE, NOT_RESOLVED, NO_RESULT)
@@ -52,7 +53,20 @@ def table_problems(table: pd.DataFrame, kind: str) -> list[str]:
 
 
 def field_problems(fields: dict[str, np.ndarray]) -> list[str]:
-    """Return what is wrong with the arrays of one solution."""
+    """Return what is wrong with the arrays of one solution, at the last load and before."""
+    problems = _problems_at_one_load(fields)
+    for step in stored_steps(fields) if not problems else ():
+        earlier = _problems_at_one_load(_pressure_at(fields, step))
+        problems += [f"step {step}: {each}" for each in earlier]
+    return problems
+
+
+def _pressure_at(fields: dict[str, np.ndarray], step: int) -> dict[str, np.ndarray]:
+    """Return the arrays that an earlier load has of its own."""
+    return {name: value for name, value in at_step(fields, step).items() if name in NAMES}
+
+
+def _problems_at_one_load(fields: dict[str, np.ndarray]) -> list[str]:
     wanted = {name for group in TOGETHER for name in group} | {*SCALARS, *POINTS}
     known = {name: value for name, value in fields.items() if name in wanted}
     problems = [

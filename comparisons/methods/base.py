@@ -19,6 +19,7 @@ import numpy as np
 
 from comparisons.bodies import BodyGeometry
 from comparisons.geometry import Geometry, RoughGeometry
+from comparisons.load_fields import shown_steps
 from comparisons.machine import source_digest, versions
 from comparisons.options import Options
 from comparisons.physics.loads import Loads
@@ -103,6 +104,9 @@ class Solution:
     path : bool
         Steps follow each other along a path or in time: errors and bars are then relative to the
         largest value along it, because single values pass zero.
+    step_fields : dict
+        Load step -> function that returns the pressure of realisation 0 at it, for the steps of
+        `load_fields.shown_steps`; not part of the solve.
     body_fields : callable or None
         Computes the fields in the body, where a task asks for them; not part of the solve.
     unknowns : int
@@ -121,6 +125,7 @@ class Solution:
     truncation: float = 0.0
     exact: tuple[str, ...] = ()
     path: bool = False
+    step_fields: dict[int, Callable[[], dict[str, np.ndarray]]] = field(default_factory=dict)
     body_fields: Callable[[], dict[str, np.ndarray]] | None = None
     seconds: float = float("nan")
     setup_seconds: float = 0.0
@@ -147,6 +152,12 @@ class Solution:
                 self.quantities[name] = np.full(self.converged.shape, np.nan)
             self.quantities[name][index] = value
         self.converged[index] = True
+
+    def keep(self, index: tuple[int, int], build: Callable[[], dict[str, np.ndarray]]) -> None:
+        """Remember how to make the pressure of a load step, if it is one that is shown."""
+        row, step = index
+        if row == 0 and step in shown_steps(self.converged.shape[1]):
+            self.step_fields[step] = build
 
     def fail(self, index: tuple[int, int], reason: str) -> None:
         """Record that one step has no answer."""

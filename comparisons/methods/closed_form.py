@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -79,6 +80,8 @@ class ClosedForm(Method):
         solution.fields = {"penetration": np.array(depth[-1])}
         if task.wants_pressure:
             solution.fields |= _profile(form, float(depth[-1]))
+            for step, each in enumerate(depth):
+                solution.keep((0, step), partial(_profile, form, float(each)))
         return solution
 
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from comparisons.bodies import BodyGeometry
 from comparisons.geometry import Geometry, IndenterGeometry, RoughGeometry
+from comparisons.load_fields import point_pressure
 from comparisons.method_names import METHOD_NAMES
 from comparisons.methods import fem_body, fem_pair, fem_punch
 from comparisons.methods.base import Method, Solution, Support, Task
@@ -159,6 +160,9 @@ class Fem(Method):
                 solution.put((row, index), _quantities(task, outcome))
                 solution.iterations[row, index] = outcome.contact.iterations
                 solution.violation[row, index] = outcome.contact.violation
+                if task.wants_pressure:
+                    place, pressure = outcome.body.points, outcome.contact.pressure
+                    solution.keep((row, index), partial(point_pressure, place, pressure))
                 if row == 0 and index == len(task.loads.values) - 1:
                     last = outcome
         if last is not None:

@@ -11,6 +11,7 @@ from functools import partial
 import numpy as np
 
 from comparisons.bodies import BodyGeometry
+from comparisons.load_fields import point_pressure
 from comparisons.methods.base import Solution, Task
 from comparisons.methods.sweeps import outcomes
 from comparisons.options import FemOptions
@@ -96,6 +97,9 @@ def solve(task: Task) -> Solution:
         solution.put((0, step), _quantities(task, body, outcome))
         solution.iterations[0, step] = outcome.iterations
         solution.violation[0, step] = outcome.violation
+        if task.wants_pressure:
+            build = partial(point_pressure, body.points, outcome.pressure)
+            solution.keep((0, step), build)
         last = outcome if step == len(task.loads.values) - 1 else None
     if last is not None:
         solution.fields = _fields(task, body, gap, last)

@@ -11,6 +11,7 @@ from functools import partial
 import numpy as np
 
 from comparisons.geometry import Geometry, IndenterGeometry
+from comparisons.load_fields import point_pressure
 from comparisons.methods.base import Solution, Task
 from comparisons.methods.fem_body import round_area
 from comparisons.options import FemOptions
@@ -71,6 +72,9 @@ def solve(task: Task) -> Solution:
         solution.put((0, step), _quantities(task, geometry, scaled, contact))
         solution.iterations[0, step] = contact.iterations
         solution.violation[0, step] = contact.violation
+        if task.wants_pressure:
+            build = partial(point_pressure, scaled.combined.points, contact.pressure)
+            solution.keep((0, step), build)
         if step == len(task.loads.values) - 1:
             solution.fields = _fields(task, geometry, scaled, contact)
             if task.with_body:

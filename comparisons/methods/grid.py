@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
 from comparisons.geometry import Geometry, IndenterGeometry, RoughGeometry
+from comparisons.load_fields import MOST_POINTS
 from comparisons.methods.base import Method, Solution, Task
 from comparisons.methods.punches import Respond, solve_punch
 from comparisons.methods.sweeps import outcomes
@@ -160,6 +162,7 @@ class GridMethod(Method):
                 solution.put((row, step), contact_quantities(task, operator, outcome, grid))
                 solution.iterations[row, step] = outcome.iterations
                 solution.violation[row, step] = outcome.violation
+                keep_pressure(task, solution, (row, step), outcome, grid)
                 if row == 0 and step == len(task.loads.values) - 1:
                     solution.fields = contact_fields(task, outcome, grid)
         return solution
@@ -204,6 +207,25 @@ def _patch_quantities(
     found = area_measures.patches(mask, grid.spacing, periodic=periodic)
     length = float(np.sqrt(4 * np.asarray(found.areas) / np.pi).sum())
     return {"contact_count": float(found.count), "contact_length": length}
+
+
+def keep_pressure(
+    task: Task, solution: Solution, index: tuple[int, int], contact: Contact, grid: Grid
+) -> None:
+    """Keep the pressure of a load step that the report shows, in single precision."""
+    if task.wants_pressure and contact.pressure.size <= MOST_POINTS:
+        solution.keep(index, partial(_pressure_map, grid, contact.pressure.astype(np.float32)))
+
+
+def _pressure_map(grid: Grid, pressure: np.ndarray) -> dict[str, np.ndarray]:
+    x, y = grid.centres
+    shape = np.array(pressure.shape)
+    return {
+        "pressure_x": x.ravel(),
+        "pressure_y": y.ravel(),
+        "pressure": pressure.ravel(),
+        "pressure_shape": shape,
+    }
 
 
 def contact_fields(task: Task, contact: Contact, grid: Grid) -> dict[str, np.ndarray]:

@@ -10,7 +10,13 @@ import psutil
 from comparisons.geometry import Geometry, RoughGeometry
 from comparisons.method_names import METHOD_NAMES
 from comparisons.methods.base import Method, Solution, Support, Task
-from comparisons.methods.grid import cells, contact_fields, contact_quantities, make_grid
+from comparisons.methods.grid import (
+    cells,
+    contact_fields,
+    contact_quantities,
+    keep_pressure,
+    make_grid,
+)
 from comparisons.options import PeerOptions
 from comparisons.peers import press
 from comparisons.scene import Scene
@@ -87,6 +93,7 @@ class PeerMethod(Method):
             solution.put((row, step), contact_quantities(task, operator, contact, grids[row]))
             solution.iterations[row, step] = contact.iterations
             solution.violation[row, step] = contact.violation
+            keep_pressure(task, solution, (row, step), contact, grids[row])
             if row == 0 and step == len(task.loads.values) - 1:
                 solution.fields = contact_fields(task, contact, grids[row])
         if result.seconds:

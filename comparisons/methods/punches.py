@@ -7,6 +7,7 @@ loads.
 from __future__ import annotations
 
 from collections.abc import Callable
+from functools import partial
 
 import numpy as np
 
@@ -71,6 +72,8 @@ def solve_punch(task: Task, solver: Respond = respond) -> Solution:
         solution.put((0, step), _quantities(geometry, grid, answer.stiffness, float(depth)))
         solution.iterations[0, step] = answer.iterations
         solution.violation[0, step] = answer.residual
+        if task.wants_pressure:
+            solution.keep((0, step), partial(_pressure, grid, answer, float(depth)))
     solution.fields = _fields(task, grid, answer, float(depths[-1]))
     return solution
 
@@ -99,6 +102,23 @@ def _quantities(
     return values
 
 
+def _pressure(
+    grid: tuple[FreeOperator, np.ndarray, tuple[float, float]], answer: FaceResponse, depth: float
+) -> dict[str, np.ndarray]:
+    operator, _, origin = grid
+    axes = [
+        start + (np.arange(n) + 0.5) * step
+        for start, n, step in zip(origin, operator.shape, operator.spacing, strict=True)
+    ]
+    x, y = np.meshgrid(*axes, indexing="ij")
+    return {
+        "pressure_x": x.ravel(),
+        "pressure_y": y.ravel(),
+        "pressure": depth * answer.pressure.ravel(),
+        "pressure_shape": np.array(x.shape),
+    }
+
+
 def _fields(
     task: Task,
     grid: tuple[FreeOperator, np.ndarray, tuple[float, float]],
@@ -109,19 +129,14 @@ def _fields(
     fields = {"penetration": np.array(depth)}
     if not task.wants_pressure:
         return fields
-    operator, fractions, origin = grid
-    axes = [
-        start + (np.arange(n) + 0.5) * step
-        for start, n, step in zip(origin, operator.shape, operator.spacing, strict=True)
-    ]
-    x, y = np.meshgrid(*axes, indexing="ij")
+    operator, fractions, _ = grid
     displacement = depth * operator.apply(answer.pressure)
-    return fields | {
-        "pressure_x": x.ravel(),
-        "pressure_y": y.ravel(),
-        "pressure": depth * answer.pressure.ravel(),
-        "pressure_weight": np.full(x.size, operator.cell_area),
-        "pressure_shape": np.array(x.shape),
-        "displacement": displacement.ravel(),
-        "gap": np.where(fractions > 0, displacement - depth, np.inf).ravel(),
-    }
+    return (
+        fields
+        | _pressure(grid, answer, depth)
+        | {
+            "pressure_weight": np.full(displacement.size, operator.cell_area),
+            "displacement": displacement.ravel(),
+            "gap": np.where(fractions > 0, displacement - depth, np.inf).ravel(),
+        }
+    )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -173,6 +174,10 @@ def _solve_profile(task: Task, geometry: IndenterGeometry, solution: Solution) -
     solution.converged[:] = True
     solution.unknowns = int(contact.springs)
     solution.fields = _profile_fields(task, geometry, profile, contact)
+    if _has_pressure(task, geometry):
+        for step, depth in enumerate(contact.penetration):
+            build = partial(_radial, task, profile, float(depth), float(radius[step]))
+            solution.keep((0, step), build)
 
 
 def line_picture(
@@ -197,11 +202,19 @@ def _profile_fields(
 ) -> dict[str, np.ndarray]:
     depth, radius = float(contact.penetration[-1]), float(contact.contact_radius[-1])
     fields = line_picture(profile, depth, radius, contact.spacing)
-    # A map from 1-D to a pressure over the surface exists for axisymmetric bodies only.
-    if not task.wants_pressure or not geometry.indenter.axisymmetric:
-        return fields
+    return fields | (_radial(task, profile, depth, radius) if _has_pressure(task, geometry) else {})
+
+
+def _has_pressure(task: Task, geometry: IndenterGeometry) -> bool:
+    """Tell whether a pressure is asked for and exists: a map from 1-D does for round bodies."""
+    return task.wants_pressure and geometry.indenter.axisymmetric
+
+
+def _radial(
+    task: Task, profile: profiles.Profile, depth: float, radius: float
+) -> dict[str, np.ndarray]:
     r = radius * unit_rings()[0]
-    return fields | profile_fields(radius, radius, r, _pressure(task, profile, depth, r))
+    return profile_fields(radius, radius, r, _pressure(task, profile, depth, r))
 
 
 def _pressure(task: Task, profile: profiles.Profile, depth: float, r: np.ndarray) -> np.ndarray:

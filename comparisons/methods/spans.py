@@ -127,6 +127,11 @@ def _one_after_another(parts: list[Solution]) -> Solution:
             for part, start in zip(parts, starts, strict=False)
             for (row, step), why in part.reasons.items()
         },
+        step_fields={
+            step + int(start): build
+            for part, start in zip(parts, starts, strict=False)
+            for step, build in part.step_fields.items()
+        },
         # Of methods that take their own time; a span without an answer has none.
         seconds=float(np.nansum([p.seconds for p in parts])),
         setup_seconds=sum(p.setup_seconds for p in parts),

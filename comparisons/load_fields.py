@@ -1,0 +1,81 @@
+"""The pressure at several load steps: what the report's load slider moves through.
+
+A solution stores its fields at the last load under their plain names; those of an earlier step K
+stand beside them as ``step.K.pressure``, with ``step.K.pressure_x`` and its like only where they
+differ (methods that scale their points to each contact).
+"""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Mapping
+from functools import cache
+
+import numpy as np
+
+MOST_STEPS = 8
+# A larger map is stored at the last load only: its earlier steps would fill disks, and no screen.
+MOST_POINTS = 2**20
+NAMES = ("pressure", "pressure_x", "pressure_y", "pressure_shape")
+_KEY = re.compile(rf"step\.(\d{{1,6}})\.({'|'.join(NAMES)})")
+
+Fields = Mapping[str, np.ndarray]
+
+
+@cache
+def shown_steps(count: int) -> tuple[int, ...]:
+    """Return the load steps whose pressure is stored: at most eight, spread evenly.
+
+    >>> shown_steps(3), shown_steps(20)
+    ((0, 1, 2), (0, 3, 5, 8, 11, 14, 16, 19))
+    """
+    steps = np.round(np.linspace(0, count - 1, min(count, MOST_STEPS))).astype(int)
+    return tuple(steps.tolist())
+
+
+def point_pressure(points: np.ndarray, pressure: np.ndarray) -> dict[str, np.ndarray]:
+    """Return the fields of a pressure at points (n, 2)."""
+    return {"pressure_x": points[:, 0], "pressure_y": points[:, 1], "pressure": pressure}
+
+
+def earlier_fields(
+    builders: Mapping[int, Callable[[], Fields]], steps: int, last: Fields
+) -> dict[str, np.ndarray]:
+    """Return the arrays of the steps before the last, in single precision.
+
+    Parameters
+    ----------
+    builders : mapping
+        Step -> function that returns the fields at that step.
+    steps : int
+        Number of load steps.
+    last : mapping
+        Fields at the last load; without a pressure there is nothing to add.
+    """
+    size = last.get("pressure", np.empty(0)).size
+    if not 0 < size <= MOST_POINTS:
+        return {}
+    wanted = [step for step in shown_steps(steps)[:-1] if step in builders]
+    found = {}
+    for step in wanted:
+        fields = builders[step]()
+        for name in NAMES:
+            if name in fields and not np.array_equal(fields[name], last.get(name)):
+                found[f"step.{step}.{name}"] = _single(fields[name])
+    return found
+
+
+def _single(values: np.ndarray) -> np.ndarray:
+    return values.astype(np.float32) if values.dtype == np.float64 else values
+
+
+def stored_steps(fields: Fields) -> list[int]:
+    """Return the earlier load steps whose pressure is among the fields, ascending."""
+    found = (_KEY.fullmatch(name) for name in fields)
+    return sorted({int(each[1]) for each in found if each and each[2] == "pressure"})
+
+
+def at_step(fields: Fields, step: int) -> dict[str, np.ndarray]:
+    """Return the fields with the pressure of an earlier step in place of the last one's."""
+    own = {name: fields.get(f"step.{step}.{name}") for name in NAMES}
+    return dict(fields) | {name: value for name, value in own.items() if value is not None}

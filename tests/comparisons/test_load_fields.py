@@ -1,0 +1,70 @@
+"""The pressure at earlier load steps, against the closed form at that step's own depth."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from comparisons.execution import execute
+from comparisons.load_fields import MOST_STEPS, at_step, shown_steps, stored_steps
+from comparisons.planning import plan_scene
+from comparisons.results_form import field_problems
+from comparisons.scene import parse_scene
+
+SCENE = """
+name = "ball"
+[half_space]
+effective_modulus = "1 GPa"
+[indenter]
+shape = "paraboloid"
+radius = "10 mm"
+[loading]
+penetration = {values}
+[compare]
+quantities = ["force", "pressure"]
+"""
+
+
+def solved(method: str, values: str):
+    plan = plan_scene(parse_scene(SCENE.format(values=values), "ball", Path()))[0]
+    task = next(task for task in plan.tasks if task.method == method)
+    return task, execute(task, repeats=1)
+
+
+@pytest.mark.parametrize("method", ["closed_form", "reduced", "bem_fft", "bem_dense", "fem"])
+def test_every_method_stores_hertz_pressure_at_every_load(method):
+    """p0 = 2 E* a/(pi R), a = sqrt(R d): each step's peak within the grid's own error (10 %)."""
+    task, solution = solved(method, '["2 um", "4 um", "8 um"]')
+    assert stored_steps(solution.fields) == [0, 1]
+    for step, depth in enumerate(task.loads.values[:2]):
+        fields = at_step(solution.fields, step)
+        a = np.sqrt(0.01 * depth)
+        peak = 2 * 1e9 * a / (np.pi * 0.01)
+        assert np.max(fields["pressure"]) == pytest.approx(peak, rel=0.1)
+        touching = np.hypot(fields["pressure_x"], fields["pressure_y"])[fields["pressure"] > 0]
+        assert touching.max() == pytest.approx(a, rel=0.25)
+    assert field_problems(solution.fields) == []
+
+
+def test_loads_over_decades_are_stored_from_grids_of_their_own():
+    """Contact radii a factor of 100 apart are solved on different grids; each keeps its own."""
+    task, solution = solved("bem_fft", '["1 nm", "1 um", "10 um"]')
+    fields = at_step(solution.fields, 0)
+    a = np.sqrt(0.01 * task.loads.values[0])
+    assert np.abs(fields["pressure_x"]).max() < 2 * a
+    assert np.max(fields["pressure"]) == pytest.approx(2e9 * a / (np.pi * 0.01), rel=0.1)
+
+
+def test_at_most_eight_steps_are_shown_and_always_the_last():
+    for count in range(1, 40):
+        steps = shown_steps(count)
+        assert len(steps) == len(set(steps)) == min(count, MOST_STEPS)
+        assert steps[-1] == count - 1
+
+
+def test_a_torn_step_is_told():
+    _, solution = solved("closed_form", '["2 um", "4 um"]')
+    torn = solution.fields | {"step.0.pressure": np.ones(3)}
+    assert any(each.startswith("step 0") for each in field_problems(torn))
