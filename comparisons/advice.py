@@ -37,6 +37,8 @@ class Setting:
     verdict : str
         Over all quantities, each with its bar: "within", "outside", "not resolved" or
         "no result".
+    certain : float
+        The largest error over quantities and load steps with its bar: what is sure to be met.
     is_truth : bool
         Whether this is the solution that the others were compared with.
     """
@@ -46,6 +48,7 @@ class Setting:
     seconds: float
     errors: dict[str, float]
     verdict: str
+    certain: float = float("nan")
     is_truth: bool = False
 
     @property
@@ -84,6 +87,23 @@ class Advice:
         """The fastest setting that is sure to meet the tolerance; closed forms need no choice."""
         good = (each for each in self.settings if each.verdict == WITHIN)
         return next((each for each in good if each.method != "closed_form"), None)
+
+    def times_to(self, wanted: float) -> dict[str, float]:
+        """Return how long each method takes to be sure of an error, NaN where it never is.
+
+        On each method's own time-error curve, as `time_at_error` reads it; the truth counts with
+        its own bar. Methods of which nothing is known are left out.
+        """
+        found = {}
+        for method in dict.fromkeys(each.method for each in self.settings):
+            own = [each for each in self.settings if each.method == method]
+            seconds, _ = _time_to(own, wanted, self.tolerance)
+            truth = next((each for each in own if each.is_truth), None)
+            if np.isnan(seconds) and truth is not None and truth.worst <= wanted:
+                seconds = truth.seconds
+            if np.isfinite(seconds) or any(np.isfinite(each.worst) for each in own):
+                found[method] = seconds
+        return found
 
     def document(self, scene: str) -> dict[str, Any]:
         """Return the advice as plain data for JSON; what is not known is None."""
@@ -167,17 +187,25 @@ def _setting(
     resolution: int,
     own: pd.DataFrame,
 ) -> Setting:
-    errors, verdicts = {}, []
+    errors, verdicts, certain = {}, [], []
     for name in quantities:
         row = own[(own["quantity"] == name) & (own["at"] == main_axis(record.along, name))]
-        errors[name] = float(row["rms"].iloc[0]) if len(row) else float("nan")
-        verdicts.append(str(row["verdict"].iloc[0]) if len(row) else NO_RESULT)
+        errors[name] = _first(row, "rms")
+        verdicts.append(str(row["verdict"].iloc[0]) if "verdict" in row and len(row) else NO_RESULT)
+        certain.append(_first(row, "maximum") + _first(row, "uncertainty"))
     verdict = next((each for each in _WORST_FIRST if each in verdicts), NO_RESULT)
-    return Setting(method, resolution, float(own["seconds"].iloc[0]), errors, verdict)
+    most = float(np.max(certain)) if certain else float("nan")
+    return Setting(method, resolution, _first(own, "seconds"), errors, verdict, most)
+
+
+def _first(rows: pd.DataFrame, name: str) -> float:
+    """Return the first value of a column; NaN where there is none (folders may be a stranger's)."""
+    values = pd.to_numeric(rows[name], errors="coerce") if name in rows else rows.iloc[:0]
+    return float(values.iloc[0]) if len(values) else float("nan")
 
 
 def _truth(record: SceneRecord, quantities: tuple[str, ...]) -> Setting | None:
-    method, resolution = record.reference["method"], record.reference["resolution"]
+    method, resolution = (record.reference.get(key) for key in ("method", "resolution"))
     rows = record.rows
     if rows.empty or "seconds" not in rows:
         return None
@@ -188,7 +216,8 @@ def _truth(record: SceneRecord, quantities: tuple[str, ...]) -> Setting | None:
     errors = {name: float("nan") if bar is None else bar for name, bar in bars.items()}
     widest = max((np.inf if np.isnan(bar) else bar for bar in errors.values()), default=np.inf)
     verdict = judge(0.0, widest, record.tolerance)
-    return Setting(method, resolution, float(own["seconds"].iloc[0]), errors, verdict, True)
+    seconds = _first(own, "seconds")
+    return Setting(str(method), int(resolution), seconds, errors, verdict, widest, True)
 
 
 def _measured(record: SceneRecord, name: str) -> bool:
@@ -200,9 +229,9 @@ def _measured(record: SceneRecord, name: str) -> bool:
 
 
 def _bar(record: SceneRecord, name: str) -> float | None:
-    if record.reference["method"] == "closed_form" and not _measured(record, name):
+    if record.reference.get("method") == "closed_form" and not _measured(record, name):
         return None
-    bar: float | None = record.reference["uncertainty"].get(name)
+    bar: float | None = record.reference.get("uncertainty", {}).get(name)
     return bar
 
 
@@ -225,19 +254,35 @@ def _sentence(record: SceneRecord, quantities: tuple[str, ...], settings: list[S
     return f"{text}; truth: {_known_to(record, quantities)}."
 
 
+def _usual(own: list[Setting]) -> list[Setting]:
+    """Return the settings that have an error, coarse to fine; the truth has none."""
+    ascending = sorted(own, key=lambda each: each.resolution)
+    return [each for each in ascending if not each.is_truth and np.isfinite(each.worst)]
+
+
+def _time_to(own: list[Setting], wanted: float, asked: float) -> tuple[float, Setting | None]:
+    """Return when the settings of one method are sure of an error, and the setting that is.
+
+    A setting counts only where its bars are narrow enough to say so; for the error that was
+    `asked`, its verdict says it.
+    """
+    usual = _usual(own)
+    sure = [e.verdict == WITHIN if wanted == asked else e.certain <= wanted for e in usual]
+    errors = [
+        e.worst if s else max(e.worst, 1.01 * wanted) for e, s in zip(usual, sure, strict=True)
+    ]
+    times = np.array([each.seconds for each in usual])
+    seconds, index = time_at_error(times, np.array(errors), wanted)
+    return seconds, None if index is None else usual[index]
+
+
 def _standing(own: list[Setting], wanted: float) -> tuple[str, float, str]:
     """Return under which heading a method stands, its time, and its words."""
     title = own[0].title
-    usual = sorted((e for e in own if not e.is_truth), key=lambda each: each.resolution)
-    usual = [each for each in usual if np.isfinite(each.worst)]
-    if usual:
-        # A setting counts only where its bars are narrow enough to say so.
-        sure = [e.worst if e.verdict == WITHIN else max(e.worst, 1.01 * wanted) for e in usual]
-        times = np.array([each.seconds for each in usual])
-        seconds, index = time_at_error(times, np.array(sure), wanted)
-        if index is not None:
-            text = f"{title} {duration(seconds)} (N = {usual[index].resolution})"
-            return _REACHED, seconds, text
+    usual = _usual(own)
+    seconds, reaching = _time_to(own, wanted, wanted)
+    if reaching is not None:
+        return _REACHED, seconds, f"{title} {duration(seconds)} (N = {reaching.resolution})"
     truth = next((each for each in own if each.is_truth), None)
     if truth is not None and truth.method == "closed_form":
         return "", 0.0, ""

@@ -44,6 +44,7 @@ def execute(task: Task, repeats: int = REPEATS) -> Solution:
         if METHODS[task.method].isolated:
             solution = _solve(task)
             _refuse_nan(solution)
+            _add_fields(solution)
             return solution
         with threadpool_limits(limits=THREADS):
             compile_seconds = _warm_up(task)

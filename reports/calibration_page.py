@@ -6,15 +6,13 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from markupsafe import Markup
-from plotly.offline import get_plotlyjs
 
 from comparisons import formatting as fmt
 from comparisons.calibration import Case, Summary, summary
 from comparisons.store import write_text
 from reports.figure_style import INK, Figure, drawing_order, inert, layout, numbers, style
 from reports.figures import error_axis
-from reports.html import TEMPLATES, content_policy, embedded_json, environment
+from reports.page import render
 
 SMALLEST = 1e-8  # errors below are the arithmetic's of the solvers
 
@@ -26,24 +24,15 @@ def write_calibration_report(found: list[Case], command: str, path: Path) -> Non
 
 def calibration_page(found: list[Case], command: str) -> str:
     """Return the whole page as text."""
-    script = (TEMPLATES / "report.js").read_text(encoding="utf-8")
-    library = get_plotlyjs()
     reported = [case for case in found if case.half == "reported"]
     drawn = [covered(reported), widths(found)]
-    return (
-        environment()
-        .get_template("calibration.html.j2")
-        .render(
-            command=command,
-            figures=drawn,
-            halves=[(half, summary(_of(found, half=half))) for half in ("reported", "fitting")],
-            rows=rows(reported),
-            policy=content_policy([library, script]),
-            style=Markup((TEMPLATES / "report.css").read_text(encoding="utf-8")),  # noqa: S704
-            script=Markup(script),  # noqa: S704  our own file
-            library=Markup(library),  # noqa: S704  the plotly package's own file
-            figure_data={each.key: embedded_json(each.spec) for each in drawn},
-        )
+    return render(
+        "calibration.html.j2",
+        {each.key: each.spec for each in drawn},
+        command=command,
+        figures=drawn,
+        halves=[(half, summary(_of(found, half=half))) for half in ("reported", "fitting")],
+        rows=rows(reported),
     )
 
 

@@ -6,15 +6,12 @@ from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
 
-from markupsafe import Markup
-from plotly.offline import get_plotlyjs
-
 from comparisons.claims.claim import VERDICTS
 from comparisons.claims.record import ClaimRecord, ClaimsRecord, PointRecord
 from comparisons.store import write_text
 from reports.claim_figure import detail, evidence
 from reports.figure_style import Figure
-from reports.html import TEMPLATES, content_policy, embedded_json, environment
+from reports.page import render
 
 # The colours of the verdicts on scenes: green, red, yellow; a part that holds is yellow too.
 CLASSES = dict(zip(VERDICTS, ("within", "outside", "partly", "not-resolved"), strict=True))
@@ -48,24 +45,15 @@ def claims_page(record: ClaimsRecord) -> str:
     """Return the whole page as text."""
     views = [_view(claim) for claim in record.claims]
     drawn = {f"{v.anchor}-{v.figure.key}": v.figure.spec for v in views if v.figure}
-    script = (TEMPLATES / "report.js").read_text(encoding="utf-8")
-    library = get_plotlyjs()
     counts = Counter(claim.verdict for claim in record.claims)
-    return (
-        environment()
-        .get_template("claims.html.j2")
-        .render(
-            record=record,
-            views=views,
-            tally=[(word, counts[word]) for word in VERDICTS if counts[word]],
-            classes=CLASSES,
-            detail=detail,
-            policy=content_policy([library, script]),
-            style=Markup((TEMPLATES / "report.css").read_text(encoding="utf-8")),  # noqa: S704
-            script=Markup(script),  # noqa: S704  our own file
-            library=Markup(library),  # noqa: S704  the plotly package's own file
-            figure_data={key: embedded_json(spec) for key, spec in drawn.items()},
-        )
+    return render(
+        "claims.html.j2",
+        drawn,
+        record=record,
+        views=views,
+        tally=[(word, counts[word]) for word in VERDICTS if counts[word]],
+        classes=CLASSES,
+        detail=detail,
     )
 
 

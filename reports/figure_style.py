@@ -55,12 +55,29 @@ DRAWING_ORDER = ("closed_form", "fem", "bem_dense", "bem_fft")
 
 @dataclass(frozen=True)
 class Figure:
-    """One plot of the page: `spec` is plotly's data and layout, `caption` plain text."""
+    """One plot of the page.
+
+    Attributes
+    ----------
+    key, title, caption : str
+        Plain text.
+    spec : dict
+        plotly's data and layout; `frames` where a load slider moves it (`load_frames`).
+    quantity : str
+        The columns that it shows, separated by spaces: what the page's choice of a quantity
+        keeps. Always shown where empty.
+    """
 
     key: str
     title: str
     caption: str
     spec: dict[str, Any] = field(repr=False)
+    quantity: str = ""
+
+    @property
+    def moves(self) -> bool:
+        """Whether a load slider moves the plot."""
+        return "frames" in self.spec
 
 
 def style(method: str) -> MethodStyle:
@@ -91,6 +108,11 @@ def numbers(values: Iterable[object], factor: float = 1.0) -> list[float | None]
         float(f"{float(value) * factor:.6g}") if fmt.finite(value) else None  # type: ignore[arg-type]
         for value in values
     ]
+
+
+def short_numbers(values: Iterable[object]) -> list[float | None]:
+    """Return values with four digits, which is what a profile on a screen can show."""
+    return [float(f"{float(v):.4g}") if fmt.finite(v) else None for v in values]  # type: ignore[arg-type]
 
 
 def colour_with_alpha(colour: str, alpha: float) -> str:

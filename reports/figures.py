@@ -37,6 +37,7 @@ ERROR_CAPTION = (
     "Shaded: below what the reference itself is sure of."
 )
 PATH_CAPTION = "Errors are relative to the largest value along the path, because it passes zero."
+VISIBLE = 2e-3  # of the largest value: a bar thinner than a line of the plot is not drawn
 SPREAD = 5.0  # quantities over speeds that spread wider than this take a logarithmic axis
 NOTE_MARGIN = {"l": 60, "r": 52, "t": 30, "b": 50}  # room for "asked 1 %" on the right
 
@@ -89,7 +90,9 @@ def _curve_figure(scene: SceneRecord, name: str) -> Figure | None:
         ),
     }
     title = f"{fmt.quantity(name).words} against {fmt.quantity(along).words}"
-    return Figure(f"curve-{name}", title[0].upper() + title[1:], _curve_caption(scene, name), spec)
+    return Figure(
+        f"curve-{name}", title[0].upper() + title[1:], _curve_caption(scene, name), spec, name
+    )
 
 
 def _curve_trace(
@@ -105,7 +108,7 @@ def _curve_trace(
     mode = "lines" if method == "closed_form" else "lines+markers"
     label = inert(f"{look.label}, N = {fmt.number(level, 6)}" if mode != "lines" else look.label)
     units = {"x": across.unit, "y": up.unit}
-    return {
+    trace = {
         "type": "scatter",
         "mode": mode,
         "name": inert(look.label),
@@ -116,6 +119,28 @@ def _curve_trace(
         "hovertemplate": f"{label}<br>%{{x:.3g}} {units['x']}<br>"
         f"%{{y:.3g}} {units['y']}<extra></extra>",
     }
+    return trace | _error_bars(scene, method, rows, name, up.factor)
+
+
+def _error_bars(
+    scene: SceneRecord, method: str, rows: pd.DataFrame, name: str, factor: float
+) -> dict[str, Any]:
+    """Return the bars of the truth, where they are wide enough to be seen."""
+    half = _half_widths(scene, method, rows, name)
+    value = np.abs(selection.column(rows, name))
+    if not np.any(half > VISIBLE * np.nanmax(value, initial=0.0)):
+        return {}
+    bars = {"type": "data", "array": numbers(half, factor), "thickness": 1.2, "width": 4}
+    return {"error_y": bars}
+
+
+def _half_widths(scene: SceneRecord, method: str, rows: pd.DataFrame, name: str) -> np.ndarray:
+    """Return the half-widths of the truth's bars in the unit of the quantity; NaN for others."""
+    value = selection.column(rows, name)
+    if method != selection.reference(scene)[0]:
+        return np.full(len(value), np.nan)
+    bar = selection.column(rows, f"reference_uncertainty_{name}")
+    return bar * (sizes_along_path(value) if scene.is_path else np.abs(value))
 
 
 def _uncertainty_band(
@@ -123,10 +148,8 @@ def _uncertainty_band(
 ) -> list[dict[str, Any]]:
     if method != selection.reference(scene)[0]:
         return []
-    bar = selection.column(rows, f"reference_uncertainty_{name}")
-    value = selection.column(rows, name)
+    value, half = selection.column(rows, name), _half_widths(scene, method, rows, name)
     x = numbers(selection.column(rows, selection.drawn_along(scene)), across)
-    half = bar * (sizes_along_path(value) if scene.is_path else np.abs(value))
     low, high = numbers(value - half, up), numbers(value + half, up)
     return band(x, low, high, "@truth", 0.3)
 
@@ -166,9 +189,10 @@ def _curve_caption(scene: SceneRecord, name: str) -> str:
         parts.append("Points are joined in the order of the path.")
     bar = (scene.reference.get("uncertainty") or {}).get(name)
     if fmt.finite(bar) and float(bar) > fmt.ROUND_OFF:
-        hidden = " (thinner than its line)" if float(bar) < 2e-3 else ""
+        hidden = " (thinner than its line)" if float(bar) < VISIBLE else ""
         parts.append(
-            f"Light band: the reference's uncertainty, at most {fmt.relative(bar)}{hidden}."
+            "Light band and error bars: the reference's uncertainty, at most "
+            f"{fmt.relative(bar)}{hidden}."
         )
     several = [
         m
@@ -249,7 +273,7 @@ def _error_figure(scene: SceneRecord, name: str) -> Figure | None:
         equal = {"force": "penetration", "penetration": "force"}.get(name, equal)
     title = f"Error of {fmt.quantity(name).words} at equal {fmt.quantity(equal).words}"
     caption = f"{ERROR_CAPTION} {PATH_CAPTION}" if scene.is_path else ERROR_CAPTION
-    return Figure(f"error-{name}", title, caption, spec)
+    return Figure(f"error-{name}", title, caption, spec, name)
 
 
 def error_range(sizes: np.ndarray, tolerance: float) -> tuple[float, float]:

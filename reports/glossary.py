@@ -74,6 +74,11 @@ TERMS = {
         "set-up",
         "The part of the time that another list of loads on the same scene would not need again.",
     ),
+    "violation": (
+        "violation",
+        "How far a solution breaks the contact conditions: the largest overlap of the surfaces or "
+        "tension between them, relative to penetration or pressure.",
+    ),
     "unknowns": ("unknowns", "How many numbers a method solves for."),
     "path": (
         "path",

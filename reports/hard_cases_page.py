@@ -5,14 +5,11 @@ from __future__ import annotations
 from collections import Counter
 from pathlib import Path
 
-from markupsafe import Markup
-from plotly.offline import get_plotlyjs
-
 from comparisons.formatting import ROUND_OFF
 from comparisons.hard_cases.record import HardCasesRecord, OutcomeRecord
 from comparisons.store import write_text
 from reports.hard_case_figure import stability
-from reports.html import TEMPLATES, content_policy, embedded_json, environment
+from reports.page import render
 
 # The colours of the verdicts on scenes; a refusal is an answer, a lost solve is not.
 CLASSES = {
@@ -37,22 +34,13 @@ def hard_cases_page(record: HardCasesRecord) -> str:
     for outcome in record.outcomes:
         cases.setdefault(outcome.case, {})[outcome.method] = outcome
     counts = Counter(outcome.kind for outcome in record.outcomes)
-    script = (TEMPLATES / "report.js").read_text(encoding="utf-8")
-    library = get_plotlyjs()
-    return (
-        environment()
-        .get_template("hard_cases.html.j2")
-        .render(
-            record=record,
-            cases=cases,
-            figure=figure,
-            tally=[(word, counts[word]) for word in CLASSES if counts[word]],
-            classes=CLASSES,
-            round_off=ROUND_OFF,
-            policy=content_policy([library, script]),
-            style=Markup((TEMPLATES / "report.css").read_text(encoding="utf-8")),  # noqa: S704
-            script=Markup(script),  # noqa: S704  our own file
-            library=Markup(library),  # noqa: S704  the plotly package's own file
-            figure_data=embedded_json(figure.spec) if figure else None,
-        )
+    return render(
+        "hard_cases.html.j2",
+        {figure.key: figure.spec} if figure else {},
+        record=record,
+        cases=cases,
+        figure=figure,
+        tally=[(word, counts[word]) for word in CLASSES if counts[word]],
+        classes=CLASSES,
+        round_off=ROUND_OFF,
     )

@@ -1,32 +1,23 @@
 """The report: one self-contained HTML page that a reader understands in two minutes.
 
-The page needs no network: plotly.js, pictures, styles and data are all inside. Everything that
-comes from scenes or results is escaped, and a content security policy that names the page's own
-scripts by their hash forbids all others.
+What every page shares (offline, inert, its scripts) is in `reports.page`.
 """
 
 from __future__ import annotations
 
-import base64
-import hashlib
-import json
-import math
+import tomllib
 from collections import Counter
 from dataclasses import dataclass
-from functools import cache
 from pathlib import Path
-from typing import Any, Protocol
-
-from jinja2 import Environment, FileSystemLoader, StrictUndefined, select_autoescape
-from markupsafe import Markup
-from plotly.offline import get_plotlyjs
+from typing import Any
 
 from comparisons import formatting as fmt
-from comparisons.plain import plain
+from comparisons.advice import advise
 from comparisons.store import SceneRecord, StudyRecord, write_text
 from reports import (
     figures,
     glossary,
+    load_frames,
     model_figure,
     pictures,
     pressure_figures,
@@ -34,27 +25,20 @@ from reports import (
     speed_figure,
     tables,
 )
-from reports.figure_style import Figure, style
+from reports.claims_beside import FOLDER, ClaimsBeside, claims_beside
+from reports.claims_page import CLASSES as VERDICT_CLASSES
+from reports.figure_style import Figure
+from reports.page import render
+from reports.summary import Summary, compared_methods, summary, times_to_errors
 from reports.verdicts import NO_RESULT, NOT_RESOLVED, OUTSIDE, WITHIN, Verdict, verdicts, worst
 
-TEMPLATES = Path(__file__).with_name("templates")
-STRIP_DECADES = (-6.0, 0.0)  # the small error scale beside a verdict: 1 ppm to 100 %
-
-
-class Judged(Protocol):
-    """An error with its bar and the tolerance asked for."""
-
-    @property
-    def error(self) -> float:
-        """Relative error."""
-
-    @property
-    def uncertainty(self) -> float:
-        """Half-width of its bar."""
-
-    @property
-    def tolerance(self) -> float:
-        """What was asked for."""
+CLASSES = {
+    OUTSIDE: "outside",
+    NOT_RESOLVED: "not-resolved",
+    WITHIN: "within",
+    NO_RESULT: "no-result",
+}
+TURNING = "picture-view"
 
 
 @dataclass(frozen=True)
@@ -67,10 +51,18 @@ class SceneView:
     plan: list[dict[str, Any]]
     figures: dict[str, list[Figure]]
     picture: pictures.Picture
+    summary: Summary
+    loads: load_frames.Loads
     settings: tables.Table
+    times: tables.Table
+    stability: tables.Table
     steps: tables.Table
     seconds: float
-    lost: list[str]
+
+    @property
+    def title(self) -> str:
+        """What the scene is called."""
+        return self.record.title or self.record.name
 
 
 def write_report(record: StudyRecord, path: Path, *, pictures: bool = True) -> None:
@@ -90,75 +82,53 @@ def write_report(record: StudyRecord, path: Path, *, pictures: bool = True) -> N
 def page(record: StudyRecord, *, with_pictures: bool = True) -> str:
     """Return the whole page as text."""
     views = _views(record, with_pictures)
-    drawn = {
+    claims = claims_beside(record.directory)
+    return render(
+        "report.html.j2",
+        _drawn(views, claims),
+        record=record,
+        views=views,
+        compared=compared_methods(record.scenes),
+        quantities=_columns(views),
+        choosable=_shown_quantities(views),
+        tally=_tally(views),
+        classes=CLASSES,
+        claims=claims,
+        claim_classes=VERDICT_CLASSES,
+        claims_folder=record.directory.parent / FOLDER,
+        seeds=_seeds(record),
+        glossary=glossary,
+    )
+
+
+def _drawn(views: list[SceneView], claims: ClaimsBeside | None) -> dict[str, dict[str, Any]]:
+    """Return all that is drawn, under the keys of its canvases."""
+    found = {
         f"{view.anchor}-{figure.key}": figure.spec
         for view in views
         for group in view.figures.values()
         for figure in group
     }
-    script = (TEMPLATES / "report.js").read_text(encoding="utf-8")
-    library = get_plotlyjs()
-    return (
-        environment()
-        .get_template("report.html.j2")
-        .render(
-            record=record,
-            views=views,
-            quantities=_columns(views),
-            tally=_tally(views),
-            policy=content_policy([library, script]),
-            style=Markup((TEMPLATES / "report.css").read_text(encoding="utf-8")),  # noqa: S704
-            script=Markup(script),  # noqa: S704  our own file
-            library=Markup(library),  # noqa: S704  the plotly package's own file
-            figure_data={key: embedded_json(spec) for key, spec in drawn.items()},
-            glossary=glossary,
-        )
-    )
-
-
-def embedded_json(value: Any) -> Markup:
-    r"""Return JSON that is safe inside <script>: no '<', so no tag can open or close there.
-
-    NaN and infinities, which browsers refuse in JSON, become null: a gap in a curve.
-
-    >>> print(embedded_json({"a": "</script>"}))
-    {"a":"\u003c/script>"}
-    """
-    text = json.dumps(plain(value), allow_nan=False, separators=(",", ":"), ensure_ascii=False)
-    for character in "<&\u2028\u2029":
-        text = text.replace(character, f"\\u{ord(character):04x}")
-    return Markup(text)  # noqa: S704
-
-
-def content_policy(scripts: list[str]) -> str:
-    """Return the content security policy: our scripts by hash, nothing from anywhere else."""
-    hashes = (base64.b64encode(hashlib.sha256(s.encode()).digest()).decode() for s in scripts)
-    allowed = " ".join(f"'sha256-{digest}'" for digest in hashes)
-    return (
-        f"default-src 'none'; script-src {allowed}; style-src 'unsafe-inline'; "
-        "img-src data: blob:; base-uri 'none'; form-action 'none'"
-    )
-
-
-@cache
-def environment() -> Environment:
-    """Return the templates with everything that they share."""
-    found = Environment(
-        loader=FileSystemLoader(TEMPLATES),
-        autoescape=select_autoescape(default=True, default_for_string=True),
-        undefined=StrictUndefined,
-        trim_blocks=True,
-        lstrip_blocks=True,
-    )
-    found.globals |= {
-        "fmt": fmt,
-        "method_style": style,
-        "term": _term,
-        "strip": _strip,
-        "finite": fmt.finite,
-        "data_uri": lambda png: "data:image/png;base64," + base64.b64encode(png).decode(),
-    }
+    for view in views:
+        if view.picture.view:
+            found[f"{view.anchor}-{TURNING}"] = view.picture.view
+    for item in claims.views if claims else ():
+        if item.figure:
+            found[item.key] = item.figure.spec
     return found
+
+
+def _shown_quantities(views: list[SceneView]) -> list[str]:
+    """Return the quantities that plots show, in their usual order: what the page lets choose."""
+    names = {
+        name
+        for view in views
+        for group in view.figures.values()
+        for figure in group
+        for name in figure.quantity.split()
+    }
+    known = [name for name in fmt.QUANTITIES if name in names]
+    return known + sorted(names.difference(known))
 
 
 def _views(record: StudyRecord, with_pictures: bool) -> list[SceneView]:
@@ -178,6 +148,7 @@ def _view(scene: SceneRecord, anchor: str, picture: pictures.Picture) -> SceneVi
         found.setdefault(verdict.quantity, []).append(verdict)
     decisive = {name: worst(items) for name, items in found.items()}
     reduced = model_figure.reduced_picture(scene)
+    advice = advise(scene)
     if reduced and picture.note == pictures.NOTHING:
         picture = pictures.Picture()  # the model's own figure is picture enough
     return SceneView(
@@ -193,11 +164,27 @@ def _view(scene: SceneRecord, anchor: str, picture: pictures.Picture) -> SceneVi
             "speed": speed_figure.speed(scene),
         },
         picture=picture,
+        summary=summary(scene, decisive, advice),
+        loads=load_frames.loads_of(scene),
         settings=tables.settings(scene),
+        times=times_to_errors(scene, advice),
+        stability=tables.stability(scene),
         steps=tables.load_steps(scene),
         seconds=_spent(scene),
-        lost=tables.lost_solves(scene),
     )
+
+
+def _seeds(record: StudyRecord) -> dict[str, int]:
+    """Return the seed of every scene with random surfaces; 0 where its text gives none."""
+    found = {}
+    for scene in record.scenes:
+        try:
+            surface = tomllib.loads(scene.text).get("surface")
+        except tomllib.TOMLDecodeError:  # the text of a stranger's folder
+            continue
+        if isinstance(surface, dict):
+            found[scene.name] = surface.get("seed", 0)
+    return found
 
 
 def _spent(scene: SceneRecord) -> float:
@@ -217,36 +204,3 @@ def _columns(views: list[SceneView]) -> list[str]:
 def _tally(views: list[SceneView]) -> list[tuple[str, int]]:
     words = Counter(item.word for view in views for item in view.verdicts.values())
     return [(word, words[word]) for word in (OUTSIDE, NOT_RESOLVED, WITHIN, NO_RESULT)]
-
-
-def _term(key: str, text: str | None = None) -> Markup:
-    """Return a term with its explanation on hover and a link to the glossary."""
-    words, meaning = glossary.TERMS[key]
-    return Markup('<a class="term" href="#term-{}"><abbr title="{}">{}</abbr></a>').format(
-        key, meaning, text or words
-    )
-
-
-def _strip(verdict: Judged) -> Markup:
-    """Return a small logarithmic scale from 1 ppm to 100 %: tolerance, error and its bar."""
-    low, high = STRIP_DECADES
-
-    def place(value: float) -> float:
-        power = math.log10(value) if value > 0 else low
-        return round(100 * (min(max(power, low), high) - low) / (high - low), 1)
-
-    error = abs(verdict.error)
-    bar = verdict.uncertainty if fmt.finite(verdict.uncertainty) else 0.0
-    return Markup(
-        '<svg class="strip" viewBox="-4 0 108 14" role="img" aria-label="{}">'
-        '<line class="rail" x1="0" y1="7" x2="100" y2="7"/>'
-        '<line class="mark" x1="{t}" y1="1" x2="{t}" y2="13"/>'
-        '<line class="bar" x1="{a}" y1="7" x2="{b}" y2="7"/>'
-        '<circle cx="{e}" cy="7" r="3.2"/></svg>'
-    ).format(
-        "error on a logarithmic scale, the tolerance as a tick",
-        t=place(verdict.tolerance),
-        a=place(error - bar),
-        b=place(error + bar),
-        e=place(error),
-    )

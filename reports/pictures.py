@@ -7,19 +7,21 @@ place of the picture.
 
 from __future__ import annotations
 
+import contextlib
 import os
 import subprocess
 import sys
 import tempfile
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from comparisons import formatting as fmt
 from comparisons.store import SceneRecord
-from reports import selection
+from reports import selection, turning
 from reports.figure_style import style
 
 STARTUP_SECONDS, PICTURE_SECONDS = 60.0, 30.0
@@ -39,12 +41,16 @@ class ColourBar:
 
 @dataclass(frozen=True)
 class Picture:
-    """A picture, or the note that stands in its place where `png` is empty."""
+    """A picture, or the note that stands in its place where `png` is empty.
+
+    `view` is the same in three dimensions, as data and layout of plotly; it needs no renderer.
+    """
 
     png: bytes = b""
     caption: str = ""
     bar: ColourBar | None = None
     note: str = ""
+    view: dict[str, Any] | None = field(default=None, repr=False)
 
 
 @dataclass(frozen=True)
@@ -68,8 +74,15 @@ def draw(scenes: Sequence[SceneRecord]) -> list[Picture]:
             continue
         png = next(images)
         note = "" if png else RENDERER_MISSING
-        found.append(Picture(png, job.caption, job.bar, note))
+        found.append(Picture(png, job.caption, job.bar, note, _view(job.arrays)))
     return found
+
+
+def _view(arrays: dict[str, np.ndarray]) -> dict[str, Any] | None:
+    """Return the view that turns; None where a stranger's arrays make none."""
+    with contextlib.suppress(ValueError, ArithmeticError, IndexError, MemoryError):
+        return turning.view(arrays)
+    return None
 
 
 def render(jobs: Sequence[dict[str, np.ndarray]], command: Sequence[str] = ()) -> list[bytes]:

@@ -2,32 +2,36 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
 
 from comparisons import formatting as fmt
+from comparisons.load_fields import at_step, stored_steps
 from comparisons.store import SceneRecord
-from reports import selection
+from reports import load_frames, selection
 from reports.figure_style import (
+    STYLES,
     Figure,
     axis,
     drawing_order,
     inert,
     layout,
     numbers,
+    short_numbers,
     style,
 )
+from reports.load_frames import Loads
 
-MOST_PIXELS = 128
-MOST_MARKERS = 400
+MOST_PIXELS = 96
+MOST_MARKERS = 120
 LARGEST_SHOWN = 4.0  # times the mean pressure; sharp edges and tips are singular
 
 
 @dataclass(frozen=True)
 class Field:
-    """The pressure of one solution."""
+    """The pressure of one solution at one load; `earlier` holds it at the loads before."""
 
     method: str
     resolution: int
@@ -36,6 +40,7 @@ class Field:
     pressure: np.ndarray
     shape: tuple[int, int] | None
     rough: bool
+    earlier: dict[int, Field] = field(default_factory=dict, repr=False)
 
     @property
     def on_a_line(self) -> bool:
@@ -48,19 +53,28 @@ def pressures(scene: SceneRecord) -> list[Figure]:
     fields = pressure_fields(scene)
     if not fields:
         return []
+    loads = load_frames.loads_of(scene)
+    if not any(item.earlier for item in fields):
+        loads = load_frames.NO_LOADS
     radius, mean = _contact_scales(scene)
     if np.isfinite(radius) and not any(item.rough for item in fields):
-        return [_radial(fields, radius, mean)]
+        return [_radial(fields, radius, mean, loads)]
     maps = [item for item in fields if item.shape is not None]
     if not maps:
         return []
     name, level = selection.reference(scene)
     chosen = next(
-        (item for item in maps if item.method == name and item.resolution == level), maps[-1]
+        (item for item in maps if item.method == name and item.resolution == level),
+        min(maps, key=_trusted),
     )
     # A single line would only repeat a column of the map beside it.
-    cuts = [_cut(fields, chosen)] if not chosen.rough or len(maps) > 1 else []
-    return [_map(chosen), *cuts]
+    cuts = [_cut(fields, chosen, loads)] if not chosen.rough or len(maps) > 1 else []
+    return [_map(chosen, loads), *cuts]
+
+
+def _trusted(item: Field) -> tuple[bool, bool]:
+    """Order maps where the truth has none: ours before those of peers, FFT BEM first."""
+    return item.method not in STYLES, item.method != "bem_fft"
 
 
 def pressure_fields(scene: SceneRecord) -> list[Field]:
@@ -69,13 +83,30 @@ def pressure_fields(scene: SceneRecord) -> list[Field]:
     for method in drawing_order(selection.methods(scene)):
         levels = sorted(level for name, level in scene.fields if name == method)
         stored = scene.load_fields(method, levels[-1]) if levels else {}
-        if not {"pressure", "pressure_x", "pressure_y"} <= stored.keys():
-            continue
-        x, y, p = (np.ravel(stored[f"pressure{suffix}"]) for suffix in ("_x", "_y", ""))
-        if len(p) and len(x) == len(y) == len(p) and np.nanmax(p) > 0:
-            shape = _shape(stored, len(p))
-            found.append(Field(method, levels[-1], x, y, p, shape, "heights" in stored))
+        last = _field(method, levels[-1], stored) if levels else None
+        if last is not None:
+            earlier = {
+                step: each
+                for step in stored_steps(stored)
+                if (each := _field(method, levels[-1], at_step(stored, step))) is not None
+            }
+            found.append(replace(last, earlier=earlier))
     return found
+
+
+def _field(method: str, level: int, stored: dict[str, np.ndarray]) -> Field | None:
+    """Return the pressure among stored arrays, None where there is none that can be drawn."""
+    if not {"pressure", "pressure_x", "pressure_y"} <= stored.keys():
+        return None
+    x, y, p = (np.ravel(stored[f"pressure{suffix}"]) for suffix in ("_x", "_y", ""))
+    if not len(p) or not len(x) == len(y) == len(p) or not np.nanmax(p) > 0:
+        return None
+    return Field(method, level, x, y, p, _shape(stored, len(p)), "heights" in stored)
+
+
+def _at_loads(item: Field, loads: Loads) -> list[Field | None]:
+    """Return the field at every load of the slider, None where it is not stored."""
+    return [item.earlier.get(step) for step in loads.steps[:-1]] + [item]
 
 
 def _shape(stored: dict[str, np.ndarray], count: int) -> tuple[int, int] | None:
@@ -96,14 +127,10 @@ def _contact_scales(scene: SceneRecord) -> tuple[float, float]:
     return float("nan"), float("nan")
 
 
-def _radial(fields: list[Field], radius: float, mean: float) -> Figure:
-    data, highest = [], 0.0
-    for item in fields:
-        r, p = _along_radius(item)
-        keep = r <= 1.5 * radius
-        r, p = r[keep] / radius, p[keep] / mean
-        highest = max(highest, float(np.nanmax(p, initial=0.0)))
-        data.append(_profile_trace(item, r, p))
+def _radial(fields: list[Field], radius: float, mean: float, loads: Loads) -> Figure:
+    curves = [[_scaled(each, radius, mean) for each in _at_loads(item, loads)] for item in fields]
+    data = [_profile_trace(item, *each[-1]) for item, each in zip(fields, curves, strict=True)]
+    highest = max(float(np.nanmax(p, initial=0.0)) for each in curves for _, p in each)
     top = min(1.08 * highest, LARGEST_SHOWN)
     spec = {
         "data": data,
@@ -112,13 +139,41 @@ def _radial(fields: list[Field], radius: float, mean: float) -> Figure:
             axis("pressure p / mean pressure", range=[0, top]),
         ),
     }
+    spec = _with_profiles(spec, curves, loads)
     cut = highest > LARGEST_SHOWN
     caption = (
-        f"Contact pressure at the last load: a = {fmt.with_unit(radius, 'm')}, mean pressure "
-        f"F/(πa²) = {fmt.with_unit(mean, 'Pa')}, both of the reference. "
+        f"Contact pressure. a = {fmt.with_unit(radius, 'm')} is the contact radius and "
+        f"F/(πa²) = {fmt.with_unit(mean, 'Pa')} the mean pressure, both of the reference at the "
+        "last load. "
         + ("The pressure is singular; the plot ends at four times the mean." if cut else "")
     )
-    return Figure("pressure-radial", "Pressure along a radius", caption.strip(), spec)
+    return Figure("pressure-radial", "Pressure along a radius", caption.strip(), spec, "pressure")
+
+
+def _scaled(item: Field | None, radius: float, mean: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return r/a and p/mean of one load, empty where nothing is stored."""
+    if item is None:
+        return np.empty(0), np.empty(0)
+    r, p = _along_radius(item)
+    keep = r <= 1.5 * radius
+    return r[keep] / radius, p[keep] / mean
+
+
+def _with_profiles(
+    spec: dict[str, Any], curves: list[list[tuple[np.ndarray, np.ndarray]]], loads: Loads
+) -> dict[str, Any]:
+    """Return a figure of profiles with its frames: `curves` has per trace one (x, p) per load."""
+    if not loads.steps:
+        return spec
+    frames = [
+        {"data": [_coordinates(*each) for each in at_load]} for at_load in zip(*curves, strict=True)
+    ]
+    return load_frames.with_frames(spec, frames)
+
+
+def _coordinates(x: np.ndarray, p: np.ndarray) -> dict[str, Any]:
+    stride = -(-len(x) // MOST_MARKERS) or 1
+    return {"x": short_numbers(x[::stride]), "y": short_numbers(p[::stride])}
 
 
 def _along_radius(item: Field) -> tuple[np.ndarray, np.ndarray]:
@@ -136,13 +191,11 @@ def _profile_trace(item: Field, r: np.ndarray, p: np.ndarray) -> dict[str, Any]:
     mesh = not item.on_a_line and item.shape is None
     mode = "markers" if mesh else "lines+markers" if len(r) <= 60 else "lines"
     mode = "lines" if item.method == "closed_form" else mode
-    stride = max(1, len(r) // MOST_MARKERS)
     return {
         "type": "scatter",
         "mode": mode,
         "name": inert(look.label),
-        "x": numbers(r[::stride]),
-        "y": numbers(p[::stride]),
+        **_coordinates(r, p),
         "line": {"color": look.colour, "dash": look.dash, "width": 2},
         "marker": {"color": look.colour, "symbol": look.symbol, "size": max(look.size - 3, 5)},
         "hovertemplate": f"{inert(look.label)}, N = {item.resolution}<br>"
@@ -165,7 +218,7 @@ def _window(touched: np.ndarray) -> slice:
 
 
 def _coarsened(values: np.ndarray, x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, ...]:
-    """Reduce a map to at most 128 pixels per side; each keeps its largest value."""
+    """Reduce a map to at most 96 pixels per side; each keeps its largest value."""
     step = int(np.ceil(max(values.shape) / MOST_PIXELS))
     if step == 1:
         return values, x, y
@@ -178,7 +231,52 @@ def _coarsened(values: np.ndarray, x: np.ndarray, y: np.ndarray) -> tuple[np.nda
     return blocks.max(axis=(1, 3)), centres[0], centres[1]
 
 
-def _map(item: Field) -> Figure:
+def _map(item: Field, loads: Loads) -> Figure:
+    x, y, p, cells = _shown_part(item)
+    across = fmt.prefix_for(np.concatenate([x, y]), "m")
+    up = fmt.prefix_for(p, "Pa")
+    limits = _ceiling(np.where(p > 0, p * up.factor, np.nan))
+    trace = {
+        "type": "heatmap",
+        **_map_data(x, y, p, across.factor, up.factor),
+        "colorscale": "Viridis",
+        "colorbar": {"title": {"text": f"p / {up.unit}", "side": "right"}, "thickness": 14},
+        "hoverongaps": False,
+        "hovertemplate": f"p = %{{z:.3g}} {up.unit}<extra></extra>",
+        # One colour bar for all loads: they can be compared.
+        "zmin": 0,
+        "zmax": limits or float(f"{np.max(p) * up.factor:.3g}"),
+    }
+    ranges = [_outer(values * across.factor) for values in (x, y)]
+    spec = {
+        "data": [trace],
+        "layout": layout(
+            axis(f"x / {across.unit}", constrain="domain", showgrid=False, range=ranges[0]),
+            axis(
+                f"y / {across.unit}",
+                scaleanchor="x",
+                constrain="domain",
+                showgrid=False,
+                range=ranges[1],
+            ),
+        ),
+    }
+    if loads.steps and item.earlier:
+        fields = _at_loads(item, loads)
+        spec = load_frames.with_frames(
+            spec, [{"data": [_map_frame(each, across.factor, up.factor)]} for each in fields]
+        )
+    label = style(item.method).label
+    caption = f"Contact pressure, {label}, N = {item.resolution}. Empty: no contact."
+    if cells != p.shape:
+        caption += " Each pixel shows the largest pressure of the cells it covers."
+    if limits is not None:
+        caption += " Colours end at the 99.5 % quantile: sharp edges are singular."
+    return Figure("pressure-map", "Contact pressure", caption, spec, "pressure")
+
+
+def _shown_part(item: Field) -> tuple[np.ndarray, np.ndarray, np.ndarray, tuple[int, ...]]:
+    """Return x, y and p of what a map shows, coarsened, and the cells that it had before."""
     x, y = _axes_of(item)
     p = item.pressure.reshape(item.shape)
     if not item.rough:
@@ -186,37 +284,30 @@ def _map(item: Field) -> Figure:
         x, y, p = x[rows], y[columns], p[rows, columns]
     cells = p.shape
     p, x, y = _coarsened(p, x, y)
-    across = fmt.prefix_for(np.concatenate([x, y]), "m")
-    up = fmt.prefix_for(p, "Pa")
-    values = np.where(p > 0, p * up.factor, np.nan)
-    trace = {
-        "type": "heatmap",
-        "x": numbers(x, across.factor),
-        "y": numbers(y, across.factor),
-        # plotly's rows run along y, ours along x; three digits are what a colour can show.
-        "z": [[float(f"{v:.3g}") if np.isfinite(v) else None for v in row] for row in values.T],
-        "colorscale": "Viridis",
-        "colorbar": {"title": {"text": f"p / {up.unit}", "side": "right"}, "thickness": 14},
-        "hoverongaps": False,
-        "hovertemplate": f"p = %{{z:.3g}} {up.unit}<extra></extra>",
-    }
-    limits = _ceiling(values)
-    if limits is not None:
-        trace |= {"zmin": 0, "zmax": limits}
-    spec = {
-        "data": [trace],
-        "layout": layout(
-            axis(f"x / {across.unit}", constrain="domain", showgrid=False),
-            axis(f"y / {across.unit}", scaleanchor="x", constrain="domain", showgrid=False),
-        ),
-    }
-    label = style(item.method).label
-    caption = f"Pressure at the last load, {label}, N = {item.resolution}. Empty: no contact."
-    if cells != p.shape:
-        caption += " Each pixel shows the largest pressure of the cells it covers."
-    if limits is not None:
-        caption += " Colours end at the 99.5 % quantile: sharp edges are singular."
-    return Figure("pressure-map", "Contact pressure", caption, spec)
+    return x, y, p, cells
+
+
+def _map_data(
+    x: np.ndarray, y: np.ndarray, p: np.ndarray, across: float, up: float
+) -> dict[str, Any]:
+    # plotly's rows run along y, ours along x.
+    values = np.where(p > 0, p * up, np.nan).T
+    highest = float(np.nanmax(values)) if np.isfinite(values).any() else 0.0
+    z = load_frames.coded_map(values, highest)
+    return {"x": numbers(x, across), "y": numbers(y, across), "z": z}
+
+
+def _map_frame(item: Field | None, across: float, up: float) -> dict[str, Any]:
+    if item is None or item.shape is None:
+        return {"x": [], "y": [], "z": []}
+    x, y, p, _ = _shown_part(item)
+    return _map_data(x, y, p, across, up)
+
+
+def _outer(centres: np.ndarray) -> list[float]:
+    """Return the range from the outer edge of the first pixel to that of the last."""
+    half = (centres[-1] - centres[0]) / max(len(centres) - 1, 1) / 2
+    return numbers([centres[0] - half, centres[-1] + half])
 
 
 def _ceiling(values: np.ndarray) -> float | None:
@@ -228,30 +319,42 @@ def _ceiling(values: np.ndarray) -> float | None:
     return float(f"{high:.3g}") if known.max() > 2 * high else None
 
 
-def _cut(fields: list[Field], chosen: Field) -> Figure:
+def _cut(fields: list[Field], chosen: Field, loads: Loads) -> Figure:
     """Return the pressure along x through the highest point of the chosen solution."""
     height = float(chosen.y[np.argmax(chosen.pressure)]) if chosen.rough else 0.0
     extent = np.ptp(chosen.x[chosen.pressure > 0])
     centre = 0.0 if not chosen.rough else float(chosen.x.mean())
-    found = []
-    for item in fields:
-        rows = np.unique(np.abs(item.y - height))
-        keep = np.abs(item.y - height) <= rows[0] + 1e-9 * max(extent, rows[0])
-        order = np.argsort(item.x[keep], kind="stable")
-        found.append((item, item.x[keep][order], item.pressure[keep][order]))
-    across = fmt.prefix_for(np.concatenate([x for _, x, _ in found]), "m")
-    up = fmt.prefix_for([np.max(p) for _, _, p in found], "Pa")
+    curves = [[_row(each, height, extent) for each in _at_loads(item, loads)] for item in fields]
+    across = fmt.prefix_for(np.concatenate([each[-1][0] for each in curves]), "m")
+    up = fmt.prefix_for([np.max(each[-1][1]) for each in curves], "Pa")
+    curves = [[(x * across.factor, p * up.factor) for x, p in each] for each in curves]
     limits = None if chosen.rough else [centre - 0.75 * extent, centre + 0.75 * extent]
     spec = {
-        "data": [_profile_trace(item, x * across.factor, p * up.factor) for item, x, p in found],
+        "data": [
+            _profile_trace(item, *each[-1]) for item, each in zip(fields, curves, strict=True)
+        ],
         "layout": layout(
             axis(
                 f"x / {across.unit}",
                 **({"range": [v * across.factor for v in limits]} if limits else {}),
             ),
-            axis(f"contact pressure p / {up.unit}", rangemode="tozero"),
+            axis(
+                f"contact pressure p / {up.unit}",
+                range=[0, 1.08 * max(float(np.max(each[-1][1])) for each in curves)],
+            ),
         ),
     }
+    spec = _with_profiles(spec, curves, loads)
     where = f"y = {fmt.with_unit(height, 'm')}" if height else "y = 0"
-    caption = f"Cut through the contact along x at {where}, last load."
-    return Figure("pressure-cut", "Pressure along a cut", caption, spec)
+    caption = f"Cut through the contact along x at {where}."
+    return Figure("pressure-cut", "Pressure along a cut", caption, spec, "pressure")
+
+
+def _row(item: Field | None, height: float, extent: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return x and p on the row of points next to y = `height`, empty where nothing is stored."""
+    if item is None:
+        return np.empty(0), np.empty(0)
+    distance = np.abs(item.y - height)
+    keep = distance <= distance.min() + 1e-9 * max(extent, float(distance.min()))
+    order = np.argsort(item.x[keep], kind="stable")
+    return item.x[keep][order], item.pressure[keep][order]

@@ -12,9 +12,10 @@ from pathlib import Path
 
 import numpy as np
 
+from reports.body_piece import deformed_piece
 from reports.figure_style import CONTACT
 
-WINDOW = (960, 640)
+WINDOW = (810, 540)
 MOST_SURFACE_POINTS = 400
 
 
@@ -116,46 +117,16 @@ def _draw_body(job: dict[str, np.ndarray], output: Path) -> None:
 
 
 def _deformed_body(job: dict[str, np.ndarray]):
-    """Return the whole body near the contact, deformed, below z = 0, lengths in reaches."""
+    """Return the whole body near the contact as a grid of pyvista."""
     import pyvista
-    from scipy.spatial import cKDTree
 
-    reach = float(job["reach"])
-    points = job["mesh_points"] / reach
-    moved = points + job["mesh_displacement"] / reach * float(job["exaggeration"])
-    tree = cKDTree(np.column_stack([job["pressure_x"], job["pressure_y"]]) / reach)
-    distance, nearest = tree.query(points[:, :2])
-    on_top = (np.abs(points[:, 2]) <= 1e-9) & (distance < 1e-6)
-    data = {
-        "pressure": np.where(on_top, job["pressure"][nearest], 0.0),
-        "stress": job["mesh_von_mises"],
-    }
-    cells = job["mesh_cells"]
-    cells = cells[np.abs(points[cells]).min(axis=1).max(axis=1) <= 1.1]
-    if points[:, 2].mean() > 0:
-        moved, cells = _mirrored(moved, cells, 2)
-    for side in (0, 1):
-        if points[:, side].min() >= -1e-9:  # half of a symmetric body: complete it
-            image, image_cells = _mirrored(moved, cells, side)
-            cells = np.vstack([cells, image_cells + len(moved)])
-            moved = np.vstack([moved, image])
-            data = {name: np.concatenate([values, values]) for name, values in data.items()}
-    corners = cells.shape[1]
-    table = np.hstack([np.full((len(cells), 1), corners), cells]).ravel()
+    piece = deformed_piece(job)
+    corners = piece.cells.shape[1]
+    table = np.hstack([np.full((len(piece.cells), 1), corners), piece.cells]).ravel()
     kind = pyvista.CellType.TETRA if corners == 4 else pyvista.CellType.HEXAHEDRON
-    kinds = np.full(len(cells), kind)
-    grid = pyvista.UnstructuredGrid(table, kinds, moved)
-    for name, values in data.items():
-        grid[name] = values
+    grid = pyvista.UnstructuredGrid(table, np.full(len(piece.cells), kind), piece.points)
+    grid["pressure"], grid["stress"] = piece.pressure, piece.stress
     return grid.clean(tolerance=1e-9)  # sews the mirror images together: no seam in the picture
-
-
-def _mirrored(points: np.ndarray, cells: np.ndarray, side: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the mirror image; corners are renumbered so that volumes stay positive."""
-    image = points.copy()
-    image[:, side] *= -1
-    order = [1, 0, 2, 3] if cells.shape[1] == 4 else [1, 0, 3, 2, 5, 4, 7, 6]
-    return image, cells[:, order]
 
 
 def _contact_rim(opened):

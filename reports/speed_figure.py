@@ -95,7 +95,7 @@ def _figure(scene: SceneRecord, points: pd.DataFrame, name: str, at: str) -> Fig
     spec = {"data": data, "layout": _layout(scene, span, low, high)}
     equal = f" at equal {fmt.quantity(at).words}" if at in fmt.QUANTITIES else ""
     title = f"Error of {fmt.quantity(name).words}{equal}"
-    return Figure(f"speed-{name}", title, CAPTION, spec)
+    return Figure(f"speed-{name}", title, CAPTION, spec, name)
 
 
 def time_range(scene: SceneRecord, points: pd.DataFrame) -> tuple[float, float]:

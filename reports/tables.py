@@ -24,13 +24,23 @@ class Cell:
     key: float | str = ""
     kind: str = "number"  # "number", "text", "method" or "failed"
     method: str = ""
+    bar: float | None = None
+
+
+@dataclass(frozen=True)
+class Head:
+    """A column: its header, the glossary term behind it, and its name in a CSV file."""
+
+    text: str
+    term: str = ""
+    csv: str = ""
 
 
 @dataclass(frozen=True)
 class Table:
-    """A sortable table: headers with an optional glossary term, rows of cells, a note below."""
+    """A sortable table: headers, rows of cells, a note below."""
 
-    headers: tuple[tuple[str, str], ...]
+    headers: tuple[Head, ...]
     rows: tuple[tuple[Cell, ...], ...]
     note: str = ""
 
@@ -40,11 +50,12 @@ def settings(scene: SceneRecord) -> Table:
     table = selection.compared_measures(scene, details=True)
     pairs = list(dict.fromkeys(zip(table["quantity"], selection.words(table, "at"), strict=True)))
     names = [name for name, _ in pairs]
-    headers = [("method", ""), ("N", "resolution"), ("unknowns", "unknowns")]
-    headers += [("time", ""), ("set-up", "set-up"), ("memory", ""), ("outcome", "")]
+    headers = [Head("method"), Head("N", "resolution"), Head("unknowns", "unknowns")]
+    headers += [Head("time", csv="time / s"), Head("set-up", "set-up", "set-up / s")]
+    headers += [Head("memory", csv="memory / B"), Head("outcome")]
     for name, at in pairs:
-        suffix = f", equal {at}" if names.count(name) > 1 else ""
-        headers.append((f"error of {fmt.quantity(name).words}{suffix}", "uncertainty"))
+        suffix = f", equal {fmt.quantity(at).words}" if names.count(name) > 1 else ""
+        headers.append(Head(f"error of {fmt.quantity(name).words}{suffix}", "uncertainty"))
     rows = [
         _setting_row(scene, method, level, table, pairs) for method, level in _all_settings(scene)
     ]
@@ -72,8 +83,7 @@ def _setting_row(
     measures: pd.DataFrame,
     pairs: list[tuple[str, str]],
 ) -> tuple[Cell, ...]:
-    names = np.array(selection.words(scene.rows, "method"))
-    own = scene.rows[(names == method) & (selection.column(scene.rows, "resolution") == level)]
+    own = _rows_of(scene, method, level)
     first = {
         name: next((v for v in selection.column(own, name) if np.isfinite(v)), np.nan)
         for name in ("unknowns", "seconds", "setup_seconds", "memory")
@@ -103,7 +113,7 @@ def _error_cell(measures: pd.DataFrame, pair: tuple[str, str], truth: bool) -> C
     if not len(error):
         return Cell(fmt.MISSING, float("nan"))
     bar = selection.column(row, "uncertainty")[0]
-    return Cell(fmt.plus_minus(error[0], bar), float(error[0]))
+    return Cell(fmt.plus_minus(error[0], bar), float(error[0]), bar=float(bar))
 
 
 def _outcome(rows: pd.DataFrame, truth: bool) -> Cell:
@@ -113,6 +123,47 @@ def _outcome(rows: pd.DataFrame, truth: bool) -> Cell:
         return Cell(text, text, "text")
     failed = "failed" if not good.any() else f"{int((~good).sum())} of {len(good)} failed"
     return Cell(failed, "failed", "failed")
+
+
+def stability(scene: SceneRecord) -> Table:
+    """Return which loads of every setting converged, in how many iterations, and what failed."""
+    headers = (Head("method"), Head("N", "resolution"), Head("loads solved"), Head("of"))
+    headers += (Head("iterations, least"), Head("iterations, most"))
+    headers += (Head("largest violation", "violation"), Head("what failed"))
+    rows = tuple(_stability_row(scene, *each) for each in _all_settings(scene))
+    note = "Over all load steps and realisations. Iterations: 0 where a method has none."
+    return Table(headers, rows, note)
+
+
+def _stability_row(scene: SceneRecord, method: str, level: float) -> tuple[Cell, ...]:
+    own = _rows_of(scene, method, level)
+    names = selection.words(own, "realisation")
+    own = own[[name != selection.MEAN for name in names]]
+    good = selection.converged(own)
+    total, solved = len(good), int(good.sum())
+    kept = own[good]
+    rounds = selection.column(kept, "iterations")
+    rounds = rounds[np.isfinite(rounds)]
+    least, most = (rounds.min(), rounds.max()) if len(rounds) else (np.nan, np.nan)
+    violation = selection.column(kept, "violation")
+    worst = float(np.nanmax(violation)) if np.isfinite(violation).any() else np.nan
+    reasons = dict.fromkeys(why for why in selection.words(own[~good], "reason") if why)
+    failed = "; ".join(reasons) or ("no reason given" if solved < total else "nothing")
+    return (
+        Cell(style(method).label, style(method).label, "method", method),
+        Cell(fmt.count(level), level),
+        Cell(fmt.count(solved), solved, "number" if solved == total else "failed"),
+        Cell(fmt.count(total), total),
+        Cell(fmt.count(least), least),
+        Cell(fmt.count(most), most),
+        Cell(fmt.relative(worst), worst),
+        Cell(failed, failed, "text wrap" if solved == total else "failed wrap"),
+    )
+
+
+def _rows_of(scene: SceneRecord, method: str, level: float) -> pd.DataFrame:
+    names = np.array(selection.words(scene.rows, "method"))
+    return scene.rows[(names == method) & (selection.column(scene.rows, "resolution") == level)]
 
 
 def lost_solves(scene: SceneRecord) -> list[str]:
@@ -152,10 +203,10 @@ def load_steps(scene: SceneRecord) -> Table:
         name: fmt.prefix_for(selection.column(rows, name), fmt.quantity(name).unit)
         for name in names
     }
-    headers = [("method", ""), ("N", "resolution"), ("step", "")]
-    headers += [(fmt.axis_title(name, scales[name].unit), "") for name in names]
-    headers += [(f"error of {fmt.quantity(name).words}", "") for name in errors]
-    headers += [("iterations", "")]
+    headers = [Head("method"), Head("N", "resolution"), Head("step")]
+    headers += [Head(fmt.axis_title(name, scales[name].unit)) for name in names]
+    headers += [Head(f"error of {fmt.quantity(name).words}") for name in errors]
+    headers += [Head("iterations")]
     note = f"The first {MOST_ROWS} of {total} rows; " if total > MOST_ROWS else ""
     note += "all rows, realisations and columns are in results.csv."
     body = tuple(_step_rows(rows, names, scales, errors))
@@ -175,7 +226,8 @@ def _step_rows(
     ]
     for name in names:
         values = selection.column(rows, name)
-        columns.append([Cell(fmt.number(v * scales[name].factor), v) for v in values])
+        scaled = values * scales[name].factor
+        columns.append([Cell(fmt.number(v), v) for v in scaled])
     for name in errors:
         values = selection.column(rows, f"error_{name}")
         columns.append([Cell(fmt.relative(v), v) for v in values])

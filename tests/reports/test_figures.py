@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import base64
 import json
 
 import numpy as np
@@ -38,7 +39,25 @@ def test_plotly_accepts_every_figure(study, number):
         for token, colour in TOKENS.items():
             text = text.replace(token, colour)
         assert '"@' not in text, "a colour the page does not know"
-        graph_objects.Figure(json.loads(text))
+        for shown in at_every_load(json.loads(text)):
+            graph_objects.Figure(shown)
+
+
+def at_every_load(spec):
+    """Return a figure as the page draws it: as it opens, and with each frame laid over it."""
+    frames = [{"data": [{}] * len(spec["data"])}, *spec.pop("frames", [])]
+    for frame in frames:
+        traces = [trace | new for trace, new in zip(spec["data"], frame["data"], strict=True)]
+        for trace in traces:
+            if "codes" in (z := trace.get("z", ())):
+                trace["z"] = decoded(z).tolist()
+        yield {"data": traces, "layout": spec["layout"] | frame.get("layout", {})}
+
+
+def decoded(coded):
+    """Return the map behind 16-bit codes, NaN for gaps."""
+    codes = np.frombuffer(base64.b64decode(coded["codes"]), "<u2").reshape(coded["shape"])
+    return np.where(codes > 0, codes * coded["step"], np.nan)
 
 
 def test_methods_differ_in_colour_marker_and_dash():
@@ -152,9 +171,15 @@ def test_rough_contacts_get_a_map_with_gaps_between_contacts(study):
     figure = pressure_figures.pressures(study.scenes[1])[0]
     stored = study.scenes[1].load_fields("bem_fft", 128)
     pressure = stored["pressure"].reshape(64, 64)
-    z = np.array(figure.spec["data"][0]["z"], dtype=float)
+    z = decoded(figure.spec["data"][0]["z"])
     # plotly's first index runs along y
     np.testing.assert_array_equal(np.isfinite(z), pressure.T > 0)
+    highest = np.nanmax(z)
+    np.testing.assert_allclose(
+        z[pressure.T > 0] / highest,
+        pressure.T[pressure.T > 0] / pressure.max(),
+        atol=1e-4,  # a code is 1/65535 of the highest value
+    )
     assert figure.spec["layout"]["yaxis"]["scaleanchor"] == "x"
 
 

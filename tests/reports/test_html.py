@@ -15,6 +15,7 @@ import pytest
 
 from comparisons.verdicts import judge
 from reports import html, tables
+from reports.page import embedded_json
 from reports.verdicts import verdicts, worst
 
 SECTIONS = ("picture", "plan", "curves", "errors", "pressure", "speed", "table", "repeat")
@@ -139,7 +140,7 @@ def test_figures_are_json_that_browsers_accept(parsed):
 
 
 def test_what_is_not_a_number_is_a_gap_in_the_embedded_data():
-    assert html.embedded_json({"x": [math.nan, math.inf, 1.0]}) == '{"x":[null,null,1.0]}'
+    assert embedded_json({"x": [math.nan, math.inf, 1.0]}) == '{"x":[null,null,1.0]}'
 
 
 def test_every_scene_has_every_section_in_the_same_order(study, parsed):

@@ -85,7 +85,7 @@ def test_a_history_is_drawn_over_time():
     assert depth.title == "Penetration depth against time"  # what is prescribed is seen first
     assert figure.title == "Force against time"
     assert trace(figure, "reduced model")["x"] == pytest.approx([0.0, 1.0, 2.0])
-    headers = [text for text, _ in tables.load_steps(history).headers]
+    headers = [head.text for head in tables.load_steps(history).headers]
     assert headers[3:5] == ["time t / ms", "penetration depth d / µm"]
 
 

@@ -9,7 +9,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from reports import pictures, rendering
+from reports import body_piece, pictures
 
 JOBS = [{"kind": np.array("hill")}, {"kind": np.array("hill")}, {"kind": np.array("hill")}]
 
@@ -72,7 +72,7 @@ def test_mirrored_bricks_keep_a_positive_volume():
         dtype=float,
     )
     for side in range(3):
-        image, cells = rendering._mirrored(points, np.arange(8)[None], side)
+        image, cells = body_piece.mirrored(points, np.arange(8)[None], side)
         corner = image[cells[0]]
         edges = corner[[1, 3, 4]] - corner[0]
         assert np.linalg.det(edges) > 0

@@ -1,0 +1,79 @@
+"""The piece of a body that pictures show: near the contact, deformed, whole or cut open.
+
+Arrays only: what draws them (`reports.rendering`, `reports.turning`) is another matter.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+# Corners of the faces of a brick and of a tetrahedron in VTK order, normals outwards.
+_FACES = {
+    8: ((0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)),
+    4: ((0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3)),
+}
+
+
+@dataclass(frozen=True)
+class Piece:
+    """A piece of a mesh: lengths in reaches, the body below z = 0."""
+
+    points: np.ndarray
+    cells: np.ndarray
+    stress: np.ndarray
+    pressure: np.ndarray
+
+
+def deformed_piece(job: dict[str, np.ndarray]) -> Piece:
+    """Return the whole body near the contact, symmetric parts completed."""
+    reach = float(job["reach"])
+    points = job["mesh_points"] / reach
+    moved = points + job["mesh_displacement"] / reach * float(job["exaggeration"])
+    tree = cKDTree(np.column_stack([job["pressure_x"], job["pressure_y"]]) / reach)
+    distance, nearest = tree.query(points[:, :2])
+    on_top = (np.abs(points[:, 2]) <= 1e-9) & (distance < 1e-6)
+    pressure = np.where(on_top, job["pressure"][nearest], 0.0)
+    stress = job["mesh_von_mises"]
+    cells = job["mesh_cells"]
+    cells = cells[np.abs(points[cells]).min(axis=1).max(axis=1) <= 1.1]
+    if points[:, 2].mean() > 0:
+        moved, cells = mirrored(moved, cells, 2)
+    for side in (0, 1):
+        if points[:, side].min() >= -1e-9:  # half of a symmetric body: complete it
+            image, image_cells = mirrored(moved, cells, side)
+            cells = np.vstack([cells, image_cells + len(moved)])
+            moved = np.vstack([moved, image])
+            stress, pressure = np.tile(stress, 2), np.tile(pressure, 2)
+    return Piece(moved, cells, stress, pressure)
+
+
+def mirrored(points: np.ndarray, cells: np.ndarray, side: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return the mirror image; corners are renumbered so that volumes stay positive."""
+    image = points.copy()
+    image[:, side] *= -1
+    order = [1, 0, 2, 3] if cells.shape[1] == 4 else [1, 0, 3, 2, 5, 4, 7, 6]
+    return image, cells[:, order]
+
+
+def opened_surface(piece: Piece) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return points, triangles and stress on the surface, the quarter x > 0, y < 0 taken out."""
+    middle = piece.points[piece.cells].mean(axis=1)
+    kept = piece.cells[~((middle[:, 0] > 0) & (middle[:, 1] < 0))]
+    # Mirror images meet in points of their own: those at one place become one.
+    _, first, number = np.unique(
+        np.round(piece.points, 7), axis=0, return_index=True, return_inverse=True
+    )
+    kept = number.ravel()[kept]
+    faces = kept[:, _FACES[piece.cells.shape[1]]].reshape(-1, len(_FACES[kept.shape[1]][0]))
+    _, place, count = np.unique(
+        np.sort(faces, axis=1), axis=0, return_index=True, return_counts=True
+    )
+    outer = faces[place[count == 1]]
+    halves = [[0, 1, 2]] if outer.shape[1] == 3 else [[0, 1, 2], [0, 2, 3]]
+    triangles = np.vstack([outer[:, half] for half in halves])
+    used, triangles = np.unique(triangles, return_inverse=True)
+    chosen = first[used]
+    return piece.points[chosen], triangles.reshape(-1, 3), piece.stress[chosen]

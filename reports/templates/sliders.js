@@ -1,0 +1,29 @@
+// Load sliders: one per scene and group of plots, all of a scene moving together.
+const equipSliders = () => {
+  const bars = [...document.querySelectorAll(".load-slider")];
+  const moved = canvases.filter((canvas) => canvas.closest("figure")?.hasAttribute("data-loads"));
+  const apply = () => {
+    const changed = new Set();
+    for (const bar of bars) {
+      const input = bar.querySelector("input"), labels = JSON.parse(input.dataset.loads);
+      const asked = Number.parseInt(state.get(`load.${bar.dataset.scene}`) ?? "", 10);
+      const place = asked >= 0 && asked < labels.length ? asked : labels.length - 1;
+      input.value = place;
+      input.setAttribute("aria-valuetext", labels[place]);
+      bar.querySelector("output").textContent = labels[place];
+      if ((shownLoad.get(bar.dataset.scene) ?? labels.length - 1) !== place) changed.add(bar.dataset.scene);
+      shownLoad.set(bar.dataset.scene, place);
+    }
+    for (const canvas of moved) if (drawn.has(canvas) && changed.has(sceneOf(canvas))) draw(canvas);
+  };
+  for (const bar of bars) {
+    bar.hidden = false;
+    const input = bar.querySelector("input");
+    input.addEventListener("input", () => {
+      const last = Number(input.max) === Number(input.value);
+      state.set(`load.${bar.dataset.scene}`, last ? null : input.value, bar);
+      apply();
+    });
+  }
+  state.follow(apply);
+};

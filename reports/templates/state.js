@@ -1,0 +1,65 @@
+// The state of the page lives in its address: #scene-3?quantity=force&load.scene-3=2&sort.T=4d
+// Whoever opens such a link sees what its sender saw. (All parts of the program share one scope.)
+const state = (() => {
+  const read = () => {
+    const [anchor, query = ""] = location.hash.slice(1).split("?");
+    return [decodeURIComponent(anchor), query];
+  };
+  let [anchor, query] = read();
+  let values = new URLSearchParams(query);
+  const listeners = [];
+  const write = () => {
+    const text = values.toString();
+    const hash = "#" + encodeURIComponent(anchor) + (text ? "?" + text : "");
+    if (hash !== (location.hash || "#")) history.replaceState(null, "", hash);
+  };
+  const show = () => {
+    const target = anchor && document.getElementById(anchor);
+    if (!target) return;
+    // A link into folded text opens it.
+    const details = target.closest("details");
+    if (details) details.open = true;
+    target.scrollIntoView({ behavior: "instant" });
+  };
+  window.addEventListener("hashchange", () => {
+    const [to, asked] = read();
+    anchor = to;
+    if (asked) {
+      values = new URLSearchParams(asked);
+      for (const listener of listeners) listener();
+      show();
+    } else {
+      // A link inside the page keeps what is filtered and sorted.
+      show();
+      write();
+    }
+  });
+  return {
+    get: (key) => values.get(key),
+    set(key, value, element) {
+      if (value === null || value === "") values.delete(key);
+      else values.set(key, value);
+      anchor = element?.closest("section[id]")?.id ?? anchor;
+      write();
+    },
+    // Call `listener` now, and whenever another link is followed.
+    follow(listener) {
+      listeners.push(listener);
+      listener();
+    },
+    show,
+  };
+})();
+
+const element = (tag, attributes = {}, ...children) => {
+  const made = document.createElement(tag);
+  for (const [name, value] of Object.entries(attributes)) made.setAttribute(name, value);
+  made.append(...children);
+  return made;
+};
+const button = (text, label, act) => {
+  const made = element("button", { type: "button", "aria-label": label }, text);
+  made.addEventListener("click", act);
+  return made;
+};
+const slug = (text) => text.toLowerCase().replace(/[^a-z0-9]+/g, "-").replace(/^-|-$/g, "").slice(0, 60) || "roughline";

@@ -1,0 +1,68 @@
+// Three-dimensional views that turn. Browsers keep few of them at a time, so one is live; the
+// others stay pictures until asked for.
+const canTurn = (() => {
+  let known;
+  return () => {
+    if (known === undefined) {
+      const context = document.createElement("canvas").getContext("webgl");
+      known = Boolean(context);
+      context?.getExtension("WEBGL_lose_context")?.loseContext();
+    }
+    return known;
+  };
+})();
+let turned = null;
+
+const still = () => {
+  if (!turned) return;
+  const { canvas, picture, toggle } = turned;
+  Plotly.purge(canvas);
+  canvas.hidden = true;
+  if (picture) picture.hidden = false;
+  toggle.textContent = "Turn it";
+  toggle.setAttribute("aria-pressed", "false");
+  turned = null;
+};
+
+// The eye moves on a sphere: 10 degrees per key.
+const turnByKey = (canvas, event) => {
+  const ways = { ArrowLeft: [-1, 0], ArrowRight: [1, 0], ArrowUp: [0, 1], ArrowDown: [0, -1] };
+  const way = ways[event.key];
+  const eye = canvas._fullLayout?.scene?._scene?.getCamera().eye;
+  if (!way || !eye) return;
+  event.preventDefault();
+  const radius = Math.hypot(eye.x, eye.y, eye.z), step = Math.PI / 18;
+  const around = Math.atan2(eye.y, eye.x) + way[0] * step;
+  const up = Math.min(Math.max(Math.asin(eye.z / radius) + way[1] * step, -1.5), 1.5);
+  Plotly.relayout(canvas, { "scene.camera.eye": {
+    x: radius * Math.cos(up) * Math.cos(around), y: radius * Math.cos(up) * Math.sin(around), z: radius * Math.sin(up) } });
+};
+
+const turn = (canvas, picture, toggle) => {
+  const again = turned?.canvas === canvas;
+  still();
+  if (again) return;
+  if (picture) picture.hidden = true;
+  canvas.hidden = false;
+  const spec = specOf(canvas);
+  delete spec.layout.dragmode;
+  Plotly.newPlot(canvas, spec.data, spec.layout, { displaylogo: false, responsive: true, displayModeBar: false, scrollZoom: false });
+  toggle.textContent = "Still picture";
+  toggle.setAttribute("aria-pressed", "true");
+  turned = { canvas, picture, toggle };
+  canvas.focus({ preventScroll: true });
+};
+
+const equipViews = () => {
+  for (const canvas of document.querySelectorAll(".canvas[data-turn]")) {
+    if (!canTurn()) continue;
+    const picture = canvas.parentElement.querySelector("img");
+    const toggle = button("Turn it", `Turn it: ${canvas.dataset.title}`, () => turn(canvas, picture, toggle));
+    toggle.setAttribute("aria-pressed", "false");
+    toggle.removeAttribute("aria-label");
+    canvas.after(element("div", { class: "figure-tools" }, toggle));
+    canvas.addEventListener("keydown", (event) => turnByKey(canvas, event));
+  }
+  dark.addEventListener("change", still);
+  window.addEventListener("beforeprint", still);
+};
