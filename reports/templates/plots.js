@@ -1,7 +1,6 @@
 // Plots: drawn when they come into sight, in the colours of light or dark.
 const dark = window.matchMedia("(prefers-color-scheme: dark)");
 const coarse = window.matchMedia("(pointer: coarse)").matches;
-const hovering = window.matchMedia("(hover: hover)").matches;
 const PRINT_WIDTH = 330, PRINT_HEIGHT = 320;
 const THEMES = {
   light: { ink: "#1a1a1a", muted: "#5f6368", grid: "#e3e5e8", paper: "#ffffff", peer: "#767676",
@@ -70,8 +69,9 @@ const specOf = (canvas) => {
   if (coarse) spec.layout.dragmode = false;
   return spec;
 };
-const CONFIG = { displaylogo: false, responsive: true, displayModeBar: hovering ? "hover" : false, scrollZoom: false,
-  modeBarButtonsToRemove: ["select2d", "lasso2d", "autoScale2d", "toImage"] };
+// No tool bar: buttons inside an image are none for a screen reader. Dragging zooms, a double click
+// resets, and what is to be saved has buttons of its own.
+const CONFIG = { displaylogo: false, responsive: true, displayModeBar: false, scrollZoom: false };
 
 const draw = (canvas, print) => {
   const spec = specOf(canvas);

@@ -122,8 +122,8 @@ def measures_of(rows: pd.DataFrame, quantities: dict[str, str], tolerance: float
     return pd.DataFrame(measures)
 
 
-def hertz_pressure(x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    a = np.sqrt(RADIUS * DEPTHS[-1])
+def hertz_pressure(x: np.ndarray, y: np.ndarray, depth: float = DEPTHS[-1]) -> np.ndarray:
+    a = np.sqrt(RADIUS * depth)
     peak = 2 * MODULUS * a / (np.pi * RADIUS)
     return peak * np.sqrt(np.maximum(1 - (x**2 + y**2) / a**2, 0.0))
 
@@ -161,12 +161,20 @@ def sphere_fields(folder: Path) -> dict[tuple[str, int], Path]:
     side = (np.arange(64) + 0.5) / 64 * 2.6 * a - 1.3 * a
     x, y = (axis.ravel() for axis in np.meshgrid(side, side, indexing="ij"))
     grid = {"pressure_x": x, "pressure_y": y, "pressure": 0.99 * hertz_pressure(x, y)}
+    earlier = {
+        f"step.{step}.pressure": 0.99 * hertz_pressure(x, y, depth)
+        for step, depth in enumerate(DEPTHS[:-1])
+    }
+    shorter = {
+        f"step.{step}.pressure": hertz_pressure(r, 0 * r, depth)
+        for step, depth in enumerate(DEPTHS[:-1])
+    }
     profile_x = np.linspace(0, 1.5 * a, 80)
     profile = {"profile_x": profile_x, "profile_height": profile_x**2 / RADIUS}
     arrays = {
-        ("closed_form", 1): line,
+        ("closed_form", 1): line | shorter,
         ("reduced", 40): line | profile,
-        ("bem_fft", 64): grid | {"pressure_shape": np.array([64, 64])},
+        ("bem_fft", 64): grid | earlier | {"pressure_shape": np.array([64, 64])},
         ("fem", 16): quarter_block(),
     }
     return written(folder, "ball", arrays)
@@ -303,6 +311,10 @@ def rough_fields(folder: Path, rng: np.random.Generator) -> dict[tuple[str, int]
         "pressure_y": y,
         "pressure": 3e17 * overlap.ravel(),
         "pressure_shape": np.array([points, points]),
+    }
+    surface |= {
+        f"step.{step}.pressure": 3e17 * np.maximum(overlap.ravel() - (7 - step) * 1e-9, 0.0)
+        for step in range(1, 7)
     }
     reduced = {
         "line_x": side,

@@ -5,8 +5,6 @@ from __future__ import annotations
 import json
 import math
 import re
-import shutil
-import subprocess
 from dataclasses import replace
 from html.parser import HTMLParser
 
@@ -273,27 +271,6 @@ def test_the_file_is_written_whole(study, tmp_path):
     assert text.startswith("<!DOCTYPE html>")
     assert text.rstrip().endswith("</html>")
     assert [p.name for p in tmp_path.iterdir()] == ["report.html"]
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(shutil.which("chromium") is None, reason="no browser on this machine")
-def test_a_browser_draws_every_plot_without_a_complaint(study, tmp_path):
-    """In a window as tall as the page all plots are visible, so all of them must be drawn."""
-    path = tmp_path / "report.html"
-    html.write_report(study, path, pictures=False)
-    run = subprocess.run(
-        [
-            "chromium", "--headless", "--no-sandbox", "--disable-gpu", "--enable-logging=stderr",
-            "--disable-background-networking", "--virtual-time-budget=8000",
-            "--window-size=1280,12000", "--dump-dom", f"--user-data-dir={tmp_path / 'profile'}",
-            path.as_uri(),
-        ],
-        capture_output=True, text=True, timeout=120, check=True,
-    )  # fmt: skip
-    page = Page(run.stdout)
-    drawn = [a for _, a in page.tags if "js-plotly-plot" in a.get("class", "").split()]
-    assert len(drawn) == len(page.figures)
-    assert "CONSOLE" not in run.stderr
 
 
 def test_the_worse_of_two_loads_held_equal_decides(study):

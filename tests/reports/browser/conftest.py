@@ -1,0 +1,128 @@
+"""A headless browser that watches: requests, complaints, downloads."""
+
+from __future__ import annotations
+
+import shutil
+import time
+from collections.abc import Iterator
+from contextlib import contextmanager
+from dataclasses import dataclass, field
+from functools import partial
+from pathlib import Path
+
+import pytest
+
+FLAGS = ["--no-sandbox", "--disable-gpu", "--disable-background-networking", "--no-first-run"]
+FLAGS += ["--enable-unsafe-swiftshader"]  # WebGL in software
+PATIENCE = 30.0  # seconds; a loaded machine is slow
+NAMES = ("chromium", "chromium-browser", "google-chrome")
+DESKTOP, PHONE = (1280, 800), (390, 844)
+
+
+@pytest.fixture(scope="session")
+def browser() -> Iterator:
+    """Start the machine's own Chromium, once for all tests; skip them where there is none."""
+    api = pytest.importorskip("playwright.sync_api", reason="playwright is not installed")
+    program = next(filter(None, map(shutil.which, NAMES)), None)
+    if program is None:
+        pytest.skip("no Chromium on this machine")
+    with api.sync_playwright() as playwright:
+        browser = playwright.chromium.launch(executable_path=program, args=FLAGS)
+        yield browser
+        browser.close()
+
+
+@dataclass
+class Visit:
+    """A page in a window, with all that it asked for and complained of."""
+
+    page: object
+    requests: list[str] = field(default_factory=list)
+    complaints: list[str] = field(default_factory=list)
+
+    def wait(self, condition: str) -> None:
+        """Wait until an expression is true (the page's policy forbids playwright's own way)."""
+        end = time.monotonic() + PATIENCE
+        while not self.page.evaluate(condition):
+            assert time.monotonic() < end, f"never came true: {condition}"
+            time.sleep(0.02)
+
+    def settled(self) -> None:
+        """Wait until all that is in sight is drawn."""
+        self.wait(
+            "[...document.querySelectorAll('[data-figure]:not([data-turn])')].filter(canvas => {"
+            " const box = canvas.getBoundingClientRect();"
+            " return box.height && box.bottom > 0 && box.top < innerHeight; })"
+            ".every(canvas => canvas.querySelector('.main-svg'))"
+        )
+
+    def draw_all(self) -> None:
+        """Bring every plot into sight once."""
+        for place in self.page.locator("[data-figure]:not([data-turn]):visible").all():
+            place.evaluate("place => place.scrollIntoView({ behavior: 'instant' })")
+            self.settled()
+
+    def save(self, selector: str, folder: Path) -> Path:
+        """Press a button that downloads, and return the file."""
+        with self.page.expect_download() as waiting:
+            self.page.locator(selector).first.click()
+        path = folder / waiting.value.suggested_filename
+        waiting.value.save_as(path)
+        return path
+
+
+@contextmanager
+def visited(
+    browser, path: Path, size=DESKTOP, scheme: str = "light", fragment: str = ""
+) -> Iterator[Visit]:
+    """Open a page; every request but that for the page itself is recorded and refused."""
+    width, height = size
+    context = browser.new_context(
+        viewport={"width": width, "height": height},
+        color_scheme=scheme,
+        reduced_motion="reduce",
+        has_touch=size == PHONE,
+        is_mobile=size == PHONE,
+    )
+    page = context.new_page()
+    visit = Visit(page)
+
+    def watch(route):
+        if route.request.url.split("#")[0] == path.as_uri():
+            return route.continue_()
+        visit.requests.append(route.request.url)
+        return route.abort()
+
+    context.route("**/*", watch)
+    page.on("console", lambda each: visit.complaints.append(f"{each.type}: {each.text}"))
+    page.on("pageerror", lambda error: visit.complaints.append(f"error: {error}"))
+    page.goto(path.as_uri() + fragment)
+    visit.settled()
+    yield visit
+    context.close()
+
+
+@pytest.fixture
+def visit(browser, report):
+    """Open the module's `report`: size, scheme and fragment may be given."""
+    return partial(visited, browser, report)
+
+
+@pytest.fixture
+def serious_faults():
+    """Return a function from a page to what is wrong for readers with disabilities."""
+    return _serious_faults
+
+
+def _serious_faults(page) -> list[str]:
+    """Return what axe-core finds at least serious, a line for each rule and place."""
+    axe = pytest.importorskip("axe_playwright_python.sync_playwright")
+    # What is drawn inside a plot is one image to a reader of the screen.
+    context = {"exclude": [[".svg-container"]]}
+    found = axe.Axe().run(page, context=context).response["violations"]
+    return [
+        f"{each['id']} ({each['impact']}): {node['html'][:160]}"
+        for each in found
+        if each["impact"] in ("serious", "critical")
+        for node in each["nodes"]
+    ]

@@ -1,0 +1,281 @@
+"""The report in a real browser: read, filtered, sorted, slid, saved, linked, heard and printed."""
+
+from __future__ import annotations
+
+import csv
+import io
+import re
+import struct
+import xml.etree.ElementTree as ElementTree
+
+import pytest
+
+from reports import html, pictures
+
+DESKTOP, PHONE = (1280, 800), (390, 844)
+
+
+@pytest.fixture(scope="module")
+def report(study, tmp_path_factory):
+    """Write the synthetic study's report, its views that turn included, its pictures left out."""
+    path = tmp_path_factory.mktemp("browser") / "report.html"
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(pictures, "render", lambda jobs: [b""] * len(jobs))
+        html.write_report(study, path)
+    return path
+
+
+def box_of(page, selector):
+    return page.locator(selector).first.bounding_box()
+
+
+@pytest.mark.parametrize("size", [DESKTOP, PHONE])
+def test_the_summary_stands_on_the_first_screen(visit, size):
+    """What was compared, the counts of verdicts and the first rows, without scrolling."""
+    with visit(size=size) as seen:
+        page = seen.page
+        for selector in ("h1", ".compared", ".tally .verdict", "#summary-table tbody tr"):
+            place = box_of(page, selector)
+            assert place["y"] + place["height"] < size[1], selector
+            assert place["x"] >= 0, selector
+            assert place["x"] + place["width"] <= size[0] + 1, selector
+        # Disagreements of references come first of all.
+        assert box_of(page, "#disagreements")["y"] < box_of(page, "#summary-title")["y"]
+        # Verdicts are words, and colours beside.
+        badge = page.locator("#summary-table .verdict").first
+        assert badge.inner_text() in {"within", "outside", "not resolved"}
+        colour = badge.evaluate("e => getComputedStyle(e).backgroundColor")
+        assert colour != "rgba(0, 0, 0, 0)"
+
+
+@pytest.mark.parametrize("size", [DESKTOP, PHONE])
+def test_the_page_never_scrolls_sideways(visit, size):
+    """Wide tables scroll in boxes of their own."""
+    with visit(size=size) as seen:
+        width = seen.page.evaluate("document.documentElement.scrollWidth")
+        assert width <= size[0]
+
+
+@pytest.mark.parametrize(
+    ("size", "scheme"), [(DESKTOP, "light"), (DESKTOP, "dark"), (PHONE, "light")]
+)
+def test_all_is_drawn_without_request_complaint_or_fault(visit, serious_faults, size, scheme):
+    """Every plot, nothing from the network, a silent console, and axe-core content."""
+    with visit(size=size, scheme=scheme) as seen:
+        page = seen.page
+        seen.draw_all()
+        canvases = page.locator("[data-figure]:not([data-turn])").all()
+        assert all(each.locator(".main-svg").count() for each in canvases)
+        page.locator("details").evaluate_all("all => all.forEach(each => { each.open = true; })")
+        assert serious_faults(page) == []
+        assert seen.requests == []
+        assert seen.complaints == []
+
+
+def column(page, table, number):
+    cells = page.locator(f"#{table} tbody tr:visible").all()
+    return [row.locator("td, th").nth(number).inner_text().strip() for row in cells]
+
+
+def test_tables_are_filtered_and_sorted_and_the_link_keeps_it(visit):
+    """State round trip: what one reader chose, another sees through the address."""
+    table = "scene-1-settings"
+    with visit() as seen:
+        page = seen.page
+        tools = page.locator(".table-tools", has=page.get_by_label("Filter rows: Cost and errors"))
+        box = tools.first.locator("input")
+        box.fill("bem")
+        assert set(column(page, table, 0)) == {"dense BEM", "FFT BEM"}
+        assert tools.first.locator(".count").inner_text() == "6 of 13 rows"
+        page.locator(f"#{table} thead button", has_text="N").first.click()
+        levels = [int(text) for text in column(page, table, 1)]
+        assert levels == sorted(levels)
+        page.locator(f"#{table} thead button", has_text="N").first.click()
+        levels = [int(text) for text in column(page, table, 1)]
+        assert levels == sorted(levels, reverse=True)
+        fragment = page.evaluate("location.hash")
+        before = column(page, table, 0), column(page, table, 1)
+    with visit(fragment=fragment) as seen:
+        page = seen.page
+        assert (column(page, table, 0), column(page, table, 1)) == before
+        head = page.locator(f"#{table} th[aria-sort]")
+        assert head.get_attribute("aria-sort") == "descending"
+        # The link leads to the scene that it was made in.
+        assert abs(box_of(page, "#scene-1")["y"]) < 40
+
+
+def test_scene_and_quantity_are_chosen_and_linked(visit):
+    with visit() as seen:
+        page = seen.page
+        page.locator("select[name=scene]").select_option("scene-2")
+        page.locator("select[name=quantity]").select_option("contact_area")
+        assert not page.locator("#scene-1").is_visible()
+        fragment = page.evaluate("location.hash")
+    assert "scene=scene-2" in fragment
+    with visit(fragment=fragment) as seen:
+        page = seen.page
+        assert page.locator("select[name=scene]").input_value() == "scene-2"
+        shown = page.locator("figure[data-quantity]:visible")
+        assert shown.count() > 1
+        names = shown.evaluate_all("all => all.map(each => each.dataset.quantity)")
+        assert set(names) == {"contact_area"}
+
+
+def test_a_hostile_address_changes_nothing(visit):
+    """Unknown names, wrong numbers and markup in the address are ignored."""
+    fragment = "#<script>alert(1)</script>?sort.scene-1-settings=99z&load.scene-1=-7"
+    fragment += "&scene=nowhere&filter.x=%00"
+    with visit(fragment=fragment) as seen:
+        assert seen.page.locator("#scene-1").is_visible()
+        assert seen.complaints == []
+
+
+def sum_of_y(page, key):
+    return page.evaluate(
+        "key => document.querySelector(`[data-figure='${key}']`).data[0].y"
+        ".reduce((a, b) => a + (b ?? 0), 0)",
+        key,
+    )
+
+
+def test_the_slider_moves_pressure_and_model_by_arrow_keys(visit):
+    """Hertz: the pressure's integral along r goes with a p0, with the depth d: d1/d6 = 1/10."""
+    with visit(fragment="#scene-1-pressure") as seen:
+        page = seen.page
+        slider = page.locator("#scene-1 .figure-group .load-slider input").first
+        last = sum_of_y(page, "scene-1-pressure-radial")
+        slider.focus()
+        for _ in range(5):
+            page.keyboard.press("ArrowLeft")
+        seen.settled()
+        assert slider.input_value() == "0"
+        assert slider.get_attribute("aria-valuetext") == (
+            "penetration depth 1.00\u202fµm (load 1 of 6)"
+        )
+        first = sum_of_y(page, "scene-1-pressure-radial")
+        assert first / last == pytest.approx(0.1, rel=0.1)
+        # The slider above the model's picture moves along: one load for the whole scene.
+        twin = page.locator("#scene-1 .picture-group .load-slider input").first
+        assert twin.input_value() == "0"
+        fragment = page.evaluate("location.hash")
+        assert "load.scene-1=0" in fragment
+    with visit(fragment=fragment) as seen:
+        page = seen.page
+        page.locator("[data-figure=scene-1-pressure-radial]").scroll_into_view_if_needed()
+        seen.settled()
+        assert sum_of_y(page, "scene-1-pressure-radial") == pytest.approx(first)
+
+
+def test_plots_are_saved_as_svg_and_png(visit, tmp_path):
+    with visit(fragment="#scene-1-curves") as seen:
+        drawing = seen.save("#scene-1 .figure-tools button:has-text('SVG')", tmp_path)
+        picture = seen.save("#scene-1 .figure-tools button:has-text('PNG')", tmp_path)
+        assert seen.complaints == []
+    root = ElementTree.fromstring(drawing.read_text(encoding="utf-8"))
+    assert root.tag == "{http://www.w3.org/2000/svg}svg"
+    text = " ".join(root.itertext())
+    assert "What the reduced model presses" in text
+    assert drawing.name == "steel-ball-what-the-reduced-model-presses.svg"
+    content = picture.read_bytes()
+    assert content.startswith(b"\x89PNG")
+    assert struct.unpack(">II", content[16:24]) == (1440, 960)
+
+
+def test_tables_are_saved_as_they_are_shown_with_every_digit(visit, study, tmp_path):
+    """Filtered and sorted rows, numbers as stored, bars in columns of their own."""
+    with visit(
+        fragment="#scene-1?filter.scene-1-settings=reduced&sort.scene-1-settings=1d"
+    ) as seen:
+        name = "CSV of: Cost and errors of every setting"
+        path = seen.save(f"#scene-1 .table-tools button[aria-label='{name}']", tmp_path)
+    rows = list(csv.DictReader(io.StringIO(path.read_text(encoding="utf-8-sig"))))
+    assert [row["N"] for row in rows] == ["40", "20", "10"]
+    measures = study.scenes[0].measures
+    own = measures[(measures["method"] == "reduced") & (measures["quantity"] == "force")]
+    assert [float(row["error of force"]) for row in rows] == pytest.approx(
+        own.sort_values("resolution", ascending=False)["maximum"].tolist(), rel=1e-7
+    )
+    assert [float(row["time / s"]) for row in rows] == pytest.approx([3.92e-6, 2.8e-6, 2e-6])
+    assert "uncertainty of error of force" in rows[0]
+
+
+def test_text_of_strangers_is_no_formula_in_a_spreadsheet(visit, tmp_path):
+    with visit() as seen:
+        page = seen.page
+        page.evaluate("document.querySelector('#scene-1-plan-table tbody td').textContent = '=1+1'")
+        path = seen.save("#scene-1 button[aria-label='CSV of: Plan']", tmp_path)
+    assert "'=1+1" in path.read_text(encoding="utf-8-sig")
+
+
+def test_a_view_turns_by_its_keys_and_only_one_is_live(visit):
+    with visit(fragment="#scene-1-picture") as seen:
+        page = seen.page
+        toggles = page.get_by_role("button", name="Turn it")
+        if not toggles.count():
+            pytest.skip("this browser has no WebGL")
+        assert toggles.count() == 2
+        toggles.first.click()
+        canvas = page.locator("[data-figure=scene-1-picture-view]")
+        live = "document.querySelector('[data-figure=scene-1-picture-view]')._fullLayout"
+        seen.wait(f"Boolean({live}?.scene?._scene)")
+        eye = f"{live}.scene._scene.getCamera().eye.x"
+        before = page.evaluate(eye)
+        canvas.press("ArrowRight")
+        seen.wait(f"Math.abs({eye} - {before}) > 0.05")
+        page.get_by_role("button", name="Turn it").last.click()
+        assert not canvas.is_visible()
+        assert page.locator("[data-figure=scene-2-picture-view]").is_visible()
+        # Drawing in software makes Chromium warn of slow reading; errors it must not report.
+        assert [text for text in seen.complaints if text.startswith("error")] == []
+
+
+def test_the_keyboard_reaches_every_control(visit):
+    """By Tab alone: filter, CSV, headers, choices, slider, downloads, in the order of the page."""
+    with visit() as seen:
+        page = seen.page
+        reached = []
+        for _ in range(200):
+            page.keyboard.press("Tab")
+            reached.append(
+                page.evaluate(
+                    "(e => e.getAttribute('aria-label') || e.name || e.textContent)"
+                    "(document.activeElement)"
+                )
+            )
+            if any("SVG of:" in text for text in reached):
+                break
+        text = "\n".join(reached)
+        order = ["CSV of: Summary", "\nscene\n", "\nquantity\n", "SVG of:"]
+        places = [text.index(part) for part in order]
+        assert places == sorted(places)
+        slider = page.locator("#scene-1 .load-slider input").first
+        assert slider.evaluate("e => e.tabIndex") == 0
+
+
+def test_paper_gets_light_plots_and_no_controls(visit, tmp_path):
+    with visit(scheme="dark") as seen:
+        page = seen.page
+        path = tmp_path / "report.pdf"
+        page.pdf(path=path, prefer_css_page_size=True)
+        page.emulate_media(media="print")
+        for selector in (".table-tools", ".figure-tools", ".load-slider", ".choices"):
+            assert not page.locator(selector).first.is_visible()
+        assert (
+            page.evaluate("getComputedStyle(document.body).backgroundColor") == "rgb(255, 255, 255)"
+        )
+        assert seen.complaints == []
+    content = path.read_bytes()
+    assert content.startswith(b"%PDF")
+    pages = max(int(each) for each in re.findall(rb"/Count (\d+)", content))
+    assert 4 <= pages <= 30
+
+
+def test_without_javascript_tables_and_verdicts_stand(browser, report):
+    context = browser.new_context(java_script_enabled=False)
+    page = context.new_page()
+    page.goto(report.as_uri())
+    assert page.locator("#summary-table .verdict").first.is_visible()
+    # Chromium shows <noscript> here, but playwright does not see into it.
+    assert page.locator("noscript").count() == 1
+    assert page.locator(".load-slider").first.is_visible() is False
+    context.close()
