@@ -103,7 +103,8 @@ def measure_scene(
 def _plan(claim: Claim, value: float | None, effort: Effort, independent: bool) -> Plan:
     """Plan the judged method and the references that the measurement needs.
 
-    A closed form needs no fine grids beside it: they only check it.
+    A closed form needs no fine grids beside it: they only check it, and at quick effort without the
+    finest of them.
     """
     changed = overrides(claim, value)
     scene = load_scene(claim.source, changed)
@@ -119,6 +120,8 @@ def _plan(claim: Claim, value: float | None, effort: Effort, independent: bool) 
         changed["compare.tolerance"] = CHECKING
     changed["compare.methods"] = list(dict.fromkeys(methods))
     (plan, *_) = plan_scene(load_scene(claim.source, changed), effort)
+    if exact and effort == "quick":
+        plan = replace(plan, methods=tuple(_coarser(m, claim) for m in plan.methods))
     if not _fixed(claim):
         return plan
     assert value is not None
@@ -131,6 +134,13 @@ def _plan(claim: Claim, value: float | None, effort: Effort, independent: bool) 
 def _fixed(claim: Claim) -> bool:
     """Tell whether the claim is about the judged method at one resolution."""
     return claim.vary is not None and claim.vary.path == (RESOLUTION,)
+
+
+def _coarser(planned: MethodPlan, claim: Claim) -> MethodPlan:
+    """Leave out the finest of three grids of a method that is not the judged one."""
+    checks = METHODS[planned.method].dimension == 3 and planned.method != claim.method
+    fewer = planned.resolutions[:-1] if checks and len(planned.resolutions) > 2 else ()
+    return replace(planned, resolutions=fewer) if fewer else planned
 
 
 def _with(planned: MethodPlan, claim: Claim, resolutions: tuple[int, ...]) -> MethodPlan:

@@ -200,12 +200,12 @@ def test_theories_bracket_the_periodic_surface():
 def test_the_best_reading_is_the_best_of_all_and_judged_on_other_surfaces(monkeypatch):
     """A scan of few surfaces on a coarse grid; the judgement is that of the reading alone."""
     monkeypatch.setattr(reading_scan, "HURSTS", (0.3, 0.8))
-    monkeypatch.setattr(reading_scan, "_SURFACES", 3)
+    monkeypatch.setitem(reading_scan._COUNTS, "quick", (3, 450))
     reading_scan.scan.cache_clear()
-    tried = reading_scan.scan(32)
+    tried = reading_scan.scan(32, "quick")
     worst = {reading: np.abs(np.log1p(errors)).max() for reading, errors in tried.items()}
     assert len(tried) == 2 * 4 * 4
-    hurst, roll_off, length = reading_scan.best_reading(32)
+    hurst, roll_off, length = reading_scan.best_reading(32, effort="quick")
     assert worst[hurst, roll_off, length] == min(worst.values())
     chosen = {"hurst": hurst, "roll_off": roll_off, "line_length": length}
     counted = {"quantity": "contact_area_raw", "grid": "native", "points": 32}
