@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from comparisons.experiments import (
     active_set,
+    adhesive_face,
+    adhesive_range,
     bodies,
     cost,
     friction_law,
@@ -25,7 +27,7 @@ from comparisons.experiments.base import Experiment, Measurement
 _MODULES = (
     *(kernel, active_set, bodies, neighbours, impact),
     *(line_statistics, rough_area, reading_scan, stress_use, two_bodies, cost),
-    *(friction_law, harmonic, tangential, rubber_sliding),
+    *(friction_law, harmonic, tangential, rubber_sliding, adhesive_face, adhesive_range),
 )
 EXPERIMENTS: dict[str, Experiment] = {
     each.name: each for module in _MODULES for each in module.EXPERIMENTS

@@ -117,6 +117,7 @@ def trace(
     steps: int = 40,
     tolerance: float = 1e-7,
     parted: float = 1e-3,
+    risen: float = np.inf,
     max_points: int = 2000,
 ) -> CohesivePath:
     """Follow the equilibria from a penetration at which the body is pressed on until it is parted.
@@ -134,6 +135,9 @@ def trace(
         Of every equilibrium, see `CohesiveContact.residual`.
     parted : float
         The way ends without contact where the force has fallen to this share of its lowest.
+    risen : float
+        It also ends where the force has risen again by this share of its lowest: enough, if only
+        the pull-off force is wanted.
     max_points : int
         Limit of the way.
 
@@ -153,7 +157,7 @@ def trace(
     previous = problem.at_penetration(penetration - stride, first.pressure, tolerance)
     points.append(previous)
     length = 1.0
-    while not _ended(points, lowest, parted):
+    while not _ended(points, lowest, parted, risen):
         if len(points) >= max_points:
             raise ConvergenceError(f"the path has not ended after {max_points} points", [])
         contact, length = _next(problem, points, units, length, tolerance)
@@ -167,11 +171,13 @@ def trace(
     )
 
 
-def _ended(points: list[CohesiveContact], lowest: float, parted: float) -> bool:
+def _ended(points: list[CohesiveContact], lowest: float, parted: float, risen: float) -> bool:
     last = points[-1]
+    pulled = min(point.force for point in points)
+    if pulled < 0 and last.force - pulled > risen * abs(pulled):
+        return True
     if last.mask.any():
         return False
-    pulled = min(point.force for point in points)
     return last.penetration < lowest or abs(last.force) <= parted * abs(pulled)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 from scipy.linalg import solve_toeplitz
-from scipy.optimize import root
+from scipy.optimize import brentq, root
 
 from reference.closed_form import adhesive
 from reference.closed_form.maugis import MaugisForm, strength_of
@@ -245,3 +245,46 @@ def test_faults_are_listed():
         exponential(1.0, 0.0)
     with pytest.raises(ValueError, match="ramp"):
         dugdale(1.0, 1.0, 1.5)
+
+
+def punch_under_constant_tension(strength: float) -> float:
+    """Pull-off force of a flat disc, a = E* = w = 1, with a constant tension out to w/sigma0.
+
+    The method of dimensionality reduction, q = E* x stretch: an annulus m < r < 1 under the tension
+    has the line force 2 sigma0 sqrt(1 - x^2), which meets E* d at x = m without a singularity. The
+    edge is lost where its gap d - (2/pi) int q/sqrt(1 - x^2) dx reaches the range.
+    """
+
+    def gap(m: float) -> float:
+        pulled = np.sqrt(1 - m * m) * (1 - 2 / np.pi * np.arcsin(m))
+        return 2 * strength * (pulled - 2 / np.pi * (1 - m))
+
+    m = brentq(lambda m: gap(m) - 1 / strength, 0.5, 1 - 1e-12)
+    segment = 0.5 * (np.arccos(m) - m * np.sqrt(1 - m * m))
+    return 4 * strength * (m * np.sqrt(1 - m * m) + segment)
+
+
+def flat_disc(cells: int, zone: int, ramp: float) -> tuple[CohesiveProblem, float]:
+    """Disc of radius one whose tension needs a zone of so many cells, and the tension."""
+    strength = float(np.sqrt(0.8 * cells / zone))
+    x = (np.arange(2 * cells) - cells + 0.5) / cells
+    gap = np.where(np.hypot(x[:, None], x) <= 1, 0.0, np.inf)
+    operator = FreeOperator(gap.shape, (1 / cells,) * 2, 1.0)
+    return CohesiveProblem(operator, gap, dugdale(1.0, strength, ramp=ramp)), strength
+
+
+@pytest.mark.slow
+def test_a_constant_tension_under_a_flat_disc():
+    """A zone of 9 of 24 cells on the radius, over a steep ramp: within 1 % of the step's force."""
+    problem, strength = flat_disc(24, 9, 0.1)
+    path = trace(problem, 0.05, -4.0, tolerance=1e-6, risen=0.05)
+    assert -path.pull_off()[1] == pytest.approx(punch_under_constant_tension(strength), rel=0.01)
+
+
+def test_a_way_that_ends_once_the_force_rises_knows_the_pull_off():
+    """Fewer points; the parabola about the fold is drawn over another span, 1e-3 apart at most."""
+    problem, _ = flat_disc(12, 6, 0.3)
+    whole = trace(problem, 0.05, -4.0, tolerance=1e-6)
+    short = trace(problem, 0.05, -4.0, tolerance=1e-6, risen=0.05)
+    assert len(short.points) < len(whole.points)
+    assert short.pull_off()[1] == pytest.approx(whole.pull_off()[1], rel=1e-3)
