@@ -26,6 +26,7 @@ def arrays_of(solution: Solution) -> dict[str, np.ndarray]:
     arrays |= {f"{_PREFIX}{name}": getattr(solution, name) for name in _ARRAYS}
     arrays |= {f"{_PREFIX}q.{name}": value for name, value in solution.quantities.items()}
     document = {name: _plain(getattr(solution, name)) for name in _NUMBERS}
+    document["machine"] = solution.machine
     document["exact"] = solution.exact
     document["path"] = solution.path
     document["reasons"] = [[*index, why] for index, why in solution.reasons.items()]
@@ -67,6 +68,7 @@ def solution_of(arrays: dict[str, np.ndarray]) -> Solution:
         unknowns=document["unknowns"],
         exact=tuple(document["exact"]),
         path=bool(document["path"]),
+        machine=str(document.get("machine", "")),
     )
 
 
@@ -99,6 +101,7 @@ def joined(parts: list[Solution]) -> Solution:
         setup_seconds=sum(p.setup_seconds for p in parts),
         compile_seconds=sum(p.compile_seconds for p in parts),
         memory=max(p.memory for p in parts),
+        machine=" + ".join(dict.fromkeys(p.machine for p in parts if p.machine)),
     )
 
 

@@ -53,7 +53,8 @@ def compare(plan: Plan, solved: Solved, constants: dict[str, Any]) -> Comparison
     solved : dict
         (method, resolution) -> Solution.
     constants : dict
-        Columns that are the same in every row (threads, versions, machine).
+        Columns that are the same in every row (threads, versions, machine), but where a solution
+        knows the machine that found it.
     """
     solved = on_common_realisations(solved)
     reference = choose_reference(solved, plan.compared)
@@ -72,7 +73,10 @@ def compare(plan: Plan, solved: Solved, constants: dict[str, Any]) -> Comparison
         for (method, resolution), solution in solved.items()
         for row in _measure_rows(plan, solved, method, resolution, solution, reference)
     ]
-    return Comparison(reference, pd.DataFrame(rows).assign(**constants), pd.DataFrame(measures))
+    table = pd.DataFrame([constants | row for row in rows])
+    last = [name for name in constants if name in table]
+    table = table[[*(name for name in table if name not in constants), *last]]
+    return Comparison(reference, table, pd.DataFrame(measures))
 
 
 def errors_of(
@@ -117,7 +121,8 @@ def _solution_rows(
 
 
 def _common(plan: Plan, method: str, resolution: int, solution: Solution) -> dict[str, Any]:
-    return {
+    where = {"machine": solution.machine} if solution.machine else {}
+    return where | {
         "scene": plan.scene.name,
         "method": method,
         "options": plan.scene.methods.of(method).changed(),
@@ -173,6 +178,8 @@ def _refusal_row(plan: Plan, method: str, reason: str) -> dict[str, Any]:
         "scene": plan.scene.name,
         "method": method,
         "options": "",
+        "resolution": float("nan"),
+        "step": float("nan"),
         "converged": False,
         "reason": reason,
     }

@@ -10,6 +10,7 @@ import time
 import traceback
 import warnings
 from collections.abc import Callable
+from functools import lru_cache
 from pathlib import Path
 
 import numpy as np
@@ -18,6 +19,7 @@ from threadpoolctl import threadpool_limits
 
 from comparisons.geometry import RoughGeometry
 from comparisons.load_fields import earlier_fields
+from comparisons.machine import machine, machine_text
 from comparisons.methods import METHODS, Solution, Task, method_for
 from comparisons.methods.spans import lost, solve_in_spans
 
@@ -45,6 +47,7 @@ def execute(task: Task, repeats: int = REPEATS) -> Solution:
             solution = _solve(task)
             _refuse_nan(solution)
             _add_fields(solution)
+            solution.machine = this_machine()
             return solution
         with threadpool_limits(limits=THREADS):
             compile_seconds = _warm_up(task)
@@ -68,7 +71,14 @@ def execute(task: Task, repeats: int = REPEATS) -> Solution:
     solution.setup_seconds = statistics.median(setups)
     solution.compile_seconds = compile_seconds
     solution.memory = memory
+    solution.machine = this_machine()
     return solution
+
+
+@lru_cache(maxsize=1)
+def this_machine() -> str:
+    """Return the machine as the rows of results name it."""
+    return machine_text(machine(THREADS))
 
 
 def _add_fields(solution: Solution) -> None:

@@ -7,7 +7,7 @@ all methods meet.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, Literal
@@ -75,7 +75,7 @@ class Plan:
             )
             for planned in self.methods
             for resolution in planned.resolutions
-            for block in self.blocks(planned.method)
+            for block in self.blocks(planned.method, resolution)
         )
 
     @property
@@ -88,10 +88,12 @@ class Plan:
         asked = self.scene.compare.quantities
         return tuple(q for q in asked if self.loads.compares_itself or q not in self.loads.columns)
 
-    def blocks(self, method: str) -> list[tuple[int, ...]]:
-        """Return the realisations of a method in blocks of one task each."""
+    def blocks(self, method: str, resolution: int = 1) -> list[tuple[int, ...]]:
+        """Return the realisations of a method in blocks of one task each, smaller on fine grids."""
         count = realisation_count(self.scene, method, self.realisations)
-        return [tuple(range(k, min(k + BLOCK, count))) for k in range(0, count, BLOCK)]
+        shared = method_for(method, self.scene).shared_cells / resolution**2
+        size = int(max(1, min(BLOCK, shared)))
+        return [tuple(range(k, min(k + size, count))) for k in range(0, count, size)]
 
     def document(self) -> dict[str, Any]:
         """Return the plan as plain data for study.json."""
@@ -167,13 +169,37 @@ def realisation_count(scene: Scene, method: str, limit: int) -> int:
     return min(scene.surface.realisations, limit)
 
 
-def _plan(scene: Scene, effort: Effort) -> Plan:
+def plan_from(scene: Scene, document: Mapping[str, Any], effort: Effort) -> Plan:
+    """Return the plan that `Plan.document` describes, whatever this machine would have planned."""
+    return replace(
+        _draft(scene, effort),
+        methods=tuple(
+            MethodPlan(**each | {"resolutions": tuple(each["resolutions"])})
+            for each in document["methods"]
+        ),
+        left_out=tuple((each["what"], each["why"]) for each in document["left_out"]),
+        notes=tuple(document["notes"]),
+        switched_on=tuple((each["what"], each["how"]) for each in document["switched_on"]),
+    )
+
+
+def _draft(scene: Scene, effort: Effort) -> Plan:
     geometry, loads = prepare(scene)
     if isinstance(geometry, IndenterGeometry) and scene.body is not None:
         geometry = with_body(scene, geometry)
-    asked = scene.surface.realisations if scene.surface is not None else 1
+    asked = _asked(scene)
     realisations = min(asked, QUICK_REALISATIONS) if effort == "quick" else asked
-    draft = Plan(scene, geometry, loads, (), (), (), realisations)
+    return Plan(scene, geometry, loads, (), (), (), realisations)
+
+
+def _asked(scene: Scene) -> int:
+    return scene.surface.realisations if scene.surface is not None else 1
+
+
+def _plan(scene: Scene, effort: Effort) -> Plan:
+    draft = _draft(scene, effort)
+    geometry, loads, realisations = draft.geometry, draft.loads, draft.realisations
+    asked = _asked(scene)
     methods = tuple(_plan_method(draft, name) for name in METHODS)
     notes = list(geometry.treatment) if isinstance(geometry, RoughGeometry) else []
     if realisations < asked:
@@ -219,7 +245,7 @@ def _plan_method(draft: Plan, name: str) -> MethodPlan:
 
 
 def _memory(draft: Plan, name: str, resolution: int) -> float:
-    task = task_of(draft, name, resolution, draft.blocks(name)[0])
+    task = task_of(draft, name, resolution, draft.blocks(name, resolution)[0])
     return method_for(name, draft.scene).memory(task)
 
 
@@ -242,7 +268,7 @@ def refusal(draft: Plan, name: str, resolution: int) -> str:
         problem = _grid_problem(geometry, resolution)
         if problem:
             return problem
-    task = task_of(draft, name, resolution, draft.blocks(name)[0])
+    task = task_of(draft, name, resolution, draft.blocks(name, resolution)[0])
     try:
         refused = method.refused(task)
     except (ValueError, ArithmeticError) as error:

@@ -9,8 +9,8 @@ from typing import Any
 
 from comparisons.advice import advise
 from comparisons.comparison import compare
-from comparisons.execution import THREADS
-from comparisons.machine import machine, machine_text, versions, versions_text
+from comparisons.execution import THREADS, this_machine
+from comparisons.machine import versions, versions_text
 from comparisons.plain import plain
 from comparisons.planning import Plan
 from comparisons.reference import (
@@ -40,7 +40,7 @@ def record_scene(
     constants = {
         "threads": THREADS,
         "versions": versions_text(versions()),
-        "machine": machine_text(machine(THREADS)),
+        "machine": this_machine(),
     }
     result = compare(plan, solved, constants)
     scene, axis, reference = plan.scene, plan.loads.axis, result.reference

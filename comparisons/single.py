@@ -139,7 +139,7 @@ def solve_scene(
         changes["compare.resolutions"] = [max(resolution, least)]
     plan = plan_scene(load_scene(source, changes), "full")[0]
     chosen = _chosen(plan, method, resolution)
-    blocks = plan.blocks(method)
+    blocks = plan.blocks(method, chosen)
     tasks = [
         task_of(plan, method, chosen, block, with_body=with_fields and block[0] == 0)
         for block in blocks

@@ -21,6 +21,7 @@ from reports.compare_command import compare
 from reports.crew import ALONE, Crew
 from reports.hard_cases_command import hard_cases
 from reports.house import foreign_packages
+from reports.merge_command import merge
 from reports.outside import NOTHING, Outside
 from reports.paper_command import paper
 
@@ -41,6 +42,7 @@ app.command(calibrate)
 app.command(hard_cases)
 app.command(compare)
 app.command(paper)
+app.command(merge)
 
 
 def run_command(arguments: list[str]) -> int:

@@ -165,7 +165,7 @@ def _solve(plan: Plan, name: str, resolution: int) -> tuple[Solution, list[str]]
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("ignore")
         warnings.simplefilter("always", RuntimeWarning)
-        tasks = [task_of(plan, name, resolution, block) for block in plan.blocks(name)]
+        tasks = [task_of(plan, name, resolution, block) for block in plan.blocks(name, resolution)]
         solution = joined([execute(task) for task in tasks])
     texts = [str(each.message) for each in caught if issubclass(each.category, RuntimeWarning)]
     return solution, list(dict.fromkeys(texts))

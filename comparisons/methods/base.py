@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import hashlib
 import json
+import math
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -110,6 +111,8 @@ class Solution:
     body_fields : callable or None
         Computes the fields in the body, where a task asks for them; not part of the solve.
     unknowns : int
+    machine : str
+        Where it was found, in one short text; " + " between the machines of several blocks.
     seconds, setup_seconds, compile_seconds, memory : float
         Everything done for the task on warm code; the part another list of loads could reuse;
         compilation (apart); peak memory in bytes (NaN where it cannot be measured).
@@ -131,6 +134,7 @@ class Solution:
     setup_seconds: float = 0.0
     compile_seconds: float = 0.0
     memory: float = float("nan")
+    machine: str = ""
 
     @classmethod
     def empty(cls, task: Task, unknowns: int = 0) -> Solution:
@@ -189,6 +193,9 @@ class Method:
     dimension = 3
     physics: frozenset[str] = frozenset()
     span = 8.0
+    # Cells of all realisations of a task up to which sharing a set-up among them is worth while:
+    # beyond, smaller tasks lose less when they are killed, and spread better.
+    shared_cells = math.inf
     # Runs its work in a process of its own, and says itself how long it took.
     isolated = False
     # Other people's code: it checks the reference, and is never the reference itself.

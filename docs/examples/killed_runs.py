@@ -1,0 +1,144 @@
+"""Kill runs at random moments and resume them: nothing is done twice, nothing differs.
+
+Each run is killed with SIGKILL at a moment drawn between its start and its end, then resumed to
+the end and compared with an undisturbed run (columns of time and memory apart). The table of
+docs/cluster.md is made by (a quarter of an hour on two cores)::
+
+    python docs/examples/killed_runs.py --runs 20 --workers 2
+"""
+
+# %%
+import argparse
+import os
+import signal
+import subprocess
+import sys
+import tempfile
+import time
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+SCENE = """
+name = "killed"
+[half_space]
+effective_modulus = "1 GPa"
+[surface]
+kind = "self_affine"
+hurst = 0.8
+size = "1 um"
+points = 64
+rms_slope = 0.1
+realisations = {realisations}
+[loading]
+force = {{ from = 1e-3, to = 1e-1, steps = 15, spacing = "log", relative_to = "E* A0 h'" }}
+[compare]
+methods = ["reduced", "bem_fft"]
+resolutions = [32, 64]
+"""
+CLOCK = ["seconds", "setup_seconds", "compile_seconds", "memory"]
+
+
+@dataclass(frozen=True)
+class Killed:
+    """What was seen of one run: the moment as a share of the whole, files and solves."""
+
+    moment: float
+    kept: int
+    leftovers: int
+    redone: int
+    left: int
+    identical: bool
+
+
+def command(scene: Path, out: Path, workers: int, *more: str) -> list[str]:
+    """Return the command line of a run."""
+    words = ["run", str(scene), "--full", "--no-pictures", "--out", str(out)]
+    return [sys.executable, "-m", "reports", *words, "--workers", str(workers), *more]
+
+
+def solved(out: Path) -> dict[str, int]:
+    """Return the times at which the solutions in a folder were written, by name."""
+    return {path.name: path.stat().st_mtime_ns for path in (out / "fields").glob("[!.]*.npz")}
+
+
+def leftovers(out: Path) -> int:
+    """Return the number of temporary files in a folder."""
+    return sum(path.name.startswith(".") for path in out.rglob("*")) if out.exists() else 0
+
+
+def numbers(out: Path) -> tuple[pd.DataFrame, pd.DataFrame]:
+    """Return the tables of a run as they are written, without times and memory."""
+    tables = (pd.read_csv(out / name, dtype=str) for name in ("results.csv", "measures.csv"))
+    rows, measures = (table.drop(columns=CLOCK, errors="ignore") for table in tables)
+    return rows, measures
+
+
+# %% [markdown]
+# One run: killed, looked at, resumed, compared.
+
+
+# %%
+def killed(scene: Path, out: Path, whole: Path, moment: float, seconds: float, workers: int):
+    """Kill a run after a share `moment` of the `seconds` that it takes, and resume it."""
+    devnull = subprocess.DEVNULL
+    process = subprocess.Popen(command(scene, out, workers), stdout=devnull, stderr=devnull)
+    try:
+        process.wait(moment * seconds)
+    except subprocess.TimeoutExpired:
+        process.send_signal(signal.SIGKILL)
+        process.wait()
+    time.sleep(1.5)  # processes that it had started see that it is gone
+    before, torn = solved(out), leftovers(out)
+    subprocess.run(command(scene, out, workers, "--resume"), check=True, stdout=devnull)
+    after = solved(out)
+    return Killed(
+        moment=moment,
+        kept=len(before),
+        leftovers=torn,
+        redone=sum(after[name] != written for name, written in before.items()),
+        left=leftovers(out),
+        identical=all(a.equals(b) for a, b in zip(numbers(out), numbers(whole), strict=True)),
+    )
+
+
+def experiment(runs: int, workers: int, realisations: int, seed: int) -> tuple[list[Killed], int]:
+    """Return what became of all runs, and how many solves the whole study has."""
+    moments = np.random.default_rng(seed).uniform(0.0, 1.0, runs)
+    with tempfile.TemporaryDirectory(prefix="killed-") as name:
+        folder = Path(name)
+        scene = folder / "killed.toml"
+        scene.write_text(SCENE.format(realisations=realisations), encoding="utf-8")
+        start = time.perf_counter()
+        whole = command(scene, folder / "whole", workers)
+        subprocess.run(whole, check=True, stdout=subprocess.DEVNULL)
+        seconds = time.perf_counter() - start
+        found = [
+            killed(scene, folder / str(k), folder / "whole", moment, seconds, workers)
+            for k, moment in enumerate(sorted(moments))
+        ]
+        return found, len(solved(folder / "whole"))
+
+
+def main() -> None:
+    """Print the table."""
+    parser = argparse.ArgumentParser()
+    for option, default in (("runs", 20), ("workers", 2), ("realisations", 200), ("seed", 1)):
+        parser.add_argument(f"--{option}", type=int, default=default)
+    found, total = experiment(**vars(parser.parse_args()))
+    print(
+        "| killed at | solves kept | temporary files left | kept ones solved again | "
+        "temporary files after resume | identical |"
+    )
+    print("|---|---|---|---|---|---|")
+    for each in found:
+        cells = (f"{each.moment:.0%}", f"{each.kept} of {total}", each.leftovers, each.redone)
+        words = (*cells, each.left, "yes" if each.identical else "NO")
+        print("| " + " | ".join(map(str, words)) + " |")
+
+
+if __name__ == "__main__":
+    os.environ.setdefault("OMP_NUM_THREADS", "1")
+    main()
