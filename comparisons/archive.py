@@ -101,7 +101,7 @@ def joined(parts: list[Solution]) -> Solution:
         setup_seconds=sum(p.setup_seconds for p in parts),
         compile_seconds=sum(p.compile_seconds for p in parts),
         memory=max(p.memory for p in parts),
-        machine=" + ".join(dict.fromkeys(p.machine for p in parts if p.machine)),
+        machine=" + ".join(sorted({p.machine for p in parts if p.machine})),
     )
 
 

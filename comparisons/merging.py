@@ -16,8 +16,9 @@ from comparisons.errors import InputError
 from comparisons.machine import source_digest, versions
 from comparisons.methods import METHODS, Solution, Task
 from comparisons.planning import MethodPlan, Plan, plan_from
+from comparisons.refinement import refinements
 from comparisons.runs import MOVED
-from comparisons.scene import Scene, parse_scene
+from comparisons.scene import Scene, parse_scene, validated
 from comparisons.store import FIELDS, ResultsError, StudyRecord, load_study, save_study
 from comparisons.study import Study
 
@@ -25,6 +26,7 @@ from comparisons.study import Study
 NOT_ASKED = "not asked for"
 # What may differ between the scenes of two runs: which methods solve them, and how finely.
 FREE = ("methods", "resolutions")
+NOT_REFINED = "full: merged runs are not refined; roughline run with --full --resume goes on"
 _Solve = tuple[str, str, int, tuple[int, ...]]
 
 
@@ -185,8 +187,10 @@ def _scene(name: str, scenes: list[Scene], conflicts: list[str]) -> Scene | None
         union = tuple(dict.fromkeys(v for each in asked if each is not None for v in each))
         ordered = tuple(sorted(union)) if key == "resolutions" else union
         compare = compare.model_copy(update={key: None if None in asked else ordered})
-    chosen = type(scenes[0].methods).model_validate(options)
-    return scenes[0].model_copy(update={"compare": compare, "methods": chosen})
+    tables = scenes[0].model_dump(exclude_none=True, exclude_defaults=True)
+    tables |= {"compare": compare.model_dump(exclude_none=True, exclude_defaults=True)}
+    tables |= {"methods": options, "directory": scenes[0].directory}
+    return validated({name: table for name, table in tables.items() if table != {}})
 
 
 def _fixed(scene: Scene) -> dict[str, Any]:
@@ -202,10 +206,24 @@ def _method(plans: list[MethodPlan]) -> MethodPlan:
     return replace(done[0], resolutions=levels)
 
 
+def _settled(plan: Plan, study: Study) -> Plan:
+    """Return the plan with what a whole run would say about the refinement of its truth."""
+    if any(study.solution(task) is None for task in plan.tasks):
+        return plan
+    try:
+        next(refinements(plan, study.solved))
+    except StopIteration as end:
+        final: Plan = end.value
+        return replace(final, notes=tuple(dict.fromkeys(final.notes)))
+    return replace(plan, notes=(*plan.notes, NOT_REFINED))
+
+
 def _write(study: Study, found: _Merge, runs: list[StudyRecord]) -> None:
     tasks = [task for plan in study.plans for task in plan.tasks]
     study.adopt((t, found.solutions[_solve(t)][1]) for t in tasks if _solve(t) in found.solutions)
     started = time.perf_counter()
+    if study.effort == "full":
+        study.plans = [_settled(plan, study) for plan in study.plans]
     record = study.record(sum(run.seconds for run in runs))
     parts: list[dict[str, Any]] = []
     for run in runs:

@@ -119,7 +119,12 @@ class Study:
 
     def record(self, seconds: float, *, interrupted: bool = False) -> StudyRecord:
         """Compare what is solved, and return it as it is written."""
-        scenes = [self._scene_record(p) for p in self.plans if self._solved(p) or self._is_part]
+        begun = [
+            plan
+            for plan in self.plans
+            if self._is_part or any(task.key in self._solutions for task in plan.tasks)
+        ]
+        scenes = [self._scene_record(plan) for plan in begun]
         return self._record(seconds, tuple(scenes), interrupted=interrupted)
 
     def _record(
@@ -150,6 +155,11 @@ class Study:
                 missing.append((task, next(iter(solution.reasons.values()), "no answer")))
         return missing
 
+    @property
+    def counts(self) -> tuple[int, int]:
+        """How many tasks are done, and how many there are so far: refinements add some."""
+        return len(self._solutions), len(self._asked)
+
     def remaining(self) -> Remaining:
         """Return how long the rest takes, by the measured costs of like tasks."""
         open_tasks = [task for key, (task, _) in self._asked.items() if key not in self._solutions]
@@ -158,7 +168,7 @@ class Study:
     def so_far(self, task: Task) -> SceneRecord:
         """Compare what is solved so far of the scene of a task."""
         (plan,) = [each for each in self.plans if each.scene.name == task.scene.name]
-        return record_scene(plan, self._solved(plan))
+        return record_scene(plan, self.solved(plan))
 
     def solution(self, task: Task) -> Solution | None:
         """Return what was found for a task, None where it is not done."""
@@ -188,7 +198,7 @@ class Study:
         for index, plan in enumerate(self.plans):
             self._missing[index] = set()
             if self.effort == "full" and not self._is_part:
-                self._refining[index] = refinements(plan, self._solved)
+                self._refining[index] = refinements(plan, self.solved)
             self._ask(index, executor, [task for task in plan.tasks if task.key in own])
         self._report(None)
         for index in range(len(self.plans)):
@@ -250,11 +260,11 @@ class Study:
 
     def _report(self, task: Task | None) -> None:
         if self.progress is not None:
-            self.progress(len(self._solutions), len(self._asked), task)
+            self.progress(*self.counts, task)
         if self.watch is not None:
             self.watch(self, task)
 
-    def _solved(self, plan: Plan) -> Solved:
+    def solved(self, plan: Plan) -> Solved:
         """Return the solutions of a plan whose blocks of realisations are all done."""
         blocks: dict[tuple[str, int], list[Solution | None]] = {}
         for task in plan.tasks:
@@ -275,4 +285,4 @@ class Study:
         }
         for path in fields.values():
             write_fields(path.with_suffix(".vtu"), self._solutions[path.stem].fields)
-        return record_scene(plan, self._solved(plan), fields)
+        return record_scene(plan, self.solved(plan), fields)

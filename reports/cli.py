@@ -135,6 +135,7 @@ def run(
     from comparisons.plans import plan_all
     from comparisons.study import WHOLE, Study
     from reports import terminal
+    from reports.live import watching
 
     outside.load()
     executor = crew.executor()
@@ -145,7 +146,7 @@ def run(
         terminal.print_plans(plans)
         return FINE
     directory = out or DEFAULT_FOLDER / _folder_name(scenes, plans)
-    with terminal.progress() as report:
+    with watching() as watch:
         study = Study(
             plans,
             directory,
@@ -155,7 +156,7 @@ def run(
             part=share_of_work,
             resume=resume,
             overwrite=overwrite,
-            progress=report,
+            watch=watch,
         )
         try:
             record = study.run()

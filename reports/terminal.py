@@ -12,6 +12,8 @@ from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
 
+from reports.live import COMPILED, compiled
+
 if TYPE_CHECKING:
     from pathlib import Path
 
@@ -143,6 +145,8 @@ def print_solution(result: SingleResult) -> None:
         f"{duration(solution.seconds)} (set-up {duration(solution.setup_seconds)})",
         highlight=False,
     )
+    if solution.compile_seconds > COMPILED:
+        console.print(compiled(result.method, solution.compile_seconds), highlight=False)
 
 
 def print_claims(record: ClaimsRecord, report: Path) -> None:

@@ -84,7 +84,9 @@ def numbers(out: Path) -> tuple[pd.DataFrame, pd.DataFrame]:
 def killed(scene: Path, out: Path, whole: Path, moment: float, seconds: float, workers: int):
     """Kill a run after a share `moment` of the `seconds` that it takes, and resume it."""
     devnull = subprocess.DEVNULL
-    process = subprocess.Popen(command(scene, out, workers), stdout=devnull, stderr=devnull)
+    process = subprocess.Popen(  # noqa: S603 (our own program)
+        command(scene, out, workers), stdout=devnull, stderr=devnull
+    )
     try:
         process.wait(moment * seconds)
     except subprocess.TimeoutExpired:
@@ -92,7 +94,8 @@ def killed(scene: Path, out: Path, whole: Path, moment: float, seconds: float, w
         process.wait()
     time.sleep(1.5)  # processes that it had started see that it is gone
     before, torn = solved(out), leftovers(out)
-    subprocess.run(command(scene, out, workers, "--resume"), check=True, stdout=devnull)
+    again = command(scene, out, workers, "--resume")
+    subprocess.run(again, check=True, stdout=devnull)  # noqa: S603
     after = solved(out)
     return Killed(
         moment=moment,
@@ -113,7 +116,7 @@ def experiment(runs: int, workers: int, realisations: int, seed: int) -> tuple[l
         scene.write_text(SCENE.format(realisations=realisations), encoding="utf-8")
         start = time.perf_counter()
         whole = command(scene, folder / "whole", workers)
-        subprocess.run(whole, check=True, stdout=subprocess.DEVNULL)
+        subprocess.run(whole, check=True, stdout=subprocess.DEVNULL)  # noqa: S603
         seconds = time.perf_counter() - start
         found = [
             killed(scene, folder / str(k), folder / "whole", moment, seconds, workers)

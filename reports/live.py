@@ -1,0 +1,190 @@
+"""A study watched while it runs: remaining time, and speed against error as far as it is known.
+
+On a terminal the lines renew themselves; on one that cannot (TERM=dumb, many logs) there is one
+plain line now and then; where nobody watches (a pipe, a file) there is nothing.
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING
+
+from rich.console import Console, Group
+from rich.live import Live
+from rich.progress_bar import ProgressBar
+from rich.table import Table
+from rich.text import Text
+
+if TYPE_CHECKING:
+    from comparisons.advice import Setting
+    from comparisons.methods import Task
+    from comparisons.study import Study
+
+Watch = Callable[["Study", "Task | None"], None]
+# Seconds of a run before its speeds and errors are drawn, between drawings, and between plain
+# lines; and the share of the time that drawing may cost.
+LONG, DRAW, LINE, SHARE = 10.0, 5.0, 30.0, 0.02
+# Compilation shorter than this is the reading of what was compiled before.
+COMPILED = 2.0
+# A lower bound on the remaining seconds says nothing below this.
+WORTH_SAYING = 1.0
+WIDTH, HEIGHT = 56, 9
+LETTERS = "abcdefghijklmnopqrstuvwxyz"
+
+
+@contextmanager
+def watching() -> Iterator[Watch]:
+    """Give a study something that watches it, as far as there is a terminal."""
+    console = Console(stderr=True, emoji=False)
+    if not console.is_terminal:
+        yield lambda study, task: None
+    elif console.is_interactive:
+        with Live(console=console, transient=True, auto_refresh=False) as live:
+            yield _Screen(live)
+    else:
+        yield _Lines(console)
+
+
+class _Watcher:
+    """What both kinds of terminal are told: compilations at once, the rest when it is due."""
+
+    def __init__(self) -> None:
+        self.started = time.monotonic()
+
+    def __call__(self, study: Study, task: Task | None) -> None:
+        solution = None if task is None else study.solution(task)
+        if task is not None and solution is not None and solution.compile_seconds > COMPILED:
+            self.say(compiled(task.method, solution.compile_seconds))
+        self.show(study, task)
+
+    def say(self, text: str) -> None:
+        raise NotImplementedError
+
+    def show(self, study: Study, task: Task | None) -> None:
+        raise NotImplementedError
+
+
+class _Lines(_Watcher):
+    """One line now and then, and one at the end."""
+
+    def __init__(self, console: Console) -> None:
+        super().__init__()
+        self._console, self._said = console, -math.inf
+
+    def say(self, text: str) -> None:
+        self._console.print(text, markup=False, highlight=False)
+
+    def show(self, study: Study, task: Task | None) -> None:
+        done, total = study.counts
+        now = time.monotonic()
+        if task is not None and (now - self._said >= LINE or done == total):
+            self.say(f"{solved(study)}, {_words(task)}")
+            self._said = now
+
+
+class _Screen(_Watcher):
+    """A bar with the remaining time, and below it the plot of the scene at work."""
+
+    def __init__(self, live: Live) -> None:
+        super().__init__()
+        self._live, self._plot = live, ""
+        self._due = self.started + LONG
+
+    def say(self, text: str) -> None:
+        self._live.console.print(text, markup=False, highlight=False)
+
+    def show(self, study: Study, task: Task | None) -> None:
+        now = time.monotonic()
+        if task is not None and now >= self._due:
+            self._plot = drawn(study, task)
+            spent = time.monotonic() - now
+            self._due = now + max(DRAW, spent / SHARE)
+        done, total = study.counts
+        line = Table.grid(padding=(0, 1))
+        bar = ProgressBar(total=max(total, 1), completed=done, width=24)
+        line.add_row(bar, Text(f"{solved(study)}  {_words(task)}", overflow="ellipsis"))
+        self._live.update(Group(line, Text(self._plot)), refresh=True)
+
+
+def compiled(method: str, seconds: float) -> str:
+    r"""Say that a method was compiled: the next run finds it in the cache.
+
+    >>> compiled("bem_fft", 13.2)
+    'bem_fft: compiled in 13\u202fs, cached for the next runs'
+    """
+    from comparisons.formatting import duration
+
+    return f"{method}: compiled in {duration(seconds)}, cached for the next runs"
+
+
+def solved(study: Study) -> str:
+    """Say how far a study is, and how long the rest takes by the costs of like tasks."""
+    from comparisons.formatting import duration
+
+    done, total = study.counts
+    text = f"solved {done} of {total}"
+    rest = study.remaining()
+    if done == total or rest.seconds < (0.0 if rest.complete else WORTH_SAYING):
+        return text
+    return f"{text}, {'about' if rest.complete else 'at least'} {duration(rest.seconds)} left"
+
+
+def _words(task: Task | None) -> str:
+    return "" if task is None else f"{task.scene.name} {task.method} {task.resolution}"
+
+
+def drawn(study: Study, task: Task) -> str:
+    """Draw speed against error of a scene, by what is solved of it."""
+    from comparisons.advice import advise
+
+    advice = advise(study.so_far(task))
+    points = [each for each in advice.settings if each.errors]
+    truth = [f"{s.method} {s.resolution}" for s in advice.settings if s.is_truth]
+    plot = scatter(points)
+    if not plot:
+        return ""
+    against = f", against {truth[0]} for now" if truth else ""
+    return f"\n{task.scene.name}: largest error over the time of a solve{against}\n{plot}"
+
+
+def scatter(points: list[Setting], width: int = WIDTH, height: int = HEIGHT) -> str:
+    """Draw settings over logarithmic axes: a letter for each method; "" if nothing is known.
+
+    The truth stands as a capital, at its own bar. Errors that are zero or unknown are left out, as
+    they have no place on the axis.
+    """
+    from comparisons.formatting import duration, relative
+
+    known = [p for p in points if p.seconds > 0 and 0 < p.worst < math.inf]
+    if not known:
+        return ""
+    names = list(dict.fromkeys(p.method for p in known))
+    letter = dict(zip(names, LETTERS, strict=False))
+    columns, (fast, slow) = _places([p.seconds for p in known], width)
+    rows, (small, large) = _places([p.worst for p in known], height)
+    canvas = [[" "] * width for _ in range(height)]
+    for point, column, row in zip(known, columns, rows, strict=True):
+        mark = letter.get(point.method, "?")
+        canvas[height - 1 - row][column] = mark.upper() if point.is_truth else mark
+    labels = [relative(large), *[""] * (height - 2), relative(small)]
+    margin = max(map(len, labels))
+    lines = [
+        f"{label:>{margin}} |{''.join(row).rstrip()}"
+        for label, row in zip(labels, canvas, strict=True)
+    ]
+    ends = duration(fast), duration(slow)
+    lines.append(" " * (margin + 1) + "+" + "-" * width)
+    lines.append(" " * (margin + 2) + ends[0] + ends[1].rjust(width - len(ends[0])))
+    return "\n".join([*lines, "  ".join(f"{letter.get(n, '?')} {n}" for n in names)])
+
+
+def _places(values: list[float], cells: int) -> tuple[list[int], tuple[float, float]]:
+    """Return the cell of each value on a logarithmic axis of whole decades, and its ends."""
+    logs = [math.log10(value) for value in values]
+    low, high = math.floor(min(logs)), math.ceil(max(logs))
+    high = max(high, low + 1)
+    scale = (cells - 1) / (high - low)
+    return [round((each - low) * scale) for each in logs], (10.0**low, 10.0**high)
