@@ -13,7 +13,6 @@ import pytest
 from setuptools import find_packages
 
 import roughline
-from comparisons.methods.external import VARIABLE
 from comparisons.single import solve_scene
 from reports.cli import run_command
 
@@ -284,7 +283,7 @@ def twice(name, factor):
     return step
 
 
-def test_a_method_of_a_notebook_is_judged_and_can_be_mended(method_names_restored):
+def test_a_method_of_a_notebook_is_judged_and_can_be_mended(methods_restored):
     """Cells are run again: the second definition replaces the first. It is never the truth."""
     for factor, word in ((2.0, "outside"), (1.001, "within")):
         assert roughline.add_method(twice("scaled", factor)) == ["scaled"]
@@ -299,24 +298,10 @@ def test_a_method_of_a_notebook_is_judged_and_can_be_mended(method_names_restore
         roughline.add_method("nowhere.py")
 
 
-def test_a_file_with_a_method_may_be_added_twice(method_names_restored, monkeypatch):
-    monkeypatch.setenv(VARIABLE, "[]")
+def test_a_file_with_a_method_may_be_added_twice(methods_restored):
     for _ in range(2):
         assert roughline.add_method(ROOT / "docs" / "examples" / "winkler.py") == ["winkler"]
     assert roughline.list_methods().loc["winkler", "title"] == "Winkler foundation"
-
-
-@pytest.fixture
-def method_names_restored(monkeypatch):
-    """Take methods that a test adds away again."""
-    from comparisons import method_names
-    from comparisons.methods import METHODS
-
-    known = dict(METHODS)
-    monkeypatch.setattr(method_names, "_from_outside", dict(method_names._from_outside))
-    yield
-    for name in [each for each in METHODS if each not in known]:
-        del METHODS[name]
 
 
 # --- what a notebook shows ----------------------------------------------------------------------

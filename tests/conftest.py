@@ -1,0 +1,20 @@
+"""Fixtures that tests of several rooms share."""
+
+from __future__ import annotations
+
+import pytest
+
+from comparisons import method_names
+from comparisons.methods import METHODS
+from comparisons.methods.external import VARIABLE
+
+
+@pytest.fixture
+def methods_restored(monkeypatch):
+    """Take away again the methods that a test adds."""
+    known = dict(METHODS)
+    monkeypatch.setenv(VARIABLE, "[]")
+    monkeypatch.setattr(method_names, "_from_outside", dict(method_names._from_outside))
+    yield
+    for name in [each for each in METHODS if each not in known]:
+        del METHODS[name]

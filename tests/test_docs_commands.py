@@ -1,0 +1,152 @@
+"""The commands on the pages: quick ones run as printed, long ones are read by the command line."""
+
+from __future__ import annotations
+
+import re
+import shlex
+import shutil
+from pathlib import Path
+
+import pytest
+
+import roughline
+from comparisons.claims.headlines import headlines
+from comparisons.hard_cases.catalogue import CASES
+from comparisons.scene import builtin_names
+from comparisons.suites import SUITES
+from reports.cli import app, run_command
+
+ROOT = Path(__file__).resolve().parent.parent
+DOCS = ROOT / "docs"
+PAGES = [ROOT / "README.md", *sorted(p for p in DOCS.rglob("*.md") if "_build" not in p.parts)]
+# What a reader puts in place of these names is a scene, a folder or a method of theirs.
+PLACEHOLDER = re.compile(r"[A-Z]+(\.toml)?|\.\.\.|.*\.(toml|py)")
+# Commands that are only parsed, each with its reason.
+PARSED_ONLY = {
+    r"roughline run( --full --workers 2)?$": "the whole quick suite: .ci/run runs it",
+    r"roughline run (impact-ball|physics|friction-steel|afm-scan)": "minutes",
+    r"roughline claims( --quick| --full)?( --workers 2)?$": "minutes; tests judge them",
+    r"roughline claims rough-area|roughline claims impact|roughline claims my-new": "minutes",
+    r"roughline claims --method": "minutes",
+    r"roughline hard-cases( --full)?$|roughline hard-cases winkler": "minutes; tests run them all",
+    r"roughline calibrate|roughline bench": "minutes",
+    r"roughline check": "tutorials and tests of the regression run it",
+    r".*(tamaas|ngsolve|contactmechanics)": "needs the extra `peers`",
+}
+SLOW = re.compile(r".*(run paraboloid|two-balls|block\.toml|punch-square|pdf,svg)")
+
+
+def blocks() -> list[str]:
+    """Return the commands of all shell blocks, without comments."""
+    found = []
+    for page in PAGES:
+        text = page.read_text(encoding="utf-8")
+        for block in re.findall(r"```(?:bash|sh)\n(.*?)```", text, re.DOTALL):
+            for line in block.splitlines():
+                found += line.split(" #")[0].split("&&")
+    return list(dict.fromkeys(each.strip().removeprefix(".venv/bin/") for each in found))
+
+
+def inline() -> list[str]:
+    """Return the commands that stand in running text."""
+    found = []
+    for page in PAGES:
+        text = re.sub(r"```.*?```", "", page.read_text(encoding="utf-8"), flags=re.DOTALL)
+        found += [" ".join(each.split()) for each in re.findall(r"`([^`]+)`", text)]
+    return list(dict.fromkeys(found))
+
+
+OURS = [each for each in blocks() if each.startswith("roughline ") or each == "roughline run"]
+# The name of a command alone is no command.
+TOLD = [each for each in inline() if re.match(r"roughline [a-z-]+ \S", each)]
+LEFT_OUT = [each for each in OURS if any(re.match(key, each) for key in PARSED_ONLY)]
+RUN = [
+    pytest.param(each, marks=[pytest.mark.slow] if SLOW.match(each) else [])
+    for each in OURS
+    if each not in LEFT_OUT
+]
+
+
+def test_there_are_commands_of_every_kind():
+    """So that a changed page cannot make the tests below empty."""
+    assert len(OURS) > 35
+    assert len(RUN) > 15
+    assert len(TOLD) > 15
+    assert all(any(re.match(key, each) for each in OURS + TOLD) for key in PARSED_ONLY)
+
+
+@pytest.mark.parametrize("command", dict.fromkeys(OURS + TOLD))
+def test_every_command_is_one_of_the_command_line(command):
+    """Each option is known, each value of its type, nothing is missing."""
+    words = [each for each in shlex.split(command)[1:] if each != "..."]
+    app.parse_args(words, exit_on_error=False, print_error=False)
+
+
+def named(command: str, verb: str) -> list[str]:
+    """Return what a command is about: the words after its verb, before any option."""
+    words = shlex.split(command)[1:]
+    if words[:1] != [verb]:
+        return []
+    end = next((i for i, each in enumerate(words) if each.startswith("-")), len(words))
+    return [each for each in words[1:end] if not PLACEHOLDER.fullmatch(each)]
+
+
+@pytest.mark.parametrize(
+    ("verb", "known"),
+    [
+        ("claims", {each.id for each in headlines()} | {"my-new-claim"}),
+        ("run", {*builtin_names(), *SUITES}),
+        ("solve", set(builtin_names())),
+        ("check", set(builtin_names())),
+        ("hard-cases", {*roughline.list_methods().index, "winkler"}),
+        ("list", {"scenes", "methods", "claims", "hard-cases"}),
+    ],
+)
+def test_what_commands_name_exists(verb, known):
+    told = {name for command in OURS + TOLD for name in named(command, verb)}
+    assert told
+    assert told <= known
+    assert "cusp" in CASES
+
+
+@pytest.mark.parametrize("program", [r"python (docs/\S+\.py)", r"pytest (?:-m slow )?(tests/\S+)"])
+def test_scripts_and_tests_that_pages_name_are_there(program):
+    found = {path for each in [*blocks(), *inline()] for path in re.findall(program, each)}
+    assert found
+    for path in found:
+        assert (ROOT / path).exists(), path
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """Return a folder as a reader would have it: own scene, method and claim, two runs."""
+    home = tmp_path_factory.mktemp("reader")
+    readme = (ROOT / "README.md").read_text(encoding="utf-8")
+    (scene,) = re.findall(r"```toml\n(name = .*?)```", readme, re.DOTALL)
+    scene += '[compare]\nmethods = ["closed_form", "reduced"]\n'
+    (home / "my-scene.toml").write_text(scene, encoding="utf-8")
+    shutil.copy(DOCS / "examples" / "winkler.py", home / "winkler.py")
+    shutil.copy(DOCS / "examples" / "winkler.py", home / "mine.py")
+    claim = (ROOT / "comparisons" / "claims" / "ellipsoid-force.toml").read_text(encoding="utf-8")
+    claim = claim.replace('id = "ellipsoid-force"', 'id = "mine"')
+    (home / "my.toml").write_text(claim, encoding="utf-8")
+    roughline.Study(home / "my-scene.toml", home / "before").run()
+    for other in ("after", "roughline-results/quick", "roughline-results/before"):
+        shutil.copytree(home / "before", home / other)
+    shutil.copytree(home / "before", home / "roughline-results/after")
+    (home / "docs").symlink_to(DOCS, target_is_directory=True)
+    return home
+
+
+@pytest.mark.parametrize("command", RUN)
+def test_a_quick_command_does_what_its_page_says(
+    command, folder, methods_restored, monkeypatch, capsys
+):
+    """As printed, from the reader's folder; nothing is written elsewhere."""
+    monkeypatch.chdir(folder)
+    shutil.rmtree(folder / "roughline-results" / "steel-ball", ignore_errors=True)
+    shutil.rmtree(folder / "roughline-results" / "claims", ignore_errors=True)
+    before = sorted(DOCS.rglob("*"))
+    assert run_command(shlex.split(command)[1:]) == 0, capsys.readouterr().err
+    assert capsys.readouterr().out
+    assert sorted(DOCS.rglob("*")) == before

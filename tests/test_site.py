@@ -1,0 +1,64 @@
+"""The documentation site: complete, built without a warning, readable without a network."""
+
+from __future__ import annotations
+
+import os
+import re
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parent.parent
+DOCS = ROOT / "docs"
+METHODS = ("closed-form", "reduced", "bem-dense", "bem-fft", "fem", "peers")
+
+
+def test_every_page_is_on_the_way_from_the_index():
+    """Sphinx would warn; this tells without building."""
+    told = "".join(
+        (DOCS / page).read_text(encoding="utf-8") for page in ("index.md", "methods/index.md")
+    )
+    for page in (*DOCS.glob("*.md"), *DOCS.glob("methods/*.md")):
+        assert page.name == "index.md" or re.search(rf"^{page.stem}$", told, re.MULTILINE), page
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_method_note_has_equations_validity_failures_and_sources(method):
+    text = (DOCS / "methods" / f"{method}.md").read_text(encoding="utf-8")
+    headings = re.findall(r"^## (.*)$", text, re.MULTILINE)
+    assert headings == ["Equations", "Validity", "Known failures", "Sources"]
+    failures = text.split("## Known failures")[1].split("## Sources")[0]
+    assert failures.count("\n- ") >= 4
+    if method != "peers":
+        assert "$$" in text
+
+
+@pytest.mark.slow
+def test_the_site_builds_without_a_warning_and_without_a_network(tmp_path):
+    """In a copy, so that the gallery's pages are not written into the repository."""
+    pytest.importorskip("sphinx", reason="the extra `docs` is not installed")
+    source, out = tmp_path / "docs", tmp_path / "site"
+    shutil.copytree(DOCS, source, ignore=shutil.ignore_patterns("_build", "gallery"))
+    done = subprocess.run(
+        [sys.executable, "-m", "sphinx", "-W", "--keep-going", "-q", str(source), str(out)],
+        env=os.environ | {"ROUGHLINE_ROOT": str(ROOT)},
+        capture_output=True,
+        text=True,
+        timeout=600,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+    for page in ("index", "python", "claims", *(f"methods/{name}" for name in METHODS)):
+        assert (out / f"{page}.html").exists()
+    for name in ("check_a_claim", "my_measured_surface", "choose_a_method"):
+        page = (out / "gallery" / f"{name}.html").read_text(encoding="utf-8")
+        assert "data:image/png;base64," in page  # a plot
+        assert "</span></td>" in page  # a table with verdicts
+    for path in out.rglob("*.html"):
+        loaded = r'<(?:script|img|link rel="stylesheet")[^>]*(?:src|href)="(?:https?:)?//'
+        assert not re.search(loaded, path.read_text(encoding="utf-8")), path
+    assert "<math" in (out / "methods" / "reduced.html").read_text(encoding="utf-8")
+    assert "load_scene" in (out / "python.html").read_text(encoding="utf-8")
