@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import html
 import math
+import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import Any
@@ -152,6 +153,16 @@ def band(
 def axis(title: str, *, log: bool = False, **more: Any) -> dict[str, Any]:
     """Return an axis with its title; logarithmic ones show decades as plain numbers."""
     return {"title": {"text": title}, "type": "log" if log else "linear"} | more
+
+
+def axis_words(name: str, unit: str) -> str:
+    """Return the title of a quantity's axis; plotly sets what follows an underscore lower.
+
+    >>> axis_words("pull_off_force", "mN")
+    'pull-off force F<sub>off</sub> / mN'
+    """
+    title, symbol = inert(fmt.axis_title(name, unit)), fmt.quantity(name).symbol
+    return title.replace(symbol, re.sub(r"_(\w+)", r"<sub>\1</sub>", symbol)) if symbol else title
 
 
 def value_axis(title: str, values: np.ndarray, log: bool) -> dict[str, Any]:

@@ -20,6 +20,7 @@ from reports.figure_style import (
     INK,
     Figure,
     axis,
+    axis_words,
     band,
     drawing_order,
     inert,
@@ -85,8 +86,8 @@ def _curve_figure(scene: SceneRecord, name: str) -> Figure | None:
     spec = {
         "data": data,
         "layout": layout(
-            value_axis(fmt.axis_title(along, across.unit), loads * across.factor, log),
-            value_axis(fmt.axis_title(name, up.unit), values * up.factor, upright),
+            value_axis(axis_words(along, across.unit), loads * across.factor, log),
+            value_axis(axis_words(name, up.unit), values * up.factor, upright),
         ),
     }
     title = f"{fmt.quantity(name).words} against {fmt.quantity(along).words}"
@@ -258,7 +259,7 @@ def _error_figure(scene: SceneRecord, name: str) -> Figure | None:
         "data": data,
         "layout": layout(
             value_axis(
-                fmt.axis_title(scene.along, across.unit),
+                axis_words(scene.along, across.unit),
                 loads * across.factor,
                 wants_log(loads) and not scene.is_path,
             ),

@@ -1,5 +1,5 @@
 // Tables: sorted by their headers, filtered by words, saved as CSV; all of it in the address.
-const FEWEST_FILTERED = 4;
+const FEWEST_FILTERED = 8;
 
 const compare = (a, b) => {
   const x = Number(a), y = Number(b);
