@@ -27,18 +27,21 @@ class Piece:
     pressure: np.ndarray
 
 
-def deformed_piece(job: dict[str, np.ndarray]) -> Piece:
-    """Return the whole body near the contact, symmetric parts completed."""
+def deformed_piece(job: dict[str, np.ndarray], *, clipped: bool = False) -> Piece:
+    """Return the body near the contact, a box of twice the reach, symmetric parts completed.
+
+    Cells that stick out of the box are whole; `clipped` draws their corners onto its walls, where
+    the fields are interpolated.
+    """
     reach = float(job["reach"])
     points = job["mesh_points"] / reach
-    moved = points + job["mesh_displacement"] / reach * float(job["exaggeration"])
-    tree = cKDTree(np.column_stack([job["pressure_x"], job["pressure_y"]]) / reach)
-    distance, nearest = tree.query(points[:, :2])
-    on_top = (np.abs(points[:, 2]) <= 1e-9) & (distance < 1e-6)
-    pressure = np.where(on_top, job["pressure"][nearest], 0.0)
-    stress = job["mesh_von_mises"]
-    cells = job["mesh_cells"]
-    cells = cells[np.abs(points[cells]).min(axis=1).max(axis=1) <= 1.1]
+    shift = job["mesh_displacement"] / reach * float(job["exaggeration"])
+    stress, cells = job["mesh_von_mises"], job["mesh_cells"]
+    cells = cells[np.abs(points[cells]).min(axis=1).max(axis=1) <= (1.0 if clipped else 1.1)]
+    if clipped:
+        points, shift, stress = _clipped(points, shift, stress)
+    pressure = _pressure_at(points, job, reach)
+    moved = points + shift
     if points[:, 2].mean() > 0:
         moved, cells = mirrored(moved, cells, 2)
     for side in (0, 1):
@@ -48,6 +51,31 @@ def deformed_piece(job: dict[str, np.ndarray]) -> Piece:
             moved = np.vstack([moved, image])
             stress, pressure = np.tile(stress, 2), np.tile(pressure, 2)
     return Piece(moved, cells, stress, pressure)
+
+
+def _pressure_at(points: np.ndarray, job: dict[str, np.ndarray], reach: float) -> np.ndarray:
+    """Return the contact pressure at mesh points, zero off the surface."""
+    tree = cKDTree(np.column_stack([job["pressure_x"], job["pressure_y"]]) / reach)
+    distance, nearest = tree.query(points[:, :2])
+    on_top = (np.abs(points[:, 2]) <= 1e-9) & (distance < 1e-6)
+    return np.where(on_top, job["pressure"][nearest], 0.0)
+
+
+def _clipped(
+    points: np.ndarray, shift: np.ndarray, stress: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Move points outside the box onto its walls; their fields are those of four neighbours."""
+    inside = np.clip(points, -1.0, 1.0)
+    outside = (inside != points).any(axis=1)
+    if not outside.any():
+        return points, shift, stress
+    distance, near = cKDTree(points).query(inside[outside], k=4)
+    weight = 1.0 / np.maximum(distance, 1e-12) ** 2
+    weight /= weight.sum(axis=1, keepdims=True)
+    shift, stress = shift.copy(), stress.copy()
+    shift[outside] = np.einsum("pk,pkc->pc", weight, shift[near])
+    stress[outside] = np.einsum("pk,pk->p", weight, stress[near])
+    return inside, shift, stress
 
 
 def mirrored(points: np.ndarray, cells: np.ndarray, side: int) -> tuple[np.ndarray, np.ndarray]:

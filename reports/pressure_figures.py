@@ -25,7 +25,8 @@ from reports.figure_style import (
 from reports.load_frames import Loads
 
 MOST_PIXELS = 96
-MOST_MARKERS = 120
+MOST_MARKERS = 300
+MOST_RADIAL = 120
 LARGEST_SHOWN = 4.0  # times the mean pressure; sharp edges and tips are singular
 
 
@@ -155,7 +156,8 @@ def _scaled(item: Field | None, radius: float, mean: float) -> tuple[np.ndarray,
     if item is None:
         return np.empty(0), np.empty(0)
     r, p = _along_radius(item)
-    keep = r <= 1.5 * radius
+    keep = np.flatnonzero(r <= 1.5 * radius)
+    keep = keep[:: -(-len(keep) // MOST_RADIAL) or 1]  # smooth: every second point will do
     return r[keep] / radius, p[keep] / mean
 
 
@@ -240,7 +242,11 @@ def _map(item: Field, loads: Loads) -> Figure:
         "type": "heatmap",
         **_map_data(x, y, p, across.factor, up.factor),
         "colorscale": "Viridis",
-        "colorbar": {"title": {"text": f"p / {up.unit}", "side": "right"}, "thickness": 14},
+        "colorbar": {
+            "title": {"text": f"p / {up.unit}", "side": "right"},
+            "thickness": 14,
+            "xpad": 18,
+        },
         "hoverongaps": False,
         "hovertemplate": f"p = %{{z:.3g}} {up.unit}<extra></extra>",
         # One colour bar for all loads: they can be compared.

@@ -1,7 +1,7 @@
 // Plots: drawn when they come into sight, in the colours of light or dark.
 const dark = window.matchMedia("(prefers-color-scheme: dark)");
 const coarse = window.matchMedia("(pointer: coarse)").matches;
-const PRINT_WIDTH = 330, PRINT_HEIGHT = 320;
+const PRINT_WIDTH = 330, PRINT_HEIGHT = 320, NARROW = 480;
 const THEMES = {
   light: { ink: "#1a1a1a", muted: "#5f6368", grid: "#e3e5e8", paper: "#ffffff", peer: "#767676",
     "ink-band": "rgba(0,0,0,0.16)", "peer-band": "rgba(118,118,118,0.2)", "truth-band": "rgba(90,100,110,0.22)" },
@@ -67,6 +67,8 @@ const specOf = (canvas) => {
   spec.layout.template = shared();
   spec.layout.autosize = true;
   if (coarse) spec.layout.dragmode = false;
+  // Two names side by side on a phone leave the plot more room.
+  if (canvas.clientWidth && canvas.clientWidth < NARROW) spec.layout.template.layout.legend.entrywidth = 110;
   return spec;
 };
 // No tool bar: buttons inside an image are none for a screen reader. Dragging zooms, a double click
@@ -78,7 +80,7 @@ const draw = (canvas, print) => {
   if (print) {
     Object.assign(spec.layout, { autosize: false, width: PRINT_WIDTH, height: PRINT_HEIGHT });
     spec.layout.template.layout.font.size = 10;
-    spec.layout.template.layout.legend.font.size = 9;
+    Object.assign(spec.layout.template.layout.legend, { font: { size: 8 }, entrywidth: 72 });
   }
   drawn.add(canvas);
   return Plotly.react(canvas, spec.data, spec.layout, CONFIG);

@@ -38,6 +38,20 @@ const turnByKey = (canvas, event) => {
     x: radius * Math.cos(up) * Math.cos(around), y: radius * Math.cos(up) * Math.sin(around), z: radius * Math.sin(up) } });
 };
 
+// Two triangles of every cell of a grid of points.
+const trianglesOf = ([rows, columns]) => {
+  const [i, j, k] = [[], [], []];
+  for (let row = 0; row < rows - 1; row += 1) {
+    for (let column = 0; column < columns - 1; column += 1) {
+      const corner = row * columns + column;
+      i.push(corner, corner + 1);
+      j.push(corner + columns, corner + columns);
+      k.push(corner + 1, corner + columns + 1);
+    }
+  }
+  return { i, j, k };
+};
+
 const turn = (canvas, picture, toggle) => {
   const again = turned?.canvas === canvas;
   still();
@@ -46,6 +60,7 @@ const turn = (canvas, picture, toggle) => {
   canvas.hidden = false;
   const spec = specOf(canvas);
   delete spec.layout.dragmode;
+  spec.data = spec.data.map(({ grid, ...trace }) => grid ? { ...trace, ...trianglesOf(grid) } : trace);
   Plotly.newPlot(canvas, spec.data, spec.layout, { displaylogo: false, responsive: true, displayModeBar: false, scrollZoom: false });
   toggle.textContent = "Still picture";
   toggle.setAttribute("aria-pressed", "true");

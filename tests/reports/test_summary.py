@@ -1,0 +1,149 @@
+"""The first screen and the tables under it: verdicts, cheapest methods, times, stability."""
+
+from __future__ import annotations
+
+import json
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from comparisons.advice import advise
+from comparisons.claims.record import ClaimRecord, ClaimsRecord, PointRecord, save_claims
+from reports import html, tables
+from reports.claims_beside import claims_beside
+from reports.summary import compared_methods, summary, times_to_errors
+from reports.verdicts import verdicts, worst
+
+
+def decisive(scene):
+    found = {}
+    for each in verdicts(scene):
+        found.setdefault(each.quantity, []).append(each)
+    return {name: worst(each) for name, each in found.items()}
+
+
+def cells(table):
+    heads = [head.text for head in table.headers]
+    return [dict(zip(heads, row, strict=True)) for row in table.rows]
+
+
+def test_the_worst_quantity_stands_for_a_scene(study):
+    """Contact area is outside, penetration within: the scene's line says outside, and which."""
+    scene = study.scenes[1]
+    told = summary(scene, decisive(scene), advise(scene))
+    assert (told.decisive.quantity, told.decisive.word) == ("contact_area", "outside")
+    assert told.truth.startswith("FFT BEM ±")
+
+
+def test_the_cheapest_method_is_the_one_of_the_advice(study):
+    """The summary and the sentence of the scene come from one rule: same method, same time."""
+    scene = study.scenes[0]
+    advice = advise(scene)
+    told = summary(scene, decisive(scene), advice)
+    assert told.fastest[0].method == "reduced"
+    assert [each.seconds for each in told.fastest] == sorted(each.seconds for each in told.fastest)
+    assert "closed_form" not in {each.method for each in told.fastest}
+    assert told.truth == "closed form"
+
+
+def test_times_to_an_error_lie_on_each_methods_own_curve(study):
+    """Where errors go as N^-r, a tenfold accuracy costs growth^(log2(10)/r) in time.
+
+    FFT BEM of the synthetic study: the time between two settings is met on the straight line that
+    joins them in logarithms, and what no setting reaches is not told.
+    """
+    advice = advise(study.scenes[0])
+    times = {error: advice.times_to(error) for error in (0.1, 0.01, 1e-9)}
+    for method in ("bem_fft", "fem", "reduced"):
+        finite = [times[error][method] for error in (0.1, 0.01) if times[error][method] > 0]
+        assert finite == sorted(finite)
+    assert math.isnan(times[1e-9]["fem"])
+    own = sorted((e for e in advice.settings if e.method == "fem"), key=lambda e: e.resolution)
+    assert own[0].seconds <= times[0.1]["fem"] <= own[-1].seconds
+    table = cells(times_to_errors(study.scenes[0], advice))
+    assert {"time to 1\u202f%", "time to 0.1\u202f%"} <= set(table[0])
+
+
+def test_a_bar_too_wide_is_no_certainty(study):
+    """A setting whose error is small counts only where error and bar together are."""
+    scene = study.scenes[0]
+    wide = scene.measures.assign(uncertainty=0.5)
+    advice = advise(replace(scene, measures=wide))
+    assert all(
+        math.isnan(seconds)
+        for method, seconds in advice.times_to(0.2).items()
+        if method != "closed_form"
+    )
+
+
+def test_stability_counts_loads_iterations_and_reasons(study):
+    table = cells(tables.stability(study.scenes[0]))
+    lost = next(row for row in table if row["method"].text == "dense BEM" and row["N"].key == 20)
+    assert lost["loads solved"].text == "0"
+    assert "active set cycled" in lost["what failed"].text
+    good = next(row for row in table if row["method"].text == "FEM" and row["N"].key == 16)
+    assert (good["loads solved"].text, good["of"].text) == ("6", "6")
+    assert (good["iterations, least"].key, good["iterations, most"].key) == (12, 17)
+    assert good["largest violation"].key == pytest.approx(1e-9)
+    assert good["what failed"].text == "nothing"
+
+
+def test_an_ensemble_counts_every_realisation_once(study):
+    """Five surfaces under eight loads; the row of means is no solve."""
+    table = cells(tables.stability(study.scenes[1]))
+    assert {row["of"].text for row in table} == {"40"}
+
+
+def test_what_was_compared_names_methods_that_solved(study):
+    named = compared_methods(study.scenes)
+    assert named[:2] == ["closed form", "dense BEM"]
+    assert "reduced model" not in named
+    assert "ContactMechanics" not in named
+
+
+def claim(word: str) -> ClaimRecord:
+    point = {"uncertainty": 0.001, "word": "within", "details": {}, "seconds": 0.1}
+    points = [PointRecord(parameter=x, error=0.001 * x, **point) for x in (1.0, 2.0)]
+    return ClaimRecord(
+        id="hertz", text="Force is exact <b>", equation="(19.1)", reading="printed", corrects=None,
+        what="force", method="reduced", quantity=["force"], measure="largest", parameter="d/R",
+        spacing="linear", tolerance=0.01, refuted_by="an error above 1 %.", expected=None,
+        verdict=word, sentence="It holds.", points=points, ranges=[], disagreements=[],
+        command="roughline claims hertz", seconds=1.0, effort="quick",
+    )  # fmt: skip
+
+
+def test_claims_beside_a_study_are_taken_up_with_their_evidence(study, tmp_path):
+    folder = tmp_path / "claims"
+    folder.mkdir()
+    record = ClaimsRecord(
+        created="2026-01-31T12:00", command="roughline claims", effort="quick", seconds=1.0,
+        machine={}, versions={}, interrupted=False, claims=[claim("holds")],
+    )  # fmt: skip
+    save_claims(folder, record)
+    (folder / "report.html").write_text("page")
+    beside = claims_beside(tmp_path / "quick")
+    assert beside.page == "../claims/report.html"
+    page = html.page(replace(study, directory=tmp_path / "quick"), with_pictures=False)
+    assert "It holds." in page
+    assert "Force is exact &lt;b&gt;" in page
+    spec = page.split('id="data-claim-1-evidence">')[1].split("</script>")[0]
+    assert json.loads(spec)["data"]
+
+
+def test_without_or_with_damaged_claims_the_report_says_so(study, tmp_path):
+    assert claims_beside(tmp_path / "quick") is None
+    (tmp_path / "claims").mkdir()
+    (tmp_path / "claims" / "claims.json").write_text("{")
+    assert claims_beside(tmp_path / "quick") is None
+    page = html.page(replace(study, directory=tmp_path / "quick"), with_pictures=False)
+    assert "No run of claims stands beside this study" in page
+
+
+def test_numbers_in_tables_are_saved_with_eight_digits(study):
+    """What a CSV gets is what was measured, not what is printed."""
+    row = cells(tables.settings(study.scenes[0]))[1]
+    assert row["time"].key == pytest.approx(2e-6)
+    assert np.isfinite(row["error of force"].bar)
