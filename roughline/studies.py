@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -12,10 +11,10 @@ import pandas as pd
 
 from comparisons import formatting as fmt
 from comparisons import study
-from comparisons.errors import InputError
 from comparisons.planning import Effort
 from comparisons.plans import Source, plan_all
 from comparisons.store import StudyRecord, load_study
+from reports.crew import Crew
 from roughline import notebook
 from roughline.comparing import Comparison
 from roughline.scenes import Plan
@@ -119,8 +118,10 @@ class Study:
         Dotted key -> value, put into every scene: ``{"methods.fem.contact": "penalty"}``.
     full : bool
         Every realisation, and a truth refined to a fifth of the tolerance.
-    workers : int
-        Processes, each on one thread; times are cleanest with 1.
+    workers : int, optional
+        Processes, each on one thread; times are cleanest with 1, the default.
+    scheduler : str, optional
+        Address of a dask.distributed scheduler whose workers solve (docs/cluster.md).
     resume, overwrite : bool
         Go on with what is there, also after the process was killed; or start anew.
     progress : callable, optional
@@ -140,14 +141,12 @@ class Study:
         methods: list[str] | None = None,
         changes: Mapping[str, Any] | None = None,
         full: bool = False,
-        workers: int = 1,
+        workers: int | None = None,
+        scheduler: str | None = None,
         resume: bool = False,
         overwrite: bool = False,
         progress: study.Progress | None = None,
     ) -> None:
-        most = max(2, os.cpu_count() or 1)
-        if not 1 <= workers <= most:
-            raise InputError(f"workers: expected 1 to {most}, the cores here, got {workers}")
         overrides = dict(changes or {})
         if methods is not None:
             overrides["compare.methods"] = methods
@@ -158,7 +157,7 @@ class Study:
             Path(folder),
             command="roughline.Study",
             effort=effort,
-            workers=workers,
+            executor=Crew(workers, scheduler).executor(),
             resume=resume,
             overwrite=overwrite,
             progress=progress,

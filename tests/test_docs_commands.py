@@ -123,7 +123,8 @@ def folder(tmp_path_factory):
     home = tmp_path_factory.mktemp("reader")
     readme = (ROOT / "README.md").read_text(encoding="utf-8")
     (scene,) = re.findall(r"```toml\n(name = .*?)```", readme, re.DOTALL)
-    scene += '[compare]\nmethods = ["closed_form", "reduced"]\n'
+    # What makes it quick: two methods, one quantity.
+    scene += '[compare]\nmethods = ["closed_form", "reduced"]\nquantities = ["force"]\n'
     (home / "my-scene.toml").write_text(scene, encoding="utf-8")
     shutil.copy(DOCS / "examples" / "winkler.py", home / "winkler.py")
     shutil.copy(DOCS / "examples" / "winkler.py", home / "mine.py")
@@ -136,6 +137,25 @@ def folder(tmp_path_factory):
     shutil.copytree(home / "before", home / "roughline-results/after")
     (home / "docs").symlink_to(DOCS, target_is_directory=True)
     return home
+
+
+def programs() -> list[str]:
+    """Return the pieces of Python on the pages that use the interface."""
+    found = []
+    for page in PAGES:
+        text = page.read_text(encoding="utf-8")
+        found += re.findall(r"```python\n(import roughline\n.*?)```", text, re.DOTALL)
+    return found
+
+
+@pytest.mark.parametrize("program", programs())
+def test_a_piece_of_python_runs_as_printed(program, folder, monkeypatch):
+    """From the reader's folder; comments beside a line that name its value are right."""
+    monkeypatch.chdir(folder)
+    names: dict = {}
+    exec(program, names)
+    for expression, value in re.findall(r"^(\S+) +# (\"\w+\"):", program, re.MULTILINE):
+        assert eval(expression, names) == eval(value)
 
 
 @pytest.mark.parametrize("command", RUN)

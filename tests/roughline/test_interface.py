@@ -213,7 +213,7 @@ def test_a_study_is_a_folder_that_is_read_back(results):
 def test_a_used_folder_needs_a_word(results):
     with pytest.raises(roughline.InputError, match="is in use"):
         roughline.Study(BALL, results.folder).run()
-    with pytest.raises(roughline.InputError, match="workers: expected 1 to"):
+    with pytest.raises(roughline.InputError, match="--workers: expected 1 to"):
         roughline.Study(BALL, results.folder, workers=0)
     with pytest.raises(roughline.InputError, match="two scenes have this one"):
         roughline.Study([BALL, BALL], results.folder)
