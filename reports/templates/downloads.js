@@ -40,7 +40,7 @@ const field = (text) => {
 const plainText = (cell) => cell.innerText.replace(/\s+/g, " ").trim();
 const valueOf = (cell) => {
   const key = cell.dataset.key;
-  if (key === undefined) return cell.textContent.replace(/\s+/g, " ").trim();
+  if (key === undefined) return plainText(cell);
   return key === "nan" ? "" : key;
 };
 

@@ -1,0 +1,84 @@
+"""The pages of claims, hard cases, and two runs compared: same script, same care."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from comparisons.claims.record import load_claims_record
+from comparisons.hard_cases.record import HardCasesRecord, OutcomeRecord
+from comparisons.runs import compare_runs
+from reports.claims_page import claims_page
+from reports.comparison_page import comparison_page
+from reports.hard_cases_page import hard_cases_page
+
+CLAIMS = Path(__file__).resolve().parents[3] / "docs" / "claims.json"
+
+
+def of_claims(study) -> str:
+    """Return the page of some claims of the stored run: holding, failing, in a range."""
+    record = load_claims_record(CLAIMS)
+    return claims_page(record.model_copy(update={"claims": record.claims[:6]}))
+
+
+def of_hard_cases(study) -> str:
+    """Return a page of outcomes of every kind."""
+    kinds = ("accurate", "degraded", "refused", "lost", "not for", "left out")
+    common = {"lost": [], "expected": "accurate", "deviation": "", "reason": "why & how"}
+    none = dict.fromkeys(("error", "area_error", "bar", "seconds"))
+    known = {"error": 1e-3, "area_error": 0.01, "bar": 1e-4, "seconds": 0.01}
+    outcomes = [
+        OutcomeRecord(
+            case=f"case-{number}", title=f"Case {number}", method=method, kind=kind,
+            resolution=8, **common, **(known if number < 2 else none),
+        )
+        for number, kind in enumerate(kinds)
+        for method in ("reduced", "fem")
+    ]  # fmt: skip
+    record = HardCasesRecord(
+        created="2026-01-01T12:00:00+00:00", command="roughline hard-cases", effort="quick",
+        seconds=1.0, machine={"processor": "abacus", "cores": 2}, versions={"numpy": "2.0"},
+        interrupted=False, hard={}, outcomes=outcomes,
+    )  # fmt: skip
+    return hard_cases_page(record)
+
+
+def of_two_runs(study) -> str:
+    """Return the page of a study before and after FEM became a thousand times slower."""
+    scene = study.scenes[0]
+    slower = scene.rows["seconds"].where(scene.rows["method"] != "fem", 1000.0)
+    changed = replace(scene, rows=scene.rows.assign(seconds=slower))
+    later = replace(study, scenes=(changed, *study.scenes[1:]))
+    return comparison_page(compare_runs(study, later, 1e-6, 1.5), "roughline compare A B")
+
+
+@pytest.fixture(scope="module", params=[of_claims, of_hard_cases, of_two_runs])
+def report(request, study, tmp_path_factory) -> Path:
+    path = tmp_path_factory.mktemp("pages") / "report.html"
+    path.write_text(request.param(study), encoding="utf-8")
+    return path
+
+
+@pytest.mark.parametrize("scheme", ["light", "dark"])
+def test_drawn_and_readable_without_request_complaint_or_fault(visit, serious_faults, scheme):
+    with visit(scheme=scheme) as seen:
+        seen.draw_all()
+        assert serious_faults(seen.page) == []
+        assert seen.requests == []
+        assert seen.complaints == []
+
+
+def test_a_phone_shows_it_without_scrolling_sideways(visit):
+    with visit(size=(390, 844)) as seen:
+        assert seen.page.evaluate("document.documentElement.scrollWidth") <= 390
+
+
+def test_its_tables_and_plots_are_saved(visit, tmp_path):
+    with visit() as seen:
+        table = seen.save(".table-tools button", tmp_path)
+        assert table.read_text(encoding="utf-8-sig").count("\n") > 2
+        plots = seen.page.locator(".figure-tools button:has-text('SVG')")
+        if plots.count():
+            assert "<svg" in seen.save(".figure-tools button:has-text('SVG')", tmp_path).read_text()
