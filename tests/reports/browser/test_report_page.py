@@ -49,24 +49,20 @@ def test_the_summary_stands_on_the_first_screen(visit, size):
 
 
 @pytest.mark.parametrize("size", [DESKTOP, PHONE])
-def test_the_page_never_scrolls_sideways(visit, size):
-    """Wide tables scroll in boxes of their own."""
+def test_all_is_drawn_without_request_complaint_or_fault(visit, serious_faults, size):
+    """Every plot, nothing from the network, a silent console, and axe-core content in both colours.
+
+    Wide tables scroll in boxes of their own, never the page.
+    """
     with visit(size=size) as seen:
-        width = seen.page.evaluate("document.documentElement.scrollWidth")
-        assert width <= size[0]
-
-
-@pytest.mark.parametrize(
-    ("size", "scheme"), [(DESKTOP, "light"), (DESKTOP, "dark"), (PHONE, "light")]
-)
-def test_all_is_drawn_without_request_complaint_or_fault(visit, serious_faults, size, scheme):
-    """Every plot, nothing from the network, a silent console, and axe-core content."""
-    with visit(size=size, scheme=scheme) as seen:
         page = seen.page
         seen.draw_all()
         canvases = page.locator("[data-figure]:not([data-turn])").all()
         assert all(each.locator(".main-svg").count() for each in canvases)
         page.locator("details").evaluate_all("all => all.forEach(each => { each.open = true; })")
+        assert page.evaluate("document.documentElement.scrollWidth") <= size[0]
+        assert serious_faults(page) == []
+        page.emulate_media(color_scheme="dark")
         assert serious_faults(page) == []
         assert seen.requests == []
         assert seen.complaints == []

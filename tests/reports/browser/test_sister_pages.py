@@ -61,24 +61,20 @@ def report(request, study, tmp_path_factory) -> Path:
     return path
 
 
-@pytest.mark.parametrize("scheme", ["light", "dark"])
-def test_drawn_and_readable_without_request_complaint_or_fault(visit, serious_faults, scheme):
-    with visit(scheme=scheme) as seen:
-        seen.draw_all()
-        assert serious_faults(seen.page) == []
-        assert seen.requests == []
-        assert seen.complaints == []
-
-
-def test_a_phone_shows_it_without_scrolling_sideways(visit):
-    with visit(size=(390, 844)) as seen:
-        assert seen.page.evaluate("document.documentElement.scrollWidth") <= 390
-
-
-def test_its_tables_and_plots_are_saved(visit, tmp_path):
+def test_drawn_saved_and_readable_in_light_dark_and_on_a_phone(visit, serious_faults, tmp_path):
+    """No request, no complaint, no serious fault; nothing to scroll sideways for."""
     with visit() as seen:
+        page = seen.page
+        seen.draw_all()
+        assert serious_faults(page) == []
         table = seen.save(".table-tools button", tmp_path)
         assert table.read_text(encoding="utf-8-sig").count("\n") > 2
-        plots = seen.page.locator(".figure-tools button:has-text('SVG')")
-        if plots.count():
-            assert "<svg" in seen.save(".figure-tools button:has-text('SVG')", tmp_path).read_text()
+        if page.locator(".figure-tools button").count():
+            drawing = seen.save(".figure-tools button:has-text('SVG')", tmp_path)
+            assert "<svg" in drawing.read_text(encoding="utf-8")
+        page.emulate_media(color_scheme="dark")
+        assert serious_faults(page) == []
+        page.set_viewport_size({"width": 390, "height": 844})
+        seen.wait("document.documentElement.scrollWidth <= 390")  # plots follow a little later
+        assert seen.requests == []
+        assert seen.complaints == []
