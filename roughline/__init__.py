@@ -81,9 +81,14 @@ __all__ = [
 
 def __getattr__(name: str) -> Any:
     if name == "__version__":
-        from importlib.metadata import version
+        from importlib.metadata import PackageNotFoundError, version
 
-        return version("roughline")
+        try:
+            return version("roughline")
+        except PackageNotFoundError:
+            raise AttributeError(
+                "roughline is not installed, so its version is not known"
+            ) from None
     if name not in _HOMES:
         raise AttributeError(f"module 'roughline' has no attribute {name!r}")
     value = getattr(import_module(_HOMES[name]), name)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import pandas as pd
 
@@ -15,6 +15,7 @@ from comparisons.plans import Source
 from comparisons.record import record_scene
 from comparisons.solving import solve_plan
 from comparisons.store import SceneRecord
+from comparisons.verdicts import NO_RESULT
 from reports import selection
 from reports.figure_style import style
 from reports.tables import lost_solves
@@ -147,35 +148,38 @@ class Comparison:
         )
 
     def _rows(self) -> list[tuple[object, ...]]:
-        """Return each method's verdicts at its finest resolution; refusals with their reason."""
+        """Return each method's deciding verdicts at its finest resolution; refusals, and why."""
         rows: list[tuple[object, ...]] = []
         refused = selection.unsupported(self.record)
-        truth = selection.reference(self.record)[0]
         for method in selection.methods(self.record):
-            label = style(method).label
-            if method in refused:
-                if refused[method] != "not asked for":
-                    rows.append((label, "", "", "", refused[method], notebook.badge("not run")))
-                continue
-            finest = selection.compared_measures(self.record, method)
-            finest = finest[finest["resolution"] == finest["resolution"].max()]
-            if finest.empty:
-                word = "reference" if method == truth else "no result"
-                rows.append((label, "", "", "", "", notebook.badge(word)))
-            rows += [_row(label, index == 0, row) for index, row in enumerate(_records(finest))]
+            if method not in refused:
+                rows += self._judged_rows(method)
+            elif refused[method] != "not asked for":
+                label = style(method).label
+                rows.append((label, "", "", "", refused[method], notebook.badge("not run")))
         return rows
 
-
-def _records(measures: pd.DataFrame) -> list[dict[str, Any]]:
-    return measures.to_dict("records")  # type: ignore[return-value]
-
-
-def _row(label: str, first: bool, row: dict[str, Any]) -> tuple[object, ...]:
-    setting = (label, f"{row['resolution']:.0f}", fmt.duration(row["seconds"]))
-    equal = f" at equal {notebook.words(row['at'])}" if row["at"] in fmt.QUANTITIES else ""
-    error = fmt.plus_minus(row["maximum"], row["uncertainty"])
-    what = notebook.words(row["quantity"]) + equal
-    return (*(setting if first else ("", "", "")), what, error, notebook.badge(row["verdict"]))
+    def _judged_rows(self, method: str) -> list[tuple[object, ...]]:
+        """Return one row per quantity: what decides, at equal penetration or at equal force."""
+        label = style(method).label
+        found = [each for each in verdicts(self.record, method) if each.word != NO_RESULT]
+        if not found:
+            truth = selection.reference(self.record)[0]
+            word = "reference" if method == truth else NO_RESULT
+            return [(label, "", "", "", "", notebook.badge(word))]
+        solved = selection.curve(self.record, method, found[0].resolution)
+        time = fmt.duration(selection.column(solved, "seconds")[0])
+        rows = []
+        for index, name in enumerate(dict.fromkeys(each.quantity for each in found)):
+            deciding = worst([each for each in found if each.quantity == name])
+            setting = (label, f"{deciding.resolution:.0f}", time) if index == 0 else ("", "", "")
+            error = fmt.plus_minus(deciding.error, deciding.uncertainty)
+            equal = (
+                f" at equal {notebook.words(deciding.at)}" if deciding.at in fmt.QUANTITIES else ""
+            )
+            what = notebook.words(name) + equal
+            rows.append((*setting, what, error, notebook.badge(deciding.word)))
+        return rows
 
 
 def compare(

@@ -30,6 +30,7 @@ PARSED_ONLY = {
     r"roughline claims --method": "minutes",
     r"roughline hard-cases( --full)?$|roughline hard-cases winkler": "minutes; tests run them all",
     r"roughline calibrate|roughline bench": "minutes",
+    r"roughline run rough-free --methods|roughline paper rough ": "half a minute",
     r"roughline check": "tutorials and tests of the regression run it",
     r".*(tamaas|ngsolve|contactmechanics)": "needs the extra `peers`",
 }

@@ -15,6 +15,7 @@ import pandas as pd
 
 from comparisons import formatting as fmt
 from comparisons.loading import NORMAL
+from comparisons.method_names import known_methods
 from comparisons.metrics import sizes_along_path
 from comparisons.store import SceneRecord
 from reports import selection
@@ -96,17 +97,18 @@ class _Lines:
         return self.names[1] == self.scene.control
 
     def draw_bands(self, axes: Any) -> None:
-        value = self.points[0 if self.sideways else 1]
-        name = self.names[0 if self.sideways else 1]
-        factor = self.factors[0 if self.sideways else 1]
+        """Draw the scatter of the realisations, and the bar of the truth."""
+        place = 0 if self.sideways else 1
+        value, name, factor = self.points[place], self.names[place], self.factors[place]
+        truth = self.method == selection.reference(self.scene)[0]
         level = selection.column(self.rows, "resolution")[0]
         single = selection.realisations(self.scene, self.method, level)
-        if not single.empty:
+        # Solvers of the same surfaces scatter alike: of them the truth's band says it all.
+        if not single.empty and (truth or _is_line(self.method)):
             low, high = quantiles(single, name, selection.column(self.rows, "step"))
             own = {"color": look(self.method).colour, "alpha": 0.13, "lw": 0}
             self._fill(axes, low * factor, high * factor, own)
         bar = selection.column(self.rows, f"reference_uncertainty_{name}")
-        truth = self.method == selection.reference(self.scene)[0]
         if truth and (bar > fmt.ROUND_OFF).any():
             half = bar * (sizes_along_path(value) if self.scene.is_path else np.abs(value))
             self._fill(axes, value - half, value + half, BAR)
@@ -114,6 +116,11 @@ class _Lines:
     def _fill(self, axes: Any, low: np.ndarray, high: np.ndarray, look: dict[str, Any]) -> None:
         fill = axes.fill_betweenx if self.sideways else axes.fill_between
         fill(self.points[1 if self.sideways else 0], low, high, **look)
+
+
+def _is_line(method: str) -> bool:
+    known = known_methods().get(method)
+    return known is not None and known.dimension == 1
 
 
 def _set_scales(axes: Any, scene: SceneRecord, across: np.ndarray, up: np.ndarray) -> None:

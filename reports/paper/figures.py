@@ -92,6 +92,8 @@ def _legend(figure: PaperFigure, grid: list[Any], columns: int) -> None:
         for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
             entries.setdefault(label, handle)
     labels = sorted(entries, key=drawing.legend_place)
+    rows = -(-len(labels) // columns)
+    columns = -(-len(labels) // rows)  # rows of equal length
     figure.legend(
         [entries[label] for label in labels], labels, loc="outside upper center", ncols=columns,
         fontsize=7, frameon=False, handlelength=2.4, columnspacing=1.2,
