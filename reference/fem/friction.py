@@ -50,17 +50,27 @@ class FrictionStep:
     sweeps: int
 
 
+# Newton steps towards prescribed forces, their relative error, and the step of their slopes as a
+# share of the penetration.
+_NEWTON, _FORCE_ERROR, _SLOPE_STEP = 60, 1e-6, 1e-3
+# A step of Newton's method changes the penetration at most by this factor.
+_LARGEST_FACTOR = 2.0
+_NORMAL, _TANGENTIAL = ("penetration", "force"), ("tangential_displacement", "tangential_force")
+
+
 def follow(
     body: FrictionalBody,
     gap: ArrayLike,
     friction: float,
     *,
-    penetration: Sequence[float],
-    tangential_displacement: Sequence[float],
+    penetration: Sequence[float] | None = None,
+    force: Sequence[float] | None = None,
+    tangential_displacement: Sequence[float] | None = None,
+    tangential_force: Sequence[float] | None = None,
     tolerance: float = 1e-7,
     max_sweeps: int = 20_000,
 ) -> Iterator[FrictionStep]:
-    """Follow a path of penetration and tangential displacement of a rigid shape.
+    """Follow a path of normal and tangential loads of a rigid shape.
 
     Parameters
     ----------
@@ -69,8 +79,11 @@ def follow(
         Initial gap over `body.points`, symmetric about y = 0.
     friction : float
         mu.
-    penetration, tangential_displacement : sequence, shape (k,)
-        The steps, in order; slip is counted over each of them (implicit Euler).
+    penetration, force : sequence, shape (k,)
+        Exactly one; a force is positive.
+    tangential_displacement, tangential_force : sequence, shape (k,)
+        Exactly one, as long; a force below mu F. The steps are walked in order; slip is counted
+        over each of them (implicit Euler).
     tolerance : float
         Bound of `FrictionStep.error`.
     max_sweeps : int
@@ -84,52 +97,154 @@ def follow(
     ValueError
         If shapes differ or a number is out of range.
     ConvergenceError
-        From the step whose sweeps do not converge.
+        From the step whose sweeps do not converge, or whose forces are not found.
     """
     gap = np.asarray(gap, dtype=float)
-    steps = np.column_stack([penetration, tangential_displacement]).astype(float)
+    kinds, path = [], []
+    for names, given in (
+        (_NORMAL, (penetration, force)),
+        (_TANGENTIAL, (tangential_displacement, tangential_force)),
+    ):
+        chosen = [pair for pair in zip(names, given, strict=True) if pair[1] is not None]
+        if len(chosen) != 1:
+            raise ValueError(f"give exactly one of {', '.join(names)}")
+        kinds.append(chosen[0][0])
+        path.append(chosen[0][1])
+    steps = np.column_stack(path).astype(float)
     if gap.shape != body.held.shape or not np.isfinite(gap).all():
         raise ValueError(f"gap must be finite, of shape {body.held.shape}, got {gap.shape}")
     if not (np.isfinite(friction) and friction > 0) or not np.isfinite(steps).all():
         raise ValueError(f"friction must be positive and all steps finite, got {friction!r}")
-    return _follow(body, gap, friction, steps, tolerance, max_sweeps)
+    if kinds[0] == "force" and not (steps[:, 0] > 0).all():
+        raise ValueError(f"the force must be positive, got {force!r}")
+    walk = _Walk(body, gap, friction, (kinds[0], kinds[1]), tolerance, max_sweeps)
+    return (walk.step(row) for row in steps)
 
 
-def _follow(
-    body: FrictionalBody,
-    gap: NDArray[np.float64],
-    friction: float,
-    steps: NDArray[np.float64],
-    tolerance: float,
-    max_sweeps: int,
-) -> Iterator[FrictionStep]:
-    count = len(gap)
-    table = np.ascontiguousarray(body.compliance.reshape(3 * count, 3 * count))
-    forces, position = np.zeros((count, 3)), np.zeros((count, 2))
-    for depth, shift in steps:
-        aim = np.column_stack([shift - position[:, 0], -position[:, 1], depth - gap])
-        errors = _sweeps(
-            table, aim, body.held, friction, forces, tolerance * abs(depth), max_sweeps
+class _Walk:
+    """The state between two steps: forces on the nodes, and where the shape is against them."""
+
+    def __init__(
+        self,
+        body: FrictionalBody,
+        gap: NDArray[np.float64],
+        friction: float,
+        kinds: tuple[str, str],
+        tolerance: float,
+        max_sweeps: int,
+    ) -> None:
+        self.body, self.gap, self.friction = body, gap, friction
+        self.tolerance, self.max_sweeps = tolerance, max_sweeps
+        count = len(gap)
+        self.table = np.ascontiguousarray(body.compliance.reshape(3 * count, 3 * count))
+        self.forces, self.position = np.zeros((count, 3)), np.zeros((count, 2))
+        # which of penetration and displacement are sought for a prescribed force
+        self.sought = np.array([kinds[0] == "force", kinds[1] == "tangential_force"])
+        self.place = np.zeros(2)
+
+    def step(self, loads: NDArray[np.float64]) -> FrictionStep:
+        """Solve one step and keep its state."""
+        place, forces, errors = self._balanced(loads)
+        moved = (self.table @ forces.ravel()).reshape(-1, 3)
+        self.position = np.column_stack([place[1] - moved[:, 0], -moved[:, 1]])
+        self.forces, self.place = forces, place
+        normal, along = self._totals(forces)
+        size = np.hypot(forces[:, 0], forces[:, 1])
+        return FrictionStep(
+            penetration=float(place[0]),
+            tangential_displacement=float(place[1]),
+            force=float(normal),
+            tangential_force=float(along),
+            reactions=forces.copy(),
+            sticking=(forces[:, 2] > 0) & (size < (1 - 1e-9) * self.friction * forces[:, 2]),
+            error=float(errors[-1] / abs(place[0])),
+            sweeps=len(errors),
         )
-        if not errors[-1] <= tolerance * abs(depth):
+
+    def _balanced(
+        self, loads: NDArray[np.float64]
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
+        """Find penetration and displacement that carry the loads, by Newton's method."""
+        sought = np.flatnonzero(self.sought)
+        place = np.where(self.sought, self.place, loads)
+        if self.sought[0] and place[0] <= 0:
+            place[0] = self._first_depth(loads[0])
+        history: list[float] = []
+        for _ in range(_NEWTON):
+            forces, errors = self._solved(place)
+            if not sought.size:
+                return place, forces, errors
+            totals = self._totals(forces)
+            missing = (loads - totals)[sought]
+            normal = loads[0] if self.sought[0] else totals[0]
+            if self.sought[1] and not abs(loads[1]) < self.friction * normal:
+                raise ConvergenceError(
+                    f"the tangential force {loads[1]!r} is not below friction times the normal "
+                    "force: the contact slides as a whole"
+                )
+            # of the normal force: a tangential one may pass zero
+            unit = np.array([1.0, self.friction])[sought] * normal
+            history.append(float(np.abs(missing / unit).max()))
+            if history[-1] <= _FORCE_ERROR:
+                return place, forces, errors
+            place = self._improved(place, totals, missing, sought)
+        raise ConvergenceError("no displacement carries the forces of a frictional step", history)
+
+    def _improved(
+        self,
+        place: NDArray[np.float64],
+        totals: NDArray[np.float64],
+        missing: NDArray[np.float64],
+        sought: NDArray[np.intp],
+    ) -> NDArray[np.float64]:
+        """Take one step of Newton's method, slopes by differences."""
+        slopes = np.empty((sought.size, sought.size))
+        moved = _SLOPE_STEP * np.array([1.0, self.friction]) * abs(place[0])
+        for column, which in enumerate(sought):
+            beside = place.copy()
+            beside[which] += moved[which]
+            change = self._totals(self._solved(beside)[0]) - totals
+            slopes[:, column] = change[sought] / moved[which]
+        new = place.copy()
+        new[sought] += np.linalg.lstsq(slopes, missing)[0]
+        if self.sought[0]:
+            new[0] = np.clip(new[0], place[0] / _LARGEST_FACTOR, place[0] * _LARGEST_FACTOR)
+        return new
+
+    def _solved(
+        self, place: NDArray[np.float64]
+    ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+        """Return forces on the nodes at a place, and the errors of the sweeps."""
+        depth, shift = place
+        aim = np.column_stack([shift - self.position[:, 0], -self.position[:, 1], depth - self.gap])
+        forces, bound = self.forces.copy(), self.tolerance * abs(depth)
+        errors = _sweeps(
+            self.table, aim, self.body.held, self.friction, forces, bound, self.max_sweeps
+        )
+        if not errors[-1] <= bound:
             raise ConvergenceError(
                 f"node by node, friction stopped at an error of {errors[-1] / abs(depth):.1e} of "
                 "the penetration",
                 errors / abs(depth),
             )
-        moved = (table @ forces.ravel()).reshape(count, 3)
-        position = np.column_stack([shift - moved[:, 0], -moved[:, 1]])
-        size = np.hypot(forces[:, 0], forces[:, 1])
-        yield FrictionStep(
-            penetration=float(depth),
-            tangential_displacement=float(shift),
-            force=2.0 * float(forces[:, 2].sum()),
-            tangential_force=2.0 * float(forces[:, 0].sum()),
-            reactions=forces.copy(),
-            sticking=(forces[:, 2] > 0) & (size < (1 - 1e-9) * friction * forces[:, 2]),
-            error=float(errors[-1] / abs(depth)),
-            sweeps=len(errors),
-        )
+        return forces, errors
+
+    def _first_depth(self, force: float) -> float:
+        """Return the depth of a punch as wide as the candidates, from where Newton's method starts."""
+        lift = float((self.table @ _even(self.gap.size)).reshape(-1, 3)[:, 2].mean())
+        return force / 2 * lift
+
+    @staticmethod
+    def _totals(forces: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return normal and tangential force of both halves."""
+        return 2.0 * np.array([forces[:, 2].sum(), forces[:, 0].sum()])
+
+
+def _even(count: int) -> NDArray[np.float64]:
+    """Return normal forces on all nodes alike, of sum one."""
+    forces = np.zeros((count, 3))
+    forces[:, 2] = 1 / count
+    return forces.ravel()
 
 
 @njit(cache=True)

@@ -86,3 +86,27 @@ def test_refusals():
         follow(body, gap[1:], MU, penetration=[1.0], tangential_displacement=[0.0])
     with pytest.raises(ConvergenceError, match="node by node"):
         next(follow(body, gap, MU, penetration=[1.0], tangential_displacement=[0.0], max_sweeps=2))
+
+
+def test_prescribed_forces_are_those_of_the_prescribed_displacements():
+    """The forces that a path of depths and shifts had, prescribed, give it back."""
+    depth, shift = path(5)
+    body = frictional_body(1.0, 2.4, 0.2, elements=2)
+    gap = (body.points**2).sum(axis=1) / 2
+    driven = list(follow(body, gap, MU, penetration=depth, tangential_displacement=shift))
+    loads = {name: [getattr(s, name) for s in driven] for name in ("force", "tangential_force")}
+    for one, other in zip(follow(body, gap, MU, **loads), driven, strict=True):
+        assert one.penetration == pytest.approx(other.penetration, rel=1e-5)
+        apart = one.tangential_displacement - other.tangential_displacement
+        assert abs(apart) < 1e-4 * MU * other.penetration
+        assert one.force == pytest.approx(other.force, rel=1e-6)
+
+
+def test_forces_beyond_friction_are_not_found():
+    """F_x = 1.2 mu F is no equilibrium, and the search says so."""
+    body = frictional_body(1.0, 2.4, 0.2, elements=2)
+    gap = (body.points**2).sum(axis=1) / 2
+    with pytest.raises(ConvergenceError, match="slides as a whole"):
+        list(follow(body, gap, MU, force=[1.0, 1.0], tangential_force=[0.0, 1.2 * MU]))
+    with pytest.raises(ValueError, match="exactly one of penetration, force"):
+        follow(body, gap, MU, tangential_force=[0.0])

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -12,6 +11,7 @@ from comparisons.geometry import Geometry, RoughGeometry
 from comparisons.methods.base import Solution, Support, Task
 from comparisons.methods.bem_fft import BemFft
 from comparisons.methods.closed_form import ClosedForm, form_of
+from comparisons.methods.friction_path import finer_path, normal_load
 from comparisons.methods.grid import Grid, cells, make_grid
 from comparisons.methods.reduced import Reduced, draw_lines, line_picture, profile_of
 from comparisons.options import FftOptions, ReducedOptions
@@ -27,11 +27,6 @@ from reference.halfspace.traction import NormalAndTangential
 
 PHYSICS = frozenset({"friction"})
 SLIDES = "the tangential force is not below friction times the normal force: it slides as a whole"
-# The contact is pressed in this many geometric steps from a share of its load, for the slip that
-# pressing itself causes; per unit of resolution, at least.
-PRESSING, FIRST_SHARE = 0.5, 0.02
-# A stretch of the path is cut into one more step for each so many cells per contact radius.
-CELLS_PER_PART = 16
 # Rough grids beyond this many points a side take hours along a path.
 LARGEST_ROUGH = 160
 
@@ -39,13 +34,6 @@ LARGEST_ROUGH = 160
 def _friction(scene: Scene) -> float:
     assert scene.friction is not None
     return scene.friction.coefficient
-
-
-def _normal(task: Task) -> tuple[str, float]:
-    """Return the normal load that is held."""
-    normal = task.loads.normal
-    assert normal is not None
-    return normal.control, float(normal.values[-1])
 
 
 def _steps_below(task: Task, force: float) -> int:
@@ -91,7 +79,7 @@ def _slide_profile(
     task: Task, springs: int
 ) -> tuple[foundation.Indentation, tangential.TangentialPath, int]:
     """Return the normal contact, the path as far as it holds, and the number of its steps."""
-    control, load = _normal(task)
+    control, load = normal_load(task)
     options, scene = task.options, task.scene
     assert isinstance(options, ReducedOptions)
     profile, modulus = profile_of(scene), scene.effective_modulus
@@ -157,7 +145,7 @@ def _slide_lines(task: Task, solution: Solution) -> None:
     assert isinstance(task.geometry, RoughGeometry)
     with solution.setup():
         lines, spacing, patches = draw_lines(task, task.geometry)
-    control, load = _normal(task)
+    control, load = normal_load(task)
     normal: dict[str, Any] = {control: load * (patches if control == "force" else 1.0)}
     for row, line in enumerate(lines):
         contact = rough_line.press(
@@ -223,7 +211,7 @@ class ClosedFormTangential(ClosedForm):
         assert scene.indenter is not None
         form = form_of(scene.indenter, scene.effective_modulus)
         assert form is not None
-        control, load = _normal(task)
+        control, load = normal_load(task)
         depth = load if control == "penetration" else float(form.penetration(load))
         ratio = scene.tangential_modulus / scene.effective_modulus
         slip = PartialSlip(form, depth, _friction(scene), ratio)
@@ -330,37 +318,18 @@ def _body(task: Task, grid: Grid) -> NormalAndTangential:
 
 
 def _path(task: Task, body: NormalAndTangential, grid: Grid) -> Iterator[FrictionStep]:
-    """Yield the steps of the scene's path, finer ones and those of pressing left out.
-
-    Steps grow finer with the grid, as the answer is of first order in both: then the bar that
-    three resolutions give covers either.
-    """
-    control, load = _normal(task)
+    """Yield the steps of the scene's path, finer ones and those of pressing left out."""
     coupled = _coupled(task.scene)
-    per_radius = _cells_per_radius(task)
-    presses = max(6, round(PRESSING * per_radius)) if coupled else 1
-    parts = 1 + per_radius // CELLS_PER_PART
-    knots = np.concatenate([[0.0], task.loads.values])
-    ways = [a + (b - a) * np.arange(1, parts + 1) / parts for a, b in pairwise(knots)]
-    path = np.concatenate([np.zeros(presses), *ways])
-    normal = load * np.concatenate(
-        [
-            np.geomspace(FIRST_SHARE, 1.0, presses) if coupled else [1.0],
-            np.ones(path.size - presses),
-        ]
-    )
+    way = finer_path(task, _cells_per_radius(task), coupled)
     options = task.options
     assert isinstance(options, FftOptions)
-    loads: dict[str, Any] = {control: normal, task.loads.control: path}
     steps = sweep(
         *(body, grid.gap, _friction(task.scene)),
-        **loads,
+        **way.loads,
         coupled=coupled,
         tolerance=max(options.tolerance, 1e-6),
     )
-    for number, step in enumerate(steps, 1 - presses):
-        if number > 0 and number % parts == 0:
-            yield step
+    yield from way.asked(steps)
 
 
 def _cells_per_radius(task: Task) -> int:

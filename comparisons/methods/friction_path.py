@@ -1,0 +1,59 @@
+"""A tangential path in the finer steps that a 3-D solver walks: pressed first, then pulled."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import TypeVar
+
+import numpy as np
+
+from comparisons.methods.base import Task
+
+# The contact is pressed in this many geometric steps from a share of its load, for the slip that
+# pressing itself causes; per unit of resolution, at least.
+PRESSING, LEAST_PRESSES, FIRST_SHARE = 0.5, 6, 0.02
+# A stretch of the path is cut into one more step for each so many cells per contact radius.
+CELLS_PER_PART = 16
+
+Step = TypeVar("Step")
+
+
+@dataclass(frozen=True)
+class FinerPath:
+    """Loads of all steps, by the name of their control, and which of them the scene asked for."""
+
+    loads: dict[str, np.ndarray]
+    presses: int
+    parts: int
+
+    def asked(self, steps: Iterable[Step]) -> Iterator[Step]:
+        """Yield the steps at the scene's own loads."""
+        for number, step in enumerate(steps, 1 - self.presses):
+            if number > 0 and number % self.parts == 0:
+                yield step
+
+
+def normal_load(task: Task) -> tuple[str, float]:
+    """Return the control and the normal load that is held."""
+    normal = task.loads.normal
+    assert normal is not None
+    return normal.control, float(normal.values[-1])
+
+
+def finer_path(task: Task, per_radius: int, coupled: bool) -> FinerPath:
+    """Cut a path into steps for a grid of so many cells, or spacings of nodes, per contact radius.
+
+    Steps grow finer with the grid, as the answer is of first order in both: then the bar that
+    three resolutions give covers either. Without coupling pressing causes no slip: one step.
+    """
+    control, load = normal_load(task)
+    presses = max(LEAST_PRESSES, round(PRESSING * per_radius)) if coupled else 1
+    parts = 1 + per_radius // CELLS_PER_PART
+    knots = np.concatenate([[0.0], task.loads.values])
+    ways = [a + (b - a) * np.arange(1, parts + 1) / parts for a, b in pairwise(knots)]
+    path = np.concatenate([np.zeros(presses), *ways])
+    pressing = np.geomspace(FIRST_SHARE, 1.0, presses) if coupled else np.ones(1)
+    normal = load * np.concatenate([pressing, np.ones(path.size - presses)])
+    return FinerPath({control: normal, task.loads.control: path}, presses, parts)
