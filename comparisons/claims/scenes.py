@@ -103,8 +103,8 @@ def measure_scene(
 def _plan(claim: Claim, value: float | None, effort: Effort, independent: bool) -> Plan:
     """Plan the judged method and the references that the measurement needs.
 
-    A closed form needs no fine grids beside it: they only check it, and at quick effort without the
-    finest of them.
+    A closed form needs no fine grids beside it: they only check it. At quick effort what checks,
+    elements with friction beside the half-space, too, leaves out its finest grid.
     """
     changed = overrides(claim, value)
     scene = load_scene(claim.source, changed)
@@ -120,8 +120,9 @@ def _plan(claim: Claim, value: float | None, effort: Effort, independent: bool) 
         changed["compare.tolerance"] = CHECKING
     changed["compare.methods"] = list(dict.fromkeys(methods))
     (plan, *_) = plan_scene(load_scene(claim.source, changed), effort)
-    if exact and effort == "quick":
-        plan = replace(plan, methods=tuple(_coarser(m, claim) for m in plan.methods))
+    if effort == "quick":
+        checks = {m for m in methods if exact or (m == "fem" and scene.physics)} - {claim.method}
+        plan = replace(plan, methods=tuple(_coarser(m, checks) for m in plan.methods))
     if not _fixed(claim):
         return plan
     assert value is not None
@@ -136,11 +137,10 @@ def _fixed(claim: Claim) -> bool:
     return claim.vary is not None and claim.vary.path == (RESOLUTION,)
 
 
-def _coarser(planned: MethodPlan, claim: Claim) -> MethodPlan:
-    """Leave out the finest of three grids of a method that is not the judged one."""
-    checks = METHODS[planned.method].dimension == 3 and planned.method != claim.method
-    fewer = planned.resolutions[:-1] if checks and len(planned.resolutions) > 2 else ()
-    return replace(planned, resolutions=fewer) if fewer else planned
+def _coarser(planned: MethodPlan, checks: set[str]) -> MethodPlan:
+    """Leave out the finest of three grids of a method that only checks."""
+    fewer = planned.resolutions[:-1] if planned.method in checks else ()
+    return replace(planned, resolutions=fewer) if len(fewer) > 1 else planned
 
 
 def _with(planned: MethodPlan, claim: Claim, resolutions: tuple[int, ...]) -> MethodPlan:

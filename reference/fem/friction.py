@@ -230,7 +230,7 @@ class _Walk:
         return forces, errors
 
     def _first_depth(self, force: float) -> float:
-        """Return the depth of a punch as wide as the candidates, from where Newton's method starts."""
+        """Return the depth of a punch as wide as the candidates, where Newton's method starts."""
         lift = float((self.table @ _even(self.gap.size)).reshape(-1, 3)[:, 2].mean())
         return force / 2 * lift
 

@@ -64,6 +64,33 @@ def test_coupling_is_what_the_springs_leave_out(scene):
     assert apart["none"] < 5e-3 < 0.08 < apart["full"]
 
 
+def test_finite_elements_see_the_same_coupling(scene):
+    """Rigid ball on nu = 0.2, both forces prescribed: within 2 % where springs lack 8 % or more."""
+    half_space = {"youngs_modulus": "3 MPa", "poisson_ratio": 0.2}
+    ball = friction(scene, half_space=half_space)
+    known = {
+        name: solved(ball, name, n).quantities["tangential_displacement"][0]
+        for name, n in (("fem", 4), ("bem_fft", 16), ("reduced", 20))
+    }
+    size = np.abs(known["bem_fft"]).max()
+    assert np.abs(known["fem"] - known["bem_fft"]).max() < 0.02 * size
+    assert np.abs(known["reduced"] - known["bem_fft"]).max() > 0.08 * size
+
+
+def test_finite_elements_say_where_they_have_no_friction(scene):
+    fem = method_for("fem", friction(scene))
+    assert "0.4999" in fem.supports(friction(scene)).reason
+    steel = {"youngs_modulus": "210 GPa", "poisson_ratio": 0.3}
+    punch = friction(scene, half_space=steel, indenter={"shape": "cylinder", "radius": "1 mm"})
+    assert "round smooth" in fem.supports(punch).reason
+    apart = friction(scene, half_space=steel, methods={"bem_fft": {"coupling": "none"}})
+    assert "coupling" in fem.supports(apart).reason
+    loading = {"force": "1 N", "tangential_force": ["0.2 N", "0.4 N"]}
+    slides = solved(friction(scene, half_space=steel, loading=loading), "fem", 2)
+    assert slides.converged[0].tolist() == [True, False]
+    assert "slides as a whole" in slides.reasons[0, 1]
+
+
 @pytest.mark.parametrize("kind", ["tangential_force", "tangential_displacement"])
 def test_a_flat_circle_on_rubber_has_a_closed_form(scene, kind):
     """Linear up to mu F, and the same springs: rounding. Beyond mu F there is no force to hold."""
