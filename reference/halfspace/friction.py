@@ -27,6 +27,8 @@ from reference.halfspace.traction import NormalAndTangential
 Field = NDArray[np.float64]
 Fields = NDArray[np.float64]
 
+# Precision of the first round of a step, and of the next ones relative to what the last left.
+_FIRST_ROUND, _PER_ROUND = 1e-3, 0.1
 _LOADS = ("penetration", "force", "tangential_displacement", "tangential_force")
 
 
@@ -166,15 +168,19 @@ class _Path:
         lift = self.body.lift(self.traction) if self.coupled else np.zeros(self.body.shape)
         history: list[float] = []
         iterations = 0
+        # each problem only as well as the other is known, in the end to the tolerance
+        alone = not self.coupled or self.body.compliance.coupling == 0
+        precision = self.tolerance if alone else max(self.tolerance, _FIRST_ROUND)
         for rounds in range(1, self.max_rounds + 1):
-            contact, depth = self.press(normal, lift)
-            found, drag = self.shift(contact, depth, tangential)
+            contact, depth = self.press(normal, lift, precision)
+            found, drag = self.shift(contact, depth, tangential, precision)
             iterations += found.iterations
             new_lift = self.body.lift(found.traction) if self.coupled else lift
             worst = self.violation(contact, depth, lift, new_lift)
             history.append(worst)
             lift, self.traction = new_lift, found.traction
-            if worst <= self.tolerance:
+            reached, precision = precision, max(self.tolerance, _PER_ROUND * worst)
+            if worst <= self.tolerance and reached <= self.tolerance:
                 return self.finish(
                     contact, depth, found, drag, tangential, worst, rounds, iterations
                 )
@@ -184,7 +190,7 @@ class _Path:
             history,
         )
 
-    def press(self, load: float, lift: Field) -> tuple[Contact, float]:
+    def press(self, load: float, lift: Field, precision: float) -> tuple[Contact, float]:
         """Solve the normal problem over a surface that is lifted; contact and true penetration."""
         lifted = self.gap + lift
         lowest = float(lifted.min())
@@ -194,7 +200,7 @@ class _Path:
             self.body.normal,
             lifted - offset,
             **{self.kinds[0]: given},
-            tolerance=0.3 * self.tolerance,
+            tolerance=0.3 * precision,
             start=self.contact,
         )
         self.contact = contact
@@ -212,7 +218,7 @@ class _Path:
         return violation(clearance, contact.mask, finite, depth)
 
     def shift(
-        self, contact: Contact, depth: float, load: float
+        self, contact: Contact, depth: float, load: float, precision: float
     ) -> tuple[stick_slip.Tractions, Fields]:
         """Solve the tangential problem under a pressure, in the box of the loaded cells."""
         drag = self.body.drag(contact.pressure) if self.coupled else np.zeros((2, *self.body.shape))
@@ -232,7 +238,7 @@ class _Path:
             self.friction * contact.pressure[box],
             wanted[inside],
             self.traction[inside],
-            self.tolerance * self.scale,
+            precision * self.scale,
             total=total,
         )
         if part is not self.body:
