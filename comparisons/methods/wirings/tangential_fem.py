@@ -18,8 +18,9 @@ from reference.fem.frictional_body import FrictionalBody, frictional_body
 
 # The nodes that may touch reach this far, in contact radii: within it the shape must have a gap.
 _REACH = 1.25
-# Each of the elements has two spacings of nodes.
-_SPACINGS = 2
+# Steps of the path are as fine as on a grid of so many cells per element: they are cheap here, and
+# must grow finer with the mesh, so that the bar of three meshes covers them.
+_CELLS_PER_ELEMENT = 8
 
 
 class FemTangential(Fem):
@@ -101,7 +102,7 @@ def _path(task: Task, body: FrictionalBody) -> Iterator[FrictionStep]:
     scene = task.scene
     assert isinstance(task.geometry, IndenterGeometry)
     assert scene.friction is not None
-    way = finer_path(task, _SPACINGS * task.resolution, coupled=True)
+    way = finer_path(task, _CELLS_PER_ELEMENT * task.resolution, coupled=True)
     gap = task.geometry.indenter.gap(*body.points.T)
     return way.asked(follow(body, gap, scene.friction.coefficient, **way.loads))
 
