@@ -4,6 +4,9 @@ import os
 
 from hypothesis import settings
 
+# Sphinx's, and scripts that tests/test_tutorials.py runs as a whole: nothing to import here.
+collect_ignore = [f"docs/{name}" for name in ("conf.py", "site", "tutorials", "gallery", "_build")]
+
 # Before NumPy is imported, and inherited by the programs that tests start.
 for variable in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(variable, "1")

@@ -39,7 +39,7 @@ moved
 # The paraboloid did not notice, for it the two rules are the same; the cone lost a fifth of its
 # force, and what moved most is its area: (pi/4)^2 of what it was. A test on the paraboloid alone
 # would have been green.
-assert {each.scene for each in moved.failed} == {"cone"}
+assert {each.scene for each in moved.failed if "moved" in each.kinds} == {"cone"}
 print(moved.table().query("bad")[["scene", "resolution", "what", "quantity", "change"]])
 
 # %%
@@ -54,20 +54,23 @@ baseline = folder / "roughline-baseline.json"
 
 
 def check(*arguments):
-    """Run ``roughline check`` on one scene, as a CI job would."""
+    """Run ``roughline check`` on one scene, as a CI job would, and return what it says."""
     command = [sys.executable, "-m", "reports", "check", "paraboloid", *arguments]
     done = subprocess.run(
         [*command, "--baseline", str(baseline)], capture_output=True, text=True, check=False
     )
-    print(done.stdout or done.stderr)
-    return done.returncode
+    return f"{done.stdout}{done.stderr}exit code {done.returncode}"
 
 
-check("--update")
+print(check("--update"))
 
 # %%
-# The next build is checked against it. Nothing has drifted, and the exit code is 0:
-assert check("--junit", str(folder / "check.xml")) == 0
+# The next build is checked against it. No curve has moved, and the exit code is 0. (Speed is
+# judged, too, in units of a yardstick that is measured in turns with the model: should this page
+# have been made on a very busy machine, it says so here.)
+report = check("--junit", str(folder / "check.xml"))
+print(report)
+assert "moved" not in report
 
 # %%
 # Now let the model be wrong by two per mille, here by editing the stored curve instead of the code:
@@ -75,7 +78,10 @@ stored = json.loads(baseline.read_text())
 curves = stored["scenes"]["paraboloid"]["model"]["quantities"]
 curves["force"] = [1.002 * value for value in curves["force"]]
 baseline.write_text(json.dumps(stored))
-assert check() == 1
+report = check()
+print(report)
+assert "the reduced model moved" in " ".join(report.split())
+assert report.endswith("exit code 1")
 
 # %%
 # The check says that the *reduced model* moved and the references did not, which is what a
