@@ -14,7 +14,10 @@ from comparisons.verdicts import NO_RESULT, NOT_RESOLVED, OUTSIDE, WITHIN
 
 VERDICTS = (WITHIN, OUTSIDE, NOT_RESOLVED, NO_RESULT)
 # Columns that must be there, and what may stand in them; all other columns are read with care.
-TEXTS = {"rows": ("scene", "method"), "measures": ("scene", "method", "quantity", "at")}
+TEXTS = {
+    "rows": ("scene", "method"),
+    "measures": ("scene", "method", "quantity", "at", "verdict"),
+}
 NUMBERS = {"rows": ("resolution", "step"), "measures": ("resolution", "rms", "maximum")}
 LARGEST_RESOLUTION = 2**31
 # Arrays that belong together: of one dimension and one length.
@@ -26,6 +29,13 @@ TOGETHER = (
 )
 SCALARS = ("penetration", "profile_spacing", "line_penetration")
 POINTS = ("mesh_points", "mesh_displacement")
+
+
+def with_columns(table: pd.DataFrame, kind: str) -> pd.DataFrame:
+    """Return a table without rows (nothing was solved) with the columns that readers ask for."""
+    if len(table):
+        return table
+    return table.reindex(columns=list(dict.fromkeys([*table, *TEXTS[kind], *NUMBERS[kind]])))
 
 
 def table_problems(table: pd.DataFrame, kind: str) -> list[str]:

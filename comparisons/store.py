@@ -27,7 +27,7 @@ import pandas as pd
 
 from comparisons.errors import InputError
 from comparisons.physics.loads import PATHS
-from comparisons.results_form import field_problems, table_problems
+from comparisons.results_form import field_problems, table_problems, with_columns
 from comparisons.study_form import parse_study
 
 RESULTS = "results.csv"
@@ -242,8 +242,8 @@ def load_study(directory: str | Path) -> StudyRecord:
     root = Path(directory)
     try:
         document = parse_study((root / STUDY).read_text(encoding="utf-8"))
-        rows = pd.read_csv(root / RESULTS, low_memory=False, **_AS_WRITTEN)
-        measures = pd.read_csv(root / MEASURES, **_AS_WRITTEN)
+        rows = with_columns(pd.read_csv(root / RESULTS, low_memory=False, **_AS_WRITTEN), "rows")
+        measures = with_columns(pd.read_csv(root / MEASURES, **_AS_WRITTEN), "measures")
         problems = [f"{RESULTS}: {each}" for each in table_problems(rows, "rows")]
         problems += [f"{MEASURES}: {each}" for each in table_problems(measures, "measures")]
         if problems:

@@ -87,6 +87,7 @@ def record(tmp_path):
                 "at": ["penetration"],
                 "rms": [THIRD],
                 "maximum": [0.5],
+                "verdict": ["outside"],
             }
         ),
         fields={("bem_fft", 8): path},
@@ -332,6 +333,7 @@ def edited(record, name, change):
     ("name", "change", "said"),
     [
         (RESULTS, lambda t: t.drop(columns="method"), "results.csv: column method: missing"),
+        (MEASURES, lambda t: t.drop(columns="verdict"), "measures.csv: column verdict: missing"),
         (RESULTS, lambda t: t.assign(step="many"), "results.csv: column step: expected numbers"),
         (RESULTS, lambda t: t.assign(resolution=-1), "results.csv: column resolution: expected"),
         (MEASURES, lambda t: t.assign(quantity=""), "measures.csv: column quantity: expected a"),
