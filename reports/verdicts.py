@@ -81,7 +81,7 @@ def _verdict(scene: SceneRecord, row: dict) -> Verdict:
         rms=rms,
         uncertainty=bar,
         tolerance=scene.tolerance,
-        word=str(row["verdict"]),
+        word=str(row.get("verdict") or NO_RESULT),
         resolution=_float(row.get("resolution")),
     )
 

@@ -113,9 +113,9 @@ class _Lines:
             half = bar * (sizes_along_path(value) if self.scene.is_path else np.abs(value))
             self._fill(axes, value - half, value + half, BAR)
 
-    def _fill(self, axes: Any, low: np.ndarray, high: np.ndarray, look: dict[str, Any]) -> None:
+    def _fill(self, axes: Any, low: np.ndarray, high: np.ndarray, own: dict[str, Any]) -> None:
         fill = axes.fill_betweenx if self.sideways else axes.fill_between
-        fill(self.points[1 if self.sideways else 0], low, high, **look)
+        fill(self.points[1 if self.sideways else 0], low, high, **own)
 
 
 def _is_line(method: str) -> bool:

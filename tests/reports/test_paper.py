@@ -242,6 +242,13 @@ def test_a_scene_without_errors_has_only_curves(rough):
     assert overview(empty) is None
 
 
+def test_measures_without_their_verdict_column_are_no_verdicts(study, ball):
+    """A table that somebody cut is told as it is, and ends nothing."""
+    cut = replace(ball, measures=ball.measures.drop(columns="verdict"))
+    table = verdict_table(replace(study, scenes=(cut,)))
+    assert {row[3] for row in table.rows} == {"no result"}
+
+
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
