@@ -16,6 +16,7 @@ from comparisons.experiments import (
     neighbours,
     reading_scan,
     rough_area,
+    rough_slip,
     rubber_sliding,
     stress_use,
     tangential,
@@ -28,6 +29,7 @@ _MODULES = (
     *(kernel, active_set, bodies, neighbours, impact),
     *(line_statistics, rough_area, reading_scan, stress_use, two_bodies, cost),
     *(friction_law, harmonic, tangential, rubber_sliding, adhesive_face, adhesive_range),
+    rough_slip,
 )
 EXPERIMENTS: dict[str, Experiment] = {
     each.name: each for module in _MODULES for each in module.EXPERIMENTS

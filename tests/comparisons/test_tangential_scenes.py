@@ -10,7 +10,8 @@ import numpy as np
 import pytest
 
 from comparisons.execution import execute
-from comparisons.experiments import EXPERIMENTS
+from comparisons.experiments import EXPERIMENTS, rough_slip
+from comparisons.experiments.rough_ensemble import Surface, line_samples, press
 from comparisons.methods import Task, covers, method_for
 from comparisons.methods.base import Solution
 from comparisons.planning import plan_scene
@@ -149,6 +150,28 @@ def test_the_experiment_measures_mindlins_ellipse():
     found = measure(0.5, "quick", aspect=2.0)
     exact = stiffness_ratio(1, 1, 0.5) / stiffness_ratio(2, 1, 0.5) - 1
     assert abs(found.error - exact) < found.uncertainty < 0.02
+
+
+def test_the_experiment_on_rough_slip_measures_the_normal_law_twice(monkeypatch):
+    """Displacement d - d_c with F(d_c) = F - F_x/mu: exact on the line, close on surfaces.
+
+    At nu = 1/2 superposition lacks what the outline of a contact does to its tangential stiffness,
+    some per cent of single surfaces and of either sign (an ellipse 2:1: 5 %).
+    """
+    monkeypatch.setitem(rough_slip._COUNTS, "quick", (6, 200))
+    found = EXPERIMENTS["rough-slip"].measure(0.6, "quick")
+    assert found.uncertainty > 0.1
+    surface = Surface.of(48, 0.8, 2.0, 6.0, False)
+    stuck = 0.02 * (1 - 0.6)
+    ratio = rough_slip._FRICTION * 1.5  # mu E*/G*, G* = 4G/(2 - nu) = 2/3
+    for k in range(2):
+        maps = surface.operator(), surface.heights(k)
+        depths = [press(*maps, force)[1]["penetration"] for force in (0.02, stuck)]
+        expected = ratio * (depths[0] - depths[1])
+        assert rough_slip._true(surface, 0.02, 0.6, k, 1) == pytest.approx(expected, rel=0.05)
+    lines = rough_slip._stated(surface, 0.02, 0.6, 200)
+    full, less = (line_samples(surface, f, 200, points=192)["penetration"] for f in (0.02, stuck))
+    assert lines == pytest.approx(ratio * (full - less), rel=1e-9)
 
 
 def test_the_page_shows_the_tables_of_its_script():

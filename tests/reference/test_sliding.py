@@ -192,7 +192,7 @@ def test_full_contact_with_a_ridge_follows_the_complex_modulus(material, speed):
     )
 
 
-@pytest.mark.parametrize("speed", [0.003, 0.01])
+@pytest.mark.parametrize("speed", [pytest.param(0.003, marks=pytest.mark.slow), 0.01])
 def test_slow_paraboloid_has_the_friction_of_first_order(speed):
     """For v -> 0 mu = (eta/G) v/R: F_x = v tau int q_x^2 2/(E*|q|) |p^|^2 d2q/(2 pi)^2 on Hertz.
 

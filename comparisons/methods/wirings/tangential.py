@@ -27,8 +27,9 @@ from reference.halfspace.traction import NormalAndTangential
 
 PHYSICS = frozenset({"friction"})
 SLIDES = "the tangential force is not below friction times the normal force: it slides as a whole"
-# Rough grids beyond this many points a side take hours along a path.
-LARGEST_ROUGH = 160
+# Rough grids of more points a side take minutes a surface along a path: where pressing and shearing
+# act on each other, and where they do not.
+LARGEST_COUPLED, LARGEST_ROUGH = 160, 200
 
 
 def _friction(scene: Scene) -> float:
@@ -256,7 +257,8 @@ class BemFftTangential(BemFft):
         """Half the cells of a frictionless contact; rough, the grids that a path affords."""
         if isinstance(geometry, RoughGeometry):
             planned = super().resolutions(scene, geometry)
-            return tuple(n for n in planned if n <= LARGEST_ROUGH) or planned[:1]
+            most = LARGEST_COUPLED if _coupled(scene) else LARGEST_ROUGH
+            return tuple(n for n in planned if n <= most) or planned[:1]
         finest = int(np.clip(32 * np.sqrt(0.01 / scene.compare.tolerance), 16, 64))
         return finest // 4, finest // 2, finest
 
