@@ -22,7 +22,8 @@ def test_every_page_is_on_the_way_from_the_index():
         (DOCS / page).read_text(encoding="utf-8") for page in ("index.md", "methods/index.md")
     )
     for page in (*DOCS.glob("*.md"), *DOCS.glob("methods/*.md")):
-        assert page.name == "index.md" or re.search(rf"^{page.stem}$", told, re.MULTILINE), page
+        listed = page.name == "index.md" or re.search(rf"^{page.stem}$", told, re.MULTILINE)
+        assert listed, f"{page.name}: add {page.stem} to a toctree of docs/index.md"
 
 
 @pytest.mark.parametrize("method", METHODS)
