@@ -50,7 +50,7 @@ def execute(task: Task, repeats: int = REPEATS) -> Solution:
             solution.machine = this_machine()
             return solution
         with threadpool_limits(limits=THREADS):
-            compile_seconds = _warm_up(task)
+            compile_seconds = warm_up(task)
             _prepare(task)
             solution, seconds, memory = _first(lambda: _solve(task))
             times, setups = [seconds], [solution.setup_seconds]
@@ -132,11 +132,21 @@ def _reason(error: Exception) -> str:
     return f"{name}: {error} (in {where.name})" if str(error) else f"{name} in {where.name}"
 
 
-def _warm_up(task: Task) -> float:
-    """Compile once per process and kind of scene; return how long it took the first time."""
+def kind_of(task: Task) -> tuple[object, ...]:
+    """Return what tasks have in common that need the same compiled code."""
     periodic = isinstance(task.geometry, RoughGeometry) and task.geometry.periodic
     kind = (isinstance(task.geometry, RoughGeometry), periodic, task.loads.control)
-    key = (task.method, *kind, task.scene.physics, task.options.changed())
+    return (task.method, *kind, tuple(sorted(task.scene.physics)), task.options.changed())
+
+
+def is_compiled(task: Task) -> bool:
+    """Tell whether this process has the code that a task needs."""
+    return kind_of(task) in _compiled
+
+
+def warm_up(task: Task) -> float:
+    """Compile once per process and kind of scene; return how long it took the first time."""
+    key = kind_of(task)
     if key not in _compiled:
         start = time.perf_counter()
         method_for(task.method, task.scene).warm_up(task)

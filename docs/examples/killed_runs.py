@@ -114,10 +114,11 @@ def experiment(runs: int, workers: int, realisations: int, seed: int) -> tuple[l
         folder = Path(name)
         scene = folder / "killed.toml"
         scene.write_text(SCENE.format(realisations=realisations), encoding="utf-8")
-        start = time.perf_counter()
-        whole = command(scene, folder / "whole", workers)
-        subprocess.run(whole, check=True, stdout=subprocess.DEVNULL)  # noqa: S603
-        seconds = time.perf_counter() - start
+        for _ in range(2):  # the first one may compile
+            start = time.perf_counter()
+            whole = command(scene, folder / "whole", workers, "--overwrite")
+            subprocess.run(whole, check=True, stdout=subprocess.DEVNULL)  # noqa: S603
+            seconds = time.perf_counter() - start
         found = [
             killed(scene, folder / str(k), folder / "whole", moment, seconds, workers)
             for k, moment in enumerate(sorted(moments))

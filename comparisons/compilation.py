@@ -1,0 +1,94 @@
+"""Compiled once, in a process of its own: the first run has the digits of all later ones.
+
+Numba's functions may reorder sums, and a helper that was compiled on its own is not, digit for
+digit, the copy of it inside a function that calls it. A process that has just compiled uses the
+first, one that reads the compiled code from the cache the second: they differ in the last digits.
+So whatever is not in the cache yet is compiled by another process, and then read by this one.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import hashlib
+from collections.abc import Iterator
+from dataclasses import replace
+from pathlib import Path
+from typing import IO, Any
+
+from comparisons import isolation
+from comparisons.machine import source_digest, versions
+from comparisons.methods import METHODS, Task
+
+_WORK = "comparisons.compilation:compile_for"
+_SECONDS = 900.0
+
+
+def compile_apart(task: Task) -> float:
+    """See that all compiled code that a task needs is in the cache.
+
+    Of several processes on a machine one compiles, the others wait for it. Where the cache cannot
+    be written nothing is done: the task compiles for itself.
+
+    Returns
+    -------
+    float
+        Seconds that it took; 0 where nothing was to be done.
+    """
+    from comparisons.execution import is_compiled, kind_of
+
+    if METHODS[task.method].isolated or is_compiled(task):
+        return 0.0
+    try:
+        folder = _cache_folder()
+        mark = folder / f"roughline-{_digest(kind_of(task))}.compiled"
+        if mark.exists():
+            return 0.0
+        with _alone(folder / "roughline.lock"):
+            if mark.exists():
+                return 0.0
+            outcome = isolation.run(_WORK, task, seconds=_SECONDS)
+            if outcome.ok:
+                mark.touch()
+            return outcome.seconds
+    except OSError:
+        return 0.0
+
+
+def compile_for(task: Task) -> dict[str, bool]:
+    """Compile what a task needs, by solving its first realisation in a process of its own.
+
+    A warm-up alone would miss what only some loads need (single precision, late corrections).
+    """
+    from comparisons.execution import execute
+
+    alone = replace(task, realisations=task.realisations[:1], with_body=False)
+    return {"solved": bool(execute(alone, repeats=1).converged.any())}
+
+
+def _cache_folder() -> Path:
+    """Return where Numba keeps the code of the half-space: marks go when the cache goes."""
+    from reference.halfspace.descent import descend
+
+    folder = Path(descend.stats.cache_path)
+    folder.mkdir(parents=True, exist_ok=True)
+    return folder
+
+
+def _digest(kind: tuple[Any, ...]) -> str:
+    """Name a kind of task of this very source, with these packages, on such a processor."""
+    from llvmlite import binding
+
+    identity = (repr(kind), source_digest(), repr(sorted(versions().items())))
+    processor = (binding.get_host_cpu_name(), binding.get_host_cpu_features().flatten())
+    return hashlib.sha256("\n".join((*identity, *processor)).encode()).hexdigest()[:16]
+
+
+@contextlib.contextmanager
+def _alone(path: Path) -> Iterator[IO[bytes]]:
+    """Hold a lock among the processes of this machine, where the system knows such locks."""
+    with path.open("wb") as stream:
+        with contextlib.suppress(ImportError):
+            import fcntl
+
+            fcntl.flock(stream, fcntl.LOCK_EX)
+        yield stream
