@@ -1,0 +1,172 @@
+"""Solves on a cluster: the same digits, deaths survived, other versions refused.
+
+The cluster is local: a scheduler and workers in processes of their own.
+"""
+
+from __future__ import annotations
+
+import os
+import signal
+import threading
+import time
+
+import pandas as pd
+import pytest
+
+from comparisons.errors import InputError, LostWorkError
+from comparisons.executors import Job, executor_for
+from comparisons.planning import plan_scene
+from comparisons.store import RESULTS, load_study
+from comparisons.study import Study
+
+CLOCK = ["seconds", "setup_seconds", "compile_seconds", "memory"]
+
+
+def results(directory):
+    return pd.read_csv(directory / RESULTS, dtype=str).drop(columns=CLOCK)
+
+
+def test_without_dask_the_message_says_what_to_install(monkeypatch):
+    from comparisons.executors import cluster
+
+    monkeypatch.setitem(__import__("sys").modules, "distributed", None)
+    with pytest.raises(InputError, match=r"pip install 'roughline\[cluster\]'"):
+        cluster._connected("tcp://127.0.0.1:1")
+
+
+distributed = pytest.importorskip("distributed", reason="needs the extra 'cluster'")
+
+
+@pytest.fixture(scope="module")
+def address():
+    """Start two workers with one thread each."""
+    options = {"n_workers": 2, "threads_per_worker": 1, "dashboard_address": ":0"}
+    with distributed.LocalCluster(**options) as cluster:
+        yield cluster.scheduler_address
+
+
+@pytest.fixture
+def ensemble(rough):
+    """Return plans of nine tasks of 25 surfaces, and of the reduced model."""
+    compared = {"methods": ["reduced", "bem_fft"], "resolutions": [16, 32]}
+    return plan_scene(rough(realisations=100, compare=compared), "full")
+
+
+def pids(address):
+    with distributed.Client(address, set_as_default=False) as client:
+        return list(client.run(os.getpid).values())
+
+
+def test_nobody_at_the_address_is_an_input_error(monkeypatch):
+    from comparisons.executors import cluster
+
+    monkeypatch.setattr(cluster, "CONNECT", 0.5)
+    with pytest.raises(InputError, match="no scheduler answers there"):
+        executor_for(scheduler="tcp://127.0.0.1:9")
+
+
+def test_what_differs_is_listed():
+    from comparisons.executors.cluster import differences
+
+    here = {"numpy": "2.4", "scipy": "1.17", "method own": "abc"}
+    there = {"numpy": "2.3", "scipy": "1.17", "tamaas": "2.9"}
+    assert differences(here, there) == [
+        "numpy: 2.3, here 2.4",
+        "method own: nothing, here abc",
+        "tamaas: 2.9, here nothing",
+    ]
+    assert differences(here, dict(here)) == []
+
+
+@pytest.mark.slow
+def test_other_versions_are_refused_before_anything_is_solved(address, monkeypatch):
+    from comparisons.executors import cluster
+
+    monkeypatch.setattr(cluster, "source_digest", lambda: "edited here")
+    cluster.identity.cache_clear()
+    with pytest.raises(InputError, match=r"worker tcp:.*roughline's source: \w+, here edited here"):
+        executor_for(scheduler=address)
+    cluster.identity.cache_clear()
+
+
+@pytest.mark.slow
+def test_a_worker_that_joins_later_with_other_versions_ends_the_run(address, monkeypatch):
+    from comparisons.executors import cluster
+
+    executor = executor_for(scheduler=address)
+    monkeypatch.setattr(executor, "_expected", executor._expected | {"numpy": "99"})
+    executor.add([Job("one", pow, (2, 2))])
+    with pytest.raises(LostWorkError, match=r"versions differ:\n  numpy: .*, here 99"):
+        list(executor.finished())
+    assert cluster.identity("[]")["numpy"] != "99"
+
+
+@pytest.mark.slow
+def test_workers_with_more_threads_are_refused():
+    options = {"n_workers": 1, "threads_per_worker": 2, "dashboard_address": ":0"}
+    refused = pytest.raises(InputError, match="has 2 threads, expected one")
+    with distributed.LocalCluster(**options) as cluster, refused:
+        executor_for(scheduler=cluster.scheduler_address)
+
+
+@pytest.mark.slow
+def test_a_study_on_a_cluster_with_a_killed_worker_is_the_serial_one(ensemble, address, tmp_path):
+    """The worker is killed when a few tasks are done; its nanny starts another."""
+    Study(list(ensemble), tmp_path / "serial", effort="full").run()
+    victim, done = pids(address)[0], []
+
+    def kill(count, total, task):
+        done.append(task)
+        if len(done) == 3:
+            os.kill(victim, signal.SIGKILL)
+
+    executor = executor_for(scheduler=address)
+    study = Study(
+        list(ensemble), tmp_path / "cluster", effort="full", executor=executor, progress=kill
+    )
+    study.run()
+    assert study.lost() == []
+    pd.testing.assert_frame_equal(results(tmp_path / "cluster"), results(tmp_path / "serial"))
+
+
+@pytest.mark.slow
+def test_a_job_that_kills_every_worker_is_lost_with_the_reason(address):
+    executor = executor_for(scheduler=address)
+    executor.add([Job("culprit", signal.raise_signal, (signal.SIGKILL,)), Job("good", pow, (2, 3))])
+    found = {done.job.key: done for done in executor.finished()}
+    assert "died" in found["culprit"].lost
+    assert "lack of memory" in found["culprit"].lost
+    assert found["good"].value == 8
+
+
+@pytest.mark.slow
+def test_what_fits_into_no_worker_is_lost_at_once(address):
+    executor = executor_for(scheduler=address)
+    executor.add([Job("huge", pow, (2, 3), memory=1e15), Job("small", pow, (2, 3))])
+    found = {done.job.key: done for done in executor.finished()}
+    assert found["huge"].lost.startswith("needs 1000000.4 GB, and the largest worker has ")
+    assert found["small"].value == 8
+
+
+@pytest.mark.slow
+def test_a_lost_scheduler_keeps_what_is_done_and_resuming_completes_it(ensemble, tmp_path):
+    Study(list(ensemble), tmp_path / "serial", effort="full").run()
+    options = {"n_workers": 1, "threads_per_worker": 1, "dashboard_address": ":0"}
+    cluster = distributed.LocalCluster(**options)
+
+    def stop(count, total, task):
+        if count == 3:
+            threading.Thread(target=cluster.close, daemon=True).start()
+            time.sleep(1.0)
+
+    executor = executor_for(scheduler=cluster.scheduler_address)
+    plans, out = list(ensemble), tmp_path / "out"
+    with pytest.raises(LostWorkError, match=r"the scheduler tcp:.* is gone"):
+        Study(plans, out, effort="full", executor=executor, progress=stop).run()
+    assert load_study(out).interrupted
+    kept = len(list((out / "fields").glob("*.npz")))
+    assert kept >= 3
+    study = Study(list(ensemble), out, effort="full", resume=True)
+    study.run()
+    assert study.lost() == []
+    pd.testing.assert_frame_equal(results(out), results(tmp_path / "serial"))
