@@ -44,8 +44,8 @@ class BemFft(GridMethod):
             finest = max(finest, 128)
         return finest // 4, finest // 2, finest
 
-    # 25 grids of 128 x 128: the kernel's transform costs less than a hundredth of one solve there.
-    shared_cells = 25 * 128**2
+    # 25 grids of 256 x 256; finer ones take seconds each, beside which a set-up is nothing.
+    shared_cells = 25 * 256**2
 
     def memory(self, task: Task) -> float:
         """Bytes of the arrays and transforms of one grid."""

@@ -119,10 +119,10 @@ def experiment(runs: int, workers: int, realisations: int, seed: int) -> tuple[l
             whole = command(scene, folder / "whole", workers, "--overwrite")
             subprocess.run(whole, check=True, stdout=subprocess.DEVNULL)  # noqa: S603
             seconds = time.perf_counter() - start
-        found = [
-            killed(scene, folder / str(k), folder / "whole", moment, seconds, workers)
-            for k, moment in enumerate(sorted(moments))
-        ]
+        found = []
+        for k, moment in enumerate(sorted(moments)):
+            found.append(killed(scene, folder / str(k), folder / "whole", moment, seconds, workers))
+            print(found[-1], file=sys.stderr, flush=True)
         return found, len(solved(folder / "whole"))
 
 
