@@ -221,7 +221,7 @@ class Study:
             if not self._restore(task):
                 self._missing[index].add(task.key)
                 memory = method_for(task.method, task.scene).memory(task)
-                executor.add([Job(task.key, _solved, (task,), memory)])
+                executor.add([Job(task.key, solve_task, (task,), memory)])
 
     def _go_on(self, index: int, executor: Executor) -> None:
         """Refine the truth of a scene whose tasks are all done, as long as nothing is to solve."""
@@ -289,9 +289,14 @@ class Study:
         return record_scene(plan, self.solved(plan), fields)
 
 
-def _solved(task: Task) -> Solution:
-    """Solve a task with code from the cache, so that it does not matter who compiled it."""
+def solve_task(task: Task) -> Solution:
+    """Solve a task with code from the cache, so that it does not matter who compiled it.
+
+    Fields are shown of the first surface only: those of other blocks need not travel.
+    """
     apart = compile_apart(task)
     solution = execute(task)
     solution.compile_seconds += apart
+    if task.realisations[0] > 0:
+        solution.fields.clear()
     return solution

@@ -23,6 +23,7 @@ from comparisons.executors import Job, ProcessExecutor, executor_for
 from comparisons.methods import Solution, Task
 from comparisons.planning import plan_scene, task_of
 from comparisons.scene import make_scene
+from comparisons.study import solve_task
 
 SCENE = {
     "name": "ensemble",
@@ -88,7 +89,7 @@ def scaling(rounds: int, count: int) -> list[tuple[float, float, float, float]]:
 def sizes(method: str) -> tuple[int, int, int]:
     """Return the bytes of a task, of its solution on the way, and of its file."""
     task = tasks(method, 2)[1]
-    solution: Solution = execute(task, repeats=1)
+    solution: Solution = solve_task(task)
     with tempfile.TemporaryDirectory() as name:
         path = Path(name) / "solution.npz"
         save_solution(path, solution)
