@@ -21,6 +21,10 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from comparisons.planning import plan_scene
+from comparisons.scene import load_scene
+from comparisons.study import Study
+
 SCENE = """
 name = "killed"
 [half_space]
@@ -76,6 +80,32 @@ def numbers(out: Path) -> tuple[pd.DataFrame, pd.DataFrame]:
     return rows, measures
 
 
+def forked(scene: Path, out: Path, *more: str) -> int:
+    """Start the study in a copy of this process, which has all packages; return its number."""
+    process = os.fork()
+    if process:
+        return process
+    flags = {word.removeprefix("--"): True for word in more}
+    plans = plan_scene(load_scene(scene), "full")
+    Study(plans, out, effort="full", **flags).run()
+    os._exit(0)
+
+
+def start(scene: Path, out: Path, workers: int, *more: str) -> int:
+    """Start a run as a command; with no workers, the bare study without its start-up."""
+    if not workers:
+        return forked(scene, out, *more)
+    devnull = subprocess.DEVNULL
+    words = command(scene, out, workers, *more)
+    return subprocess.Popen(words, stdout=devnull, stderr=devnull).pid  # noqa: S603
+
+
+def finish(process: int) -> None:
+    """Wait for the end of a run, which must be a good one."""
+    if os.waitpid(process, 0)[1] != 0:
+        raise RuntimeError("a run failed")
+
+
 # %% [markdown]
 # One run: killed, looked at, resumed, compared.
 
@@ -83,19 +113,13 @@ def numbers(out: Path) -> tuple[pd.DataFrame, pd.DataFrame]:
 # %%
 def killed(scene: Path, out: Path, whole: Path, moment: float, seconds: float, workers: int):
     """Kill a run after a share `moment` of the `seconds` that it takes, and resume it."""
-    devnull = subprocess.DEVNULL
-    process = subprocess.Popen(  # noqa: S603 (our own program)
-        command(scene, out, workers), stdout=devnull, stderr=devnull
-    )
-    try:
-        process.wait(moment * seconds)
-    except subprocess.TimeoutExpired:
-        process.send_signal(signal.SIGKILL)
-        process.wait()
+    process = start(scene, out, workers)
+    time.sleep(moment * seconds)
+    os.kill(process, signal.SIGKILL)  # a process that has ended waits for us, and takes no harm
+    os.waitpid(process, 0)
     time.sleep(1.5)  # processes that it had started see that it is gone
     before, torn = solved(out), leftovers(out)
-    again = command(scene, out, workers, "--resume")
-    subprocess.run(again, check=True, stdout=devnull)  # noqa: S603
+    finish(start(scene, out, workers, "--resume"))
     after = solved(out)
     return Killed(
         moment=moment,
@@ -114,11 +138,12 @@ def experiment(runs: int, workers: int, realisations: int, seed: int) -> tuple[l
         folder = Path(name)
         scene = folder / "killed.toml"
         scene.write_text(SCENE.format(realisations=realisations), encoding="utf-8")
+        if not workers:  # the copies find everything compiled and loaded
+            Study(plan_scene(load_scene(scene), "full"), folder / "warm", effort="full").run()
         for _ in range(2):  # the first one may compile
-            start = time.perf_counter()
-            whole = command(scene, folder / "whole", workers, "--overwrite")
-            subprocess.run(whole, check=True, stdout=subprocess.DEVNULL)  # noqa: S603
-            seconds = time.perf_counter() - start
+            begun = time.perf_counter()
+            finish(start(scene, folder / "whole", workers, "--overwrite"))
+            seconds = time.perf_counter() - begun
         found = []
         for k, moment in enumerate(sorted(moments)):
             found.append(killed(scene, folder / str(k), folder / "whole", moment, seconds, workers))
@@ -128,7 +153,7 @@ def experiment(runs: int, workers: int, realisations: int, seed: int) -> tuple[l
 
 def main() -> None:
     """Print the table."""
-    parser = argparse.ArgumentParser()
+    parser = argparse.ArgumentParser(description="--workers 0: the study without its start-up")
     for option, default in (("runs", 20), ("workers", 2), ("realisations", 200), ("seed", 1)):
         parser.add_argument(f"--{option}", type=int, default=default)
     found, total = experiment(**vars(parser.parse_args()))
