@@ -31,6 +31,8 @@ PARSED_ONLY = {
     r"roughline hard-cases( --full)?$|roughline hard-cases winkler": "minutes; tests run them all",
     r"roughline calibrate|roughline bench": "minutes",
     r"roughline run rough-free --methods|roughline paper rough ": "half a minute",
+    r"roughline run scene\.toml --full": "minutes, several processes, a cluster",
+    r"roughline merge": "of runs that are not there",
     r"roughline check": "tutorials and tests of the regression run it",
     r".*(tamaas|ngsolve|contactmechanics)": "needs the extra `peers`",
 }
