@@ -30,6 +30,7 @@ PARSED_ONLY = {
     r"roughline claims --method": "minutes",
     r"roughline hard-cases( --full)?$|roughline hard-cases winkler": "minutes; tests run them all",
     r"roughline calibrate|roughline bench": "minutes",
+    r"roughline (run scene\.toml|merge)": "machines of one's own; tests of executors and merging",
     r"roughline run rough-free --methods|roughline paper rough ": "half a minute",
     r"roughline run scene\.toml --full": "minutes, several processes, a cluster",
     r"roughline merge": "of runs that are not there",
