@@ -127,7 +127,7 @@ def ball() -> list[list[str]]:
                 springs, slow = RUBBER.scaled(0.25), 1.0
                 body = GeneralisedMaxwell.kelvin_voigt(0.25, 0.25)
             speed = 0.1 * way
-            truth = paraboloid(1.0, body, speed, penetration=0.01)
+            truth = paraboloid(1.0, body, speed, penetration=0.01, cells=144)
             mu = truth.friction_coefficient
             x = np.linspace(-0.3, 0.3, 4001)
             found = slide(
