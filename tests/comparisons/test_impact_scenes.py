@@ -12,7 +12,7 @@ import pytest
 
 from comparisons.comparison import compare
 from comparisons.planning import plan_scene
-from comparisons.scene import make_scene
+from comparisons.scene import SceneError, load_scene, make_scene
 from comparisons.single import solve_scene
 from comparisons.solving import solve_plan
 
@@ -73,6 +73,13 @@ def test_a_method_without_inertia_refuses_with_what_it_lacks(hit):
     assert planned["tamaas"].reason == "does not model [dynamics]"
     assert planned["reduced"].supported
     assert planned["closed_form"].supported
+
+
+def test_an_impact_whose_energy_underflows_is_refused(hit):
+    """A femtometre per second of 1e-290 kg: the square of the speed alone is 1e-30."""
+    scene = load_scene(hit(), {"dynamics.mass": 1e-290, "dynamics.velocity.from": 1e-20})
+    with pytest.raises(SceneError, match="kinetic energy"):
+        plan_scene(scene)
 
 
 def test_a_viscoelastic_impact_is_another_physics():

@@ -346,6 +346,26 @@ def test_tables_edited_by_hand_are_refused_in_words(record, name, change, said):
         edited(record, name, change)
 
 
+@pytest.mark.parametrize("name", [RESULTS, MEASURES])
+def test_a_table_without_rows_has_the_columns_that_readers_ask_for(record, name):
+    scenes = edited(record, name, lambda t: t[["scene"]][:0]).scenes
+    table = scenes[0].rows if name == RESULTS else scenes[0].measures
+    assert table.empty
+    assert {"scene", "method", "resolution"} <= set(table)
+
+
+@pytest.mark.parametrize("tolerance", ["1e308", "0", "-1", "1"])
+def test_a_tolerance_that_no_scene_may_have_is_damage(record, tolerance):
+    save_study(record)
+    path = record.directory / STUDY
+    stored = f'"tolerance": {record.scenes[0].tolerance}'
+    text = path.read_text()
+    assert stored in text
+    path.write_text(text.replace(stored, f'"tolerance": {tolerance}'))
+    with pytest.raises(ResultsError, match="tolerance"):
+        load_study(record.directory)
+
+
 def test_a_scene_may_be_called_nan(record):
     """Words that pandas takes for missing values are names like others."""
     named = replace(record.scenes[0], name="nan", rows=record.scenes[0].rows.assign(scene="nan"))
