@@ -92,7 +92,12 @@ def _unlike(runs: list[StudyRecord]) -> Iterator[str]:
     """Yield what makes runs different as a whole."""
     if len(runs) < 2:
         yield f"expected two runs or more, got {len(runs)}"
+    places = [run.directory.resolve() for run in runs]
     for run in runs:
+        if places.count(run.directory.resolve()) > 1:
+            yield f"{run.directory}: named more than once"
+        if not run.scenes:
+            yield f"{run.directory}: ended before it was written; --resume finishes it"
         there = run.versions | {"roughline's source": run.source or "not recorded"}
         here = versions() | {"roughline's source": source_digest()}
         for name in dict.fromkeys([*here, *there]):

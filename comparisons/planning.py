@@ -16,6 +16,7 @@ import numpy as np
 import psutil
 
 from comparisons.bodies import BodyGeometry, with_body
+from comparisons.errors import InputError
 from comparisons.geometry import Geometry, IndenterGeometry, RoughGeometry, prepare
 from comparisons.methods import METHODS, Support, Task, covers, method_for
 from comparisons.methods.bem_fft import ARRAYS_FREE, ARRAYS_PERIODIC
@@ -170,17 +171,30 @@ def realisation_count(scene: Scene, method: str, limit: int) -> int:
 
 
 def plan_from(scene: Scene, document: Mapping[str, Any], effort: Effort) -> Plan:
-    """Return the plan that `Plan.document` describes, whatever this machine would have planned."""
-    return replace(
-        _draft(scene, effort),
-        methods=tuple(
-            MethodPlan(**each | {"resolutions": tuple(each["resolutions"])})
-            for each in document["methods"]
-        ),
-        left_out=tuple((each["what"], each["why"]) for each in document["left_out"]),
-        notes=tuple(document["notes"]),
-        switched_on=tuple((each["what"], each["how"]) for each in document["switched_on"]),
-    )
+    """Return the plan that `Plan.document` describes, whatever this machine would have planned.
+
+    Raises
+    ------
+    InputError
+        If the document is no such plan, or has a method that is not known here.
+    """
+    try:
+        stored = {
+            "methods": tuple(
+                MethodPlan(**each | {"resolutions": tuple(each["resolutions"])})
+                for each in document["methods"]
+            ),
+            "left_out": tuple((each["what"], each["why"]) for each in document["left_out"]),
+            "notes": tuple(document["notes"]),
+            "switched_on": tuple((each["what"], each["how"]) for each in document["switched_on"]),
+        }
+    except (KeyError, TypeError) as error:
+        raise InputError(f"{scene.name}: not a plan of this roughline ({error})") from error
+    unknown = [each.method for each in stored["methods"] if each.method not in METHODS]
+    if unknown:
+        known = f"{', '.join(unknown)} not known here (--method-file adds methods)"
+        raise InputError(f"{scene.name}: {known}")
+    return replace(_draft(scene, effort), **stored)
 
 
 def _draft(scene: Scene, effort: Effort) -> Plan:

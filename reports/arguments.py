@@ -44,12 +44,14 @@ def part_of(text: str) -> tuple[int, int]:
     """
     from comparisons.errors import InputError
 
-    number, slash, parts = text.partition("/")
-    if slash and number.strip().isdecimal() and parts.strip().isdecimal():
+    number, _, parts = text.partition("/")
+    try:
         found = int(number), int(parts)
-        if 1 <= found[0] <= found[1]:
-            return found
-    raise InputError(f"--part: expected K/N with K from 1 to N, such as 2/5, got {text!r}")
+    except ValueError:
+        found = 0, 0
+    if 1 <= found[0] <= found[1]:
+        return found
+    raise InputError(f"--part: expected K/N with K from 1 to N, such as 2/5, got {text[:40]!r}")
 
 
 MaybeWhole = Annotated[int | None, Parameter(converter=_whole)]

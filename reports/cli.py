@@ -27,6 +27,8 @@ from reports.paper_command import paper
 
 if TYPE_CHECKING:
     from comparisons.planning import Plan
+    from comparisons.store import StudyRecord
+    from comparisons.study import Study
 
 FINE, LOST, WRONG_INPUT, INTERRUPTED = 0, 1, 2, 3
 DEFAULT_FOLDER = Path("roughline-results")
@@ -131,14 +133,11 @@ def run(
     pictures
         Render 3-D pictures for the report.
     """
-    from comparisons.errors import InputError, LostWorkError
     from comparisons.plans import plan_all
     from comparisons.study import WHOLE, Study
     from reports import terminal
-    from reports.live import watching
 
     outside.load()
-    executor = crew.executor()
     share_of_work = WHOLE if part is None else part_of(part)
     effort = "full" if full else "quick"
     plans = plan_all(scenes or ("quick",), _overrides(methods, option), effort)
@@ -146,29 +145,36 @@ def run(
         terminal.print_plans(plans)
         return FINE
     directory = out or DEFAULT_FOLDER / _folder_name(scenes, plans)
-    with watching() as watch:
-        study = Study(
-            plans,
-            directory,
-            command=shlex.join(["roughline", *sys.argv[1:]]),
-            effort=effort,
-            executor=executor,
-            part=share_of_work,
-            resume=resume,
-            overwrite=overwrite,
-            watch=watch,
-        )
-        try:
-            record = study.run()
-        except (KeyboardInterrupt, LostWorkError):
-            # A second one may have come while the first was being dealt with.
-            with contextlib.suppress(InputError):
-                _write_report(directory, pictures=False)
-            raise
+    study = Study(
+        plans,
+        directory,
+        command=shlex.join(["roughline", *sys.argv[1:]]),
+        effort=effort,
+        executor=crew.executor(),
+        part=share_of_work,
+        resume=resume,
+        overwrite=overwrite,
+    )
+    record = _watched(study)
     _write_report(directory, pictures)
     lost = study.lost()
     terminal.print_study(record, lost)
     return LOST if lost else FINE
+
+
+def _watched(study: Study) -> StudyRecord:
+    """Run a study while a terminal shows how far it is; what an interrupt leaves has a report."""
+    from comparisons.errors import InputError, LostWorkError
+    from reports.live import watching
+
+    with watching() as study.watch:
+        try:
+            return study.run()
+        except (KeyboardInterrupt, LostWorkError):
+            # A second one may have come while the first was being dealt with.
+            with contextlib.suppress(InputError):
+                _write_report(study.directory, pictures=False)
+            raise
 
 
 @app.command

@@ -179,11 +179,12 @@ def _seeds(record: StudyRecord) -> dict[str, int]:
     found = {}
     for scene in record.scenes:
         try:
-            surface = tomllib.loads(scene.text).get("surface")
+            tables = tomllib.loads(scene.text)
         except tomllib.TOMLDecodeError:  # the text of a stranger's folder
             continue
-        if isinstance(surface, dict):
-            found[scene.name] = surface.get("seed", 0)
+        for name, words in (("surface", ""), ("surface2", " (second surface)")):
+            if isinstance(tables.get(name), dict):
+                found[f"{scene.name}{words}"] = tables[name].get("seed", 0)
     return found
 
 

@@ -6,10 +6,18 @@ import shlex
 import sys
 from pathlib import Path
 
+from reports.outside import NOTHING, Outside
+
 FINE, LOST = 0, 1
 
 
-def merge(*runs: Path, out: Path, files: Path = Path(), pictures: bool = True) -> int:
+def merge(
+    *runs: Path,
+    out: Path,
+    files: Path = Path(),
+    pictures: bool = True,
+    outside: Outside = NOTHING,
+) -> int:
     """Merge results folders: parts of one study, or other methods and scenes.
 
     The runs must have been made by this roughline with the packages that are installed here.
@@ -30,6 +38,7 @@ def merge(*runs: Path, out: Path, files: Path = Path(), pictures: bool = True) -
     from reports import terminal
     from reports.html import write_report
 
+    outside.load()
     study = merged(runs, out, shlex.join(["roughline", *sys.argv[1:]]), files)
     record = load_study(out)
     write_report(record, out / "report.html", pictures=pictures)

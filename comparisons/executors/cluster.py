@@ -137,11 +137,7 @@ class ClusterExecutor(Executor):
             job = self._waiting.popleft()
             fitting = [w for w, limit in self._limits.items() if job.memory + PROCESS <= limit]
             if self._limits and not fitting:
-                largest = max(self._limits.values()) / 1e9
-                need = (job.memory + PROCESS) / 1e9
-                yield Done(
-                    job, lost=f"needs {need:.1f} GB, and the largest worker has {largest:.1f}"
-                )
+                yield Done(job, lost=self._too_large(job))
                 continue
             chosen = fitting if len(fitting) < len(self._limits) else None
             sealed = _sealed(self._expected, announced(), job.work, job.arguments)
@@ -156,6 +152,7 @@ class ClusterExecutor(Executor):
             flow.add(future)
 
     def _too_large(self, job: Job) -> str:
+        """Say why no worker can do a job."""
         need, largest = job.memory + PROCESS, max(self._limits.values())
         return f"needs {need / 1e9:.1f} GB, and the largest worker has {largest / 1e9:.1f} GB"
 
@@ -193,11 +190,17 @@ class ClusterExecutor(Executor):
 def _connected(address: str) -> Client:
     try:
         from distributed import Client
+        from distributed.comm import parse_address, parse_host_port
+        from distributed.comm.registry import get_backend
     except ImportError as error:
         raise InputError(MISSING) from error
     # What it would log is said in our own words, once.
     logging.getLogger("distributed").setLevel(logging.CRITICAL)
     try:
+        # First, as a client that fails at an address complains again when Python ends.
+        scheme, place = parse_address(address)
+        get_backend(scheme)
+        parse_host_port(place)
         return Client(address, timeout=CONNECT, set_as_default=False)
     except (OSError, ValueError, TimeoutError) as error:
         raise InputError(f"--scheduler {address}: no scheduler answers there ({error})") from error

@@ -37,13 +37,15 @@ def write_paper(
     Raises
     ------
     InputError
-        If a format is not known.
+        If a format is not known, or the run has no scene with results.
     """
     wanted = [each.strip() for each in formats]
     unknown = [each for each in wanted if each not in FORMATS]
     if unknown or not wanted:
         known = ", ".join(FORMATS)
         raise InputError(f"--format: expected {known}, got {', '.join(unknown) or 'none'}")
+    if not study.scenes:
+        raise InputError(f"{study.directory}: no scene has results; --resume finishes the run")
     written = []
     for name, figure in _figures(study, overview=overview):
         for suffix in wanted:

@@ -61,7 +61,7 @@ const turn = (canvas, picture, toggle) => {
   const spec = specOf(canvas);
   delete spec.layout.dragmode;
   spec.data = spec.data.map(({ grid, ...trace }) => grid ? { ...trace, ...trianglesOf(grid) } : trace);
-  Plotly.newPlot(canvas, spec.data, spec.layout, { displaylogo: false, responsive: true, displayModeBar: false, scrollZoom: false });
+  Plotly.newPlot(canvas, spec.data, spec.layout, CONFIG);
   toggle.textContent = "Still picture";
   toggle.setAttribute("aria-pressed", "true");
   turned = { canvas, picture, toggle };

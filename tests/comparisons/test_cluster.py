@@ -65,6 +65,13 @@ def test_nobody_at_the_address_is_an_input_error(monkeypatch):
         executor_for(scheduler="tcp://127.0.0.1:9")
 
 
+@pytest.mark.parametrize("address", ["", "login-1", "tcp://login-1", "post://login-1:8786"])
+def test_what_is_no_address_makes_no_client(address, monkeypatch):
+    monkeypatch.setattr(distributed, "Client", None)
+    with pytest.raises(InputError, match=f"--scheduler {address}: no scheduler answers there"):
+        executor_for(scheduler=address)
+
+
 def test_what_differs_is_listed():
     from comparisons.executors.cluster import differences
 

@@ -154,6 +154,38 @@ def test_a_used_folder_and_a_single_run_are_refused(parts, tmp_path):
         merge(folders[:1], tmp_path / "merged")
 
 
+def test_a_run_named_twice_or_killed_before_its_end_is_refused(parts, tmp_path):
+    """What a killed run has solved is in no plan: merging would drop it without a word."""
+    _, folders = parts
+    again = folders[1] / ".." / folders[1].name
+    study = folders[0] / STUDY
+    study.write_text(json.dumps(json.loads(study.read_text()) | {"scenes": []}))
+    told = r"part-1: ended before .*\n.*part-2: named more than once"
+    with pytest.raises(InputError, match=told):
+        merge([*folders, again], tmp_path / "merged")
+    assert not (tmp_path / "merged").exists()
+
+
+@pytest.mark.parametrize(
+    ("edit", "told"),
+    [
+        (lambda plan: plan["methods"][0].update(more=1), "not a plan of this roughline"),
+        (lambda plan: plan.pop("switched_on"), "not a plan of this roughline"),
+        (lambda plan: plan["methods"][0].update(method="other"), "other not known here"),
+    ],
+)
+def test_plans_edited_by_hand_are_refused_in_words(rough, tmp_path, edit, told):
+    folders = [tmp_path / "a", tmp_path / "b"]
+    for folder in folders:
+        run(ensemble(rough, methods=["reduced"], resolutions=[16]), folder)
+    path = folders[0] / STUDY
+    document = json.loads(path.read_text())
+    edit(document["scenes"][0]["plan"])
+    path.write_text(json.dumps(document))
+    with pytest.raises(InputError, match=told):
+        merge(folders, tmp_path / "merged")
+
+
 def test_a_torn_solution_counts_as_missing(parts, tmp_path):
     _, folders = parts
     path = next((folders[1] / FIELDS).glob("*.npz"))

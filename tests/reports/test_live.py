@@ -3,16 +3,21 @@
 from __future__ import annotations
 
 import math
+import shutil
+from pathlib import Path
 
 import pytest
 
 from comparisons.advice import Setting
 from comparisons.forecast import Remaining
+from comparisons.methods import METHODS
 from comparisons.planning import plan_scene
 from comparisons.scene import load_scene
 from comparisons.study import Study
 from reports import live
 from reports.cli import run_command
+
+WINKLER = Path(__file__).parents[2] / "docs" / "examples" / "winkler.py"
 
 
 @pytest.fixture
@@ -104,6 +109,7 @@ def test_the_remaining_time_says_whether_it_is_all(rest, words):
     [
         (["--part", "6/5"], "--part: expected K/N with K from 1 to N, such as 2/5, got '6/5'"),
         (["--part", "half"], "got 'half'"),
+        (["--part", "1/" + "9" * 5000], "got '1/999"),
         (["--workers", "2", "--scheduler", "tcp://a:1"], "expected at most one of them"),
     ],
 )
@@ -126,6 +132,27 @@ def test_parts_on_the_command_line_merge(tmp_path, capsys):
     assert (merged / "report.html").exists()
     assert run_command(["merge", *names, "--out", str(merged)]) == 2
     assert "expected a new folder" in capsys.readouterr().err
-    alone = ["merge", names[0], names[0], "--out", str(tmp_path / "half"), "--no-pictures"]
+    page = (merged / "report.html").read_text(encoding="utf-8")
+    assert "<dt>merged run 2</dt>" in page
+    assert "<strong>Part" not in page
+    assert "<strong>Part 2/2</strong>" in (folders[1] / "report.html").read_text(encoding="utf-8")
+    copy = tmp_path / "copy"
+    shutil.copytree(folders[0], copy)
+    alone = ["merge", names[0], str(copy), "--out", str(tmp_path / "half"), "--no-pictures"]
     assert run_command(alone) == 1  # what no run has is told
     assert "not done" in capsys.readouterr().out
+
+
+def test_parts_with_a_method_from_outside_merge_where_it_is_named(
+    tmp_path, capsys, methods_restored
+):
+    names = [str(tmp_path / f"part-{k}") for k in (1, 2)]
+    words = ["--method-file", str(WINKLER), "--no-pictures"]
+    for k, name in enumerate(names, start=1):
+        more = ["--part", f"{k}/2", "--out", name, "--methods", "closed_form,reduced,winkler"]
+        assert run_command(["run", "paraboloid", *more, *words]) == 0
+    METHODS.pop("winkler")
+    capsys.readouterr()
+    assert run_command(["merge", *names, "--out", str(tmp_path / "a"), "--no-pictures"]) == 2
+    assert "winkler" in capsys.readouterr().err
+    assert run_command(["merge", *names, "--out", str(tmp_path / "b"), *words]) == 0

@@ -249,6 +249,22 @@ def test_measures_without_their_verdict_column_are_no_verdicts(study, ball):
     assert {row[3] for row in table.rows} == {"no result"}
 
 
+def test_a_run_without_results_makes_no_empty_tables(study, tmp_path):
+    with pytest.raises(InputError, match="no scene has results"):
+        write_paper(replace(study, scenes=()), tmp_path / "out")
+    assert not (tmp_path / "out").exists()
+
+
+def test_methods_that_lost_every_solve_and_scenes_without_a_truth_leave_tables(study, tmp_path):
+    """No curve, no error, no cost: there is nothing to draw, and the tables say so."""
+    lost = study.scenes[0].rows[study.scenes[0].rows["step"].isna()]
+    scene = replace(study.scenes[0], rows=lost, measures=study.scenes[0].measures[:0], reference={})
+    written = write_paper(replace(study, scenes=(scene,)), tmp_path / "out")
+    assert {path.suffix for path in written} == {".tex", ".md"}
+    verdicts = (tmp_path / "out" / "verdicts.md").read_text(encoding="utf-8")
+    assert "no result" in verdicts
+
+
 @pytest.mark.parametrize(
     ("arguments", "said"),
     [
