@@ -90,7 +90,7 @@ class Comparison:
         half-width of its bar, ``rms`` the root mean square; ``at`` says at which equal load.
         """
         found = selection.compared_measures(self.record)
-        return found[[c for c in COLUMNS if c in found]].reset_index(drop=True)
+        return found.reindex(columns=COLUMNS).reset_index(drop=True)
 
     def steps(self) -> pd.DataFrame:
         """Return one row per method, resolution, realisation and load step, as in results.csv."""

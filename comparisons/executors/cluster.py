@@ -132,6 +132,8 @@ class ClusterExecutor(Executor):
         most = max(LEAST_AHEAD, AHEAD_OF_A_WORKER * self.workers)
         if len(self._running) > most // 2:
             return
+        if self._client.status == "closed":  # it has tried in vain to find the scheduler again
+            raise self._gone()
         self._look()
         while self._waiting and len(self._running) < most:
             job = self._waiting.popleft()
@@ -151,6 +153,9 @@ class ClusterExecutor(Executor):
             self._running[future] = job
             flow.add(future)
 
+    def _gone(self) -> LostWorkError:
+        return LostWorkError(f"the scheduler {self._address} is gone")
+
     def _too_large(self, job: Job) -> str:
         """Say why no worker can do a job."""
         need, largest = job.memory + PROCESS, max(self._limits.values())
@@ -168,7 +173,7 @@ class ClusterExecutor(Executor):
 
         job = self._running.pop(future)
         if future.cancelled():
-            raise LostWorkError(f"the scheduler {self._address} is gone")
+            raise self._gone()
         try:
             answer = future.result()
         except KilledWorker as error:
@@ -195,7 +200,8 @@ def _connected(address: str) -> Client:
     except ImportError as error:
         raise InputError(MISSING) from error
     # What it would log is said in our own words, once.
-    logging.getLogger("distributed").setLevel(logging.CRITICAL)
+    for name in ("distributed", "distributed.client"):  # dask gives the second a level of its own
+        logging.getLogger(name).setLevel(logging.CRITICAL)
     try:
         # First, as a client that fails at an address complains again when Python ends.
         scheme, place = parse_address(address)

@@ -2,9 +2,9 @@
 
 Each run is killed with SIGKILL at a moment drawn between its start and its end, then resumed to
 the end and compared with an undisturbed run (columns of time and memory apart). The table of
-docs/cluster.md is made by (a quarter of an hour on two cores)::
+docs/cluster.md is made by (some minutes)::
 
-    python docs/examples/killed_runs.py --runs 20 --workers 2
+    python docs/examples/killed_runs.py --runs 20 --workers 0 --realisations 100
 """
 
 # %%

@@ -156,6 +156,22 @@ def test_what_fits_into_no_worker_is_lost_at_once(address):
 
 
 @pytest.mark.slow
+@pytest.mark.parametrize("seconds", [0.2, 3.0])
+def test_a_scheduler_lost_before_the_first_job_ends_the_run(seconds, monkeypatch):
+    """Planning or a refinement may take long: the client has given up by then, or not yet."""
+    from comparisons.executors import cluster
+
+    monkeypatch.setattr(cluster, "CONNECT", 1.0)
+    options = {"n_workers": 1, "threads_per_worker": 1, "dashboard_address": ":0"}
+    with distributed.LocalCluster(**options) as lost:
+        executor = executor_for(scheduler=lost.scheduler_address)
+    time.sleep(seconds)
+    executor.add([Job("one", pow, (2, 2))])
+    with pytest.raises(LostWorkError, match=r"the scheduler tcp:.* is gone"):
+        list(executor.finished())
+
+
+@pytest.mark.slow
 def test_a_lost_scheduler_keeps_what_is_done_and_resuming_completes_it(ensemble, tmp_path):
     Study(list(ensemble), tmp_path / "serial", effort="full").run()
     options = {"n_workers": 1, "threads_per_worker": 1, "dashboard_address": ":0"}

@@ -158,6 +158,8 @@ def test_pressure_and_files_of_a_solve(tmp_path):
     solution.to_csv(tmp_path / "curve.csv")
     assert (tmp_path / "curve.csv").read_text(encoding="utf-8").startswith("step,penetration")
     assert roughline.solve(BALL, "closed_form").pressure is None
+    roughline.solve(BALL, "fem", 4, fields=True).to_vtu(tmp_path / "body.vtu")
+    assert "von_mises" in (tmp_path / "body.vtu").read_text(encoding="utf-8", errors="replace")
 
 
 # --- comparisons ------------------------------------------------------------------------------
