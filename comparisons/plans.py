@@ -49,6 +49,8 @@ def plan_all(
             plans += plan_scene(load_scene(source, overrides), effort)
         except InputError as error:
             problems.append(str(error))
+    if not plans and not problems:
+        problems.append("expected at least one scene")
     seen = [each.scene.name for each in plans]
     problems += [
         f"{name}: expected different names, two scenes have this one"

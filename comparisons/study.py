@@ -7,6 +7,7 @@ import time
 from collections.abc import Callable, Generator, Iterable, Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 from comparisons.archive import joined, load_solution, save_solution
 from comparisons.compilation import compile_apart
@@ -30,6 +31,7 @@ from comparisons.store import (
     StudyRecord,
     save_study,
 )
+from comparisons.study_form import parse_study
 from comparisons.vtu import write_fields
 
 Progress = Callable[[int, int, Task | None], None]
@@ -83,6 +85,7 @@ class Study:
     _refining: dict[int, Generator[Plan, None, Plan]] = field(default_factory=dict)
     _forecast: Forecast = field(default_factory=Forecast)
     _workers: int = 1
+    _merged: tuple[dict[str, Any], ...] = ()
     _created: str = field(
         default_factory=lambda: (
             datetime.datetime.now(datetime.UTC).astimezone().isoformat(timespec="seconds")
@@ -103,7 +106,10 @@ class Study:
         executor = self.executor or executor_for(self.workers)
         names = [plan.scene.name for plan in self.plans]
         open_folder(self.directory, names, resume=self.resume, overwrite=self.overwrite)
-        if not (self.resume and (self.directory / STUDY).exists()):
+        if self.resume and (self.directory / STUDY).exists():
+            document = parse_study((self.directory / STUDY).read_text(encoding="utf-8"))
+            self._merged = tuple(document.get("runs", ()))
+        else:
             # Killed before its end, a run leaves a folder that says so, and that is known as ours.
             save_study(self._record(0.0, scenes=(), interrupted=True))
         interrupted: KeyboardInterrupt | LostWorkError | None = None
@@ -143,6 +149,7 @@ class Study:
             interrupted=interrupted,
             source=source_digest(),
             part=f"{self.part[0]}/{self.part[1]}" if self._is_part else "",
+            runs=self._merged,
         )
 
     def lost(self) -> list[tuple[Task, str]]:

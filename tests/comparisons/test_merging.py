@@ -83,6 +83,16 @@ def test_a_missing_part_is_told_and_makes_no_half_mean(parts, tmp_path):
     assert len(load_study(tmp_path / "all").runs) == 3
 
 
+def test_a_merged_folder_that_is_resumed_still_lists_its_runs(parts, rough, tmp_path):
+    _, folders = parts
+    merge(folders[:2], tmp_path / "merged")
+    before = load_study(tmp_path / "merged").runs
+    study = run(ensemble(rough), tmp_path / "merged", resume=True)
+    assert study.lost() == []
+    assert load_study(tmp_path / "merged").runs == before
+    assert len(before) == 2
+
+
 def test_methods_and_scenes_of_different_machines_come_together(rough, scene, tmp_path):
     ball = {"methods": ["closed_form", "reduced"]}
     run(

@@ -212,6 +212,11 @@ def test_a_study_is_a_folder_that_is_read_back(results):
         again["sphere"]
 
 
+def test_a_study_of_no_scenes_is_refused(tmp_path):
+    with pytest.raises(roughline.InputError, match="expected at least one scene"):
+        roughline.Study([], tmp_path)
+
+
 def test_a_used_folder_needs_a_word(results):
     with pytest.raises(roughline.InputError, match="is in use"):
         roughline.Study(BALL, results.folder).run()
