@@ -7,6 +7,7 @@ everything here tolerates that, so that the drawing code does not have to.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import lru_cache
 
 import numpy as np
 import pandas as pd
@@ -51,7 +52,9 @@ def words(rows: pd.DataFrame, name: str) -> list[str]:
     """Return a column as text, empty where it is missing."""
     if name not in rows:
         return [""] * len(rows)
-    return ["" if pd.isna(value) else str(value) for value in rows[name]]
+    values = rows[name]
+    absent = pd.isna(values)
+    return ["" if no else str(value) for value, no in zip(values, absent, strict=True)]
 
 
 def _is_true(value: object) -> bool:
@@ -92,8 +95,29 @@ def solved(scene: SceneRecord) -> pd.DataFrame:
 
 def solved_rows(scene: SceneRecord, method: str) -> pd.DataFrame:
     """Return the converged load steps of one method."""
-    rows = solved(scene)
-    return rows[[name == method for name in words(rows, "method")]]
+    by_method = _solved_by_method(_Same(scene))
+    return by_method[method] if method in by_method else solved(scene).iloc[:0]
+
+
+class _Same:
+    """A scene as a key: the very object, as tables have no hash."""
+
+    def __init__(self, scene: SceneRecord) -> None:
+        self.scene = scene
+
+    def __eq__(self, other: object) -> bool:
+        return isinstance(other, _Same) and other.scene is self.scene
+
+    def __hash__(self) -> int:
+        return id(self.scene)
+
+
+# A page asks for the same rows hundreds of times, scene by scene.
+@lru_cache(maxsize=4)
+def _solved_by_method(key: _Same) -> dict[str, pd.DataFrame]:
+    rows = solved(key.scene)
+    names = np.array(words(rows, "method"), dtype=object)
+    return {name: rows[names == name] for name in dict.fromkeys(names)}
 
 
 def resolutions(scene: SceneRecord, method: str) -> list[float]:
