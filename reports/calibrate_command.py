@@ -30,10 +30,9 @@ def calibrate(*, out: Path = Path("roughline-results/calibration"), crew: Crew =
     from comparisons.uncertainty import RULE
     from reports.calibration_page import write_calibration_report
 
-    executor = crew.executor(usual=2)
     if out.exists() and not out.is_dir():
         raise InputError(f"{out}: expected a folder for the results, got a file")
-    found = cases(executor)
+    found = cases(crew.executor(usual=2))
     write_table(out / "calibration.csv", table(found))
     command = shlex.join(["roughline", *sys.argv[1:]])
     write_calibration_report(found, command, out / "report.html")

@@ -55,7 +55,6 @@ def claims(
     from reports.claims_page import write_claims_report
 
     outside.load()
-    executor = crew.executor(usual=2)
     chosen_claims = load_claims(ids)
     if method is not None:
         chosen_claims = about_method(chosen_claims, method)
@@ -65,7 +64,7 @@ def claims(
             out,
             "full" if full else "quick",
             command=shlex.join(["roughline", *sys.argv[1:]]),
-            executor=executor,
+            executor=crew.executor(usual=2),
             resume=resume,
             overwrite=overwrite,
             progress=progress,

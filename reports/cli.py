@@ -32,6 +32,7 @@ if TYPE_CHECKING:
 
 FINE, LOST, WRONG_INPUT, INTERRUPTED = 0, 1, 2, 3
 DEFAULT_FOLDER = Path("roughline-results")
+RESUMABLE = ("run", "claims")  # commands with --resume
 
 app = App(
     name="roughline",
@@ -71,9 +72,9 @@ def run_command(arguments: list[str]) -> int:
     except InputError as error:
         return _complain(str(error), [])
     except LostWorkError as error:
-        return _interrupted(str(error))
+        return _interrupted(str(error), arguments)
     except KeyboardInterrupt:
-        return _interrupted("interrupted")
+        return _interrupted("interrupted", arguments)
     except BrokenPipeError:
         # The reader went away (roughline ... | head): nothing is left to say.
         sys.stderr.close()
@@ -88,8 +89,10 @@ def _complain(heading: str, lines: list[str]) -> int:
     return WRONG_INPUT
 
 
-def _interrupted(why: str) -> int:
-    print(f"{why}; what is done is kept, --resume goes on with it", file=sys.stderr)
+def _interrupted(why: str, arguments: list[str]) -> int:
+    resumes = bool(arguments) and arguments[0] in RESUMABLE
+    kept = "; what is done is kept, --resume goes on with it" if resumes else ""
+    print(f"{why}{kept}", file=sys.stderr)
     return INTERRUPTED
 
 

@@ -54,7 +54,6 @@ def hard_cases(
     from reports.hard_cases_page import write_hard_cases_report
 
     outside.load()
-    executor = crew.executor()
     problems = [
         f"{what}: expected one of {', '.join(known)}, got {each!r}"
         for what, given, known in (("methods", methods, METHODS), ("--case", case, CASES))
@@ -63,24 +62,26 @@ def hard_cases(
     ]
     if problems:
         raise InputError("\n".join(problems))
+    executor = crew.executor()
     open_folder(out)
     # Each solve of a peer starts a process: quick runs have them only if they are named.
     usual = tuple(name for name, method in METHODS.items() if full or not method.peer)
-    record = _run(methods or usual, case or tuple(CASES), full, executor)
+    names = case or tuple(CASES)
+    record, interrupt = _run(methods or usual, names, full, executor)
     save_record(out, record)
     write_hard_cases_report(record, out / PAGE)
     if json is not None:
         write_text(json, record.model_dump_json(indent=1) + "\n")
     terminal.print_hard_cases(record, out / PAGE)
-    if record.interrupted:
-        raise KeyboardInterrupt
+    if interrupt is not None:
+        raise interrupt
     return DIFFERS if record.deviations or record.lost else FINE
 
 
 def _run(
     methods: tuple[str, ...], names: tuple[str, ...], full: bool, executor: Executor
-) -> HardCasesRecord:
-    """Run the cases; interrupted, what is done is kept."""
+) -> tuple[HardCasesRecord, BaseException | None]:
+    """Run the cases; what ended them before their time comes with what is done."""
     from comparisons.errors import LostWorkError
     from comparisons.execution import THREADS
     from comparisons.hard_cases.catalogue import CASES
@@ -89,7 +90,8 @@ def _run(
     from comparisons.machine import machine, versions
     from reports import terminal
 
-    start, interrupted = time.perf_counter(), False
+    start = time.perf_counter()
+    interrupt: BaseException | None = None
     found: dict[str, list[OutcomeRecord]] = {}
     created = datetime.datetime.now(datetime.UTC).astimezone().isoformat(timespec="seconds")
     cases = [CASES[name] for name in names]
@@ -98,16 +100,17 @@ def _run(
             for each in run_cases(cases, methods, full=full, executor=executor):
                 found[each[0].case] = [recorded(outcome) for outcome in each]
                 say(f"{each[0].case} is done ({len(found)} of {len(names)})")
-    except (KeyboardInterrupt, LostWorkError):
-        interrupted = True
-    return HardCasesRecord(
+    except (KeyboardInterrupt, LostWorkError) as error:
+        interrupt = error
+    record = HardCasesRecord(
         created=created,
         command=shlex.join(["roughline", *sys.argv[1:]]),
         effort="full" if full else "quick",
         seconds=time.perf_counter() - start,
         machine=machine(THREADS),
         versions=versions(),
-        interrupted=interrupted,
+        interrupted=interrupt is not None,
         hard={name: CASES[name].hard for name in names},
         outcomes=[each for name in names for each in found.get(name, [])],
     )
+    return record, interrupt

@@ -7,6 +7,7 @@ import json
 import pytest
 
 from comparisons import execution
+from comparisons.errors import LostWorkError
 from comparisons.hard_cases import record as files
 from comparisons.hard_cases.catalogue import CASES
 from comparisons.hard_cases.record import HardCasesRecord, OutcomeRecord, load_record
@@ -124,7 +125,7 @@ def test_a_folder_of_others_is_left_alone(hard_cases, tmp_path, name):
     assert (folder / name).read_text() == "precious"
 
 
-def test_an_interrupted_run_keeps_what_is_done(hard_cases, monkeypatch):
+def test_an_interrupted_run_keeps_what_is_done(hard_cases, monkeypatch, capsys):
     class Stopped(type(METHODS["reduced"])):
         def solve(self, task):
             if task.scene.name == "load-twins-force":
@@ -134,9 +135,21 @@ def test_an_interrupted_run_keeps_what_is_done(hard_cases, monkeypatch):
     monkeypatch.setitem(METHODS, "reduced", Stopped())
     code, folder = hard_cases("reduced", "--case", "load-one", "--case", "load-twins-force")
     assert code == 3
+    assert capsys.readouterr().err == "interrupted\n"  # this command has no --resume to speak of
     kept = load_record(folder)
     assert kept.interrupted
     assert [each.case for each in kept.outcomes] == ["load-one"]
+
+
+def test_a_lost_cluster_is_told_with_its_reason(hard_cases, monkeypatch, capsys):
+    def lost(*arguments, **more):
+        raise LostWorkError("the scheduler is gone")
+
+    monkeypatch.setattr("comparisons.hard_cases.run.run_cases", lost)
+    code, folder = hard_cases("reduced", "--case", "load-one")
+    assert code == 3
+    assert capsys.readouterr().err == "the scheduler is gone\n"
+    assert load_record(folder).interrupted
 
 
 def test_the_catalogue_is_listed(capsys):
