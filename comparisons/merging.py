@@ -235,4 +235,6 @@ def _write(study: Study, found: _Merge, runs: list[StudyRecord]) -> None:
         own = {key: getattr(run, key) for key in ("created", "command", "seconds", "machine")}
         parts += run.runs or [own]
     seconds = record.seconds + time.perf_counter() - started
-    save_study(replace(record, seconds=seconds, runs=tuple(parts)))
+    # An interrupted run names the scenes that it had begun: there may have been more.
+    interrupted = any(run.interrupted for run in runs)
+    save_study(replace(record, seconds=seconds, runs=tuple(parts), interrupted=interrupted))

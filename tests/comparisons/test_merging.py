@@ -85,10 +85,14 @@ def test_a_missing_part_is_told_and_makes_no_half_mean(parts, tmp_path):
 
 def test_a_merged_folder_that_is_resumed_still_lists_its_runs(parts, rough, tmp_path):
     _, folders = parts
+    path = folders[0] / STUDY
+    path.write_text(json.dumps(json.loads(path.read_text()) | {"interrupted": True}))
     merge(folders[:2], tmp_path / "merged")
+    assert load_study(tmp_path / "merged").interrupted
     before = load_study(tmp_path / "merged").runs
     study = run(ensemble(rough), tmp_path / "merged", resume=True)
     assert study.lost() == []
+    assert not load_study(tmp_path / "merged").interrupted
     assert load_study(tmp_path / "merged").runs == before
     assert len(before) == 2
 
