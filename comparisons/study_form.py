@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from typing import Annotated, Any, Self
 
-from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError
+from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError, model_validator
 
 
 class _Form(BaseModel):
@@ -46,6 +46,12 @@ class _Reference(_Form):
     text: str = ""
     uncertainty: dict[str, float | None] = {}
     sources: dict[str, dict[str, float | None]] = {}
+
+    @model_validator(mode="after")
+    def _whole_or_empty(self) -> Self:
+        if self.model_fields_set and not {"method", "resolution", "text"} <= self.model_fields_set:
+            raise ValueError("expected method, resolution and text, or nothing at all")
+        return self
 
 
 class _Scene(_Form):

@@ -354,6 +354,17 @@ def test_a_table_without_rows_has_the_columns_that_readers_ask_for(record, name)
     assert {"scene", "method", "resolution"} <= set(table)
 
 
+@pytest.mark.parametrize("missing", ["method", "resolution", "text"])
+def test_a_truth_without_its_method_is_damage(record, missing):
+    save_study(record)
+    path = record.directory / STUDY
+    document = json.loads(path.read_text())
+    del document["scenes"][0]["reference"][missing]
+    path.write_text(json.dumps(document))
+    with pytest.raises(ResultsError, match=r"reference: .*expected method, resolution and text"):
+        load_study(record.directory)
+
+
 @pytest.mark.parametrize("tolerance", ["1e308", "0", "-1", "1"])
 def test_a_tolerance_that_no_scene_may_have_is_damage(record, tolerance):
     save_study(record)
