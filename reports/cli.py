@@ -116,7 +116,8 @@ def run(
     Parameters
     ----------
     scenes
-        Scene files, names of built-in scenes, or suites (quick, single, rough); default: quick.
+        Scene files, names of built-in scenes, or suites (quick, single, rough, physics);
+        default: quick.
     methods
         Only these methods, separated by commas.
     option
@@ -279,7 +280,7 @@ def bench(what: str | None = None, *, json: Path | None = None) -> int:
     Parameters
     ----------
     what
-        "reduced" or "bem"; default: everything there is.
+        "reduced", "bem" or "fem"; default: everything there is.
     json
         Write the rows as a list of {name, seconds, yardstick, yardstick_seconds, ratio, target,
         met}.

@@ -109,7 +109,8 @@ class Study:
     Parameters
     ----------
     scenes : Source or list of Source
-        Anything that `load_scene` takes, and names of suites ("quick", "single", "rough").
+        Anything that `load_scene` takes, and names of suites ("quick", "single", "rough",
+        "physics").
     folder : str or Path
         Created when the study runs. One with results needs `resume` or `overwrite`.
     methods : list of str, optional
