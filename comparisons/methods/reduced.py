@@ -21,6 +21,7 @@ from comparisons.options import ReducedOptions
 from comparisons.scene import Scene
 from comparisons.shapes import Indenter, RigidPlane
 from reduced import (
+    ensemble,
     foundation,
     line_regions,
     profiles,
@@ -242,12 +243,7 @@ def draw_lines(task: Task, geometry: RoughGeometry) -> tuple[np.ndarray, float, 
     points = _line_points(task)
     source = line_spectrum(geometry, options)
     seed = _seed(task.scene)
-    lines = np.stack(
-        [
-            spectrum.synthesise(source, points, _stream(seed, k), length=length)
-            for k in task.realisations
-        ]
-    )
+    lines = ensemble.lines(source, points, task.realisations, seed=seed, length=length)
     return lines, length / points, options.line_length**2
 
 
@@ -339,11 +335,6 @@ def _seed(scene: Scene) -> int:
     assert scene.surface is not None
     seed: int = scene.surface.seed
     return seed
-
-
-def _stream(seed: int, line: int) -> np.random.Generator:
-    """Return the random stream of one line: reproducible whatever the number of workers."""
-    return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(1, line)))
 
 
 def highest_mode(geometry: RoughGeometry, options: ReducedOptions) -> int:
