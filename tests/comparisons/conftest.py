@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from concurrent.futures import ProcessPoolExecutor
+from multiprocessing import get_context
 from pathlib import Path
 
 import pytest
@@ -53,3 +55,18 @@ def rough(scene):
         )
 
     return make
+
+
+@pytest.fixture
+def run_apart():
+    """Run a study in a process of its own, started afresh.
+
+    Tests before may have compiled in this one, and a process that has compiled differs in the last
+    digits from those that read the cache (docs/cluster.md).
+    """
+
+    def run(study):
+        with ProcessPoolExecutor(1, mp_context=get_context("spawn")) as pool:
+            pool.submit(study.run).result()
+
+    return run

@@ -117,9 +117,11 @@ def test_workers_with_more_threads_are_refused():
 
 
 @pytest.mark.slow
-def test_a_study_on_a_cluster_with_a_killed_worker_is_the_serial_one(ensemble, address, tmp_path):
+def test_a_study_on_a_cluster_with_a_killed_worker_is_the_serial_one(
+    ensemble, address, tmp_path, run_apart
+):
     """The worker is killed when a few tasks are done; its nanny starts another."""
-    Study(list(ensemble), tmp_path / "serial", effort="full").run()
+    run_apart(Study(list(ensemble), tmp_path / "serial", effort="full"))
     victim, done = pids(address)[0], []
 
     def kill(count, total, task):
@@ -172,8 +174,10 @@ def test_a_scheduler_lost_before_the_first_job_ends_the_run(seconds, monkeypatch
 
 
 @pytest.mark.slow
-def test_a_lost_scheduler_keeps_what_is_done_and_resuming_completes_it(ensemble, tmp_path):
-    Study(list(ensemble), tmp_path / "serial", effort="full").run()
+def test_a_lost_scheduler_keeps_what_is_done_and_resuming_completes_it(
+    ensemble, tmp_path, run_apart
+):
+    run_apart(Study(list(ensemble), tmp_path / "serial", effort="full"))
     options = {"n_workers": 1, "threads_per_worker": 1, "dashboard_address": ":0"}
     cluster = distributed.LocalCluster(**options)
 
@@ -189,7 +193,6 @@ def test_a_lost_scheduler_keeps_what_is_done_and_resuming_completes_it(ensemble,
     assert load_study(out).interrupted
     kept = len(list((out / "fields").glob("*.npz")))
     assert kept >= 3
-    study = Study(list(ensemble), out, effort="full", resume=True)
-    study.run()
-    assert study.lost() == []
+    run_apart(Study(list(ensemble), out, effort="full", resume=True))
+    assert not load_study(out).interrupted
     pd.testing.assert_frame_equal(results(out), results(tmp_path / "serial"))

@@ -358,14 +358,14 @@ def test_without_any_truth_the_rows_are_there_and_the_answer_says_so(scene, tmp_
 # --- workers --------------------------------------------------------------------------------
 
 
-def test_two_workers_find_the_same_numbers(scene, rough, tmp_path):
+def test_two_workers_find_the_same_numbers(scene, rough, tmp_path, run_apart):
     compared = {"methods": ["reduced", "bem_fft"], "resolutions": [16, 32]}
     plans = [
         *plan_scene(scene(compare=compared)),
         *plan_scene(rough("rough", realisations=3, compare=compared)),
     ]
-    Study(plans, tmp_path / "one").run()
-    Study(plans, tmp_path / "two", workers=2).run()
+    run_apart(Study(plans, tmp_path / "one"))
+    run_apart(Study(plans, tmp_path / "two", workers=2))
     pd.testing.assert_frame_equal(results(tmp_path / "two"), results(tmp_path / "one"))
     for directory in ("one", "two"):
         document = json.loads((tmp_path / directory / STUDY).read_text())
