@@ -289,7 +289,8 @@ def _implicit_position(halves, modulus, mass, push, x, v, h, out):
         else:
             low = y
         new = y - excess / (1.0 + gain * slope)
-        if abs(new - y) <= _EPSILON * scale:
+        # The excess itself is known to a rounding or two of its terms: closer, steps may alternate.
+        if abs(new - y) <= 4.0 * _EPSILON * scale:
             return new, used
         y = new if low <= new <= high else 0.5 * (low + high)
     return y, -1

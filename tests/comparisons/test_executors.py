@@ -35,10 +35,15 @@ def killed_until(path, times):
     return work
 
 
-def interval(seconds):
-    start = time.time()
-    time.sleep(seconds)
-    return start, time.time()
+def interval():
+    """Return work that sleeps and says from when to when."""
+
+    def work(seconds):
+        start = time.time()
+        time.sleep(seconds)
+        return start, time.time()
+
+    return work
 
 
 def overlap(one, other):
@@ -97,8 +102,8 @@ def test_an_exception_of_the_work_is_raised_and_the_next_run_works():
 def test_what_does_not_fit_side_by_side_runs_one_after_the_other():
     """Three jobs of 6 GB where 10 may be handed out; small ones pass beside a large one."""
     jobs = [
-        *(Job(f"large {k}", interval, (0.4,), 6 * GB) for k in range(3)),
-        *(Job(f"small {k}", interval, (0.2,), 0.1 * GB) for k in range(3)),
+        *(Job(f"large {k}", interval(), (0.4,), 6 * GB) for k in range(3)),
+        *(Job(f"small {k}", interval(), (0.2,), 0.1 * GB) for k in range(3)),
     ]
     found = collected(ProcessExecutor(2, memory=10 * GB), jobs)
     times = {key: done.value for key, done in found.items()}
@@ -110,8 +115,8 @@ def test_what_does_not_fit_side_by_side_runs_one_after_the_other():
 
 def test_what_is_larger_than_the_machine_runs_alone():
     """The estimate may be wrong; if it is right, the job is killed alone and nobody with it."""
-    jobs = [Job("a", interval, (0.2,), 0.1 * GB), Job("huge", interval, (0.2,), 99 * GB)]
-    jobs.append(Job("b", interval, (0.2,), 0.1 * GB))
+    jobs = [Job("a", interval(), (0.2,), 0.1 * GB), Job("huge", interval(), (0.2,), 99 * GB)]
+    jobs.append(Job("b", interval(), (0.2,), 0.1 * GB))
     found = collected(ProcessExecutor(2, memory=10 * GB), jobs)
     times = {key: done.value for key, done in found.items()}
     assert not any(overlap(times["huge"], times[key]) for key in ("a", "b"))
