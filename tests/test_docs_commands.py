@@ -37,7 +37,6 @@ PARSED_ONLY = {
     r"roughline check": "tutorials and tests of the regression run it",
     r".*(tamaas|ngsolve|contactmechanics)": "needs the extra `peers`",
 }
-SLOW = re.compile(r".*(run paraboloid|two-balls|block\.toml|punch-square|pdf,svg)")
 
 
 def blocks() -> list[str]:
@@ -64,11 +63,7 @@ OURS = [each for each in blocks() if each.startswith("roughline ") or each == "r
 # The name of a command alone is no command.
 TOLD = [each for each in inline() if re.match(r"roughline [a-z-]+ \S", each)]
 LEFT_OUT = [each for each in OURS if any(re.match(key, each) for key in PARSED_ONLY)]
-RUN = [
-    pytest.param(each, marks=[pytest.mark.slow] if SLOW.match(each) else [])
-    for each in OURS
-    if each not in LEFT_OUT
-]
+RUN = [each for each in OURS if each not in LEFT_OUT]
 
 
 def test_there_are_commands_of_every_kind():
@@ -162,6 +157,7 @@ def test_a_piece_of_python_runs_as_printed(program, folder, monkeypatch):
         assert eval(expression, names) == eval(value)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("command", RUN)
 def test_a_quick_command_does_what_its_page_says(
     command, folder, methods_restored, monkeypatch, capsys

@@ -17,17 +17,8 @@ ROOT = Path(__file__).resolve().parent.parent
 TUTORIALS = sorted((ROOT / "docs" / "tutorials").glob("*.py"))
 
 
-# Three checks of a baseline, each with finite elements among its references.
-LONG = {"regression_in_my_ci"}
-
-
-@pytest.mark.parametrize(
-    "path",
-    [
-        pytest.param(path, id=path.stem, marks=[pytest.mark.slow] if path.stem in LONG else [])
-        for path in TUTORIALS
-    ],
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("path", TUTORIALS, ids=lambda path: path.stem)
 def test_a_tutorial_runs_from_any_folder(path, tmp_path):
     """In a process and a folder of its own; it leaves nothing behind there."""
     (tmp_path / "temporary").mkdir()

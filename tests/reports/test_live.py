@@ -143,6 +143,7 @@ def test_parts_on_the_command_line_merge(tmp_path, capsys):
     assert "not done" in capsys.readouterr().out
 
 
+@pytest.mark.slow
 def test_parts_with_a_method_from_outside_merge_where_it_is_named(
     tmp_path, capsys, methods_restored
 ):

@@ -48,7 +48,7 @@ def test_the_summary_stands_on_the_first_screen(visit, size):
         assert colour != "rgba(0, 0, 0, 0)"
 
 
-@pytest.mark.parametrize("size", [DESKTOP, PHONE])
+@pytest.mark.parametrize("size", [DESKTOP, pytest.param(PHONE, marks=pytest.mark.slow)])
 def test_all_is_drawn_without_request_complaint_or_fault(visit, serious_faults, size):
     """Every plot, nothing from the network, a silent console; axe-core content in both colours.
 

@@ -61,6 +61,7 @@ def report(request, study, tmp_path_factory) -> Path:
     return path
 
 
+@pytest.mark.slow
 def test_drawn_saved_and_readable_in_light_dark_and_on_a_phone(visit, serious_faults, tmp_path):
     """No request, no complaint, no serious fault; nothing to scroll sideways for."""
     with visit() as seen:
