@@ -358,6 +358,7 @@ def test_without_any_truth_the_rows_are_there_and_the_answer_says_so(scene, tmp_
 # --- workers --------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_two_workers_find_the_same_numbers(scene, rough, tmp_path, run_apart):
     compared = {"methods": ["reduced", "bem_fft"], "resolutions": [16, 32]}
     plans = [
