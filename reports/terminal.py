@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -31,6 +32,7 @@ if TYPE_CHECKING:
     from reports.verdicts import Verdict
 
 MANY = 12
+UNFOLDED = 100_000  # columns, more than any line has
 _UNKNOWN = "\N{REPLACEMENT CHARACTER}"
 
 
@@ -375,7 +377,11 @@ class _Terminal(Console):
 
 
 def _console() -> Console:
-    return _Terminal(emoji=False)
+    """Return where to print; lines are folded for a terminal only, not for a file or a pipe."""
+    console = _Terminal(emoji=False)
+    if not console.is_terminal and "COLUMNS" not in os.environ:
+        console.width = UNFOLDED
+    return console
 
 
 def _plain(text: str) -> str:

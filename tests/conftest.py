@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import signal
+
 import pytest
 
 from comparisons import method_names
@@ -18,3 +20,15 @@ def methods_restored(monkeypatch):
     yield
     for name in [each for each in METHODS if each not in known]:
         del METHODS[name]
+
+
+@pytest.fixture
+def interruptible():
+    """Let a ctrl-C reach the programs that a test starts, wherever the tests themselves run.
+
+    A job in the background of a shell, as on some build servers, ignores SIGINT, and a program
+    inherits that from the one that starts it; a handler is not inherited.
+    """
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
+    yield
+    signal.signal(signal.SIGINT, before)

@@ -142,6 +142,7 @@ def test_hung_work_and_its_children_are_ended_at_the_limit(strange, tmp_path):
     assert gone(int(note.read_text()))
 
 
+@pytest.mark.usefixtures("interruptible")
 @pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGKILL, signal.SIGTERM])
 def test_no_orphan_when_the_caller_is_interrupted_or_killed(tmp_path, how):
     (tmp_path / "sleeper.py").write_text(

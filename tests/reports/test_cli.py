@@ -596,6 +596,7 @@ def test_the_exit_code_of_the_program_is_that_of_the_command(tmp_path, monkeypat
     assert end.value.code == 2
 
 
+@pytest.mark.usefixtures("interruptible")
 @pytest.mark.parametrize("module", ["cyclopts.exceptions", "pydantic", "scipy.linalg", "skfem"])
 def test_control_c_while_packages_are_imported_is_code_3(tmp_path, module):
     """Whichever import it meets; before our first line, Python itself answers."""
@@ -633,6 +634,7 @@ def test_whole_numbers_are_not_rounded(arguments, capsys, tmp_path, monkeypatch)
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.usefixtures("interruptible")
 def test_control_c_is_code_3_and_what_is_done_can_be_gone_on_with(tmp_path):
     """A real signal, sent once the first solve of a long run is on disk."""
     command = [sys.executable, "-m", "reports", "run", "single", "--out", "o", "--no-pictures"]
