@@ -8,7 +8,7 @@ reaches zero, or the force on a sticking block reaches its limit.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -22,6 +22,7 @@ from reference.errors import ConvergenceError
 
 # Samples per shortest period: of a sum of harmonics, no two extrema are missed between two.
 _SAMPLES = 32
+_ROUNDING = 16 * float(np.finfo(float).eps)  # of a sum, relative to the sum of its terms' sizes
 _DOUBLINGS = 10  # the first sample after an event lies so many halvings before the regular one
 
 
@@ -142,18 +143,23 @@ def _phases(
     system: Blocks, state: Array, direction: np.ndarray, duration: float, most_events: int
 ) -> list[Phase]:
     """Go from event to event."""
-    fresh = np.ones(direction.size, bool)
+    slip = state[direction.size : 2 * direction.size]
+    direction = _at_rest(system, direction, state, np.flatnonzero(slip == 0))
+    starting = (slip == 0) & (direction != 0)
     phases: list[Phase] = []
     time = 0.0
     while len(phases) <= most_events:
-        direction = _decide(system, direction, state, fresh)
         phases.append(Phase(time, direction, state, _matrix(system, direction)))
-        found = _next_event(system, phases[-1], duration - time, fresh)
-        if found is None:
+        event = _next_event(system, phases[-1], duration - time, starting)
+        if event is None:
             return phases
-        block, after, state = found
-        time += after
-        fresh = np.arange(direction.size) == block
+        time, state, starting = time + event.after, event.state, event.starting
+        if event.sense:
+            direction = direction.copy()
+            direction[event.block] = event.sense
+        else:
+            direction = _at_rest(system, direction, state, [event.block])
+        starting[event.block] = direction[event.block] != 0
     raise ConvergenceError(f"more than {most_events} events", [phase.start for phase in phases])
 
 
@@ -179,84 +185,153 @@ def _matrix(system: Blocks, direction: np.ndarray) -> Array:
     return A
 
 
-def _decide(system: Blocks, direction: np.ndarray, state: Array, fresh: np.ndarray) -> np.ndarray:
-    """Choose stick or slip for the blocks that an event (or the start) leaves open.
+def _at_rest(
+    system: Blocks, direction: np.ndarray, state: Array, resting: Sequence[int] | np.ndarray
+) -> np.ndarray:
+    """Return the directions after the `resting` blocks came to rest: 0 where they stick.
 
-    `direction` is that before the event: a sliding block has come to rest, a sticking one is torn
-    off.
+    A force beyond the limit moves a block. One that is at the limit within its rounding moves it if
+    it would grow while the block sticks: so a block stays down that comes to rest at -mu_s F_N with
+    the belt easing the spring, and one that only touches rest slides on.
     """
-    n = system.mass.size
-    chosen, slip = direction.copy(), state[n : 2 * n]
-    force = _force_rows(system) @ state
-    for i in np.flatnonzero(fresh):
-        if slip[i] != 0:
-            chosen[i] = np.sign(slip[i])
-        elif direction[i] != 0 and abs(force[i]) <= system.static[i]:
-            chosen[i] = 0
-        else:
-            chosen[i] = np.sign(force[i])
+    chosen = direction.copy()
+    chosen[resting] = 0
+    rows = _force_rows(system)
+    rates = rows @ _matrix(system, chosen)
+    force, rounding = rows @ state, _ROUNDING * (np.abs(rows) @ np.abs(state) + system.static)
+    growth, slow = np.sign(force) * (rates @ state), _ROUNDING * (np.abs(rates) @ np.abs(state))
+    excess = np.abs(force) - system.static
+    torn = (excess > rounding) | ((excess > -rounding) & (growth > slow))
+    for i in resting:
+        chosen[i] = np.sign(force[i]) if torn[i] else 0
     return chosen
 
 
-def _guards(system: Blocks, direction: np.ndarray) -> tuple[Array, np.ndarray]:
-    """Rows with row z >= 0 as long as the phase lasts, and the block that each belongs to."""
+class Guard(NamedTuple):
+    """A linear form that is positive as long as a phase lasts.
+
+    Attributes
+    ----------
+    row : ndarray
+        row z is the sliding speed of the block, or what the force on it lacks to its limit.
+    block : int
+    sense : int
+        What the block does when row z falls below zero: -1, 1: it is torn off that way; 0: it comes
+        to rest.
+    """
+
+    row: Array
+    block: int
+    sense: int
+
+
+def _guards(system: Blocks, direction: np.ndarray) -> list[Guard]:
+    """Return what must stay positive: one speed, or two distances to the limit, a block."""
     n = system.mass.size
     force = _force_rows(system)
-    rows, owners = [], []
+    guards = []
     for i in range(n):
+        row = np.zeros(2 * n + 3)
         if direction[i] != 0:
-            speed = np.zeros(2 * n + 3)
-            speed[n + i] = direction[i]
-            rows.append(speed)
-            owners.append(i)
+            row[n + i] = direction[i]
+            guards.append(Guard(row, i, 0))
         else:
-            limit = np.zeros(2 * n + 3)
-            limit[2 * n] = system.static[i]
-            rows += [limit - force[i], limit + force[i]]
-            owners += [i, i]
-    return np.array(rows), np.array(owners)
+            row[2 * n] = system.static[i]
+            guards += [Guard(row - sense * force[i], i, sense) for sense in (1, -1)]
+    return guards
 
 
-def _next_event(
-    system: Blocks, phase: Phase, rest: float, fresh: np.ndarray
-) -> tuple[int, float, Array] | None:
-    """Return block, time after the phase's start and state of the first event, if there is one.
+class Event(NamedTuple):
+    """End of a phase.
 
-    The speed of a block that has just begun to slide is zero: it may not end the phase before it
-    has become positive.
+    Attributes
+    ----------
+    block, sense : int
+        As of the guard that fired.
+    after : float
+        Time since the start of the phase.
+    state : ndarray
+        z, the speed of a block that comes to rest exactly zero.
+    starting : ndarray of bool, shape (n,)
+        Blocks whose sliding speed has not yet grown beyond its rounding.
     """
-    A, n = phase.matrix, system.mass.size
-    rows, owners = _guards(system, phase.direction)
-    excused = fresh[owners] & (phase.direction[owners] != 0)
-    state, time = phase.state, 0.0
-    for step, propagator in _steps(A, rest):
-        later = propagator @ state
-        events = [
-            (after, owners[k])
-            for k in range(len(rows))
-            if (after := _crossing(rows[k], A, state, later, step, bool(excused[k]))) is not None
-        ]
-        if events:
-            after, block = min(events)
-            state = expm(A * after) @ state
-            if phase.direction[block] != 0:
-                state[n + block] = 0.0  # up to rounding it is
-            return int(block), time + after, state
+
+    block: int
+    sense: int
+    after: float
+    state: Array
+    starting: np.ndarray
+
+
+def _next_event(system: Blocks, phase: Phase, rest: float, starting: np.ndarray) -> Event | None:
+    """Return the first event within the time `rest`, if there is one.
+
+    The speed of a block that has just begun to slide is zero, and its rounding has either sign: it
+    may not end a phase before it has become positive, in this phase or in a later one.
+    """
+    A, guards = phase.matrix, _guards(system, phase.direction)
+    state, time, starting = phase.state, 0.0, starting.copy()
+    regular = _regular_step(A, rest)
+    rows = np.array([guard.row for guard in guards])
+    # Rounding of a guard's value and rate: that of their terms in a regular step, however short the
+    # steps after an event are, with the states as large as they were so far in this phase.
+    terms = np.abs(np.stack([rows, rows @ A], axis=1)) @ np.abs(expm(A * regular))
+    sizes = np.abs(state)
+    for step, propagator in _steps(A, regular, rest):
+        later = _known(phase, propagator @ state)
+        sizes = np.maximum(sizes, np.abs(later))
+        rounding = _ROUNDING * (terms @ sizes)
+        crossings = []
+        for k, (row, block, sense) in enumerate(guards):
+            excused = sense == 0 and bool(starting[block])
+            after = _crossing(row, phase, state, step, later, rounding[k], starting=excused)
+            if after is not None:
+                crossings.append((after, k))
+        if crossings:
+            after, k = min(crossings)
+            _, block, sense = guards[k]
+            state = _propagated(phase, after, state)
+            if sense == 0:
+                state[starting.size + block] = 0.0  # up to rounding it is
+            return Event(block, sense, time + after, state, starting)
         state = later
-        excused &= rows @ state <= 0
+        for k, (row, block, sense) in enumerate(guards):
+            starting[block] &= sense != 0 or row @ state <= rounding[k, 0]
         time += step
     return None
 
 
-def _steps(A: Array, rest: float) -> Iterator[tuple[float, Array]]:
-    """Yield steps and their propagators up to `rest`: doubling at first, then regular.
+def _propagated(phase: Phase, time: float, state: Array) -> Array:
+    """Return exp(A t) z."""
+    return _known(phase, expm(phase.matrix * time) @ state)
 
-    Each propagator is an exponential of its own: squaring the one before doubles its rounding.
+
+def _known(phase: Phase, state: Array) -> Array:
+    """Put into a propagated state what is known without rounding.
+
+    A row of zeros in A is one of the identity in exp(A t), but the linear solve behind it rounds,
+    each processor in its way: a block that sticks would have a speed, with a sign.
     """
+    n = phase.direction.size
+    state[n : 2 * n][phase.direction == 0] = 0.0
+    state[2 * n] = 1.0
+    return state
+
+
+def _regular_step(A: Array, rest: float) -> float:
+    """Return the step between the regular samples of a phase."""
     rate = float(np.abs(eigvals(A)).max())
     regular = rest / _SAMPLES
     if rate * regular > 2 * np.pi / _SAMPLES:
         regular = 2 * np.pi / (_SAMPLES * rate)
+    return regular
+
+
+def _steps(A: Array, regular: float, rest: float) -> Iterator[tuple[float, Array]]:
+    """Yield steps and their propagators up to `rest`: doubling at first, then regular.
+
+    Each propagator is an exponential of its own: squaring the one before doubles its rounding.
+    """
     step = regular * 2.0**-_DOUBLINGS
     propagator, time, first = expm(A * step), 0.0, True
     while time + step < rest:
@@ -270,24 +345,42 @@ def _steps(A: Array, rest: float) -> Iterator[tuple[float, Array]]:
 
 
 def _crossing(
-    row: Array, A: Array, state: Array, after: Array, step: float, excused: bool
+    row: Array,
+    phase: Phase,
+    state: Array,
+    step: float,
+    after: Array,
+    rounding: Array,
+    *,
+    starting: bool,
 ) -> float | None:
-    """Return the time at which row z first becomes negative between `state` and `after`."""
-    rate = row @ A
-    if row @ state <= 0:
-        return None if excused or rate @ state >= 0 else 0.0
+    """Return the time at which row z first falls below zero between `state` and `after`.
+
+    Below zero is what exceeds the `rounding` of value and rate: a guard that touches zero does not
+    fire. One that is zero at `state` fires there if it falls, after its maximum if it rises first
+    (or if the block is `starting`).
+    """
+    rate = row @ phase.matrix
 
     def value(time: float, line: Array) -> float:
-        return float(line @ (expm(A * time) @ state))
+        return float(line @ (_propagated(phase, time, state) if time else state))
 
-    def root(line: Array, until: float) -> float:
+    def root(line: Array, since: float, until: float) -> float:
         precision = 4 * float(np.finfo(float).eps)
-        return brentq(value, 0, until, args=(line,), xtol=precision * until, rtol=precision)
+        return brentq(value, since, until, args=(line,), xtol=precision * until, rtol=precision)
 
-    if row @ after <= 0:
-        return root(row, step)
+    below = row @ after < -rounding[0]
+    if row @ state <= rounding[0]:
+        if rate @ state < -rounding[1] and not starting:
+            return 0.0
+        if not below:
+            return None
+        top = root(rate, 0.0, step) if rate @ state > 0 > rate @ after else 0.0
+        return root(row, top, step) if value(top, row) > 0 else top
+    if below:
+        return root(row, 0.0, step)
     if rate @ state < 0 < rate @ after:
-        lowest = root(rate, step)
-        if value(lowest, row) < 0:
-            return root(row, lowest)
+        lowest = root(rate, 0.0, step)
+        if value(lowest, row) < -rounding[0]:
+            return root(row, 0.0, lowest)
     return None
