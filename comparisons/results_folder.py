@@ -12,7 +12,7 @@ from comparisons.study_form import parse_study
 # Names that tasks give to their files; nothing else in a folder is ours to delete.
 OWN_FILE = re.compile(r"[a-z0-9-]+-[a-z_0-9]+-\d+-\d+-[0-9a-f]{12}\.(npz|vtu)")
 # What a process that was killed while it wrote leaves beside the file it meant to write.
-LEFTOVER = re.compile(r"\.(?P<meant>.+)\.[a-z0-9_]{8}(\.vtu)?")
+LEFTOVER = re.compile(r"\.(?P<meant>.+)\.[a-z0-9_]{8}")
 TABLES = (RESULTS, MEASURES, "report.html")
 
 

@@ -19,9 +19,10 @@ from comparisons.planning import Plan, plan_scene, task_of
 from comparisons.reference import mean_curves
 from comparisons.scene import Scene, load_scene
 from comparisons.solving import solve_blocks
-from comparisons.store import write_table
+from comparisons.store import table_text
 from comparisons.uncertainty import standard_error
-from comparisons.vtu import write_fields
+from comparisons.vtu import vtu_file
+from comparisons.writing import write_named, write_named_text
 
 
 @dataclass(frozen=True)
@@ -97,7 +98,7 @@ class SingleResult:
         """Write the load steps as a table."""
         table = pd.DataFrame(self.columns())
         table.insert(0, "step", range(len(table)))
-        write_table(path, table)
+        write_named_text(path, table_text(table))
 
     def write_vtu(self, path: Path) -> None:
         """Write the fields at the last load.
@@ -107,8 +108,10 @@ class SingleResult:
         InputError
             If the method has no fields on a surface or in a body.
         """
-        if not write_fields(path, self.solution.fields):
+        content = vtu_file(self.solution.fields)
+        if content is None:
             raise InputError(f"--vtu: {self.method} has no field on a mesh for this scene")
+        write_named(path, lambda stream: stream.write(content))
 
 
 def solve_scene(

@@ -15,12 +15,10 @@ whole files or none. Nothing is ever unpickled.
 from __future__ import annotations
 
 import json
-import os
-import tempfile
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any, BinaryIO
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -29,6 +27,7 @@ from comparisons.errors import InputError
 from comparisons.physics.loads import PATHS
 from comparisons.results_form import field_problems, table_problems, with_columns
 from comparisons.study_form import parse_study
+from comparisons.writing import write_atomically, write_text
 
 RESULTS = "results.csv"
 MEASURES = "measures.csv"
@@ -172,33 +171,14 @@ class StudyRecord:
     runs: tuple[dict[str, Any], ...] = ()
 
 
-def write_atomically(path: Path, write: Callable[[BinaryIO], None]) -> None:
-    """Call ``write`` on a temporary file beside `path`, then rename it to `path`."""
-    path.parent.mkdir(parents=True, exist_ok=True)
-    handle, temporary = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
-    try:
-        with os.fdopen(handle, "wb") as stream:
-            write(stream)
-            stream.flush()
-            os.fsync(stream.fileno())
-        # mkstemp makes private files; results are meant to be read by others.
-        umask = os.umask(0)
-        os.umask(umask)
-        Path(temporary).chmod(0o666 & ~umask)
-        Path(temporary).replace(path)
-    except BaseException:
-        Path(temporary).unlink(missing_ok=True)
-        raise
-
-
-def write_text(path: Path, text: str) -> None:
-    """Write a text file atomically (UTF-8)."""
-    write_atomically(path, lambda stream: stream.write(text.encode()))
-
-
 def write_table(path: Path, table: pd.DataFrame) -> None:
     """Write a data frame as CSV, atomically and with every digit."""
-    write_text(path, table.to_csv(index=False, lineterminator="\n"))
+    write_text(path, table_text(table))
+
+
+def table_text(table: pd.DataFrame) -> str:
+    """Return a data frame as CSV."""
+    return table.to_csv(index=False, lineterminator="\n")
 
 
 def write_arrays(path: Path, arrays: Mapping[str, np.ndarray]) -> None:

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-import os
 import tempfile
 from pathlib import Path
 
 import meshio
 import numpy as np
+
+from comparisons.writing import write_atomically
 
 
 def mesh_of(fields: dict[str, np.ndarray]) -> meshio.Mesh | None:
@@ -49,19 +50,22 @@ def _body(fields: dict[str, np.ndarray]) -> meshio.Mesh:
     )
 
 
-def write_fields(path: Path, fields: dict[str, np.ndarray]) -> bool:
-    """Write a VTU file atomically; return False where the fields have no mesh."""
+def vtu_file(fields: dict[str, np.ndarray]) -> bytes | None:
+    """Return the content of a VTU file, or None where the fields have no mesh."""
     mesh = mesh_of(fields)
     if mesh is None:
+        return None
+    # meshio writes this format to a named file only.
+    with tempfile.TemporaryDirectory(prefix="roughline-") as folder:
+        path = Path(folder) / "fields.vtu"
+        mesh.write(path)
+        return path.read_bytes()
+
+
+def write_fields(path: Path, fields: dict[str, np.ndarray]) -> bool:
+    """Write a VTU file atomically; return False where the fields have no mesh."""
+    content = vtu_file(fields)
+    if content is None:
         return False
-    path.parent.mkdir(parents=True, exist_ok=True)
-    handle, temporary = tempfile.mkstemp(suffix=".vtu", prefix=f".{path.name}.", dir=path.parent)
-    os.close(handle)
-    try:
-        mesh.write(temporary)
-        Path(temporary).chmod(0o644)
-        Path(temporary).replace(path)
-    except BaseException:
-        Path(temporary).unlink(missing_ok=True)
-        raise
+    write_atomically(path, lambda stream: stream.write(content))
     return True

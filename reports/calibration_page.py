@@ -9,7 +9,7 @@ import numpy as np
 
 from comparisons import formatting as fmt
 from comparisons.calibration import Case, Summary, summary
-from comparisons.store import write_text
+from comparisons.writing import write_text
 from reports.figure_style import INK, Figure, drawing_order, inert, layout, numbers, style
 from reports.figures import error_axis
 from reports.page import render

@@ -50,7 +50,7 @@ def claims(
     from comparisons.claims.record import load_claims_record
     from comparisons.claims.runner import ClaimRun
     from comparisons.errors import LostWorkError
-    from comparisons.store import write_text
+    from comparisons.writing import write_named_text
     from reports import terminal
     from reports.claims_page import write_claims_report
 
@@ -76,6 +76,6 @@ def claims(
             raise
     write_claims_report(record, out / "report.html")
     if json is not None:
-        write_text(json, record.model_dump_json(indent=1) + "\n")
+        write_named_text(json, record.model_dump_json(indent=1) + "\n")
     terminal.print_claims(record, out / "report.html")
     return DIFFERS if any(claim.differs for claim in record.claims) else FINE

@@ -8,7 +8,7 @@ from pathlib import Path
 
 from comparisons.claims.claim import VERDICTS
 from comparisons.claims.record import ClaimRecord, ClaimsRecord, PointRecord
-from comparisons.store import write_text
+from comparisons.writing import write_text
 from reports.claim_figure import detail, evidence
 from reports.figure_style import Figure
 from reports.page import render

@@ -289,6 +289,7 @@ def bench(what: str | None = None, *, json: Path | None = None) -> int:
 
     from comparisons.benchmarks import BENCHMARKS
     from comparisons.errors import InputError
+    from comparisons.writing import write_named_text
     from reports import terminal
 
     if what is not None and what not in BENCHMARKS:
@@ -298,7 +299,7 @@ def bench(what: str | None = None, *, json: Path | None = None) -> int:
     terminal.print_benchmarks(found)
     if json is not None:
         rows = [each.row() for rows in found.values() for each in rows]
-        json.write_text(json_format.dumps(rows, indent=1) + "\n", encoding="utf-8")
+        write_named_text(json, json_format.dumps(rows, indent=1) + "\n")
     return FINE
 
 

@@ -16,7 +16,7 @@ from comparisons.runs import (
     VERDICT,
     RunComparison,
 )
-from comparisons.store import write_text
+from comparisons.writing import write_text
 from reports.comparison_figures import comparison_figures
 from reports.page import render
 

@@ -49,7 +49,7 @@ def hard_cases(
     from comparisons.hard_cases.catalogue import CASES
     from comparisons.hard_cases.record import PAGE, open_folder, save_record
     from comparisons.methods import METHODS
-    from comparisons.store import write_text
+    from comparisons.writing import write_named_text
     from reports import terminal
     from reports.hard_cases_page import write_hard_cases_report
 
@@ -71,7 +71,7 @@ def hard_cases(
     save_record(out, record)
     write_hard_cases_report(record, out / PAGE)
     if json is not None:
-        write_text(json, record.model_dump_json(indent=1) + "\n")
+        write_named_text(json, record.model_dump_json(indent=1) + "\n")
     terminal.print_hard_cases(record, out / PAGE)
     if interrupt is not None:
         raise interrupt

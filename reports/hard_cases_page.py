@@ -7,7 +7,7 @@ from pathlib import Path
 
 from comparisons.formatting import ROUND_OFF
 from comparisons.hard_cases.record import HardCasesRecord, OutcomeRecord
-from comparisons.store import write_text
+from comparisons.writing import write_text
 from reports.hard_case_figure import stability
 from reports.page import render
 

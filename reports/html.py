@@ -13,7 +13,8 @@ from typing import Any
 
 from comparisons import formatting as fmt
 from comparisons.advice import advise
-from comparisons.store import SceneRecord, StudyRecord, write_text
+from comparisons.store import SceneRecord, StudyRecord
+from comparisons.writing import write_text
 from reports import (
     figures,
     glossary,

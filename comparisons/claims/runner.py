@@ -37,7 +37,8 @@ from comparisons.methods.external import ExternalMethod
 from comparisons.plain import plain
 from comparisons.results_folder import clear_leftovers
 from comparisons.scene import load_scene
-from comparisons.store import ResultsError, write_text
+from comparisons.store import ResultsError
+from comparisons.writing import write_text
 
 MEASUREMENTS = "measurements"
 OWN_FILE = re.compile(r"[a-z0-9-]+-[0-9a-f]{16}\.json|[a-z0-9_-]+-[0-9a-f]{12}\.npz")

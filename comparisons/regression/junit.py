@@ -6,7 +6,7 @@ from pathlib import Path
 from xml.etree import ElementTree as Xml
 
 from comparisons.regression.findings import Finding
-from comparisons.store import write_text
+from comparisons.writing import write_named_text
 
 
 def write_junit(path: Path, findings: list[Finding]) -> None:
@@ -24,4 +24,4 @@ def write_junit(path: Path, findings: list[Finding]) -> None:
     root = Xml.Element("testsuites")
     root.append(suite)
     Xml.indent(root)
-    write_text(path, Xml.tostring(root, encoding="unicode", xml_declaration=True) + "\n")
+    write_named_text(path, Xml.tostring(root, encoding="unicode", xml_declaration=True) + "\n")

@@ -8,7 +8,7 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from comparisons.errors import InputError
-from comparisons.store import write_text
+from comparisons.writing import write_named_text
 
 # Made by `roughline check --update --baseline FILE`; a regression baseline, from our own output.
 PACKAGED = Path(__file__).with_name("baseline.json")
@@ -90,4 +90,4 @@ def load_baseline(path: Path) -> Snapshot:
 
 def save_baseline(path: Path, snapshot: Snapshot) -> None:
     """Write a baseline atomically, one scene's curve a line, so that version control shows it."""
-    write_text(path, snapshot.model_dump_json(indent=1) + "\n")
+    write_named_text(path, snapshot.model_dump_json(indent=1) + "\n")

@@ -17,7 +17,7 @@ from comparisons.claims.claim import VERDICTS, load_claims
 from comparisons.claims.record import ClaimRecord, ClaimsRecord, load_claims_record
 from comparisons.formatting import duration, plus_minus, tolerance
 from comparisons.machine import machine_text
-from comparisons.store import write_text
+from comparisons.writing import write_text
 
 DOCS = Path(__file__).resolve().parents[1]
 STORED = DOCS / "claims.json"

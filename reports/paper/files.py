@@ -7,7 +7,8 @@ from io import BytesIO
 from pathlib import Path
 
 from comparisons.errors import InputError
-from comparisons.store import StudyRecord, write_atomically, write_text
+from comparisons.store import StudyRecord
+from comparisons.writing import write_named, write_named_text
 from reports.paper.figures import overview as overview_of
 from reports.paper.figures import panels, single
 from reports.paper.notation import file_name
@@ -55,7 +56,7 @@ def write_paper(
     for table in _tables(study):
         for suffix, text in (("tex", table.latex()), ("md", table.markdown())):
             path = folder / f"{table.label}.{suffix}"
-            write_text(path, text)
+            write_named_text(path, text)
             written.append(path)
     return written
 
@@ -76,4 +77,4 @@ def _tables(study: StudyRecord) -> list[PaperTable]:
 def _save(figure: PaperFigure, path: Path, suffix: str) -> None:
     stream = BytesIO()
     figure.savefig(stream, format=suffix)
-    write_atomically(path, lambda target: target.write(stream.getvalue()))
+    write_named(path, lambda target: target.write(stream.getvalue()))

@@ -37,7 +37,7 @@ def test_what_a_kill_leaves_behind_is_cleaned_and_does_not_stop_a_resume(scene, 
     (path, *_) = sorted(fields.glob("*.npz"))
     ours = [
         *(tmp_path / f".{name}.abcd1234" for name in ("results.csv", "study.json", "report.html")),
-        *(fields / f".{path.name}.abcd_234", fields / f".{path.stem}.vtu.abcd1234.vtu"),
+        *(fields / f".{path.name}.abcd_234", fields / f".{path.stem}.vtu.abcd1234"),
     ]
     theirs = [tmp_path / ".gitignore", tmp_path / ".notes.txt.abcd1234", fields / ".hidden"]
     for each in (*ours, *theirs):

@@ -5,7 +5,6 @@ from __future__ import annotations
 import json
 import os
 import pickle
-import stat
 from dataclasses import replace
 
 import numpy as np
@@ -24,9 +23,7 @@ from comparisons.store import (
     read_arrays,
     save_study,
     write_arrays,
-    write_atomically,
     write_table,
-    write_text,
 )
 
 THIRD = 1 / 3
@@ -155,30 +152,6 @@ def test_a_study_without_any_scene_comes_back(record, tmp_path):
 
 
 # --- whole files or none --------------------------------------------------------------------
-
-
-def test_a_failure_while_writing_leaves_the_old_file_and_no_other(tmp_path):
-    path = tmp_path / "file.txt"
-    write_text(path, "old")
-
-    def half(stream):
-        stream.write(b"half of the new")
-        raise KeyboardInterrupt
-
-    with pytest.raises(KeyboardInterrupt):
-        write_atomically(path, half)
-    assert path.read_text() == "old"
-    assert os.listdir(tmp_path) == ["file.txt"]
-
-
-def test_files_are_readable_by_others(tmp_path):
-    """Temporary files are private; results follow the umask, like any other file."""
-    reference = tmp_path / "reference"
-    reference.write_text("")
-    write_text(tmp_path / "deep" / "down" / "file.txt", "\u00e9")
-    written = tmp_path / "deep" / "down" / "file.txt"
-    assert written.read_text(encoding="utf-8") == "\u00e9"
-    assert stat.S_IMODE(written.stat().st_mode) == stat.S_IMODE(reference.stat().st_mode)
 
 
 def test_a_table_is_replaced_whole(tmp_path):

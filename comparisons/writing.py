@@ -1,0 +1,118 @@
+"""How files are written: whole or not at all, and never in place of what is no file.
+
+In a results folder a name is ours: whatever stands there is replaced, a link as well, since results
+come from strangers and must not lead out of their folder. A name that a user gives is theirs: a
+link stays and its target is replaced, a pipe or a device (``/dev/stdout``) is written through.
+"""
+
+from __future__ import annotations
+
+import os
+import stat
+import sys
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import BinaryIO
+
+Write = Callable[[BinaryIO], object]
+# Folders that list the open files of this very process (Linux; macOS and BSD).
+_DESCRIPTORS = (f"/proc/{os.getpid()}/fd", "/dev/fd")
+_MOST_LINKS = 40
+
+
+def write_atomically(path: Path, write: Write) -> None:
+    """Call ``write`` on a temporary file beside `path`, then rename it to `path`.
+
+    A file that is replaced hands its permissions on.
+
+    Raises
+    ------
+    OSError
+        If it cannot be written, with the name of the file.
+    """
+    temporary = ""
+    try:
+        path.parent.mkdir(parents=True, exist_ok=True)
+        handle, temporary = tempfile.mkstemp(prefix=f".{path.name}.", dir=path.parent)
+        with os.fdopen(handle, "wb") as stream:
+            write(stream)
+            stream.flush()
+            os.fsync(stream.fileno())
+        # mkstemp makes private files; results are meant to be read by others.
+        Path(temporary).chmod(_permissions(path))
+        Path(temporary).replace(path)
+    except BaseException as error:
+        if temporary:
+            Path(temporary).unlink(missing_ok=True)
+        _name(error, path)
+        raise
+
+
+def write_named(path: Path, write: Write) -> None:
+    """Write to what a user named: a file atomically, a pipe or a device through it.
+
+    A link stays: the file that it leads to is replaced.
+
+    Raises
+    ------
+    OSError
+        If it cannot be written, with the name that was given.
+    """
+    try:
+        own = _own_descriptor(path)
+        if own is not None:
+            # A shell may have sent it to a file in which it goes on writing: no other file will do.
+            for stream in (sys.stdout, sys.stderr):
+                stream.flush()
+            with os.fdopen(os.dup(own), "wb") as target:
+                write(target)
+        elif path.exists() and not path.is_file():
+            with path.open("wb") as target:
+                write(target)
+        else:
+            write_atomically(Path(os.path.realpath(path)), write)
+    except OSError as error:
+        _name(error, path)
+        raise
+
+
+def write_text(path: Path, text: str) -> None:
+    """Write a text file atomically (UTF-8)."""
+    write_atomically(path, lambda stream: stream.write(text.encode()))
+
+
+def write_named_text(path: Path, text: str) -> None:
+    """Write a text (UTF-8) to what a user named."""
+    write_named(path, lambda stream: stream.write(text.encode()))
+
+
+def _own_descriptor(path: Path) -> int | None:
+    """Return the number of the open file of this process that a path such as /dev/stdout names."""
+    for _ in range(_MOST_LINKS):
+        folder = os.path.realpath(path.parent)
+        if folder in _DESCRIPTORS and path.name.isdecimal():
+            return int(path.name)
+        if not path.is_symlink():
+            return None
+        path = Path(folder) / path.readlink()
+    return None
+
+
+def _permissions(path: Path) -> int:
+    """Return those of the file that stands there, else those of any new file of this process."""
+    try:
+        replaced = path.lstat().st_mode
+    except FileNotFoundError:
+        replaced = 0
+    if stat.S_ISREG(replaced):
+        return replaced & 0o777
+    umask = os.umask(0)
+    os.umask(umask)
+    return 0o666 & ~umask
+
+
+def _name(error: BaseException, path: Path) -> None:
+    """Let an error of the system name the file that was asked for, not a temporary one."""
+    if isinstance(error, OSError) and error.errno is not None:
+        error.filename, error.filename2 = str(path), None
