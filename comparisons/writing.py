@@ -115,4 +115,5 @@ def _permissions(path: Path) -> int:
 def _name(error: BaseException, path: Path) -> None:
     """Let an error of the system name the file that was asked for, not a temporary one."""
     if isinstance(error, OSError) and error.errno is not None:
-        error.filename, error.filename2 = str(path), None
+        error.filename = str(path)
+        del error.filename2  # None would be told, too

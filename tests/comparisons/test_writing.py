@@ -141,7 +141,7 @@ def test_a_full_disk_is_one_clear_line(tmp_path, capsys):
     printed = capsys.readouterr()
     assert printed.out == ""
     assert "No space left on device" in printed.err
-    assert str(link) in printed.err
+    assert printed.err.endswith(f"{str(link)!r}\n")
     assert printed.err.count("\n") == 1
     assert link.is_symlink()
 
