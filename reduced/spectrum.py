@@ -20,6 +20,7 @@ import scipy.fft
 
 from .arguments import choice_faults, positive_faults, refuse
 from .surface_spectrum import (
+    ROUNDING,
     SurfaceSpectrum,
     cutoffs,
     measured,
@@ -120,7 +121,8 @@ def line_of(surface: SurfaceSpectrum, rule: str = "rings") -> LineSpectrum:
         Measured or prescribed.
     rule : {"rings", "split", "printed"}
         - ``"rings"``: B1D(k)^2 = (1/2) sum over ring k of |B2D|^2, ring k holding the modes nearest
-          to q_k = 2 pi k/L. <h^2> is kept exactly, the slope but for the rounding of |q|.
+          to q_k = 2 pi k/L, half of it where it lies midway between two. <h^2> is kept exactly,
+          the slope but for the rounding of |q|.
         - ``"split"``: each mode is shared between its two neighbours k <= |q| L/2 pi < k + 1 so
           that <h^2> and <|grad h|^2> are both kept exactly; the curvature comes out high by
           O(1/k^2). Not in the chapter.
@@ -146,13 +148,12 @@ def line_of(surface: SurfaceSpectrum, rule: str = "rings") -> LineSpectrum:
         whole = surface.whole_rings
         density = surface.radial_average().density[:whole]
         return _sample_rule(density, np.arange(1, whole + 1), surface.length)
-    place = (surface.magnitude * (surface.length / (2 * np.pi))).ravel()
-    half = surface.power.ravel() / 2
     if rule == "rings":
-        power = np.bincount(np.rint(place).astype(np.int64), half)
+        power = surface.ring_sums(surface.power / 2)
     else:
+        place, half = surface.place.ravel(), surface.power.ravel() / 2
         # Rounding must not put a mode that lies on q_k into the cell below.
-        below = np.maximum(np.floor(place * (1 + 1e-12)), 1.0)
+        below = np.maximum(np.floor(place * (1 + ROUNDING)), 1.0)
         share = np.clip((place - below) * (place + below) / (2 * below + 1), 0.0, 1.0)
         index, count = below.astype(np.int64), int(below.max()) + 2
         power = np.bincount(index, (1 - share) * half, count)

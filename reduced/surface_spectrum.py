@@ -13,6 +13,9 @@ import scipy.fft
 
 from .arguments import count_faults, positive_faults, refuse
 
+# Relative rounding of |q| L/(2 pi), generously: what lies this near to a limit lies on it.
+ROUNDING = 1e-12
+
 
 @dataclass(frozen=True)
 class RadialAverage:
@@ -24,8 +27,8 @@ class RadialAverage:
         q_k = 2 pi k/L, k = 1 ... m, L the longer side; ring k holds the modes nearest to q_k.
     density : ndarray, shape (m,)
         Mean of C2D over the ring; 0 for an empty ring.
-    count : ndarray of int, shape (m,)
-        Modes in the ring.
+    count : ndarray, shape (m,)
+        Modes in the ring; those midway between two rings count half in each.
     spread : ndarray, shape (m,)
         Standard deviation of C2D within the ring: about the mean itself for a measured map (a
         periodogram does not average out), the anisotropy and the width of the ring otherwise.
@@ -86,7 +89,39 @@ class SurfaceSpectrum:
     def whole_rings(self) -> int:
         """Number of rings below the Nyquist wavenumber of the coarser direction: complete ones."""
         pairs = zip(self.power.shape, self.size, strict=True)
-        return min(int(np.ceil(n / 2 * self.length / side)) for n, side in pairs) - 1
+        ends = (n / 2 * self.length / side * (1 - ROUNDING) for n, side in pairs)
+        return min(int(np.ceil(end)) for end in ends) - 1
+
+    @property
+    def place(self) -> np.ndarray:
+        """|q| L/(2 pi) of every mode: its place among the rings 1, 2, ... of the longer side."""
+        return self.magnitude * (self.length / (2 * np.pi))
+
+    @property
+    def rings(self) -> np.ndarray:
+        """Two rings of every mode, each of which it counts half in: the nearest one twice.
+
+        A mode midway between two rings is as near to both. There are such modes where the sides are
+        as an odd number to an even one (at 3 : 2 every odd wave along the shorter side), and none
+        on a square, where (|q| L/2 pi)^2 is a whole number. Midway is told to `ROUNDING`, far
+        above the error of |q|, so that no ring hangs on the last digit of a side.
+
+        Returns
+        -------
+        ndarray of int, shape (2, nx ny)
+        """
+        place = self.place.ravel()
+        below = np.floor(place)
+        midway = np.abs(place - below - 0.5) <= ROUNDING * place
+        inner = np.where(midway, below, np.rint(place)).astype(np.int64)
+        return np.stack([inner, inner + midway])
+
+    def ring_sums(self, values: np.ndarray) -> np.ndarray:
+        """Sum values of the modes over rings 0, 1, 2, ...; (2, nx ny) gives `rings` one each."""
+        rings = self.rings
+        count = int(rings.max()) + 1
+        inner, outer = np.broadcast_to(values.reshape(-1, rings.shape[1]), rings.shape)
+        return 0.5 * (np.bincount(rings[0], inner, count) + np.bincount(rings[1], outer, count))
 
     def radial_average(self) -> RadialAverage:
         """C2D averaged over rings of width 2 pi/L (step 3 of the chapter's Problem 1).
@@ -96,14 +131,13 @@ class SurfaceSpectrum:
         >>> h = np.cos(2 * np.pi * np.arange(8) / 8)[:, None] * np.ones(8)
         >>> average = measured(h, 1.0, periodic=True).radial_average()
         >>> average.count[:2]  # (1, 0) and (1, 1) with their signs; then (2, 0), (2, 1)
-        array([ 8, 12])
+        array([ 8., 12.])
         """
-        ring = np.rint(self.magnitude * (self.length / (2 * np.pi))).astype(np.int64).ravel()
         density = self.density.ravel()
-        count = np.bincount(ring)
-        safe = np.maximum(count, 1)
-        mean = np.bincount(ring, density) / safe
-        spread = np.sqrt(np.bincount(ring, (density - mean[ring]) ** 2) / safe)
+        count = self.ring_sums(np.ones_like(density))
+        safe = np.maximum(count, 0.5)
+        mean = self.ring_sums(density) / safe
+        spread = np.sqrt(self.ring_sums((density - mean[self.rings]) ** 2) / safe)
         wavenumber = 2 * np.pi / self.length * np.arange(1, count.size)
         return RadialAverage(wavenumber, mean[1:], count[1:], spread[1:])
 

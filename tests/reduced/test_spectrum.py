@@ -142,6 +142,49 @@ def test_line_rules_keep_the_height_of_prescribed_surfaces(rule, hurst):
         assert ratio[0] == pytest.approx(1.0, rel=KEPT)
 
 
+def midway(shape):
+    """Twice the place of the modes midway between rings at sides 2 : 3, in whole numbers; else 0.
+
+    (|q| L/2 pi)^2 = (3/2 i)^2 + j^2 = (k + 1/2)^2: nine i^2 and four j^2 add up to an odd square.
+    """
+    i, j = (np.rint(np.fft.fftfreq(n, 1 / n)).astype(int) for n in shape)
+    square = 9 * i[:, None] ** 2 + 4 * j**2
+    root = np.rint(np.sqrt(square)).astype(int)
+    return np.where((root**2 == square) & (root % 2 == 1), root, 0)
+
+
+@pytest.mark.parametrize("rule", ["rings", "split", "printed"])
+def test_no_ring_hangs_on_the_last_digit_of_a_side(rule):
+    """At 3 : 2 modes lie midway between rings. 1e-11: a mode's place times the steepest sharing."""
+    height = np.random.default_rng(3).normal(size=(16, 24))
+    spectra = [
+        line_of(measured(height, (1.0 * x, 1.5 * y), periodic=True), rule).power
+        for x in (1 - 1e-15, 1.0, 1 + 1e-15)
+        for y in (1 - 1e-15, 1.0, 1 + 1e-15)
+    ]
+    for power in spectra[1:]:
+        np.testing.assert_allclose(power, spectra[0], rtol=1e-11)
+
+
+def test_a_mode_midway_between_two_rings_counts_half_in_each():
+    """By whole numbers, and the sum rule: <h^2> is kept to rounding."""
+    shape, size = (16, 24), (2e-6, 3e-6)
+    height = np.random.default_rng(4).normal(size=shape)
+    surface = measured(height, size, periodic=True)
+    twice = midway(shape)
+    assert np.count_nonzero(twice) > 10  # (1, 0) at 3/2, (1, 2) at 5/2, (3, 0) at 9/2, ...
+    place = surface.magnitude * size[1] / (2 * np.pi)
+    expected = []
+    for ring in range(1, 20):
+        whole = (twice == 0) & (np.abs(place - ring) < 0.5)
+        half = np.abs(twice - 2 * ring) == 1
+        expected.append(surface.power[whole].sum() / 2 + surface.power[half].sum() / 4)
+    line = line_of(surface)
+    np.testing.assert_allclose(line.power, expected[: line.power.size], rtol=1e-12)
+    assert line.rms_height == pytest.approx(np.std(height), rel=KEPT)
+    assert surface.radial_average().count.sum() == height.size - 1
+
+
 def test_radial_average_counts_modes_and_measures_their_spread():
     """Rings of an 8 x 8 map by hand: count, mean and standard deviation of (L/2 pi)^2 |B2D|^2."""
     height = np.random.default_rng(2).normal(size=(8, 8))
