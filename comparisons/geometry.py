@@ -72,10 +72,24 @@ class RoughGeometry:
     def heights(self, realisation: int, resolution: int) -> np.ndarray:
         """Return the surface with `resolution` points along x.
 
-        A multiple of the surface's own points interpolates: a synthetic surface exactly (its
-        Fourier modes are known), a measured map by cubic splines of its points as cell centres,
-        so that a finer grid solves the same surface better. A fraction takes every second,
-        fourth, ... point.
+        A multiple of the surface's own points interpolates, so that a finer grid solves the same
+        surface better. A fraction takes every second, fourth, ... point.
+
+        - A periodic surface, synthetic or measured, is the band-limited function through its
+          points (`surfaces.refine`). Where a period is cut makes no difference, so the points need
+          not be centres of the cells that they stood for: the finer grid keeps them, and with them
+          the highest one, which the penetration is counted from. The reduced model's line comes
+          from the Fourier modes of the same function.
+        - A synthetic patch likewise: its Fourier modes are known.
+        - A measured patch by cubic splines through its points as cell centres, its own mirror
+          image beyond the sides.
+
+        Measured on 5(cos x + cos y) nm, 32 x 32 points, 640 nm, E* = 100 GPa, 10 uN: penetration
+        1.1946 nm from 512 x 512 points of the function itself, 1.1948 from the Fourier grid of
+        128 x 128, 1.1914 from splines that wrap (their cells miss the top), 1.1914 to 1.2108 from
+        splines that mirror. A self-affine surface whose shortest wave takes two (four) points is
+        missed by 0.2 % of its rms height (nothing), by splines 2 % (0.08 %). Steep walls ring:
+        beside a step by 14 % of it (splines 11 %), eight points on by 3 % (nothing).
         """
         key = (realisation, resolution)
         if key not in self._made:
@@ -92,7 +106,7 @@ class RoughGeometry:
             return native
         if resolution > self.points[0]:
             factor = resolution // self.points[0]
-            if self.recipe is not None:
+            if self.recipe is not None or self.periodic:
                 return surfaces.refine(native, factor)
             return zoom(native, factor, order=3, mode="reflect", grid_mode=True)
         step = self.points[0] // resolution
@@ -179,7 +193,7 @@ def _synthetic(scene: Scene, surface: SelfAffine) -> RoughGeometry:
 
 
 def _measured(scene: Scene, surface: MeasuredMap) -> RoughGeometry:
-    keys = ("size", "height_unit", "channel", "detrend", "crop", "invert", "undefined")
+    keys = ("size", "height_unit", "channel", "detrend", "crop", "invert", "undefined", "periodic")
     try:
         result = read_map(
             Path(scene.directory) / surface.file, **{key: getattr(surface, key) for key in keys}
@@ -192,11 +206,15 @@ def _measured(scene: Scene, surface: MeasuredMap) -> RoughGeometry:
         why = f"not a readable map ({type(error).__name__}: {error})"
         problem = f"surface.file: {surface.file}: {why}"
         raise SceneError(scene.name, [problem]) from error
+    # Of a periodic map the gradient of the band-limited function that all methods solve.
+    gradient = (
+        surfaces.rms_gradient_spectral if result.periodic else surfaces.rms_gradient_differences
+    )
     return RoughGeometry(
         size=result.size,
         points=result.heights.shape,
-        periodic=surface.periodic,
-        rms_slope=surfaces.rms_gradient_differences(result.heights, result.spacing),
+        periodic=result.periodic,
+        rms_slope=gradient(result.heights, result.spacing),
         measured=result.heights,
         treatment=tuple(result.treatment),
     )

@@ -12,10 +12,13 @@ from pydantic import (
     Field,
     StrictBool,
     Tag,
+    ValidationInfo,
+    field_validator,
     model_validator,
 )
 
 from comparisons.quantities import Finite, Length, Positive, fail
+from comparisons.trends import trend_problem
 
 
 class _Table(BaseModel):
@@ -77,20 +80,31 @@ class SelfAffine(_Table):
 
 
 class MeasuredMap(_Table):
-    """A measured surface, read and treated by comparisons.topography."""
+    """A measured surface, read and treated by comparisons.topography.
+
+    Without `detrend` a plane is subtracted; of a periodic map the mean, see comparisons.trends.
+    """
 
     kind: Literal["map"]
     file: Annotated[str, Field(min_length=1, max_length=4096)]
     size: SizePair | None = None
     height_unit: Annotated[str, Field(max_length=20)] | None = None
     channel: Annotated[str, Field(max_length=200)] | None = None
-    detrend: Literal["none", "mean", "tilt", "curvature"] = "tilt"
+    periodic: StrictBool = False  # before detrend, which depends on it
+    detrend: Literal["none", "mean", "tilt", "curvature"] | None = None
     crop: tuple[Index, Index, Window, Window] | None = None
     invert: StrictBool = False
     undefined: Literal["interpolate", "lowest", "refuse"] | None = None
-    periodic: StrictBool = False
     seed: Seed = 0
     realisations: Count = 100
+
+    @field_validator("detrend")
+    @classmethod
+    def _a_trend_that_it_can_have(cls, value: str | None, info: ValidationInfo) -> str | None:
+        problem = trend_problem(value, info.data.get("periodic", False))
+        if problem:
+            raise fail(problem)
+        return value
 
 
 def _kind(value: Any) -> str | None:

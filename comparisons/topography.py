@@ -22,27 +22,17 @@ from comparisons.map_files import (
     Window,
     open_map,
 )
+from comparisons.trends import TRENDS, subtracted, trend_of, trend_problem
 
 __all__ = ["Map", "MapError", "read_map"]
 
 Heights = NDArray[np.float64]
 
-# Powers of (x, y) that each kind of detrending removes.
-_TRENDS: dict[str, tuple[tuple[int, int], ...]] = {
-    "none": (),
-    "mean": ((0, 0),),
-    "tilt": ((0, 0), (1, 0), (0, 1)),
-    "curvature": ((0, 0), (1, 0), (0, 1), (2, 0), (1, 1), (0, 2)),
-}
-_TREND_NAMES = {
-    "none": "left as read, no trend subtracted",
-    "mean": "mean subtracted",
-    "tilt": "least-squares plane subtracted",
-    "curvature": "least-squares polynomial of second order subtracted",
-}
 _UNDEFINED = ("interpolate", "lowest", "refuse")
 # Below this share of undefined points they are interpolated unless the user says otherwise.
 _INTERPOLATED_SHARE = 0.05
+# Sides of a periodic map join if the step across is no more than this many of those inside.
+_WIDEST_SEAM = 2.0
 
 
 @dataclass(frozen=True)
@@ -63,7 +53,7 @@ class Map:
     source : str
         The file.
     periodic : bool
-        A measured map never is.
+        Whether the map continues itself, as the caller says.
     """
 
     heights: Heights
@@ -85,10 +75,11 @@ def read_map(
     size: float | Sequence[float] | None = None,
     height_unit: str | None = None,
     channel: str | int | None = None,
-    detrend: Literal["none", "mean", "tilt", "curvature"] = "tilt",
+    detrend: Literal["none", "mean", "tilt", "curvature"] | None = None,
     crop: Sequence[int] | None = None,
     invert: bool = False,
     undefined: Literal["interpolate", "lowest", "refuse"] | None = None,
+    periodic: bool = False,
 ) -> Map:
     """Read a measured map and prepare it: read, crop, invert, detrend, fill.
 
@@ -106,16 +97,19 @@ def read_map(
         Unit of the heights: m, cm, mm, um, nm, pm, Å; needed where the file states none.
     channel : str or int, optional
         Name or number of an instrument's channel; its height channel by default.
-    detrend : {"tilt", "none", "mean", "curvature"}
-        Trend to subtract: plane, nothing, mean, full polynomial of second order.
+    detrend : {None, "none", "mean", "tilt", "curvature"}
+        Trend to subtract: nothing, mean, plane, full polynomial of second order. None is the plane,
+        and the mean of a periodic map, which has no other trend: those are refused there.
     crop : (x0, y0, nx, ny), optional
-        Window in points, of the file as read.
+        Window in points, of the file as read; of a periodic map the window is the period.
     invert : bool
         Turn the surface upside down (a replica: its valleys were peaks).
     undefined : {None, "interpolate", "lowest", "refuse"}
         What to do with undefined points: harmonic interpolation (which cannot exceed the
         surrounding heights), the lowest defined height, or nothing but an error. None interpolates
         below 5 % and refuses above. In .npy, .csv and .txt, NaN is an error unless this is given.
+    periodic : bool
+        Whether the map continues itself across its sides.
 
     Returns
     -------
@@ -137,7 +131,8 @@ def read_map(
     array([0.e+00, 1.e-09, 0.e+00])
     """
     path = Path(path)
-    problems = _option_problems(path, size, height_unit, channel, detrend, crop, undefined)
+    trend_fault = trend_problem(detrend, periodic)
+    problems = _option_problems(path, size, height_unit, channel, trend_fault, crop, undefined)
     if problems:
         raise MapError(str(path), problems)
     window = tuple(int(value) for value in crop) if crop is not None else None
@@ -158,10 +153,13 @@ def read_map(
         treatment.append("inverted: valleys became peaks")
     cells = file.size[0] / file.shape[0], file.size[1] / file.shape[1]
     holes = np.isnan(heights)
-    heights = _prepare(path, heights, holes, cells, detrend, fate)
-    treatment.append(_TREND_NAMES[detrend])
+    trend = trend_of(detrend, periodic)
+    heights = _levelled(path, heights, ~holes, trend)
+    treatment.append(TRENDS[trend].done)
     if holes.any():
+        heights[holes] = _filling(heights, holes, cells, fate, periodic)
         treatment.append(_describe_holes(holes, fate))
+    treatment += _seams(heights) if periodic else ()
     heights.setflags(write=False)
     return Map(
         heights=heights,
@@ -169,6 +167,7 @@ def read_map(
         undefined_fraction=float(holes.mean()),
         treatment=tuple(treatment),
         source=str(path),
+        periodic=periodic,
     )
 
 
@@ -177,7 +176,13 @@ def _pair(size: Any) -> tuple[Any, Any]:
 
 
 def _option_problems(
-    path: Path, size: Any, height_unit: Any, channel: Any, detrend: Any, crop: Any, undefined: Any
+    path: Path,
+    size: Any,
+    height_unit: Any,
+    channel: Any,
+    trend_fault: str,
+    crop: Any,
+    undefined: Any,
 ) -> list[str]:
     """Return everything wrong with the options and with the file's presence."""
     problems = []
@@ -194,8 +199,8 @@ def _option_problems(
         problems.append(f"height_unit must be m, cm, mm, um, nm, pm or Å, not {height_unit!r}")
     if channel is not None and plain:
         problems.append(f"channel {channel!r} was given, but a plain table has no channels")
-    if detrend not in _TRENDS:
-        problems.append(f"detrend must be one of {', '.join(_TRENDS)}, not {detrend!r}")
+    if trend_fault:
+        problems.append(f"detrend: {trend_fault}")
     if crop is not None and not _is_window(crop):
         problems.append(
             f"crop must be four whole numbers [x0, y0, nx, ny] with nx, ny >= 2, not {crop!r}"
@@ -257,64 +262,41 @@ def _fate_of_holes(
     return fate
 
 
-def _prepare(
-    path: Path,
-    heights: Heights,
-    holes: NDArray[np.bool_],
-    cells: tuple[float, float],
-    detrend: str,
-    fate: str,
-) -> Heights:
-    """Detrend and fill; raise MapError where no roughness is left."""
-    magnitude = float(np.max(np.abs(heights), where=~holes, initial=0.0))
-    heights = _subtract_trend(heights, ~holes, _TRENDS[detrend])
-    defined = heights[~holes]
+def _levelled(path: Path, heights: Heights, defined: NDArray[np.bool_], trend: str) -> Heights:
+    """Subtract the trend; raise MapError where no roughness is left."""
+    magnitude = float(np.max(np.abs(heights), where=defined, initial=0.0))
+    heights = subtracted(heights, defined, trend)
+    left = np.ptp(heights[defined])
     # A trend is subtracted to a few roundings of the heights it was read from.
-    if defined.max() - defined.min() <= 64 * np.finfo(float).eps * magnitude:
-        problem = f"the map is flat: no height differs from another (detrend = {detrend!r})"
+    if left <= 64 * np.finfo(float).eps * magnitude:
+        problem = f"the map is flat: no height differs from another (detrend = {trend!r})"
         raise MapError(str(path), [problem])
-    if holes.any():
-        heights[holes] = (
-            defined.min() if fate == "lowest" else _harmonic_fill(heights, holes, cells)
-        )
     return heights
 
 
-def _subtract_trend(
-    heights: Heights, defined: NDArray[np.bool_], powers: tuple[tuple[int, int], ...]
-) -> Heights:
-    """Subtract the least-squares polynomial with the given powers of x and y.
-
-    The normal equations separate into moments X^T W Y of the weights W (1 on defined points), so
-    that no matrix of the size of the map times the number of terms is formed. In coordinates from
-    -1 to 1 they are well-conditioned; a second pass removes what the first one rounded off.
-    """
-    if not powers:
-        return heights.copy()
-    weight = defined.astype(np.float64)
-    rest = np.where(defined, heights, 0.0)
-    x, y = (np.vander(np.linspace(-1, 1, n), 5, increasing=True) for n in heights.shape)
-    moments = x.T @ weight @ y
-    matrix = np.array([[moments[a + c, b + d] for c, d in powers] for a, b in powers])
-    for _ in range(2):
-        projection = x.T @ rest @ y
-        right = np.array([projection[a, b] for a, b in powers])
-        coefficients = np.linalg.lstsq(matrix, right, rcond=None)[0]
-        table = np.zeros((5, 5))
-        for (a, b), value in zip(powers, coefficients, strict=True):
-            table[a, b] = value
-        rest -= (x @ table @ y.T) * weight
-    return np.where(defined, rest, np.nan)
+def _filling(
+    heights: Heights,
+    holes: NDArray[np.bool_],
+    cells: tuple[float, float],
+    fate: str,
+    periodic: bool,
+) -> Any:
+    """Return the heights of the undefined points."""
+    defined = heights[~holes]
+    if fate == "lowest":
+        return defined.min()
+    return np.clip(_harmonic_fill(heights, holes, cells, periodic), defined.min(), defined.max())
 
 
 def _harmonic_fill(
-    heights: Heights, holes: NDArray[np.bool_], cells: tuple[float, float]
+    heights: Heights, holes: NDArray[np.bool_], cells: tuple[float, float], periodic: bool
 ) -> Heights:
     """Return the heights of the holes that solve Laplace's equation between their rims.
 
     The five-point scheme keeps the maximum principle: no filled point is higher than the highest,
-    or lower than the lowest point of the rim, so that no contact is invented. At the border of
-    the map the scheme has no outer neighbour (zero slope across the border).
+    or lower than the lowest point of the rim, so that no contact is invented. At the border of a
+    periodic map the neighbour is the point across; at that of any other map there is no outer
+    neighbour (zero slope across the border).
     """
     number = np.full(holes.shape, -1)
     number[holes] = np.arange(holes.sum())
@@ -322,15 +304,16 @@ def _harmonic_fill(
     rows, columns, entries = [], [], []
     for axis, cell in enumerate(cells):
         conductance = (cells[0] / cell) ** 2
-        low = [slice(None)] * 2
-        high = [slice(None)] * 2
-        low[axis], high[axis] = slice(None, -1), slice(1, None)
-        for here, there in ((tuple(low), tuple(high)), (tuple(high), tuple(low))):
-            pair = number[here] >= 0
-            row, column = number[here][pair], number[there][pair]
+        for step in (-1, 1):
+            there = np.roll(number, step, axis), np.roll(heights, step, axis)
+            beside = np.ones(holes.shape, bool)
+            if not periodic:
+                np.moveaxis(beside, axis, 0)[min(step, 0)] = False
+            pair = holes & beside
+            row, column, height = number[pair], there[0][pair], there[1][pair]
             rim = column < 0
             diagonal += np.bincount(row, minlength=diagonal.size) * conductance
-            np.add.at(right, row[rim], conductance * heights[there][pair][rim])
+            np.add.at(right, row[rim], conductance * height[rim])
             rows.append(row[~rim])
             columns.append(column[~rim])
             entries.append(np.full(row[~rim].size, -conductance))
@@ -341,9 +324,25 @@ def _harmonic_fill(
             (np.concatenate([*rows, index]), np.concatenate([*columns, index])),
         )
     ).tocsc()
-    filled = splu(matrix, permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True}).solve(right)
-    rim = heights[~holes]
-    return np.clip(filled, rim.min(), rim.max())
+    return splu(matrix, permc_spec="MMD_AT_PLUS_A", options={"SymmetricMode": True}).solve(right)
+
+
+def _seams(heights: Heights) -> list[str]:
+    """Return a note on each pair of sides that a map called periodic does not join.
+
+    The step across them (rms over the side) is compared with the largest step between neighbouring
+    lines inside, so that the edge of a groove may lie anywhere.
+    """
+    notes = []
+    for axis, name in enumerate("xy"):
+        steps = np.diff(heights, axis=axis, append=heights.take([0], axis))
+        *inside, across = np.sqrt(np.mean(steps**2, axis=1 - axis))
+        if across > _WIDEST_SEAM * max(inside):
+            notes.append(
+                f"called periodic, but along {name} the last line and the first differ by "
+                f"{across:.2g} m (rms), neighbours inside by at most {max(inside):.2g} m"
+            )
+    return notes
 
 
 def _describe_holes(holes: NDArray[np.bool_], fate: str) -> str:

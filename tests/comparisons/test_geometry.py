@@ -95,6 +95,26 @@ def test_a_finer_measured_grid_is_no_rougher_than_the_surface(measured):
     assert errors[1] < 1e-3 * np.ptp(smooth_map())
 
 
+def test_a_periodic_map_of_a_synthetic_surface_is_that_surface(measured, rough):
+    """Heights on every grid, and h', to the round-off of the transforms: rows add up to L h' 1e-15.
+
+    The map is read as it is, less its mean, which is zero.
+    """
+    synthetic, loads = prepare(rough(points=[16, 24], size=["1 um", "1.5 um"], periodic=True))
+    native = synthetic.heights(0, 16)
+    map_ = measured(native, size=(1e-6, 1.5e-6), periodic=True, detrend="mean")
+    geometry, its_loads = prepare(map_)
+    assert geometry.treatment[-1] == "mean subtracted"
+    assert geometry.rms_slope == pytest.approx(synthetic.rms_slope, rel=1e-12)
+    np.testing.assert_allclose(its_loads.values, loads.values, rtol=1e-12)
+    for resolution in (16, 32, 64):
+        np.testing.assert_allclose(
+            geometry.heights(0, resolution),
+            synthetic.heights(0, resolution),
+            atol=1e-13 * np.ptp(native),
+        )
+
+
 # --- loads ----------------------------------------------------------------------------------
 
 

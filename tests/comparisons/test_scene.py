@@ -118,7 +118,7 @@ def test_surfaces_of_the_contract_are_read():
         surface={"kind": "map", "file": "a.npy", "size": "1 um", "crop": [1, 2, 30, 40]},
     )
     assert measured.surface.size == (1e-6, 1e-6)
-    assert measured.surface.detrend == "tilt"
+    assert measured.surface.detrend is None  # the plane, or the mean of a periodic map
     assert measured.surface.realisations == 100
 
 
@@ -333,6 +333,11 @@ def test_each_wrong_surface_is_named(changes, expected):
         ({"crop": [-1, 0, 8, 8]}, "surface.crop.0: expected greater than or equal to 0, got -1"),
         ({"crop": [0, 0, 8]}, "surface.crop.3: expected, but missing"),
         ({"detrend": "wiggle"}, "surface.detrend: expected 'none', 'mean', 'tilt' or 'curvature'"),
+        (
+            {"detrend": "tilt", "periodic": True, "hurst": 0.8},
+            "surface.detrend: expected 'mean' (the default) or 'none' with periodic = true, got",
+        ),
+        ({"detrend": "curvature", "periodic": True}, "with periodic = true, got 'curvature'"),
         ({"undefined": "zero"}, "surface.undefined: expected 'interpolate', 'lowest' or 'refuse'"),
         ({"invert": "yes"}, "surface.invert: expected true or false, got 'yes'"),
         ({"hurst": 0.8}, "surface.hurst: unknown key"),

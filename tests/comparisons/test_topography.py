@@ -228,6 +228,49 @@ def test_interpolation_continues_a_plane(store):
     )
 
 
+# --- periodic maps --------------------------------------------------------------------------
+
+
+def test_a_periodic_map_has_no_trend_but_its_mean(store, rough):
+    """The plane that fits a window is not that of the rolled window: the surface has none."""
+    surface = plain(store(rough), periodic=True)
+    assert surface.periodic
+    assert "mean subtracted" in surface.treatment
+    np.testing.assert_allclose(surface.heights * 1e9, rough - rough.mean(), atol=1e-14)
+    level = plain(store(rough), periodic=True, detrend="none")
+    assert np.array_equal(level.heights, rough / 1e9)
+    for trend in ("tilt", "curvature"):
+        (problem,) = problems_of(store(rough), periodic=True, detrend=trend)
+        assert problem.startswith("detrend: expected 'mean'")
+        assert problem.endswith(f"got {trend!r}")
+
+
+def test_holes_of_a_periodic_map_are_filled_from_across_its_sides(store, rough):
+    """Where the period is cut changes no height. 1e-13 nm: the solution in another order."""
+    holes = np.zeros(rough.shape, bool)
+    holes[0, 2:5] = holes[-2:, 3] = holes[4, 0] = holes[4, -2:] = holes[0, 0] = True
+    rough[holes] = np.nan
+    options = {"periodic": True, "detrend": "none", "undefined": "interpolate"}
+    filled = plain(store(rough), **options).heights
+    rolled = plain(store(np.roll(rough, (5, 3), (0, 1))), **options).heights
+    np.testing.assert_allclose(np.roll(filled, (5, 3), (0, 1)), rolled, atol=1e-22)
+    free = plain(store(rough), **(options | {"periodic": False})).heights
+    assert np.abs(filled - free)[holes].max() > 1e-11
+
+
+def test_sides_that_do_not_join_are_named(store):
+    """A wave joins itself wherever it is cut, and so does a groove; on a slope it does not."""
+    x = np.arange(16)[:, None] * np.ones(9)
+    wave, groove = np.cos(2 * np.pi * x / 16), np.where(x < 5, -1.0, 0.0)
+    for heights in (wave, np.roll(wave, 3, axis=0), groove):
+        notes = plain(store(heights), periodic=True).treatment
+        assert not any("called periodic" in each for each in notes)
+    *_, note = plain(store(wave + x), periodic=True).treatment
+    assert note.startswith("called periodic, but along x the last line and the first differ by")
+    *_, note = plain(store(wave + x)).treatment
+    assert "periodic" not in note
+
+
 # --- what is refused ------------------------------------------------------------------------
 
 
