@@ -35,6 +35,7 @@ from comparisons.machine import machine, versions
 from comparisons.methods import METHODS
 from comparisons.methods.external import ExternalMethod
 from comparisons.plain import plain
+from comparisons.reasons import one_line
 from comparisons.results_folder import clear_leftovers
 from comparisons.scene import load_scene
 from comparisons.store import ResultsError
@@ -224,7 +225,7 @@ def _measured(claim: Claim, value: float | None, effort: Effort, kept: Path | No
         return measure_scene(claim, value, effort, independent=independent, kept=kept)
     except Exception as error:  # one measurement must not end a run of an hour
         why = f"{type(error).__name__}: {error}" if str(error) else type(error).__name__
-        return Measurement(value, float("nan"), float("nan"), {"no result": why})
+        return Measurement(value, float("nan"), float("nan"), {"no result": one_line(why)})
 
 
 def _key(claim: Claim, value: float | None, effort: Effort) -> str:

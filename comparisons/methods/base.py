@@ -24,6 +24,7 @@ from comparisons.load_fields import shown_steps
 from comparisons.machine import source_digest, versions
 from comparisons.options import Options
 from comparisons.physics.loads import Loads
+from comparisons.reasons import one_line
 from comparisons.scene import Scene
 
 
@@ -164,8 +165,8 @@ class Solution:
             self.step_fields[step] = build
 
     def fail(self, index: tuple[int, int], reason: str) -> None:
-        """Record that one step has no answer."""
-        self.reasons[index] = reason
+        """Record that one step has no answer, and why in one line."""
+        self.reasons[index] = one_line(reason)
 
     @contextmanager
     def setup(self) -> Iterator[None]:

@@ -27,6 +27,7 @@ from comparisons.method_names import GROUP, METHOD_NAMES, register_method
 from comparisons.methods.base import Method, Solution, Support, Task
 from comparisons.methods.spans import lost
 from comparisons.physics import PHYSICS
+from comparisons.reasons import one_line
 from comparisons.scene import QUANTITIES, Scene
 
 WORK = "comparisons.methods.external_work"
@@ -268,7 +269,7 @@ def _told(outcome: isolation.Outcome) -> str:
 
 def _text(value: object) -> str:
     """Return text from outside as one short printable line."""
-    line = " ".join(str(value).split())
+    line = one_line(str(value))
     return "".join(c if c.isprintable() else "?" for c in line)[:LONGEST_TEXT]
 
 

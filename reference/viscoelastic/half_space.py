@@ -74,7 +74,7 @@ def press_in_time(
     time : array_like, shape (k,)
         Increasing; nothing touches before the first, where a first value above 0 is a jump.
     penetration, force : array_like, shape (k,)
-        Exactly one of them; forces > 0.
+        Exactly one of them; forces > 0 (the first may be 0: first touch).
     poisson_ratio : float
     tolerance : float
         Of each contact problem, as for `fft.solve`.
@@ -174,9 +174,11 @@ class _Surface:
         # The operator's problem has its own modulus: its pressure is `scale` times ours.
         scale = compliance * self._operator.effective_modulus / self._factor
         top = float(gap[np.isfinite(gap)].min())
-        if name == "penetration" and load <= top:
+        free = load <= top if name == "penetration" else load == 0
+        if free:
             self.pressure, self._last = np.zeros(gap.shape), None
-            return load, None
+            # No force is at the start only, where depths are counted from: first touch.
+            return load if name == "penetration" else 0.0, None
         given = {name: load - top if name == "penetration" else load * scale}
         start = self._last
         if start is not None:
@@ -202,8 +204,8 @@ def _checked(
         faults.append(f"time must be finite and increasing, not {time!r}")
     elif not np.isfinite(values).all():
         faults.append(f"{name} must be finite, not {value!r}")
-    elif name == "force" and not (values > 0).all():
-        faults.append(f"force must be positive, not {value!r}")
+    elif name == "force" and not (values[0] >= 0 and (values[1:] > 0).all()):
+        faults.append(f"force must be positive (the first may be 0), not {value!r}")
     if faults:
         raise ValueError("; ".join(faults))
     return name, times, values

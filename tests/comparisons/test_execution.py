@@ -55,6 +55,10 @@ def replace(monkeypatch):
         (RuntimeError("the matrix is singular"), "RuntimeError: the matrix is singular (in fail)"),
         (ZeroDivisionError(), "ZeroDivisionError in fail"),
         (MemoryError("no room"), "MemoryError: no room (in fail)"),
+        (
+            ValueError(f"force, not {np.arange(40.0)!r}"),
+            "ValueError: force, not array([0., ..., 39.] (40 numbers)) (in fail)",
+        ),
     ],
 )
 def test_a_method_that_raises_costs_its_own_rows(task, replace, error, reason):

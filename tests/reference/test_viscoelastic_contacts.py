@@ -187,6 +187,27 @@ def test_half_space_against_a_dashpot():
     np.testing.assert_allclose([step.force for step in found[18:]], exact.force, rtol=2.5e-3)
 
 
+@pytest.mark.parametrize("material", [SOLID, GeneralisedMaxwell.kelvin_voigt(1.0, 0.3)])
+def test_a_force_may_rise_from_nothing(material):
+    """At first touch nothing is pressed; then Lee and Radok's depth, 1 % at 14 cells per radius."""
+    operator, square = cells(32, 0.115)
+    t = np.linspace(0, 1, 17)
+    force = 0.01 * t
+    found = list(press_in_time(operator, square / 2, material, t, force=force))
+    if not material.viscosity:
+        assert (found[0].penetration, found[0].force, found[0].violation) == (0.0, 0.0, 0.0)
+        assert not found[0].pressure.any()
+    exact = creep(BALL, 1.0, material, t, force, [step.time for step in found[4:]])
+    depths = [step.penetration for step in found[4:]]
+    np.testing.assert_allclose(depths, exact.penetration, rtol=0.01)
+
+
+def test_a_force_ends_nowhere_but_at_its_start():
+    operator, square = cells(8, 0.115)
+    with pytest.raises(ValueError, match="the first may be 0"):
+        list(press_in_time(operator, square / 2, SOLID, [0, 1, 2], force=[0.0, 1.0, 0.0]))
+
+
 def test_unit_of_length_costs_no_digit():
     """The same problem in units of powers of two: the same forces, bit by bit."""
     operator, square = cells(16, 0.115)
