@@ -1,0 +1,113 @@
+"""The fixture for other people's suites: writes baselines, passes what stayed, names what moved."""
+
+from __future__ import annotations
+
+import os
+import shutil
+import subprocess
+import sys
+import tomllib
+from pathlib import Path
+
+import pytest
+
+ROOT = Path(__file__).resolve().parents[2]
+SUITE = """
+from winkler import winkler
+
+
+def test_my_model(roughline_check):
+    roughline_check(winkler, "winkler.json", scenes=["paraboloid"])
+"""
+
+
+def pytest_run(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
+    """Run a suite as its owner would, with roughline importable but not its tests' settings."""
+    command = [sys.executable, "-m", "pytest", "-q", "-p", "roughline.pytest_plugin"]
+    # Installed, roughline registers the plugin itself; naming it twice is an error.
+    command += ["-p", "no:roughline", "--rootdir", str(folder), *arguments]
+    paths = f"{ROOT}:{folder}"
+    return subprocess.run(
+        command,
+        capture_output=True,
+        text=True,
+        cwd=folder,
+        check=False,
+        env={**os.environ, "PYTHONPATH": paths},
+    )
+
+
+@pytest.mark.slow
+def test_a_model_is_regression_tested_in_its_owners_suite(tmp_path):
+    """Missing baseline, baseline written, unchanged, and a model that is 1 % stiffer."""
+    shutil.copy(ROOT / "docs" / "examples" / "winkler.py", tmp_path)
+    (tmp_path / "test_mine.py").write_text(SUITE)
+    missing = pytest_run(tmp_path)
+    assert missing.returncode == 1
+    assert "--roughline-update writes baselines" in missing.stdout
+    assert pytest_run(tmp_path, "--roughline-update").returncode == 0
+    assert pytest_run(tmp_path).returncode == 0
+    model = tmp_path / "winkler.py"
+    text = model.read_text()
+    assert "* overlap.sum()" in text
+    model.write_text(text.replace("* overlap.sum()", "* 1.01 * overlap.sum()"))
+    moved = pytest_run(tmp_path)
+    assert moved.returncode == 1
+    assert "paraboloid: Winkler foundation moved: force by +1.0" in moved.stdout
+
+
+# --- beside other people's packages ---------------------------------------------------------------
+
+
+@pytest.fixture
+def installed(tmp_path):
+    """Return a runner of a suite in an environment that has roughline installed.
+
+    The entry point is the one that pyproject.toml declares.
+    """
+    entries = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]["entry-points"]
+    info = tmp_path / "site" / "roughline-0.dist-info"
+    info.mkdir(parents=True)
+    (info / "METADATA").write_text("Metadata-Version: 2.1\nName: roughline\nVersion: 0\n")
+    lines = [f"{name} = {value}" for name, value in entries["pytest11"].items()]
+    (info / "entry_points.txt").write_text("\n".join(["[pytest11]", *lines, ""]))
+
+    def run(suite: str) -> subprocess.CompletedProcess[str]:
+        project = tmp_path / "project"
+        for package in ("comparisons", "reports", "reduced", "reference"):
+            (project / package).mkdir(parents=True)
+            (project / package / "__init__.py").write_text("OWN = True\n")
+        (project / "test_own.py").write_text(suite)
+        return subprocess.run(
+            [sys.executable, "-m", "pytest", "-q", "--rootdir", str(project), str(project)],
+            capture_output=True,
+            text=True,
+            cwd=tmp_path,
+            check=False,
+            env={**os.environ, "PYTHONPATH": f"{info.parent}:{ROOT}"},
+        )
+
+    return run
+
+
+def test_a_project_may_have_packages_of_our_names(installed):
+    done = installed(
+        "from comparisons import OWN\n"
+        "from reduced import OWN\nfrom reference import OWN\nfrom reports import OWN\n"
+        "def test_own(request):\n"
+        "    assert OWN\n"
+        "    assert request.config.pluginmanager.has_plugin('roughline')\n"
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+
+
+def test_the_fixture_says_which_packages_are_in_its_way(installed):
+    """There it cannot work: the model's own packages are not to be had."""
+    done = installed(
+        "import comparisons\n"
+        "def test_model(roughline_check):\n"
+        "    roughline_check('reduced', 'baseline.json', scenes=['cone'])\n"
+    )
+    assert done.returncode == 1
+    assert "roughline's packages are shadowed by others" in done.stdout
+    assert "Traceback" not in done.stdout + done.stderr
