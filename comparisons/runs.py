@@ -154,7 +154,7 @@ def _notes(
         if other is None:
             yield f"{name}: in the first run only"
             continue
-        if scene.text != other.text:
+        if scene.tables != other.tables:
             yield f"{name}: the scene itself differs"
         yield from _truth_notes(name, scene, other)
     yield from (f"{name}: in the second run only" for name in new if name not in old)

@@ -14,6 +14,7 @@ from math import inf
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
+import tomli_w
 from pydantic import (
     BaseModel,
     ConfigDict,
@@ -42,7 +43,6 @@ from comparisons.quantities import Positive, fail
 from comparisons.scene_problems import readable
 from comparisons.shapes import AnyIndenter
 from comparisons.surface_tables import Surface
-from comparisons.toml_text import to_toml
 
 QUANTITIES = (
     *("force", "penetration", "penetration_mean_plane", "contact_area", "contact_area_raw"),
@@ -239,7 +239,7 @@ class Scene(_Table):
     @cached_property
     def text(self) -> str:
         """The scene as TOML in SI units: the same scene, whatever it was written in."""
-        return to_toml(self.model_dump(exclude_none=True, exclude_defaults=True))
+        return tomli_w.dumps(self.model_dump(exclude_none=True, exclude_defaults=True))
 
 
 def builtin_folder() -> Path:

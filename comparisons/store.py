@@ -15,8 +15,10 @@ whole files or none. Nothing is ever unpickled.
 from __future__ import annotations
 
 import json
+import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -98,6 +100,14 @@ class SceneRecord:
     measures: pd.DataFrame
     fields: dict[tuple[str, int], Path] = field(default_factory=dict)
     axis: str = ""
+
+    @cached_property
+    def tables(self) -> dict[str, Any]:
+        """What `text` says, however it is laid out; the text itself where it is no TOML."""
+        try:
+            return tomllib.loads(self.text)
+        except tomllib.TOMLDecodeError:
+            return {"text": self.text}
 
     @property
     def along(self) -> str:

@@ -5,7 +5,6 @@ What every page shares (offline, inert, its scripts) is in `reports.page`.
 
 from __future__ import annotations
 
-import tomllib
 from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
@@ -179,13 +178,10 @@ def _seeds(record: StudyRecord) -> dict[str, int]:
     """Return the seed of every scene with random surfaces; 0 where its text gives none."""
     found = {}
     for scene in record.scenes:
-        try:
-            tables = tomllib.loads(scene.text)
-        except tomllib.TOMLDecodeError:  # the text of a stranger's folder
-            continue
         for name, words in (("surface", ""), ("surface2", " (second surface)")):
-            if isinstance(tables.get(name), dict):
-                found[f"{scene.name}{words}"] = tables[name].get("seed", 0)
+            table = scene.tables.get(name)
+            if isinstance(table, dict):
+                found[f"{scene.name}{words}"] = table.get("seed", 0)
     return found
 
 

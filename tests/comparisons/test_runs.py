@@ -130,6 +130,17 @@ def test_times_too_short_to_read_are_not_judged(tmp_path):
     assert change.kinds == (SAME,)
 
 
+def test_a_scene_that_was_only_laid_out_differently_is_the_same(tmp_path):
+    """One line or five: what the text says is compared, so that writers of TOML may change."""
+    runs = [study(tmp_path) for _ in range(2)]
+    texts = "[loading]\nforce = [1.0, 2.0]\n", "[loading]\nforce = [\n  1.0,\n  2.0,\n]\n"
+    laid_out = [
+        replace(run, scenes=(replace(run.scenes[0], text=text),))
+        for run, text in zip(runs, texts, strict=True)
+    ]
+    assert compare_runs(*laid_out).notes == ()
+
+
 def test_versions_scenes_and_truths_that_differ_are_named(tmp_path):
     after = study(tmp_path, versions={"numpy": "3.0"})
     scene = replace(after.scenes[0], text="other", reference={"method": "fem", "resolution": 6})
