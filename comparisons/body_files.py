@@ -6,8 +6,7 @@ of VTU files (where they are not zero).
 
 from __future__ import annotations
 
-import contextlib
-import io
+import re
 from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass
@@ -18,6 +17,8 @@ import numpy as np
 
 from comparisons.abaqus_surfaces import surfaces
 from comparisons.errors import InputError
+from comparisons.silence import quiet
+from comparisons.unpacking import size_problems
 from reference.fem.cells import KINDS
 from reference.fem.solid_mesh import SolidMesh
 
@@ -60,6 +61,9 @@ def read_body(path: Path) -> BodyFile:
     """
     if not path.is_file():
         raise BodyError([f"file: expected a mesh, got {str(path)!r}, which is no file"])
+    problems = [each for file in (path, *_beside(path)) for each in _size_problems(file)]
+    if problems:
+        raise BodyError(problems)
     raw = _read(path)
     solids = Counter()
     for block in raw.cells:
@@ -86,11 +90,24 @@ def read_body(path: Path) -> BodyFile:
     return BodyFile(mesh, parts)
 
 
+def _size_problems(path: Path) -> list[str]:
+    remedy = "use a coarser mesh"
+    return [f"file: {path.name}: {each}" for each in size_problems(path, remedy)]
+
+
+def _beside(path: Path) -> list[Path]:
+    """Return the files in which an XDMF keeps its arrays: ``NAME.h5:/...``."""
+    if path.suffix.lower() not in (".xdmf", ".xmf"):
+        return []
+    text = path.read_text(encoding="utf-8", errors="replace")
+    named = {path.parent / name.strip() for name in re.findall(r">([^<>:]+):[^<>]+<", text)}
+    return sorted(file for file in named if file.is_file())
+
+
 def _read(path: Path) -> meshio.Mesh:
     """Read with meshio, which prints, and ends the program where it fails."""
-    said = io.StringIO()
     try:
-        with contextlib.redirect_stdout(said), contextlib.redirect_stderr(said):
+        with quiet() as said:
             return meshio.read(path)
     except (Exception, SystemExit) as error:
         lines = [line.strip() for line in said.getvalue().splitlines() if line.strip()]

@@ -18,6 +18,9 @@ PACKAGES = (
     *("tamaas", "ContactMechanics", "muGrid", "ngsolve"),
 )
 
+# Share of the free memory that one piece of work may take.
+MEMORY_SHARE = 0.8
+
 # What a solve runs; the face (reports) changes no result.
 OWN_PACKAGES = ("reduced", "reference", "comparisons")
 

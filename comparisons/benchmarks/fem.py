@@ -16,10 +16,10 @@ from functools import cache, partial
 from pathlib import Path
 
 import numpy as np
-import psutil
 from threadpoolctl import threadpool_limits
 
 from comparisons.benchmarks.yardstick import Measurement, interleaved, measurement
+from comparisons.machine import free_memory
 from comparisons.methods import METHODS
 from comparisons.planning import plan_scene, task_of
 from comparisons.scene import parse_scene
@@ -174,7 +174,7 @@ def sizes() -> list[Measurement]:
     """Cost and memory against the number of unknowns, and the exponent of the cost."""
     rows, found = [], {}
     for elements in SIZES:
-        free = psutil.virtual_memory().available
+        free = free_memory()
         expected = 115 * elements**3
         if expected * BYTES_PER_UNKNOWN > free:
             break

@@ -22,13 +22,13 @@ from joblib.externals.loky.process_executor import ProcessPoolExecutor
 
 from comparisons.executors.base import Done, Executor, Job, timed
 from comparisons.isolation import ONE_THREAD
-from comparisons.machine import free_memory
+from comparisons.machine import MEMORY_SHARE, free_memory
 
 # How often a job is tried whose process is ended.
 ATTEMPTS = 3
-# Share of the free memory that is handed out, and bytes of a process with all packages loaded
-# (measured: 0.35 GB, a good half of it shared with the others).
-MEMORY_SHARE, PROCESS = 0.8, 4e8
+# Bytes of a process with all packages loaded (measured: 0.35 GB, a good half of it shared with
+# the others).
+PROCESS = 4e8
 # Seconds between looks whether the process that handed out the work still lives.
 _LOOK = 0.5
 _SIGNAL = re.compile(r"SIG[A-Z0-9]+|EXIT\(\d+\)")

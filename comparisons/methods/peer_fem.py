@@ -5,10 +5,10 @@ from __future__ import annotations
 from importlib import metadata, util
 
 import numpy as np
-import psutil
 
 from comparisons import isolation
 from comparisons.geometry import Geometry, IndenterGeometry
+from comparisons.machine import MEMORY_SHARE, free_memory
 from comparisons.method_names import METHOD_NAMES
 from comparisons.methods.base import Method, Solution, Support, Task
 from comparisons.methods.fem import contact_stretch
@@ -26,7 +26,6 @@ WORK = "comparisons.peers.run_ngsolve:solve"
 LARGEST_POISSON = 0.499
 # Measured: 25 700 unknowns at two elements per radius, 37 900 at three; 20 kB of factor for each.
 UNKNOWNS_PER_SQUARE, BYTES_PER_UNKNOWN = 6_500, 20_000
-MEMORY_SHARE = 0.8
 # How much a radius from the moments of the pressure may differ from that of the stiffness.
 AGREES = 0.05
 
@@ -84,7 +83,7 @@ class NgSolve(Method):
             WORK,
             _problem(task, geometry, list(steps.values())),
             seconds=task.options.seconds,
-            memory=MEMORY_SHARE * psutil.virtual_memory().available,
+            memory=MEMORY_SHARE * free_memory(),
         )
         if not outcome.ok:
             for step in steps:

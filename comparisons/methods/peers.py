@@ -5,9 +5,9 @@ from __future__ import annotations
 import statistics
 
 import numpy as np
-import psutil
 
 from comparisons.geometry import Geometry, RoughGeometry
+from comparisons.machine import MEMORY_SHARE, free_memory
 from comparisons.method_names import METHOD_NAMES
 from comparisons.methods.base import Method, Solution, Support, Task
 from comparisons.methods.grid import (
@@ -24,7 +24,6 @@ from reference.halfspace import FreeOperator, PeriodicOperator
 
 # Double arrays of one grid that a peer's process holds, twice padded, beside ours.
 ARRAYS = 100
-MEMORY_SHARE = 0.8
 
 
 class PeerMethod(Method):
@@ -85,7 +84,7 @@ class PeerMethod(Method):
             press.Problem(operator, gaps, task.loads.control, task.loads.values),
             task.options.tolerance,
             seconds=task.options.seconds,
-            memory=MEMORY_SHARE * psutil.virtual_memory().available,
+            memory=MEMORY_SHARE * free_memory(),
         )
         for index, reason in result.reasons.items():
             solution.fail(index, reason)
