@@ -62,6 +62,7 @@ class RoughGeometry:
     points: tuple[int, int]
     periodic: bool
     rms_slope: float
+    rms_height: float
     recipe: SelfAffine | None = None
     measured: np.ndarray | None = field(default=None, repr=False)
     treatment: tuple[str, ...] = ()
@@ -189,11 +190,17 @@ def _synthetic(scene: Scene, surface: SelfAffine) -> RoughGeometry:
     slope = surface.rms_slope
     if slope is None:
         slope = surfaces.rms_gradient_spectral(heights, _spacing(surface.size, heights))
-    return RoughGeometry(surface.size, surface.points, surface.periodic, slope, recipe=surface)
+    height = float(heights.std())  # the same for every realisation: only phases are random
+    return RoughGeometry(
+        surface.size, surface.points, surface.periodic, slope, height, recipe=surface
+    )
 
 
 def _measured(scene: Scene, surface: MeasuredMap) -> RoughGeometry:
-    keys = ("size", "height_unit", "channel", "detrend", "crop", "invert", "undefined", "periodic")
+    keys = (
+        *("size", "height_unit", "lateral_unit", "channel", "detrend", "crop", "invert"),
+        *("undefined", "periodic"),
+    )
     try:
         result = read_map(
             Path(scene.directory) / surface.file, **{key: getattr(surface, key) for key in keys}
@@ -215,6 +222,7 @@ def _measured(scene: Scene, surface: MeasuredMap) -> RoughGeometry:
         points=result.heights.shape,
         periodic=result.periodic,
         rms_slope=gradient(result.heights, result.spacing),
+        rms_height=float(result.heights.std()),
         measured=result.heights,
         treatment=tuple(result.treatment),
     )

@@ -89,6 +89,7 @@ class MeasuredMap(_Table):
     file: Annotated[str, Field(min_length=1, max_length=4096)]
     size: SizePair | None = None
     height_unit: Annotated[str, Field(max_length=20)] | None = None
+    lateral_unit: Annotated[str, Field(max_length=20)] | None = None
     channel: Annotated[str, Field(max_length=200)] | None = None
     periodic: StrictBool = False  # before detrend, which depends on it
     detrend: Literal["none", "mean", "tilt", "curvature"] | None = None

@@ -19,6 +19,7 @@ from comparisons.map_files import (
     UNITS_PER_METRE,
     MapError,
     MapFile,
+    Stated,
     Window,
     open_map,
 )
@@ -74,6 +75,7 @@ def read_map(
     *,
     size: float | Sequence[float] | None = None,
     height_unit: str | None = None,
+    lateral_unit: str | None = None,
     channel: str | int | None = None,
     detrend: Literal["none", "mean", "tilt", "curvature"] | None = None,
     crop: Sequence[int] | None = None,
@@ -89,12 +91,14 @@ def read_map(
     Parameters
     ----------
     path : str or Path
-        .npy, .csv, .txt (numbers only, first index along x), or any format SurfaceTopography
-        reads (optional extra ``topography``).
+        .npy, .csv, .txt (numbers only, first index along x), .xyz (lines of x, y, z), or TIFF and
+        any format SurfaceTopography reads (optional extra ``topography``).
     size : float or (float, float), optional
         Side length L or (Lx, Ly) of the whole file in metres; needed where the file states none.
     height_unit : str, optional
         Unit of the heights: m, cm, mm, um, nm, pm, Å; needed where the file states none.
+    lateral_unit : str, optional
+        Unit of lengths along x and y that the file holds without a unit, as .xyz does.
     channel : str or int, optional
         Name or number of an instrument's channel; its height channel by default.
     detrend : {None, "none", "mean", "tilt", "curvature"}
@@ -131,13 +135,14 @@ def read_map(
     array([0.e+00, 1.e-09, 0.e+00])
     """
     path = Path(path)
+    units = {"height_unit": height_unit, "lateral_unit": lateral_unit}
     trend_fault = trend_problem(detrend, periodic)
-    problems = _option_problems(path, size, height_unit, channel, trend_fault, crop, undefined)
+    problems = _option_problems(path, size, units, channel, trend_fault, crop, undefined)
     if problems:
         raise MapError(str(path), problems)
     window = tuple(int(value) for value in crop) if crop is not None else None
     sides = tuple(float(side) for side in _pair(size)) if size is not None else None
-    file = open_map(path, size=sides, height_unit=height_unit, channel=channel, window=window)
+    file = open_map(path, Stated(sides, height_unit, lateral_unit, channel, window))
     if window and (window[0] + window[2] > file.shape[0] or window[1] + window[3] > file.shape[1]):
         problem = f"crop {list(window)} reaches beyond the {file.shape[0]} x {file.shape[1]} points"
         raise MapError(str(path), [problem])
@@ -178,7 +183,7 @@ def _pair(size: Any) -> tuple[Any, Any]:
 def _option_problems(
     path: Path,
     size: Any,
-    height_unit: Any,
+    units: dict[str, Any],
     channel: Any,
     trend_fault: str,
     crop: Any,
@@ -193,10 +198,13 @@ def _option_problems(
         problems.append("size is needed: a plain table does not state its side lengths")
     elif size is not None and not _is_size(size):
         problems.append(f"size must be one or two positive lengths in metres, not {size!r}")
-    if height_unit is None and plain:
+    if units["height_unit"] is None and plain:
         problems.append("height_unit is needed: a plain table does not state its unit")
-    elif height_unit is not None and height_unit not in UNITS_PER_METRE:
-        problems.append(f"height_unit must be m, cm, mm, um, nm, pm or Å, not {height_unit!r}")
+    for key, unit in units.items():
+        if unit is not None and unit not in UNITS_PER_METRE:
+            problems.append(f"{key} must be m, cm, mm, um, nm, pm or Å, not {unit!r}")
+    if units["lateral_unit"] is not None and plain:
+        problems.append("lateral_unit was given, but size states the lengths of a plain table")
     if channel is not None and plain:
         problems.append(f"channel {channel!r} was given, but a plain table has no channels")
     if trend_fault:

@@ -28,8 +28,15 @@ from pathlib import Path
 from types import FrameType
 
 import numpy as np
+from scipy.io import savemat
 
 from reports.cli import run_command
+
+try:  # of the extra topography; without it their suffixes hold text
+    import h5py
+    import tifffile
+except ImportError:
+    h5py = tifffile = None
 
 SECONDS, BYTES = 5, 1_000_000_000
 SCENES = Path(__file__).parents[2] / "comparisons" / "scenes"
@@ -257,25 +264,49 @@ file = "{file}"
 force = {{ from = 1e-3, to = 1e-2, steps = 2, relative_to = "E* A0 h'" }}
 """
 SIZE = 'size = "1 um"\nheight_unit = "nm"'
+UNITS = 'lateral_unit = "um"\nheight_unit = "nm"'
+MAP_SUFFIXES = (
+    *("npy", "csv", "txt", "xyz", "sdf", "asc", "x3p", "gwy", "di", "nc"),
+    *("tif", "zip", "h5", "mat"),
+)
 
 
-def map_case(rng: np.random.Generator) -> tuple[Files, list[str]]:
-    """Plan a scene whose map is damaged: npy, csv, xyz and formats of instruments by name."""
-    heights = rng.standard_normal((int(rng.integers(1, 24)), int(rng.integers(1, 24))))
-    suffix = str(rng.choice(["npy", "csv", "txt", "xyz", "sdf", "asc", "x3p", "gwy", "di", "nc"]))
+def stored_heights(heights: np.ndarray, suffix: str, rng: np.random.Generator) -> bytes:
+    """Return a map in the format that a suffix names, or as text."""
     stream = io.BytesIO()
     if suffix == "npy":
         odd = rng.random()
         given = heights.astype("complex" if odd < 0.1 else ("U5" if odd < 0.2 else "float64"))
         np.save(stream, given)
+    elif suffix == "xyz":
+        place = np.indices(heights.shape).reshape(2, -1)
+        np.savetxt(stream, np.vstack([place, heights.ravel()]).T)
+    elif suffix == "tif" and tifffile is not None:
+        compression = "zlib" if rng.random() < 0.5 else None
+        tifffile.imwrite(stream, heights.astype(np.float32), compression=compression)
+    elif suffix == "zip":
+        np.savez_compressed(stream, heights=heights)
+    elif suffix == "h5" and h5py is not None:
+        with h5py.File(stream, "w") as file:
+            file.create_dataset("heights", data=heights, compression="gzip")
+    elif suffix == "mat":
+        savemat(stream, {"heights": heights}, do_compression=True)
     else:
         np.savetxt(stream, heights, delimiter="," if suffix == "csv" else " ")
-    data = stream.getvalue()
+    return stream.getvalue()
+
+
+def map_case(rng: np.random.Generator) -> tuple[Files, list[str]]:
+    """Plan a scene whose map is damaged: npy, csv, xyz and formats of instruments by name."""
+    heights = rng.standard_normal((int(rng.integers(1, 24)), int(rng.integers(1, 24))))
+    suffix = str(rng.choice(MAP_SUFFIXES))
+    data = stored_heights(heights, suffix, rng)
     if rng.random() < 0.9:
         data = mutated_bytes(data, rng)
     if rng.random() < 0.05:
         data = b""
-    scene = MAP_SCENE.format(file=f"map.{suffix}", more=SIZE).encode()
+    more = UNITS if suffix == "xyz" else SIZE
+    scene = MAP_SCENE.format(file=f"map.{suffix}", more=more).encode()
     if rng.random() < 0.3:
         scene = mutated_text(scene, rng)
     return {f"map.{suffix}": data, "scene.toml": scene}, ["run", "scene.toml", "--plan"]

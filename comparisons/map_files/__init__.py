@@ -1,0 +1,56 @@
+"""Opens files of measured heights: tables, coordinates and TIFF here, instruments elsewhere.
+
+Every file is weighed before it is read: what it unpacks to, and what its points need in memory.
+"""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from comparisons.map_files.checks import (
+    UNITS_PER_METRE,
+    MapError,
+    MapFile,
+    Stated,
+    Window,
+)
+from comparisons.map_files.instruments import open_instrument
+from comparisons.map_files.tables import PLAIN_FORMATS, open_plain
+from comparisons.map_files.tiff import is_plain_tiff, open_tiff
+from comparisons.map_files.xyz import is_xyz, open_xyz
+from comparisons.unpacking import size_problems
+
+__all__ = [
+    "PLAIN_FORMATS",
+    "UNITS_PER_METRE",
+    "MapError",
+    "MapFile",
+    "Stated",
+    "Window",
+    "open_map",
+]
+
+# What is read whatever its size.
+REMEDY = "save the heights as .npy, of which only the crop is read"
+
+
+def open_map(path: Path, stated: Stated) -> MapFile:
+    """Open a map of any known format.
+
+    Raises
+    ------
+    MapError
+        With every problem of the file that can be seen without reading the heights.
+    """
+    if path.stat().st_size == 0:
+        raise MapError(str(path), ["the file is empty"])
+    if path.suffix.lower() in PLAIN_FORMATS:
+        return open_plain(path, stated)
+    problems = size_problems(path, REMEDY)
+    if problems:
+        raise MapError(str(path), problems)
+    if is_xyz(path):
+        return open_xyz(path, stated)
+    if is_plain_tiff(path):
+        return open_tiff(path, stated)
+    return open_instrument(path, stated)

@@ -1,0 +1,141 @@
+"""What all formats of maps share: the opened file, its units, and what is refused unread."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from comparisons.machine import MEMORY_SHARE, free_memory
+
+Window = tuple[int, int, int, int]
+Size = tuple[float, float]
+
+# Units per metre, so that heights are divided by an exact number and rounded once.
+UNITS_PER_METRE = {
+    "m": 1.0,
+    "cm": 1e2,
+    "mm": 1e3,
+    "um": 1e6,
+    "µm": 1e6,  # micro sign
+    "\u03bcm": 1e6,  # Greek letter
+    "nm": 1e9,
+    "Å": 1e10,  # letter A with ring
+    "\u212b": 1e10,  # angstrom sign
+    "A": 1e10,
+    "pm": 1e12,
+}
+# What the treatment of a map holds at its peak: heights, a copy, the fitted trend, the mask.
+_ARRAYS_IN_MEMORY = 4
+
+
+class MapError(ValueError):
+    """A measured map cannot be used as asked.
+
+    Attributes
+    ----------
+    source : str
+        The file.
+    problems : tuple of str
+        Everything that is wrong, one sentence each.
+    """
+
+    def __init__(self, source: str, problems: list[str]) -> None:
+        super().__init__(f"{source}: " + "; ".join(problems))
+        self.source = source
+        self.problems = tuple(problems)
+
+    def __reduce__(self) -> tuple[Any, ...]:
+        return type(self), (self.source, list(self.problems))
+
+
+@dataclass(frozen=True)
+class Stated:
+    """What the scene says about a file: whatever the file does not state itself.
+
+    Attributes
+    ----------
+    size : tuple of float, optional
+        Side lengths of the whole file in metres.
+    height_unit, lateral_unit : str, optional
+        Units of the heights, and of lengths along x and y that the file holds without a unit.
+    channel : str or int, optional
+        Channel of an instrument's file, page of a TIFF.
+    window : tuple of int, optional
+        The crop (x0, y0, nx, ny), so that no more than it need be read.
+    """
+
+    size: Size | None = None
+    height_unit: str | None = None
+    lateral_unit: str | None = None
+    channel: str | int | None = None
+    window: Window | None = None
+
+
+@dataclass(frozen=True)
+class MapFile:
+    """An opened map, checked but not yet read.
+
+    Attributes
+    ----------
+    shape : tuple of int
+        Points along x and y of the whole file.
+    size : tuple of float
+        Side lengths of the whole file in metres.
+    read : callable
+        Heights of a window (x0, y0, nx, ny) in metres; undefined points are NaN.
+    holes_marked : bool
+        Whether the format itself marks undefined points (instruments); in plain tables a NaN may
+        as well be a mistake.
+    notes : tuple of str
+        What was chosen, in sentences for the report.
+    """
+
+    shape: tuple[int, int]
+    size: Size
+    read: Callable[[Window], NDArray[np.float64]]
+    holes_marked: bool
+    notes: tuple[str, ...]
+
+
+def windows_of(
+    heights: NDArray[Any], units_per_metre: float
+) -> Callable[[Window], NDArray[np.float64]]:
+    """Return the `read` of a map whose heights are at hand, in memory or mapped into it."""
+
+    def read(window: Window) -> NDArray[np.float64]:
+        x0, y0, nx, ny = window
+        part = np.array(heights[x0 : x0 + nx, y0 : y0 + ny], np.float64, order="C")
+        return part / units_per_metre
+
+    return read
+
+
+def shorten(error: BaseException, length: int = 200) -> str:
+    """Return an error's message on one line; readers put whole files into theirs."""
+    text = " ".join(str(error)[: 10 * length].split())
+    return text if len(text) <= length else text[:length] + " ..."
+
+
+def shape_problems(shape: tuple[int, ...]) -> list[str]:
+    """Refuse what is no map: anything but two dimensions of at least two points."""
+    if len(shape) != 2:
+        return [f"a map has two dimensions, this array has shape {tuple(shape)}"]
+    if min(shape) < 2:
+        return [f"a map has at least 2 x 2 points, this one {shape[0]} x {shape[1]}"]
+    return []
+
+
+def memory_problems(points: int) -> list[str]:
+    """Refuse what would not fit into 80 % of the free memory, before it is read."""
+    need = 8 * _ARRAYS_IN_MEMORY * points
+    free = MEMORY_SHARE * free_memory()
+    if need <= free:
+        return []
+    return [
+        f"{points} points need {need / 1e9:.3g} GB of memory, 80 % of the free memory are "
+        f"{free / 1e9:.3g} GB: use a smaller map or, from .npy, a crop"
+    ]

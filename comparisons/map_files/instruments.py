@@ -1,0 +1,168 @@
+"""Instruments' formats, read by SurfaceTopography (optional extra ``topography``)."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from comparisons.map_files.checks import (
+    UNITS_PER_METRE,
+    MapError,
+    MapFile,
+    Stated,
+    Window,
+    memory_problems,
+    shape_problems,
+    shorten,
+)
+from comparisons.silence import quiet
+
+# Instruments store signals in the shape of maps; some are even scaled to a length.
+_NOT_HEIGHT = re.compile(
+    r"phase|amplitude|deflection|error|current|voltage|potential|friction|adhesion|modulus"
+    r"|stiffness|dissipation|indentation|intensity|image|input|frequency|mask|quality",
+    re.IGNORECASE,
+)
+
+
+def open_instrument(path: Path, stated: Stated) -> MapFile:
+    """Open a file of any format that SurfaceTopography knows.
+
+    Raises
+    ------
+    MapError
+        If no reader knows the file, or it states no unit or size and the scene neither.
+    """
+    reader = _reader(path)
+    index, notes = _choose_channel(path, reader, stated.channel)
+    info = reader.channels[index]
+    problems = shape_problems(tuple(info.nb_grid_pts))
+    problems += memory_problems(int(np.prod(info.nb_grid_pts, dtype=object)))
+    problems += _metadata_problems(info, stated)
+    if problems:
+        raise MapError(str(path), problems)
+    unit = info.unit or stated.height_unit
+    per_metre = UNITS_PER_METRE[unit]
+    missing: dict[str, Any] = {} if info.unit else {"unit": unit}
+    if info.physical_sizes is None:
+        assert stated.size is not None
+        size = stated.size
+        missing["physical_sizes"] = tuple(side * per_metre for side in size)
+    else:
+        # The reader labels lengths with one unit; where the file has none, each has its own.
+        lateral = UNITS_PER_METRE[info.unit or stated.lateral_unit]
+        size = tuple(float(side) / lateral for side in info.physical_sizes)
+
+    def read(window: Window) -> NDArray[np.float64]:
+        x0, y0, nx, ny = window
+        with quiet():
+            try:
+                heights = reader.topography(channel_index=index, **missing).heights()
+            except Exception as error:  # each of the many readers raises its own kinds
+                problem = f"the heights cannot be read ({shorten(error)})"
+                raise MapError(str(path), [problem]) from error
+        part = np.ma.asarray(heights[x0 : x0 + nx, y0 : y0 + ny], np.float64)
+        return np.ascontiguousarray(part.filled(np.nan)) / per_metre
+
+    return MapFile(tuple(info.nb_grid_pts), size, read, holes_marked=True, notes=notes)
+
+
+def _reader(path: Path) -> Any:
+    try:
+        import SurfaceTopography
+    except ImportError as error:
+        problem = (
+            f"format {path.suffix or 'without a suffix'} needs the optional package "
+            "SurfaceTopography: pip install roughline[topography]; without it, "
+            ".npy, .csv, .txt and .xyz are read"
+        )
+        raise MapError(str(path), [problem]) from error
+    with quiet():
+        try:
+            return SurfaceTopography.open_topography(str(path))
+        except SurfaceTopography.Exceptions.CannotDetectFileFormat as error:
+            raise MapError(str(path), [_unknown_format(path, error)]) from error
+        except Exception as error:  # each of the many readers raises its own kinds
+            raise MapError(str(path), [f"cannot be read ({shorten(error)})"]) from error
+
+
+def _unknown_format(path: Path, error: Exception) -> str:
+    """Say which formats were tried, and why the one that the suffix promises failed."""
+    import SurfaceTopography
+
+    readers = SurfaceTopography.IO.readers
+    suffix = path.suffix.lower().lstrip(".")
+    reasons = dict(re.findall(r"tried (\w+):\s*(\S[^\n]*)", str(error)))
+    likely = [
+        f" (as {reader.format()}: {reasons[reader.__name__]})"
+        for reader in readers
+        if reader.__name__ in reasons
+        and suffix in (reader.format(), *(reader.file_extensions() or ()))
+    ]
+    return (
+        f"unknown or damaged{''.join(likely)}: tried the {len(readers)} formats of "
+        f"SurfaceTopography {SurfaceTopography.__version__}, "
+        + ", ".join(reader.format() for reader in readers)
+    )
+
+
+def _is_height(info: Any) -> bool:
+    """Whether a channel holds heights: by its declared kind, its unit and its name."""
+    kind = getattr(getattr(info, "data_kind", None), "name", "HEIGHT")
+    return (
+        info.dim == 2
+        and kind == "HEIGHT"
+        and (info.unit is None or isinstance(info.unit, str))
+        and not _NOT_HEIGHT.search(info.name or "")
+    )
+
+
+def _choose_channel(
+    path: Path, reader: Any, wanted: str | int | None
+) -> tuple[int, tuple[str, ...]]:
+    """Return the index of the channel to read, and what was chosen in words."""
+    channels = list(reader.channels)
+    listing = ", ".join(f"{info.index} {info.name!r}" for info in channels)
+    heights = [i for i, info in enumerate(channels) if _is_height(info)]
+    if wanted is None:
+        default = reader.default_channel.index
+        found = [default] if default in heights else heights
+        problem = f"none of its channels holds heights ({listing})"
+    else:
+        found = [i for i, info in enumerate(channels) if wanted in (info.name, i, str(i))]
+        problem = f"has no channel {wanted!r}, only {listing}"
+        if found and found[0] not in heights:
+            problem = f"channel {wanted!r} does not hold heights; choose another of {listing}"
+            found = []
+    if not found:
+        raise MapError(str(path), [problem])
+    note = f"channel {found[0]} {channels[found[0]].name!r} of {path.name} (channels: {listing})"
+    return found[0], (note if len(channels) > 1 else f"heights of {path.name}",)
+
+
+def _metadata_problems(info: Any, stated: Stated) -> list[str]:
+    """Say which of size and units are missing, and which the file has fixed already."""
+    problems = []
+    if info.unit is not None and info.unit not in UNITS_PER_METRE:
+        problems.append(f"its unit {info.unit!r} is not a length that is known here")
+    if info.unit is None and stated.height_unit is None:
+        problems.append("the file states no unit: give height_unit")
+    problems += [
+        f"the file states its own unit ({info.unit}): leave out {key}"
+        for key in ("height_unit", "lateral_unit")
+        if info.unit is not None and getattr(stated, key) is not None
+    ]
+    own = " x ".join(f"{float(side):.6g}" for side in info.physical_sizes or ())
+    if own and info.unit is None and stated.lateral_unit is None:
+        problems.append(f"the file states a size ({own}) without a unit: give lateral_unit")
+    if own and stated.size is not None:
+        problems.append(f"the file states its own size ({own} {info.unit or ''}): leave out size")
+    if not own and stated.size is None:
+        problems.append("the file states no size: give size")
+    if not own and stated.lateral_unit is not None:
+        problems.append("lateral_unit was given, but the file has no lengths along x and y")
+    return problems
