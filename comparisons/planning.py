@@ -13,15 +13,16 @@ from functools import cached_property
 from typing import Any, Literal
 
 import numpy as np
-import psutil
 
 from comparisons.bodies import BodyGeometry, with_body
 from comparisons.errors import InputError
 from comparisons.geometry import Geometry, IndenterGeometry, RoughGeometry, prepare
+from comparisons.machine import MEMORY_SHARE, free_memory
 from comparisons.methods import METHODS, Support, Task, covers, method_for
 from comparisons.methods.bem_fft import ARRAYS_FREE, ARRAYS_PERIODIC
 from comparisons.physics.loads import Loads, loads_of
 from comparisons.physics.words import left_out, switched_on
+from comparisons.roughness import surface_notes
 from comparisons.scene import Scene, SceneError, validated
 from comparisons.surface_tables import MeasuredMap, SelfAffine
 
@@ -31,7 +32,6 @@ QUICK_REALISATIONS = 10
 # the set-up of an operator.
 BLOCK = 25
 PATCH_POINTS = 16
-MEMORY_SHARE = 0.8
 # Bytes below which the plan does not mention memory.
 WORTH_SAYING = 5e7
 # What a method without a discretisation plans: nothing can refine it.
@@ -215,7 +215,11 @@ def _plan(scene: Scene, effort: Effort) -> Plan:
     geometry, loads, realisations = draft.geometry, draft.loads, draft.realisations
     asked = _asked(scene)
     methods = tuple(_plan_method(draft, name) for name in METHODS)
-    notes = list(geometry.treatment) if isinstance(geometry, RoughGeometry) else []
+    notes = (
+        [*geometry.treatment, *surface_notes(geometry)]
+        if isinstance(geometry, RoughGeometry)
+        else []
+    )
     if realisations < asked:
         notes.append(f"quick: {realisations} of {asked} realisations (--full runs all of them)")
     if scene.counter_body is not None:
@@ -289,7 +293,7 @@ def refusal(draft: Plan, name: str, resolution: int) -> str:
         return str(error)
     if refused:
         return refused
-    need, free = _memory(draft, name, resolution), psutil.virtual_memory().available
+    need, free = _memory(draft, name, resolution), free_memory()
     if need > MEMORY_SHARE * free:
         return f"needs about {need / 1e9:.1f} GB, and {free / 1e9:.1f} GB are free"
     return ""
@@ -306,7 +310,7 @@ def _grid_problem(geometry: RoughGeometry, resolution: int) -> str:
 def _check_size(scene: Scene) -> None:
     """Refuse what cannot fit before any memory is taken."""
     problems = []
-    free = psutil.virtual_memory().available
+    free = free_memory()
     if isinstance(scene.surface, SelfAffine):
         nx, ny = scene.surface.points
         arrays = ARRAYS_PERIODIC if scene.surface.periodic else ARRAYS_FREE

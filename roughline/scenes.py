@@ -89,6 +89,11 @@ class Plan:
         """What is not modelled, with the reason."""
         return {what: why for plan in self.plans for what, why in plan.left_out}
 
+    @property
+    def notes(self) -> list[str]:
+        """What was chosen and found, such as the size and roughness of a surface."""
+        return list(dict.fromkeys(note for plan in self.plans for note in plan.notes))
+
     def table(self) -> pd.DataFrame:
         """Return one row per scene and method: supported, resolutions, and the plan or reason."""
         rows = [
@@ -115,7 +120,7 @@ class Plan:
         left = [f"Left out: {what} \N{EN DASH} {why}." for what, why in self.left_out.items()]
         heading = ", ".join(f"{plan.scene.heading} ({plan.scene.name})" for plan in self.plans)
         return notebook.block(
-            heading, notebook.table(("method", "resolutions", "plan"), rows), *left
+            heading, notebook.table(("method", "resolutions", "plan"), rows), *left, *self.notes
         )
 
 

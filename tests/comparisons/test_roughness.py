@@ -1,0 +1,85 @@
+"""Plans state the size and roughness of a surface, and question what no real one has."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from comparisons import planning
+from comparisons.geometry import RoughGeometry
+from comparisons.roughness import surface_notes
+from comparisons.scene import validated
+
+
+def notes(size=(1e-6, 1e-6), points=(64, 64), slope=0.1, height=5e-9):
+    return surface_notes(RoughGeometry(size, points, False, slope, height))
+
+
+def test_size_points_height_and_slope_are_stated():
+    (note,) = notes(size=(300e-9, 200e-6), points=(512, 51200))
+    assert note == (
+        "surface: 300\u202fnm x 200\u202fµm, 512 x 51\u202f200 points, "
+        "rms height 5.00\u202fnm, rms slope h' = 0.1"
+    ).replace("0.1", "0.100")
+
+
+@pytest.mark.parametrize(
+    ("given", "doubt"),
+    [
+        ({"slope": 13.2}, "an rms slope of 13.2 is steeper than 1"),
+        ({"slope": 1e-8}, "an rms slope of 1.00×10⁻⁸ is less than 1×10⁻⁶"),
+        ({"size": (0.5e-9, 1e-6), "points": (2, 4096)}, "a side of 500\u202fpm is less than"),
+        ({"size": (960.0, 960.0)}, "a side of 960\u202fm is more than 1.00\u202fm"),
+        ({"size": (1e-6, 50e-6)}, "points are 50.0 times farther apart along one side"),
+    ],
+)
+def test_implausible_surfaces_are_questioned_in_one_sentence(given, doubt):
+    _, warning = notes(**given)
+    assert warning.startswith(f"check the units and the size of the surface: {doubt}")
+
+
+def test_a_plan_states_the_map_after_its_preparation(tmp_path):
+    """A cosine ridge of 2 nm under a tilt: rms height sqrt(2) nm, slope as differences give it."""
+    x = np.arange(32) / 32
+    ridges = 2 * np.cos(8 * np.pi * x)[:, None] + 50 * x[:, None] * np.ones(32)
+    np.save(tmp_path / "map.npy", ridges)
+    scene = validated(
+        {
+            "name": "ridges",
+            "half_space": {"effective_modulus": 1e11},
+            "surface": {
+                "kind": "map",
+                "file": str(tmp_path / "map.npy"),
+                "size": 1e-6,
+                "height_unit": "nm",
+            },
+            "loading": {"force": 1e-6},
+            "compare": {"methods": ["bem_fft"]},
+        }
+    )
+    stated = next(n for n in planning.plan_scene(scene)[0].notes if n.startswith("surface: "))
+    assert stated.startswith("surface: 1.00\u202fµm x 1.00\u202fµm, 32 x 32 points, rms height 1.4")
+
+
+def test_synthetic_surfaces_state_the_height_that_follows_from_the_slope():
+    """The height of (19.22), the same for all realisations: amplitudes are fixed."""
+    plan = planning.plan_scene(
+        validated(
+            {
+                "name": "patch",
+                "half_space": {"effective_modulus": 1e11},
+                "surface": {
+                    "kind": "self_affine",
+                    "hurst": 0.8,
+                    "size": 1e-6,
+                    "points": 32,
+                    "rms_slope": 0.1,
+                },
+                "loading": {"force": 1e-6},
+            }
+        )
+    )[0]
+    assert any(note.endswith("rms slope h' = 0.100") for note in plan.notes)
+    for realisation in (0, 3):
+        heights = plan.geometry.heights(realisation, 32)
+        assert heights.std() == pytest.approx(plan.geometry.rms_height, rel=1e-10)
