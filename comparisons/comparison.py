@@ -11,7 +11,7 @@ import pandas as pd
 from comparisons.methods import METHODS, Solution
 from comparisons.metrics import at_equal, relative_error, rms_and_maximum
 from comparisons.planning import Plan
-from comparisons.pressures import pressure_measures
+from comparisons.pressures import pressure_measures, truth_bar
 from comparisons.reference import (
     OTHER_AXIS,
     Reference,
@@ -28,7 +28,7 @@ from comparisons.reference import (
 )
 from comparisons.scene import QUANTITIES
 from comparisons.uncertainty import combined, ensemble_uncertainty, standard_error
-from comparisons.verdicts import judge
+from comparisons.verdicts import judged
 
 SCALARS = tuple(name for name in QUANTITIES if name != "pressure")
 # What the judged method adds to the reference's own sources.
@@ -228,16 +228,41 @@ def _compared_at(plan: Plan, name: str) -> tuple[str, ...]:
 
 
 def _measure(plan: Plan, error: np.ndarray, bar: np.ndarray) -> dict[str, Any]:
-    """Return rms and maximum of an error, the bar of that maximum, and the verdict of all steps."""
-    rms, maximum = rms_and_maximum(error)
-    known = np.isfinite(error)
-    worst = int(np.argmax(np.where(known, np.abs(error), -1.0)))
+    """Return the verdict on all steps, and size and bar of the error at the step that decided."""
+    decided = judged(error, bar, plan.scene.compare.tolerance)
     return {
-        "rms": rms,
-        "maximum": maximum,
-        "uncertainty": float(bar[worst]) if known.any() else float("nan"),
-        "verdict": judge(error, bar, plan.scene.compare.tolerance),
+        "rms": rms_and_maximum(error)[0],
+        "maximum": decided.error,
+        "uncertainty": decided.uncertainty,
+        "verdict": decided.word,
+        "step": decided.step,
+        "low": decided.low,
+        "high": decided.high,
     }
+
+
+def truth_bars(plan: Plan, solved: Solved, reference: Reference) -> dict[str, dict[str, Any]]:
+    """Return the widest bar of the truth in each quantity that it gives, and at which load step.
+
+    On the very same surfaces: what decides whether the truth may itself be taken as an answer.
+    """
+    found = {}
+    for name in plan.compared:
+        if name == "pressure":
+            known = truth_bar(plan, solved, reference)
+            bar = np.array([] if known is None else [known])
+        else:
+            at = main_axis(plan.loads.axis, name)
+            same = reference.curves.get(name)
+            bar = (
+                np.array([])
+                if same is None
+                else uncertainty_of(plan.loads.axis, reference, name, at, same_surfaces=True)
+            )
+        if len(bar):
+            widest = judged(np.zeros(len(bar)), bar, plan.scene.compare.tolerance)
+            found[name] = {"bar": widest.uncertainty, "step": widest.step}
+    return found
 
 
 def error_sources(

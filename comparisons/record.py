@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from comparisons.advice import advise
-from comparisons.comparison import compare
+from comparisons.comparison import compare, truth_bars
 from comparisons.execution import THREADS, this_machine
 from comparisons.machine import versions, versions_text
 from comparisons.plain import plain
@@ -54,7 +54,7 @@ def record_scene(
         quantities=asked,
         tolerance=scene.compare.tolerance,
         plan=plan.document(),
-        reference={} if reference is None else _reference_document(axis, reference, asked),
+        reference={} if reference is None else _reference_document(plan, solved, reference),
         answer="",
         disagreements=disagreements(solved, reference, asked),
         rows=result.rows,
@@ -64,11 +64,13 @@ def record_scene(
     return replace(record, answer=advise(record).sentence)
 
 
-def _reference_document(axis: str, reference: Reference, asked: tuple[str, ...]) -> dict[str, Any]:
+def _reference_document(plan: Plan, solved: Solved, reference: Reference) -> dict[str, Any]:
+    axis, asked = plan.loads.axis, plan.compared
     return {
         "method": reference.method,
         "resolution": reference.resolution,
         "text": sentence(axis, reference, asked),
         "uncertainty": plain({name: known_to(axis, reference, name) for name in asked}),
         "sources": plain({name: known_from(axis, reference, name) for name in asked}),
+        "bars": plain(truth_bars(plan, solved, reference)),
     }

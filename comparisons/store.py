@@ -74,8 +74,9 @@ class SceneRecord:
         ``methods`` (list of {method, supported, reason, resolutions, modelled}), ``left_out``
         (list of {what, why}), ``notes`` (list of str); ``switched_on`` (list of {what, how}).
     reference : dict
-        ``method``, ``resolution``, ``text`` (one sentence) and ``uncertainty`` ({quantity: largest
-        relative 95 % half-width over the load steps, or None where unknown}).
+        ``method``, ``resolution``, ``text`` (one sentence), ``uncertainty`` ({quantity: relative
+        95 % half-width, rms over the load steps, or None where unknown}) and ``bars`` ({quantity
+        that it gives: its widest ``bar`` on the very same surfaces, and the ``step`` of it}).
     answer : str
         One sentence: the cheapest setting of each method within the tolerance.
     disagreements : tuple of str

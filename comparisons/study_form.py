@@ -38,6 +38,11 @@ class _Plan(_Form):
     notes: list[str]
 
 
+class _Bar(_Form):
+    bar: float | None
+    step: int
+
+
 class _Reference(_Form):
     """Empty where a scene has no truth."""
 
@@ -46,6 +51,7 @@ class _Reference(_Form):
     text: str = ""
     uncertainty: dict[str, float | None] = {}
     sources: dict[str, dict[str, float | None]] = {}
+    bars: dict[str, _Bar] = {}
 
     @model_validator(mode="after")
     def _whole_or_empty(self) -> Self:

@@ -137,6 +137,7 @@ def run(
     pictures
         Render 3-D pictures for the report.
     """
+    from comparisons.decisions import asked_in_vain
     from comparisons.plans import plan_all
     from comparisons.study import WHOLE, Study
     from reports import terminal
@@ -163,7 +164,7 @@ def run(
     _write_report(directory, pictures)
     lost = study.lost()
     terminal.print_study(record, lost)
-    return LOST if lost else FINE
+    return LOST if lost or asked_in_vain(record.scenes) else FINE
 
 
 def _watched(study: Study) -> StudyRecord:
@@ -329,6 +330,8 @@ def advise(
         Print one JSON object.
     """
     from comparisons.advice import advise as advice_of
+    from comparisons.decisions import asked_in_vain
+    from comparisons.errors import InputError
     from comparisons.planning import plan_scene
     from comparisons.record import record_scene
     from comparisons.scene import load_scene
@@ -342,12 +345,15 @@ def advise(
     if quantities is not None:
         overrides["compare.quantities"] = [each.strip() for each in quantities.split(",")]
     plans = plan_scene(load_scene(scene, overrides), "full" if full else "quick")
-    found = []
+    records = []
     with terminal.status() as say:
         for plan in plans:
             say(f"solving {plan.scene.name} with every method")
-            found.append((plan.scene.name, advice_of(record_scene(plan, solve_plan(plan)))))
-    terminal.print_advice(found, as_json=json)
+            records.append(record_scene(plan, solve_plan(plan)))
+    vain = asked_in_vain(records)
+    if vain:
+        raise InputError("\n".join(vain))
+    terminal.print_advice([(each.name, advice_of(each)) for each in records], as_json=json)
     return FINE
 
 

@@ -12,10 +12,10 @@ import numpy as np
 import pandas as pd
 
 from comparisons import formatting as fmt
+from comparisons import selection
 from comparisons.loading import NORMAL
 from comparisons.metrics import sizes_along_path
 from comparisons.store import SceneRecord
-from reports import selection
 from reports.figure_style import (
     INK,
     Figure,

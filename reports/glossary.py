@@ -127,8 +127,8 @@ MEASURES = (
     ),
     (
         "Largest and rms error",
-        "The largest size and the root mean square of the relative error over all load steps. "
-        "Never one depth alone.",
+        "The largest size, bar included, and the root mean square of the relative error over all "
+        "load steps. Never one depth alone.",
     ),
     (
         "Pressure error",
@@ -142,14 +142,18 @@ MEASURES = (
     ),
     (
         "Verdict",
-        "With the error e, its uncertainty u and the tolerance t: within if |e| + u ≤ t; outside "
-        "if |e| − u > t; otherwise not resolved. e is the largest error over all load steps.",
+        "With the error e, its uncertainty u and the tolerance t: within if |e| + u ≤ t at every "
+        "load step; outside if |e| − u > t at any; otherwise not resolved. Each quantity is judged "
+        "at the load that the scene prescribes, what is prescribed itself at the other; the step "
+        "that decided is named. Of several quantities the worst counts, and one that a method "
+        "does not give is no result. The same rule makes verdicts, advice and tables.",
     ),
     (
         "Time",
         "Everything a method does for the scene on warm code, the mesh or the spectrum and all "
         "load steps included, compilation and imports left out; the median of repeats. The set-up "
-        "is the part another list of loads could reuse.",
+        "is the part another list of loads could reuse. A time is always that of a setting that "
+        "was run; times closer than a factor of 1.5 are not ranked.",
     ),
 )
 

@@ -11,8 +11,11 @@ from pathlib import Path
 from typing import Any
 
 from comparisons import formatting as fmt
+from comparisons import selection
 from comparisons.advice import advise
+from comparisons.decisions import Verdict, second_rows, verdicts
 from comparisons.store import SceneRecord, StudyRecord
+from comparisons.verdicts import NO_RESULT, NOT_RESOLVED, OUTSIDE, WITHIN
 from comparisons.writing import write_text
 from reports import (
     figures,
@@ -21,7 +24,6 @@ from reports import (
     model_figure,
     pictures,
     pressure_figures,
-    selection,
     speed_figure,
     tables,
 )
@@ -30,7 +32,6 @@ from reports.claims_page import CLASSES as VERDICT_CLASSES
 from reports.figure_style import Figure
 from reports.page import render
 from reports.summary import Summary, compared_methods, summary, times_to_errors
-from reports.verdicts import NO_RESULT, NOT_RESOLVED, OUTSIDE, WITHIN, Verdict, verdicts, worst
 
 CLASSES = {
     OUTSIDE: "outside",
@@ -48,6 +49,8 @@ class SceneView:
     record: SceneRecord
     anchor: str
     verdicts: dict[str, Verdict]
+    at_other_load: list[Verdict]
+    answer: str
     plan: list[dict[str, Any]]
     figures: dict[str, list[Figure]]
     picture: pictures.Picture
@@ -143,10 +146,7 @@ def _views(record: StudyRecord, with_pictures: bool) -> list[SceneView]:
 
 
 def _view(scene: SceneRecord, anchor: str, picture: pictures.Picture) -> SceneView:
-    found: dict[str, list[Verdict]] = {}
-    for verdict in verdicts(scene):
-        found.setdefault(verdict.quantity, []).append(verdict)
-    decisive = {name: worst(items) for name, items in found.items()}
+    found = verdicts(scene)
     reduced = model_figure.reduced_picture(scene)
     advice = advise(scene)
     if reduced and picture.note == pictures.NOTHING:
@@ -154,7 +154,9 @@ def _view(scene: SceneRecord, anchor: str, picture: pictures.Picture) -> SceneVi
     return SceneView(
         record=scene,
         anchor=anchor,
-        verdicts=decisive,
+        verdicts={each.quantity: each for each in found},
+        at_other_load=second_rows(scene),
+        answer=advice.sentence,
         plan=tables.plan_rows(scene),
         figures={
             "model": [reduced] if reduced else [],
@@ -164,7 +166,7 @@ def _view(scene: SceneRecord, anchor: str, picture: pictures.Picture) -> SceneVi
             "speed": speed_figure.speed(scene),
         },
         picture=picture,
-        summary=summary(scene, decisive, advice),
+        summary=summary(scene, found, advice),
         loads=load_frames.loads_of(scene),
         settings=tables.settings(scene),
         times=times_to_errors(scene, advice),

@@ -141,7 +141,7 @@ def drawn(study: Study, task: Task) -> str:
     from comparisons.advice import advise
 
     advice = advise(study.so_far(task))
-    points = [each for each in advice.settings if each.errors]
+    points = [each for each in advice.settings if each.counted]
     truth = [f"{s.method} {s.resolution}" for s in advice.settings if s.is_truth]
     plot = scatter(points)
     if not plot:

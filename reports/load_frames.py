@@ -14,10 +14,10 @@ from typing import Any
 import numpy as np
 
 from comparisons import formatting as fmt
+from comparisons import selection
 from comparisons.load_fields import shown_steps
 from comparisons.loading import NORMAL
 from comparisons.store import SceneRecord
-from reports import selection
 
 _LARGEST_CODE = 2**16 - 1
 

@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 
 from comparisons import formatting as fmt
+from comparisons import selection
 from comparisons.loading import NORMAL
 from comparisons.store import SceneRecord
-from reports import load_frames, selection
+from reports import load_frames
 from reports.figure_style import CONTACT, INK, MUTED, Figure, axis, band, layout, numbers
 from reports.figures import tolerance_line
 from reports.load_frames import Loads

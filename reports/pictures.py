@@ -20,8 +20,9 @@ from typing import Any
 import numpy as np
 
 from comparisons import formatting as fmt
+from comparisons import selection
 from comparisons.store import SceneRecord
-from reports import selection, turning
+from reports import turning
 from reports.figure_style import style
 
 STARTUP_SECONDS, PICTURE_SECONDS = 60.0, 30.0

@@ -8,9 +8,10 @@ from typing import Any
 import numpy as np
 
 from comparisons import formatting as fmt
+from comparisons import selection
 from comparisons.load_fields import at_step, stored_steps
 from comparisons.store import SceneRecord
-from reports import load_frames, selection
+from reports import load_frames
 from reports.figure_style import (
     STYLES,
     Figure,

@@ -8,8 +8,9 @@ import numpy as np
 import pandas as pd
 
 from comparisons import formatting as fmt
+from comparisons import selection
+from comparisons.decisions import equal_at
 from comparisons.store import SceneRecord
-from reports import selection
 from reports.figure_style import (
     INK,
     MUTED,
@@ -49,17 +50,14 @@ def speed(scene: SceneRecord) -> list[Figure]:
 def timed_points(scene: SceneRecord) -> dict[tuple[str, str], pd.DataFrame]:
     """Return (quantity, equal load) -> one row per setting with its error and time, but the truth.
 
-    Where a quantity was compared at equal penetration and at equal force, the load that the scene
-    prescribes is the one held equal.
+    The load held equal is the one that verdicts are given at.
     """
     table = selection.compared_measures(scene)
     at = np.array(selection.words(table, "at"))
     found = {}
-    for name in dict.fromkeys(table["quantity"]):
-        own = (table["quantity"] == name).to_numpy()
-        loads = list(dict.fromkeys(at[own]))
-        chosen = scene.along if scene.along in loads else loads[0]
-        found[str(name), str(chosen)] = _timed(scene, table[own & (at == chosen)])
+    for name in dict.fromkeys(str(each) for each in table["quantity"]):
+        judged = (table["quantity"] == name).to_numpy() & (at == equal_at(scene, name))
+        found[name, equal_at(scene, name)] = _timed(scene, table[judged])
     return found
 
 

@@ -1,33 +1,23 @@
 """The first screen: per scene the verdict on the reduced model, and the cheapest way to the error.
 
-Also the times to fixed errors, which compare methods at equal accuracy.
+Also the settings for fixed errors, which compare methods at equal accuracy. Nothing is decided
+here: words and numbers are those of `comparisons.decisions` and `comparisons.advice`.
 """
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 
-import numpy as np
-
 from comparisons import formatting as fmt
-from comparisons.advice import Advice
+from comparisons import selection
+from comparisons.advice import Advice, Setting, truth_known_to
+from comparisons.decisions import Verdict, worst
 from comparisons.store import SceneRecord
-from comparisons.verdicts import NO_RESULT
-from reports import selection
 from reports.figure_style import style
 from reports.tables import Cell, Head, Table
-from reports.verdicts import Verdict, worst
 
 FIXED_ERRORS = (0.01, 0.001)
 MOST_NAMED = 2
-
-
-@dataclass(frozen=True)
-class Timed:
-    """A method that is sure of the tolerance, and how long it takes."""
-
-    method: str
-    seconds: float
 
 
 @dataclass(frozen=True)
@@ -35,23 +25,14 @@ class Summary:
     """What the first screen says of a scene."""
 
     decisive: Verdict | None
-    fastest: tuple[Timed, ...]
+    fastest: tuple[Setting, ...]
     truth: str
 
 
-def summary(scene: SceneRecord, found: dict[str, Verdict], advice: Advice) -> Summary:
-    """Return the deciding verdict, the fastest methods at the asked tolerance, and the truth."""
-    judged = [item for item in found.values() if item.word != NO_RESULT]
-    times = advice.times_to(scene.tolerance)
-    sure = [Timed(name, seconds) for name, seconds in times.items() if np.isfinite(seconds)]
-    # A closed form needs no choice: where there is one, nobody solves.
-    ordered = sorted((each for each in sure if each.method != "closed_form"), key=_seconds)
-    decisive = worst(judged or list(found.values())) if found else None
-    return Summary(decisive, tuple(ordered[:MOST_NAMED]), _truth(scene, advice))
-
-
-def _seconds(item: Timed) -> float:
-    return item.seconds
+def summary(scene: SceneRecord, found: list[Verdict], advice: Advice) -> Summary:
+    """Return the deciding verdict, the fastest settings for the asked tolerance, and the truth."""
+    decisive = worst(found) if found else None
+    return Summary(decisive, tuple(advice.reaching()[:MOST_NAMED]), _truth(scene, advice))
 
 
 def _truth(scene: SceneRecord, advice: Advice) -> str:
@@ -61,9 +42,8 @@ def _truth(scene: SceneRecord, advice: Advice) -> str:
     label = style(method).label
     if method == "closed_form":
         return label
-    bars = scene.reference.get("uncertainty") or {}
-    known = [bars[name] for name in advice.quantities if fmt.finite(bars.get(name))]
-    return f"{label} ± {fmt.relative(max(known))}" if known else f"{label} ± ?"
+    known = truth_known_to(scene, advice.quantities)
+    return f"{label} ± {fmt.relative(known)}" if fmt.finite(known) else f"{label} ± ?"
 
 
 def compared_methods(scenes: tuple[SceneRecord, ...]) -> list[str]:
@@ -78,10 +58,10 @@ def compared_methods(scenes: tuple[SceneRecord, ...]) -> list[str]:
 
 
 def times_to_errors(scene: SceneRecord, advice: Advice) -> Table:
-    """Return how long each method takes to be sure of 1 %, 0.1 % and the asked tolerance."""
+    """Return each method's cheapest setting that is sure of 1 %, 0.1 % and the asked tolerance."""
     wanted = sorted({*FIXED_ERRORS, scene.tolerance}, reverse=True)
-    columns = {error: advice.times_to(error) for error in wanted}
-    known = {name for times in columns.values() for name in times}
+    columns = {error: advice.cheapest_for(error) for error in wanted}
+    known = {name for settings in columns.values() for name in settings}
     headers = [Head("method")]
     headers += [
         Head(f"time to {fmt.tolerance(error)}", csv=f"time to {error:g} / s") for error in wanted
@@ -89,19 +69,21 @@ def times_to_errors(scene: SceneRecord, advice: Advice) -> Table:
     rows = tuple(
         (
             Cell(style(name).label, style(name).label, "method", name),
-            *(_time_cell(times.get(name, float("nan"))) for times in columns.values()),
+            *(_time_cell(settings.get(name)) for settings in columns.values()),
         )
         for name in selection.methods(scene)
         if name in known
     )
     quantities = ", ".join(fmt.quantity(name).words for name in advice.quantities)
     note = (
-        f"Until the rms error over the load steps is below the value in all of {quantities}, and "
-        "its bars leave no doubt. Interpolated between the settings of a method, never "
-        "extrapolated; –: not reached, or not resolved. The truth counts with its own bar."
+        "The measured time of the cheapest setting that was run and holds the value in all of "
+        f"{quantities}: |e| + u at every load step, its own and those of all finer settings of the "
+        "method. –: no setting that was run does. The truth counts with its own bar."
     )
     return Table(tuple(headers), rows, note)
 
 
-def _time_cell(seconds: float) -> Cell:
-    return Cell(fmt.duration(seconds), seconds)
+def _time_cell(setting: Setting | None) -> Cell:
+    if setting is None:
+        return Cell(fmt.MISSING, float("nan"))
+    return Cell(f"{fmt.duration(setting.seconds)} (N = {setting.resolution})", setting.seconds)

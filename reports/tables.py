@@ -9,8 +9,8 @@ import numpy as np
 import pandas as pd
 
 from comparisons import formatting as fmt
+from comparisons import selection
 from comparisons.store import SceneRecord
-from reports import selection
 from reports.figure_style import style
 
 MOST_ROWS = 400

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from comparisons.advice import Advice
     from comparisons.benchmarks.yardstick import Measurement
     from comparisons.claims.record import ClaimsRecord
+    from comparisons.decisions import Verdict
     from comparisons.hard_cases.record import HardCasesRecord, OutcomeRecord
     from comparisons.methods import Task
     from comparisons.planning import Plan
@@ -29,7 +30,6 @@ if TYPE_CHECKING:
     from comparisons.single import SingleResult
     from comparisons.store import StudyRecord
     from comparisons.study import Progress as Report
-    from reports.verdicts import Verdict
 
 MANY = 12
 UNFOLDED = 100_000  # columns, more than any line has
@@ -85,23 +85,27 @@ def print_plans(plans: list[Plan]) -> None:
 
 def print_study(record: StudyRecord, lost: list[tuple[Task, str]]) -> None:
     """Print the verdicts, each scene's answer, and where the report is."""
+    from comparisons.advice import advise
+    from comparisons.decisions import asked_in_vain, judged_methods, title_of, verdicts
     from comparisons.formatting import duration
-    from reports.verdicts import verdicts, worst
 
     console = _console()
     for scene in record.scenes:
         for sentence in scene.disagreements:
             console.print(f"{scene.name}: {sentence}", style="bold", markup=False)
-    table = _table("The reduced model", "scene", "quantity", "largest error", "verdict")
+    methods = list(dict.fromkeys(name for each in record.scenes for name in judged_methods(each)))
+    for method in methods:
+        heads = ("scene", "quantity", "largest error", "at", "verdict")
+        table = _table(f"The {title_of(method)}", *heads)
+        for scene in record.scenes:
+            found = verdicts(scene, method)
+            for index, each in enumerate(found):
+                table.add_row(scene.name if index == 0 else "", *_verdict_cells(each))
+        console.print(table)
     for scene in record.scenes:
-        found = verdicts(scene)
-        names = list(dict.fromkeys(each.quantity for each in found))
-        for index, name in enumerate(names):
-            deciding = worst([each for each in found if each.quantity == name])
-            table.add_row(scene.name if index == 0 else "", *_verdict_cells(deciding))
-    console.print(table)
-    for scene in record.scenes:
-        console.print(f"{scene.name}: {scene.answer}", markup=False, highlight=False)
+        console.print(f"{scene.name}: {advise(scene).sentence}", markup=False, highlight=False)
+    for line in asked_in_vain(record.scenes):
+        console.print(line, style="bold", markup=False)
     for task, reason in lost[:MANY]:
         where = f"{task.scene.name} {task.method} {task.resolution}"
         console.print(f"lost: {where}: {reason}", style="bold", markup=False)
@@ -112,14 +116,14 @@ def print_study(record: StudyRecord, lost: list[tuple[Task, str]]) -> None:
     )
 
 
-def _verdict_cells(verdict: Verdict) -> tuple[str, str, str]:
-    from comparisons.formatting import plus_minus, tolerance
+def _verdict_cells(verdict: Verdict) -> tuple[str, str, str, str]:
+    from comparisons.formatting import quantity, tolerance
 
-    words = verdict.quantity.replace("_", " ")
+    words = quantity(verdict.quantity).words
     if verdict.word == "no result":
-        return words, "–", escape(f"no result: {verdict.reason}")
-    number = plus_minus(verdict.error, verdict.uncertainty)
-    return words, number, escape(f"{verdict.word} {tolerance(verdict.tolerance)}")
+        return words, "–", "", _plain(f"no result: {verdict.reason}")
+    step = f"step {verdict.step + 1}" if verdict.step >= 0 else ""
+    return words, verdict.number, step, f"{verdict.word} {tolerance(verdict.tolerance)}"
 
 
 def print_solution(result: SingleResult) -> None:
@@ -260,24 +264,20 @@ def print_advice(found: list[tuple[str, Advice]], *, as_json: bool = False) -> N
     if as_json:
         print(json.dumps([advice.document(name) for name, advice in found], indent=1))
         return
-    from comparisons.formatting import duration, relative
+    from comparisons.formatting import duration
     from comparisons.machine import machine, machine_text
 
     console = _console()
     for name, advice in found:
         console.print(f"{name}: {advice.sentence}", markup=False, highlight=False)
-        heads = [f"error in {q.replace('_', ' ')}" for q in advice.quantities]
-        table = _table("Measured just now, fastest first", "method", "N", "time", *heads, "verdict")
+        heads = ("method", "N", "time", "verdict", "decided by")
+        table = _table("Measured just now, fastest first", *heads)
         for each in advice.settings:
-            errors = [relative(each.errors[q]) for q in advice.quantities]
-            cells = (each.title, str(each.resolution), duration(each.seconds), *errors)
-            word = (
-                f"{each.verdict} (the truth: errors are its bars)"
-                if each.is_truth
-                else each.verdict
-            )
+            name = f"{each.title}{', the truth' if each.is_truth else ''}"
+            cells = (name, str(each.resolution), duration(each.seconds), each.verdict)
+            cells += (each.deciding.text,)
             chosen = "bold" if each is advice.cheapest else ""
-            table.add_row(*map(escape, cells), word, style=chosen)
+            table.add_row(*map(_plain, cells), style=chosen)
         console.print(table)
     console.print(f"one thread; {machine_text(machine(1))}", markup=False, highlight=False)
 

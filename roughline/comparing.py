@@ -8,7 +8,9 @@ from typing import TYPE_CHECKING
 import pandas as pd
 
 from comparisons import formatting as fmt
+from comparisons import selection
 from comparisons.advice import Setting, advise
+from comparisons.decisions import MODEL, Verdict, asked_in_vain, verdicts, worst
 from comparisons.errors import InputError
 from comparisons.planning import plan_scene
 from comparisons.plans import Source
@@ -16,18 +18,16 @@ from comparisons.record import record_scene
 from comparisons.solving import solve_plan
 from comparisons.store import SceneRecord
 from comparisons.verdicts import NO_RESULT
-from reports import selection
 from reports.figure_style import style
 from reports.tables import lost_solves
-from reports.verdicts import MODEL, Verdict, verdicts, worst
 from roughline import notebook
 from roughline.scenes import scene_of
 
 if TYPE_CHECKING:
     from reports.paper.style import PaperFigure
 
-COLUMNS = ["method", "resolution", "quantity", "at", "maximum", "uncertainty", "rms", "verdict"]
-COLUMNS += ["seconds", "unknowns"]
+COLUMNS = ["method", "resolution", "quantity", "at", "step", "maximum", "uncertainty"]
+COLUMNS += ["rms", "verdict", "seconds", "unknowns"]
 
 
 @dataclass(frozen=True, repr=False)
@@ -51,8 +51,8 @@ class Comparison:
 
     @property
     def answer(self) -> str:
-        """One sentence: the cheapest setting of each method within the tolerance."""
-        return self.record.answer
+        """One sentence: the cheapest setting that was run of each method within the tolerance."""
+        return advise(self.record).sentence
 
     @property
     def reference(self) -> str:
@@ -86,8 +86,9 @@ class Comparison:
     def table(self) -> pd.DataFrame:
         """Return one row per method, resolution and compared quantity.
 
-        ``maximum`` is the largest relative error over the load steps, ``uncertainty`` the 95 %
-        half-width of its bar, ``rms`` the root mean square; ``at`` says at which equal load.
+        ``maximum`` is the largest relative error over the load steps, bar included, ``uncertainty``
+        the 95 % half-width of that bar, ``step`` (from 0) where it is, ``rms`` the root mean
+        square; ``at`` says at which equal load. `judged` tells which rows decide.
         """
         found = selection.compared_measures(self.record)
         return found.reindex(columns=COLUMNS).reset_index(drop=True)
@@ -160,7 +161,7 @@ class Comparison:
         return rows
 
     def _judged_rows(self, method: str) -> list[tuple[object, ...]]:
-        """Return one row per quantity: what decides, at equal penetration or at equal force."""
+        """Return one row per quantity, at the load and the step that decided."""
         label = style(method).label
         found = [each for each in verdicts(self.record, method) if each.word != NO_RESULT]
         if not found:
@@ -170,15 +171,10 @@ class Comparison:
         solved = selection.curve(self.record, method, found[0].resolution)
         time = fmt.duration(selection.column(solved, "seconds")[0])
         rows = []
-        for index, name in enumerate(dict.fromkeys(each.quantity for each in found)):
-            deciding = worst([each for each in found if each.quantity == name])
-            setting = (label, f"{deciding.resolution:.0f}", time) if index == 0 else ("", "", "")
-            error = fmt.plus_minus(deciding.error, deciding.uncertainty)
-            equal = (
-                f" at equal {notebook.words(deciding.at)}" if deciding.at in fmt.QUANTITIES else ""
-            )
-            what = notebook.words(name) + equal
-            rows.append((*setting, what, error, notebook.badge(deciding.word)))
+        for index, each in enumerate(found):
+            setting = (label, f"{each.resolution:.0f}", time) if index == 0 else ("", "", "")
+            what = f"{fmt.quantity(each.quantity).words} ({each.where})"
+            rows.append((*setting, what, each.number, notebook.badge(each.word)))
         return rows
 
 
@@ -216,7 +212,8 @@ def compare(
     Raises
     ------
     InputError
-        If the scene or what is asked is wrong. Solves that fail are rows with their reason.
+        If the scene or what is asked is wrong, or if no method gives a quantity that is asked for.
+        Solves that fail are rows with their reason.
 
     Examples
     --------
@@ -232,4 +229,7 @@ def compare(
     for each in reversed(plans):
         found = Comparison(record_scene(each, solve_plan(each)), found)
     assert found is not None  # a scene has at least one plan
+    vain = asked_in_vain([found.record])
+    if vain:
+        raise InputError("\n".join(vain))
     return found

@@ -14,6 +14,7 @@ from comparisons import study
 from comparisons.planning import Effort
 from comparisons.plans import Source, plan_all
 from comparisons.store import StudyRecord, load_study
+from comparisons.verdicts import NO_RESULT
 from reports.crew import Crew
 from roughline import notebook
 from roughline.comparing import Comparison
@@ -91,7 +92,7 @@ class Results:
         rows = []
         for each in list(self)[:MOST_ROWS]:
             found = each.judged()
-            error = fmt.plus_minus(found.error, found.uncertainty) if found.at else found.reason
+            error = found.number if found.word != NO_RESULT else found.reason
             rows.append((each.name, error, notebook.badge(found.word), each.answer))
         told = [f"{each.name}: {text}" for each in self for text in each.disagreements]
         heads = ("scene", "largest error of the reduced model", "verdict", "cheapest settings")

@@ -35,6 +35,7 @@ from comparisons.refinement import SHARE, refined
 from comparisons.scene import load_scene
 from comparisons.solving import solve_plan
 from comparisons.uncertainty import combined
+from comparisons.verdicts import OUTSIDE, WORST_FIRST, judged
 
 # Seconds that one more refinement of the truth may take at full effort.
 REFINEMENT_BUDGET = 30.0
@@ -44,6 +45,8 @@ DISPUTE = "references disagree by"
 CHECKING = 0.01
 MOST_SPRINGS = 20_000
 PRESSURES = ("pressure", "pressure_integral", "pressure_peak")
+# Signed error, bar and details of one quantity.
+Measured = tuple[float, float, dict[str, float | str]]
 
 
 def measure_scene(
@@ -92,12 +95,23 @@ def measure_scene(
         details: dict[str, float | str] = {"no result": next(iter(reasons), "nothing was solved")}
         return Measurement(value, np.nan, np.nan, details, time.perf_counter() - started)
     found = [_measured(claim, plan, solved, level, reference, name) for name in claim.quantity]
-    error, bar, details = max(found, key=lambda each: (each[0] + each[1], each[0]))
+    error, bar, details = _deciding(found, claim.tolerance)
     details |= {"truth": reference.label, "resolution": float(level)}
     differing = disagreements(solved, reference, plan.compared)
     if differing:
         details["references disagree"] = " ".join(differing)
     return Measurement(value, error, bar, details, time.perf_counter() - started)
+
+
+def _deciding(found: list[Measured], tolerance: float) -> Measured:
+    """Return the quantity that decides, as verdicts on scenes do (`verdicts.WORST_FIRST`)."""
+
+    def rank(each: Measured) -> tuple[int, float]:
+        decided = judged(each[0], each[1], tolerance)
+        size = decided.low if decided.word == OUTSIDE else decided.high
+        return WORST_FIRST.index(decided.word), -size if np.isfinite(size) else -np.inf
+
+    return min(found, key=rank)
 
 
 def _plan(claim: Claim, value: float | None, effort: Effort, independent: bool) -> Plan:
@@ -165,7 +179,7 @@ def _refine_judged(claim: Claim, plan: Plan, solved: Solved, solve: Callable[[Pl
 
 def _measured(
     claim: Claim, plan: Plan, solved: Solved, level: int, reference: Reference, name: str
-) -> tuple[float, float, dict[str, float | str]]:
+) -> Measured:
     """Return signed error, bar and details of one quantity."""
     if name in PRESSURES:
         return _pressure(claim, plan, solved, level, reference, name)
@@ -184,7 +198,7 @@ def _measured(
 
 def _pressure(
     claim: Claim, plan: Plan, solved: Solved, level: int, reference: Reference, name: str
-) -> tuple[float, float, dict[str, float | str]]:
+) -> Measured:
     found = pressure_measures(plan, solved, claim.method, level, reference)
     for each in found:
         if each["quantity"] == name:
@@ -196,7 +210,7 @@ def _pressure(
 
 def _area_from_stiffness(
     claim: Claim, plan: Plan, solved: Solved, reference: Reference
-) -> tuple[float, float, dict[str, float | str]]:
+) -> Measured:
     """Judge D = k/E* (19.13) read backwards: A = (pi/4) (k/E*)^2 against the true area."""
     modulus = plan.scene.effective_modulus
     area = np.pi / 4 * (reference.curves["stiffness"] / modulus) ** 2
@@ -214,7 +228,7 @@ def _area_from_stiffness(
 
 def interval(
     claim: Claim, name: str, errors: np.ndarray, sources: dict[str, np.ndarray]
-) -> tuple[float, float, dict[str, float | str]]:
+) -> Measured:
     """Reduce errors with bars over the load steps to one signed error with its half-width.
 
     The measure lies between two values whatever the true errors are inside their bars: the

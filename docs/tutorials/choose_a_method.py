@@ -25,8 +25,7 @@ found = roughline.compare(
 found
 
 # %%
-# Both methods get there. The sentence reads each method's own time-error curve at 2 %; nothing is
-# extrapolated.
+# Both methods get there. The sentence names settings that were run, each with its measured time.
 best = found.cheapest
 print(found.answer)
 print(f"cheapest: {best.method}, N = {best.resolution}")

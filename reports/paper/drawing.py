@@ -14,11 +14,11 @@ import numpy as np
 import pandas as pd
 
 from comparisons import formatting as fmt
+from comparisons import selection
 from comparisons.loading import NORMAL
 from comparisons.method_names import known_methods
 from comparisons.metrics import sizes_along_path
 from comparisons.store import SceneRecord
-from reports import selection
 from reports.figure_style import drawing_order, log_ticks, wants_log
 from reports.figures import SPREAD, error_range, error_tables, quantiles
 from reports.paper.style import TRUTH, Look, axis_label, colour, literal, look

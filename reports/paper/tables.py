@@ -8,14 +8,14 @@ from dataclasses import dataclass
 import numpy as np
 
 from comparisons import formatting as fmt
+from comparisons import selection
 from comparisons.advice import advise
-from comparisons.reference import OTHER_AXIS, main_axis
+from comparisons.decisions import Verdict, equal_at, verdicts
+from comparisons.reference import OTHER_AXIS
 from comparisons.store import SceneRecord, StudyRecord
 from comparisons.verdicts import NO_RESULT
-from reports import selection
 from reports.figure_style import style
 from reports.paper.notation import error_with_bar, file_name, markdown, tex
-from reports.verdicts import Verdict, verdicts, worst
 
 
 @dataclass(frozen=True)
@@ -73,15 +73,15 @@ def verdict_table(study: StudyRecord) -> PaperTable:
     for scene in study.scenes:
         found = verdicts(scene)
         cheapest = advise(scene).cheapest
-        best = "" if cheapest is None else f"{cheapest.title}, {fmt.duration(cheapest.seconds)}"
-        for index, name in enumerate(dict.fromkeys(each.quantity for each in found)):
-            deciding = worst([each for each in found if each.quantity == name])
+        best = "" if cheapest is None else cheapest.text
+        for index, each in enumerate(found):
             sides = (scene.name, best) if index == 0 else ("", "")
-            rows.append((sides[0], *_judged(deciding), sides[1]))
+            rows.append((sides[0], *_judged(each), sides[1]))
     caption = (
-        "Largest relative error of the reduced model over all load steps, at equal penetration or "
-        "at equal force, with the 95 % half-width of its bar; verdict at the tolerance asked for; "
-        "cheapest setting that is sure to be within it."
+        "Largest relative error of the reduced model over all load steps at the prescribed load "
+        "(what is prescribed itself: at the other), with the 95 % half-width of its bar; verdict "
+        "at the tolerance asked for; the cheapest setting that was run and is sure to be within "
+        "it, with its measured time."
     )
     heads = ("scene", "quantity", "error", "verdict", "cheapest")
     return PaperTable("verdicts", caption, heads, "llrll", tuple(rows))
@@ -143,7 +143,7 @@ def _error(scene: SceneRecord, method: str, level: float, name: str) -> str:
     table = table[selection.column(table, "resolution") == level]
     table = table[table["quantity"] == name]
     at = np.array(selection.words(table, "at"))
-    main = at == main_axis(scene.along, name)
+    main = at == equal_at(scene, name)
     row = table[main] if main.any() else table
     if not len(row):
         return fmt.MISSING

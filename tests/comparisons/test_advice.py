@@ -3,33 +3,36 @@
 from __future__ import annotations
 
 import json
-import math
 import pickle
 from dataclasses import replace
 
 import numpy as np
 import pandas as pd
-import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from comparisons import machine
-from comparisons.advice import advise, time_at_error
+from comparisons.advice import advise
+from comparisons.decisions import asked_in_vain, verdicts, worst
 from comparisons.errors import InputError
 from comparisons.methods import METHODS
 from comparisons.scene import builtin_names
 from comparisons.store import SceneRecord
 from comparisons.suites import SUITES
-from comparisons.verdicts import judge
+from comparisons.verdicts import judge, judged
 from reports.cli import run_command
 
 
 def record(rows, method="closed_form", bar=0.0, quantities=("force",), tolerance=0.01):
-    """Make a record as a study would, from (method, N, rms, seconds) of each quantity."""
-    columns = ("method", "resolution", "rms", "seconds", "quantity")
+    """Make a record as a study would, from (method, N, |e|, seconds) of each quantity; u = 0."""
+    columns = ("method", "resolution", "maximum", "seconds", "quantity")
     table = pd.DataFrame([(*row, "force")[:5] for row in rows], columns=columns)
-    verdict = np.where(table["rms"] <= tolerance, "within", "outside")
-    measures = table.assign(at="penetration", verdict=verdict) if rows else pd.DataFrame()
+    verdict = np.where(table["maximum"] <= tolerance, "within", "outside")
+    measures = table.assign(at="penetration", verdict=verdict, uncertainty=0.0, step=2)
+    measures = measures.assign(low=table["maximum"], high=table["maximum"], rms=table["maximum"])
+    solved = table[["method", "resolution", "seconds"]].drop_duplicates()
+    solved = solved.assign(step=0, converged=True, force=1.0)
+    truth = {"method": method, "resolution": 64, "seconds": 2.0, "step": 0, "converged": True}
     return SceneRecord(
         name="scene",
         title="Scene",
@@ -43,38 +46,16 @@ def record(rows, method="closed_form", bar=0.0, quantities=("force",), tolerance
             "resolution": 64,
             "text": "The truth.",
             "uncertainty": dict.fromkeys(quantities, bar),
+            "bars": {name: {"bar": bar, "step": 1} for name in quantities},
         },
         answer="",
         disagreements=(),
-        rows=pd.DataFrame({"method": [method], "resolution": [64], "seconds": [2.0]}),
+        rows=pd.concat([solved, pd.DataFrame([truth])], ignore_index=True),
         measures=measures,
     )
 
 
-# --- time at equal error --------------------------------------------------------------------
-
-
-@given(rate=st.floats(0.5, 4), growth=st.floats(1.1, 30), wanted=st.floats(0.0011, 0.99))
-def test_between_two_settings_times_and_errors_are_joined_in_logarithms(rate, growth, wanted):
-    """Error n^-rate at cost growth^log2(n): a straight line in logarithms, met exactly."""
-    n = 2.0 ** np.arange(12)
-    errors, seconds = n**-rate, 1e-3 * growth ** np.log2(n)
-    found, index = time_at_error(seconds, errors, wanted)
-    if errors[-1] > wanted:
-        assert math.isnan(found)
-        assert index is None
-        return
-    crossing = wanted ** (-1 / rate)
-    assert found == pytest.approx(1e-3 * growth ** np.log2(crossing), rel=1e-9)
-    assert errors[index] <= wanted < errors[index - 1]
-
-
-def test_nothing_is_extrapolated_to_an_error_that_was_never_reached():
-    assert time_at_error(np.array([1.0, 2.0]), np.array([0.1, 0.05]), 0.01)[1] is None
-    # A coarsest setting that is good enough costs what it costs, not less.
-    assert time_at_error(np.array([1.0, 2.0]), np.array([1e-3, 1e-4]), 0.01) == (1.0, 0)
-    # An exact answer has no logarithm, and needs none.
-    assert time_at_error(np.array([1.0, 4.0]), np.array([0.1, 0.0]), 0.01) == (4.0, 1)
+# --- the sentence ----------------------------------------------------------------------------
 
 
 def test_the_sentence_names_the_cheapest_setting_of_each_method_fastest_first():
@@ -88,16 +69,40 @@ def test_the_sentence_names_the_cheapest_setting_of_each_method_fastest_first():
     said = advice.sentence
     model, fem, fft = (METHODS[name].title for name in ("reduced", "fem", "bem_fft"))
     assert said.startswith(f"For 1\u202f% in force: {model} 1.0\u202fms (N = 10), {fem} ")
-    assert "(N = 8)" in said
-    assert f"not reached by {fft} (best 4.0\u202f%)" in said
+    assert f"outside: {fft} (force 4.0\u202f% at load step 3, N = 8)" in said
     assert said.endswith("truth: closed form.")
     assert (advice.cheapest.method, advice.cheapest.resolution) == ("reduced", 10)
     assert [each.seconds for each in advice.settings] == [1e-3, 0.01, 1.0, 2.0, 8.0]
 
 
+def test_a_time_is_that_of_the_setting_it_is_labelled_with():
+    """Between N = 4 (2 %, 1 s) and N = 8 (0.5 %, 8 s) nothing was run: 1 % costs 8 s."""
+    advice = advise(record([("fem", 4, 0.02, 1.0), ("fem", 8, 0.005, 8.0)]))
+    assert "FEM 8.0\u202fs (N = 8)" in advice.sentence
+    measured = {(each.resolution, each.seconds) for each in advice.settings}
+    for wanted in (0.05, 0.02, 0.01, 0.005):
+        chosen = advice.cheapest_for(wanted)["fem"]
+        assert (chosen.resolution, chosen.seconds) in measured
+    assert advice.cheapest_for(0.004)["fem"] is None
+
+
+def test_times_closer_than_they_repeat_are_not_ranked():
+    rows = [("fem", 4, 0.001, 1.2), ("bem_fft", 8, 0.001, 1.0), ("bem_dense", 8, 0.001, 9.0)]
+    said = advise(record(rows)).sentence
+    assert "FFT BEM 1.0\u202fs (N = 8) or FEM 1.2\u202fs (N = 4) (too close to rank), dense" in said
+
+
+def test_a_coarse_grid_that_is_right_by_chance_is_no_way_to_get_there():
+    """|e| falls below the tolerance at N = 8 and rises again: the method is outside."""
+    rows = [("fem", 4, 0.03, 1.0), ("fem", 8, 0.004, 2.0), ("fem", 16, 0.02, 9.0)]
+    advice = advise(record(rows))
+    assert advice.cheapest is None
+    assert "N = 16; within by chance at N = 8)" in advice.sentence
+
+
 def test_the_sentence_admits_what_is_not_known():
     unknown = advise(record([("reduced", 10, 0.2, 1e-3)], "bem_fft", None))
-    assert "no method is sure to get there" in unknown.sentence
+    assert "no setting that was run is sure to get there" in unknown.sentence
     assert "its error is not known" in unknown.sentence
     assert unknown.cheapest is None
     assert "Nothing else was run" in advise(record([])).sentence
@@ -107,10 +112,15 @@ def test_the_sentence_admits_what_is_not_known():
 
 def test_a_setting_whose_bar_is_wider_than_the_question_is_not_called_good_enough():
     rows = record([("fem", 4, 0.004, 1.0), ("bem_fft", 8, 0.02, 0.1)])
-    advice = advise(replace(rows, measures=rows.measures.assign(verdict="not resolved")))
-    assert "no method is sure to get there" in advice.sentence
+    wide = rows.measures.assign(verdict="not resolved", uncertainty=0.05, low=-0.02, high=0.06)
+    advice = advise(replace(rows, measures=wide))
+    assert "no setting that was run is sure to get there" in advice.sentence
     assert "not resolved: " in advice.sentence
-    assert advice.cheapest is None or advice.cheapest.is_truth
+    assert "FEM (force 0.40 ± 5.0\u202f% at load step 3, N = 4)" in advice.sentence
+    assert advice.cheapest is None
+
+
+BOTH = ("force", "contact_area")
 
 
 def test_a_setting_has_to_be_good_in_every_quantity_that_is_asked():
@@ -121,11 +131,29 @@ def test_a_setting_has_to_be_good_in_every_quantity_that_is_asked():
         ("fem", 4, 0.003, 1.0, "contact_area"),
         ("bem_fft", 8, 0.001, 0.1, "force"),
     ]
-    advice = advise(record(rows, quantities=("force", "contact_area")))
+    advice = advise(record(rows, quantities=BOTH))
     assert advice.cheapest.method == "fem"
     assert "in force and contact area" in advice.sentence
-    assert f"not reached by {METHODS['reduced'].title} (best 20\u202f%)" in advice.sentence
-    assert f"without all of these: {METHODS['bem_fft'].title}" in advice.sentence
+    assert (
+        "outside: reduced model (contact area 20\u202f% at load step 3, N = 10)" in advice.sentence
+    )
+    assert "no result: FFT BEM (contact area: the method gives none)" in advice.sentence
+
+
+def test_what_one_method_does_not_give_is_no_result_for_it_and_what_none_gives_is_said():
+    """Verdict and advice agree: within in force alone is no answer to force and area."""
+    rows = record([("reduced", 10, 0.001, 1e-3), ("fem", 4, 0.002, 1.0)], quantities=BOTH)
+    advice = advise(rows)
+    assert advice.cheapest is None
+    assert worst(verdicts(rows)).word == "no result"
+    reference = rows.reference | {"bars": {"force": {"bar": 0.0, "step": 0}}}
+    nobody = replace(rows, reference=reference)
+    advice = advise(nobody)
+    assert advice.cheapest.method == "reduced"
+    assert worst(verdicts(nobody)).word == "within"
+    assert "not judged: contact area (no method that was run gives it)" in advice.sentence
+    assert asked_in_vain([nobody])
+    assert not asked_in_vain([rows])
 
 
 def test_a_truth_that_is_known_well_enough_is_an_answer_itself():
@@ -177,6 +205,17 @@ def test_an_unknown_bar_resolves_nothing_and_no_error_is_no_result():
     assert judge([np.nan, 0.001], [0.0, 0.0], 0.01) == "not resolved"
     assert judge([np.nan, 0.1], [0.0, 0.0], 0.01) == "outside"
     assert judge([np.nan], [0.0], 0.01) == "no result"
+
+
+def test_the_step_that_decides_is_the_one_the_word_stands_on():
+    """Not the largest error: the widest reach where that is open, the surest miss if outside."""
+    assert judged([0.02, 0.001], [0.001, 0.05], 0.03).step == 1  # not resolved by step 2's bar
+    assert judged([0.02, 0.001], [0.001, 0.05], 0.01).step == 0  # outside by step 1
+    assert judged([0.002, 0.004], [0.001, 0.0], 0.01).step == 1  # within, closest at step 2
+    unknown = judged([0.002, 0.004, 0.003], [np.nan, 0.0, np.nan], 0.01)
+    assert (unknown.word, unknown.step) == ("not resolved", 2)
+    # Alike by similarity: the same step on every processor.
+    assert judged([0.01, 0.01 * (1 + 1e-15)], [0.0, 0.0], 0.02).step == 0
 
 
 # --- small facts ----------------------------------------------------------------------------

@@ -22,7 +22,7 @@ from comparisons.claims.claim import (
 )
 from comparisons.claims.record import load_claims_record
 from comparisons.claims.runner import MEASUREMENTS, ClaimRun, judge_claim
-from comparisons.claims.scenes import _plan, interval, measure_scene
+from comparisons.claims.scenes import _deciding, _plan, interval, measure_scene
 from comparisons.claims.search import grid, ranges_of, search, verdict_of
 from comparisons.experiments import EXPERIMENTS, Experiment, Measurement
 from comparisons.store import ResultsError
@@ -340,3 +340,13 @@ def test_a_fault_in_the_judged_method_and_in_the_truth_is_seen_by_the_second_tru
     text = measured.details["references disagree"]
     assert "FFT BEM and closed form differ in force" in text
     assert "FEM and closed form differ in force" in text
+
+
+def test_of_several_quantities_the_worst_decides_whatever_the_sign_of_its_error():
+    """-5 % is further out than +0.2 %, and one that is missing is not passed over."""
+    within, outside, missing = (0.002, 1e-3, {}), (-0.05, 1e-3, {}), (np.nan, np.nan, {})
+    unresolved = (0.001, 0.2, {})
+    assert _deciding([within, outside], TOLERANCE) is outside
+    assert _deciding([unresolved, outside], TOLERANCE) is outside
+    assert _deciding([within, missing], TOLERANCE) is missing
+    assert _deciding([within, unresolved], TOLERANCE) is unresolved

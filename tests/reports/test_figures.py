@@ -8,7 +8,8 @@ import json
 import numpy as np
 import pytest
 
-from reports import figures, model_figure, pressure_figures, selection, speed_figure
+from comparisons import selection
+from reports import figures, model_figure, pressure_figures, speed_figure
 from reports.figure_style import PEER_STYLES, STYLES, log_ticks, style
 
 TOKENS = {

@@ -11,10 +11,11 @@ from html.parser import HTMLParser
 import pandas as pd
 import pytest
 
+from comparisons.advice import advise
+from comparisons.decisions import second_rows, verdicts, worst
 from comparisons.verdicts import judge
 from reports import html, tables
 from reports.page import embedded_json
-from reports.verdicts import verdicts, worst
 
 SECTIONS = ("picture", "plan", "curves", "errors", "pressure", "speed", "table", "repeat")
 
@@ -175,7 +176,7 @@ def test_the_bar_of_the_truth_is_listed_by_source(parsed):
 
 def test_reasons_answers_and_disagreements_stand_on_the_page(study, parsed):
     for scene in study.scenes:
-        assert scene.answer in parsed.text
+        assert advise(scene).sentence in parsed.text
         assert all(text in parsed.text for text in scene.disagreements)
     assert "ContactMechanics takes rough maps only" in parsed.text
     assert "active set cycled after 30 rounds" in parsed.text
@@ -216,7 +217,9 @@ def test_a_reduced_model_without_a_result_says_why(study):
     scene = study.scenes[0]
     lost = replace(scene, measures=scene.measures[scene.measures["method"] != "reduced"])
     assert {item.word for item in verdicts(lost)} == {"no result"}
-    assert "the reduced model does not give it" in verdicts(lost)[0].reason
+    assert "no value of the reduced model" in verdicts(lost)[0].reason
+    silent = replace(lost, rows=lost.rows[lost.rows["method"] != "reduced"])
+    assert "the method gives none" in verdicts(silent)[0].reason
 
 
 def bare(study, **changes):
@@ -273,18 +276,19 @@ def test_the_file_is_written_whole(study, tmp_path):
     assert [p.name for p in tmp_path.iterdir()] == ["report.html"]
 
 
-def test_the_worse_of_two_loads_held_equal_decides(study):
-    """Contact area is compared at equal penetration and at equal force: one cell, the worse."""
+def test_the_prescribed_load_decides_and_the_other_is_a_row_to_look_up(study):
+    """Contact area at equal penetration is within; at equal force it would be outside."""
     scene = study.scenes[0]
     area = scene.measures[scene.measures["quantity"] == "contact_area"]
     other = area.assign(at="force", maximum=0.5, verdict="outside")
     both = replace(scene, measures=pd.concat([scene.measures, other], ignore_index=True))
-    found = [item for item in verdicts(both) if item.quantity == "contact_area"]
-    assert {(item.at, item.word) for item in found} == {
-        ("penetration", "within"),
-        ("force", "outside"),
-    }
-    assert worst(found).word == "outside"
+    (area,) = [item for item in verdicts(both) if item.quantity == "contact_area"]
+    assert (area.at, area.word) == ("penetration", "within")
+    assert worst(verdicts(both)).word == "within"
+    assert advise(both).cheapest.method == "reduced"
+    assert [(item.at, item.word) for item in second_rows(both)] == [("force", "outside")]
+    page = html.page(replace(study, scenes=(both,)), with_pictures=False)
+    assert "decides nothing" in page
 
 
 def test_lost_solves_are_listed_once_with_their_steps(study):

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from comparisons.advice import Setting
+from comparisons.decisions import Verdict
 from comparisons.forecast import Remaining
 from comparisons.methods import METHODS
 from comparisons.planning import plan_scene
@@ -27,7 +28,8 @@ def plans():
 
 
 def setting(method, seconds, error, truth=False):
-    return Setting(method, 10, seconds, {"force": error}, "within", is_truth=truth)
+    told = Verdict("force", "penetration", "within", 0.01, error=error, high=error)
+    return Setting(method, 10, seconds, (told,), is_truth=truth)
 
 
 def watched(plans, folder):

@@ -8,8 +8,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from comparisons import selection
 from comparisons.store import SceneRecord
-from reports import figures, selection, speed_figure, tables
+from reports import figures, speed_figure, tables
 
 
 def record(control: str, axis: str, columns: dict, bar: float = 0.0) -> SceneRecord:

@@ -82,11 +82,13 @@ def test_titles_are_printed_as_they_are(capsys, plans, record, tmp_path):
 
 def test_reasons_and_sentences_are_printed_as_they_are(capsys, plans, record):
     (scene,) = record.scenes
-    odd = replace(scene, answer="[/] answer", disagreements=("[/red] they differ",))
+    reference = scene.reference | {"text": "[/] truth."}
+    odd = replace(scene, reference=reference, measures=scene.measures.iloc[:0])
+    odd = replace(odd, rows=odd.rows.iloc[:0], disagreements=("[/red] they differ",))
     lost = [(task_of(plans), "[/bold] broke")] * 14
     terminal.print_study(replace(record, scenes=(odd,)), lost)
     told = capsys.readouterr().out
-    assert "ball: [/] answer" in told
+    assert "ball: [/] truth." in told
     assert "ball: [/red] they differ" in told
     assert told.count("lost: ball closed_form 1: [/bold] broke") == terminal.MANY
     assert f"... and {14 - terminal.MANY} more lost solves" in told

@@ -1,4 +1,4 @@
-"""What plots and tables take out of a scene's rows: curves, settings, failures.
+"""What verdicts, plots and tables take out of a scene's rows: curves, settings, failures.
 
 Rows come from results.csv, where a column may be missing, empty or read back as another type;
 everything here tolerates that, so that the drawing code does not have to.

@@ -1,0 +1,323 @@
+"""What decides: the verdict on each quantity of a setting, a method, a scene.
+
+Every quantity is judged once, at equal prescribed load (what is prescribed itself: at the other
+one), by the step that `comparisons.verdicts.judged` names. The page, the terminal, advice, tables
+and notebooks all read their words and numbers here. Errors at the other load are rows to look up
+(`second_rows`), never the reason of a word.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+
+from comparisons import formatting as fmt
+from comparisons import selection
+from comparisons.method_names import METHOD_NAMES, known_methods
+from comparisons.reference import main_axis
+from comparisons.store import SceneRecord
+from comparisons.verdicts import NO_RESULT, OUTSIDE, WITHIN, WORST_FIRST, word_for
+
+MODEL = "reduced"
+PRESSURE, LAST_LOAD = "pressure", "last load"
+NAN = math.nan
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """One quantity of one setting.
+
+    Attributes
+    ----------
+    quantity, at : str
+        What was compared, and what was equal when it was ("penetration", "force", "last load").
+    word : str
+        "within", "outside", "not resolved" or "no result".
+    tolerance : float
+    step : int
+        The load step that decided, counted from 0; -1 where it is not known.
+    error, uncertainty : float
+        |e| at that step and the 95 % half-width of its bar (NaN: no result; bar not known).
+    low, high : float
+        The largest |e| - u and |e| + u over the load steps; NaN where unknown.
+    rms : float
+        Root mean square of e over the load steps.
+    reason : str
+        Why there is no result.
+    counts : bool
+        False for a quantity that the scene's solutions cannot answer for any method.
+    """
+
+    quantity: str
+    at: str
+    word: str
+    tolerance: float
+    step: int = -1
+    error: float = NAN
+    uncertainty: float = NAN
+    low: float = NAN
+    high: float = NAN
+    rms: float = NAN
+    reason: str = ""
+    resolution: float = NAN
+    counts: bool = True
+
+    @property
+    def number(self) -> str:
+        """The error with its bar, as everything prints it."""
+        return fmt.plus_minus(self.error, self.uncertainty)
+
+    @property
+    def where(self) -> str:
+        """The load step and what was equal there: "load step 4, equal force"; "" if not known."""
+        parts = [f"load step {self.step + 1}"] if self.step >= 0 and self.at != LAST_LOAD else []
+        parts += [f"equal {fmt.quantity(self.at).words}"] if self.at in fmt.QUANTITIES else []
+        return ", ".join(parts) if self.at != LAST_LOAD else LAST_LOAD
+
+    @property
+    def text(self) -> str:
+        """Quantity, number and step, or why there is none: "force 2.3 ± 0.1 % at load step 4"."""
+        words = fmt.quantity(self.quantity).words
+        if self.word == NO_RESULT:
+            return f"{words}: {self.reason}"
+        said = self.step >= 0 and self.at != LAST_LOAD and self.number != "round-off"
+        return f"{words} {self.number}" + (f" at load step {self.step + 1}" if said else "")
+
+
+def worst(items: Iterable[Verdict]) -> Verdict:
+    """Return the verdict that decides over several quantities.
+
+    Outside before no result before not resolved before within. Among equal words the one that is
+    furthest out: by |e| - u where it is outside, else by |e| + u. A quantity that nothing answers
+    decides only where all are such.
+    """
+    several = list(items)
+    counted = [each for each in several if each.counts] or several
+
+    def rank(item: Verdict) -> tuple[int, float, float]:
+        unknown = -math.inf if item.word == OUTSIDE else math.inf
+        size = item.low if item.word == OUTSIDE else item.high
+        size = size if math.isfinite(size) else unknown
+        error = item.error if math.isfinite(item.error) else 0.0
+        return WORST_FIRST.index(item.word), -size, -error
+
+    return min(counted, key=rank)
+
+
+def title_of(method: str) -> str:
+    """Return the words for a method, or the name of one that is not known here."""
+    known = known_methods()
+    return known[method].title if method in known else method
+
+
+def equal_at(record: SceneRecord, name: str) -> str:
+    """Return what is equal where a quantity is judged."""
+    return LAST_LOAD if name == PRESSURE else main_axis(record.along, name)
+
+
+def unanswered(record: SceneRecord) -> dict[str, str]:
+    """Return the asked quantities that can be judged for no method at all, each with the reason."""
+    told = {name: _why_unanswered(record, name) for name in record.quantities}
+    return {name: why for name, why in told.items() if why}
+
+
+def _why_unanswered(record: SceneRecord, name: str) -> str:
+    truth = str(record.reference.get("method") or "")
+    if not truth:
+        return "no truth to compare with: no 3-D method finished"
+    rows = _rows(record, name)
+    if np.isfinite(selection.column(rows, "maximum")).any():
+        return ""
+    if name in record.reference.get("bars", {}):
+        alone = name == record.along and _loads(record) < 2
+        return f"one load only, so nothing at equal {equal_at(record, name)}" if alone else ""
+    if name not in given(record):
+        return "no method that was run gives it"
+    return f"the truth ({title_of(truth)}) does not give it"
+
+
+def asked_in_vain(records: Iterable[SceneRecord]) -> list[str]:
+    """Return a line for each quantity that was asked for and that no method gives."""
+    return [
+        f"{record.name}: compare.quantities: {name}: no method that was run gives it"
+        for record in records
+        for name in record.quantities
+        if record.reference and name not in given(record)
+    ]
+
+
+def given(record: SceneRecord) -> set[str]:
+    """Return the asked quantities that some solution has."""
+    known = {
+        name
+        for name in record.quantities
+        if np.isfinite(selection.column(selection.solved(record), name)).any()
+    }
+    known |= set(record.reference.get("bars", {}))
+    return known | set(selection.words(record.measures, "quantity"))
+
+
+def _loads(record: SceneRecord) -> int:
+    return len(set(selection.column(selection.solved(record), "step")))
+
+
+def _rows(record: SceneRecord, name: str) -> pd.DataFrame:
+    table = selection.compared_measures(record)
+    if table.empty:
+        return table
+    at = np.array(selection.words(table, "at"))
+    return table[(table["quantity"] == name).to_numpy() & (at == equal_at(record, name))]
+
+
+def levels(record: SceneRecord, method: str) -> list[int]:
+    """Return the resolutions at which a method was run, ascending, but for the truth itself."""
+    names = np.array(selection.words(record.rows, "method"), dtype=object)
+    known = selection.column(record.rows, "resolution")[names == method]
+    run = {int(each) for each in known[np.isfinite(known)]}
+    return sorted(n for n in run if not selection.is_reference(record, method, n))
+
+
+def finest(record: SceneRecord, method: str) -> int | None:
+    """Return the finest resolution, but the truth's, among those that solved the most steps."""
+    rows = selection.solved_rows(record, method)
+    resolution, step = (selection.column(rows, key) for key in ("resolution", "step"))
+    counts = {n: len(set(step[resolution == n])) for n in levels(record, method)}
+    most = max(counts.values(), default=0)
+    return max((n for n, count in counts.items() if count == most), default=None)
+
+
+def setting_verdicts(record: SceneRecord, method: str, resolution: int) -> tuple[Verdict, ...]:
+    """Return the verdict on each asked quantity of one method at one resolution."""
+    nothing = unanswered(record)
+    found = []
+    for name in record.quantities:
+        rows = _rows(record, name)
+        own = rows[_is_setting(rows, method, resolution)]
+        verdict = _verdict(record, own.iloc[0].to_dict()) if len(own) else None
+        if name in nothing:
+            verdict = _no_result(record, name, nothing[name], resolution, counts=False)
+        elif verdict is None or verdict.word == NO_RESULT:
+            verdict = _no_result(record, name, _why_missing(record, name, method), resolution)
+        found.append(verdict)
+    return tuple(found)
+
+
+def verdicts(record: SceneRecord, method: str = MODEL) -> list[Verdict]:
+    """Return a verdict per asked quantity: the method's at its finest resolution."""
+    level = finest(record, method)
+    if level is not None:
+        return list(setting_verdicts(record, method, level))
+    nothing = unanswered(record)
+    return [
+        _no_result(record, name, nothing[name], NAN, counts=False)
+        if name in nothing
+        else _no_result(record, name, _why_missing(record, name, method), NAN)
+        for name in record.quantities
+    ]
+
+
+def second_rows(record: SceneRecord, method: str = MODEL) -> list[Verdict]:
+    """Return what is known at the other load: to be looked up, it decides nothing."""
+    table = selection.compared_measures(record, method)
+    level = finest(record, method)
+    own = table[_is_setting(table, method, -1 if level is None else level)]
+    found = [_verdict(record, row) for row in own.to_dict("records")]
+    return [v for v in found if v.at != equal_at(record, v.quantity) and v.word != NO_RESULT]
+
+
+def judged_methods(record: SceneRecord) -> list[str]:
+    """Return whose verdicts a page leads with: the reduced model, and methods of the user's own."""
+    own = [name for name in selection.methods(record) if name not in METHOD_NAMES]
+    return [*([] if own and _not_asked(record, MODEL) else [MODEL]), *own]
+
+
+def _is_setting(table: pd.DataFrame, method: str, resolution: int) -> np.ndarray:
+    names = np.array(selection.words(table, "method"), dtype=object)
+    return (names == method) & (selection.column(table, "resolution") == resolution)
+
+
+def _verdict(record: SceneRecord, row: dict) -> Verdict:
+    word, low, high = _decided(record, row)
+    step = _float(row.get("step"))
+    return Verdict(
+        quantity=str(row["quantity"]),
+        at=str(row.get("at", "") or ""),
+        word=word,
+        tolerance=record.tolerance,
+        step=int(step) if math.isfinite(step) else -1,
+        error=_float(row.get("maximum")),
+        uncertainty=_float(row.get("uncertainty")),
+        low=low,
+        high=high,
+        rms=_float(row.get("rms")),
+        resolution=_float(row.get("resolution")),
+    )
+
+
+def _decided(record: SceneRecord, row: dict) -> tuple[str, float, float]:
+    """Return the word, and the ends of what the error may be, of a row of measures.csv.
+
+    Folders older than these ends hold one error with its bar; their word is kept, unless that bar
+    contradicts it.
+    """
+    word = str(row.get("verdict") or NO_RESULT)
+    if word == NO_RESULT:
+        return word, NAN, NAN
+    if "high" in row:
+        low, high = _float(row.get("low")), _float(row["high"])
+        return word_for(low, high, record.tolerance), low, high
+    error, bar = _float(row.get("maximum")), _float(row.get("uncertainty"))
+    low, high = error - bar, error + bar
+    if word != WITHIN:
+        return word, low, high if high > record.tolerance else NAN
+    return word_for(low, high, record.tolerance), low, high
+
+
+def _no_result(
+    record: SceneRecord, name: str, reason: str, resolution: float, *, counts: bool = True
+) -> Verdict:
+    return Verdict(
+        name,
+        equal_at(record, name),
+        NO_RESULT,
+        record.tolerance,
+        reason=reason,
+        resolution=resolution,
+        counts=counts,
+    )
+
+
+def _not_asked(record: SceneRecord, method: str) -> bool:
+    refused = selection.unsupported(record)
+    return method not in selection.methods(record) or refused.get(method) == "not asked for"
+
+
+def _why_missing(record: SceneRecord, name: str, method: str) -> str:
+    """Return why a method has no error in a quantity that others have."""
+    title = title_of(method)
+    if method == record.reference.get("method"):
+        return "it is the truth itself"
+    if _not_asked(record, method):
+        return f"the {title} was not asked for"
+    refused = selection.unsupported(record)
+    if method in refused:
+        return refused[method]
+    solved = selection.solved_rows(record, method)
+    gives = np.isfinite(selection.column(solved, name)).any()
+    lost = [item.reason for item in selection.failures(record) if item.method == method]
+    if lost and (gives or solved.empty or name == PRESSURE):
+        return lost[0]
+    if gives:
+        return f"no value of the {title} lies within the truth's range of {equal_at(record, name)}"
+    return "the method gives none"
+
+
+def _float(value: object) -> float:
+    try:
+        return float(value)  # type: ignore[arg-type]
+    except (TypeError, ValueError):
+        return NAN
