@@ -37,11 +37,13 @@ import signal
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 import zipfile
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
+from types import FrameType
 from typing import Any, Literal
 
 import numpy as np
@@ -126,7 +128,8 @@ def run(
     'raised'
     """
     _check(work, seconds, memory)
-    with tempfile.TemporaryDirectory(prefix="roughline-") as name:
+    # A process that has escaped from its parent may go on writing there: no error of ours.
+    with tempfile.TemporaryDirectory(prefix="roughline-", ignore_cleanup_errors=True) as name:
         folder = Path(name)
         (folder / WORK).write_bytes(pickle.dumps((work, arguments, memory)))
         start = time.perf_counter()
@@ -181,23 +184,43 @@ def _process(folder: Path, errors: Any) -> Iterator[subprocess.Popen[bytes]]:
 
 
 def _kill(process: subprocess.Popen[bytes]) -> None:
-    """End the process and all it has started."""
+    """End the process and all it has started; a ctrl-C waits until they are gone."""
+    with _interrupts_wait():
+        try:
+            children = psutil.Process(process.pid).children(recursive=True)
+        except psutil.NoSuchProcess:
+            children = []
+        if hasattr(os, "killpg"):
+            # The session's group outlives its leader while any child of it is left.
+            with contextlib.suppress(ProcessLookupError, PermissionError):
+                os.killpg(process.pid, signal.SIGKILL)
+        for each in children:
+            with contextlib.suppress(psutil.NoSuchProcess):
+                each.kill()
+        if process.poll() is None:
+            process.kill()
+        process.wait(_FAREWELL)
+        # What is still ending may still be writing into the folder, which goes next.
+        psutil.wait_procs(children, _FAREWELL)
+        if process.stdin is not None:
+            process.stdin.close()
+
+
+@contextlib.contextmanager
+def _interrupts_wait() -> Iterator[None]:
+    """Let a ctrl-C take effect after the block."""
+    handler = signal.getsignal(signal.SIGINT)
+    if threading.current_thread() is not threading.main_thread() or not callable(handler):
+        yield
+        return
+    pressed: list[tuple[int, FrameType | None]] = []
+    signal.signal(signal.SIGINT, lambda number, frame: pressed.append((number, frame)))
     try:
-        children = psutil.Process(process.pid).children(recursive=True)
-    except psutil.NoSuchProcess:
-        children = []
-    if hasattr(os, "killpg"):
-        # The session's group outlives its leader while any child of it is left.
-        with contextlib.suppress(ProcessLookupError, PermissionError):
-            os.killpg(process.pid, signal.SIGKILL)
-    for each in children:
-        with contextlib.suppress(psutil.NoSuchProcess):
-            each.kill()
-    if process.poll() is None:
-        process.kill()
-    process.wait(_FAREWELL)
-    if process.stdin is not None:
-        process.stdin.close()
+        yield
+    finally:
+        signal.signal(signal.SIGINT, handler)
+    if pressed:
+        handler(*pressed[-1])
 
 
 def _watch(

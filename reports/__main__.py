@@ -3,24 +3,66 @@
 from __future__ import annotations
 
 import atexit
+import math
 import os
 import signal
 import sys
+import time
+from types import FrameType
 
 INTERRUPTED = 3
+# One press may come twice: `timeout` and some terminals tell the program and its whole group.
+SAME_PRESS = 0.5
+SHOW_CURSOR = b"\x1b[?25h"  # a bar on the terminal had hidden it
+
+
+class Interrupts:
+    """What a ctrl-C does: the first one is an exception, so that what is done is kept.
+
+    There is no second exception, which would meet the first one's handling and end in a traceback:
+    a later press ends the program at once, and processes that it has started end with it.
+    """
+
+    def __init__(self) -> None:
+        self._first = math.inf
+        self._over = False
+
+    def listen(self) -> None:
+        """Take ctrl-C over, unless whoever started the program had it ignored (a shell's ``&``)."""
+        if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+            signal.signal(signal.SIGINT, self._press)
+
+    def ignore(self) -> None:
+        """All is done and said: a ctrl-C that comes now would only spoil the exit code."""
+        self._over = True
+        signal.signal(signal.SIGINT, signal.SIG_IGN)
+
+    def _press(self, number: int, frame: FrameType | None) -> None:
+        now = time.monotonic()
+        if self._over:
+            return
+        if math.isinf(self._first):
+            self._first = now
+            raise KeyboardInterrupt
+        if now - self._first > SAME_PRESS:
+            cursor = SHOW_CURSOR if os.isatty(2) else b""
+            os.write(2, cursor + b"interrupted again: ended at once\n")
+            os._exit(INTERRUPTED)
 
 
 def main() -> None:
     """Run a command and exit with its code; a ctrl-C while packages are imported is one too."""
+    interrupts = Interrupts()
     try:
+        interrupts.listen()
         from reports.cli import run_command
 
         code = run_command(sys.argv[1:])
+        interrupts.ignore()
     except KeyboardInterrupt:
-        print("interrupted before anything was started", file=sys.stderr)
+        print("interrupted", file=sys.stderr)
         code = INTERRUPTED
-    # All is done and said: a ctrl-C that comes now would only spoil the exit code.
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+        interrupts.ignore()
     try:
         sys.stdout.flush()
     except BrokenPipeError:

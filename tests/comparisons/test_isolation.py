@@ -6,6 +6,7 @@ import os
 import signal
 import subprocess
 import sys
+import tempfile
 import time
 
 import numpy as np
@@ -16,7 +17,7 @@ from comparisons import isolation
 
 # Functions that only the isolated process imports.
 WORK = """
-import os, subprocess, sys, time
+import os, signal, subprocess, sys, time
 import numpy as np
 
 def echo(*values):
@@ -49,6 +50,13 @@ def leaves(path):
         file.write(str(child.pid))
     time.sleep(600)
 
+def interrupts(path):
+    with open(path, "w") as file:
+        file.write(str(os.getpid()))
+    os.kill(os.getppid(), signal.SIGINT)
+    for k in range(10**9):
+        open(os.path.join(sys.argv[1], str(k % 10**4)), "w").close()
+
 def dies():
     print("lost the licence", file=sys.stderr)
     os.abort()
@@ -66,14 +74,15 @@ def strange(tmp_path, monkeypatch):
 def gone(pid: int, within: float = 5.0) -> bool:
     """Whether a process ends soon; a zombie that nobody has waited for is gone, too."""
     deadline = time.monotonic() + within
-    while time.monotonic() < deadline:
+    while True:
         try:
             if psutil.Process(pid).status() == psutil.STATUS_ZOMBIE:
                 return True
         except psutil.NoSuchProcess:
             return True
+        if time.monotonic() > deadline:
+            return False
         time.sleep(0.05)
-    return False
 
 
 def test_arrays_and_numbers_return_bit_for_bit(strange):
@@ -169,6 +178,25 @@ def test_no_orphan_when_the_caller_is_interrupted_or_killed(tmp_path, how):
         assert gone(int(note.read_text()))
     finally:
         caller.kill()
+
+
+@pytest.mark.usefixtures("interruptible")
+def test_a_process_that_interrupts_us_ends_before_its_folder_goes(strange, tmp_path, monkeypatch):
+    """It writes there all the time, and the next ctrl-C comes while it is being ended."""
+    kill, held = os.killpg, tmp_path / "temporary"
+    held.mkdir()
+    monkeypatch.setattr(tempfile, "tempdir", str(held))
+
+    def interrupted_kill(group, how):
+        os.kill(os.getpid(), signal.SIGINT)
+        kill(group, how)
+
+    monkeypatch.setattr(os, "killpg", interrupted_kill)
+    note = tmp_path / "pid"
+    with pytest.raises(KeyboardInterrupt):
+        isolation.run(strange + "interrupts", str(note), seconds=60)
+    assert gone(int(note.read_text()), within=0)
+    assert list(held.iterdir()) == []
 
 
 def test_wrong_calls_are_refused_at_once():

@@ -652,6 +652,73 @@ def test_control_c_is_code_3_and_what_is_done_can_be_gone_on_with(tmp_path):
     assert (tmp_path / "o" / "report.html").exists()
 
 
+INTERRUPTED_WHILE_SPEAKING = """
+import os, signal, sys
+from reports import __main__, cli
+
+class Interrupting:
+    "Sends ctrl-C whenever something is said."
+
+    def write(self, text):
+        os.kill(os.getpid(), signal.SIGINT)
+        return sys.__stderr__.write(text)
+
+    def flush(self):
+        sys.__stderr__.flush()
+
+cli.app = lambda *arguments, **options: os.kill(os.getpid(), signal.SIGINT)
+sys.stderr = Interrupting()
+__main__.main()
+"""
+
+INTERRUPTED_AND_BUSY = """
+import os, signal, sys, time
+from reports import __main__, cli
+
+def busy(*arguments, **options):
+    try:
+        print("started", flush=True)
+        time.sleep(600)
+    finally:
+        time.sleep(600)
+
+cli.app = busy
+__main__.main()
+"""
+
+
+@pytest.mark.usefixtures("interruptible")
+def test_control_c_while_a_control_c_is_dealt_with_is_no_traceback(tmp_path):
+    """A key that is held down, or a method from outside that interrupts us."""
+    done = subprocess.run(
+        [sys.executable, "-c", INTERRUPTED_WHILE_SPEAKING],
+        cwd=tmp_path,
+        env=ENVIRONMENT,
+        capture_output=True,
+        text=True,
+        timeout=120,
+    )
+    assert (done.returncode, done.stderr) == (3, "interrupted\n")
+
+
+@pytest.mark.usefixtures("interruptible")
+def test_a_later_control_c_ends_a_program_that_is_long_in_ending(tmp_path):
+    with subprocess.Popen(
+        [sys.executable, "-c", INTERRUPTED_AND_BUSY],
+        cwd=tmp_path,
+        env=ENVIRONMENT,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    ) as process:
+        assert process.stdout.readline() == "started\n"
+        while process.poll() is None:
+            process.send_signal(signal.SIGINT)
+            time.sleep(0.1)
+        said = process.stderr.read()
+    assert (process.returncode, said) == (3, "interrupted again: ended at once\n")
+
+
 @pytest.mark.parametrize(
     "arguments",
     [
