@@ -127,7 +127,11 @@ class Loading(BaseModel):
         shares = np.arange(1, self.substeps + 1) / self.substeps
         # This form ends in b itself, to the last digit.
         inner = [(1 - shares) * a + shares * b for a, b in pairwise(knots)]
-        return np.concatenate([first, *inner])
+        path = np.concatenate([first, *inner])
+        # A path that passes through zero meets it exactly in every unit of length: it is there that
+        # surfaces touch.
+        path[np.abs(path) <= 4 * np.finfo(float).eps * np.abs(knots).max()] = 0.0
+        return path
 
 
 def read_range(value: Any, dimension: Dimension, order: Order = "loads") -> Any:

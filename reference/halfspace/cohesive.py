@@ -262,8 +262,22 @@ class _Linearised:
 
         system = LinearOperator((weight.size, weight.size), matvec=act, dtype=float)
         rtol = _FORCING * min(1.0, self.error) if whole else _DIRECTION
-        z, _ = minres(system, (weight * right).ravel(), rtol=max(rtol, 1e-12), maxiter=_ROUNDS)
+        z = _solved(system, (weight * right).ravel(), max(rtol, 1e-12))
         return weight * z.reshape(shape) - (self.residual if whole else 0.0)
+
+
+def _solved(system: LinearOperator, right: Field, rtol: float) -> Field:
+    """Solve by MINRES with a right side of about unit size, by a power of two.
+
+    SciPy adds the size of the right side to its estimate of the norm of the matrix and divides the
+    residual by it: a large right side, here a small unit of length, would end the iteration early.
+    """
+    size = float(np.linalg.norm(right))
+    if size == 0:
+        return np.zeros_like(right)
+    unit = 2.0 ** np.round(np.log2(size))
+    z, _ = minres(system, right / unit, rtol=rtol, maxiter=_ROUNDS)
+    return z * unit
 
 
 def _one_cell(shape: tuple[int, int]) -> Field:

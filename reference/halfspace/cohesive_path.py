@@ -159,7 +159,11 @@ def trace(
     length = 1.0
     while not _ended(points, lowest, parted, risen):
         if len(points) >= max_points:
-            raise ConvergenceError(f"the path has not ended after {max_points} points", [])
+            raise ConvergenceError(
+                f"the path has not ended after {max_points} points: the grid may be too coarse "
+                "for the range of the law",
+                [],
+            )
         contact, length = _next(problem, points, units, length, tolerance)
         points.append(contact)
         length = min(1.0, 1.5 * length) if contact.iterations <= _EASY else length

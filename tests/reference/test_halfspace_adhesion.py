@@ -235,6 +235,22 @@ def test_beyond_the_fold_the_bodies_are_parted():
     assert parted.force == pytest.approx(0, abs=1e-9)
 
 
+def held_in(unit: float) -> tuple[float, float]:
+    """Force and stiffness of a ball that adheres, all lengths times `unit`, in the old ones."""
+    operator, r = grid(12, 4.2 * unit, 0.75)
+    law = dugdale(unit / np.pi, 0.5, ramp=0.3)
+    problem = CohesiveProblem(operator, r**2 / (2 * unit), law)
+    contact = problem.at_penetration(0.5 * unit)
+    return contact.force / unit**2, problem.stiffness(contact) / unit
+
+
+def test_units_of_length_cost_no_digit():
+    """Powers of two: bit by bit. A large right side ended SciPy's MINRES early."""
+    here = held_in(1.0)
+    for power in (-40, -20, 20):
+        assert held_in(2.0**power) == here
+
+
 def test_faults_are_listed():
     operator, r = grid(4, 1.0, 1.0)
     with pytest.raises(ValueError, match=r"mask has shape .*; work must be"):
