@@ -7,6 +7,7 @@ import sys
 from pathlib import Path
 
 from reports.crew import ALONE, Crew
+from reports.printable import say
 
 FINE, MISSED = 0, 1
 # What the bars must reach on shapes that had no part in fixing them.
@@ -44,5 +45,5 @@ def calibrate(*, out: Path = Path("roughline-results/calibration"), crew: Crew =
     )
     rule = fitted(found)
     print(f"rule in use: {RULE}; the fitting half gives {rule if rule else 'none'}")
-    print(out / "report.html")
+    say(out / "report.html")
     return FINE if reached.coverage >= COVERAGE and reached.width <= WIDTH else MISSED

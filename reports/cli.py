@@ -24,6 +24,7 @@ from reports.house import foreign_packages
 from reports.merge_command import merge
 from reports.outside import NOTHING, Outside
 from reports.paper_command import paper
+from reports.printable import say
 
 if TYPE_CHECKING:
     from comparisons.planning import Plan
@@ -85,14 +86,14 @@ def run_command(arguments: list[str]) -> int:
 
 
 def _complain(heading: str, lines: list[str]) -> int:
-    print("\n  ".join([heading, *lines]), file=sys.stderr)
+    say("\n  ".join([heading, *lines]), sys.stderr)
     return WRONG_INPUT
 
 
 def _interrupted(why: str, arguments: list[str]) -> int:
     resumes = bool(arguments) and arguments[0] in RESUMABLE
     kept = "; what is done is kept, --resume goes on with it" if resumes else ""
-    print(f"{why}{kept}", file=sys.stderr)
+    say(f"{why}{kept}", sys.stderr)
     return INTERRUPTED
 
 
@@ -241,7 +242,7 @@ def solve(
     else:
         terminal.print_solution(result)
     if not result.converged:
-        print("\n".join(result.reasons), file=sys.stderr)
+        say("\n".join(result.reasons), sys.stderr)
     return FINE if result.converged else LOST
 
 
@@ -410,7 +411,7 @@ def report(directory: Path, *, pictures: bool = True) -> int:
     pictures
         Render 3-D pictures.
     """
-    print(_write_report(directory, pictures))
+    say(_write_report(directory, pictures))
     return FINE
 
 

@@ -8,6 +8,8 @@ from pathlib import Path
 
 from cyclopts import Parameter
 
+from reports.printable import say
+
 
 @Parameter(name="*")
 @dataclass(frozen=True)
@@ -55,7 +57,7 @@ class Outside:
 
         bounds = Limits(self.method_seconds, 1e9 * self.method_gigabytes)
         for notice in add_methods(self.method_file, bounds):
-            print(f"left out: {notice}", file=sys.stderr)
+            say(f"left out: {notice}", sys.stderr)
 
 
 NOTHING = Outside()

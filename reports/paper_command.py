@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from reports.printable import say
+
 FINE = 0
 
 
@@ -30,5 +32,5 @@ def paper(run: Path, *, out: Path, format: str = "pdf", overview: bool = True) -
     from reports.paper.files import write_paper
 
     written = write_paper(study, out, format.split(","), overview=overview)
-    print(f"{len(written)} files in {out}")
+    say(f"{len(written)} files in {out}")
     return FINE

@@ -6,14 +6,16 @@ import os
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
 from rich.markup import escape
 from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.table import Table
+from rich.text import Text
 
 from reports.live import COMPILED, compiled
+from reports.printable import printable
 
 if TYPE_CHECKING:
     from pathlib import Path
@@ -33,7 +35,6 @@ if TYPE_CHECKING:
 
 MANY = 12
 UNFOLDED = 100_000  # columns, more than any line has
-_UNKNOWN = "\N{REPLACEMENT CHARACTER}"
 
 
 @contextmanager
@@ -121,7 +122,7 @@ def _verdict_cells(verdict: Verdict) -> tuple[str, str, str, str]:
 
     words = quantity(verdict.quantity).words
     if verdict.word == "no result":
-        return words, "–", "", _plain(f"no result: {verdict.reason}")
+        return words, "–", "", escape(f"no result: {verdict.reason}")
     step = f"step {verdict.step + 1}" if verdict.step >= 0 else ""
     return words, verdict.number, step, f"{verdict.word} {tolerance(verdict.tolerance)}"
 
@@ -167,7 +168,7 @@ def print_claims(record: ClaimsRecord, report: Path) -> None:
     for claim in record.claims:
         word = f"{claim.verdict}, expected {claim.expected}" if claim.differs else claim.verdict
         cells = (claim.id, claim.equation, word, claim.sentence)
-        table.add_row(*map(_plain, cells), style="bold" if claim.differs else None)
+        table.add_row(*map(escape, cells), style="bold" if claim.differs else None)
     console.print(table)
     console.print(f"\n{report}  ({duration(record.seconds)})", markup=False)
 
@@ -197,7 +198,7 @@ def print_claim_list() -> None:
 
     table = _table("Built-in claims", "id", "equation", "reading", "what it says")
     for claim in headlines():
-        table.add_row(*map(_plain, (claim.id, claim.equation, claim.reading, claim.text)))
+        table.add_row(*map(escape, (claim.id, claim.equation, claim.reading, claim.text)))
     _console().print(table)
 
 
@@ -231,7 +232,7 @@ def status() -> Iterator[Callable[[str], None]]:
         yield lambda text: None
         return
     with console.status("starting") as line:
-        yield lambda text: line.update(_plain(text))
+        yield lambda text: line.update(escape(printable(text)))
 
 
 def print_findings(findings: list[Finding], baseline: Path) -> None:
@@ -277,7 +278,7 @@ def print_advice(found: list[tuple[str, Advice]], *, as_json: bool = False) -> N
             cells = (name, str(each.resolution), duration(each.seconds), each.verdict)
             cells += (each.deciding.text,)
             chosen = "bold" if each is advice.cheapest else ""
-            table.add_row(*map(_plain, cells), style=chosen)
+            table.add_row(*map(escape, cells), style=chosen)
         console.print(table)
     console.print(f"one thread; {machine_text(machine(1))}", markup=False, highlight=False)
 
@@ -288,7 +289,7 @@ def print_hard_cases(record: HardCasesRecord, page: Path) -> None:
     cases: dict[str, dict[str, OutcomeRecord]] = {}
     for outcome in record.outcomes:
         cases.setdefault(outcome.case, {})[outcome.method] = outcome
-    table = _table(f"Hard cases ({record.effort})", "case", *map(_plain, record.methods))
+    table = _table(f"Hard cases ({record.effort})", "case", *map(escape, record.methods))
     table.columns[0].no_wrap = True
     for case, row in cases.items():
         table.add_row(case, *(_outcome_cell(row.get(name)) for name in record.methods))
@@ -331,7 +332,7 @@ def print_scenes() -> None:
     table = _table("Built-in scenes", "name", "title", "suites")
     for name in builtin_names():
         suites = ", ".join(suite for suite, members in SUITES.items() if name in members)
-        table.add_row(name, _plain(load_scene(name).heading), suites)
+        table.add_row(name, escape(load_scene(name).heading), suites)
     _console().print(table)
 
 
@@ -353,14 +354,14 @@ def print_run_comparison(record: RunComparison, page: Path) -> None:
 
     console = _console()
     for note in record.notes:
-        console.print(_plain(note), highlight=False)
+        console.print(escape(note), highlight=False)
     notable = sorted((c for c in record.changes if c.kinds != (SAME,)), key=lambda c: not c.bad)
     table = _table("Solves that changed", "scene", "method", "N", "what", "time")
     for each in notable[: 4 * MANY]:
         before, after = each.seconds
         times = f"{duration(before)}, {duration(after)}" if before > 0 and after > 0 else ""
-        where = _plain(each.scene), _plain(each.method), str(each.resolution or "")
-        words = _plain(each.text.replace("\N{NARROW NO-BREAK SPACE}", " "))
+        where = escape(each.scene), escape(each.method), str(each.resolution or "")
+        words = escape(each.text.replace("\N{NARROW NO-BREAK SPACE}", " "))
         table.add_row(*where, words, times, style="bold" if each.bad else None)
     if notable:
         console.print(table)
@@ -371,6 +372,10 @@ def print_run_comparison(record: RunComparison, page: Path) -> None:
 
 
 class _Terminal(Console):
+    def render_str(self, text: str, **options: Any) -> Text:
+        """Render text of others without what would command the terminal."""
+        return super().render_str(printable(text), **options)
+
     def on_broken_pipe(self) -> None:
         """Tell the caller: rich would end the program with exit code 1."""
         raise BrokenPipeError
@@ -384,15 +389,8 @@ def _console() -> Console:
     return console
 
 
-def _plain(text: str) -> str:
-    """Return text from a scene so that neither rich nor the terminal takes it for commands."""
-    # The narrow space between a number and its unit counts as not printable.
-    kept = (c if c.isprintable() or c == "\N{NARROW NO-BREAK SPACE}" else _UNKNOWN for c in text)
-    return escape("".join(kept))
-
-
 def _table(title: str, *headings: str) -> Table:
-    table = Table(title=_plain(title), title_justify="left", box=None, pad_edge=False)
+    table = Table(title=escape(title), title_justify="left", box=None, pad_edge=False)
     for heading in headings:
         table.add_column(heading, overflow="fold")
     return table

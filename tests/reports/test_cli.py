@@ -558,6 +558,25 @@ def test_help_lists_the_commands_that_exist_and_no_others(roughline):
         assert roughline(command).code == 2
 
 
+@pytest.mark.parametrize(
+    ("arguments", "code"),
+    [
+        (["run", "\x1b[31mred.toml"], 2),
+        (["run", "cone", "--methods", "closed_form", "--no-pictures", "--out", "o\x1b[31mred"], 0),
+        (["report", "\x1b[31mred"], 2),
+        (["check", "cone", "--baseline", "\x1b[31mred.json"], 2),
+    ],
+)
+def test_a_file_name_does_not_command_the_terminal(roughline, tmp_path, arguments, code):
+    """ESC [31m turns what follows red; other sequences move the cursor or name the window."""
+    (tmp_path / "\x1b[31mred.toml").write_text("x = [")
+    found = roughline(*arguments)
+    assert found.code == code
+    said = found.out + found.err
+    assert "\N{REPLACEMENT CHARACTER}[31mred" in said
+    assert "\x1b" not in said
+
+
 def test_run_help_names_every_option_of_the_contract(roughline):
     page = roughline("run", "--help").out
     for option in ("methods", "option", "quick", "full", "plan", "out", "overwrite", "workers"):
