@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -35,7 +35,7 @@ def plan_all(
     Raises
     ------
     InputError
-        Listing every problem of all scenes.
+        Listing every problem of all scenes, or the scenes that no method can do.
     """
     try:
         # On a scene that is right, only what is added can be wrong: told once.
@@ -56,9 +56,41 @@ def plan_all(
         f"{name}: expected different names, two scenes have this one"
         for name in sorted({n for n in seen if seen.count(n) > 1})
     ]
+    problems += _unsolvable(plans)
     if problems:
         raise InputError("\n".join(problems))
     return plans
+
+
+def refuse_unsolvable(plans: Sequence[Plan]) -> None:
+    """Raise InputError for scenes that no method can do, with the reason of every method."""
+    if problems := _unsolvable(plans):
+        raise InputError("\n".join(problems))
+
+
+def _unsolvable(plans: Sequence[Plan]) -> list[str]:
+    """Name the scenes for which no method plans anything: there is nothing to compare.
+
+    Where [compare] methods or --methods leave a scene none, that is told only if they leave every
+    scene none: of a suite they may pick what they can do.
+    """
+    empty = [each for each in plans if not any(method.supported for method in each.methods)]
+    return [
+        f"{each.scene.name}: {_why_none(each)}"
+        for each in empty
+        if each.scene.compare.methods is None or len(empty) == len(plans)
+    ]
+
+
+def _why_none(plan: Plan) -> str:
+    """Return why no method does a scene, methods with the same reason together."""
+    asked = plan.scene.compare.methods
+    reasons: dict[str, list[str]] = {}
+    for each in plan.methods:
+        if asked is None or each.method in asked:
+            reasons.setdefault(each.reason, []).append(each.method)
+    told = "".join(f"\n  {', '.join(names)}: {why}" for why, names in reasons.items())
+    return f"no method{'' if asked is None else ' asked for'} can do this scene{told}"
 
 
 def _members(sources: Iterable[Source]) -> list[Source]:

@@ -334,6 +334,7 @@ def advise(
     from comparisons.decisions import asked_in_vain
     from comparisons.errors import InputError
     from comparisons.planning import plan_scene
+    from comparisons.plans import refuse_unsolvable
     from comparisons.record import record_scene
     from comparisons.scene import load_scene
     from comparisons.solving import solve_plan
@@ -346,6 +347,7 @@ def advise(
     if quantities is not None:
         overrides["compare.quantities"] = [each.strip() for each in quantities.split(",")]
     plans = plan_scene(load_scene(scene, overrides), "full" if full else "quick")
+    refuse_unsolvable(plans)
     records = []
     with terminal.status() as say:
         for plan in plans:

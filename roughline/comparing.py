@@ -13,7 +13,7 @@ from comparisons.advice import Setting, advise
 from comparisons.decisions import MODEL, Verdict, asked_in_vain, verdicts, worst
 from comparisons.errors import InputError
 from comparisons.planning import plan_scene
-from comparisons.plans import Source
+from comparisons.plans import Source, refuse_unsolvable
 from comparisons.record import record_scene
 from comparisons.solving import solve_plan
 from comparisons.store import SceneRecord
@@ -212,8 +212,8 @@ def compare(
     Raises
     ------
     InputError
-        If the scene or what is asked is wrong, or if no method gives a quantity that is asked for.
-        Solves that fail are rows with their reason.
+        If the scene or what is asked is wrong, or if no method can do it or gives a quantity that
+        is asked for. Solves that fail are rows with their reason.
 
     Examples
     --------
@@ -225,6 +225,7 @@ def compare(
     """
     asked = {"tolerance": tolerance, "quantities": quantities, "resolutions": resolutions}
     plans = plan_scene(scene_of(scene, methods, **asked), "full" if full else "quick")
+    refuse_unsolvable(plans)
     found = None
     for each in reversed(plans):
         found = Comparison(record_scene(each, solve_plan(each)), found)

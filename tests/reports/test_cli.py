@@ -228,6 +228,40 @@ def test_problems_of_all_files_come_at_once(roughline, tmp_path):
         assert part in result.err
 
 
+STICKY = BALL.replace(
+    "[loading]", "[adhesion]\nwork = 0.05\n[friction]\ncoefficient = 0.3\n[loading]"
+)
+STICKY = STICKY.replace("penetration = [1e-6, 2e-6]", "force = 1\ntangential_force = 0.1")
+STICKY = STICKY.partition("[compare]")[0]
+
+
+@pytest.mark.parametrize(
+    "command", [["run"], ["run", "--plan"], ["advise"], ["run", "adhesive-ball"]], ids=" ".join
+)
+def test_a_scene_that_no_method_can_do_is_refused_with_every_reason(roughline, tmp_path, command):
+    """Adhesion with friction: methods have one or the other, none both. Nothing is solved."""
+    (tmp_path / "sticky.toml").write_text(STICKY)
+    result = roughline(*command, "sticky.toml")
+    assert result.code == 2
+    assert "steel-ball: no method can do this scene" in result.err
+    assert "reduced, bem_fft: does not model [friction] and [adhesion] in one scene" in result.err
+    assert files(tmp_path) == {"sticky.toml"}
+
+
+def test_a_method_that_can_do_none_of_the_scenes_is_refused(roughline, tmp_path):
+    result = roughline("run", "adhesive-ball", "rubber-ball", "--methods", "fem")
+    assert result.code == 2
+    assert "adhesive-ball: no method asked for can do this scene\n  fem: does not" in result.err
+    assert "rubber-ball: no method asked for" in result.err
+    assert files(tmp_path) == set()
+
+
+def test_a_method_that_can_do_some_of_the_scenes_is_planned_for_them(roughline):
+    result = roughline("run", "adhesive-ball", "paraboloid", "--methods", "fem", "--plan")
+    assert result.code == 0
+    assert "does not model [adhesion]" in result.out
+
+
 def test_a_file_in_the_place_of_a_folder(roughline, tmp_path, ball):
     (tmp_path / "file").write_text("mine")
     before = files(tmp_path)
