@@ -72,11 +72,17 @@ class Verdict:
         return fmt.plus_minus(self.error, self.uncertainty)
 
     @property
+    def when(self) -> str:
+        """The load step that decided: "load step 4", "last load"; "" where it means nothing."""
+        if self.at == LAST_LOAD:
+            return LAST_LOAD
+        return f"load step {self.step + 1}" if self.step >= 0 and self.number != "round-off" else ""
+
+    @property
     def where(self) -> str:
-        """The load step and what was equal there: "load step 4, equal force"; "" if not known."""
-        parts = [f"load step {self.step + 1}"] if self.step >= 0 and self.at != LAST_LOAD else []
-        parts += [f"equal {fmt.quantity(self.at).words}"] if self.at in fmt.QUANTITIES else []
-        return ", ".join(parts) if self.at != LAST_LOAD else LAST_LOAD
+        """That step and what was equal there: "load step 4, equal force"."""
+        equal = f"equal {fmt.quantity(self.at).words}" if self.at in fmt.QUANTITIES else ""
+        return ", ".join(filter(None, [self.when, equal]))
 
     @property
     def text(self) -> str:
@@ -84,8 +90,7 @@ class Verdict:
         words = fmt.quantity(self.quantity).words
         if self.word == NO_RESULT:
             return f"{words}: {self.reason}"
-        said = self.step >= 0 and self.at != LAST_LOAD and self.number != "round-off"
-        return f"{words} {self.number}" + (f" at load step {self.step + 1}" if said else "")
+        return f"{words} {self.number}" + (f" at {self.when}" if self.when else "")
 
 
 def worst(items: Iterable[Verdict]) -> Verdict:

@@ -122,6 +122,8 @@ def plan_scene(scene: Scene, effort: Effort = "quick") -> list[Plan]:
     ------
     SceneError
         If the geometry cannot be prepared, or the scene does not fit into memory.
+    InputError
+        If a method from a user's file breaks when it is asked for its plan.
     """
     _check_size(scene)
     plans = [_plan(scene, effort)]
@@ -214,7 +216,7 @@ def _plan(scene: Scene, effort: Effort) -> Plan:
     draft = _draft(scene, effort)
     geometry, loads, realisations = draft.geometry, draft.loads, draft.realisations
     asked = _asked(scene)
-    methods = tuple(_plan_method(draft, name) for name in METHODS)
+    methods = tuple(_plan_methods(draft))
     notes = (
         [*geometry.treatment, *surface_notes(geometry)]
         if isinstance(geometry, RoughGeometry)
@@ -239,11 +241,25 @@ def _plan(scene: Scene, effort: Effort) -> Plan:
     )
 
 
+def _plan_methods(draft: Plan) -> Iterable[MethodPlan]:
+    """Yield the plan of every method; all that broke is told at once."""
+    broken = []
+    for name in METHODS:
+        try:
+            yield _plan_method(draft, name)
+        except InputError as error:
+            broken.append(str(error))
+    if broken:
+        raise InputError("\n".join(broken))
+
+
 def _plan_method(draft: Plan, name: str) -> MethodPlan:
     scene, method = draft.scene, method_for(name, draft.scene)
     if scene.compare.methods is not None and name not in scene.compare.methods:
         return MethodPlan(name, False, "not asked for")
     support = _support(draft, name)
+    if support.broken and method.given:
+        raise InputError(f"--method-file: {name}: {scene.name}: {support.reason}")
     if not support.ok:
         return MethodPlan(name, False, support.reason)
     planned = method.resolutions(scene, draft.geometry)

@@ -13,7 +13,7 @@ from typing import Any
 from comparisons import formatting as fmt
 from comparisons import selection
 from comparisons.advice import advise
-from comparisons.decisions import Verdict, second_rows, verdicts
+from comparisons.decisions import MODEL, Verdict, judged_methods, second_rows, verdicts
 from comparisons.store import SceneRecord, StudyRecord
 from comparisons.verdicts import NO_RESULT, NOT_RESOLVED, OUTSIDE, WITHIN
 from comparisons.writing import write_text
@@ -29,7 +29,7 @@ from reports import (
 )
 from reports.claims_beside import FOLDER, ClaimsBeside, claims_beside
 from reports.claims_page import CLASSES as VERDICT_CLASSES
-from reports.figure_style import Figure
+from reports.figure_style import Figure, style
 from reports.page import render
 from reports.summary import Summary, compared_methods, summary, times_to_errors
 
@@ -49,6 +49,7 @@ class SceneView:
     record: SceneRecord
     anchor: str
     verdicts: dict[str, Verdict]
+    judged: dict[str, dict[str, Verdict]]
     at_other_load: list[Verdict]
     answer: str
     plan: list[dict[str, Any]]
@@ -146,7 +147,8 @@ def _views(record: StudyRecord, with_pictures: bool) -> list[SceneView]:
 
 
 def _view(scene: SceneRecord, anchor: str, picture: pictures.Picture) -> SceneView:
-    found = verdicts(scene)
+    judged = {name: verdicts(scene, name) for name in judged_methods(scene)}
+    found = next(iter(judged.values()))
     reduced = model_figure.reduced_picture(scene)
     advice = advise(scene)
     if reduced and picture.note == pictures.NOTHING:
@@ -155,6 +157,10 @@ def _view(scene: SceneRecord, anchor: str, picture: pictures.Picture) -> SceneVi
         record=scene,
         anchor=anchor,
         verdicts={each.quantity: each for each in found},
+        judged={
+            "" if name == MODEL else style(name).label: {each.quantity: each for each in items}
+            for name, items in judged.items()
+        },
         at_other_load=second_rows(scene),
         answer=advice.sentence,
         plan=tables.plan_rows(scene),

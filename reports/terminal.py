@@ -123,8 +123,7 @@ def _verdict_cells(verdict: Verdict) -> tuple[str, str, str, str]:
     words = quantity(verdict.quantity).words
     if verdict.word == "no result":
         return words, "–", "", escape(f"no result: {verdict.reason}")
-    step = f"step {verdict.step + 1}" if verdict.step >= 0 else ""
-    return words, verdict.number, step, f"{verdict.word} {tolerance(verdict.tolerance)}"
+    return words, verdict.number, verdict.when, f"{verdict.word} {tolerance(verdict.tolerance)}"
 
 
 def print_solution(result: SingleResult) -> None:

@@ -10,7 +10,7 @@ import pandas as pd
 from comparisons import formatting as fmt
 from comparisons import selection
 from comparisons.advice import Setting, advise
-from comparisons.decisions import MODEL, Verdict, asked_in_vain, verdicts, worst
+from comparisons.decisions import Verdict, asked_in_vain, judged_methods, verdicts, worst
 from comparisons.errors import InputError
 from comparisons.planning import plan_scene
 from comparisons.plans import Source, refuse_unsolvable
@@ -79,9 +79,12 @@ class Comparison:
         """Solves that were planned and have no answer, with their reasons."""
         return lost_solves(self.record)
 
-    def judged(self, method: str = MODEL) -> Verdict:
-        """Return the deciding verdict on a method at its finest resolution, with its numbers."""
-        return worst(verdicts(self.record, method))
+    def judged(self, method: str | None = None) -> Verdict:
+        """Return the deciding verdict on a method at its finest resolution, with its numbers.
+
+        Default: the reduced model, or a method of yours where that was not asked for.
+        """
+        return worst(verdicts(self.record, method or judged_methods(self.record)[0]))
 
     def table(self) -> pd.DataFrame:
         """Return one row per method, resolution and compared quantity.

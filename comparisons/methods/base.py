@@ -30,10 +30,15 @@ from comparisons.scene import Scene
 
 @dataclass(frozen=True)
 class Support:
-    """Whether a method can do a scene, and why (not)."""
+    """Whether a method can do a scene, and why (not).
+
+    A method from outside may be `broken`: it raised, hung or answered nonsense when it was asked.
+    That is no refusal.
+    """
 
     ok: bool
     reason: str = ""
+    broken: bool = False
 
 
 @dataclass(frozen=True)
@@ -203,6 +208,8 @@ class Method:
     peer = False
     # A user's code, untrusted: it is judged, and takes no part in what the truth is.
     external = False
+    # Given by name for this command: where it breaks, that is an error and no reason to go on.
+    given = False
     # What tells one version of such code from another.
     identity = ""
 

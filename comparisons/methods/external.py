@@ -81,10 +81,15 @@ class ExternalMethod(Method):
         self._stuck = 0
         self._plans: dict[str, dict[str, Any]] = {}
 
+    @property
+    def given(self) -> bool:
+        """Whether a user named its file for this command; an installed package nobody asked for."""
+        return self.origin.source.startswith("file:")
+
     def supports(self, scene: Scene) -> Support:
         """Ask the method; one that hangs, raises or answers nonsense supports nothing."""
         plan = self._plan(scene)
-        return Support(plan["ok"], plan["reason"])
+        return Support(plan["ok"], plan["reason"], broken=plan.get("broken", False))
 
     def resolutions(self, scene: Scene, geometry: Geometry) -> tuple[int, ...]:
         """Return what the method would use."""
@@ -100,9 +105,8 @@ class ExternalMethod(Method):
         if key not in self._plans:
             seconds = min(PLAN_SECONDS, self.origin.seconds)
             outcome = self._ask("plan", scene, seconds=seconds)
-            self._plans[key] = (
-                _checked_plan(outcome.answer) if outcome.ok else _no(f"planning {_told(outcome)}")
-            )
+            broken = None if outcome.ok else _broken(f"planning {_told(outcome)}")
+            self._plans[key] = broken or _checked_plan(outcome.answer)
         return self._plans[key]
 
     def _ask(self, question: str, *arguments: Any, seconds: float) -> isolation.Outcome:
@@ -277,6 +281,10 @@ def _no(reason: str) -> dict[str, Any]:
     return {"ok": False, "reason": reason}
 
 
+def _broken(reason: str) -> dict[str, Any]:
+    return _no(reason) | {"broken": True}
+
+
 def _checked_plan(answer: dict[str, Any]) -> dict[str, Any]:
     """Return a plan whose parts are what they should be, or one that refuses."""
     if answer.get("ok") is not True:
@@ -284,7 +292,7 @@ def _checked_plan(answer: dict[str, Any]) -> dict[str, Any]:
     levels = answer.get("resolutions")
     usable = isinstance(levels, list) and 1 <= len(levels) <= MOST_RESOLUTIONS
     if not usable or not all(type(n) is int and 1 <= n <= 2**20 for n in levels):
-        return _no(f"malformed answer: resolutions are {_text(levels)}")
+        return _broken(f"malformed answer: resolutions are {_text(levels)}")
     model = _text(answer.get("model", ""))
     return {"ok": True, "reason": _text(answer.get("reason", "")), "resolutions": levels} | {
         "model": model

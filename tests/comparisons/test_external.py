@@ -15,6 +15,7 @@ from comparisons import isolation, method_names
 from comparisons.archive import arrays_of
 from comparisons.claims.claim import ClaimError, about_method, load_claims
 from comparisons.claims.runner import _repeats
+from comparisons.decisions import judged_methods
 from comparisons.errors import InputError
 from comparisons.execution import execute
 from comparisons.hard_cases.catalogue import CASES
@@ -22,10 +23,14 @@ from comparisons.hard_cases.run import run_case
 from comparisons.methods import METHODS, Solution, external, external_work
 from comparisons.methods.external import ExternalMethod, Limits, Origin, add_methods, registered
 from comparisons.planning import plan_scene, task_of
+from comparisons.record import record_scene
 from comparisons.reference import references
 from comparisons.scene import load_scene
-from comparisons.store import load_study
+from comparisons.solving import solve_plan
+from comparisons.store import StudyRecord, load_study
 from reports.cli import run_command
+from reports.html import page
+from reports.terminal import print_study
 
 EXAMPLE = Path(__file__).resolve().parents[2] / "docs" / "examples" / "winkler.py"
 
@@ -464,3 +469,55 @@ def test_classes_and_functions_are_found_and_imported_ones_are_not(tmp_path):
         {"name": "own", "title": "", "dimension": 1},
         {"name": "step", "title": "step", "dimension": 3, "physics": ["sliding"]},
     ]
+
+
+# --- its verdict ------------------------------------------------------------------------------
+
+
+def test_a_method_of_ones_own_has_its_verdict_beside_the_reduced_model(capsys, tmp_path):
+    """The springs carry 3 pi/4 times the force of Hertz: outside, by 136 %.
+
+    Solved in this process: starting one of its own is tested above, and takes seconds.
+    """
+    own = external_work._method(f"file:{EXAMPLE}", "winkler")
+    own.external = True
+    METHODS["winkler"] = own
+    method_names.register_method("winkler", "Winkler foundation", 3)
+    few = {"compare.methods": ["closed_form", "reduced", "winkler"]}
+    (plan,) = plan_scene(load_scene("paraboloid", few))
+    scene = record_scene(plan, solve_plan(plan, repeats=1))
+    assert judged_methods(scene) == ["reduced", "winkler"]
+    study = StudyRecord(tmp_path, "2026-01-31T12:00:00", "", "quick", 1.0, {}, {}, (scene,))
+    print_study(study, [])
+    told = capsys.readouterr().out
+    (row,) = [each for each in told.splitlines() if "140\u202f%" in each and "For" not in each]
+    assert told.index("The Winkler foundation") < told.index(row)
+    assert "outside 1\u202f%" in row
+    assert "outside: Winkler foundation (force 140\u202f% at load step" in told
+    table = page(study, with_pictures=False).split('id="verdict-table"')[1].split("</table>")[0]
+    assert table.count("winkler") == 1
+
+
+def test_a_method_that_breaks_while_it_plans_is_an_error_not_a_refusal(monkeypatch):
+    """A typing error in `refuses` used to leave the method out, with exit code 0.
+
+    That of an installed package, which nobody asked for, is left out still.
+    """
+    outcomes = {
+        "mine": isolation.Outcome("raised", reason="AttributeError: no attribute 'indentor'"),
+        "odd": isolation.Outcome("answered", answer={"ok": True, "resolutions": [0]}),
+    }
+    monkeypatch.setattr(isolation, "run", lambda work, source, name, *a, **k: outcomes[name])
+    for source in ("file:x", "entry:x"):
+        for name in outcomes:
+            METHODS[name] = ExternalMethod(Origin(source, name, name, 3, "", 1.0, 1e9))
+            method_names.register_method(name, name, 3)
+        scene = load_scene("paraboloid", {"compare.methods": ["closed_form", *outcomes]})
+        if source == "file:x":
+            with pytest.raises(InputError) as caught:
+                plan_scene(scene)
+            first, second = str(caught.value).splitlines()
+            assert first.startswith("--method-file: mine: paraboloid: planning raised: Attribute")
+            assert second.endswith("malformed answer: resolutions are [0]")
+    refused = {each.method: each.reason for each in plan_scene(scene)[0].methods}
+    assert "planning raised" in refused["mine"]

@@ -92,8 +92,7 @@ def assert_one_voice(scene, folder, capsys):
             continue
         asked = fmt.tolerance(scene.tolerance)
         quantity = fmt.quantity(item.quantity).words
-        step = f" step {item.step + 1}" if item.step >= 0 else ""
-        assert words(f"{quantity} {item.number}{step} {item.word} {asked}") in run
+        assert words(f"{quantity} {item.number} {item.when} {item.word} {asked}") in run
         assert words(f"{item.word} {item.number}") in page
         number = error_with_bar(item.error, item.uncertainty)
         assert row[1:4] == (quantity, number, f"{item.word} {asked}")
