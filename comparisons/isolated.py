@@ -13,6 +13,7 @@ import threading
 import traceback
 from collections.abc import Callable
 from pathlib import Path
+from queue import SimpleQueue
 from typing import Any
 
 import numpy as np
@@ -20,6 +21,7 @@ import numpy as np
 from comparisons.isolation import (
     ANSWER,
     DOCUMENT,
+    DONE,
     ERROR,
     MALFORMED,
     OUT_OF_MEMORY,
@@ -32,9 +34,18 @@ from comparisons.isolation import (
 _PR_SET_PDEATHSIG = 1
 
 
-def main(folder: Path) -> None:
+def main(folder: Path, *, stays: bool) -> None:
+    """Do the work of a folder whenever it is said to be there: once, or for as long as we live."""
+    calls = _calls_of_parent()
+    while calls.get():
+        _answer(folder)
+        if not stays:
+            return
+        (folder / DONE).touch()
+
+
+def _answer(folder: Path) -> None:
     """Do the work of a folder and write its answer, or its error, beside it."""
-    _end_with_parent()
     try:
         # The pickle is our own: the parent wrote it a moment ago.
         work, arguments, memory = pickle.loads((folder / WORK).read_bytes())  # noqa: S301
@@ -104,22 +115,24 @@ def _limit_address_space(memory: float | None) -> None:
         resource.setrlimit(resource.RLIMIT_AS, (limit, hard))
 
 
-def _end_with_parent() -> None:
-    """End this process when the one that started it is gone, even by a kill."""
+def _calls_of_parent() -> SimpleQueue[bytes]:
+    """Return the calls as they come; end this process when its parent is gone, even by a kill."""
     if sys.platform == "linux":
         # At once, even while compiled code holds the interpreter.
         ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
     # Our own handle of the pipe: work that reads or closes standard input does no harm.
     pipe = os.dup(0)
     os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
-    threading.Thread(target=_wait_for_end_of, args=(pipe,), daemon=True).start()
+    calls: SimpleQueue[bytes] = SimpleQueue()
+    threading.Thread(target=_listen, args=(pipe, calls), daemon=True).start()
+    return calls
 
 
-def _wait_for_end_of(pipe: int) -> None:
-    while os.read(pipe, 1):
-        pass
+def _listen(pipe: int, calls: SimpleQueue[bytes]) -> None:
+    while call := os.read(pipe, 1):
+        calls.put(call)
     os._exit(1)
 
 
 if __name__ == "__main__":
-    main(Path(sys.argv[1]))
+    main(Path(sys.argv[1]), stays="stays" in sys.argv[2:])

@@ -15,7 +15,8 @@ The contract
   the caller says ``finite=False`` (solutions mark failed steps with NaN).
 - It runs in ``sys.executable`` started afresh (no fork: no inherited threads, locks or compiled
   code), with one thread for OpenMP, BLAS and Numba, the caller's working directory, its import
-  path, its standard error kept for the reason, its standard output discarded.
+  path, its standard error kept for the reason, its standard output discarded. A caller may keep
+  the process under a name for its next call (``kept``); one that gave no answer is never kept.
 - **Limits**: wall-clock seconds and bytes of resident memory of the process with its children,
   both including start-up and imports. Address space is limited too, to four times the memory and
   8 GiB for the libraries, where the system knows such limits, so that one absurd allocation
@@ -29,6 +30,7 @@ The contract
 
 from __future__ import annotations
 
+import atexit
 import contextlib
 import json
 import os
@@ -54,13 +56,14 @@ ANSWERED, RAISED, HUNG, OUT_OF_MEMORY, KILLED, MALFORMED = (
 )
 Ended = Literal["answered", "raised", "hung", "out of memory", "killed", "malformed"]
 # Names of the files through which the two processes speak, and of the JSON part of an answer.
-WORK, ANSWER, ERROR, DOCUMENT = "work.pickle", "answer.npz", "error.json", "json"
+WORK, ANSWER, ERROR, DONE = "work.pickle", "answer.npz", "error.json", "done"
+DOCUMENT = "json"
 ONE_THREAD = (
     *("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"),
     *("VECLIB_MAXIMUM_THREADS", "BLIS_NUM_THREADS", "NUMEXPR_NUM_THREADS"),
 )
-# Seconds between looks at the memory, and that a killed process may take to go.
-_LOOK, _FAREWELL = 0.05, 10.0
+# Seconds between looks at the memory (at first, later), and that a killed process may take to go.
+_SHORTEST_LOOK, _LOOK, _FAREWELL = 0.002, 0.05, 10.0
 _LIBRARIES = 8 * 2**30
 
 
@@ -100,6 +103,7 @@ def run(
     seconds: float | None = None,
     memory: float | None = None,
     finite: bool = True,
+    kept: str = "",
 ) -> Outcome:
     """Call a function in a process of its own, and say how it ended. See the module's contract.
 
@@ -113,6 +117,9 @@ def run(
         Limits: wall-clock seconds, bytes of resident memory. None is no limit.
     finite : bool
         Refuse an answer that holds NaN or infinities.
+    kept : str
+        A name under which the process is kept for the next call, as long as it answers; by
+        default it ends after this one.
 
     Raises
     ------
@@ -128,20 +135,21 @@ def run(
     'raised'
     """
     _check(work, seconds, memory)
-    # A process that has escaped from its parent may go on writing there: no error of ours.
-    with tempfile.TemporaryDirectory(prefix="roughline-", ignore_cleanup_errors=True) as name:
-        folder = Path(name)
-        (folder / WORK).write_bytes(pickle.dumps((work, arguments, memory)))
-        start = time.perf_counter()
-        with (folder / "stderr").open("wb") as errors, _process(folder, errors) as process:
-            stopped, peak = _watch(process, start, seconds, memory)
-        spent = time.perf_counter() - start
-        if stopped:
-            limit = f"{seconds:.3g} s" if stopped == HUNG else f"{(memory or 0) / 1e9:.3g} GB"
-            why = "no answer within" if stopped == HUNG else "more memory than"
-            return Outcome(stopped, {}, f"{why} {limit}", spent, peak)
-        ended, answer, reason = _read(folder, process.returncode, finite)
-        return Outcome(ended, answer, reason, spent, peak)
+    process = _kept.pop(kept, None)
+    if process is None or not process.is_ours():
+        process = _Process(stays=bool(kept))
+    outcome = None
+    try:
+        outcome = process.call((work, arguments, memory), seconds, finite)
+    finally:
+        if kept and outcome is not None and outcome.ok:
+            _kept[kept] = process
+        else:
+            process.end()
+    if outcome.ended == OUT_OF_MEMORY and process.calls > 1:
+        # Perhaps for what earlier calls have left there.
+        return run(work, *arguments, seconds=seconds, memory=memory, finite=finite, kept=kept)
+    return outcome
 
 
 def address_space(memory: float) -> int:
@@ -161,26 +169,73 @@ def _check(work: str, seconds: float | None, memory: float | None) -> None:
         raise ValueError("; ".join(problems))
 
 
-@contextlib.contextmanager
-def _process(folder: Path, errors: Any) -> Iterator[subprocess.Popen[bytes]]:
-    """Start the process, and leave nothing of it behind however the block ends."""
-    root = str(Path(__file__).resolve().parents[1])
-    paths = [root, *(path for path in sys.path if path)]
-    environment = os.environ | dict.fromkeys(ONE_THREAD, "1")
-    environment["PYTHONPATH"] = os.pathsep.join(dict.fromkeys(paths))
-    process = subprocess.Popen(  # noqa: S603 (our own interpreter and module)
-        [sys.executable, "-P", "-m", "comparisons.isolated", str(folder)],
-        # The open pipe tells the process that we live; it ends itself when the pipe closes.
-        stdin=subprocess.PIPE,
-        stdout=subprocess.DEVNULL,
-        stderr=errors,
-        env=environment,
-        start_new_session=True,  # ctrl-C in the terminal is ours alone
-    )
-    try:
-        yield process
-    finally:
-        _kill(process)
+class _Process:
+    """A process started afresh, and the folder through which its work and its answers go."""
+
+    def __init__(self, *, stays: bool) -> None:
+        self.calls = 0
+        self._stays = stays
+        self._caller = os.getpid()
+        # One that has escaped from its parent may go on writing there: no error of ours.
+        self._holder = tempfile.TemporaryDirectory(prefix="roughline-", ignore_cleanup_errors=True)
+        self._folder = Path(self._holder.name)
+        root = str(Path(__file__).resolve().parents[1])
+        paths = [root, *(path for path in sys.path if path)]
+        environment = os.environ | dict.fromkeys(ONE_THREAD, "1")
+        environment["PYTHONPATH"] = os.pathsep.join(dict.fromkeys(paths))
+        how = ["stays"] if stays else []
+        with (self._folder / "stderr").open("wb") as errors:
+            self._process = subprocess.Popen(  # noqa: S603 (our own interpreter and module)
+                [sys.executable, "-P", "-m", "comparisons.isolated", str(self._folder), *how],
+                # The open pipe tells the process that we live; it ends itself when the pipe
+                # closes. A byte tells it that there is work.
+                stdin=subprocess.PIPE,
+                stdout=subprocess.DEVNULL,
+                stderr=errors,
+                env=environment,
+                start_new_session=True,  # ctrl-C in the terminal is ours alone
+            )
+
+    def is_ours(self) -> bool:
+        """Tell whether it lives, and was started by this process, not by one that we copy."""
+        return self._caller == os.getpid() and self._process.poll() is None
+
+    def call(self, task: tuple[Any, ...], seconds: float | None, finite: bool) -> Outcome:
+        """Hand over (work, arguments, memory), and wait for the answer or the end."""
+        self.calls += 1
+        for name in (ANSWER, ERROR, DONE):
+            (self._folder / name).unlink(missing_ok=True)
+        (self._folder / WORK).write_bytes(pickle.dumps(task))
+        start, memory = time.perf_counter(), task[-1]
+        assert self._process.stdin is not None
+        with contextlib.suppress(BrokenPipeError):  # it has ended: that is seen at once
+            self._process.stdin.write(b"!")
+            self._process.stdin.flush()
+        done = self._folder / DONE if self._stays else None
+        stopped, peak = _watch(self._process, done, start, seconds, memory)
+        spent = time.perf_counter() - start
+        if stopped:
+            limit = f"{seconds:.3g} s" if stopped == HUNG else f"{(memory or 0) / 1e9:.3g} GB"
+            why = "no answer within" if stopped == HUNG else "more memory than"
+            return Outcome(stopped, {}, f"{why} {limit}", spent, peak)
+        ended, answer, reason = _read(self._folder, self._process.poll() or 0, finite)
+        return Outcome(ended, answer, reason, spent, peak)
+
+    def end(self) -> None:
+        """Leave nothing of it behind."""
+        if self._caller == os.getpid():
+            _kill(self._process)
+            self._holder.cleanup()
+
+
+# Processes between two calls, by the name under which they are kept.
+_kept: dict[str, _Process] = {}
+
+
+@atexit.register
+def _end_kept() -> None:
+    while _kept:
+        _kept.popitem()[1].end()
 
 
 def _kill(process: subprocess.Popen[bytes]) -> None:
@@ -224,21 +279,31 @@ def _interrupts_wait() -> Iterator[None]:
 
 
 def _watch(
-    process: subprocess.Popen[bytes], start: float, seconds: float | None, memory: float | None
+    process: subprocess.Popen[bytes],
+    done: Path | None,
+    start: float,
+    seconds: float | None,
+    memory: float | None,
 ) -> tuple[Ended | None, float]:
-    """Wait for the end; return the limit that was passed, if any, and the peak of memory."""
-    peak = 0.0
+    """Wait until the process ends or says `done`; return the limit that was passed, and the peak.
+
+    The limit is None where none was passed; the peak is that of memory.
+    """
+    peak, look = 0.0, _SHORTEST_LOOK
     while True:
         try:
-            process.wait(_LOOK)
+            process.wait(look)
         except subprocess.TimeoutExpired:
             peak = max(peak, _resident(process.pid))
         else:
+            return None, peak
+        if done is not None and done.exists():
             return None, peak
         if memory is not None and peak > memory:
             return OUT_OF_MEMORY, peak
         if seconds is not None and time.perf_counter() - start > seconds:
             return HUNG, peak
+        look = min(2 * look, _LOOK)
 
 
 def _resident(pid: int) -> float:

@@ -1,4 +1,4 @@
-"""Methods from outside: a Python file or an entry point, each call in a process of its own.
+"""Methods from outside: a Python file or an entry point, each source in a process of its own.
 
 Nothing of their code is imported here. What comes back is untrusted: names, shapes and numbers are
 checked, and whatever is wrong becomes the reason of the method's own rows. A method from outside is
@@ -121,6 +121,7 @@ class ExternalMethod(Method):
             seconds=seconds,
             memory=self.origin.memory,
             finite=False,
+            kept=f"{self.origin.source} {self.identity}",
         )
         stuck = outcome.ended in (isolation.HUNG, isolation.OUT_OF_MEMORY)
         self._stuck = self._stuck + 1 if stuck else 0
@@ -209,17 +210,28 @@ def registered() -> dict[str, Method]:
 def _add(source: str, limits: Limits, problems: list[str]) -> None:
     from comparisons.methods import METHODS
 
-    outcome = isolation.run(
-        f"{WORK}:describe", source, seconds=PLAN_SECONDS, memory=limits.memory, finite=False
-    )
     kind, _, where = source.partition(":")
     label = f"--method-file: {where}" if kind == "file" else f"the installed method {where!r}"
+    try:
+        digest = _digest(source)
+    except (ValueError, OSError) as error:
+        problems.append(f"{label}: {_text(error)}")
+        return
+    outcome = isolation.run(
+        f"{WORK}:describe",
+        source,
+        seconds=PLAN_SECONDS,
+        memory=limits.memory,
+        finite=False,
+        kept=f"{source} {digest}",
+    )
     if not outcome.ok:
         problems.append(f"{label}: {_told(outcome)}")
         return
     try:
-        origins = [_origin(source, each, limits) for each in json.loads(outcome.answer["methods"])]
-    except (KeyError, TypeError, ValueError, OSError) as error:
+        told = json.loads(outcome.answer["methods"])
+        origins = [_origin(source, digest, each, limits) for each in told]
+    except (KeyError, TypeError, ValueError) as error:
         problems.append(f"{label}: {_text(error)}")
         return
     for origin in origins:
@@ -233,7 +245,7 @@ def _add(source: str, limits: Limits, problems: list[str]) -> None:
     os.environ[VARIABLE] = json.dumps([asdict(each) for each in own])
 
 
-def _origin(source: str, found: Any, limits: Limits) -> Origin:
+def _origin(source: str, digest: str, found: Any, limits: Limits) -> Origin:
     """Check what a method calls itself.
 
     Raises
@@ -253,9 +265,7 @@ def _origin(source: str, found: Any, limits: Limits) -> Origin:
         known = ", ".join(PHYSICS)
         raise ValueError(f"physics: expected tables among {known}, got {physics!r:.60}")
     title = _text(title)[:60] or name
-    return Origin(
-        source, name, title, dimension, _digest(source), **asdict(limits), physics=tuple(physics)
-    )
+    return Origin(source, name, title, dimension, digest, **asdict(limits), physics=tuple(physics))
 
 
 def _digest(source: str) -> str:

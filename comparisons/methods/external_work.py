@@ -9,6 +9,7 @@ import importlib.util
 import inspect
 import json
 import sys
+from functools import lru_cache
 from importlib import metadata
 from pathlib import Path
 from typing import Any
@@ -61,8 +62,9 @@ def _method(source: str, name: str) -> Method:
     return found
 
 
+@lru_cache(maxsize=1)
 def _methods(source: str) -> list[Method]:
-    """Return the methods of ``file:PATH`` or ``entry:NAME``, as instances."""
+    """Return the methods of ``file:PATH`` or ``entry:NAME``, as instances; loaded once."""
     kind, _, where = source.partition(":")
     if kind == "entry":
         (point,) = metadata.entry_points(group=GROUP, name=where)

@@ -57,6 +57,17 @@ def interrupts(path):
     for k in range(10**9):
         open(os.path.join(sys.argv[1], str(k % 10**4)), "w").close()
 
+counted = []
+
+def counts():
+    counted.append(1)
+    return {"calls": len(counted), "pid": os.getpid()}
+
+def holds(size):
+    counted.append(np.ones(size // 8))
+    time.sleep(0.2)
+    return {"calls": len(counted), "pid": os.getpid()}
+
 def dies():
     print("lost the licence", file=sys.stderr)
     os.abort()
@@ -197,6 +208,47 @@ def test_a_process_that_interrupts_us_ends_before_its_folder_goes(strange, tmp_p
         isolation.run(strange + "interrupts", str(note), seconds=60)
     assert gone(int(note.read_text()), within=0)
     assert list(held.iterdir()) == []
+
+
+# --- kept between calls -------------------------------------------------------------------------
+
+
+@pytest.fixture
+def called(strange):
+    """Return a caller of one kept process, which ends with the test."""
+    yield lambda work, *arguments, **limits: isolation.run(
+        strange + work, *arguments, **({"seconds": 60, "kept": "test"} | limits)
+    )
+    isolation._end_kept()
+
+
+def test_a_kept_process_answers_again_and_ends_when_told(called):
+    """Python and the packages are started once, not for every resolution."""
+    first, second = called("counts").answer, called("counts").answer
+    assert (first["calls"], second["calls"]) == (1, 2)
+    assert first["pid"] == second["pid"]
+    assert called("counts", kept="").answer["calls"] == 1
+    isolation._end_kept()
+    assert gone(first["pid"], within=0)
+
+
+@pytest.mark.parametrize(
+    ("work", "ended"),
+    [("raises", isolation.RAISED), ("dies", isolation.KILLED), ("objects", isolation.MALFORMED)],
+)
+def test_a_process_that_has_failed_is_not_asked_again(called, work, ended):
+    before = called("counts").answer["pid"]
+    assert called(work).ended == ended
+    assert gone(before, within=0)
+    assert called("counts").answer["calls"] == 1
+
+
+@pytest.mark.slow
+def test_memory_that_earlier_calls_hold_is_not_held_against_a_later_one(called):
+    """Twice 0.35 GB under a limit of 0.6 GB: the second has a process of its own."""
+    answers = [called("holds", 350_000_000, memory=6e8).answer for _ in range(2)]
+    assert [answer["calls"] for answer in answers] == [1, 1]
+    assert answers[0]["pid"] != answers[1]["pid"]
 
 
 def test_wrong_calls_are_refused_at_once():
