@@ -58,7 +58,7 @@ def fft_share(case: bem_cases.Case) -> float:
     tasks: dict[str, Callable[[], object]] = {"solve": solve}
     for name in ("float32", "float64"):
         field = np.ones(operator.shape, name)
-        tasks[name] = partial(operator.convolution(name), field, np.empty_like(field))
+        tasks[name] = partial(operator.convolution(name), field)
     times = interleaved(tasks, 5, time.process_time)
     cost = {name: float(np.median(each)) for name, each in times.items()}
     return (single * cost["float32"] + double * cost["float64"]) / cost["solve"]

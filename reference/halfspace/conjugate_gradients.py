@@ -156,7 +156,7 @@ def _refresh(problem: Problem, state: State, tolerance: float) -> bool:
         # a step keeps the total but for rounding
         state.pressure *= problem.total / state.pressure.sum()
     operator = problem.operator
-    operator.convolution(np.float64)(state.pressure, state.displacement)
+    state.displacement = operator.convolution(np.float64)(state.pressure)
     state.double += 1
     state.worst, state.depth = _clearances(
         state.pressure,
@@ -191,42 +191,31 @@ def _improve(
 ) -> int:
     """Run one stage on the correction of the pressure, in units near its own size."""
     operator = problem.operator
-    work = operator.kept(
-        ("work", np.dtype(stage.dtype).name),
-        lambda: descent.allocate(operator.shape, stage.dtype),
-    )
     length = power_of_two(state.worst)
     pressure_unit = length / operator.unit
+    target, lower = (np.empty(operator.shape, stage.dtype) for _ in range(2))
     _prepare(
-        state.clearance,
-        state.pressure,
-        problem.allowed,
-        problem.unilateral,
-        length,
-        pressure_unit,
-        work,
+        *(state.clearance, state.pressure, problem.allowed, problem.unilateral),
+        *(length, pressure_unit, target, lower),
     )
-    precondition = _preconditioner(operator, stage.dtype)
-    history = np.empty(max_iterations - len(state.history))
-    settled = operator.periodic and problem.total is None
-    outcome, iterations, convolutions = descent.descend(
-        work,
-        operator.convolution(stage.dtype).plan,
-        precondition.plan,
-        stage.plain,
+    iteration = descent.Descent(
+        *(target, lower, operator.convolution(stage.dtype)),
+        None if stage.plain else _preconditioner(operator, stage.dtype),
         problem.total is not None,
-        _settling(operator, precondition) if settled else 0.0,
+        _settling(operator) if operator.periodic and problem.total is None else 0.0,
+    )
+    outcome = iteration.run(
         _goal(state, stage, tolerance) / length,
         state.depth / length,
         stage.patience,
-        history,
+        max_iterations - len(state.history),
     )
     if stage.dtype == np.float32:
-        state.single += convolutions
+        state.single += iteration.convolutions
     else:
-        state.double += convolutions
-    state.history.extend(history[:iterations].tolist())
-    _accept(state.pressure, work, problem.unilateral, pressure_unit)
+        state.double += iteration.convolutions
+    state.history += iteration.history
+    _accept(state.pressure, iteration.correction, lower, problem.unilateral, pressure_unit)
     return outcome
 
 
@@ -268,13 +257,13 @@ def _wave_unit(operator: HalfSpace) -> float:
     return power_of_two(max(operator.spacing))
 
 
-def _settling(operator: HalfSpace, precondition: Convolution) -> float:
+def _settling(operator: HalfSpace) -> float:
     """Factor from the stiffness of a uniform pressure on the contact to the mean factor.
 
     |q| leaves out E*/2; a further 2 because pressure crowds at the rims of the open cells.
     """
     stiffness = operator.unit * operator.effective_modulus
-    return 4 * _wave_unit(operator) / stiffness * precondition.mean_unit
+    return 4 * _wave_unit(operator) / stiffness
 
 
 @njit(cache=True, error_model="numpy")
@@ -307,25 +296,24 @@ def _clearances(pressure, displacement, gap, allowed, unilateral, unit, wanted_d
 
 
 @njit(cache=True, error_model="numpy")
-def _prepare(clearance, pressure, allowed, unilateral, length, pressure_unit, work):
+def _prepare(clearance, pressure, allowed, unilateral, length, pressure_unit, target, lower):
     """Fill target and bound of the correction; ratios out of range stand for infinity."""
     for i in range(clearance.shape[0]):
         for j in range(clearance.shape[1]):
-            work.correction[i, j] = 0
-            work.target[i, j] = descent.NEVER
-            work.lower[i, j] = 0
+            target[i, j] = descent.NEVER
+            lower[i, j] = 0
             if allowed[i, j]:
-                work.target[i, j] = max(-clearance[i, j] / length, descent.NEVER)
+                target[i, j] = max(-clearance[i, j] / length, descent.NEVER)
                 bound = -pressure[i, j] / pressure_unit if unilateral else descent.NEVER
-                work.lower[i, j] = max(bound, descent.NEVER)
+                lower[i, j] = max(bound, descent.NEVER)
 
 
 @njit(cache=True, error_model="numpy")
-def _accept(pressure, work, unilateral, pressure_unit):
+def _accept(pressure, correction, lower, unilateral, pressure_unit):
     """Add the correction; cells that ended on their bound are free of pressure."""
     for i in range(pressure.shape[0]):
         for j in range(pressure.shape[1]):
-            value = pressure[i, j] + np.float64(work.correction[i, j]) * pressure_unit
-            if unilateral and (value < 0 or not work.correction[i, j] > work.lower[i, j]):
+            value = pressure[i, j] + np.float64(correction[i, j]) * pressure_unit
+            if unilateral and (value < 0 or not correction[i, j] > lower[i, j]):
                 value = 0.0
             pressure[i, j] = value

@@ -1,4 +1,4 @@
-"""The compiled inside of the contact solver: projected conjugate gradients on a correction.
+"""The inside of the contact solver: projected conjugate gradients on a correction.
 
     minimise  1/2 x.K x - x.t  over x >= lower,   free sum of x, or sum x = 0
 
@@ -6,19 +6,19 @@ x corrects a known pressure p (lower = -p), t is what the displacements of p lea
 x and t are small where p is nearly right, single precision is enough for most of the way: the
 double-precision residual is taken outside (`conjugate_gradients`), as in iterative refinement.
 
-Everything between the first iteration and the last is one compiled call on kept memory. The loops
+What an iteration does between its convolutions is compiled, in few passes over the grid. The loops
 have no branches, so that they are vectorised; sums may be reordered for that reason.
 """
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from dataclasses import dataclass, field
 
 import numpy as np
 from numba import njit
-from numpy.typing import DTypeLike, NDArray
+from numpy.typing import NDArray
 
-from reference.halfspace.convolution import convolve
+from reference.halfspace.convolution import Convolution
 
 Array = NDArray[np.floating]
 
@@ -33,103 +33,115 @@ _PEAKS = 64
 REACHED, STALLED, EXHAUSTED = 0, 1, 2
 
 
-class Work(NamedTuple):
-    """Arrays of one grid in one precision."""
+@dataclass
+class Descent:
+    """One run of the iteration, from a correction of zero.
 
-    correction: Array
-    target: Array
-    lower: Array
-    displacement: Array
-    residual: Array
-    previous: Array
-    direction: Array
-    free: Array
-    scaled: Array  # preconditioned residual, then the response to the direction
-
-
-def allocate(shape: tuple[int, int], dtype: DTypeLike) -> Work:
-    """Return work arrays, zero."""
-    return Work(*(np.zeros(shape, dtype) for _ in Work._fields))
-
-
-@njit(cache=True, error_model="numpy")
-def descend(work, kernel, precondition, plain, fixed_sum, settle, goal, depth, patience, history):
-    """Iterate on the correction until no clearance exceeds the goal.
-
-    Arguments
-    ---------
-    work : Work
-        Correction (zero at first), target and lower bound; the rest is overwritten.
-    kernel, precondition : Plan
-        K, and its approximate inverse, unused if `plain`.
+    Attributes
+    ----------
+    target, lower : ndarray
+        t, and the bound of the correction; their precision is that of the iteration.
+    kernel, inverse : Convolution
+        K, and its approximate inverse that preconditions; None for the plain method.
     fixed_sum : bool
         Whether the sum of the correction is zero and the depth free (force control).
     settle : float
         Factor that matches the mean mode of the preconditioner to the contact, or 0 to leave it.
-    goal, depth : float
-        Clearance to reach; present depth, by which the history is divided. Units of the target.
-    patience : int
-        Iterations without halving the violation before giving up.
-    history : ndarray
-        Receives the violation of each iteration; its length limits them.
-
-    Returns
-    -------
-    (outcome, iterations, convolutions)
+    correction : ndarray
+        x.
+    history : list of float
+        Violation of each iteration, relative to the depth.
+    convolutions : int
+        How many there were.
     """
-    response = work.scaled
-    residual, previous = work.residual, work.previous
-    work.displacement[:] = 0
-    work.direction[:] = 0
-    previous[:] = 0
-    shift = _loaded_mean(work) if fixed_sum else 0.0
-    descent, best, best_at, opened, convolutions = 0.0, np.inf, 0, 0.0, 0
-    for iteration in range(history.size):
-        worst, count = _residual(work, residual, shift, fixed_sum)
-        total = depth + shift
-        history[iteration] = worst / total if total > 0 else np.inf
-        if worst <= goal:
-            return REACHED, iteration + 1, convolutions
-        if worst < best / 2:
-            best, best_at = worst, iteration
-        if iteration - best_at > patience or count == 0:
-            return STALLED, iteration + 1, convolutions
-        if plain:
-            work.scaled[:] = residual
-        else:
-            empty = residual.size - count
-            if settle > 0 and empty > 0 and abs(empty - opened) > empty / 5:
-                opened = empty
-                convolve(work.free, work.scaled, kernel)
-                convolutions += 1
-                precondition.transfer[0] = settle * count / _dot(work.free, work.scaled)
-            convolve(residual, work.scaled, precondition)
-            convolutions += 1
-        slope, descent = _turn(work, residual, previous, fixed_sum, count, descent)
+
+    target: Array
+    lower: Array
+    kernel: Convolution
+    inverse: Convolution | None
+    fixed_sum: bool
+    settle: float
+    history: list[float] = field(default_factory=list)
+    convolutions: int = 0
+
+    def __post_init__(self) -> None:
+        self.correction, self._displacement = self._blank(), self._blank()
+        self._direction, self._free = self._blank(), self._blank()
+        self._residual, self._previous = self._blank(), self._blank()
+        self._slope, self._opened = 0.0, 0.0
+
+    def _blank(self) -> Array:
+        return np.zeros_like(self.target)
+
+    def run(self, goal: float, depth: float, patience: int, limit: int) -> int:
+        """Iterate until no clearance exceeds the goal; how it ended.
+
+        Parameters
+        ----------
+        goal, depth : float
+            Clearance to reach; present depth, by which the history is divided. Units of the target.
+        patience : int
+            Iterations without halving the violation before giving up.
+        limit : int
+            Most iterations.
+        """
+        best, best_at = np.inf, 0
+        for iteration in range(limit):
+            worst, count, shift = _residual(
+                *(self._displacement, self.target, self.correction, self.lower),
+                *(self._residual, self._free, self.fixed_sum),
+            )
+            total = depth + shift
+            self.history.append(worst / total if total > 0 else np.inf)
+            if worst <= goal:
+                return REACHED
+            if worst < best / 2:
+                best, best_at = worst, iteration
+            if iteration - best_at > patience or count == 0 or not self._step(count):
+                return STALLED
+        return EXHAUSTED
+
+    def _step(self, count: float) -> bool:
+        """Move along the next direction, as far as the bound lets; False where there is no way."""
+        slope, self._slope = _turn(
+            *(self._preconditioned(count), self._free, self._residual, self._previous),
+            *(self._direction, self.fixed_sum, count, self._slope),
+        )
         if not slope > 0:
-            return STALLED, iteration + 1, convolutions
-        convolve(work.direction, response, kernel)
-        convolutions += 1
-        curvature = _dot(work.direction, response)
+            return False
+        response = self._convolve(self.kernel, self._direction)
+        curvature = _dot(self._direction, response)
         if not curvature > 0:
-            return STALLED, iteration + 1, convolutions
-        clipped = _advance(work, response, slope / curvature)
+            return False
+        clipped = _advance(
+            *(self._displacement, response, self.correction, self.lower, self._direction),
+            slope / curvature,
+        )
         if clipped:
-            if fixed_sum:
-                _restore_sum(work)
-            convolve(work.correction, work.displacement, kernel)
-            convolutions += 1
-        if fixed_sum:
-            shift = _loaded_mean(work)
-        residual, previous = previous, residual
-    return EXHAUSTED, history.size, convolutions
+            if self.fixed_sum:
+                _restore_sum(self.correction, self.lower)
+            self._displacement = self._convolve(self.kernel, self.correction)
+        self._residual, self._previous = self._previous, self._residual
+        return True
+
+    def _preconditioned(self, count: float) -> Array:
+        if self.inverse is None:
+            return self._residual
+        empty = self.target.size - count
+        if self.settle > 0 and empty > 0 and abs(empty - self._opened) > empty / 5:
+            self._opened = empty
+            response = self._convolve(self.kernel, self._free)
+            self.inverse.set_mean_factor(self.settle * count / _dot(self._free, response))
+        return self._convolve(self.inverse, self._residual)
+
+    def _convolve(self, operator: Convolution, values: Array) -> Array:
+        self.convolutions += 1
+        return operator(values)
 
 
 @njit(cache=True, error_model="numpy", fastmath=_REORDER)
-def _loaded_mean(work):
+def _loaded_mean(displacement, target, correction, lower):
     """Mean of displacement - target over the loaded cells: what the depth gains."""
-    displacement, target = work.displacement.reshape(-1), work.target.reshape(-1)
-    correction, lower = work.correction.reshape(-1), work.lower.reshape(-1)
     total, count = 0.0, 0.0
     for k in range(target.size):
         loaded = 1.0 if correction[k] > lower[k] else 0.0
@@ -139,11 +151,14 @@ def _loaded_mean(work):
 
 
 @njit(cache=True, error_model="numpy", fastmath=_REORDER)
-def _residual(work, residual_map, shift, fixed_sum):
-    """Residual on the free set (loaded, or overlapping); largest violation and number of cells."""
-    displacement, target = work.displacement.reshape(-1), work.target.reshape(-1)
-    correction, lower = work.correction.reshape(-1), work.lower.reshape(-1)
-    residual, free = residual_map.reshape(-1), work.free.reshape(-1)
+def _residual(
+    displacement_map, target_map, correction_map, lower_map, residual_map, free_map, fixed_sum
+):
+    """Residual on the free set (loaded, or overlapping); largest violation, cells, depth gained."""
+    displacement, target = displacement_map.reshape(-1), target_map.reshape(-1)
+    correction, lower = correction_map.reshape(-1), lower_map.reshape(-1)
+    residual, free = residual_map.reshape(-1), free_map.reshape(-1)
+    shift = _loaded_mean(displacement, target, correction, lower) if fixed_sum else 0.0
     zero = residual.dtype.type(0)
     one = residual.dtype.type(1)
     moved = residual.dtype.type(shift)
@@ -161,7 +176,7 @@ def _residual(work, residual_map, shift, fixed_sum):
         mean = residual.dtype.type(total / count)
         for k in range(target.size):
             residual[k] += mean * free[k]
-    return worst, count
+    return worst, count, shift
 
 
 @njit(cache=True, error_model="numpy")
@@ -179,15 +194,17 @@ def _largest(values):
 
 
 @njit(cache=True, error_model="numpy", fastmath=_REORDER)
-def _turn(work, residual_map, previous_map, fixed_sum, count, descent):
+def _turn(
+    scaled_map, free_map, residual_map, previous_map, direction_map, fixed_sum, count, descent
+):
     """Turn to the next conjugate direction (Polak and Ribiere); slope along it, residual.scaled.
 
     The directions of Polak and Ribiere forget by themselves when the contact set changes; with the
     restarts of Polonsky and Keer instead, rough contacts took up to four times as many iterations.
     """
-    scaled, free = work.scaled.reshape(-1), work.free.reshape(-1)
+    scaled, free = scaled_map.reshape(-1), free_map.reshape(-1)
     residual, previous = residual_map.reshape(-1), previous_map.reshape(-1)
-    direction = work.direction.reshape(-1)
+    direction = direction_map.reshape(-1)
     sum_scaled, sum_direction, sum_previous, now, crossed = 0.0, 0.0, 0.0, 0.0, 0.0
     for k in range(scaled.size):
         value = np.float64(scaled[k] * free[k])
@@ -227,11 +244,11 @@ def _dot(first_map, second_map):
 
 
 @njit(cache=True, error_model="numpy", fastmath=_REORDER)
-def _advance(work, response_map, step):
+def _advance(displacement_map, response_map, correction_map, lower_map, direction_map, step):
     """Step along the direction, stop at the bound; True when something was stopped."""
-    displacement, response = work.displacement.reshape(-1), response_map.reshape(-1)
-    correction, lower = work.correction.reshape(-1), work.lower.reshape(-1)
-    direction = work.direction.reshape(-1)
+    displacement, response = displacement_map.reshape(-1), response_map.reshape(-1)
+    correction, lower = correction_map.reshape(-1), lower_map.reshape(-1)
+    direction = direction_map.reshape(-1)
     length = displacement.dtype.type(step)
     clipped = 0.0
     for k in range(displacement.size):
@@ -243,9 +260,9 @@ def _advance(work, response_map, step):
 
 
 @njit(cache=True, error_model="numpy", fastmath=_REORDER)
-def _restore_sum(work):
+def _restore_sum(correction_map, lower_map):
     """Shrink the pressures, correction - lower, in proportion until the correction's sum is 0."""
-    correction, lower = work.correction.reshape(-1), work.lower.reshape(-1)
+    correction, lower = correction_map.reshape(-1), lower_map.reshape(-1)
     excess, loads = 0.0, 0.0
     for k in range(correction.size):
         excess += np.float64(correction[k])

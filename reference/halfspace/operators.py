@@ -22,8 +22,8 @@ Made = TypeVar("Made")
 class HalfSpace:
     """What the iterative solvers need to know of a half-space.
 
-    Everything is computed on first use and kept, work memory included: an operator serves one
-    thread at a time. Copies by pickling carry the arguments only.
+    Everything is computed on first use and kept, and a preconditioner is adapted to each contact:
+    an operator serves one thread at a time. Copies by pickling carry the arguments only.
     """
 
     periodic: bool
@@ -70,7 +70,7 @@ class HalfSpace:
         raise NotImplementedError
 
     def convolution(self, dtype: DTypeLike) -> Convolution:
-        """Compiled operator, displacement/`unit` from pressure, in single or double precision."""
+        """Displacement/`unit` from pressure, in single or double precision."""
         dtype = np.dtype(dtype)
 
         def make() -> Convolution:

@@ -1,4 +1,4 @@
-"""The compiled convolution against SciPy's transforms, and the stages of the solver built on it."""
+"""The convolution against SciPy's plain transforms and direct sums, and the solver's stages."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from reference.halfspace import FreeOperator, PeriodicOperator, conjugate_gradie
 from reference.halfspace.conjugate_gradients import _Stage
 from reference.halfspace.convolution import Convolution
 
-# Every radix and their mixtures, primes beyond the radices (by chirps), single rows and columns.
+# Powers and mixtures of small factors, primes (by chirps), single rows and columns.
 LENGTHS = st.sampled_from([1, 2, 3, 4, 5, 7, 8, 9, 11, 15, 16, 17, 24, 30, 31, 32, 40, 49, 64, 97])
 PADDING = st.sampled_from([0, 1, 5])
 
@@ -35,7 +35,7 @@ def even_transfer(padded: tuple[int, int], rng: np.random.Generator) -> np.ndarr
     dtype=st.sampled_from([np.float32, np.float64]),
     seed=st.integers(0, 1000),
 )
-def test_convolution_is_that_of_scipy_in_both_precisions(shape, padding, dtype, seed):
+def test_convolution_is_that_of_plain_transforms_in_both_precisions(shape, padding, dtype, seed):
     """Error relative to the largest value: transforms of n points lose about log2(n) roundings."""
     rng = np.random.default_rng(seed)
     padded = (shape[0] + padding[0], shape[1] + padding[1])
@@ -49,14 +49,30 @@ def test_convolution_is_that_of_scipy_in_both_precisions(shape, padding, dtype, 
     assert np.abs(result - expected).max() <= 4 * np.finfo(dtype).eps * scale
 
 
-def test_work_memory_of_one_call_does_not_reach_the_next():
-    """Zero-padding is restored: the same field gives the same bits after another field."""
+@pytest.mark.parametrize("shape", [(8, 8), (13, 22), (20, 24), (1, 37)])
+@pytest.mark.parametrize("dtype", [np.float32, np.float64])
+def test_convolution_on_the_free_half_space_is_the_sum_over_all_pairs_of_cells(shape, dtype):
+    """u_i = sum_j K_ij p_j with Love's coefficients, added up directly; rounding of one sum."""
+    operator = FreeOperator(shape, (1.0, 0.7), 2.0)
+    pressure = np.random.default_rng(4).random(shape)
+    rows, columns = (np.arange(n) for n in shape)
+    offsets = np.ix_(*(abs(np.subtract.outer(k, k)).ravel() for k in (rows, columns)))
+    pairs = operator.coefficients(shape)[offsets].reshape(*2 * shape[:1], *2 * shape[1:])
+    expected = np.einsum("iajb,ab->ij", pairs, pressure)
+    found = operator.unit * operator.convolution(dtype)(pressure.astype(dtype))
+    np.testing.assert_allclose(found, expected, rtol=20 * np.finfo(dtype).eps)
+
+
+def test_a_convolution_leaves_its_field_alone_and_remembers_nothing():
+    """Transforms overwrite what they may: the same field gives the same bits after another one."""
     rng = np.random.default_rng(1)
     operator = FreeOperator((13, 22), (1.0, 1.0), 1.0)
     first, second = rng.random((2, 13, 22))
+    kept = first.copy()
     before = operator.apply(first)
     operator.apply(second)
     np.testing.assert_array_equal(operator.apply(first), before)
+    np.testing.assert_array_equal(first, kept)
 
 
 def test_operators_travel_between_processes_without_their_work_memory():
