@@ -25,11 +25,11 @@ _PLAIN = {
 def readable(error: Mapping[str, Any]) -> str:
     """Turn one of pydantic's errors into ``path: expected ..., got ...``."""
     tags = ("self_affine", "map")
-    location = [each for each in error["loc"] if each not in tags]
-    if len(location) > 1 and location[0] == "indenter":
+    location = list(error["loc"])
+    if len(location) > 1 and location[0] in ("indenter", "surface"):
         # The tag of the discriminated union stands second: indenter.cone.slope.
-        location = [location[0], *location[2:]]
-    path = ".".join(str(each) for each in location)
+        del location[1]
+    path = ".".join(str(key) for key in location)
     kind, context, came = error["type"], error.get("ctx", {}), error.get("input")
     if kind == "extra_forbidden":
         return f"{path}: unknown key"

@@ -16,6 +16,7 @@ from reports.outside import NOTHING, Outside
 
 if TYPE_CHECKING:
     from comparisons.executors import Executor
+    from comparisons.hard_cases.case import HardCase
     from comparisons.hard_cases.record import HardCasesRecord, OutcomeRecord
 
 FINE, DIFFERS = 0, 1
@@ -43,10 +44,10 @@ def hard_cases(
     json
         Write the record of the run to this file too.
     case
-        Only this case; may be repeated.
+        Only this case, or those of a file of yours; may be repeated.
     """
     from comparisons.errors import InputError
-    from comparisons.hard_cases.catalogue import CASES
+    from comparisons.hard_cases.catalogue import HardCaseError, catalogue, load_cases
     from comparisons.hard_cases.record import PAGE, open_folder, save_record
     from comparisons.methods import METHODS
     from comparisons.writing import write_named_text
@@ -55,19 +56,21 @@ def hard_cases(
 
     outside.load()
     problems = [
-        f"{what}: expected one of {', '.join(known)}, got {each!r}"
-        for what, given, known in (("methods", methods, METHODS), ("--case", case, CASES))
-        for each in given
-        if each not in known
+        f"methods: expected one of {', '.join(METHODS)}, got {name!r}"
+        for name in methods
+        if name not in METHODS
     ]
+    try:
+        cases = load_cases(case) if case else list(catalogue().values())
+    except HardCaseError as error:
+        problems += error.problems
     if problems:
         raise InputError("\n".join(problems))
     executor = crew.executor()
     open_folder(out)
     # Each solve of a peer starts a process: quick runs have them only if they are named.
-    usual = tuple(name for name, method in METHODS.items() if full or not method.peer)
-    names = case or tuple(CASES)
-    record, interrupt = _run(methods or usual, names, full, executor)
+    named = tuple(name for name, method in METHODS.items() if full or not method.peer)
+    record, interrupt = _run(methods or named, cases, full, executor)
     save_record(out, record)
     write_hard_cases_report(record, out / PAGE)
     if json is not None:
@@ -79,12 +82,11 @@ def hard_cases(
 
 
 def _run(
-    methods: tuple[str, ...], names: tuple[str, ...], full: bool, executor: Executor
+    methods: tuple[str, ...], cases: list[HardCase], full: bool, executor: Executor
 ) -> tuple[HardCasesRecord, BaseException | None]:
     """Run the cases; what ended them before their time comes with what is done."""
     from comparisons.errors import LostWorkError
     from comparisons.execution import THREADS
-    from comparisons.hard_cases.catalogue import CASES
     from comparisons.hard_cases.record import HardCasesRecord, recorded
     from comparisons.hard_cases.run import run_cases
     from comparisons.machine import machine, versions
@@ -94,12 +96,11 @@ def _run(
     interrupt: BaseException | None = None
     found: dict[str, list[OutcomeRecord]] = {}
     created = datetime.datetime.now(datetime.UTC).astimezone().isoformat(timespec="seconds")
-    cases = [CASES[name] for name in names]
     try:
         with terminal.status() as say:
             for each in run_cases(cases, methods, full=full, executor=executor):
                 found[each[0].case] = [recorded(outcome) for outcome in each]
-                say(f"{each[0].case} is done ({len(found)} of {len(names)})")
+                say(f"{each[0].case} is done ({len(found)} of {len(cases)})")
     except (KeyboardInterrupt, LostWorkError) as error:
         interrupt = error
     record = HardCasesRecord(
@@ -110,7 +111,7 @@ def _run(
         machine=machine(THREADS),
         versions=versions(),
         interrupted=interrupt is not None,
-        hard={name: CASES[name].hard for name in names},
-        outcomes=[each for name in names for each in found.get(name, [])],
+        hard={case.id: case.hard for case in cases},
+        outcomes=[outcome for case in cases for outcome in found.get(case.id, [])],
     )
     return record, interrupt

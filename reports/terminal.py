@@ -175,7 +175,7 @@ def print_claims(record: ClaimsRecord, report: Path) -> None:
 def print_lists() -> None:
     """Print how many there are of everything that can be listed."""
     from comparisons.claims.headlines import builtin_claims
-    from comparisons.hard_cases.catalogue import CASES
+    from comparisons.hard_cases.catalogue import catalogue
     from comparisons.method_names import known_methods
     from comparisons.scene import builtin_names
 
@@ -184,7 +184,7 @@ def print_lists() -> None:
         "scenes": builtin_names(),
         "methods": known_methods(),
         "claims": builtin_claims(),
-        "hard-cases": CASES,
+        "hard-cases": catalogue(),
     }
     for what, names in known.items():
         words = what.replace("-", " ")
@@ -314,11 +314,11 @@ def _outcome_cell(outcome: OutcomeRecord | None) -> str:
 
 def print_hard_case_list() -> None:
     """Print the catalogue: what is hard about each case."""
-    from comparisons.hard_cases.catalogue import CASES
+    from comparisons.hard_cases.catalogue import catalogue
 
     table = _table("Hard cases", "id", "title", "what is hard")
     table.columns[0].no_wrap = True
-    for case in CASES.values():
+    for case in catalogue().values():
         table.add_row(case.id, escape(case.title), escape(case.hard))
     _console().print(table)
 

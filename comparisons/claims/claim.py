@@ -8,7 +8,6 @@ same statement may stand twice, literally as printed and as corrected: ``reading
 from __future__ import annotations
 
 import re
-import tomllib
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
@@ -28,8 +27,9 @@ from comparisons.errors import InputError
 from comparisons.experiments import EXPERIMENTS
 from comparisons.method_names import KnownMethod, known_methods
 from comparisons.quantities import Finite, Positive, fail
-from comparisons.scene import LARGEST_FILE, QUANTITIES, load_scene
+from comparisons.scene import QUANTITIES, load_scene
 from comparisons.scene_problems import readable
+from comparisons.toml_files import read_toml
 from comparisons.units import number_and_unit
 
 HOLDS, FAILS = "holds", "fails"
@@ -236,12 +236,9 @@ def _load(path: Path) -> Claim:
     if not path.is_file():
         raise ClaimError([f"{path}: no such claim or file; `roughline list claims` names them"])
     try:
-        if path.stat().st_size > LARGEST_FILE:
-            raise ClaimError([f"{path}: expected at most {LARGEST_FILE} bytes"])
-        text = path.read_bytes().decode("utf-8-sig")
-        data = tomllib.loads(text)
-    except (OSError, ValueError, RecursionError) as error:
-        raise ClaimError([f"{path}: not readable as TOML ({error})"]) from error
+        data = read_toml(path)
+    except ValueError as error:
+        raise ClaimError([f"{path}: {error}"]) from error
     return make_claim(data, str(path), path.parent.resolve())
 
 

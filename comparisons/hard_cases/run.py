@@ -16,22 +16,26 @@ from comparisons.errors import InputError
 from comparisons.execution import execute
 from comparisons.executors import Executor, Job, SerialExecutor
 from comparisons.formatting import relative
-from comparisons.hard_cases.case import Curves, Expected, HardCase, Known, Trusted, not_for
+from comparisons.hard_cases.case import (
+    ACCURATE,
+    ACCURATE_TO,
+    DEGRADED,
+    NOT_FOR,
+    REFUSED,
+    Expected,
+    HardCase,
+)
+from comparisons.hard_cases.formulas import Curves
 from comparisons.methods import METHODS, Solution, covers, method_for
 from comparisons.metrics import relative_error
 from comparisons.planning import MethodPlan, Plan, plan_scene, refusal, task_of
 from comparisons.reference import ENSEMBLE, EXACT, GRID, Solved, mean_curves, references
-from comparisons.scene import Scene, make_scene
 from comparisons.uncertainty import combined
 
-# What counts as accurate where nothing is expected (methods from outside).
-USUAL = 0.01
 # Bytes that the methods of a case are taken to need, one after the other.
 MEMORY = 2e9
 PEER = "nothing is promised for other people's code: it is shown as it is"
-ACCURATE, DEGRADED, REFUSED, NOT_FOR, LOST, LEFT_OUT = (
-    *("accurate", "degraded", "refused", "not for", "lost", "left out"),
-)
+LOST, LEFT_OUT = "lost", "left out"
 
 
 @dataclass(frozen=True)
@@ -115,20 +119,14 @@ def _run_chosen(case: HardCase, methods: list[str], full: bool) -> list[Outcome]
 def run_case(case: HardCase, methods: Iterable[str]) -> list[Outcome]:
     """Return what each of the methods does with a case."""
     with tempfile.TemporaryDirectory(prefix="roughline-") as folder:
-        if case.files is not None:
-            case.files(Path(folder))
+        case.write_maps(Path(folder))
         try:
-            plan = plan_scene(_scene(case, Path(folder)), "full")[0]
+            plan = plan_scene(case.scene_in(Path(folder)), "full")[0]
         except InputError as error:
             # The door refuses before any method sees the scene.
             return [_judged(case, name, kind=REFUSED, reason=str(error)) for name in methods]
         truth = _truth(case, plan, Path(folder))
         return [_outcome(case, plan, truth, name) for name in methods]
-
-
-def _scene(case: HardCase, folder: Path, tables: dict[str, Any] | None = None) -> Scene:
-    data = {"name": case.id, **case.scene, **(tables or {})}
-    return make_scene(data, f"{case.id}.toml", folder)
 
 
 def _outcome(case: HardCase, plan: Plan, truth: _Truth, name: str) -> Outcome:
@@ -187,7 +185,7 @@ def _measured(
     if not solution.converged.any():
         expected = case.expected.get(name)
         # Whether the door or the solver refuses is no matter, if it says what the catalogue says.
-        meant = expected is not None and expected.kind == REFUSED and expected.text in reason
+        meant = expected is not None and expected.kind == REFUSED and expected.reason in reason
         return _judged(case, name, kind=REFUSED if meant else LOST, **common)
     common["seconds"] = solution.seconds
     main = main_quantity(plan)
@@ -195,7 +193,7 @@ def _measured(
     area, area_bar = _largest_error(truth, solution, "contact_area")
     if not np.isfinite(error):
         return _judged(case, name, kind=LOST, **common | {"reason": f"gives no {main}; {reason}"})
-    kind = ACCURATE if error + bar <= USUAL else DEGRADED
+    kind = ACCURATE if error + bar <= ACCURATE_TO else DEGRADED
     return _judged(
         case, name, kind=kind, error=error, bar=bar, area_error=area + area_bar, **common
     )
@@ -225,19 +223,19 @@ def _largest_error(truth: _Truth, solution: Solution, name: str) -> tuple[float,
 
 def _truth(case: HardCase, plan: Plan, folder: Path) -> _Truth:
     """Return what the case is judged by: a formula, the closed form, or a trusted method."""
-    if isinstance(case.truth, Known):
-        curves = case.truth.curves(plan)
+    truth = case.truth
+    if truth.formula is not None:
+        curves = truth.formula.curves(plan)
         return _Truth(curves, {name: np.full(len(v), EXACT) for name, v in curves.items()})
-    trusted = case.truth or Trusted("closed_form", (1,))
-    if trusted.tables:
-        plan = plan_scene(_scene(case, folder, dict(trusted.tables)), "full")[0]
+    if truth.scene:
+        plan = plan_scene(case.scene_in(folder, truth.scene), "full")[0]
     solved: Solved = {
-        (trusted.method, n): _solve(plan, trusted.method, n)[0] for n in trusted.resolutions
+        (truth.method, n): _solve(plan, truth.method, n)[0] for n in truth.resolutions
     }
     (reference,) = references(solved)
     # All methods solve the same surfaces, so the scatter between surfaces is no error; and on the
     # very same grid only the solver is in doubt.
-    left_out = {ENSEMBLE, GRID} if len(trusted.resolutions) == 1 else {ENSEMBLE}
+    left_out = {ENSEMBLE, GRID} if len(truth.resolutions) == 1 else {ENSEMBLE}
     bars = {
         name: combined(
             np.full(len(reference.curves[name]), EXACT),
@@ -252,7 +250,7 @@ def _judged(case: HardCase, name: str, **found: Any) -> Outcome:
     outcome = Outcome(case.id, case.title, name, **found)
     expectation = case.expected.get(name)
     if expectation is None and case.only:
-        expectation = not_for(case.only)
+        expectation = Expected(not_for=case.only)
     if expectation is None and METHODS[name].peer:
         return replace(outcome, expected=PEER)
     if expectation is None:
@@ -263,7 +261,7 @@ def _judged(case: HardCase, name: str, **found: Any) -> Outcome:
 def words(expectation: Expected) -> str:
     """Return an expectation as the table shows it."""
     if expectation.kind in (REFUSED, NOT_FOR):
-        return f"{expectation.kind}: {expectation.text}"
+        return f"{expectation.kind}: {expectation.reason}"
     bounds = [f"error at most {relative(expectation.error)}"]
     if np.isfinite(expectation.area):
         bounds.append(f"area {relative(expectation.area)}")
@@ -292,8 +290,8 @@ def _deviation(outcome: Outcome, expectation: Expected) -> str:
         found.append(f"lost steps {outcome.lost} instead of {expectation.lost}")
     if expectation.lost and not outcome.reason:
         found.append("no reason is given for the lost steps")
-    if expectation.text not in outcome.reason:
-        found.append(f"the reason does not say {expectation.text!r}")
+    if expectation.reason not in outcome.reason:
+        found.append(f"the reason does not say {expectation.reason!r}")
     if "warned: " in outcome.reason:
         found.append("it warns")
     return "; ".join(found)

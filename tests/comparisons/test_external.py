@@ -18,7 +18,7 @@ from comparisons.claims.runner import _repeats
 from comparisons.decisions import judged_methods
 from comparisons.errors import InputError
 from comparisons.execution import execute
-from comparisons.hard_cases.catalogue import CASES
+from comparisons.hard_cases.catalogue import catalogue
 from comparisons.hard_cases.run import run_case
 from comparisons.methods import METHODS, Solution, external, external_work
 from comparisons.methods.external import ExternalMethod, Limits, Origin, add_methods, registered
@@ -105,12 +105,12 @@ def test_the_example_is_judged_by_a_hard_case():
     """
     assert add_methods([EXAMPLE]) == []
     assert METHODS["winkler"].title == "Winkler foundation"
-    (outcome,) = run_case(CASES["load-one"], ["winkler"])
+    (outcome,) = run_case(catalogue()["load-one"], ["winkler"])
     assert outcome.kind == "degraded"
     assert outcome.error == pytest.approx(3 * np.pi / 4 - 1, rel=1e-3)
     assert outcome.area_error == pytest.approx(1.0, rel=0.01)
     assert (outcome.expected, outcome.deviation) == ("", "")
-    (refused,) = run_case(CASES["rough-steep"], ["winkler"])
+    (refused,) = run_case(catalogue()["rough-steep"], ["winkler"])
     assert (refused.kind, refused.reason) == (
         "not for",
         "indenters under prescribed penetration only",
@@ -156,7 +156,7 @@ def test_misbehaving_methods_have_an_outcome_in_every_hard_case(bad):
     """Whatever they do, a case gives an outcome, and the built-in ones are as expected."""
     add_methods([bad], Limits(seconds=30, memory=6e8))
     names = ["fine", "nan", "raises", "hangs", "greedy", "dies"]
-    found = {each.method: each for each in run_case(CASES["nu-0-3"], [*names, "reduced"])}
+    found = {each.method: each for each in run_case(catalogue()["nu-0-3"], [*names, "reduced"])}
     assert found["fine"].kind == "accurate"
     assert found["nan"].lost == (1,)
     assert {found[name].kind for name in names[2:]} == {"lost"}

@@ -9,7 +9,7 @@ import pytest
 from comparisons import execution
 from comparisons.errors import LostWorkError
 from comparisons.hard_cases import record as files
-from comparisons.hard_cases.catalogue import CASES
+from comparisons.hard_cases.catalogue import catalogue
 from comparisons.hard_cases.record import HardCasesRecord, OutcomeRecord, load_record
 from comparisons.methods import METHODS
 from comparisons.store import ResultsError
@@ -155,7 +155,7 @@ def test_a_lost_cluster_is_told_with_its_reason(hard_cases, monkeypatch, capsys)
 def test_the_catalogue_is_listed(capsys):
     assert run_command(["list", "hard-cases"]) == 0
     said = capsys.readouterr().out.split()
-    assert set(CASES) <= set(said)
+    assert set(catalogue()) <= set(said)
 
 
 # --- the page -------------------------------------------------------------------------------------

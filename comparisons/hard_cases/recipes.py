@@ -1,0 +1,117 @@
+"""Maps of hard cases as recipes: what plain data cannot say, for a map has hundreds of heights."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Annotated, Literal
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field, model_validator
+
+from comparisons.quantities import Length, Positive, fail
+
+Seed = Annotated[int, Field(strict=True, ge=0)]
+MAKERS = ("self_affine", "paraboloid", "checkerboard", "level")
+
+
+class Table(BaseModel):
+    """A table of a file of hard cases: unknown keys are wrong, and nothing changes later."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, populate_by_name=True)
+
+
+class SelfAffine(Table):
+    """A rough surface, as scenes make it: the first of reference.surfaces.self_affine."""
+
+    hurst: Annotated[Positive, Field(le=1)]
+    rms_slope: Positive
+    seed: Seed
+
+
+class Point(Table):
+    """One point has this height, in metres."""
+
+    index: tuple[Seed, Seed]
+    height: float
+
+
+class Recipe(Table):
+    """How a square map is made: from one of the first five keys, then changed in this order.
+
+    from: another map of the case, which is made from nothing; else points and side of the map and
+    self_affine: a rough surface;
+    paraboloid: the radius of a tip in the middle, symmetric to the last digit;
+    checkerboard: neighbours are so far up and down in turn;
+    level: all points have this height, in metres.
+    factor: heights are multiplied by it.
+    noise: every height is off by a normal error of this relative size, drawn with the seed.
+    undefined: about this share of the points, drawn with the seed, has no height (NaN).
+    point: one height is replaced.
+    step: heights are rounded to multiples of it.
+    cut: what is higher is ground off, in metres.
+    precision: the type in which the heights are stored.
+    """
+
+    start: Annotated[str, Field(alias="from")] = ""
+    points: Annotated[int, Field(strict=True, ge=2, le=4096)] = 0
+    side: Length | None = None
+    self_affine: SelfAffine | None = None
+    paraboloid: Length | None = None
+    checkerboard: Length | None = None
+    level: float | None = None
+    factor: Positive | None = None
+    seed: Seed = 0
+    noise: Positive | None = None
+    undefined: Annotated[Positive, Field(le=1)] | None = None
+    point: Point | None = None
+    step: Length | None = None
+    cut: float | None = None
+    precision: Literal["float64", "float32", "float16"] = "float64"
+
+    @model_validator(mode="after")
+    def _one_start(self) -> Recipe:
+        made = [key for key in MAKERS if getattr(self, key) is not None]
+        came = made + ["from"] * bool(self.start)
+        if len(came) != 1:
+            got = " and ".join(came) or "none"
+            raise fail(f"expected exactly one of from, {', '.join(MAKERS)}, got {got}")
+        if made and not (self.points and self.side):
+            raise fail(f"expected points and side beside {made[0]}")
+        return self
+
+    def save(self, file: Path, others: Mapping[str, Recipe]) -> None:
+        """Write the map; `others` are the maps of the case by their names."""
+        np.save(file, self._heights(others))
+
+    def _heights(self, others: Mapping[str, Recipe]) -> np.ndarray:
+        heights = others[self.start]._heights(others) if self.start else self._made()
+        random = np.random.default_rng(self.seed)
+        if self.factor is not None:
+            heights = heights * self.factor
+        if self.noise is not None:
+            heights = heights * (1 + self.noise * random.normal(size=heights.shape))
+        if self.undefined is not None:
+            heights[random.random(heights.shape) < self.undefined] = np.nan
+        if self.point is not None:
+            heights[self.point.index] = self.point.height
+        if self.step is not None:
+            heights = np.round(heights / self.step) * self.step
+        if self.cut is not None:
+            heights = np.minimum(heights, self.cut)
+        return heights.astype(self.precision)
+
+    def _made(self) -> np.ndarray:
+        from reference.surfaces import self_affine
+
+        grid = (self.points, self.points)
+        if self.self_affine is not None:
+            sides = (self.side, self.side)
+            return self_affine(grid, sides, **self.self_affine.model_dump(), realisation=0).copy()
+        if self.paraboloid is not None:
+            x = (np.arange(self.points) - (self.points - 1) / 2) * self.side / self.points
+            return -(x[:, None] ** 2 + x**2) / (2 * self.paraboloid)
+        if self.checkerboard is not None:
+            places = np.arange(self.points)
+            return self.checkerboard * (-1.0) ** np.add.outer(places, places)
+        return np.full(grid, self.level)
