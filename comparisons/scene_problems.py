@@ -12,7 +12,10 @@ from comparisons.shapes import SHAPES
 _PLAIN = {
     "model_type": "expected a table",
     "model_attributes_type": "expected a table",
+    "dict_type": "expected a table",
     "tuple_type": "expected a list",
+    "list_type": "expected a list",
+    "frozen_set_type": "expected a list",
     "too_long": "expected a shorter list",
     "string_type": "expected a text",
     "string_too_short": "expected a text that is not empty",

@@ -130,6 +130,9 @@ def folder(tmp_path_factory):
     claim = (ROOT / "comparisons" / "claims" / "ellipsoid-force.toml").read_text(encoding="utf-8")
     claim = claim.replace('id = "ellipsoid-force"', 'id = "mine"')
     (home / "my.toml").write_text(claim, encoding="utf-8")
+    hard_cases = (DOCS / "hard-cases.md").read_text(encoding="utf-8")
+    (case,) = re.findall(r"```toml\n(\[cases\..*?)```", hard_cases, re.DOTALL)
+    (home / "my-case.toml").write_text(case, encoding="utf-8")
     roughline.Study(home / "my-scene.toml", home / "before").run()
     for other in ("after", "roughline-results/quick", "roughline-results/before"):
         shutil.copytree(home / "before", home / other)

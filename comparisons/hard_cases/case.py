@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Annotated, Any, Literal
 
 from pydantic import (
+    AfterValidator,
     BeforeValidator,
     Field,
     ValidationInfo,
@@ -40,6 +41,15 @@ def _listed(value: Any) -> Any:
 Bounds = Annotated[
     tuple[Positive, ...], BeforeValidator(_listed), Field(min_length=1, max_length=2)
 ]
+
+
+def _npy(name: str) -> str:
+    if not re.fullmatch(r"[a-z0-9-]+\.npy", name):
+        raise fail("expected a file name of a-z, 0-9 and - that ends in .npy", name)
+    return name
+
+
+MapName = Annotated[str, AfterValidator(_npy)]
 
 
 class Expected(Table):
@@ -145,7 +155,7 @@ class HardCase(Table):
     title: Text
     hard: Text
     scene: Annotated[dict[str, Any], Field(min_length=1)]
-    maps: dict[Annotated[str, Field(pattern=r"^[a-z0-9-]+\.npy$")], Recipe] = Field(default={})
+    maps: dict[MapName, Recipe] = Field(default={})
     truth: Truth = Truth()
     only: Annotated[str, Field(max_length=500)] = ""
     expected: dict[Judged, Expected]
@@ -182,6 +192,11 @@ class HardCase(Table):
         if missing and not info.data.get("only"):
             raise fail(f"expected something of every method, got nothing of {', '.join(missing)}")
         return value
+
+    def expects(self, method: str) -> Expected | None:
+        """Return what a method is to do; None where nothing is expected of it."""
+        only = Expected(not_for=self.only) if self.only else None
+        return self.expected.get(method, only)
 
     def scene_in(self, folder: Path, changes: dict[str, Any] | None = None) -> Scene:
         """Return the scene, or one that differs from it, with its maps in a folder.

@@ -229,7 +229,7 @@ def _scene_problems(case: HardCase) -> list[str]:
         for name in case.maps:
             (Path(folder) / name).touch()
         try:
-            case.scene_in(Path(folder))
+            scene = case.scene_in(Path(folder))
         except SceneError as error:
             expected = _refusal_expected(case, str(error))
             return [] if expected else [f"scene: {problem}" for problem in error.problems]
@@ -237,7 +237,11 @@ def _scene_problems(case: HardCase) -> list[str]:
             case.scene_in(Path(folder), case.truth.scene)
         except SceneError as error:
             return [f"truth.scene: {problem}" for problem in error.problems]
-    return []
+        file = getattr(scene.surface, "file", "")
+        if file and not (Path(folder) / file).is_file():
+            return [f"scene: surface.file: expected a file, or one of maps, got {file!r}"]
+    missing = case.truth.formula.missing(scene) if case.truth.formula is not None else []
+    return [f"truth.formula: expected {key} in the scene, which has none" for key in missing]
 
 
 def _refusal_expected(case: HardCase, reason: str) -> bool:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ClassVar, Literal
 
 import numpy as np
 from pydantic import model_validator
 
 from comparisons.hard_cases.recipes import Table
 from comparisons.quantities import Length, fail
+from comparisons.scene import QUANTITIES, Scene
 
 if TYPE_CHECKING:
     from comparisons.planning import Plan
@@ -18,6 +19,8 @@ Curves = dict[str, np.ndarray]
 
 class Hertz(Table):
     """A tip of this radius, which the scene samples by a map: F = 4/3 E* sqrt(R) d^1.5."""
+
+    needs: ClassVar = ("surface", "loading.penetration")
 
     radius: Length
 
@@ -30,6 +33,8 @@ class Hertz(Table):
 
 class Stuck(Table):
     """u = F_x/(2 a G*) (Mindlin 1949): the whole circle of Hertz sticks."""
+
+    needs: ClassVar = ("indenter.radius", "friction", "loading.tangential_force")
 
     def curves(self, plan: Plan) -> Curves:
         """Return the displacement at the last normal force; a rim of 1e-7 slips at mu = 1e6."""
@@ -47,6 +52,8 @@ class Stuck(Table):
 class Creeping(Table):
     """mu = (eta/G) v/R, eta = sum G_i tau_i: what slow sliding of rubber tends to in 3-D."""
 
+    needs: ClassVar = ("indenter.radius", "viscoelastic", "sliding")
+
     def curves(self, plan: Plan) -> Curves:
         """Return the coefficient of friction at the speeds of the scene."""
         scene = plan.scene
@@ -60,6 +67,8 @@ class Creeping(Table):
 
 class ClosedGap(Table):
     """Full contact of a periodic surface: d = max h - <h>, A = A0."""
+
+    needs: ClassVar = ("surface",)
 
     def curves(self, plan: Plan) -> Curves:
         """Return penetration and area of the first surface: nothing is left of the gap."""
@@ -76,7 +85,7 @@ class ClosedGap(Table):
 class Formula(Table):
     """Exactly one of them: `constant` gives quantities that are the same at every step."""
 
-    constant: dict[str, float] | None = None
+    constant: dict[Literal[QUANTITIES], float] | None = None  # type: ignore[valid-type]
     hertz: Hertz | None = None
     stuck: Stuck | None = None
     creeping: Creeping | None = None
@@ -90,6 +99,11 @@ class Formula(Table):
             raise fail(f"expected exactly one of {known}, got {got}")
         return self
 
+    def missing(self, scene: Scene) -> list[str]:
+        """Return the keys of a scene that the formula needs and that are not there."""
+        (name,) = self.model_fields_set
+        return [key for key in getattr(getattr(self, name), "needs", ()) if not _has(scene, key)]
+
     def curves(self, plan: Plan) -> Curves:
         """Return the quantities of the planned scene at its steps."""
         if self.constant is not None:
@@ -97,3 +111,10 @@ class Formula(Table):
             return {name: value * steps for name, value in self.constant.items()}
         (name,) = self.model_fields_set
         return getattr(self, name).curves(plan)
+
+
+def _has(scene: Scene, path: str) -> bool:
+    table: object = scene
+    for key in path.split("."):
+        table = getattr(table, key, None)
+    return table is not None

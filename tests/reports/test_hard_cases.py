@@ -152,6 +152,40 @@ def test_a_lost_cluster_is_told_with_its_reason(hard_cases, monkeypatch, capsys)
     assert load_record(folder).interrupted
 
 
+OWN = """
+[cases.deep]
+title = "A ball pressed by a micrometre"
+hard = "nothing"
+like = "easy"
+scene."loading.penetration" = "1 um"
+"""
+
+
+def test_cases_of_a_file_are_run_beside_built_in_ones(hard_cases, tmp_path, capsys):
+    """From one table to the page: springs are exact for a paraboloid, as an easy scene says."""
+    (tmp_path / "own.toml").write_text(OWN)
+    code, folder = hard_cases("reduced", "--case", "load-one", "--case", str(tmp_path / "own.toml"))
+    assert code == 0
+    assert [(one.case, one.kind) for one in load_record(folder).outcomes] == [
+        ("load-one", "accurate"),
+        ("deep", "accurate"),
+    ]
+    assert "A ball pressed by a micrometre" in (folder / files.PAGE).read_text()
+
+
+def test_a_wrong_file_of_cases_is_told_and_nothing_is_written(hard_cases, tmp_path, capsys):
+    own = tmp_path / "own.toml"
+    own.write_text(OWN + "colour = 1\nexpected.fem = { accurate = -1 }\n")
+    code, folder = hard_cases("reduced", "--case", str(own), "--case", "moon")
+    said = capsys.readouterr().err
+    assert code == 2
+    assert f"{own}: deep: colour: unknown key" in said
+    assert f"{own}: deep: expected.fem.accurate.0: expected a positive finite number" in said
+    assert "'moon'" in said
+    assert "Traceback" not in said
+    assert not folder.exists()
+
+
 def test_the_catalogue_is_listed(capsys):
     assert run_command(["list", "hard-cases"]) == 0
     said = capsys.readouterr().out.split()
