@@ -144,10 +144,10 @@ def _transform(function: Curve, x: np.ndarray, marks: np.ndarray) -> np.ndarray:
     inner = np.arcsin(np.minimum(marks / safe[:, None], 1.0))
     ends = np.column_stack([np.zeros(x.size), inner, np.full(x.size, np.pi / 2)])
 
-    def integrand(t: np.ndarray, radius: np.ndarray) -> np.ndarray:
-        return function(radius * np.sin(t))
+    def integrand(t: np.ndarray, row: np.ndarray) -> np.ndarray:
+        return function(safe[row] * np.sin(t))
 
-    return np.where(x > 0, integrate_panels(integrand, ends[:, :-1], ends[:, 1:], safe), 0.0)
+    return np.where(x > 0, integrate_panels(integrand, ends[:, :-1], ends[:, 1:]), 0.0)
 
 
 def _kink(x: np.ndarray, b: float) -> np.ndarray:

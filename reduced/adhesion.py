@@ -177,7 +177,7 @@ def equilibrium(
         wrong.append(f"contact_radius must be positive and at most {profile.edge}, got {a}")
     refuse(wrong)
     marks = np.minimum(np.array([0.0, *profile.breakpoints, np.inf]), a[:, None])
-    filled = integrate_panels(lambda x, _: profile.height(x), marks[:, :-1], marks[:, 1:], a)
+    filled = integrate_panels(lambda x, _: profile.height(x), marks[:, :-1], marks[:, 1:])
     depth = profile.height(a) - np.sqrt(2 * np.pi * work / effective_modulus * a)
     return depth, 2 * effective_modulus * (a * depth - filled)
 

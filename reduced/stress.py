@@ -19,7 +19,7 @@ def abel(
     (Sneddon 1965; Popov, Hess & Willert 2019, ch. 2). The second term is the inverse square root of
     a contact that ends at a sharp edge; it vanishes where d = g(a). Paraboloid, cone and
     cylinder use closed forms, tables elliptic kernels per segment, all others the substitution
-    x^2 = r^2 + w^2 and tanh-sinh panels between the breakpoints (1e-12).
+    x^2 = r^2 + w^2 and double-exponential panels between the breakpoints (1e-12).
 
     Parameters
     ----------
@@ -175,9 +175,9 @@ def _abel_integral(profile: Profile, r: np.ndarray, a: float) -> np.ndarray:
     marks = np.array([0.0, *(b for b in profile.breakpoints if b < a), a])
     ends = np.sqrt(np.maximum(marks - r[:, None], 0.0) * (marks + r[:, None]))
 
-    def integrand(w: np.ndarray, radius: np.ndarray) -> np.ndarray:
+    def integrand(w: np.ndarray, row: np.ndarray) -> np.ndarray:
         # Rounding must not lift x over a, where the profile may end; nor w = 0 at r = 0 divide.
-        x = np.clip(np.hypot(radius, w), np.finfo(float).tiny * a, a)
+        x = np.clip(np.hypot(r[row], w), np.finfo(float).tiny * a, a)
         return profile.slope(x) / x
 
-    return integrate_panels(integrand, ends[:, :-1], ends[:, 1:], r)
+    return integrate_panels(integrand, ends[:, :-1], ends[:, 1:])

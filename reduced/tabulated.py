@@ -8,7 +8,7 @@ from scipy.interpolate import PchipInterpolator, PPoly
 from scipy.special import elliprf
 
 from .arguments import choice_faults, refuse
-from .quadrature import gauss_legendre, integrate_panels
+from .quadrature import double_exponential, gauss_legendre
 from .section import Profile, Section
 
 # Gauss rules for cubics in sin(t), exact to rounding over a quarter turn and over a narrow segment.
@@ -109,7 +109,7 @@ def _profile(curve: PPoly, r: np.ndarray) -> Profile:
         return 2 * of_second + x * of_third + kinks
 
     def abel_integral(radii: np.ndarray, a: float) -> np.ndarray:
-        return _pressure_integrals(radii, a, slope, second, r, slope_jump)
+        return np.array([_pressure_integral(s, a, slope, second, r, slope_jump) for s in radii])
 
     section = Section(
         "tabulated",
@@ -214,34 +214,42 @@ def _refuse_hollow(profile: Profile, r: np.ndarray) -> None:
         )
 
 
-def _pressure_integrals(
-    s: np.ndarray, a: float, slope: PPoly, second: PPoly, r: np.ndarray, slope_jump: np.ndarray
-) -> np.ndarray:
-    """Integrals of g'(x)/sqrt(x^2 - s^2) from s to a, with the order of integrations exchanged.
+def _pressure_integral(
+    s: float, a: float, slope: PPoly, second: PPoly, r: np.ndarray, slope_jump: np.ndarray
+) -> float:
+    """Integral of g'(x)/sqrt(x^2 - s^2) from s to a, with the order of integrations exchanged.
 
     g'(x) = int_0^x m(t)/sqrt(x^2 - t^2) dt turns it into int_0^a m(t) K(t, s) dt with an elliptic
     kernel that is only logarithmically singular at t = s.
     """
-    marks = np.broadcast_to([*r[r < a], a], (s.size, np.count_nonzero(r < a) + 1))
-    ends = np.sort(np.column_stack([marks, s]), axis=1)
-
-    def integrand(t: np.ndarray, s: np.ndarray) -> np.ndarray:
-        return (slope(t) + t * second(t)) * _kernel(t, s, a)
-
-    total = integrate_panels(integrand, ends[:, :-1], ends[:, 1:], s)
+    nodes, weights = double_exponential(4)
+    ends = np.unique(np.concatenate([r[r < a], [a], [s] if s > 0 else []]))
+    lower, width = ends[:-1, None], np.diff(ends)[:, None]
+    t = np.minimum(lower + width * nodes, ends[1:, None])
+    segment = np.searchsorted(r, lower[:, 0], side="right") - 1
+    offset = t - r[segment][:, None]
+    moment = np.zeros_like(t)
+    for polynomial, factor in ((slope, 1.0), (second, t)):
+        values = np.zeros_like(t)
+        for c in polynomial.c:
+            values = values * offset + c[segment][:, None]
+        moment = moment + factor * values
+    # Distance to s from the panel's own end, so that it keeps its digits where t comes close.
+    apart = np.where(lower >= s, lower - s + width * nodes, s - t)
+    total = float((moment * _kernel(t, s, a, apart) * width * weights).sum())
     inner = r[1:-1]
     kinks = (slope_jump != 0) & (inner < a)
     b = inner[kinks]
-    total += _kernel(b, s[:, None], a) @ (slope_jump[kinks] * b)
-    return np.where((b == s[:, None]).any(axis=1), np.inf, total)
+    if np.any(b == s):
+        return np.inf
+    return total + float((slope_jump[kinks] * b * _kernel(b, s, a, np.abs(b - s))).sum())
 
 
-def _kernel(t: np.ndarray, s: np.ndarray, a: float) -> np.ndarray:
+def _kernel(t: np.ndarray, s: float, a: float, apart: np.ndarray) -> np.ndarray:
     """Integral of 1/sqrt((x^2 - t^2)(x^2 - s^2)) from max(t, s) to a, as Carlson's R_F."""
     larger, smaller = np.maximum(t, s), np.minimum(t, s)
     outer = (a - larger) * (a + larger)
-    # where the two meet in rounding, the singularity is only logarithmic
-    between = np.maximum(larger - smaller, 1e-30 * larger) * (t + s)
+    between = np.maximum(apart, 1e-30 * larger) * (t + s)
     far = (a - smaller) * (a + smaller)
     form = elliprf(larger**2 * far, larger**2 * between, a**2 * between)
     return np.where(outer > 0, np.sqrt(np.maximum(outer, 0.0)) * form, 0.0)

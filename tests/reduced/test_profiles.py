@@ -217,7 +217,7 @@ def test_unmarked_kinks_are_noticed():
 
     with pytest.raises(ConvergenceError, match="breakpoints") as caught:
         from_function(flank, 1.0).height(np.array([1.0]))
-    assert caught.value.history[0] > 1e-6
+    assert len(caught.value.history) > 1
     marked = from_function(flank, 1.0, (0.5,)).height(np.array([1.0]))
     assert marked[0] == pytest.approx(0.2 * np.pi / 2 + 0.8 * np.arccos(0.5), rel=QUADRATURE)
 
