@@ -34,8 +34,9 @@ def open_folder(directory: Path, scenes: Iterable[str], *, resume: bool, overwri
         raise ResultsError("--resume and --overwrite: expected at most one of them")
     used = directory.exists() and any(directory.iterdir())
     if used and not (resume or overwrite):
+        what = "has results already" if (directory / STUDY).exists() else "is not empty"
         raise ResultsError(
-            f"{directory} is in use: say --resume to go on with it, --overwrite to start "
+            f"{directory} {what}: say --resume to go on with it, --overwrite to start "
             "anew, or --out for another folder"
         )
     if used:

@@ -152,7 +152,7 @@ class StudyRecord:
     effort : str
         "quick" or "full".
     seconds : float
-        Wall time of the study.
+        Wall time of the study, with that of the runs it resumed.
     machine : dict
         ``system``, ``processor``, ``cores``, ``memory`` (bytes), ``threads``.
     versions : dict

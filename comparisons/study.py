@@ -102,13 +102,14 @@ class Study:
         KeyboardInterrupt, LostWorkError
             After writing what was done.
         """
-        start = time.perf_counter()
+        start, spent = time.perf_counter(), 0.0
         executor = self.executor or executor_for(self.workers)
         names = [plan.scene.name for plan in self.plans]
         open_folder(self.directory, names, resume=self.resume, overwrite=self.overwrite)
         if self.resume and (self.directory / STUDY).exists():
             document = parse_study((self.directory / STUDY).read_text(encoding="utf-8"))
             self._merged = tuple(document.get("runs", ()))
+            spent = float(document["seconds"])
         else:
             # Killed before its end, a run leaves a folder that says so, and that is known as ours.
             save_study(self._record(0.0, scenes=(), interrupted=True))
@@ -117,7 +118,7 @@ class Study:
             self._solve(executor)
         except (KeyboardInterrupt, LostWorkError) as error:
             interrupted = error
-        seconds = time.perf_counter() - start
+        seconds = spent + time.perf_counter() - start
         record = self.record(seconds, interrupted=interrupted is not None)
         save_study(record)
         if interrupted is not None:

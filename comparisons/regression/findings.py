@@ -98,6 +98,9 @@ def compare_snapshots(
         before = stored.scenes.get(name)
         if before is None:
             found.append(Finding(name, MODEL, "not in the baseline: --update adds it", True))
+        elif before.scene and before.scene != scene.scene:
+            text = "the scene itself is not the baseline's: --update takes the new one"
+            found.append(Finding(name, MODEL, text, True))
         elif before.loads != scene.loads:
             found.append(Finding(name, MODEL, "the scene's loads are not the baseline's", True))
         else:

@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 import datetime
+import hashlib
+import json
 from collections.abc import Callable, Iterable
 
 import numpy as np
@@ -21,7 +23,7 @@ from comparisons.reference import (
     references,
 )
 from comparisons.regression.snapshot import Curves, SceneSnapshot, Snapshot, Speed
-from comparisons.scene import load_scene
+from comparisons.scene import Scene, load_scene
 from comparisons.solving import solve_plan
 from comparisons.suites import SINGLE
 
@@ -87,6 +89,7 @@ def _scene(plan: Plan, method: str) -> SceneSnapshot:
     truths = [each for each in references(solved) if each.method != method]
     told, alone = _agreement(solved, truths, plan.scene.compare.quantities)
     return SceneSnapshot(
+        scene=_identity(plan.scene),
         loads=[float(value) for value in plan.loads.values],
         model=_curves(solved, method),
         references={
@@ -98,6 +101,14 @@ def _scene(plan: Plan, method: str) -> SceneSnapshot:
         alone=alone,
         speed=_speed(plan, method),
     )
+
+
+def _identity(scene: Scene) -> str:
+    """Return what tells one problem from another: all that its file says but names and methods."""
+    told = scene.model_dump(
+        mode="json", exclude_defaults=True, exclude={"name", "title", "compare", "methods"}
+    )
+    return hashlib.sha256(json.dumps(told, sort_keys=True).encode()).hexdigest()[:16]
 
 
 def _curves(solved: Solved, method: str) -> Curves | None:

@@ -43,8 +43,10 @@ class SceneSnapshot(_Form):
     """One scene: the judged model, the references by name, and how they agreed.
 
     ``alone`` names the references that differ from all others while those agree among themselves.
+    ``scene`` tells one problem from another ("" in baselines that do not say).
     """
 
+    scene: str = ""
     loads: list[float]
     model: Curves | None
     references: dict[str, Curves]

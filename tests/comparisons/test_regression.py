@@ -25,8 +25,9 @@ from comparisons.regression import check as check_module
 from comparisons.regression.check import check_against, update_baseline
 from comparisons.regression.findings import AGREEMENT, MODEL, REFERENCES, SPEED
 from comparisons.regression.junit import write_junit
+from comparisons.regression.measure import _identity
 from comparisons.regression.snapshot import Speed
-from comparisons.scene import Scene
+from comparisons.scene import Scene, load_scene
 from reduced import foundation
 from reference.halfspace import kernels
 
@@ -93,6 +94,17 @@ def test_the_same_factor_in_both_is_named_as_shared(before, monkeypatch):
     assert "moved by the same factor 1.002" in moved.text
     assert moved.text.endswith("something they share has changed")
     assert not about(findings, AGREEMENT).drifted
+
+
+def test_a_scene_that_was_changed_is_not_blamed_on_the_code(before):
+    """Another E in the scene's file moves model and truth alike; nothing of roughline did."""
+    own = before.scenes["paraboloid"]
+    assert own.scene == _identity(load_scene("paraboloid", {"title": "another"}))
+    softer = _identity(load_scene("paraboloid", {"half_space.youngs_modulus": 1e9}))
+    now = {"paraboloid": own.model_copy(update={"scene": softer})}
+    (found,) = compare_snapshots(before, before.model_copy(update={"scenes": now}))
+    assert found.drifted
+    assert "the scene itself is not the baseline's" in found.text
 
 
 def slower(snapshot: Snapshot, model: float, machine: float) -> Snapshot:

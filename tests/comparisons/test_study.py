@@ -155,11 +155,20 @@ def test_several_scenes_share_a_folder(scene, tmp_path):
 def test_a_used_folder_is_left_alone(ball, tmp_path, counted):
     (tmp_path / "notes.txt").write_text("mine")
     before = snapshot(tmp_path)
-    with pytest.raises(ResultsError, match="is in use: say --resume"):
+    with pytest.raises(ResultsError, match="is not empty: say --resume"):
         Study(ball, tmp_path).run()
     assert snapshot(tmp_path) == before
     assert [path.name for path in tmp_path.iterdir()] == ["notes.txt"]
     assert counted == []
+
+
+def test_a_finished_folder_is_named_as_such_and_resuming_it_keeps_its_time(ball, tmp_path):
+    """Nothing is in use, and nothing is solved again: the run took what it took."""
+    first = Study(ball, tmp_path / "out").run()
+    with pytest.raises(ResultsError, match="out has results already: say --resume"):
+        Study(ball, tmp_path / "out").run()
+    again = Study(ball, tmp_path / "out", resume=True).run()
+    assert again.seconds > first.seconds
 
 
 def test_resuming_and_overwriting_exclude_each_other(ball, tmp_path):

@@ -218,7 +218,7 @@ def test_a_study_of_no_scenes_is_refused(tmp_path):
 
 
 def test_a_used_folder_needs_a_word(results):
-    with pytest.raises(roughline.InputError, match="is in use"):
+    with pytest.raises(roughline.InputError, match="has results already"):
         roughline.Study(BALL, results.folder).run()
     with pytest.raises(roughline.InputError, match="--workers: expected 1 to"):
         roughline.Study(BALL, results.folder, workers=0)
