@@ -67,9 +67,9 @@ def compile_for(task: Task) -> dict[str, bool]:
 
 def _cache_folder() -> Path:
     """Return where Numba keeps the code of the half-space: marks go when the cache goes."""
-    from reference.halfspace.descent import descend
+    from reference.halfspace import descent
 
-    folder = Path(descend.stats.cache_path)
+    folder = Path(descent._turn.stats.cache_path)
     folder.mkdir(parents=True, exist_ok=True)
     return folder
 
