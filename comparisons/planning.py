@@ -22,6 +22,7 @@ from comparisons.methods import METHODS, Support, Task, covers, method_for
 from comparisons.methods.bem_fft import ARRAYS_FREE, ARRAYS_PERIODIC
 from comparisons.physics.loads import Loads, loads_of
 from comparisons.physics.words import left_out, switched_on
+from comparisons.plausibility import scene_notes
 from comparisons.roughness import surface_notes
 from comparisons.scene import Scene, SceneError, validated
 from comparisons.surface_tables import MeasuredMap, SelfAffine
@@ -222,6 +223,7 @@ def _plan(scene: Scene, effort: Effort) -> Plan:
         if isinstance(geometry, RoughGeometry)
         else []
     )
+    notes += scene_notes(scene, geometry)
     if realisations < asked:
         notes.append(f"quick: {realisations} of {asked} realisations (--full runs all of them)")
     if scene.counter_body is not None:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from comparisons.formatting import count, number, with_unit
 from comparisons.geometry import RoughGeometry
+from comparisons.plausibility import CHECK
 
 # What measured surfaces keep within; beyond, a unit or the size is more likely wrong.
 SMALLEST_SIDE, LARGEST_SIDE = 1e-9, 1.0  # metres: a few atoms; larger than any profiler's stage
@@ -27,7 +28,7 @@ def surface_notes(geometry: RoughGeometry) -> list[str]:
     doubts = _doubts(geometry)
     if not doubts:
         return [stated]
-    return [stated, f"check the units and the size of the surface: {', '.join(doubts)}"]
+    return [stated, f"{CHECK}units and the size of the surface: {', '.join(doubts)}"]
 
 
 def _doubts(geometry: RoughGeometry) -> list[str]:

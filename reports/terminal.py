@@ -89,9 +89,13 @@ def print_study(record: StudyRecord, lost: list[tuple[Task, str]]) -> None:
     from comparisons.advice import advise
     from comparisons.decisions import asked_in_vain, judged_methods, title_of, verdicts
     from comparisons.formatting import duration
+    from comparisons.plausibility import CHECK
 
     console = _console()
     for scene in record.scenes:
+        for note in scene.plan.get("notes", []):
+            if note.startswith(CHECK):
+                console.print(f"{scene.name}: {note}", markup=False, highlight=False)
         for sentence in scene.disagreements:
             console.print(f"{scene.name}: {sentence}", style="bold", markup=False)
     methods = list(dict.fromkeys(name for each in record.scenes for name in judged_methods(each)))

@@ -1,0 +1,56 @@
+"""Scenes that are no contact mechanics are questioned: missing units, slopes that are not small."""
+
+from __future__ import annotations
+
+import pytest
+
+from comparisons.planning import plan_scene
+from comparisons.plausibility import CHECK
+from comparisons.scene import builtin_names, load_scene, validated
+
+
+def checks(shape=None, loading=None, **half_space):
+    data = {
+        "name": "ball",
+        "half_space": half_space,
+        "indenter": shape or {"shape": "paraboloid", "radius": 0.01},
+        "loading": loading or {"force": 1e3},
+        "compare": {"methods": ["closed_form"]},
+    }
+    (plan,) = plan_scene(validated(data))
+    return [note for note in plan.notes if note.startswith(CHECK)]
+
+
+def test_a_modulus_without_its_unit_is_questioned():
+    """210 Pa for 210 GPa: Hertz, a = (3 F R/(4 E*))^(1/3) = 319 mm, d = a^2/R = 10.2 m."""
+    units, slopes = checks(youngs_modulus=210, poisson_ratio=0.3)
+    assert "E* = 231\u202fPa is softer than any gel (1.00\u202fkPa)" in units
+    assert "deeper than wide" in units
+    assert "10.2\u202fm is 31.9 times the contact radius of 319\u202fmm" in slopes
+
+
+def test_what_is_stiffer_than_diamond_is_questioned():
+    (units,) = checks(effective_modulus=210e12)
+    assert "E* = 210\u202fTPa is stiffer than diamond (2.00\u202fTPa)" in units
+
+
+@pytest.mark.parametrize(("depth", "told"), [(0.089, False), (0.091, True)])
+def test_slopes_are_questioned_from_three_tenths_on(depth, told):
+    """d/a = a/R = sqrt(d/R) of a paraboloid."""
+    found = checks(loading={"penetration": 0.01 * depth}, effective_modulus=1e9)
+    assert bool(found) == told
+    assert all(note.startswith("check the slopes: ") for note in found)
+
+
+def test_steel_is_not_questioned():
+    assert checks(youngs_modulus="210 GPa", poisson_ratio=0.3) == []
+
+
+def test_of_the_built_in_scenes_those_with_steep_flanks_are_questioned():
+    steep = {
+        name
+        for name in builtin_names()
+        for plan in plan_scene(load_scene(name))
+        if any(note.startswith(CHECK) for note in plan.notes)
+    }
+    assert steep <= {"sphere", "impact-rubber"}
