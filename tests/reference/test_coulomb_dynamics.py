@@ -44,7 +44,7 @@ def test_stick_slip_on_a_belt_repeats_the_closed_cycle(static):
     assert x.min() == pytest.approx(cycle.smallest, rel=1e-5, abs=1e-5)
 
 
-def cycles_lost(rng: np.random.Generator, number: int) -> list[tuple]:
+def cycles_lost(rng: np.random.Generator, number: int, accuracy: float = 1e-11) -> list[tuple]:
     """Return the belts, of some at random, on which an event is missing or not at its time.
 
     Ratios of static to kinetic friction are integers, quarters, near 1 and any. Times are good to
@@ -67,7 +67,7 @@ def cycles_lost(rng: np.random.Generator, number: int) -> list[tuple]:
         first = static / stiffness / belt
         motion = follow(system, first + 2 * cycle.period + 0.5 * cycle.slipping, velocity=belt)
         times = first + np.cumsum([0, *[cycle.slipping, cycle.sticking] * 2])
-        error = 1e-11 + 1e-14 * (1 + 1 / drop) / frequency / cycle.period
+        error = accuracy + 1e-14 * (1 + 1 / drop) / frequency / cycle.period
         if motion.events.size != 5 or np.abs(motion.events - times).max() > error * times[-1]:
             lost.append((mass, stiffness, belt, kinetic, ratio, motion.events, times))
     return lost
@@ -86,17 +86,18 @@ def rounded_otherwise(monkeypatch: pytest.MonkeyPatch, rng: np.random.Generator)
     monkeypatch.setattr(event_driven, "expm", other)
 
 
-@pytest.mark.parametrize("number", [24, pytest.param(3000, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("number", [24, pytest.param(2000, marks=pytest.mark.slow)])
 def test_no_belt_loses_a_slip_or_a_stick(number):
     """A quarter of them did, where the processor gave a sticking block a speed of a rounding."""
     assert cycles_lost(np.random.default_rng(number), number) == []
 
 
-@pytest.mark.parametrize("number", [24, pytest.param(3000, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("number", [12, pytest.param(1000, marks=pytest.mark.slow)])
 def test_what_the_last_digits_are_decides_no_event(number, monkeypatch):
+    """Times to 1e-9: the error of the changed digits grows with a stick, of up to 1e5 units."""
     rng = np.random.default_rng(number)
     rounded_otherwise(monkeypatch, rng)
-    assert cycles_lost(rng, number) == []
+    assert cycles_lost(rng, number, accuracy=1e-9) == []
 
 
 def test_blocks_that_act_at_the_same_time_act_once(monkeypatch):
