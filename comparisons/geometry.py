@@ -22,7 +22,8 @@ from comparisons.scene import Scene, SceneError
 from comparisons.shapes import Indenter, RigidPlane, Sphere
 from comparisons.surface_tables import MeasuredMap, SelfAffine
 from comparisons.topography import MapError, read_map
-from reduced import foundation, profiles
+from reduced.profiles import shapes
+from reduced.springs.indent import indent
 from reference import surfaces
 from reference.closed_form import sphere
 
@@ -228,7 +229,7 @@ def _measured(scene: Scene, surface: MeasuredMap) -> RoughGeometry:
     )
 
 
-def equivalent_profile(indenter: Indenter) -> profiles.Profile:
+def equivalent_profile(indenter: Indenter) -> shapes.Profile:
     """Return the reduced model's profile of an indenter, by the rule that the chapter uses.
 
     Exact (MDR) for axisymmetric shapes, the Gaussian radius for ellipsoids, and
@@ -237,15 +238,15 @@ def equivalent_profile(indenter: Indenter) -> profiles.Profile:
     parameters = indenter.model_dump(exclude={"shape"})
     shape = indenter.model_dump(include={"shape"})["shape"]
     if shape == "profile":
-        return profiles.tabulated(
+        return shapes.tabulated(
             np.array(parameters["r"]),
             np.array(parameters["f"]),
             interpolation=parameters["interpolation"],
         )
     if indenter.flat and shape != "cylinder":
-        return profiles.equivalent_punch(indenter.area)  # type: ignore[attr-defined]
-    constructor = getattr(profiles, shape)
-    profile: profiles.Profile = constructor(**parameters)
+        return shapes.equivalent_punch(indenter.area)  # type: ignore[attr-defined]
+    constructor = getattr(shapes, shape)
+    profile: shapes.Profile = constructor(**parameters)
     return profile
 
 
@@ -299,7 +300,7 @@ def _press_estimate(scene: Scene, loads: Loads) -> IndenterGeometry:
 
 
 def _estimate(
-    profile: profiles.Profile,
+    profile: shapes.Profile,
     modulus: float,
     loads: Loads,
     first: int,
@@ -314,7 +315,7 @@ def _estimate(
     """
     values, reason = loads.values, "beyond the range of double precision"
     try:
-        contact = foundation.indent(profile, modulus, **{loads.control: values})
+        contact = indent(profile, modulus, **{loads.control: values})
         lengths = contact.contact_radius
         fits = (lengths >= COARSEST_SHARE * lengths[-1]) & np.isfinite(contact.penetration)
         own = int(np.argmin(fits[::-1])) if not fits.all() else len(values)

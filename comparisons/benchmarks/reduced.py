@@ -9,9 +9,12 @@ from typing import Any
 import numpy as np
 
 from comparisons.benchmarks.yardstick import Measurement, interleaved, measurement
-from reduced import ensemble, foundation, profiles, rough_line
-from reduced.sliding_history import slide_in_time
-from reduced.spectrum import LineSpectrum
+from reduced.profiles import shapes
+from reduced.rough import ensemble
+from reduced.rough import press as rough_line
+from reduced.rough.line_spectrum import LineSpectrum
+from reduced.rubber.history import slide_in_time
+from reduced.springs.indent import indent
 
 SPRINGS, LOADS = 10**6, 100
 LINES, POINTS, FEW_LOADS = 450, 64, 15
@@ -88,10 +91,10 @@ def _batch() -> list[Measurement]:
 
 def _single() -> list[Measurement]:
     """One contact of 40 springs: what each scene of a single shape costs."""
-    profile, loads = profiles.paraboloid(1.0), np.geomspace(1e-3, 0.1, 7)
+    profile, loads = shapes.paraboloid(1.0), np.geomspace(1e-3, 0.1, 7)
     heights = np.random.default_rng(0).normal(size=80)
     tasks = {
-        control: partial(foundation.indent, profile, 1.0, **{control: loads})
+        control: partial(indent, profile, 1.0, **{control: loads})
         for control in ("penetration", "force")
     }
     times = interleaved({"argsort": partial(np.argsort, heights), **tasks}, 21)

@@ -5,8 +5,8 @@ from __future__ import annotations
 import math
 
 from comparisons.experiments.running import Finding, above, experiment
-from reduced import adhesion
-from reduced.profiles import paraboloid
+from reduced.adhesion.adhere import pull_off
+from reduced.profiles.shapes import paraboloid
 from reference.closed_form.maugis import MaugisForm, strength_of
 
 # R = E* = w = 1: in Maugis' units one number is left. His equations are solved to 1e-12, and their
@@ -19,7 +19,7 @@ def _pull_off(effort: str, *, parameter: float = 1.0) -> Finding:
     above("parameter", parameter, 0)
     form = MaugisForm(1.0, 1.0, 1.0, strength_of(1.0, 1.0, 1.0, parameter))
     true = float(form.force(form.pull_off()))
-    rule = adhesion.pull_off(paraboloid(1.0), 1.0, 1.0).before.force
+    rule = pull_off(paraboloid(1.0), 1.0, 1.0).before.force
     details: dict[str, float | str] = {"pull-off force over pi w R, by Maugis": -true / math.pi}
     return Finding(rule / true - 1, _EXACT, details)
 

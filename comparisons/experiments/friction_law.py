@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from comparisons.experiments.running import Finding, above, experiment, one_of
-from reduced.friction_law import creep_speed, friction, missing_friction, stable_step
-from reduced.friction_motion import blocks, integrate
+from reduced.motion.blocks import blocks, integrate
+from reduced.motion.friction_law import creep_speed, friction, missing_friction, stable_step
 from reference.dynamics import blocks as coulomb
 from reference.dynamics.event_driven import follow
 from reference.dynamics.friction_forms import stick_slip, stopping

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from comparisons.experiments.running import Finding, above, experiment
-from reduced.viscoelastic import harmonic_stiffness
-from reduced.viscoelastic_models import standard_solid
+from reduced.memory.indent import harmonic_stiffness
+from reduced.memory.materials import standard_solid
 from reference.halfspace import FreeOperator
 from reference.viscoelastic import GeneralisedMaxwell, press_in_time
 

@@ -16,7 +16,7 @@ from scipy import stats
 
 from comparisons.experiments.running import above, one_of
 from comparisons.uncertainty import RULE, combined, ratio_of_means, standard_error
-from reduced import ensemble, spectrum
+from reduced.rough import ensemble, line_spectrum
 from reference import surfaces
 from reference.halfspace import Contact, FreeOperator, HalfSpace, PeriodicOperator, areas, fft
 
@@ -87,9 +87,9 @@ class Surface:
         kind = PeriodicOperator if self.periodic else FreeOperator
         return kind((n, n), (1 / n, 1 / n), 1.0)
 
-    def line(self, rule: str) -> spectrum.LineSpectrum:
+    def line(self, rule: str) -> line_spectrum.LineSpectrum:
         """Return the spectrum of the line that stands for the surface."""
-        return spectrum.prescribed(self.points, 1.0, **self.recipe, rule=rule)
+        return line_spectrum.prescribed(self.points, 1.0, **self.recipe, rule=rule)
 
 
 def press(

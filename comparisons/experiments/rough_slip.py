@@ -14,8 +14,8 @@ import numpy as np
 from comparisons.experiments.base import Effort
 from comparisons.experiments.rough_ensemble import SEED, Surface, compare, truth
 from comparisons.experiments.running import Finding, above, experiment
-from reduced.ensemble import lines
-from reduced.tangential import slide_lines, tangential_modulus
+from reduced.friction.slide import slide_lines, tangential_modulus
+from reduced.rough.ensemble import lines
 from reference.halfspace.cerruti import Compliance
 from reference.halfspace.friction import sweep
 from reference.halfspace.traction import NormalAndTangential

@@ -5,12 +5,12 @@ from __future__ import annotations
 import numpy as np
 
 from comparisons.experiments.running import Finding, above, experiment, one_of
-from reduced.ensemble import lines
-from reduced.rough_line import press
-from reduced.sliding import slide
-from reduced.sliding_printed import PrintedSliding, slide_as_printed
-from reduced.spectrum import prescribed
-from reduced.viscoelastic_models import kelvin_voigt, standard_solid
+from reduced.memory.materials import kelvin_voigt, standard_solid
+from reduced.rough.ensemble import lines
+from reduced.rough.line_spectrum import prescribed
+from reduced.rough.press import press
+from reduced.rubber.printed import PrintedSliding, slide_as_printed
+from reduced.rubber.steady import slide
 from reference.sliding.studies import paraboloid
 from reference.viscoelastic.materials import GeneralisedMaxwell
 

@@ -10,7 +10,9 @@ from scipy.optimize import brentq, minimize_scalar
 
 from comparisons.experiments.rough_ensemble import SEED, Surface, compare, press, truth
 from comparisons.experiments.running import Finding, above, experiment, one_of
-from reduced import ensemble, line_regions, profiles, stress
+from reduced.profiles import shapes
+from reduced.rough import ensemble, regions
+from reduced.springs import stress
 from reference.closed_form import power_law, rounded_punch, sphere
 
 RULES = ("own_curvature", "one_radius", "abel")
@@ -31,13 +33,13 @@ def _largest(pressure: Callable[[np.ndarray], np.ndarray]) -> float:
     return max(float(values[best]), -float(found.fun))
 
 
-def _shape(name: str, exponent: float, edge: float) -> tuple[profiles.Profile, object]:
+def _shape(name: str, exponent: float, edge: float) -> tuple[shapes.Profile, object]:
     """Equivalent profile and closed form of a shape of unit size, E* = 1."""
     if name == "power_law":
-        return profiles.power_law(exponent, 1.0), power_law(exponent, 1.0, 1.0)
+        return shapes.power_law(exponent, 1.0), power_law(exponent, 1.0, 1.0)
     if name == "sphere":
-        return profiles.sphere(1.0), sphere(1.0, 1.0)
-    return profiles.rounded_punch(edge, 1.0), rounded_punch(edge, 1.0, 1.0)
+        return shapes.sphere(1.0), sphere(1.0, 1.0)
+    return shapes.rounded_punch(edge, 1.0), rounded_punch(edge, 1.0, 1.0)
 
 
 def _first_yield(
@@ -132,7 +134,7 @@ def _stresses(
     )
     depths = pressed.samples["penetration"][:, 0]
     found = [
-        line_regions.line_stress(line, 1 / points, 1.0, float(depth), rule=rule)
+        regions.line_stress(line, 1 / points, 1.0, float(depth), rule=rule)
         for line, depth in zip(lines, depths, strict=True)
     ]
     return [each.pressure for each in found], np.array([each.undefined_share for each in found])
@@ -157,7 +159,7 @@ def _above_hardness(
     realisations: float = 120,
 ) -> Finding:
     """Share of the contact above `hardness` E* h': springs of lines over cells of surfaces."""
-    one_of("rule", rule, *line_regions.RULES)
+    one_of("rule", rule, *regions.RULES)
     above("hardness", hardness, 0)
     above("load", load, 0)
     above("realisations", realisations, 2)

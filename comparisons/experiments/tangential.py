@@ -6,7 +6,7 @@ import numpy as np
 
 from comparisons.experiments.running import Finding, above, experiment, one_of
 from comparisons.uncertainty import grid_uncertainty
-from reduced.tangential import stiffness_ratio
+from reduced.friction.slide import stiffness_ratio
 from reference import closed_form
 from reference.halfspace import areas, fft
 from reference.halfspace.cerruti import Compliance

@@ -8,7 +8,8 @@ import numpy as np
 
 from comparisons.experiments.rough_ensemble import QUANTITIES, SEED, Surface, compare, press, truth
 from comparisons.experiments.running import Finding, above, experiment, one_of
-from reduced import ensemble, rough_line, spectrum
+from reduced.rough import ensemble, line_spectrum
+from reduced.rough import press as rough_line
 
 # Realisations of the second body: far from those of the first.
 _SECOND = 100_000
@@ -41,7 +42,7 @@ def _lines(
         size = max(one.power.size, other.power.size)
         longer = one if one.power.size == size else other
         power = sum(np.pad(each.power, (0, size - each.power.size)) for each in (one, other))
-        both = spectrum.LineSpectrum(longer.wavenumber, power, longer.length)
+        both = line_spectrum.LineSpectrum(longer.wavenumber, power, longer.length)
         heights = ensemble.lines(both, points, range(count), seed=SEED)
     else:
         heights = ensemble.lines(one, points, range(count), seed=SEED)

@@ -7,9 +7,9 @@ import numpy as np
 from comparisons.methods.base import Solution, Task
 from comparisons.methods.closed_form import form_of
 from comparisons.methods.reduced import profile_of
-from reduced.contact_law import SpringContact, impact_depth, spring_contact
-from reduced.contact_motion import Motion, move
 from reduced.errors import ConvergenceError
+from reduced.motion.contact import SpringContact, impact_depth, spring_contact
+from reduced.motion.course import Motion, move
 from reference.dynamics.course import course
 
 # Steps per shortest period of the motion, for each spring per contact radius.

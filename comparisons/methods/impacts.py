@@ -15,7 +15,7 @@ from comparisons.geometry import Geometry, IndenterGeometry, equivalent_profile,
 from comparisons.methods.base import Method, Solution, Support, Task
 from comparisons.methods.spans import solve_in_spans
 from comparisons.scene import Scene, validated
-from reduced.contact_law import impact_depth
+from reduced.motion.contact import impact_depth
 from reference.dynamics.collision import collide_curve
 
 # The ladder: from this share of the shallowest impact to this multiple of the deepest estimate.

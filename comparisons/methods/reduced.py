@@ -20,17 +20,13 @@ from comparisons.methods.radial import profile_fields, unit_rings
 from comparisons.options import ReducedOptions
 from comparisons.scene import Scene
 from comparisons.shapes import Indenter, RigidPlane
-from reduced import (
-    ensemble,
-    foundation,
-    line_regions,
-    profiles,
-    rough_line,
-    spectrum,
-    stress,
-    surface_spectrum,
-)
 from reduced.errors import ConvergenceError
+from reduced.profiles import shapes
+from reduced.rough import ensemble, regions, surface_spectrum
+from reduced.rough import line_spectrum as spectrum
+from reduced.rough.press import LineContact, press
+from reduced.springs import stress
+from reduced.springs.indent import Indentation, indent
 
 
 class Reduced(Method):
@@ -96,13 +92,13 @@ class Reduced(Method):
         """Compile the springs of a profile, or the walk along a line."""
         options = _options(task)
         if not isinstance(task.geometry, RoughGeometry):
-            small = profiles.power_law(4.0, 1.0)
+            small = shapes.power_law(4.0, 1.0)
             control: dict[str, Any] = {task.loads.control: np.array([0.5, 1.0])}
-            foundation.indent(small, 1.0, **control, springs=4, edges=options.edges)
+            indent(small, 1.0, **control, springs=4, edges=options.edges)
             return
         line = np.cos(np.arange(16.0))[None, :]
         load: dict[str, Any] = {task.loads.control: np.array([0.5])}
-        rough_line.press(line, 1.0, 1.0, **load, edges=options.edges, periodic=True)
+        press(line, 1.0, 1.0, **load, edges=options.edges, periodic=True)
 
     def solve(self, task: Task) -> Solution:
         """Solve all loads at once, from one profile or one set of lines."""
@@ -138,13 +134,13 @@ def _rule(indenter: Indenter, options: ReducedOptions) -> str:
     return "Gaussian radius of curvature sqrt(Rx Ry)"
 
 
-def profile_of(scene: Scene) -> profiles.Profile:
+def profile_of(scene: Scene) -> shapes.Profile:
     """Return the 1-D profile of a scene's indenter, by the rule of the scene's options."""
     assert scene.indenter is not None
     profile = equivalent_profile(scene.indenter)
     if scene.methods.reduced.rule == "half_radius":
         assert profile.section is not None
-        return profiles.half_radius(profile.section)
+        return shapes.half_radius(profile.section)
     return profile
 
 
@@ -153,9 +149,7 @@ def _solve_profile(task: Task, geometry: IndenterGeometry, solution: Solution) -
     with solution.setup():
         profile = profile_of(task.scene)
     load: dict[str, Any] = task.loads.keyword
-    contact = foundation.indent(
-        profile, modulus, **load, springs=task.resolution, edges=options.edges
-    )
+    contact = indent(profile, modulus, **load, springs=task.resolution, edges=options.edges)
     radius = np.asarray(contact.contact_radius)
     area = np.pi * radius**2
     curves = {
@@ -182,7 +176,7 @@ def _solve_profile(task: Task, geometry: IndenterGeometry, solution: Solution) -
 
 
 def line_picture(
-    profile: profiles.Profile, penetration: float, contact_radius: float, spacing: float
+    profile: shapes.Profile, penetration: float, contact_radius: float, spacing: float
 ) -> dict[str, np.ndarray]:
     """Return the fields that the report draws the one-dimensional model from."""
     x = np.linspace(-1.5, 1.5, 301) * contact_radius
@@ -198,8 +192,8 @@ def line_picture(
 def _profile_fields(
     task: Task,
     geometry: IndenterGeometry,
-    profile: profiles.Profile,
-    contact: foundation.Indentation,
+    profile: shapes.Profile,
+    contact: Indentation,
 ) -> dict[str, np.ndarray]:
     depth, radius = float(contact.penetration[-1]), float(contact.contact_radius[-1])
     fields = line_picture(profile, depth, radius, contact.spacing)
@@ -212,13 +206,13 @@ def _has_pressure(task: Task, geometry: IndenterGeometry) -> bool:
 
 
 def _radial(
-    task: Task, profile: profiles.Profile, depth: float, radius: float
+    task: Task, profile: shapes.Profile, depth: float, radius: float
 ) -> dict[str, np.ndarray]:
     r = radius * unit_rings()[0]
     return profile_fields(radius, radius, r, _pressure(task, profile, depth, r))
 
 
-def _pressure(task: Task, profile: profiles.Profile, depth: float, r: np.ndarray) -> np.ndarray:
+def _pressure(task: Task, profile: shapes.Profile, depth: float, r: np.ndarray) -> np.ndarray:
     modulus = task.scene.effective_modulus
     if _options(task).stress == "abel":
         return np.asarray(stress.abel(profile, modulus, depth, r))
@@ -255,7 +249,7 @@ def _solve_lines(task: Task, geometry: RoughGeometry, solution: Solution) -> Non
     if task.loads.control == "force":
         loads = loads * patches
     load: dict[str, Any] = {task.loads.control: loads}
-    contact = rough_line.press(lines, spacing, modulus, **load, edges=options.edges, periodic=True)
+    contact = press(lines, spacing, modulus, **load, edges=options.edges, periodic=True)
     solution.quantities = _line_quantities(contact, lines, patches, modulus)
     if options.stress == "local" and task.wants_pressure:
         solution.quantities["local_stress_undefined_share"] = _undefined_shares(
@@ -279,7 +273,7 @@ def _solve_lines(task: Task, geometry: RoughGeometry, solution: Solution) -> Non
 
 
 def _line_quantities(
-    contact: rough_line.LineContact, lines: np.ndarray, patches: float, modulus: float
+    contact: LineContact, lines: np.ndarray, patches: float, modulus: float
 ) -> dict[str, np.ndarray]:
     """Return the quantities of lines that each stand for a number of patches, per patch."""
     peak = lines.max(axis=1) - lines.mean(axis=1)
@@ -307,7 +301,7 @@ def _undefined_shares(
     return np.array(
         [
             [
-                line_regions.line_stress(line, spacing, 1.0, d, edges=edges).undefined_share
+                regions.line_stress(line, spacing, 1.0, d, edges=edges).undefined_share
                 for d in depths
             ]
             for line, depths in zip(lines, penetration, strict=True)

@@ -11,8 +11,9 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from comparisons.physics.loads import Loads
-from reduced import foundation, profiles
-from reduced.contact_law import impact_depth
+from reduced.motion.contact import impact_depth
+from reduced.profiles import shapes
+from reduced.springs.indent import indent
 
 if TYPE_CHECKING:
     from comparisons.scene import Scene
@@ -23,7 +24,7 @@ SMALLEST, LARGEST = 1e-9, 1e6
 IMPACTS = 12
 
 
-def largest_contact(scene: Scene, profile: profiles.Profile, loads: Loads) -> tuple[float, float]:
+def largest_contact(scene: Scene, profile: shapes.Profile, loads: Loads) -> tuple[float, float]:
     """Return penetration and contact radius of the largest contact in a scene.
 
     Raises
@@ -47,12 +48,12 @@ def largest_contact(scene: Scene, profile: profiles.Profile, loads: Loads) -> tu
     largest = float(normal.values.max())
     if largest <= 0:
         raise ValueError("expected a load above zero somewhere")
-    contact = foundation.indent(profile, modulus, **{normal.control: np.array([largest])})
+    contact = indent(profile, modulus, **{normal.control: np.array([largest])})
     return float(contact.penetration[0]), float(contact.contact_radius[0])
 
 
 def impact_contacts(
-    scene: Scene, profile: profiles.Profile, velocities: np.ndarray
+    scene: Scene, profile: shapes.Profile, velocities: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return penetration and contact radius of the impact at each velocity, increasing.
 
@@ -68,7 +69,7 @@ def impact_contacts(
 
 
 def _adhering(
-    profile: profiles.Profile, modulus: float, pull: float, loads: Loads
+    profile: shapes.Profile, modulus: float, pull: float, loads: Loads
 ) -> tuple[float, float]:
     """Return the largest contact of JKR type: d = g(a) - l(a), l = pull sqrt(a) (Hess).
 

@@ -12,8 +12,8 @@ from pathlib import Path
 
 import numpy as np
 
-from reduced import profiles
-from reduced.adhesion import adhere, pull_off
+from reduced.adhesion.adhere import adhere, pull_off
+from reduced.profiles import shapes
 from reference.closed_form import adhesive
 from reference.closed_form.maugis import MaugisForm, strength_of
 from reference.errors import ConvergenceError
@@ -27,13 +27,13 @@ PAGE = Path(__file__).resolve().parents[1] / "adhesion.md"
 WORK = 0.01
 
 SHAPES = {
-    "paraboloid": (profiles.paraboloid(1.0), adhesive.paraboloid(1.0, 1.0, WORK)),
-    "cone": (profiles.cone(0.3), adhesive.cone(0.3, 1.0, WORK)),
-    "sphere": (profiles.sphere(1.0), adhesive.sphere(1.0, 1.0, WORK)),
-    "r^4": (profiles.power_law(4, 0.3), adhesive.power_law(4, 0.3, 1.0, WORK)),
-    "r^0.7": (profiles.power_law(0.7, 0.3), adhesive.power_law(0.7, 0.3, 1.0, WORK)),
+    "paraboloid": (shapes.paraboloid(1.0), adhesive.paraboloid(1.0, 1.0, WORK)),
+    "cone": (shapes.cone(0.3), adhesive.cone(0.3, 1.0, WORK)),
+    "sphere": (shapes.sphere(1.0), adhesive.sphere(1.0, 1.0, WORK)),
+    "r^4": (shapes.power_law(4, 0.3), adhesive.power_law(4, 0.3, 1.0, WORK)),
+    "r^0.7": (shapes.power_law(0.7, 0.3), adhesive.power_law(0.7, 0.3, 1.0, WORK)),
     "rounded punch": (
-        profiles.rounded_punch(1.0, 2.0),
+        shapes.rounded_punch(1.0, 2.0),
         adhesive.rounded_punch(1.0, 2.0, 1.0, WORK),
     ),
 }

@@ -16,12 +16,12 @@ from pathlib import Path
 import numpy as np
 from scipy.integrate import solve_ivp
 
-from reduced import friction_law
-from reduced.contact_law import impact_depth, spring_contact
-from reduced.contact_motion import move
-from reduced.friction_motion import blocks, integrate
-from reduced.impact import strike
-from reduced.profiles import cone, cylinder, paraboloid, power_law, rounded_punch, sphere
+from reduced.motion import friction_law
+from reduced.motion.blocks import blocks, integrate
+from reduced.motion.contact import impact_depth, spring_contact
+from reduced.motion.course import move
+from reduced.motion.impact import strike
+from reduced.profiles.shapes import cone, cylinder, paraboloid, power_law, rounded_punch, sphere
 from reference import closed_form
 from reference.dynamics import blocks as coulomb
 from reference.dynamics import collision, oscillator

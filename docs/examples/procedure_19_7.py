@@ -15,7 +15,7 @@ from pathlib import Path
 import numpy as np
 
 from comparisons.scene import builtin_folder
-from reduced.procedure import Procedure, side_by_side
+from reduced.rough.procedure import Procedure, side_by_side
 
 SIDE, MODULUS = 10e-6, 100e9
 

@@ -12,13 +12,13 @@ from pathlib import Path
 
 import numpy as np
 
-from reduced.ensemble import press_ensemble
-from reduced.foundation import indent
-from reduced.profiles import cone, cylinder, paraboloid, power_law, rounded_punch, sphere
-from reduced.rough_line import press
-from reduced.spectrum import LineSpectrum, line_of, prescribed, sum_rules
-from reduced.stress import abel, local_rule, one_radius_rule
-from reduced.surface_spectrum import self_affine
+from reduced.profiles.shapes import cone, cylinder, paraboloid, power_law, rounded_punch, sphere
+from reduced.rough.ensemble import press_ensemble
+from reduced.rough.line_spectrum import LineSpectrum, line_of, prescribed, sum_rules
+from reduced.rough.press import press
+from reduced.rough.surface_spectrum import self_affine
+from reduced.springs.indent import indent
+from reduced.springs.stress import abel, local_rule, one_radius_rule
 
 PAGE = Path(__file__).resolve().parents[1] / "reduced-model.md"
 DRAWS = 2000

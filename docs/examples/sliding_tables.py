@@ -12,14 +12,14 @@ from pathlib import Path
 
 import numpy as np
 
-from reduced.ensemble import lines
-from reduced.rough_line import press
-from reduced.rubber_friction import friction_of_map
-from reduced.sliding import slide
-from reduced.sliding_history import slide_in_time
-from reduced.sliding_printed import slide_as_printed
-from reduced.spectrum import prescribed
-from reduced.viscoelastic_models import kelvin_voigt, standard_solid
+from reduced.memory.materials import kelvin_voigt, standard_solid
+from reduced.rough.ensemble import lines
+from reduced.rough.line_spectrum import prescribed
+from reduced.rough.press import press
+from reduced.rubber.history import slide_in_time
+from reduced.rubber.of_map import friction_of_map
+from reduced.rubber.printed import slide_as_printed
+from reduced.rubber.steady import slide
 from reference import surfaces
 from reference.sliding.contact import solve
 from reference.sliding.operators import Travelling

@@ -13,10 +13,10 @@ from pathlib import Path
 
 import numpy as np
 
-from reduced import profiles
-from reduced.ensemble import lines
-from reduced.spectrum import prescribed
-from reduced.tangential import slide, slide_lines
+from reduced.friction.slide import slide, slide_lines
+from reduced.profiles import shapes
+from reduced.rough.ensemble import lines
+from reduced.rough.line_spectrum import prescribed
 from reference import closed_form
 from reference.closed_form import PartialSlip, stiffness_ratio
 from reference.fem.friction import follow
@@ -42,12 +42,12 @@ def mindlin(nu: float) -> float:
 
 # %%
 SHAPES = {
-    "paraboloid": (profiles.paraboloid(1.0), closed_form.paraboloid(1.0, 1.0), 1.0),
-    "cone": (profiles.cone(0.3), closed_form.cone(0.3, 1.0), 1.0),
-    "power law, n = 4": (profiles.power_law(4, 0.5), closed_form.power_law(4, 0.5, 1.0), 1.0),
-    "sphere, a to 0.6 R": (profiles.sphere(1.0), closed_form.sphere(1.0, 1.0), 0.6),
+    "paraboloid": (shapes.paraboloid(1.0), closed_form.paraboloid(1.0, 1.0), 1.0),
+    "cone": (shapes.cone(0.3), closed_form.cone(0.3, 1.0), 1.0),
+    "power law, n = 4": (shapes.power_law(4, 0.5), closed_form.power_law(4, 0.5, 1.0), 1.0),
+    "sphere, a to 0.6 R": (shapes.sphere(1.0), closed_form.sphere(1.0, 1.0), 0.6),
     "rounded punch, b = 0.4 a": (
-        profiles.rounded_punch(0.4, 3.0), closed_form.rounded_punch(0.4, 3.0, 1.0), 1.0,
+        shapes.rounded_punch(0.4, 3.0), closed_form.rounded_punch(0.4, 3.0, 1.0), 1.0,
     ),
 }  # fmt: skip
 
@@ -274,7 +274,7 @@ def second_opinion() -> list[list[str]]:
         true = list(sweep(half_space, gap, MU, **loads))[8:]
         moduli = half_space.compliance.effective_modulus, half_space.compliance.tangential_modulus
         line = slide(
-            profiles.paraboloid(1.0), *moduli, MU, penetration=0.8, tangential_displacement=shift
+            shapes.paraboloid(1.0), *moduli, MU, penetration=0.8, tangential_displacement=shift
         )
         for elements in (2, 4):
             body = frictional_body(1.0, 2 * (1 + nu), nu, elements=elements)

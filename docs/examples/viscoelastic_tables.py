@@ -14,10 +14,10 @@ from pathlib import Path
 
 import numpy as np
 
-from reduced.profiles import cone, cylinder, paraboloid, power_law
-from reduced.viscoelastic import graded_times, indent_in_time
-from reduced.viscoelastic_impact import impact as impact_on_springs
-from reduced.viscoelastic_models import fit, kelvin_voigt, maxwell, prony, standard_solid
+from reduced.memory.impact import impact as impact_on_springs
+from reduced.memory.indent import graded_times, indent_in_time
+from reduced.memory.materials import fit, kelvin_voigt, maxwell, prony, standard_solid
+from reduced.profiles.shapes import cone, cylinder, paraboloid, power_law
 from reference import closed_form
 from reference.halfspace import FreeOperator
 from reference.viscoelastic import GeneralisedMaxwell, impact, indentation, press_in_time

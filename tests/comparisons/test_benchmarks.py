@@ -13,7 +13,7 @@ from comparisons import benchmarks
 from comparisons.benchmarks import bem, bem_cases, bem_cost, reduced
 from comparisons.benchmarks import fem as fem_benchmark
 from comparisons.benchmarks.yardstick import interleaved, measurement, vector_features
-from reduced.rough_line import press
+from reduced.rough.press import press
 from reference.halfspace import fft
 from reports.cli import run_command
 

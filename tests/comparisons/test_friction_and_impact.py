@@ -10,9 +10,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from reduced.friction_motion import blocks, integrate
-from reduced.impact import strike
-from reduced.profiles import paraboloid, power_law, sphere
+from reduced.motion.blocks import blocks, integrate
+from reduced.motion.impact import strike
+from reduced.profiles.shapes import paraboloid, power_law, sphere
 from reference import closed_form
 from reference.dynamics import blocks as coulomb
 from reference.dynamics.collision import collide, power_law_collision
@@ -118,7 +118,7 @@ def test_the_half_radius_rule_is_struck_too_softly_by_its_own_factor():
 
     F ~ x^2/c: at equal energy x_m ~ c^(1/3), and T = number x_m/v with it.
     """
-    from reduced.profiles import cone, half_radius
+    from reduced.profiles.shapes import cone, half_radius
 
     exact = power_law_collision(1, 0.3, 1.0, 1.0, 0.01)
     rule = strike(half_radius(cone(0.3).section), 1.0, 1.0, [0.01])

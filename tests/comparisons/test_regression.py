@@ -28,7 +28,7 @@ from comparisons.regression.junit import write_junit
 from comparisons.regression.measure import _identity
 from comparisons.regression.snapshot import Speed
 from comparisons.scene import Scene, load_scene
-from reduced import foundation
+from reduced.springs import indent
 from reference.halfspace import kernels
 
 FAULT = 1.002
@@ -54,12 +54,12 @@ def test_the_same_code_has_not_moved(before):
 
 def test_a_stiffer_reduced_model_is_named(before, monkeypatch):
     """A factor 1.002 in the springs: the model's force moves by 0.2 %, the references do not."""
-    sound = foundation.indent
+    sound = indent.indent
 
     def faulty(profile, effective_modulus, **loads):
         return sound(profile, FAULT * effective_modulus, **loads)
 
-    monkeypatch.setattr(foundation, "indent", faulty)
+    monkeypatch.setattr(indent, "indent", faulty)
     findings = compare_snapshots(before, take_snapshot(scenes=["paraboloid"]))
     moved = about(findings, MODEL)
     assert moved.drifted

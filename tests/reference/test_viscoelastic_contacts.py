@@ -12,10 +12,10 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
-from reduced.profiles import cone, cylinder, paraboloid, power_law
-from reduced.viscoelastic import indent_in_time
-from reduced.viscoelastic_impact import impact as impact_on_springs
-from reduced.viscoelastic_models import prony
+from reduced.memory.impact import impact as impact_on_springs
+from reduced.memory.indent import indent_in_time
+from reduced.memory.materials import prony
+from reduced.profiles.shapes import cone, cylinder, paraboloid, power_law
 from reference import closed_form
 from reference.halfspace import FreeOperator
 from reference.viscoelastic import creep, impact, indentation, press_in_time

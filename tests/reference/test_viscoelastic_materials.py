@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from reduced.viscoelastic_models import prony
+from reduced.memory.materials import prony
 from reference.viscoelastic.materials import GeneralisedMaxwell
 
 POSITIVE = st.floats(1e-3, 1e3)

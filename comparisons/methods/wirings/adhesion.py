@@ -14,9 +14,9 @@ from comparisons.methods.closed_form import ClosedForm
 from comparisons.methods.reduced import Reduced, profile_of
 from comparisons.scene import Scene
 from comparisons.shapes import Indenter, PowerLaw
-from reduced import adhesion
 from reduced import errors as reduced_errors
-from reduced.profiles import paraboloid
+from reduced.adhesion.adhere import Adhesion, State, adhere, pull_off
+from reduced.profiles.shapes import paraboloid
 from reference import errors as reference_errors
 from reference.closed_form import adhesive
 
@@ -67,7 +67,7 @@ class ReducedAdhesion(Reduced):
     def warm_up(self, task: Task) -> None:
         """Compile the half line for the control of the task."""
         load: dict[str, Any] = {task.loads.control: [0.1, -1.0]}
-        adhesion.adhere(paraboloid(1.0), 1.0, 0.01, **load, springs=4)
+        adhere(paraboloid(1.0), 1.0, 0.01, **load, springs=4)
 
     def solve(self, task: Task) -> Solution:
         """Walk the whole path."""
@@ -76,8 +76,8 @@ class ReducedAdhesion(Reduced):
         assert scene.adhesion is not None
         body = profile_of(scene), scene.effective_modulus, scene.adhesion.work
         try:
-            contact = adhesion.adhere(*body, **task.loads.keyword, springs=task.resolution)
-            strongest = adhesion.pull_off(*body, springs=task.resolution).before
+            contact = adhere(*body, **task.loads.keyword, springs=task.resolution)
+            strongest = pull_off(*body, springs=task.resolution).before
         except reduced_errors.ConvergenceError as error:
             for step in range(len(task.loads.values)):
                 solution.fail((0, step), error.reason)
@@ -96,7 +96,7 @@ class ReducedAdhesion(Reduced):
         return solution
 
 
-def _largest_pull(contact: adhesion.Adhesion, strongest: adhesion.State) -> float:
+def _largest_pull(contact: Adhesion, strongest: State) -> float:
     """Return the largest pull along the path, between the steps too.
 
     Steps and jumps tell it, but for the fold of the force that a falling penetration passes.

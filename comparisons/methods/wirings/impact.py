@@ -13,7 +13,7 @@ from comparisons.methods.impacts import CurveImpact, no_impact
 from comparisons.methods.reduced import Reduced, profile_of
 from comparisons.scene import Scene
 from reduced.errors import ConvergenceError
-from reduced.impact import Impact, strike
+from reduced.motion.impact import Impact, strike
 from reference.dynamics.collision import collide
 from reference.errors import ConvergenceError as ClosedFormError
 

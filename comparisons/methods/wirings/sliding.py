@@ -18,8 +18,8 @@ from comparisons.methods.reduced import Reduced, draw_lines, profile_of
 from comparisons.methods.wirings.viscoelastic import material_of, springs_of
 from comparisons.scene import Scene
 from reduced import errors as reduced_errors
-from reduced import profiles
-from reduced.sliding import SteadySliding, slide
+from reduced.profiles import shapes
+from reduced.rubber.steady import SteadySliding, slide
 from reference.errors import ConvergenceError
 from reference.halfspace import areas
 from reference.sliding.cells import LIMIT
@@ -104,7 +104,7 @@ class ReducedSliding(Reduced):
             values = {name: float(curve[0, 0]) for name, curve in _curves(found, 1.0).items()}
             solution.put((0, step), values | {"speed": float(speed)})
 
-    def _settled(self, task: Task, profile: profiles.Profile, speed: float) -> SteadySliding:
+    def _settled(self, task: Task, profile: shapes.Profile, speed: float) -> SteadySliding:
         """Slide on a line fitted to the contact, whose radius a coarse line tells for a force."""
         load = _normal(task)
         radius = task.geometry.contact_radius

@@ -16,8 +16,10 @@ from comparisons.methods.grid import Grid, cells, make_grid
 from comparisons.methods.reduced import Reduced, draw_lines, line_picture, profile_of
 from comparisons.options import FftOptions, ReducedOptions
 from comparisons.scene import Scene
-from reduced import foundation, rough_line, tangential
 from reduced.errors import ConvergenceError as ReducedError
+from reduced.friction.slide import TangentialPath, slide, slide_lines
+from reduced.rough.press import press
+from reduced.springs.indent import Indentation, indent
 from reference.closed_form import PartialSlip
 from reference.errors import ConvergenceError
 from reference.halfspace import areas
@@ -59,8 +61,8 @@ class ReducedTangential(Reduced):
         """Compile the springs of a profile, or the walk along a line."""
         if isinstance(task.geometry, RoughGeometry):
             line = np.cos(np.arange(16.0))
-            rough_line.press(line, 1.0, 1.0, penetration=[0.5])
-            rough_line.press(line, 1.0, 1.0, force=[0.5])
+            press(line, 1.0, 1.0, penetration=[0.5])
+            press(line, 1.0, 1.0, force=[0.5])
         else:
             _slide_profile(task, springs=4)
 
@@ -76,19 +78,17 @@ class ReducedTangential(Reduced):
         return solution
 
 
-def _slide_profile(
-    task: Task, springs: int
-) -> tuple[foundation.Indentation, tangential.TangentialPath, int]:
+def _slide_profile(task: Task, springs: int) -> tuple[Indentation, TangentialPath, int]:
     """Return the normal contact, the path as far as it holds, and the number of its steps."""
     control, load = normal_load(task)
     options, scene = task.options, task.scene
     assert isinstance(options, ReducedOptions)
     profile, modulus = profile_of(scene), scene.effective_modulus
     line: dict[str, Any] = {control: [load], "springs": springs, "edges": options.edges}
-    normal = foundation.indent(profile, modulus, **line)
+    normal = indent(profile, modulus, **line)
     held = _steps_below(task, float(normal.force[0]))
     path: dict[str, Any] = {task.loads.control: task.loads.values[: max(held, 1)] * (held > 0)}
-    answer = tangential.slide(
+    answer = slide(
         *(profile, modulus, scene.tangential_modulus, _friction(scene)),
         **path,
         **line | {control: load},
@@ -149,7 +149,7 @@ def _slide_lines(task: Task, solution: Solution) -> None:
     control, load = normal_load(task)
     normal: dict[str, Any] = {control: load * (patches if control == "force" else 1.0)}
     for row, line in enumerate(lines):
-        contact = rough_line.press(
+        contact = press(
             line,
             spacing,
             scene.effective_modulus,
@@ -162,7 +162,7 @@ def _slide_lines(task: Task, solution: Solution) -> None:
         path: dict[str, Any] = {
             task.loads.control: task.loads.values[: max(held, 1)] * (held > 0) * shares
         }
-        answer = tangential.slide_lines(
+        answer = slide_lines(
             *(line, spacing, scene.effective_modulus, scene.tangential_modulus, _friction(scene)),
             **normal,
             **path,

@@ -21,9 +21,9 @@ from comparisons.options import FftOptions, ReducedOptions
 from comparisons.physics.loads import Loads, loads_of
 from comparisons.scene import Scene
 from reduced import errors as reduced_errors
-from reduced.profiles import paraboloid
-from reduced.viscoelastic import History, graded_times, indent_in_time
-from reduced.viscoelastic_models import Prony, prony
+from reduced.memory.indent import History, graded_times, indent_in_time
+from reduced.memory.materials import Prony, prony
+from reduced.profiles.shapes import paraboloid
 from reference import viscoelastic as reference
 from reference.errors import ConvergenceError
 from reference.halfspace import areas

@@ -10,10 +10,10 @@ from comparisons.methods.wirings.viscoelastic import circular, material_of, spri
 from comparisons.options import ReducedOptions
 from comparisons.scene import Scene
 from reduced import errors as reduced_errors
-from reduced.profiles import paraboloid
-from reduced.viscoelastic_impact import Impact
-from reduced.viscoelastic_impact import impact as strike
-from reduced.viscoelastic_models import prony
+from reduced.memory.impact import Impact
+from reduced.memory.impact import impact as strike
+from reduced.memory.materials import prony
+from reduced.profiles.shapes import paraboloid
 from reference import viscoelastic as reference
 from reference.errors import ConvergenceError
 

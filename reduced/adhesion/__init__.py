@@ -1,0 +1,1 @@
+"""Springs whose edges hold (Hess' rule)."""

@@ -1,0 +1,252 @@
+"""An adhesive half line: monotone pieces of its load over its contact radius, and the way along it.
+
+Springs out to a are held; the outermost lets go at the stretch l(a) = sqrt(t a), t = 2 pi w/E*.
+With G(a) = int_0^a g dx the contact is in equilibrium at
+
+    d = g(a) - l(a)             (penetration control),
+    F/(2 E*) = a d - G(a)       (force control),
+
+and grows where the load given is larger than this *characteristic load* of its radius, shrinks
+where it is smaller: for both controls the derivative of the free energy, E* (d - g)^2 - 2 pi w a,
+has that sign. Folds of the characteristic are where a g'(a)^2 = t/4 and 9 t/4. On cubics both they
+and the extremes of a g'^2 between them are found to rounding, so that the half line falls into
+pieces on which the characteristic is monotone; nothing can hide between springs.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from reduced.profiles.section import Profile
+from reduced.springs.cubics import part_moments, rise_and_slope
+from reduced.springs.line import SmoothLine
+
+PENETRATION, FORCE = 0, 1
+FOLD_LEVEL = (0.25, 2.25)
+"""a g'(a)^2/t where the characteristic load turns, by control."""
+
+_STEPS = 100
+_GRADES = 40
+_EPSILON = float(np.finfo(float).eps)
+
+
+class Half(NamedTuple):
+    """Cubics of a half line, as `cubic_line.moments` makes them; all arrays."""
+
+    x: np.ndarray
+    heights: np.ndarray
+    start: np.ndarray
+    end: np.ndarray
+    first: np.ndarray
+    second: np.ndarray
+
+
+class Pieces(NamedTuple):
+    """Stretches of a half line on which the characteristic load is monotone, from the axis out.
+
+    `cell`, `begin`, `stop` (n,): the cubic each lies on, and its ends there, in [0, 1]; `radius`,
+    `load` (n + 1,): contact radius and characteristic load at their ends.
+    """
+
+    cell: np.ndarray
+    begin: np.ndarray
+    stop: np.ndarray
+    radius: np.ndarray
+    load: np.ndarray
+
+
+def half_line(profile: Profile, spacing: float, offset: float, largest: float) -> Half:
+    """Springs at (i + offset) dx out to some beyond `largest`; the other half is its mirror image.
+
+    Behind the tip and every breakpoint b the profile may rise as a broken power of x - b, which
+    cubics hold badly where folds are sought: knots at b + 4 dx/2^(k/2) are added there.
+    """
+    steps = 4 * spacing * 0.5 ** (np.arange(_GRADES) / 2)
+    marks = np.array([0.0, *(b for b in profile.breakpoints if b < largest)])
+    graded = np.concatenate([marks[1:], (marks[:, None] + steps).ravel()])
+    graded = graded[graded < min(profile.edge, largest + spacing)]
+    dense = replace(profile, breakpoints=tuple(map(float, graded)))
+    return Half(*SmoothLine(dense, spacing, offset, largest).halves[0])
+
+
+@njit(cache=True)
+def evaluate(half, cell, s):
+    """Contact radius a, g, int_0^a g dx, int_0^a g^2 dx and g' at the place s of a cell."""
+    width = half.x[cell + 1] - half.x[cell]
+    base, height = half.heights[cell], half.heights[cell + 1] - half.heights[cell]
+    value, slope = rise_and_slope(half.start[cell], half.end[cell], s)
+    one, two = part_moments(base, height, width, half.start[cell], half.end[cell], s)
+    g = base + height * value
+    first, second = half.first[cell] + one, half.second[cell] + two
+    return half.x[cell] + s * width, g, first, second, slope * height / width
+
+
+@njit(cache=True)
+def characteristic(half, stretch, control, cell, s):
+    """Penetration d or reduced force F/(2 E*) at which the contact ends at s, and its slope in a.
+
+    Without the slope's infinite value on the axis, where l(a) begins as a root: zero there.
+    """
+    a, g, first, _, slope = evaluate(half, cell, s)
+    edge = np.sqrt(stretch * a)
+    rate = edge / (2.0 * a) if a > 0.0 else 0.0
+    if control == PENETRATION:
+        return g - edge, slope - rate
+    return a * (g - edge) - first, a * (slope - 3.0 * rate)
+
+
+@njit(cache=True)
+def _fold_function(half, cell, s):
+    """Evaluate a g'(a)^2."""
+    width = half.x[cell + 1] - half.x[cell]
+    height = half.heights[cell + 1] - half.heights[cell]
+    _, slope = rise_and_slope(half.start[cell], half.end[cell], s)
+    return (half.x[cell] + s * width) * (slope * height / width) ** 2
+
+
+@njit(cache=True)
+def _extremes(half, cell):
+    """Places in (0, 1) where a g'^2 turns, 2 a g'' + g' = 0: roots of a quadratic, in order."""
+    m0, m1 = half.start[cell], half.end[cell]
+    c2, c3 = 3.0 - 2.0 * m0 - m1, m0 + m1 - 2.0
+    away = half.x[cell] / (half.x[cell + 1] - half.x[cell])
+    a, b, c = 15.0 * c3, 6.0 * c2 + 12.0 * c3 * away, 4.0 * c2 * away + m0
+    low = high = 2.0
+    square = b * b - 4.0 * a * c
+    if square >= 0.0:
+        q = -0.5 * (b + np.sqrt(square)) if b >= 0.0 else -0.5 * (b - np.sqrt(square))
+        if a != 0.0:
+            low = q / a
+        if q != 0.0:
+            high = c / q
+    return min(low, high), max(low, high)
+
+
+@njit(cache=True)
+def _fold_place(half, cell, level, low, high):
+    """Place between low and high, where a g'^2 is monotone, at which it passes the level."""
+    rising = _fold_function(half, cell, high) > level
+    for _ in range(_STEPS):
+        middle = 0.5 * (low + high)
+        if middle in (low, high):
+            break
+        if (_fold_function(half, cell, middle) > level) == rising:
+            high = middle
+        else:
+            low = middle
+    return 0.5 * (low + high)
+
+
+@njit(cache=True)
+def cut(half, stretch, control):
+    """Cut the half line where the characteristic load turns.
+
+    Returns
+    -------
+    Pieces
+    """
+    cells = half.x.size - 1
+    level = FOLD_LEVEL[control] * stretch
+    cell, begin, stop = [0], [0.0], [0.0]  # numba wants typed lists: the first is dropped below
+    for i in range(cells):
+        marks = [0.0]
+        for place in _extremes(half, i):
+            if marks[-1] < place < 1.0:
+                marks.append(place)
+        marks.append(1.0)
+        last = 0.0
+        for j in range(len(marks) - 1):
+            low, high = marks[j], marks[j + 1]
+            above = _fold_function(half, i, low) > level
+            if above != (_fold_function(half, i, high) > level):
+                place = _fold_place(half, i, level, low, high)
+                if last < place < 1.0:
+                    cell.append(i)
+                    begin.append(last)
+                    stop.append(place)
+                    last = place
+        cell.append(i)
+        begin.append(last)
+        stop.append(1.0)
+    radius, load = np.zeros(len(cell)), np.zeros(len(cell))
+    for k in range(1, len(cell)):
+        radius[k] = evaluate(half, cell[k], stop[k])[0]
+        load[k] = characteristic(half, stretch, control, cell[k], stop[k])[0]
+    load[0] = characteristic(half, stretch, control, 0, 0.0)[0]
+    return Pieces(np.array(cell)[1:], np.array(begin)[1:], np.array(stop)[1:], radius, load)
+
+
+@njit(cache=True)
+def place_on(half, stretch, control, pieces, k, load):
+    """Place on piece k at which the characteristic is `load`: Newton inside a bracket."""
+    cell, low, high = pieces.cell[k], pieces.begin[k], pieces.stop[k]
+    width = half.x[cell + 1] - half.x[cell]
+    rising = pieces.load[k + 1] > pieces.load[k]
+    s = 0.5 * (low + high)
+    for _ in range(_STEPS):
+        value, slope = characteristic(half, stretch, control, cell, s)
+        if (value < load) == rising:
+            low = s
+        else:
+            high = s
+        last = s
+        s = s - (value - load) / (slope * width) if slope != 0.0 else -1.0
+        if not low <= s <= high:
+            s = 0.5 * (low + high)
+        if abs(s - last) <= _EPSILON * s:
+            break
+    return s
+
+
+@njit(cache=True)
+def advance(pieces, k, load):
+    """Next stop of a growing contact on piece k: (piece it stops on, whether a fold stops it).
+
+    It stops on the piece where the characteristic reaches the load, or at the end of the one that
+    ends in a fold below the load; the number of pieces is returned if the line ends first.
+    """
+    count = pieces.cell.size
+    while k < count:
+        if pieces.load[k + 1] >= load:
+            return k, False
+        rises = pieces.load[k + 1] > pieces.load[k]
+        if rises and k + 1 < count and pieces.load[k + 2] < pieces.load[k + 1]:
+            return k, True
+        k += 1
+    return count, False
+
+
+@njit(cache=True)
+def retreat(pieces, k, load):
+    """Next stop of a shrinking contact beyond node k: (piece, whether a fold stops it).
+
+    The piece begins at a load of at most `load`, or in a fold; -1 if there is none to the axis.
+    """
+    while k >= 0:
+        if pieces.load[k] <= load:
+            return k, False
+        if k > 0 and pieces.load[k - 1] > pieces.load[k]:
+            return k, True
+        k -= 1
+    return -1, False
+
+
+@njit(cache=True)
+def next_stable(pieces, k, load):
+    """First piece from k on that ends at `load` or more, or the number of pieces."""
+    while k < pieces.cell.size and pieces.load[k + 1] < load:
+        k += 1
+    return k
+
+
+@njit(cache=True)
+def last_stable(pieces, k, load):
+    """Last piece before node k that begins at a load of at most `load`; -1 if there is none."""
+    k -= 1
+    while k >= 0 and pieces.load[k] > load:
+        k -= 1
+    return k

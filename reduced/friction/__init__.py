@@ -1,0 +1,1 @@
+"""Springs that stick and slip."""

@@ -1,0 +1,246 @@
+"""Springs with friction on any path of penetration and tangential displacement, event by event.
+
+The gap is straight between the points of the line, and so is everything that follows from it: the
+bounds of friction +-(d - g), and the tangential force of springs that stuck or slipped together. A
+step of the path moves d and u in proportion. On the way a spring that touches starts without
+tangential force, one that reaches its bound stays on it, one that leaves forgets; as rates are
+constant, the end of the step tells it all:
+
+    t -> clip(t + v, -w, w)                   springs in contact throughout, w = d - g at the end,
+    t  = clip(v (d - g)/(d - d_before), -w, w)    springs touched on the way,
+
+with v = G* u/(mu E*) the increment and t = f_x/(mu E* dx). Where a border of contact or slip falls
+between two points, a knot is set there, so the forces are those of the straight line to rounding
+and converge as dx^2 to those of the curve behind it. Knots inside one slipping or free stretch are
+dropped again: their number stays bounded by the borders that the path has left in memory.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from reduced.arguments import positive_faults, refuse
+
+
+@dataclass(frozen=True)
+class LinePath:
+    """Answer at the points of a path; all arrays have shape (k,).
+
+    Attributes
+    ----------
+    penetration, tangential_displacement : ndarray
+        d and u, as given.
+    force, tangential_force : ndarray
+        F and F_x.
+    contact_length, stick_length : ndarray
+        Length in contact, and of it the part whose springs are within their bounds.
+    elastic_energy : ndarray
+        Energy of all springs, normal and tangential.
+    knots : ndarray of int
+        Points that the state needed.
+    """
+
+    penetration: np.ndarray
+    tangential_displacement: np.ndarray
+    force: np.ndarray
+    tangential_force: np.ndarray
+    contact_length: np.ndarray
+    stick_length: np.ndarray
+    elastic_energy: np.ndarray
+    knots: np.ndarray
+
+
+@dataclass
+class _State:
+    """Knots: place, gap, tangential force t, and whether the knot is a point of the line."""
+
+    place: np.ndarray
+    gap: np.ndarray
+    traction: np.ndarray
+    own: np.ndarray
+
+    def split_at(self, level: float) -> None:
+        """Set knots where the gap passes a level, with exactly that gap."""
+        new = self.split(self.gap - level)
+        self.gap[new] = level
+
+    def split(self, zero: np.ndarray) -> np.ndarray:
+        """Set knots where a function given at the knots, straight between them, is zero.
+
+        Returns their indices.
+        """
+        sign = np.sign(zero)
+        first = np.flatnonzero(sign[:-1] * sign[1:] < 0)
+        share = zero[first] / (zero[first] - zero[first + 1])
+        for name in ("place", "gap", "traction"):
+            values = getattr(self, name)
+            between = values[first] + share * (values[first + 1] - values[first])
+            setattr(self, name, np.insert(values, first + 1, between))
+        self.own = np.insert(self.own, first + 1, False)
+        return first + 1 + np.arange(first.size)
+
+    def keep(self, needed: np.ndarray) -> None:
+        """Drop all other knots."""
+        for name in ("place", "gap", "traction", "own"):
+            setattr(self, name, getattr(self, name)[needed])
+
+
+def follow(
+    gap: np.ndarray,
+    spacing: float,
+    effective_modulus: float,
+    tangential_modulus: float,
+    friction: float,
+    *,
+    penetration: np.ndarray,
+    tangential_displacement: np.ndarray,
+    periodic: bool = False,
+) -> LinePath:
+    """Move a line on springs along a path of penetration and tangential displacement.
+
+    Parameters
+    ----------
+    gap : ndarray, shape (n,)
+        Gap over the springs before the first touch: a profile's height at the springs, or the
+        depth of a rough line below its highest peak; finite, n >= 2.
+    spacing : float
+        dx.
+    effective_modulus, tangential_modulus, friction : float
+        E*, G* (`tangential.tangential_modulus`) and Coulomb's mu.
+    penetration, tangential_displacement : array_like, shape (k,)
+        The points of the path, any sign and order; the path starts at d = 0 (or the negative
+        first penetration), u = 0, and both change in proportion between two points.
+    periodic : bool
+        Whether the last point is the first one's neighbour; a free line ends half a cell beyond
+        its outer points, level with them.
+
+    Returns
+    -------
+    LinePath
+
+    Raises
+    ------
+    ValueError
+        Listing every argument that is wrong.
+
+    Examples
+    --------
+    A flat punch, pressed and shifted at once with u G* < mu d E*: everything sticks.
+
+    >>> flat = follow(np.zeros(4), 0.5, 1.0, 0.8, 0.5, penetration=[1.0],
+    ...               tangential_displacement=[0.5])
+    >>> flat.force, flat.tangential_force
+    (array([2.]), array([0.8]))
+    """
+    gap = np.asarray(gap, dtype=float)
+    depth, shift = (
+        np.array(path, dtype=float, ndmin=1) for path in (penetration, tangential_displacement)
+    )
+    _check(gap, depth, shift, spacing, effective_modulus, tangential_modulus, friction)
+    state = _start(gap, periodic)
+    ratio = tangential_modulus / (friction * effective_modulus)
+    before = min(depth[0], 0.0)
+    rows = []
+    for d, step in zip(depth, np.diff(ratio * shift, prepend=0.0), strict=True):
+        _advance(state, before, d, step)
+        rows.append([*_sums(state, d), state.place.size])
+        before = d
+    normal, tangential, contact, stick, energy, energy_x, knots = np.array(rows).T
+    unit = effective_modulus * spacing
+    energy = unit * (energy + friction / ratio * energy_x)
+    return LinePath(
+        *(depth, shift, unit * normal, friction * unit * tangential),
+        *(spacing * contact, spacing * stick, energy, knots.astype(int)),
+    )
+
+
+def _start(gap: np.ndarray, periodic: bool) -> _State:
+    """Knots of the untouched line, places in cells."""
+    place = np.arange(gap.size, dtype=float)
+    if periodic:
+        place, gap = np.append(place, gap.size), np.append(gap, gap[0])
+    else:
+        place = np.concatenate([[-0.5], place, [gap.size - 0.5]])
+        gap = np.concatenate([gap[:1], gap, gap[-1:]])
+    return _State(place, gap.copy(), np.zeros(gap.size), np.ones(gap.size, dtype=bool))
+
+
+def _advance(state: _State, before: float, d: float, step: float) -> None:
+    """Move to penetration d and by v = step, and leave the new tangential forces in the state."""
+    state.split_at(before)
+    state.split_at(d)
+    trial = _trial(state, before, d, step)
+    for side in (-1.0, 1.0):
+        state.split(np.where(state.gap <= d, trial - side * (d - state.gap), 0.0))
+        trial = _trial(state, before, d, step)
+    width = np.maximum(d - state.gap, 0.0)
+    state.traction = np.clip(trial, -width, width)
+    sign = np.where(width > 0, np.sign(trial) * (np.abs(trial) >= width), 2.0)
+    same = (sign[1:-1] == sign[:-2]) & (sign[1:-1] == sign[2:]) & (sign[1:-1] != 0)
+    state.keep(np.concatenate([[True], ~same | state.own[1:-1], [True]]))
+
+
+def _trial(state: _State, before: float, d: float, step: float) -> np.ndarray:
+    """Tangential force of every spring if none slipped on the step."""
+    if d <= before:
+        return state.traction + step
+    share = np.where(state.gap >= before, (d - state.gap) / (d - before), 1.0)
+    return state.traction + step * share
+
+
+def _sums(state: _State, d: float) -> tuple[float, ...]:
+    """Integrals over the line in cells: w, t, contact and stick length, and both energies."""
+    width, traction = np.maximum(d - state.gap, 0.0), state.traction
+    cell = np.diff(state.place)
+    open_ends = (width[:-1] > 0) | (width[1:] > 0)
+    rest = (width - np.abs(traction)) * 2
+    slips = rest[:-1] + rest[1:] <= 1e-12 * (width[:-1] + width[1:])
+    return (
+        _integral(width, cell),
+        _integral(traction, cell),
+        float(cell[open_ends].sum()),
+        float(cell[open_ends & ~slips].sum()),
+        _square(width, cell) / 2,
+        _square(traction, cell) / 2,
+    )
+
+
+def _integral(values: np.ndarray, cell: np.ndarray) -> float:
+    """Integral of a function that is straight between the knots."""
+    return float(np.sum((values[:-1] + values[1:]) / 2 * cell))
+
+
+def _square(values: np.ndarray, cell: np.ndarray) -> float:
+    """Integral of its square."""
+    first, last = values[:-1], values[1:]
+    return float(np.sum((first * first + first * last + last * last) / 3 * cell))
+
+
+def _check(
+    gap: np.ndarray,
+    depth: np.ndarray,
+    shift: np.ndarray,
+    spacing: float,
+    effective_modulus: float,
+    tangential_modulus: float,
+    friction: float,
+) -> None:
+    """Raise one ValueError for everything wrong."""
+    wrong = positive_faults(
+        spacing=spacing,
+        effective_modulus=effective_modulus,
+        tangential_modulus=tangential_modulus,
+        friction=friction,
+    )
+    if gap.ndim != 1 or gap.size < 2 or not np.all(np.isfinite(gap)):
+        wrong.append(f"gap must be finite, of shape (n,), n >= 2, got shape {gap.shape}")
+    if depth.shape != shift.shape or depth.ndim != 1 or depth.size == 0:
+        wrong.append(
+            "penetration and tangential_displacement must be lists of one length, "
+            f"got shapes {depth.shape} and {shift.shape}"
+        )
+    elif not (np.all(np.isfinite(depth)) and np.all(np.isfinite(shift))):
+        wrong.append("penetration and tangential_displacement must be finite")
+    refuse(wrong)

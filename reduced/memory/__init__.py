@@ -1,0 +1,1 @@
+"""Springs that relax: materials, histories of load, impacts."""

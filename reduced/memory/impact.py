@@ -1,0 +1,192 @@
+"""Impact of a rigid mass on viscoelastic springs (19.3): the coefficient of restitution.
+
+The contact has no mass of its own and answers at once (19.3 (a)), so the system is m d'' = -F with
+F the force of the row of springs, whatever has happened before.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from reduced.arguments import choice_faults, count_faults, positive_faults, refuse
+from reduced.errors import ConvergenceError
+from reduced.loads import EDGES
+from reduced.memory.indent import contact_modulus
+from reduced.memory.kernel import law_of
+from reduced.memory.materials import Prony
+from reduced.memory.row import SpringRow
+from reduced.profiles.section import Profile
+from reduced.springs.indent import indent
+
+_ITERATIONS = 60
+_LONGEST = 200  # elastic contact times that a body may stay
+_ROUNDING = 4 * np.finfo(float).eps
+
+
+@dataclass(frozen=True)
+class Impact:
+    """Motion of the body from first touch to the loss of contact.
+
+    Attributes
+    ----------
+    restitution : float
+        Speed after over speed before.
+    duration : float
+        Time in contact.
+    time, penetration, velocity, force : ndarray, shape (k,)
+        The motion; velocities are positive inwards.
+    """
+
+    restitution: float
+    duration: float
+    time: np.ndarray
+    penetration: np.ndarray
+    velocity: np.ndarray
+    force: np.ndarray
+
+
+def impact(
+    profile: Profile,
+    material: Prony,
+    mass: float,
+    velocity: float,
+    *,
+    poisson_ratio: float = 0.5,
+    springs: int = 40,
+    steps: int = 200,
+    edges: str = "sub_cell",
+) -> Impact:
+    """Let a body of a mass hit the springs at a speed, without weight.
+
+    Per step the depth is linear, so that the springs are exact, with the slope V that the force in
+    the middle of the step asks for, m (2 V - 2 v) = -F dt (implicit midpoint rule: second order,
+    stable at any step, also against a parallel dashpot). The last step ends where the last spring
+    leaves.
+
+    Parameters
+    ----------
+    profile : Profile
+    material : Prony
+        Shear modulus in time.
+    mass, velocity : float
+        m and the speed v > 0 at first touch, far below that of sound.
+    poisson_ratio : float
+    springs : int
+        Springs per contact radius at the depth estimated from the energy.
+    steps : int
+        Steps in three times that depth over v, about the duration of an elastic impact.
+    edges : {"sub_cell", "nodal"}
+
+    Returns
+    -------
+    Impact
+
+    Raises
+    ------
+    ValueError
+        Listing everything wrong.
+    ConvergenceError
+        If the body does not come back in 200 times the elastic duration.
+
+    Examples
+    --------
+    >>> from reduced.profiles.shapes import paraboloid
+    >>> from reduced.memory.materials import prony
+    >>> round(impact(paraboloid(1.0), prony(1.0), 1.0, 1e-3).restitution, 5)
+    1.0
+    """
+    wrong = positive_faults(mass=mass, velocity=velocity) + choice_faults("edges", edges, EDGES)
+    refuse(wrong + count_faults(springs=springs, steps=steps))
+    law = contact_modulus(material, poisson_ratio)
+    depth = _estimate_depth(profile, law, mass, velocity)
+    spacing = float(profile.contact_radius(depth)) / springs
+    flight = _Flight(SpringRow(profile, law_of(law), spacing, edges), law, mass, velocity)
+    duration = 3 * depth / velocity / steps
+    for _ in range(_LONGEST * steps):
+        if flight.step(duration):
+            path = (np.array(column) for column in zip(*flight.path, strict=True))
+            return Impact(-flight.velocity / velocity, flight.path[-1][0], *path)
+    raise ConvergenceError(f"the body is still in contact after {_LONGEST} elastic durations")
+
+
+class _Flight:
+    """A mass on a row of springs."""
+
+    def __init__(self, row: SpringRow, law: Prony, mass: float, velocity: float) -> None:
+        self._row, self._law, self._mass = row, law, mass
+        self.velocity = velocity
+        self.path = [(0.0, 0.0, velocity, 0.0)]
+
+    def step(self, duration: float) -> bool:
+        """Go on by one step, or by the part of it to the loss of contact; return if it is lost."""
+        slope = self._slope(duration)
+        lost = self._lost(slope, duration)
+        if lost:
+            duration = self._last_duration(duration)
+            slope = self._slope(duration)
+        force, length, _ = self._row.go(self._row.depth + slope * duration, duration)
+        self.velocity = 2 * slope - self.velocity
+        # the row felt the mean velocity of the step, its dashpots now feel the one at its end
+        force += self._law.viscosity * length * (self.velocity - slope)
+        self.path.append((self._row.time, self._row.depth, self.velocity, 0.0 if lost else force))
+        return lost
+
+    def _lost(self, slope: float, duration: float) -> bool:
+        length = self._row.trial(self._row.depth + slope * duration, duration)[1]
+        return slope < 0 and length == 0
+
+    def _last_duration(self, duration: float) -> float:
+        """Longest step that still ends in contact, by halving."""
+        low, high = 0.0, duration
+        for _ in range(_ITERATIONS):
+            middle = (low + high) / 2
+            if self._lost(self._slope(middle), middle):
+                high = middle
+            else:
+                low = middle
+        return high
+
+    def _slope(self, duration: float) -> float:
+        """Mean velocity of a step: Newton's method on 2 m (V - v) + dt F(V), which rises with V."""
+        law, half = self._law, duration / 2
+        stiffness = law.long_term + float(law.advance(half)[1].sum())
+        slope, history = self.velocity, []
+        low, high = -np.inf, np.inf
+        for _ in range(_ITERATIONS):
+            force, length, _ = self._row.trial(self._row.depth + slope * half, half)
+            excess = slope - self.velocity + force * half / self._mass
+            low, high = (slope, high) if excess < 0 else (low, slope)
+            # d(force)/dV: springs follow the depth V dt/2, dashpots V itself
+            rise = length * (stiffness * half + law.viscosity) * half / self._mass
+            change = -excess / (1 + rise)
+            if not low <= slope + change <= high:
+                change = (low + high) / 2 - slope
+            slope += change
+            history.append(abs(change))
+            if abs(change) <= _ROUNDING * abs(self.velocity) or high - low <= _ROUNDING * abs(high):
+                return slope
+        if history[-1] <= 1e-9 * abs(self.velocity):
+            return slope
+        raise ConvergenceError("no velocity balances the force of the springs", history)
+
+
+def _estimate_depth(profile: Profile, law: Prony, mass: float, velocity: float) -> float:
+    """Depth at which springs have taken the energy, with the modulus of a ramp as long as d/v."""
+
+    def taken(depth: float) -> float:
+        time = depth / velocity
+        modulus = law.long_term + float(law.advance(time)[1].sum()) + law.viscosity / time
+        return modulus * float(indent(profile, 1.0, penetration=[depth]).energy[0])
+
+    energy = mass * velocity**2 / 2
+    low = high = profile.length
+    while taken(high) < energy:
+        high *= 4
+    while taken(low) > energy:
+        low /= 4
+    while high > 1.01 * low:
+        middle = np.sqrt(low * high)
+        low, high = (middle, high) if taken(middle) < energy else (low, middle)
+    return float(high)

@@ -1,0 +1,309 @@
+"""Viscoelastic indentation on springs: any history of depth or of force, exact in time.
+
+Every spring of the line follows (19.31), f = dx int E*(t - t') d(delta)/dt' dt' with
+E* = 2 G/(1 - nu) (19.30), on its own: it is touched when the body reaches it, is left when its
+force would turn to tension, recovers freely, and may be touched again. For a body of revolution
+whose contact is a circle this is not an approximation: the transform that makes E* dx springs of
+an elastic half-space (Popov & Hess 2015) acts on space only, so it holds for every history; while
+the contact grows it gives Lee and Radok (1960), through unloading Ting (1968).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from reduced.arguments import choice_faults, count_faults, positive_faults, refuse
+from reduced.errors import ConvergenceError
+from reduced.loads import EDGES
+from reduced.memory.kernel import law_of
+from reduced.memory.materials import Prony
+from reduced.memory.row import SpringRow
+from reduced.profiles.section import Profile
+from reduced.springs.indent import indent
+
+_ITERATIONS = 100
+_ROUNDING = 4 * np.finfo(float).eps
+_STALLED = 1e-12  # below, a residual that no longer falls is the rounding of the sums
+
+
+@dataclass(frozen=True)
+class History:
+    """Contact at each instant; all arrays have shape (k,).
+
+    Attributes
+    ----------
+    time, penetration, force, contact_radius : ndarray
+        The force at an instant belongs to the velocity before it (they differ with a parallel
+        dashpot only). Where a time comes twice, the second entry is after the jump.
+    contact_length : ndarray
+        Length of the line in contact: 2 a unless the contact is a ring.
+    spacing : float
+        Distance dx of the springs.
+    """
+
+    time: np.ndarray
+    penetration: np.ndarray
+    force: np.ndarray
+    contact_radius: np.ndarray
+    contact_length: np.ndarray
+    spacing: float
+
+
+def contact_modulus(material: Prony, poisson_ratio: float = 0.5) -> Prony:
+    """E*(t) = 2 G(t)/(1 - nu) for one Poisson's ratio at all times; 4 G for rubber (19.30)."""
+    if not -1 < poisson_ratio <= 0.5:
+        raise ValueError(f"poisson_ratio must lie in (-1, 1/2], got {poisson_ratio!r}")
+    return material.scaled(2 / (1 - poisson_ratio))
+
+
+def harmonic_stiffness(
+    material: Prony,
+    contact_radius: float | np.ndarray,
+    frequency: float | np.ndarray,
+    *,
+    poisson_ratio: float = 0.5,
+) -> np.ndarray:
+    """Complex stiffness of a contact of constant size: 2 a E*(w), springs of (19.30) side by side.
+
+    Real part: force in phase with the depth; imaginary part over w: damping. It holds for a flat
+    punch, and for others at amplitudes so small that the contact radius keeps its value.
+
+    Parameters
+    ----------
+    material : Prony
+        Shear modulus.
+    contact_radius, frequency : float or ndarray
+        a > 0 and angular frequency w >= 0; they broadcast.
+    poisson_ratio : float
+        1/2 is rubber.
+
+    Returns
+    -------
+    ndarray of complex
+
+    Raises
+    ------
+    ValueError
+        If an argument is out of range.
+
+    Examples
+    --------
+    >>> from reduced.memory.materials import kelvin_voigt
+    >>> complex(harmonic_stiffness(kelvin_voigt(1.0, 0.5), 1.0, 2.0))  # 8 G a (1 + i w eta/G)
+    (8+8j)
+    """
+    radius = np.asarray(contact_radius, dtype=float)
+    if not (np.isfinite(radius).all() and (radius > 0).all()):
+        raise ValueError(f"contact_radius must be finite and positive, got {contact_radius!r}")
+    return 2 * radius * contact_modulus(material, poisson_ratio).complex_modulus(frequency)
+
+
+def indent_in_time(
+    profile: Profile,
+    material: Prony,
+    time: Sequence[float] | np.ndarray,
+    *,
+    penetration: Sequence[float] | np.ndarray | None = None,
+    force: Sequence[float] | np.ndarray | None = None,
+    poisson_ratio: float = 0.5,
+    springs: int = 40,
+    spacing: float | None = None,
+    edges: str = "sub_cell",
+) -> History:
+    """Press a body of revolution into a viscoelastic half-space along a history.
+
+    Before the first time nothing touches. Depth or force is linear between the times; a time given
+    twice is a jump, and so is a first value that is not zero. Under prescribed depth each spring is
+    exact at any step, releases and returns included, so that only dx is left to converge (as dx^2).
+    Under prescribed force the depth is what is linear in each step: its error falls as dt^2, with
+    the force met at the ends of steps, or in their middles if a parallel dashpot hides jumps of
+    the velocity. (With a dashpot and a curved body the depth starts as t^(2/3), so the times
+    should be graded: `graded_times`.)
+
+    Parameters
+    ----------
+    profile : Profile
+        Equivalent profile g(x), see `profiles`.
+    material : Prony
+        Shear modulus in time.
+    time : array_like, shape (k,)
+        Not decreasing.
+    penetration, force : array_like, shape (k,)
+        Exactly one of them. Depths may have any sign; forces are positive (the first may be 0).
+    poisson_ratio : float
+        Constant in time; 1/2 is rubber.
+    springs : int
+        Springs per contact radius at the largest depth (under force: at the largest that the
+        history could reach if the contact never shrank).
+    spacing : float, optional
+        dx itself.
+    edges : {"sub_cell", "nodal"}
+        Contacts end inside cells, or are whole springs of one dx each at (i + 1/2) dx as printed.
+
+    Returns
+    -------
+    History
+
+    Raises
+    ------
+    ValueError
+        Listing everything wrong. A jump of the depth, or of the force from nothing, against a
+        parallel dashpot is: it would need an infinite force, or has no depth to start from.
+    ConvergenceError
+        If no depth carries a prescribed force.
+
+    Examples
+    --------
+    >>> from reduced.profiles.shapes import paraboloid
+    >>> from reduced.memory.materials import maxwell
+    >>> held = indent_in_time(paraboloid(1.0), maxwell(0.25, relaxation_time=1.0), [0.0, 2.0],
+    ...                       penetration=[0.01, 0.01])
+    >>> np.round(held.force * 1e3, 6)  # (4/3) E* sqrt(R) d^1.5, then exp(-t/tau) of it
+    array([1.333333, 0.180447])
+    """
+    law = contact_modulus(material, poisson_ratio)
+    name, times, values = _checked(time, penetration=penetration, force=force)
+    wrong = choice_faults("edges", edges, EDGES) + count_faults(springs=springs)
+    wrong += [] if spacing is None else positive_faults(spacing=spacing)
+    if material.viscosity > 0 and name == "penetration" and _jumps(times, values):
+        wrong.append("penetration jumps, which a parallel dashpot does not let it")
+    refuse(wrong)
+    if spacing is None:
+        reach = values.max() if name == "penetration" else _reach(profile, law, times, values)
+        spacing = float(profile.contact_radius(max(reach, 0.0))) / springs
+        refuse(positive_faults(largest_contact_radius=spacing))
+    row = SpringRow(profile, law_of(law), spacing, edges)
+    if name == "penetration":
+        found = _follow_depth(row, times, values)
+    else:
+        found = _follow_force(row, profile, law, times, values)
+    return History(times, *found, float(spacing))
+
+
+def graded_times(duration: float, steps: int, exponent: float = 3.0) -> np.ndarray:
+    """Return T (k/n)^p, k = 0 ... n: fine at the start, where creep with a dashpot is singular.
+
+    Examples
+    --------
+    >>> graded_times(8.0, 2).tolist()
+    [0.0, 1.0, 8.0]
+    """
+    refuse(positive_faults(duration=duration, exponent=exponent) + count_faults(steps=steps))
+    return duration * np.linspace(0.0, 1.0, steps + 1) ** exponent
+
+
+def _checked(
+    time: Sequence[float] | np.ndarray, **given: Sequence[float] | np.ndarray | None
+) -> tuple[str, np.ndarray, np.ndarray]:
+    """Name, times and values of the one history given, or one ValueError."""
+    chosen = {name: values for name, values in given.items() if values is not None}
+    if len(chosen) != 1:
+        raise ValueError(
+            f"give exactly one of {', '.join(given)}; got {', '.join(chosen) or 'none'}"
+        )
+    ((name, values),) = chosen.items()
+    t, history = np.array(time, dtype=float, ndmin=1), np.array(values, dtype=float, ndmin=1)
+    wrong = []
+    if t.ndim != 1 or t.shape != history.shape:
+        wrong.append(f"time and {name} must be lists of one length, got {t.shape}, {history.shape}")
+    if not (np.isfinite(t).all() and (np.diff(t) >= 0).all()):
+        wrong.append(f"time must be finite and not decreasing, got {time!r}")
+    if not np.isfinite(history).all():
+        wrong.append(f"{name} must be finite, got {values!r}")
+    elif name == "force" and not (history[0] >= 0 and (history[1:] > 0).all()):
+        wrong.append(f"force must be positive (the first may be 0), got {values!r}")
+    elif not (history > 0).any():
+        wrong.append(f"{name} must be positive somewhere, got {values!r}")
+    refuse(wrong)
+    return name, t, history
+
+
+def _jumps(time: np.ndarray, penetration: np.ndarray) -> bool:
+    """Whether the depth of a body in touch jumps."""
+    change = np.diff(penetration, prepend=0.0)[np.diff(time, prepend=time[0]) == 0]
+    before = np.concatenate([[0.0], penetration])[:-1][np.diff(time, prepend=time[0]) == 0]
+    return bool(np.any((change != 0) & ((before > 0) | (before + change > 0))))
+
+
+def _reach(profile: Profile, law: Prony, time: np.ndarray, force: np.ndarray) -> float:
+    """Largest depth of the history if no spring ever left: A(d) = int J*(t - s) dF(s).
+
+    Steps of the force are put into the middles of theirs; it only sets the spacing.
+    """
+    creep = law.creep()
+    missing = np.zeros(creep.times.size)
+    flow, largest, before = 0.0, 0.0, 0.0
+    for duration, value in zip(np.diff(time, prepend=time[0]), force, strict=True):
+        decay = np.exp(-0.5 * duration / creep.times)
+        missing = (missing * decay + creep.compliances * (value - before)) * decay
+        flow += duration * (value + before) / 2
+        total = (creep.instantaneous + creep.compliances.sum()) * value - missing.sum()
+        largest, before = max(largest, total + creep.fluidity * flow), value
+    return float(indent(profile, 1.0, force=[largest]).penetration[0])
+
+
+def _follow_depth(
+    row: SpringRow, time: np.ndarray, penetration: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Depth, force, contact radius and length at each time."""
+    durations = np.diff(time, prepend=time[0])
+    found = [row.go(d, h) for d, h in zip(penetration, durations, strict=True)]
+    force, length, radius = (np.array(column) for column in zip(*found, strict=True))
+    return penetration, force, radius, length
+
+
+def _follow_force(
+    row: SpringRow, profile: Profile, law: Prony, time: np.ndarray, force: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Depth, force, contact radius and length at each time.
+
+    A parallel dashpot passes a jump of the force on to the velocity, so there the force is met in
+    the middle of a step, where the velocity of the step is known to second order.
+    """
+    place = 0.5 if law.viscosity > 0 else 1.0
+    found, before, rate = [], force[0], 0.0
+    for duration, value in zip(np.diff(time, prepend=time[0]), force, strict=True):
+        depth = row.depth
+        if value > 0 and (duration > 0 or law.viscosity == 0):
+            target = before + place * (value - before)
+            part = place * duration
+            depth = _depth_under(row, profile, law, target, part, row.depth + rate * part)
+            depth = row.depth + (depth - row.depth) / place
+            rate = (depth - row.depth) / duration if duration > 0 else 0.0
+        _, length, radius = row.go(depth, duration)
+        found.append((depth, radius, length))
+        before = value
+    depths, radius, length = (np.array(column) for column in zip(*found, strict=True))
+    return depths, force, radius, length
+
+
+def _depth_under(
+    row: SpringRow, profile: Profile, law: Prony, target: float, duration: float, guess: float
+) -> float:
+    """Depth after a time at which the row carries a force: Newton's method in a bracket."""
+    stiffness = law.long_term + float(law.advance(duration)[1].sum())
+    if law.viscosity > 0:
+        stiffness += law.viscosity / duration
+    low, high, depth = -np.inf, np.inf, guess
+    history: list[float] = []
+    for _ in range(_ITERATIONS):
+        force, length, _ = row.trial(depth, duration)
+        history.append(abs(force / target - 1))
+        stalled = history[-1] < _STALLED and len(history) > 1 and history[-1] >= history[-2]
+        if history[-1] <= _ROUNDING or stalled:
+            return depth
+        low, high = (depth, high) if force < target else (low, depth)
+        if length > 0:
+            change = (target - force) / (stiffness * length)
+        else:
+            change = float(indent(profile, stiffness, force=[target]).penetration[0])
+        outside = not low < depth + change < high
+        if outside and np.isfinite(high - low):
+            change = (low + high) / 2 - depth
+        depth += change
+        if abs(change) <= _ROUNDING * abs(depth):
+            return depth
+    raise ConvergenceError("no depth carries the force", history)

@@ -1,0 +1,365 @@
+"""One step in time of a row of unilateral viscoelastic springs, exact for a linear depth.
+
+Each spring is, apart from the others, in contact (its deflection is d - g, its force f >= 0) or
+free (f = 0, its end recovers below the body). Within a step the depth d is linear in time, so a
+spring in contact is a sum of exponentials of the relaxation times tau, a free one of the
+retardation times lambda; it leaves at the root of f and returns at the root of its gap, both found
+inside the step. What the ends of a step do not betray (a spring that would leave and return
+within one) is not looked for.
+
+State of a spring in contact: the arms' stresses s_j. Free: the modes w_k of its recovery and what
+stays for good in a fluid. They are the same state (partial fractions of G and J):
+
+    w_k = J_k [G_inf u + sum_j s_j tau_j/(tau_j - lambda_k)],
+    s_j = sum_k w_k G_j tau_j/(tau_j - lambda_k)      at f = 0.
+
+Times inside a step are shares of it, 0 to 1.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+
+from reduced.memory.materials import Prony
+
+_ALTERNATIONS = 8
+_HALVINGS = 80
+
+
+class Law(NamedTuple):
+    """Material of the springs, per unit of their spacing."""
+
+    long_term: float
+    moduli: np.ndarray
+    times: np.ndarray
+    viscosity: float
+    fluid: bool
+    compliances: np.ndarray
+    retardations: np.ndarray
+    spread: np.ndarray  # tau_j/(tau_j - lambda_k), shape (arms, modes)
+
+
+class Row(NamedTuple):
+    """State of all springs, and of the cells between neighbours.
+
+    `edge` is where a contact ends inside a cell, as a share of the cell's difference in height,
+    counted from the spring in contact; `fall` by how much the force per length fell over the whole
+    cell when the edge last advanced.
+    """
+
+    touching: np.ndarray
+    deflection: np.ndarray
+    arms: np.ndarray
+    modes: np.ndarray
+    kept: np.ndarray
+    force: np.ndarray
+    edge: np.ndarray
+    fall: np.ndarray
+
+
+class Step(NamedTuple):
+    """Linear motion of the body over one step; a jump has no duration.
+
+    `decay`, `rise` of the arms and `fade` of the modes belong to the whole step: most springs need
+    no other.
+    """
+
+    start: float
+    change: float
+    duration: float
+    decay: np.ndarray
+    rise: np.ndarray
+    fade: np.ndarray
+
+
+def law_of(material: Prony) -> Law:
+    """Springs of a material, with its creep."""
+    creep = material.creep()
+    apart = material.times[:, None] - creep.times
+    spread = np.divide(material.times[:, None], apart, out=np.zeros(apart.shape), where=apart != 0)
+    return Law(
+        float(material.long_term),
+        material.moduli,
+        material.times,
+        float(material.viscosity),
+        material.long_term == 0,
+        np.asarray(creep.compliances),
+        np.asarray(creep.times),
+        spread,
+    )
+
+
+def fresh_row(springs: int, law: Law) -> Row:
+    """Row of springs that nothing has touched yet."""
+    return Row(
+        np.zeros(springs, dtype=np.bool_),
+        np.zeros(springs),
+        np.zeros((springs, law.times.size)),
+        np.zeros((springs, law.retardations.size)),
+        np.zeros(springs),
+        np.zeros(springs),
+        np.zeros(springs - 1),
+        np.zeros(springs - 1),
+    )
+
+
+@njit(cache=True)
+def _held_arm(stress, modulus, ratio, change):
+    """Stress of an arm after a linear strain `change` over `ratio` = time/tau."""
+    gain = -np.expm1(-ratio) / ratio if ratio > 0 else 1.0
+    return stress * np.exp(-ratio) + modulus * gain * change
+
+
+@njit(cache=True)
+def _make_step(law, start, change, duration):
+    """Return a step with the exponentials that all springs share."""
+    decay, rise = np.empty(law.times.size), np.empty(law.times.size)
+    for j in range(law.times.size):
+        ratio = duration / law.times[j]
+        decay[j] = np.exp(-ratio)
+        rise[j] = _held_arm(0.0, law.moduli[j], ratio, change)
+    return Step(start, change, duration, decay, rise, np.exp(-duration / law.retardations))
+
+
+@njit(cache=True)
+def _held_force(law, step, deflection, arms, share):
+    """Force per length of a spring held since the start of its time, after a share of the step."""
+    change = step.change * share
+    force = law.long_term * (deflection + change)
+    if step.duration > 0:
+        force += law.viscosity * (step.change / step.duration)
+    for j in range(law.times.size):
+        ratio = share * step.duration / law.times[j]
+        force += _held_arm(arms[j], law.moduli[j], ratio, change)
+    return force
+
+
+@njit(cache=True)
+def _free_deflection(law, step, modes, kept, share):
+    """Deflection of a spring that has been free for a share of the step."""
+    deflection = kept
+    for k in range(law.retardations.size):
+        deflection += modes[k] * np.exp(-share * step.duration / law.retardations[k])
+    return deflection
+
+
+@njit(cache=True)
+def _signed(law, step, touching, height, deflection, arms, modes, kept, begin, share):
+    """Force of a held spring or gap of a free one, `share` of the step after `begin`."""
+    if touching:
+        return _held_force(law, step, deflection, arms, share)
+    depth = step.start + step.change * (begin + share)
+    return height + _free_deflection(law, step, modes, kept, share) - depth
+
+
+@njit(cache=True)
+def _root(law, step, touching, height, deflection, arms, modes, kept, begin):
+    """Last share after `begin` with force or gap >= 0, by halving: they end below 0."""
+    low, high = 0.0, 1.0 - begin
+    for _ in range(_HALVINGS):
+        middle = 0.5 * (low + high)
+        if not low < middle < high:
+            break
+        if _signed(law, step, touching, height, deflection, arms, modes, kept, begin, middle) >= 0:
+            low = middle
+        else:
+            high = middle
+    return low
+
+
+@njit(cache=True)
+def _hold(law, step, arms, share):
+    """Carry the arms of a held spring over a share of the step."""
+    for j in range(law.times.size):
+        ratio = share * step.duration / law.times[j]
+        arms[j] = _held_arm(arms[j], law.moduli[j], ratio, step.change * share)
+
+
+@njit(cache=True)
+def _let_go(law, deflection, arms, modes):
+    """Turn the arms of a spring that leaves into modes of recovery; return what stays for good."""
+    kept = deflection
+    for k in range(modes.size):
+        total = law.long_term * deflection
+        for j in range(arms.size):
+            total += arms[j] * law.spread[j, k]
+        modes[k] = law.compliances[k] * total
+        kept -= modes[k]
+    arms[:] = 0.0
+    return kept if law.fluid else 0.0
+
+
+@njit(cache=True)
+def _recover(law, step, modes, share):
+    """Carry the modes of a free spring over a share of the step."""
+    for k in range(modes.size):
+        modes[k] *= np.exp(-share * step.duration / law.retardations[k])
+
+
+@njit(cache=True)
+def _catch(law, arms, modes):
+    """Turn modes of recovery into the arms of a spring that is touched."""
+    for j in range(arms.size):
+        total = 0.0
+        for k in range(modes.size):
+            total += modes[k] * law.spread[j, k]
+        arms[j] = law.moduli[j] * total
+    modes[:] = 0.0
+
+
+@njit(cache=True)
+def _carry_quiet(law, step, heights, old, new):
+    """Carry all springs that neither leave nor are touched over a step; mark the others.
+
+    One loop, because a call with these tuples costs more than a spring.
+    """
+    end = step.start + step.change
+    rim = law.viscosity * (step.change / step.duration) if step.duration > 0 else 0.0
+    eventful = np.zeros(heights.size, dtype=np.bool_)
+    for i in range(heights.size):
+        new.touching[i], new.kept[i] = old.touching[i], old.kept[i]
+        new.deflection[i] = old.deflection[i]
+        if old.touching[i]:
+            force = law.long_term * (end - heights[i]) + rim
+            for j in range(step.decay.size):
+                new.arms[i, j] = old.arms[i, j] * step.decay[j] + step.rise[j]
+                force += new.arms[i, j]
+            new.modes[i, :] = 0.0
+            eventful[i] = force < 0
+            new.force[i] = force
+            free = end - heights[i]
+        else:
+            free = old.kept[i]
+            for k in range(step.fade.size):
+                new.modes[i, k] = old.modes[i, k] * step.fade[k]
+                free += new.modes[i, k]
+            new.arms[i, :] = 0.0
+            eventful[i] = heights[i] + free < end
+            new.force[i] = 0.0
+        if eventful[i]:
+            new.arms[i, :], new.modes[i, :] = old.arms[i], old.modes[i]
+        else:
+            new.deflection[i] = free
+    return eventful
+
+
+@njit(cache=True)
+def _move_spring(law, step, height, row, i):
+    """Carry spring i of a row over a step; return (last event, its force when it left).
+
+    The event is the share of the step at which it left or was touched, -1 without any.
+    """
+    arms, modes = row.arms[i], row.modes[i]
+    touching, deflection, kept = row.touching[i], row.deflection[i], row.kept[i]
+    begin, event, left = 0.0, -1.0, 0.0
+    for _ in range(_ALTERNATIONS):
+        first = _signed(law, step, touching, height, deflection, arms, modes, kept, begin, 0.0)
+        rest = 1.0 - begin
+        last = _signed(law, step, touching, height, deflection, arms, modes, kept, begin, rest)
+        if last >= 0:
+            break
+        share = 0.0
+        if first > 0:
+            share = _root(law, step, touching, height, deflection, arms, modes, kept, begin)
+        begin = event = begin + share
+        if touching:
+            left = min(first, 0.0)
+            _hold(law, step, arms, share)
+            deflection = step.start + step.change * begin - height
+            kept = _let_go(law, deflection, arms, modes)
+        else:
+            _recover(law, step, modes, share)
+            deflection = step.start + step.change * begin - height
+            _catch(law, arms, modes)
+            kept = 0.0
+        touching = not touching
+    if touching:
+        row.force[i] = _held_force(law, step, deflection, arms, 1.0 - begin)
+        _hold(law, step, arms, 1.0 - begin)
+        deflection = step.start + step.change - height
+    else:
+        row.force[i] = 0.0
+        _recover(law, step, modes, 1.0 - begin)
+        deflection = _free_deflection(law, step, modes, kept, 0.0)
+    row.touching[i], row.deflection[i], row.kept[i] = touching, deflection, kept
+    return event, left
+
+
+@njit(cache=True)
+def _gap(law, step, height, row, i, share):
+    """Gap of a spring that is free since the start of the step."""
+    depth = step.start + step.change * share
+    return height + _free_deflection(law, step, row.modes[i], row.kept[i], share) - depth
+
+
+@njit(cache=True)
+def _place_edge(law, step, heights, old, new, events, left, cell, held, free):
+    """Find where the contact ends between a held and a free spring; store edge and fall.
+
+    The gap is taken linear in height from the edge to the free spring while it closes, and the
+    force falls to zero as steeply as when the edge last advanced while it opens. Both are exact for
+    the first loading of elastic springs, and err by the square of the spacing otherwise.
+    """
+    end = step.start + step.change
+    gap = heights[free] + new.deflection[free] - end
+    force = new.force[held]
+    speed = step.change / step.duration if step.duration > 0 else 0.0
+    rim = law.viscosity * max(speed, 0.0)
+    fall = old.fall[cell]
+    edge = old.edge[cell]
+    if events[free] >= 0 and events[free] > events[held]:
+        if events[held] < 0:
+            at = _held_force(law, step, old.deflection[held], old.arms[held], events[free])
+            fall = at - left[free]
+        else:
+            fall = force
+        edge = min(1.0, force / fall) if fall > 0 else 0.0
+    else:
+        if events[held] >= 0:
+            edge = 0.0
+            before = gap
+            if events[free] < 0:
+                before = _gap(law, step, heights[free], old, free, events[held])
+        else:
+            before = _gap(law, step, heights[free], old, free, 0.0)
+        if gap <= before:
+            edge = 1.0 - (1.0 - edge) * (gap / before) if before > 0 else edge
+            fall = (force - rim) / edge if edge > 0 else 0.0
+        elif fall > 0:
+            edge = max(0.0, min(edge, force / fall))
+    new.edge[cell], new.fall[cell] = edge, fall
+
+
+@njit(cache=True)
+def advance(law, heights, old, new, start, end, duration):
+    """Carry a row of springs over one step in which the depth goes linearly from start to end.
+
+    Parameters
+    ----------
+    law : Law
+    heights : ndarray, shape (n,)
+        Profile g at the springs.
+    old, new : Row
+        State before, left as it is, and after.
+    start, end : float
+        Depths.
+    duration : float
+        dt >= 0; 0 is a jump.
+    """
+    step = _make_step(law, start, end - start, duration)
+    count = heights.size
+    events, left = np.full(count, -1.0), np.zeros(count)
+    eventful = _carry_quiet(law, step, heights, old, new)
+    for i in range(count):
+        if eventful[i]:
+            events[i], left[i] = _move_spring(law, step, heights[i], new, i)
+    for cell in range(count - 1):
+        if new.touching[cell] == new.touching[cell + 1]:
+            new.edge[cell] = new.fall[cell] = 0.0
+        else:
+            held = cell if new.touching[cell] else cell + 1
+            free = 2 * cell + 1 - held
+            _place_edge(law, step, heights, old, new, events, left, cell, held, free)

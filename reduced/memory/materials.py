@@ -1,0 +1,406 @@
+"""Linear viscoelastic materials in shear, all in the one form that the springs need.
+
+Every model of springs and dashpots is a relaxation function
+
+    G(t) = G_inf + sum_i G_i exp(-t/tau_i) + eta delta(t)
+
+(Prony series, with a Newtonian dashpot beside it; Ferry 1980, ch. 3; Tschoegl 1989): Kelvin-Voigt
+has no arm, Maxwell has one and G_inf = 0, the standard solid one and G_inf > 0. Springs of the
+reduced model follow G(t - t') in (19.31) with the factor 4 of (19.30), or 2/(1 - nu).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import nnls
+
+from reduced.arguments import positive_faults, refuse
+
+_HALVINGS = 200  # an interval of logarithms is down to rounding after some 60
+_ROUNDING = 1e-12  # share of a datum that least squares cannot tell from nothing
+
+
+@dataclass(frozen=True)
+class Creep:
+    """Creep compliance J(t) = J_0 + t/eta + sum_i J_i (1 - exp(-t/lambda_i)): strain per stress.
+
+    Attributes
+    ----------
+    instantaneous : float
+        J_0, strain at once; 0 with a parallel dashpot.
+    fluidity : float
+        1/eta, rate of steady flow; 0 for solids.
+    compliances, times : ndarray, shape (m,)
+        J_i and retardation times lambda_i, longest first.
+    """
+
+    instantaneous: float
+    fluidity: float
+    compliances: np.ndarray
+    times: np.ndarray
+
+    def compliance(self, time: float | np.ndarray) -> np.ndarray:
+        """J(t) for t >= 0, any shape."""
+        t = _times(time)
+        delayed = -self.compliances * np.expm1(-t[..., None] / self.times)
+        return self.instantaneous + t * self.fluidity + delayed.sum(axis=-1)
+
+
+@dataclass(frozen=True)
+class Prony:
+    """Relaxation function G(t) = G_inf + sum_i G_i exp(-t/tau_i) + eta delta(t) in shear.
+
+    Make one with `prony`, `kelvin_voigt`, `maxwell`, `standard_solid` or `fit`; these sort the
+    arms, join equal times and drop arms of no modulus.
+
+    Attributes
+    ----------
+    long_term : float
+        G_inf >= 0; 0 for fluids.
+    moduli, times : ndarray, shape (m,)
+        G_i > 0 and relaxation times tau_i > 0, longest first, no two alike.
+    viscosity : float
+        eta >= 0 of a dashpot parallel to everything.
+    """
+
+    long_term: float
+    moduli: np.ndarray
+    times: np.ndarray
+    viscosity: float = 0.0
+
+    @property
+    def glassy(self) -> float:
+        """G_inf + sum G_i, the modulus of fast loading apart from the parallel dashpot."""
+        return self.long_term + float(self.moduli.sum())
+
+    @property
+    def steady_viscosity(self) -> float:
+        """Sum of G_i tau_i plus eta: stress per rate of slow flow beyond that of G_inf."""
+        return float((self.moduli * self.times).sum()) + self.viscosity
+
+    def relaxation(self, time: float | np.ndarray) -> np.ndarray:
+        """G(t) for t > 0 (the pulse of the parallel dashpot is over), any shape.
+
+        Examples
+        --------
+        >>> float(maxwell(2.0, relaxation_time=3.0).relaxation(0.0))
+        2.0
+        """
+        t = _times(time)
+        return self.long_term + (self.moduli * np.exp(-t[..., None] / self.times)).sum(axis=-1)
+
+    def complex_modulus(self, frequency: float | np.ndarray) -> np.ndarray:
+        """G'(w) + i G''(w) = G_inf + sum_i G_i i w tau_i/(1 + i w tau_i) + i w eta.
+
+        Parameters
+        ----------
+        frequency : array_like
+            Angular frequency w, any sign (G(-w) is the conjugate), any shape.
+
+        Examples
+        --------
+        >>> complex(kelvin_voigt(2.0, 0.5).complex_modulus(4.0))
+        (2+2j)
+        """
+        w = np.asarray(frequency, dtype=float)
+        turns = w[..., None] * self.times
+        size = np.hypot(1.0, turns)
+        storage = self.long_term + (self.moduli * (turns / size) ** 2).sum(axis=-1)
+        loss = (self.moduli * (turns / size) / size).sum(axis=-1) + w * self.viscosity
+        return storage + 1j * loss
+
+    def advance(self, step: float | np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Exact update of the arms over a time in which the strain is linear.
+
+        The stress of arm i goes from s_i to decay_i s_i + gain_i dgamma, with
+        decay_i = exp(-dt/tau_i), gain_i = G_i (tau_i/dt) (1 - exp(-dt/tau_i)), for any dt > 0
+        (Taylor, Pister & Goudreau 1970); the whole stress is
+        G_inf gamma + sum_i s_i + eta dgamma/dt.
+
+        Parameters
+        ----------
+        step : float or ndarray
+            dt >= 0, any shape; gain is G_i at dt = 0, a jump.
+
+        Returns
+        -------
+        decay, gain : ndarray, shape (..., m)
+        """
+        ratio = _times(step)[..., None] / self.times
+        safe = np.where(ratio > 0, ratio, 1.0)
+        gain = np.where(ratio > 0, -np.expm1(-safe) / safe, 1.0)
+        return np.exp(-ratio), self.moduli * gain
+
+    def scaled(self, factor: float) -> Prony:
+        """Return the material with every modulus and viscosity times a factor > 0."""
+        refuse(positive_faults(factor=factor))
+        return Prony(
+            factor * self.long_term, factor * self.moduli, self.times, factor * self.viscosity
+        )
+
+    def creep(self) -> Creep:
+        """Exact creep function of the material: retardation times and their compliances.
+
+        J^(s) = 1/(s Q(s)) with Q(s) = G_inf + sum_i G_i s tau_i/(1 + s tau_i) + eta s. The zeros
+        s = -1/lambda of Q are real and lie one by one between the -1/tau_i (Gross 1953), one below
+        all for a solid, one above with a parallel dashpot; J_i = lambda_i/Q'(-1/lambda_i).
+
+        Examples
+        --------
+        >>> solid = kelvin_voigt(2.0, 1.0).creep()  # J = (1 - exp(-G t/eta))/G
+        >>> solid.compliances.tolist(), solid.times.tolist()
+        ([0.5], [0.5])
+        """
+        rates = self._retardation_rates()
+        spread = 1 - rates[:, None] * self.times
+        with np.errstate(divide="ignore"):  # a zero on its pole belongs to an arm of no weight
+            slope = (self.moduli * self.times / spread**2).sum(axis=-1) + self.viscosity
+        return Creep(
+            instantaneous=0.0 if self.viscosity > 0 else 1 / self.glassy,
+            fluidity=0.0 if self.long_term > 0 else 1 / self.steady_viscosity,
+            compliances=1 / (rates * slope),
+            times=1 / rates,
+        )
+
+    def _retardation_rates(self) -> np.ndarray:
+        """Zeros x of Q(-x), ascending, by halving in log x between the poles 1/tau_i.
+
+        Rates are taken relative to the end of their interval, so units cost no digit.
+        """
+        ends = [*(1 / self.times)]
+        slow, fast = self.long_term > 0, self.viscosity > 0
+        if not len(ends):
+            return np.array([self.long_term / self.viscosity] if slow and fast else [])
+        if slow:
+            flow = 2 * self.steady_viscosity
+            ends.insert(0, 0.5 * min(0.5 * ends[0], self.long_term / flow))
+        if fast:
+            ends.append(2 * max(2 * ends[-1], 2 * self.glassy / self.viscosity))
+        low, width = np.array(ends[:-1]), np.log(np.array(ends[1:]) / np.array(ends[:-1]))
+        inner, outer = np.zeros(low.size), width
+        for _ in range(_HALVINGS):
+            middle = (inner + outer) / 2
+            # Q(-x) falls through each interval, from its lower pole to its upper one.
+            above = self._at_minus(low * np.exp(middle)) > 0
+            inner, outer = np.where(above, middle, inner), np.where(above, outer, middle)
+        return low * np.exp((inner + outer) / 2)
+
+    def _at_minus(self, rate: np.ndarray) -> np.ndarray:
+        """Q(-x): the modulus at the real negative frequency -x."""
+        turns = rate[:, None] * self.times
+        with np.errstate(divide="ignore"):
+            arms = (self.moduli * turns / (turns - 1)).sum(axis=-1)
+        return self.long_term + arms - self.viscosity * rate
+
+
+def prony(
+    long_term: float,
+    moduli: Sequence[float] | np.ndarray = (),
+    times: Sequence[float] | np.ndarray = (),
+    *,
+    viscosity: float = 0.0,
+) -> Prony:
+    """Prony series of any arms: sorted, equal times joined, arms of no modulus left out.
+
+    Parameters
+    ----------
+    long_term : float
+        G_inf >= 0.
+    moduli, times : sequence of float
+        G_i >= 0 and tau_i > 0, equally many.
+    viscosity : float
+        eta >= 0 of a parallel dashpot.
+
+    Raises
+    ------
+    ValueError
+        Listing everything wrong; a material that resists nothing is.
+
+    Examples
+    --------
+    >>> prony(1.0, [2.0, 3.0, 1.0], [0.1, 5.0, 0.1]).moduli.tolist()
+    [3.0, 3.0]
+    """
+    arms, decay = np.asarray(moduli, dtype=float), np.asarray(times, dtype=float)
+    wrong = [
+        f"{name} must be finite and >= 0, got {value!r}"
+        for name, value in (("long_term", long_term), ("viscosity", viscosity))
+        if not (np.isfinite(value) and value >= 0)
+    ]
+    if arms.ndim != 1 or arms.shape != decay.shape:
+        wrong.append(f"moduli and times must be lists of one length, got {moduli!r}, {times!r}")
+    if not (np.isfinite(arms).all() and (arms >= 0).all()):
+        wrong.append(f"moduli must be finite and >= 0, got {moduli!r}")
+    if not (np.isfinite(decay).all() and (decay > 0).all()):
+        wrong.append(f"times must be finite and positive, got {times!r}")
+    if not wrong and not (long_term > 0 or viscosity > 0 or (arms > 0).any()):
+        wrong.append("a material needs a modulus or a viscosity above zero")
+    refuse(wrong)
+    distinct, place = np.unique(decay[arms > 0], return_inverse=True)
+    joined = np.bincount(place, weights=arms[arms > 0], minlength=distinct.size)
+    return Prony(float(long_term), joined[::-1].copy(), distinct[::-1].copy(), float(viscosity))
+
+
+def kelvin_voigt(shear_modulus: float, viscosity: float) -> Prony:
+    """Spring and dashpot side by side, G(w) = G + i w eta: the chapter's rubber in Problem 1."""
+    refuse(positive_faults(shear_modulus=shear_modulus, viscosity=viscosity))
+    return prony(shear_modulus, viscosity=viscosity)
+
+
+def maxwell(
+    shear_modulus: float, viscosity: float | None = None, *, relaxation_time: float | None = None
+) -> Prony:
+    """Spring and dashpot in a row, G(t) = G exp(-t G/eta); a fluid.
+
+    Exactly one of viscosity eta and relaxation time tau = eta/G is given.
+    """
+    return prony(0.0, [shear_modulus], [_arm_time(shear_modulus, viscosity, relaxation_time)])
+
+
+def standard_solid(
+    long_term: float,
+    shear_modulus: float,
+    viscosity: float | None = None,
+    *,
+    relaxation_time: float | None = None,
+) -> Prony:
+    """Spring G_inf beside a Maxwell arm (Zener 1948), G(t) = G_inf + G_1 exp(-t/tau).
+
+    Exactly one of the arm's viscosity eta and relaxation time tau = eta/G_1 is given.
+    """
+    refuse(positive_faults(long_term=long_term))
+    time = _arm_time(shear_modulus, viscosity, relaxation_time)
+    return prony(long_term, [shear_modulus], [time])
+
+
+def _arm_time(modulus: float, viscosity: float | None, time: float | None) -> float:
+    """Relaxation time of a Maxwell arm from the one of the two that was given."""
+    if (viscosity is None) == (time is None):
+        raise ValueError("give exactly one of viscosity and relaxation_time")
+    given = {"relaxation_time": time} if viscosity is None else {"viscosity": viscosity}
+    refuse(positive_faults(shear_modulus=modulus, **given))
+    return float(time) if viscosity is None else viscosity / modulus
+
+
+@dataclass(frozen=True)
+class Fit:
+    """Prony series fitted to measured moduli.
+
+    Attributes
+    ----------
+    material : Prony
+    error : ndarray, shape (k,)
+        |G_fit - G|/|G| at the measured frequencies.
+    """
+
+    material: Prony
+    error: np.ndarray
+
+    @property
+    def rms_error(self) -> float:
+        """Root mean square of the relative errors."""
+        return float(np.sqrt(np.mean(self.error**2)))
+
+
+def fit(
+    frequency: Sequence[float] | np.ndarray,
+    storage: Sequence[float] | np.ndarray,
+    loss: Sequence[float] | np.ndarray,
+    *,
+    times: Sequence[float] | np.ndarray | None = None,
+    per_decade: float = 2.0,
+    solid: bool = True,
+    dashpot: bool = False,
+) -> Fit:
+    """Fit G'(w), G''(w) by a Prony series with coefficients >= 0 (Baumgaertel & Winter 1989).
+
+    Least squares of (G_fit - G)/|G| over real and imaginary parts at fixed relaxation times, by
+    the non-negative algorithm of Lawson & Hanson (1974): the result can be no other than a passive
+    material, and needs no regularisation. Arms that do not help get no modulus and drop out.
+
+    Parameters
+    ----------
+    frequency, storage, loss : array_like, shape (k,)
+        Angular frequencies w > 0 in any order, G' >= 0 and G'' >= 0.
+    times : array_like, optional
+        Relaxation times; default: `per_decade` a decade over [1/w_max, 1/w_min].
+    solid, dashpot : bool
+        Whether G_inf, and a parallel dashpot, may carry.
+
+    Raises
+    ------
+    ValueError
+        Listing everything wrong with the data.
+
+    Examples
+    --------
+    >>> w = np.geomspace(1e-2, 1e2, 9)
+    >>> exact = standard_solid(1.0, 4.0, relaxation_time=1.0)
+    >>> data = exact.complex_modulus(w)
+    >>> found = fit(w, data.real, data.imag, times=[0.1, 1.0, 10.0])
+    >>> found.material.times.tolist(), bool(found.rms_error < 1e-12)
+    ([1.0], True)
+    """
+    w, data = _checked_data(frequency, storage, loss)
+    refuse(positive_faults(per_decade=per_decade))
+    tau = _default_times(w, per_decade) if times is None else np.asarray(times, dtype=float)
+    if tau.ndim != 1 or not (np.isfinite(tau).all() and (tau > 0).all()):
+        raise ValueError(f"times must be a list of positive numbers, got {times!r}")
+    turns = w[:, None] * tau
+    columns = [turns * (turns + 1j) / (1 + turns * turns)]
+    # each unknown in units of a modulus: the dashpot as its stress at the fastest measurement
+    columns.append(np.full((w.size, int(solid)), 1.0 + 0j))
+    columns.append(1j * np.repeat(w[:, None] / w.max(), int(dashpot), axis=1))
+    matrix, weight = np.hstack(columns), 1 / np.abs(data)
+    unit = 2.0 ** np.round(np.log2(np.abs(data).max()))
+    relative = matrix * (unit * weight)[:, None]
+    goal = np.concatenate([(data * weight).real, (data * weight).imag])
+    found = nnls(np.vstack([relative.real, relative.imag]), goal)[0]
+    # What moves no datum by more than rounding does was found by rounding.
+    found = unit * np.where(np.abs(relative * found).max(axis=0) > _ROUNDING, found, 0.0)
+    material = prony(
+        found[tau.size] if solid else 0.0,
+        found[: tau.size],
+        tau,
+        viscosity=found[-1] / w.max() if dashpot else 0.0,
+    )
+    return Fit(material, np.abs(material.complex_modulus(w) - data) * weight)
+
+
+def _checked_data(
+    frequency: Sequence[float] | np.ndarray,
+    storage: Sequence[float] | np.ndarray,
+    loss: Sequence[float] | np.ndarray,
+) -> tuple[np.ndarray, np.ndarray]:
+    """Frequencies and complex moduli, or one ValueError for everything wrong."""
+    w, real, imaginary = (np.asarray(a, dtype=float) for a in (frequency, storage, loss))
+    wrong = []
+    if w.ndim != 1 or w.size == 0 or not w.shape == real.shape == imaginary.shape:
+        shapes = f"{w.shape}, {real.shape}, {imaginary.shape}"
+        wrong.append(f"frequency, storage and loss must be lists of one length, got {shapes}")
+    if not (np.isfinite(w).all() and (w > 0).all()):
+        wrong.append(f"frequency must be finite and positive, got {w}")
+    for name, values in (("storage", real), ("loss", imaginary)):
+        if not (np.isfinite(values).all() and (values >= 0).all()):
+            wrong.append(f"{name} must be finite and >= 0, got {values}")
+    if not wrong and not ((real > 0) | (imaginary > 0)).all():
+        wrong.append("storage and loss must not both be zero at a frequency")
+    refuse(wrong)
+    return w, real + 1j * imaginary
+
+
+def _default_times(w: np.ndarray, per_decade: float) -> np.ndarray:
+    """Relaxation times over the measured range, evenly in the logarithm."""
+    decades = np.log10(w.max() / w.min())
+    return np.geomspace(1 / w.max(), 1 / w.min(), max(1, round(per_decade * decades) + 1))
+
+
+def _times(time: float | np.ndarray) -> np.ndarray:
+    """Return times as an array, or ValueError: the functions know no time before 0."""
+    t = np.asarray(time, dtype=float)
+    if not (np.isfinite(t).all() and (t >= 0).all()):
+        raise ValueError(f"times must be finite and >= 0, got {time!r}")
+    return t

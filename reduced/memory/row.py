@@ -1,0 +1,198 @@
+"""A row of viscoelastic springs under an equivalent profile: its places, its force, its growth.
+
+Springs stand at x = 0, dx, 2 dx, ..., at the breakpoints of the profile and at its sharp edge; the
+line is symmetric and only its right half is kept. Between neighbours the force per length is taken
+linear in the height g, as it is for an elastic spring: then the force of the whole line is exact
+for elastic springs under a paraboloid or a cone at any spacing, and errs by dx^2 for others.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from reduced.memory.kernel import Law, Row, advance, fresh_row
+from reduced.profiles.section import Profile
+
+_LEAST, _MOST = 0.25, 0.75  # middle heights of cells that a monotone parabola can pass
+
+
+@njit(cache=True)
+def _along(middle, level):
+    """Share of a cell's width at which its height has risen by a share `level`.
+
+    Within a cell the height is the parabola through both ends and the middle, where that is
+    monotone; else a power of the distance from the flatter end (exact at the tip of c x^n).
+    """
+    if level <= 0 or level >= 1:
+        return min(max(level, 0.0), 1.0)
+    if middle < _LEAST:
+        return level ** (-1 / np.log2(middle)) if middle > 0 else 1.0
+    if middle > _MOST:
+        return 1 - (1 - level) ** (-1 / np.log2(1 - middle)) if middle < 1 else 0.0
+    slope, bend = 4 * middle - 1, 2 - 4 * middle
+    return 2 * level / (slope + np.sqrt(slope * slope + 4 * bend * level))
+
+
+@njit(cache=True)
+def _risen(middle, share):
+    """Integrals of the relative height and of its square over a share of a cell, see `_along`."""
+    if middle <= 0:
+        return 0.0, 0.0
+    if middle >= 1:
+        return share, share
+    if middle < _LEAST:
+        power = -np.log2(middle)
+        return share ** (power + 1) / (power + 1), share ** (2 * power + 1) / (2 * power + 1)
+    if middle > _MOST:
+        power = -np.log2(1 - middle)
+        once = (1 - (1 - share) ** (power + 1)) / (power + 1)
+        twice = (1 - (1 - share) ** (2 * power + 1)) / (2 * power + 1)
+        return share - once, share - 2 * once + twice
+    slope, bend = 4 * middle - 1, 2 - 4 * middle
+    first = share * share * (slope / 2 + bend * share / 3)
+    second = slope * slope / 3 + share * slope * bend / 2 + share * share * bend * bend / 5
+    return first, share**3 * second
+
+
+@njit(cache=True)
+def _bend(heights, force, i, j, k):
+    """Second divided difference of the force over the height; 0 where heights coincide."""
+    low, high = heights[j] - heights[i], heights[k] - heights[j]
+    if low == 0 or high == 0:
+        return 0.0
+    steeper = (force[k] - force[j]) / high - (force[j] - force[i]) / low
+    return steeper / (heights[k] - heights[i])
+
+
+@njit(cache=True)
+def _whole_cell(heights, middle, touching, force, i):
+    """Mean force per length of a cell with both springs in contact: cubic in the height.
+
+    Linear, less the bend that the neighbours show (mean of both sides, where both are in contact).
+    """
+    once, twice = _risen(middle, 1.0)
+    before = i > 0 and touching[i - 1]
+    after = i + 2 < heights.size and touching[i + 2]
+    bend = 0.0
+    if before:
+        bend += _bend(heights, force, i - 1, i, i + 1)
+    if after:
+        bend += _bend(heights, force, i, i + 1, i + 2)
+    if before and after:
+        bend /= 2
+    rise = heights[i + 1] - heights[i]
+    return force[i] * (1 - once) + force[i + 1] * once - bend * rise * rise * (once - twice)
+
+
+@njit(cache=True)
+def _part_cell(middle, edge, rim, inward, held):
+    """Mean force of a cell and share of its width in contact: linear to the rim's force."""
+    share = _along(middle, edge if inward else 1 - edge)
+    once = _risen(middle, share)[0]
+    if not inward:
+        share, once = 1 - share, (1 - share) - (_risen(middle, 1.0)[0] - once)
+    mean = once / edge if edge > 0 else 0.0
+    return held * share + (rim - held) * mean, share
+
+
+@njit(cache=True)
+def _sub_cell(places, heights, middles, touching, force, edge, rim):
+    """Force of the right half, its contact length and where its contact ends farthest out."""
+    total, length, radius = 0.0, 0.0, 0.0
+    for i in range(places.size - 1):
+        if not (touching[i] or touching[i + 1]):
+            continue
+        width, middle = places[i + 1] - places[i], middles[i]
+        if touching[i] and touching[i + 1]:
+            mean, share = _whole_cell(heights, middle, touching, force, i), 1.0
+        else:
+            held = force[i] if touching[i] else force[i + 1]
+            mean, share = _part_cell(middle, edge[i], rim, touching[i], held)
+        total += width * mean
+        length += width * share
+        radius = places[i + 1] if touching[i + 1] else places[i] + width * share
+    return total, length, radius
+
+
+class SpringRow:
+    """Springs of spacing dx under a profile, with their history.
+
+    Parameters
+    ----------
+    profile : Profile
+    law : Law
+        Springs per length: moduli E*(t) (19.30).
+    spacing : float
+        dx.
+    edges : {"sub_cell", "nodal"}
+        Contacts that end inside a cell, or sums over whole springs at (i + 1/2) dx.
+    """
+
+    def __init__(self, profile: Profile, law: Law, spacing: float, edges: str) -> None:
+        self._profile, self._law, self._spacing, self._edges = profile, law, spacing, edges
+        self._places = np.zeros(0)
+        self.time, self.depth = 0.0, 0.0
+        self._place(4 * spacing)
+        self._row = fresh_row(self._places.size, law)
+        self._trial = fresh_row(self._places.size, law)
+
+    def trial(self, depth: float, duration: float) -> tuple[float, float, float]:
+        """Try a step: force, contact length and contact radius at a depth after a time.
+
+        The velocity is constant on the way; a duration of 0 is a jump. Nothing is kept.
+        """
+        self._grow(depth)
+        advance(
+            self._law, self._heights, self._row, self._trial, self.depth, depth, float(duration)
+        )
+        speed = (depth - self.depth) / duration if duration > 0 else 0.0
+        return self._totals(self._trial, speed)
+
+    def go(self, depth: float, duration: float) -> tuple[float, float, float]:
+        """Take a step, and return what `trial` returns."""
+        answer = self.trial(depth, duration)
+        self._row, self._trial = self._trial, self._row
+        self.depth, self.time = depth, self.time + duration
+        return answer
+
+    def _totals(self, row: Row, speed: float) -> tuple[float, float, float]:
+        if self._edges == "nodal":
+            held = int(row.touching.sum())
+            radius = held * self._spacing
+            return 2 * self._spacing * float(row.force.sum()), 2 * radius, radius
+        rim = self._law.viscosity * max(speed, 0.0)
+        total, length, radius = _sub_cell(
+            *(self._places, self._heights, self._middles),
+            *(row.touching, row.force, row.edge, rim),
+        )
+        return 2 * total, 2 * length, radius
+
+    def _grow(self, depth: float) -> None:
+        """Add springs until the profile rises above a depth."""
+        if depth < self._heights[-1] or self._places[-1] >= self._profile.edge:
+            return
+        old_rows = self._row
+        reach = float(self._profile.contact_radius(depth)) + self._spacing
+        self._place(2 * max(reach, self._places[-1]))
+        self._row, self._trial = (fresh_row(self._places.size, self._law) for _ in range(2))
+        for new, old in zip(self._row, old_rows, strict=True):
+            new[: old.shape[0]] = old
+
+    def _place(self, reach: float) -> None:
+        """Put springs from the axis to `reach` or the profile's edge; they never move again."""
+        count = int(np.ceil(reach / self._spacing)) + 1
+        nodal = self._edges == "nodal"
+        places = self._spacing * (np.arange(count) + 0.5 * nodal)
+        if not nodal:
+            marks = np.array([*self._profile.breakpoints, self._profile.edge])
+            places = np.union1d(places, marks[marks < places[-1]])
+        places = places[places <= self._profile.edge]
+        heights = np.asarray(self._profile.height(places), dtype=float)
+        known = np.isfinite(heights)
+        self._places, self._heights = places[known], heights[known]
+        rise = np.diff(self._heights)
+        middle = self._profile.height((self._places[:-1] + self._places[1:]) / 2)
+        steep = rise > 0
+        share = (middle - self._heights[:-1]) / np.where(steep, rise, 1.0)
+        self._middles = np.where(steep, share, 0.5)

@@ -1,0 +1,1 @@
+"""Rigid masses on springs, and under the continuous friction law."""

@@ -1,0 +1,339 @@
+"""Rigid blocks, springs and the regularised friction law (19.1): fixed steps, explicit or implicit.
+
+    m_i v_i' = f_i + P_i cos(W t) - (K x)_i - (C v)_i - (2/pi) L_i arctan((v_i - V_i)/v0),  x' = v
+
+with L = mu F_N of each block and V the speed of what it slides on (a belt; 0 for the ground).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import ArrayLike
+
+from reduced.arguments import choice_faults, count_faults, positive_faults, refuse
+from reduced.errors import ConvergenceError
+
+_EXPLICIT = {"explicit_euler": 0, "semi_implicit_euler": 1, "runge_kutta_4": 2}
+_IMPLICIT = {"implicit_euler": 1.0, "implicit_midpoint": 0.5}  # where in the step u is taken
+SCHEMES = (*_EXPLICIT, *_IMPLICIT)
+"""Explicit ones need `friction_law.stable_step`; implicit ones take any step."""
+
+_EPSILON = float(np.finfo(float).eps)
+_SWEEPS = 10_000
+_NEWTON = 200
+
+
+@dataclass(frozen=True)
+class Blocks:
+    """n rigid blocks; build them with `blocks`.
+
+    Attributes
+    ----------
+    mass, load, amplitude, belt, limit : ndarray, shape (n,)
+        m, f, P, V, L = mu F_N.
+    stiffness, damping : ndarray, shape (n, n)
+        K and C, symmetric.
+    frequency : float
+        W, of the harmonic load.
+    """
+
+    mass: np.ndarray
+    load: np.ndarray
+    amplitude: np.ndarray
+    belt: np.ndarray
+    limit: np.ndarray
+    stiffness: np.ndarray
+    damping: np.ndarray
+    frequency: float
+
+
+def blocks(
+    mass: ArrayLike,
+    limit: ArrayLike,
+    *,
+    stiffness: ArrayLike = 0.0,
+    damping: ArrayLike = 0.0,
+    load: ArrayLike = 0.0,
+    amplitude: ArrayLike = 0.0,
+    frequency: float = 0.0,
+    belt: ArrayLike = 0.0,
+) -> Blocks:
+    """Collect blocks from numbers (one block, or the same for all) and arrays.
+
+    A block on a slope is ``blocks(m, mu * m * g * cos(a), load=m * g * sin(a))``, an oscillator on
+    a belt ``blocks(m, limit, stiffness=k, belt=V)``.
+
+    Raises
+    ------
+    ValueError
+        Listing what is not finite, not positive (mass, limit) or not symmetric (matrices).
+    """
+    vectors = {"mass": mass, "limit": limit, "load": load, "amplitude": amplitude, "belt": belt}
+    size = max(np.size(value) for value in vectors.values())
+    full = {name: np.array(np.broadcast_to(value, size), float) for name, value in vectors.items()}
+    matrices = {
+        name: np.array(value, float) if np.ndim(value) else float(value) * np.eye(size)
+        for name, value in (("stiffness", stiffness), ("damping", damping))
+    }
+    numbers = {**full, **matrices, "frequency": np.array(float(frequency))}
+    wrong = [
+        f"{k} must be finite, got {v!r}" for k, v in numbers.items() if not np.isfinite(v).all()
+    ]
+    wrong += [
+        f"{k} must be positive, got {full[k]!r}" for k in ("mass", "limit") if (full[k] <= 0).any()
+    ]
+    for name, matrix in matrices.items():
+        if matrix.shape != (size, size) or not np.array_equal(matrix, matrix.T):
+            wrong.append(f"{name} must be a symmetric ({size}, {size}) matrix, got {matrix!r}")
+    refuse(wrong)
+    return Blocks(**full, **matrices, frequency=float(frequency))
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Motion at the recorded times.
+
+    Attributes
+    ----------
+    time : ndarray, shape (k,)
+        From 0.
+    position, velocity : ndarray, shape (k, n)
+        x and v.
+    evaluations : int
+        Evaluations of the law (19.1) per block, those of the implicit solver included: the cost.
+    """
+
+    time: np.ndarray
+    position: np.ndarray
+    velocity: np.ndarray
+    evaluations: int
+
+
+def integrate(
+    system: Blocks,
+    characteristic_speed: float,
+    *,
+    step: float,
+    steps: int,
+    scheme: str = "implicit_euler",
+    position: ArrayLike = 0.0,
+    velocity: ArrayLike = 0.0,
+    every: int = 1,
+) -> Motion:
+    """Step the blocks under the regularised law.
+
+    - ``"explicit_euler"``, ``"semi_implicit_euler"`` (the new velocity moves the block),
+      ``"runge_kutta_4"``: stable below `friction_law.stable_step` only. Beyond it nothing blows up,
+      for the friction is bounded: the velocity jumps between +v and -v at every step.
+    - ``"implicit_euler"``, ``"implicit_midpoint"``: the friction of the new (mean) velocity; any
+      step is stable. Each step is a strictly convex problem, solved block by block to round-off;
+      for v0 -> 0 it becomes the step of Moreau and Jean for Coulomb's own law.
+
+    Every operation is homogeneous and every tolerance relative, so units do not matter.
+
+    Parameters
+    ----------
+    system : Blocks
+        See `blocks`.
+    characteristic_speed : float
+        v0 of (19.1).
+    step, steps
+        Length h and number of the steps.
+    scheme : str
+        See above.
+    position, velocity : array_like, shape (n,)
+        At t = 0.
+    every : int
+        Record each so many steps; `steps` is a multiple of it.
+
+    Raises
+    ------
+    ValueError
+        Listing every argument that is wrong.
+    ConvergenceError
+        If the velocities of an implicit step do not settle, or are not finite.
+
+    Examples
+    --------
+    >>> resting = blocks(1.0, 1.0, load=0.5)  # it creeps at v0 tan(pi/4)
+    >>> slow = integrate(resting, 1e-3, step=1.0, steps=100)
+    >>> round(float(slow.velocity[-1, 0]), 12)
+    0.001
+    """
+    wrong = positive_faults(characteristic_speed=characteristic_speed, step=step)
+    wrong += count_faults(steps=steps, every=every) + choice_faults("scheme", scheme, SCHEMES)
+    size = system.mass.size
+    start = [np.array(np.broadcast_to(value, size), float) for value in (position, velocity)]
+    if not all(np.isfinite(each).all() for each in start):
+        wrong.append(f"position and velocity must be finite, got {position!r}, {velocity!r}")
+    refuse(wrong)
+    if steps % every:
+        raise ValueError(f"steps must be a multiple of every = {every}, got {steps}")
+    records = np.empty((2, steps // every + 1, size))
+    data = (system.mass, system.load, system.amplitude, system.frequency)
+    matrices = (system.stiffness, system.damping)
+    law = (system.belt, system.limit, float(characteristic_speed))
+    arguments = (*data, *matrices, *law, *start, float(step), int(steps), int(every), records)
+    if scheme in _EXPLICIT:
+        evaluations, failed = _explicit(_EXPLICIT[scheme], *arguments), -1
+    else:
+        evaluations, failed = _implicit(_IMPLICIT[scheme], *arguments)
+    if failed >= 0 or not np.isfinite(records).all():
+        raise ConvergenceError(f"{scheme}: no finite velocity at step {max(failed, 0)}", [step])
+    time = step * every * np.arange(steps // every + 1)
+    return Motion(time, records[0], records[1], int(evaluations))
+
+
+@njit(cache=True)
+def _acceleration(
+    t, x, v, mass, load, amplitude, frequency, stiffness, damping, belt, limit, v0, out
+):
+    """Acceleration of every block; one evaluation of the law each."""
+    swing = np.cos(frequency * t)
+    for i in range(mass.size):
+        force = load[i] + amplitude[i] * swing
+        for j in range(mass.size):
+            force -= stiffness[i, j] * x[j] + damping[i, j] * v[j]
+        force -= 2.0 / np.pi * limit[i] * np.arctan((v[i] - belt[i]) / v0)
+        out[i] = force / mass[i]
+
+
+@njit(cache=True)
+def _explicit(
+    scheme,
+    mass,
+    load,
+    amplitude,
+    frequency,
+    stiffness,
+    damping,
+    belt,
+    limit,
+    v0,
+    x,
+    v,
+    h,
+    steps,
+    every,
+    records,
+):
+    """Run Euler (0), semi-implicit Euler (1) or Runge and Kutta (2)."""
+    data = (mass, load, amplitude, frequency, stiffness, damping, belt, limit, v0)
+    records[0, 0], records[1, 0] = x, v
+    slopes = np.empty((4, mass.size))
+    for k in range(steps):
+        t = k * h
+        _acceleration(t, x, v, *data, slopes[0])
+        if scheme == 0:
+            x, v = x + h * v, v + h * slopes[0]
+        elif scheme == 1:
+            v = v + h * slopes[0]
+            x = x + h * v
+        else:
+            v1 = v + 0.5 * h * slopes[0]
+            _acceleration(t + 0.5 * h, x + 0.5 * h * v, v1, *data, slopes[1])
+            v2 = v + 0.5 * h * slopes[1]
+            _acceleration(t + 0.5 * h, x + 0.5 * h * v1, v2, *data, slopes[2])
+            v3 = v + h * slopes[2]
+            _acceleration(t + h, x + h * v2, v3, *data, slopes[3])
+            x = x + h / 6.0 * (v + 2.0 * v1 + 2.0 * v2 + v3)
+            v = v + h / 6.0 * (slopes[0] + 2.0 * slopes[1] + 2.0 * slopes[2] + slopes[3])
+        if (k + 1) % every == 0:
+            records[0, (k + 1) // every], records[1, (k + 1) // every] = x, v
+    return steps * (4 if scheme == 2 else 1)
+
+
+@njit(cache=True)
+def _implicit(
+    theta,
+    mass,
+    load,
+    amplitude,
+    frequency,
+    stiffness,
+    damping,
+    belt,
+    limit,
+    v0,
+    x,
+    v,
+    h,
+    steps,
+    every,
+    records,
+):
+    """Run m (u - v)/(theta h) = force(t + theta h, x + theta h u, u), u the velocity at theta.
+
+    Returns the evaluations of the law and the step at which the velocities did not settle, or -1.
+    """
+    n = mass.size
+    matrix = h * damping + h * h * theta * stiffness
+    for i in range(n):
+        matrix[i, i] += mass[i] / theta
+    records[0, 0], records[1, 0] = x, v
+    evaluations, u = 0, v.copy()
+    for k in range(steps):
+        swing = np.cos(frequency * (k + theta) * h)
+        right = mass * v / theta + h * (load + amplitude * swing)
+        for i in range(n):
+            for j in range(n):
+                right[i] -= h * stiffness[i, j] * x[j]
+        used = _solve(matrix, right, h * limit, belt, v0, u)
+        if used < 0:
+            return evaluations, k
+        evaluations += used
+        x = x + h * u
+        v = (u - (1.0 - theta) * v) / theta
+        if (k + 1) % every == 0:
+            records[0, (k + 1) // every], records[1, (k + 1) // every] = x, v
+    return evaluations // n, -1
+
+
+@njit(cache=True)
+def _solve(matrix, right, impulse, belt, v0, u):
+    """Gauss and Seidel's sweeps for A u + (2/pi) h L arctan((u - V)/v0) = b; each block exactly.
+
+    The problem is the minimum of a strictly convex function, on which such sweeps converge.
+    Returns evaluations of the law, or -1.
+    """
+    n, evaluations = right.size, 0
+    for _ in range(_SWEEPS):
+        change, size = 0.0, 0.0
+        for i in range(n):
+            rest = right[i] - matrix[i, i] * belt[i]
+            for j in range(n):
+                if j != i:
+                    rest -= matrix[i, j] * u[j]
+            slip, used = _slip(matrix[i, i], impulse[i], rest, v0)
+            evaluations += used
+            new = belt[i] + slip
+            change, size = max(change, abs(new - u[i])), max(size, abs(new))
+            u[i] = new
+        if n == 1 or change <= 4.0 * _EPSILON * size:
+            return evaluations
+    return -1
+
+
+@njit(cache=True)
+def _slip(a, b, c, v0):
+    """Solve a w + (2/pi) b arctan(w/v0) = c for w, and count the evaluations.
+
+    For c > 0 the left side is concave in w > 0: Newton's method rises to the root from any w below
+    it, such as (c - b)/a and that of the tangent at w = 0; it ends where rounding stops the rise.
+    """
+    goal = abs(c)
+    w = max((goal - b) / a, goal / (a + 2.0 / np.pi * b / v0))
+    used = 0
+    for _ in range(_NEWTON):
+        used += 1
+        ratio = w / v0
+        excess = goal - a * w - 2.0 / np.pi * b * np.arctan(ratio)
+        slope = a + 2.0 / np.pi * b / (v0 * (1.0 + ratio * ratio))
+        step = excess / slope
+        if step <= 2.0 * _EPSILON * w:
+            break
+        w += step
+    return np.copysign(w, c), used

@@ -1,0 +1,130 @@
+"""The contact of Fig. 19.4: springs that carry a rigid mass, as force and energy of a depth."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from reduced.arguments import choice_faults, count_faults, positive_faults, refuse
+from reduced.errors import ConvergenceError
+from reduced.loads import EDGES
+from reduced.profiles.section import Profile
+from reduced.springs.line import NodalLine, SmoothLine
+
+_MARGIN = 1.01
+_LEAST, _MOST = 1e-150, 1e150  # beyond, energies leave the range of floating point
+
+
+@dataclass(frozen=True)
+class SpringContact:
+    """A profile on springs of stiffness E* dx (19.14); build it with `spring_contact`.
+
+    Attributes
+    ----------
+    line : SmoothLine or NodalLine
+        The springs.
+    effective_modulus : float
+        E*.
+    deepest : float
+        Penetration for which the springs were laid out; deeper, the line goes on as its last cell.
+    """
+
+    line: SmoothLine | NodalLine
+    effective_modulus: float
+    deepest: float
+
+    def respond(self, penetration: ArrayLike) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return force, energy and stiffness dF/dd = E* times the contact length; 0 for d <= 0."""
+        d = np.asarray(penetration, dtype=float)
+        flat = d.ravel()
+        touching = flat > 0
+        out = np.zeros((3, flat.size))
+        out[:, touching] = self.effective_modulus * np.array(self.line.respond(flat[touching]))
+        stiffness, force, energy = (row.reshape(d.shape) for row in out)
+        return force, energy, stiffness
+
+
+def spring_contact(
+    profile: Profile,
+    effective_modulus: float,
+    deepest: float,
+    *,
+    springs: int = 40,
+    edges: str = "sub_cell",
+    offset: float = 0.5,
+) -> SpringContact:
+    """Lay springs under a profile for penetrations up to `deepest`.
+
+    Parameters
+    ----------
+    profile : Profile
+        Equivalent profile g(x).
+    effective_modulus : float
+        E*.
+    deepest : float
+        Largest penetration of the motion; `impact_depth` estimates that of an impact.
+    springs : int
+        Springs per contact radius there.
+    edges, offset
+        As for `foundation.indent`.
+
+    Examples
+    --------
+    >>> from reduced.profiles.shapes import paraboloid
+    >>> force, energy, stiffness = spring_contact(paraboloid(1.0), 1.0, 0.25).respond(0.25)
+    >>> round(float(force), 12), round(float(stiffness), 12)  # (4/3) E* sqrt(R) d^1.5, 2 E* a
+    (0.166666666667, 1.0)
+    """
+    wrong = positive_faults(effective_modulus=effective_modulus, deepest=deepest)
+    wrong += count_faults(springs=springs) + choice_faults("edges", edges, EDGES)
+    if not 0 <= offset < 1:
+        wrong.append(f"offset must be in [0, 1), got {offset!r}")
+    refuse(wrong)
+    largest = float(profile.contact_radius(deepest))
+    kind = SmoothLine if edges == "sub_cell" else NodalLine
+    line = kind(profile, largest / springs, offset, largest)
+    return SpringContact(line, float(effective_modulus), float(deepest))
+
+
+def impact_depth(
+    profile: Profile, effective_modulus: float, kinetic_energy: float, load: float = 0.0
+) -> float:
+    """Return a penetration at most 1 % beyond that at which the springs have stopped the mass.
+
+    On few springs: it only lays out those of the motion itself.
+
+    Parameters
+    ----------
+    profile, effective_modulus
+        g(x) and E*.
+    kinetic_energy : float
+        m v^2/2 at first touch; 0 where the load alone moves the mass.
+    load : float
+        Constant force that presses the mass on (its weight), >= 0.
+
+    Raises
+    ------
+    ConvergenceError
+        If no depth that a floating-point number can hold is enough.
+    """
+    wrong = positive_faults(effective_modulus=effective_modulus)
+    if not (min(kinetic_energy, load) >= 0 and 0 < kinetic_energy + load < np.inf):
+        wrong.append(f"expected kinetic energy or load, got {kinetic_energy!r} and {load!r}")
+    refuse(wrong)
+
+    def stops(depth: float) -> bool:
+        contact = spring_contact(profile, effective_modulus, depth, springs=8)
+        return bool(contact.respond(depth)[1] - load * depth >= kinetic_energy)
+
+    depth, factor = float(profile.length), 4.0
+    while stops(depth) and depth > _LEAST:
+        depth /= factor
+    while factor > _MARGIN:
+        while not stops(depth):
+            depth *= factor
+            if not depth < _MOST:
+                raise ConvergenceError("the contact stops the mass at no depth", [kinetic_energy])
+        depth, factor = depth / factor, np.sqrt(factor)
+    return depth * factor**2

@@ -1,0 +1,315 @@
+"""A rigid mass on a reduced contact (Fig. 19.4) in steps of time: impact, bounce, vibration.
+
+    m x'' = f(t) + P cos(W t) - c x' - F(x),   x the penetration (negative: in flight, F = 0)
+
+F is the force of the springs (19.14) under the profile, contact edges inside the cells.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+from numpy.typing import ArrayLike
+
+from reduced.arguments import choice_faults, count_faults, positive_faults, refuse
+from reduced.errors import ConvergenceError
+from reduced.motion.contact import SpringContact
+from reduced.profiles.quadrature import gauss_legendre
+from reduced.springs.cubics import respond
+from reduced.springs.line import SmoothLine
+
+SCHEMES = ("verlet", "yoshida", "energy")
+_CUBE_ROOT = 2.0 ** (1 / 3)
+# Verlet's steps of a fourth-order step (Yoshida 1990).
+_YOSHIDA = (1 / (2 - _CUBE_ROOT), -_CUBE_ROOT / (2 - _CUBE_ROOT), 1 / (2 - _CUBE_ROOT))
+_NODES, _WEIGHTS = (tuple(map(float, part)) for part in gauss_legendre(4))
+_EPSILON = float(np.finfo(float).eps)
+_NEWTON = 100
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Motion at the recorded times; all arrays have shape (k,).
+
+    Attributes
+    ----------
+    time, position, velocity : ndarray
+        t, x, x'.
+    force, energy : ndarray
+        Of the contact at x: force, and elastic energy of the springs.
+    evaluations : int
+        Evaluations of the contact's law.
+    pull : float
+        f/m, which brings a mass in flight back.
+    """
+
+    time: np.ndarray
+    position: np.ndarray
+    velocity: np.ndarray
+    force: np.ndarray
+    energy: np.ndarray
+    evaluations: int
+    pull: float
+
+    def at(self, times: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
+        """Return position and velocity at any times, by Hermite's cubics between the records.
+
+        Raises
+        ------
+        ValueError
+            For times outside the motion.
+        """
+        t = np.asarray(times, dtype=float)
+        end = self.time[-1] * (1 + 4 * _EPSILON)
+        if not ((t >= 0) & (t <= end)).all():
+            raise ValueError(f"times must lie in [0, {self.time[-1]!r}], got {times!r}")
+        h = self.time[1] - self.time[0]
+        k = np.clip((t / h).astype(int), 0, self.time.size - 2)
+        s = t / h - k
+        x, v = self.position, h * self.velocity
+        rise = x[k + 1] - x[k]
+        square, cube = 3 * rise - 2 * v[k] - v[k + 1], v[k] + v[k + 1] - 2 * rise
+        position = x[k] + s * (v[k] + s * (square + s * cube))
+        return position, (v[k] + s * (2 * square + 3 * s * cube)) / h
+
+    def release(self) -> tuple[float, float]:
+        """Return time and velocity at which the mass first leaves the contact it was in.
+
+        By the flight under the constant load back from the first record outside. Harmonic load and
+        damping are not taken into account within that one interval.
+
+        Raises
+        ------
+        ConvergenceError
+            If the mass is still in contact at the end.
+        """
+        leaving = np.flatnonzero((self.position[:-1] > 0) & (self.position[1:] <= 0))
+        if leaving.size == 0:
+            raise ConvergenceError("the mass did not leave the contact", self.position[-1:])
+        k = int(leaving[0]) + 1
+        height, speed = -self.position[k], -self.velocity[k]
+        parting = float(np.sqrt(speed**2 + 2 * self.pull * height))
+        return float(self.time[k] - 2 * height / (speed + parting)), -parting
+
+
+def move(
+    contact: SpringContact,
+    mass: float,
+    *,
+    step: float,
+    steps: int,
+    scheme: str = "energy",
+    position: float = 0.0,
+    velocity: float = 0.0,
+    load: float = 0.0,
+    amplitude: float = 0.0,
+    frequency: float = 0.0,
+    damping: float = 0.0,
+    history: tuple[ArrayLike, ArrayLike] | None = None,
+    every: int = 1,
+) -> Motion:
+    """Step a mass on a contact.
+
+    - ``"verlet"``: kick, drift, kick; explicit, symplectic, second order; stable for h w < 2, w the
+      largest frequency sqrt(F'(x)/m) of the motion.
+    - ``"yoshida"``: three of them, one backwards: fourth order where F is smooth. At first touch it
+      is not; see docs/friction-and-impact.md for the order that is left.
+    - ``"energy"``: implicit, m (v+ - v)/h = f - (U(x+) - U(x))/(x+ - x) with x+ - x = h (v + v+)/2:
+      second order, stable for any step, and it keeps m v^2/2 + U - f x to round-off (Gonzalez
+      1996): whatever the step, an elastic impact gives back its energy.
+
+    Damping acts by its exact factor exp(-c h/(2 m)) before and after each step. Every operation is
+    homogeneous and every tolerance relative, so units do not matter.
+
+    Parameters
+    ----------
+    contact : SpringContact
+        With ``edges="sub_cell"``.
+    mass : float
+        m.
+    step, steps
+        Length h and number of the steps.
+    scheme : str
+        See above.
+    position, velocity : float
+        At t = 0.
+    load, amplitude, frequency, damping : float
+        f, P, W, c >= 0.
+    history : tuple of array_like, shape (j,), optional
+        Increasing times and the force there, added to the load: linear in between, constant
+        outside. The energy is kept where it is constant.
+    every : int
+        Record each so many steps; `steps` is a multiple of it.
+
+    Raises
+    ------
+    ValueError
+        Listing every argument that is wrong.
+    ConvergenceError
+        If an implicit step finds no position, or a number is not finite.
+
+    Examples
+    --------
+    >>> from reduced.motion.contact import spring_contact
+    >>> from reduced.profiles.shapes import cylinder
+    >>> disc = spring_contact(cylinder(0.5), 1.0, 1.0)  # stiffness 2 E* a = 1: half a sine
+    >>> time, speed = move(disc, 1.0, step=0.001, steps=4000, velocity=1.0).release()
+    >>> round(time, 5), round(speed, 6)
+    (3.14159, -1.0)
+    """
+    wrong = positive_faults(mass=mass, step=step) + choice_faults("scheme", scheme, SCHEMES)
+    wrong += count_faults(steps=steps, every=every)
+    others = {"position": position, "velocity": velocity, "load": load, "amplitude": amplitude}
+    others |= {"frequency": frequency, "damping": damping}
+    wrong += [f"{k} must be finite, got {v!r}" for k, v in others.items() if not np.isfinite(v)]
+    if not isinstance(contact.line, SmoothLine):
+        wrong.append("the contact's edges must be 'sub_cell'")
+    if damping < 0:
+        wrong.append(f"damping must not be negative, got {damping!r}")
+    times, forces = (np.array(each, float, ndmin=1) for each in history or (0.0, 0.0))
+    known = np.isfinite(times).all() and np.isfinite(forces).all()
+    if times.shape != forces.shape or not known or not (np.diff(times) > 0).all():
+        wrong.append(f"history must be increasing times with a force each, got {history!r}")
+    refuse(wrong)
+    if steps % every:
+        raise ValueError(f"steps must be a multiple of every = {every}, got {steps}")
+    records = np.empty((2, steps // every + 1))
+    records[:, 0] = position, velocity
+    parts = (1.0,) if scheme != "yoshida" else _YOSHIDA
+    numbers = (mass, load, amplitude, frequency, damping, step)
+    evaluations, failed = _move(
+        *(tuple(contact.line.halves), contact.effective_modulus, scheme == "energy", parts),
+        *(*map(float, numbers), times, forces, int(every), records),
+    )
+    if failed >= 0 or not np.isfinite(records).all():
+        raise ConvergenceError(f"{scheme}: no finite position at step {max(failed, 0)}", [step])
+    force, energy, _ = contact.respond(records[0])
+    time = step * every * np.arange(records.shape[1])
+    return Motion(time, *records, force, energy, int(evaluations), float(load / mass))
+
+
+@njit(cache=True)
+def _law(halves, modulus, x, out):
+    """Write stiffness, force and energy of the contact at x to out[:, 0]."""
+    out[:] = 0.0
+    if x > 0.0:
+        place = np.array([x])
+        for half in halves:
+            respond(*half, place, out)
+        out *= modulus
+
+
+@njit(cache=True)
+def _push(t, load, amplitude, frequency, times, forces):
+    """Return the force on the mass: constant, harmonic and piecewise linear parts."""
+    push = load + amplitude * np.cos(frequency * t)
+    k = np.searchsorted(times, t)
+    if k == 0:
+        return push + forces[0]
+    if k == times.size:
+        return push + forces[-1]
+    share = (t - times[k - 1]) / (times[k] - times[k - 1])
+    return push + (1.0 - share) * forces[k - 1] + share * forces[k]
+
+
+@njit(cache=True)
+def _move(
+    halves,
+    modulus,
+    implicit,
+    parts,
+    mass,
+    load,
+    amplitude,
+    frequency,
+    damping,
+    step,
+    times,
+    forces,
+    every,
+    records,
+):
+    """Fill the records; evaluations of the law, and the step that failed or -1."""
+    x, v = records[0, 0], records[1, 0]
+    pushed = (load, amplitude, frequency, times, forces)
+    out = np.empty((3, 1))
+    _law(halves, modulus, x, out)
+    force, evaluations = out[1, 0], 1
+    for k in range((records.shape[1] - 1) * every):
+        t = k * step
+        for part in parts:
+            h = part * step
+            decay = np.exp(-0.5 * damping * h / mass)
+            v *= decay
+            if implicit:
+                push = _push(t + 0.5 * h, *pushed)
+                new, used = _implicit_position(halves, modulus, mass, push, x, v, h, out)
+                if used < 0:
+                    return evaluations, k
+                evaluations += used
+                v = 2.0 * (new - x) / h - v
+                x = new
+            else:
+                v += 0.5 * h / mass * (_push(t, *pushed) - force)
+                x += h * v
+                _law(halves, modulus, x, out)
+                force = out[1, 0]
+                evaluations += 1
+                v += 0.5 * h / mass * (_push(t + h, *pushed) - force)
+            v *= decay
+            t += h
+        if (k + 1) % every == 0:
+            records[0, (k + 1) // every], records[1, (k + 1) // every] = x, v
+    return evaluations, -1
+
+
+@njit(cache=True)
+def _implicit_position(halves, modulus, mass, push, x, v, h, out):
+    """Solve y = x + h v + h^2/(2 m) (push - mean force between x and y); evaluations, or -1.
+
+    The mean force rises with y, so that the left side less the right one does, with a slope of at
+    least 1: Newton's method inside a bracket that shrinks.
+    """
+    free = x + h * v + 0.5 * h * h / mass * push
+    gain = 0.5 * h * h / mass
+    _law(halves, modulus, x, out)
+    start_force, start_energy = out[1, 0], out[2, 0]
+    _law(halves, modulus, free, out)
+    low, high = free - gain * max(start_force, out[1, 0]), free
+    y, used = free - gain * start_force, 2
+    scale = abs(x) + abs(h * v) + abs(free)
+    for _ in range(_NEWTON):
+        mean, slope, more = _mean_force(halves, modulus, x, y, start_force, start_energy, out)
+        used += more
+        excess = y + gain * mean - free
+        if excess > 0.0:
+            high = y
+        else:
+            low = y
+        new = y - excess / (1.0 + gain * slope)
+        # The excess itself is known to a rounding or two of its terms: closer, steps may alternate.
+        if abs(new - y) <= 4.0 * _EPSILON * scale:
+            return new, used
+        y = new if low <= new <= high else 0.5 * (low + high)
+    return y, -1
+
+
+@njit(cache=True)
+def _mean_force(halves, modulus, x, y, start_force, start_energy, out):
+    """Mean of F between x and y, its derivative in y, and evaluations of the law.
+
+    (U(y) - U(x))/(y - x), whose digits cancel where y is close to x; there by Gauss's rule.
+    """
+    _law(halves, modulus, y, out)
+    stiffness, force, energy = out[0, 0], out[1, 0], out[2, 0]
+    way = y - x
+    if abs(way) > 1e-3 * max(abs(x), abs(y)):
+        mean = (energy - start_energy) / way
+        return mean, (force - mean) / way, 1
+    mean = 0.0
+    for k in range(len(_NODES)):
+        _law(halves, modulus, x + _NODES[k] * way, out)
+        mean += _WEIGHTS[k] * out[1, 0]
+    return mean, 0.5 * stiffness, 1 + len(_NODES)

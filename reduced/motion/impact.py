@@ -1,0 +1,177 @@
+"""Impact of a rigid mass on a reduced contact (Fig. 19.4), by energy: no steps in time."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from reduced.arguments import positive_faults, refuse
+from reduced.errors import ConvergenceError
+from reduced.motion.contact import impact_depth, spring_contact
+from reduced.profiles.quadrature import gauss_legendre
+from reduced.profiles.section import Profile
+
+_ITERATIONS = 200
+_NODES = 48
+_NEAR = 0.02  # share of the depth before the turning point where differences of energy lose digits
+
+
+class Law(Protocol):
+    """Whatever answers force, energy and stiffness of penetrations, like `SpringContact`."""
+
+    def respond(self, penetration: ArrayLike) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return force, energy, stiffness of an array of penetrations."""
+
+
+@dataclass(frozen=True)
+class Impact:
+    """Impacts of one mass at k velocities; all arrays have shape (k,).
+
+    Attributes
+    ----------
+    velocity : ndarray
+        Before the impact.
+    duration : ndarray
+        Time in contact.
+    penetration, force : ndarray
+        Largest penetration and largest force.
+    restitution : ndarray
+        Ratio of the speeds after and before: 1, for the springs give back what they took.
+    """
+
+    velocity: np.ndarray
+    duration: np.ndarray
+    penetration: np.ndarray
+    force: np.ndarray
+    restitution: np.ndarray
+
+
+def strike(
+    profile: Profile,
+    effective_modulus: float,
+    mass: float,
+    velocity: Sequence[float] | np.ndarray,
+    *,
+    load: float = 0.0,
+    springs: int = 40,
+    edges: str = "sub_cell",
+    offset: float = 0.5,
+) -> Impact:
+    """Let a rigid mass with this profile strike the springs: m x'' = f - F(x).
+
+    Parameters
+    ----------
+    profile : Profile
+        Equivalent profile g(x).
+    effective_modulus, mass : float
+        E* and m.
+    velocity : array_like, shape (k,)
+        At first touch; positive, strictly increasing. The springs are laid out for the largest.
+    load : float
+        Constant force f >= 0 on the mass during the impact (its weight).
+    springs, edges, offset
+        As for `foundation.indent`.
+
+    Raises
+    ------
+    ValueError
+        Listing every argument that is wrong.
+    ConvergenceError
+        If the contact stops the mass at no depth.
+
+    Examples
+    --------
+    >>> from reduced.profiles.shapes import paraboloid
+    >>> hertz = strike(paraboloid(1.0), 1.0, 1.0, [1e-3])
+    >>> round(float(hertz.duration[0] * 1e-3 / hertz.penetration[0]), 4)  # Hertz: 2.9432 d/v
+    2.9433
+    """
+    speeds = _checked(mass, velocity, load)
+    energy = 0.5 * mass * float(speeds[-1]) ** 2
+    deepest = impact_depth(profile, effective_modulus, energy, load)
+    contact = spring_contact(
+        profile, effective_modulus, deepest, springs=springs, edges=edges, offset=offset
+    )
+    return rebound(contact, mass, speeds, deepest, load)
+
+
+def rebound(
+    law: Law, mass: float, velocity: ArrayLike, deepest: float, load: float = 0.0
+) -> Impact:
+    """Let a mass strike any conservative contact law.
+
+    The largest penetration d solves U(d) - f d = m v^2/2; the time is 2 int_0^d dx/w with
+    m w^2/2 = U(d) - U(x) - f (d - x), taken over x = d sin^2(t), where nothing is singular.
+
+    Parameters
+    ----------
+    law : Law
+        Springs under a profile or a line.
+    mass : float
+    velocity : array_like, shape (k,)
+    deepest : float
+        A penetration near the largest one: where the search begins.
+    load : float
+        f.
+    """
+    speeds = _checked(mass, velocity, load)
+    depth = _turning_points(law, 0.5 * mass * speeds**2, deepest, load)
+    nodes, weights = gauss_legendre(_NODES)
+    angle = np.pi / 2 * nodes
+    rest = depth[:, None] * np.cos(angle) ** 2  # d - x, without cancellation
+    x = depth[:, None] * np.sin(angle) ** 2
+    kept = np.sqrt(2 / mass * _released(law, depth[:, None], x, rest, load))
+    swept = depth[:, None] * np.sin(2 * angle) / kept
+    duration = 2 * (np.pi / 2) * (swept @ weights)
+    if not np.isfinite(duration).all():
+        raise ConvergenceError("the impact has no finite duration", duration)
+    force = law.respond(depth)[0]
+    return Impact(speeds, duration, depth, force, np.ones(speeds.size))
+
+
+def _released(
+    law: Law, depth: np.ndarray, x: np.ndarray, rest: np.ndarray, load: float
+) -> np.ndarray:
+    """U(d) - U(x) - f (d - x): near d as the integral of the force, so that no digit is lost."""
+    c, weights = gauss_legendre(8)
+    mean = law.respond(x[..., None] + rest[..., None] * c)[0] @ weights
+    far = law.respond(depth)[1] - law.respond(x)[1]
+    return np.where(rest < _NEAR * depth, mean * rest, far) - load * rest
+
+
+def _turning_points(law: Law, energy: np.ndarray, deepest: float, load: float) -> np.ndarray:
+    """Solve U(d) - f d = energy by Newton's method from the deep side, where it is convex."""
+    d = np.full(energy.shape, float(deepest))
+    for _ in range(_ITERATIONS):
+        short = law.respond(d)[1] - load * d < energy
+        if not short.any():
+            break
+        d[short] *= 2
+    history = []
+    for _ in range(_ITERATIONS):
+        force, stored, _ = law.respond(d)
+        step = (stored - load * d - energy) / (force - load)
+        history.append(float(np.max(np.abs(step) / d)))
+        d = d - step
+        # quadratic convergence; then rounding may hold the step at some last places
+        if history[-1] <= 4 * np.finfo(float).eps or (
+            history[-1] < 1e-13 and len(history) > 1 and history[-1] >= history[-2]
+        ):
+            return d
+    raise ConvergenceError("the largest penetration was not found", history)
+
+
+def _checked(mass: float, velocity: ArrayLike, load: float) -> np.ndarray:
+    speeds = np.array(velocity, dtype=float, ndmin=1)
+    wrong = positive_faults(mass=mass)
+    increasing = speeds.ndim == 1 and speeds.size and bool(np.all(np.diff(speeds) > 0))
+    if not (increasing and np.isfinite(speeds).all() and speeds[0] > 0):
+        wrong.append(f"velocity must be finite, positive and increasing, got {velocity!r}")
+    if not (np.isfinite(load) and load >= 0):
+        wrong.append(f"load must be finite and >= 0, got {load!r}")
+    refuse(wrong)
+    return speeds

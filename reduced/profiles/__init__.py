@@ -1,0 +1,1 @@
+"""Three-dimensional shapes as equivalent one-dimensional profiles."""

@@ -1,0 +1,178 @@
+"""What a curve is to the reduced model: height, slope, curvature, and where it ends."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+
+import numpy as np
+
+from reduced.errors import ConvergenceError
+
+Curve = Callable[[np.ndarray], np.ndarray]
+_EPSILON = np.finfo(float).eps
+_ITERATIONS = 200
+
+
+@dataclass(frozen=True)
+class Section:
+    """Cross-section f(r) of an axisymmetric rigid body, r >= 0, f(0) = 0, nondecreasing.
+
+    Attributes
+    ----------
+    name : str
+        What the body is called in tables.
+    height, slope : callable
+        f(r) and f'(r) on arrays, r >= 0.
+    curvature : callable or None
+        f''(r); None where nobody knows it.
+    length : float
+        A length of the body (radius, flat radius, ...), used only to start searches.
+    breakpoints : tuple of float
+        Radii r > 0 at which a derivative of f jumps (a flat that ends, the nodes of a table).
+    edge : float
+        Radius at which the body ends in a sharp edge, inf if it does not.
+    """
+
+    name: str
+    height: Curve
+    slope: Curve
+    curvature: Curve | None
+    length: float
+    breakpoints: tuple[float, ...] = ()
+    edge: float = np.inf
+
+
+@dataclass(frozen=True)
+class Profile(Section):
+    """Equivalent one-dimensional profile g(x), x >= 0, of a three-dimensional body.
+
+    The springs of stiffness E* dx (19.14) see this curve: contact radius and force are those of
+    the body, d = g(a) and F = 2 E* int_0^a (d - g(x)) dx (Popov & Hess 2015, ch. 3; Sneddon 1965).
+    Lengths in consistent units; `height`, `slope`, `curvature` are g, g', g''.
+
+    Attributes
+    ----------
+    inverse : callable or None
+        Closed form of a(d) with g(a) = d, before the edge caps it.
+    abel_integral : callable or None
+        Closed form of int_r^a g'(x)/sqrt(x^2 - r^2) dx as a function (r, a), for `stress.abel`.
+    section : Section or None
+        The body's own cross-section f(r), where it is known; `half_radius` works on it.
+    """
+
+    inverse: Curve | None = None
+    abel_integral: Callable[[np.ndarray, float], np.ndarray] | None = None
+    section: Section | None = None
+
+    def contact_radius(self, penetration: float | np.ndarray) -> np.ndarray:
+        """Contact radius a(d), the x at which g(x) = d, at most the sharp edge.
+
+        Parameters
+        ----------
+        penetration : float or array
+            Penetration d >= 0, any shape.
+
+        Returns
+        -------
+        ndarray
+            Contact radius, same shape, to the last digits; 0 for d = 0.
+
+        Raises
+        ------
+        ValueError
+            If a penetration is negative or not finite.
+        ConvergenceError
+            If the search for the root fails (a profile that is not monotone).
+        """
+        d = np.asarray(penetration, dtype=float)
+        if not (np.all(np.isfinite(d)) and np.all(d >= 0)):
+            raise ValueError(f"penetration must be finite and >= 0, got {penetration!r}")
+        if self.inverse is not None:
+            radius = self.inverse(d)
+        else:
+            radius = invert(self.height, self.slope, d.ravel(), self.length, self.edge)
+            radius = radius.reshape(d.shape)
+        return np.where(d > 0, np.minimum(radius, self.edge), 0.0)
+
+
+def invert(
+    function: Curve, derivative: Curve, value: np.ndarray, length: float, end: float = np.inf
+) -> np.ndarray:
+    """Solve function(x) = value for nondecreasing `function` with function(0) = 0.
+
+    Newton's method in the logarithms (exact for a power law) inside a bracket that it can only
+    shrink; where a step leaves the bracket or is not half the step before, the interval is halved.
+    Everything is relative, so the units do not matter.
+
+    Parameters
+    ----------
+    function, derivative : callable
+        The function and its derivative on arrays.
+    value : ndarray, shape (k,)
+        Values >= 0; zero returns zero.
+    length : float
+        Where the search for a bracket starts.
+    end : float
+        Largest x; returned where even function(end) < value.
+
+    Returns
+    -------
+    ndarray, shape (k,)
+        The roots, to about two units in the last place.
+    """
+    lower, upper = _bracket(function, value, length, end)
+    x = upper.copy()
+    active = np.flatnonzero((value > 0) & (function(upper) > value))
+    history = []
+    last = np.inf
+    for _ in range(_ITERATIONS):
+        if active.size == 0:
+            return x
+        at, goal = x[active], value[active]
+        f = function(at)
+        below = f < goal
+        lower[active[below]] = at[below]
+        upper[active[~below]] = at[~below]
+        low, high = lower[active], upper[active]
+        step = _newton_in_logarithms(at, f, derivative(at), goal)
+        moved = np.abs(step - at)
+        # Two units in the last place, and no longer fewer: that is all rounding lets through.
+        settled = (moved <= _EPSILON * at) | ((moved <= 8 * _EPSILON * at) & (moved > 0.5 * last))
+        halve = ~((step >= low) & (step <= high)) | ((moved > 0.5 * last) & ~settled)
+        step = np.where(halve, 0.5 * (low + high), step)
+        done = settled | (high - low <= 2 * _EPSILON * high) | (f == goal)
+        x[active] = np.where(f == goal, at, step)
+        history.append(float(np.max((high - low) / high)))
+        active, last = active[~done], np.abs(step - at)[~done]
+    raise ConvergenceError("no contact radius found: the profile is not monotone", history)
+
+
+def _newton_in_logarithms(
+    x: np.ndarray, f: np.ndarray, slope: np.ndarray, goal: np.ndarray
+) -> np.ndarray:
+    """Newton's step for log f against log x; nan where it does not exist."""
+    good = (f > 0) & (slope > 0) & np.isfinite(slope) & np.isfinite(f)
+    safe_f, safe_slope = np.where(good, f, 1.0), np.where(good, slope, 1.0)
+    exponent = safe_f / (x * safe_slope)
+    return np.where(good, x * np.exp(np.clip(np.log(goal / safe_f) * exponent, -50, 50)), np.nan)
+
+
+def _bracket(
+    function: Curve, value: np.ndarray, length: float, end: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Lower and upper bounds of the roots, by doubling or halving from `length`."""
+    upper = np.full(value.shape, float(min(length, end)))
+    for _ in range(_ITERATIONS):
+        short = (function(upper) < value) & (upper < end)
+        if not short.any():
+            break
+        upper[short] = np.minimum(4 * upper[short], end)
+    lower = upper.copy()
+    for _ in range(_ITERATIONS):
+        high = (function(lower) >= value) & (value > 0)
+        if not high.any():
+            break
+        upper[high] = lower[high]
+        lower[high] /= 4
+    return np.where(value > 0, lower, 0.0), upper

@@ -1,0 +1,1 @@
+"""Rough lines on springs: their spectra, the walk down their heights, ensembles."""

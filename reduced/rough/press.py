@@ -1,0 +1,176 @@
+"""A rigid rough line on independent springs: connected contacts and the area rule (19.29)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+
+import numpy as np
+
+from reduced.arguments import choice_faults, count_faults, positive_faults, refuse
+from reduced.errors import ConvergenceError
+from reduced.loads import EDGES, one_load_list
+from reduced.rough import inversion
+
+_CONTROLS = {
+    "penetration": inversion.PENETRATION,
+    "force": inversion.FORCE,
+    "mean_gap": inversion.MEAN_GAP,
+}
+_SHORT = 1024  # points up to which ordering a line is cheaper than a ladder of levels
+_BLOCK = 2**15  # points: 450 lines of 64 points are one block, long lines a block each
+
+
+@dataclass(frozen=True)
+class LineContact:
+    """Contact of m lines at k loads; every array has shape (m, k).
+
+    Attributes
+    ----------
+    penetration : ndarray
+        Approach d after first touch of the line's own highest peak; below zero where a prescribed
+        mean gap leaves the line out of contact.
+    force : ndarray
+        F = E* int (h - z)_+ dx on the whole line, springs of stiffness E* dx (19.14).
+    contact_area : ndarray
+        A = (pi/4) sum l_j^2 over the connected contacts (19.29); (pi/4) L^2 when they are one.
+    contact_length : ndarray
+        sum l_j.
+    contact_count : ndarray of int
+        Number of connected contacts.
+    longest_contact : ndarray
+        max l_j.
+    mean_gap : ndarray
+        Mean of the open gap (z - h)_+ over the line.
+    stiffness : ndarray
+        dF/dd on the fixed contact set, E* sum l_j.
+    energy : ndarray
+        Elastic energy, the integral of F over d.
+    """
+
+    penetration: np.ndarray
+    force: np.ndarray
+    contact_area: np.ndarray
+    contact_length: np.ndarray
+    contact_count: np.ndarray
+    longest_contact: np.ndarray
+    mean_gap: np.ndarray
+    stiffness: np.ndarray
+    energy: np.ndarray
+
+
+def press(
+    lines: np.ndarray,
+    spacing: float,
+    effective_modulus: float,
+    *,
+    force: Sequence[float] | np.ndarray | None = None,
+    penetration: Sequence[float] | np.ndarray | None = None,
+    mean_gap: Sequence[float] | np.ndarray | None = None,
+    edges: str = "sub_cell",
+    periodic: bool = True,
+    threads: int = 1,
+) -> LineContact:
+    """Press rigid rough lines onto independent springs, all loads in a few walks along the line.
+
+    With ``edges="sub_cell"`` the line is straight between its points and a contact ends where it
+    meets the surface; ``"nodal"`` takes the chapter's sums over whole springs with h_i > z. A load
+    in force or mean gap is inverted exactly: both discrete laws are convex and piecewise quadratic
+    (linear) in d, so Newton's method ends on the root.
+
+    A contact across the seam of a periodic line is one contact. A free line of n points is n dx
+    long, half a cell beyond its outer points, where its contacts end sharply. Every operation is
+    homogeneous in heights, spacing and modulus, every tolerance relative: units do not matter.
+    What exceeds floating point (energies, at loads beyond 1e150) comes out as inf, at these loads.
+
+    Parameters
+    ----------
+    lines : ndarray, shape (m, n) or (n,)
+        Heights, positive towards the half-space, n >= 2.
+    spacing : float
+        dx.
+    effective_modulus : float
+        E*.
+    force, penetration, mean_gap : array_like, shape (k,)
+        Exactly one: positive, strictly increasing; the same for every line. `force` is the force on
+        the line. A mean gap larger than that of the line at first touch leaves it out of contact.
+    edges : {"sub_cell", "nodal"}
+        The discrete law.
+    periodic : bool
+        Whether the line continues itself.
+    threads : int
+        Threads that share the lines of a batch; the result does not depend on it.
+
+    Returns
+    -------
+    LineContact
+
+    Raises
+    ------
+    ValueError
+        Listing every argument that is wrong.
+    ConvergenceError
+        If a load could not be inverted.
+
+    Examples
+    --------
+    >>> tent = np.array([0.0, 1.0, 0.0, 0.0])  # slopes of 1 at both sides of one peak
+    >>> contact = press(tent, 1.0, 1.0, penetration=[0.5])
+    >>> contact.contact_length, contact.force
+    (array([[1.]]), array([[0.25]]))
+    """
+    heights = np.atleast_2d(np.ascontiguousarray(lines, dtype=float))
+    _check(heights, spacing, effective_modulus, edges, threads)
+    name, loads = one_load_list(force=force, penetration=penetration, mean_gap=mean_gap)
+    goals = loads / (effective_modulus * spacing) if name == "force" else loads
+    stiff = effective_modulus * spacing
+    area = np.pi / 4 * spacing * spacing
+    units = np.array([1.0, stiff, area, spacing, spacing, 1.0, stiff, stiff])
+    fields = np.empty((inversion.FIELDS, heights.shape[0], loads.size))
+    counts = np.empty(fields.shape[1:], np.int64)
+
+    def press_rows(rows: slice) -> None:
+        block = heights[rows]
+        ordered = name != "penetration" and block.shape[1] <= _SHORT
+        orders = (block if ordered else block[:, :0]).argsort(axis=1)
+        steps = inversion.press_lines(
+            *(heights, orders, rows.start, goals, _CONTROLS[name], edges == "sub_cell", periodic),
+            *(units, fields, counts),
+        )
+        if not np.all(steps <= inversion.CONVERGED):
+            row = rows.start + int(np.argmax(~(steps <= inversion.CONVERGED)))
+            raise ConvergenceError(f"{name} of line {row} could not be inverted", steps)
+
+    _for_blocks(press_rows, heights.shape, threads)
+    if name != "penetration":
+        fields[inversion.FORCES if name == "force" else inversion.GAPS] = loads
+    penetration, force, area, length, longest, gap, energy, stiffness = fields
+    return LineContact(*(penetration, force, area, length, counts, longest, gap, stiffness, energy))
+
+
+def _for_blocks(work: Callable[[slice], None], shape: tuple[int, int], threads: int) -> None:
+    """Hand blocks of rows to threads, each small enough to stay in the cache."""
+    rows = max(1, _BLOCK // shape[1])
+    blocks = [slice(begin, min(begin + rows, shape[0])) for begin in range(0, shape[0], rows)]
+    if threads == 1 or len(blocks) == 1:
+        for block in blocks:
+            work(block)
+        return
+    with ThreadPoolExecutor(threads) as pool:
+        for _ in pool.map(work, blocks):
+            pass
+
+
+def _check(
+    heights: np.ndarray, spacing: float, effective_modulus: float, edges: str, threads: int
+) -> None:
+    """Raise one ValueError for everything wrong."""
+    wrong = []
+    if heights.ndim != 2 or heights.shape[1] < 2 or heights.shape[0] < 1:
+        wrong.append(f"lines must have shape (m, n) or (n,), n >= 2, got {heights.shape}")
+    elif not np.all(np.isfinite(heights)):
+        wrong.append("lines must be finite")
+    wrong += positive_faults(spacing=spacing, effective_modulus=effective_modulus)
+    wrong += choice_faults("edges", edges, EDGES) + count_faults(threads=threads)
+    refuse(wrong)

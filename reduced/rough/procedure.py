@@ -1,0 +1,205 @@
+"""The calculation procedure of section 19.7, from a measured map to contact and stress."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from reduced.rough.ensemble import Ensemble, lines, press_ensemble
+from reduced.rough.line_spectrum import LineSpectrum, SumRules, line_of, sum_rules
+from reduced.rough.regions import line_stress
+from reduced.rough.surface_spectrum import RadialAverage, SurfaceSpectrum, measured
+
+
+@dataclass(frozen=True)
+class Variant:
+    """How the procedure is carried out.
+
+    Attributes
+    ----------
+    name : str
+        What tables call it.
+    spectrum : str
+        Rule from two to one dimension, see `spectrum.line_of`.
+    edges : str
+        Discrete law of the springs, see `rough_line.press`.
+    stress : str
+        Rule of the stress, see `line_regions.line_stress`.
+    refinement : int
+        Points of the line per point of the map's longer side.
+    """
+
+    name: str
+    spectrum: str
+    edges: str
+    stress: str
+    refinement: int
+
+
+LITERAL = Variant("literal", "printed", "nodal", "own_curvature", 1)
+"""As printed: ring averages with (19.26), nodal sums on the map's own spacing, (19.37) with R_i."""
+
+CORRECTED = Variant("corrected", "rings", "sub_cell", "one_radius", 8)
+"""Ring sums that keep <h^2>, a resolved line with sub-cell edges, one radius per contact."""
+
+
+@dataclass(frozen=True)
+class Procedure:
+    """Results of section 19.7 for one variant; k loads.
+
+    Attributes
+    ----------
+    variant : Variant
+        How it was done.
+    surface, radial, line, sums : SurfaceSpectrum, RadialAverage, LineSpectrum, SumRules
+        Steps 2 and 3: the spectrum of the map, its radial average, the line's spectrum, and what
+        the rule kept.
+    ensemble : Ensemble
+        Step 7: force, area, length, ... of all lines at all loads.
+    contact_sizes : tuple of ndarray, one per load
+        Lengths l_j of all contacts of all lines: their distribution.
+    pressures : tuple of ndarray, one per load
+        Stresses at all points in contact of all lines where the rule has a real value.
+    undefined_share : ndarray, shape (k,)
+        Share of the points in contact where it has none.
+    mean_pressure : ndarray, shape (k,)
+        F/A, the mean over the lines.
+    """
+
+    variant: Variant
+    surface: SurfaceSpectrum
+    radial: RadialAverage
+    line: LineSpectrum
+    sums: SumRules
+    ensemble: Ensemble
+    contact_sizes: tuple[np.ndarray, ...]
+    pressures: tuple[np.ndarray, ...]
+    undefined_share: np.ndarray
+    mean_pressure: np.ndarray
+
+
+def calculate(
+    height: np.ndarray,
+    size: float | tuple[float, float],
+    effective_modulus: float,
+    force: Sequence[float] | np.ndarray,
+    *,
+    variant: Variant = CORRECTED,
+    realisations: int = 100,
+    periodic: bool = False,
+    seed: int = 0,
+    workers: int = 1,
+) -> Procedure:
+    """Carry out steps 2-5 and 7 of section 19.7 on a prepared map (step 1 is the measurement).
+
+    The spectrum of the map becomes that of a line of the map's longer side (19.26), lines are
+    synthesised from it (19.24) and pressed on springs of stiffness E* dx (19.14) with the force
+    that the map carries; area (19.29), contact length, stress (19.37) and their distributions
+    follow. Step 6, sliding, is not part of this. The result depends on L/lambda_l and
+    lambda_l/lambda_s: a line of another length with the same nominal pressure gives another area.
+
+    Parameters
+    ----------
+    height : ndarray, shape (nx, ny)
+        Prepared map (level, filled), positive towards the half-space.
+    size : float or (float, float)
+        Sides Lx, Ly.
+    effective_modulus : float
+        E*.
+    force : array_like, shape (k,)
+        Forces on the map: positive, strictly increasing.
+    variant : Variant
+        `LITERAL`, `CORRECTED` or your own.
+    realisations, seed, workers : int
+        Lines, and as for `ensemble.press_ensemble`.
+    periodic : bool
+        Whether the map continues itself (no window then).
+
+    Returns
+    -------
+    Procedure
+
+    Raises
+    ------
+    ValueError
+        If an argument is out of range, or the map is level.
+    ConvergenceError
+        If a load could not be inverted.
+
+    Examples
+    --------
+    >>> h = np.random.default_rng(0).normal(size=(16, 16))
+    >>> found = calculate(h, 1.0, 1.0, [0.1], realisations=3)
+    >>> round(float(found.sums.ratio[0]), 12), float(found.undefined_share[0])
+    (1.0, 0.0)
+    """
+    surface = measured(height, size, periodic)
+    line = line_of(surface, variant.spectrum)
+    if not np.any(line.power > 0):
+        raise ValueError("the map is level: it has no power to make a line of")
+    points = variant.refinement * max(surface.power.shape)
+    # Corner modes lie beyond the map's own Nyquist wavenumber, and a line must resolve its modes.
+    points = max(points, 2 * int(np.flatnonzero(line.power > 0)[-1] + 1) + 2)
+    ensemble = press_ensemble(
+        *(line, points, realisations, effective_modulus),
+        force=force,
+        seed=seed,
+        edges=variant.edges,
+        workers=workers,
+    )
+    sizes, pressures, shares = _distributions(
+        line, points, ensemble.samples["penetration"], effective_modulus, variant, seed
+    )
+    area = ensemble.samples["contact_area"]
+    return Procedure(
+        *(variant, surface, surface.radial_average(), line, sum_rules(surface, line), ensemble),
+        contact_sizes=sizes,
+        pressures=pressures,
+        undefined_share=shares,
+        mean_pressure=np.mean(ensemble.samples["force"] / area, axis=0),
+    )
+
+
+def side_by_side(
+    height: np.ndarray,
+    size: float | tuple[float, float],
+    effective_modulus: float,
+    force: Sequence[float] | np.ndarray,
+    **options,
+) -> tuple[Procedure, Procedure]:
+    """Return the literal text and the corrected variant on the same map, `calculate` for each."""
+    literal, corrected = (
+        calculate(height, size, effective_modulus, force, variant=each, **options)
+        for each in (LITERAL, CORRECTED)
+    )
+    return literal, corrected
+
+
+def _distributions(
+    line: LineSpectrum,
+    points: int,
+    penetrations: np.ndarray,
+    effective_modulus: float,
+    variant: Variant,
+    seed: int,
+) -> tuple[tuple[np.ndarray, ...], tuple[np.ndarray, ...], np.ndarray]:
+    """Contact lengths and stresses of all lines, pooled by load, and the undefined shares."""
+    steps = penetrations.shape[1]
+    sizes, pressures = [[] for _ in range(steps)], [[] for _ in range(steps)]
+    valid, total = np.zeros(steps), np.zeros(steps)
+    for k, depths in enumerate(penetrations):
+        heights = lines(line, points, [k], seed=seed)[0]
+        for step, depth in enumerate(depths):
+            found = line_stress(
+                *(heights, line.length / points, effective_modulus, depth),
+                rule=variant.stress,
+                edges=variant.edges,
+            )
+            sizes[step].append(found.regions.lengths)
+            pressures[step].append(found.pressure[found.valid])
+            valid[step] += np.count_nonzero(found.valid)
+            total[step] += found.valid.size
+    pooled = (tuple(np.concatenate(part) for part in each) for each in (sizes, pressures))
+    return *pooled, 1 - valid / total

@@ -1,0 +1,199 @@
+"""The connected contacts of one rough line at one depth, and the local stress rule on them."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from reduced.arguments import choice_faults, positive_faults, refuse
+from reduced.loads import EDGES
+
+RULES = ("own_curvature", "one_radius")
+
+
+@dataclass(frozen=True)
+class Regions:
+    """Contact of one line at one penetration, region by region and point by point.
+
+    Attributes
+    ----------
+    lengths : ndarray, shape (regions,)
+        Lengths l_j; (pi/4) l_j^2 is each region's share of the area (19.29).
+    points : ndarray of int, shape (m,)
+        Indices of the points in contact.
+    region : ndarray of int, shape (m,)
+        Region of each of these points.
+    deflection : ndarray, shape (m,)
+        Spring deflections delta there.
+    """
+
+    lengths: np.ndarray
+    points: np.ndarray
+    region: np.ndarray
+    deflection: np.ndarray
+
+
+@dataclass(frozen=True)
+class LineStress:
+    """Stress (19.37) at the points of a rough line in contact.
+
+    Attributes
+    ----------
+    pressure : ndarray, shape (m,)
+        Stress where the rule has a real value, else 0.
+    valid : ndarray of bool, shape (m,)
+        Where it has one.
+    undefined_share : float
+        Share of the points in contact where it has none; 0 without contact.
+    regions : Regions
+        The contact itself.
+    """
+
+    pressure: np.ndarray
+    valid: np.ndarray
+    undefined_share: float
+    regions: Regions
+
+
+def regions(
+    line: np.ndarray,
+    spacing: float,
+    penetration: float,
+    *,
+    edges: str = "sub_cell",
+    periodic: bool = True,
+) -> Regions:
+    """Find the connected contacts of a line, as `rough_line.press` counts them.
+
+    Parameters
+    ----------
+    line : ndarray, shape (n,)
+        Heights, positive towards the half-space.
+    spacing, penetration : float
+        dx, and d after first touch of the highest point; d <= 0 is no contact.
+    edges : {"sub_cell", "nodal"}
+        Whether contacts end where the straight line between points meets the surface, or half a
+        cell beyond the last spring.
+    periodic : bool
+        Whether a contact across the seam is one.
+
+    Returns
+    -------
+    Regions
+
+    Raises
+    ------
+    ValueError
+        If an argument is out of range.
+
+    Examples
+    --------
+    >>> regions(np.array([0.0, 1.0, 0.0, 0.0]), 1.0, 0.5).lengths
+    array([1.])
+    """
+    h = np.asarray(line, dtype=float)
+    _check(h, spacing, penetration, edges)
+    n = h.size
+    delta = h - h.max() + penetration
+    touching = delta > 0
+    if touching.all():
+        return Regions(np.array([n * spacing]), np.arange(n), np.zeros(n, int), delta)
+    # Walk from a point out of contact, so that no contact of a periodic line is cut.
+    start = int(np.argmin(touching)) if periodic else 0
+    order = np.roll(np.arange(n), -start)
+    inside = touching[order]
+    opens = inside & ~np.concatenate([[False], inside[:-1]])
+    closes = inside & ~np.concatenate([inside[1:], [False]])
+    first, last = np.flatnonzero(opens), np.flatnonzero(closes)
+    lengths = (last - first).astype(float)
+    for ends, step in ((first, -1), (last, 1)):
+        lengths += _reach(delta[order], ends, step, edges, periodic)
+    region = (np.cumsum(opens) - 1)[inside]
+    points = order[inside]
+    return Regions(lengths * spacing, points, region, delta[points])
+
+
+def line_stress(
+    line: np.ndarray,
+    spacing: float,
+    effective_modulus: float,
+    penetration: float,
+    *,
+    rule: str = "own_curvature",
+    edges: str = "sub_cell",
+    periodic: bool = True,
+) -> LineStress:
+    """Stress on a rough line by the chapter's rule (19.37), sigma = E* sqrt(2 delta/R1)/pi.
+
+    Parameters
+    ----------
+    line, spacing, penetration, edges, periodic
+        As for `regions`.
+    effective_modulus : float
+        E*.
+    rule : {"own_curvature", "one_radius"}
+        R1 = -1/h'' at the point, by second differences: without a real value where the line is
+        straight or hollow, which on rough lines is a large part of the contact, and at the ends of
+        a free line. Or one radius per region, that of the parabola of the same length and depth,
+        R1 = l^2/(8 delta_max), which always has a value.
+
+    Returns
+    -------
+    LineStress
+
+    Raises
+    ------
+    ValueError
+        If an argument is out of range.
+    """
+    refuse(
+        choice_faults("rule", rule, RULES) + positive_faults(effective_modulus=effective_modulus)
+    )
+    found = regions(line, spacing, penetration, edges=edges, periodic=periodic)
+    if found.points.size == 0:
+        return LineStress(np.zeros(0), np.zeros(0, bool), 0.0, found)
+    if rule == "own_curvature":
+        curvature = _curvature(np.asarray(line, dtype=float), spacing, periodic)[found.points]
+    else:
+        deepest = np.zeros(found.lengths.size)
+        np.maximum.at(deepest, found.region, found.deflection)
+        curvature = (8 * deepest / found.lengths / found.lengths)[found.region]
+    valid = curvature > 0
+    stress = (
+        effective_modulus / np.pi * np.sqrt(2 * found.deflection * np.where(valid, curvature, 0))
+    )
+    return LineStress(stress, valid, float(np.mean(~valid)), found)
+
+
+def _reach(
+    delta: np.ndarray, ends: np.ndarray, step: int, edges: str, periodic: bool
+) -> np.ndarray:
+    """How far contacts reach beyond their outermost points, in cells."""
+    n = delta.size
+    beyond = ends + step
+    outside = (beyond < 0) | (beyond >= n)
+    rest = delta[beyond % n]
+    if edges == "nodal":
+        return np.full(ends.size, 0.5)
+    part = delta[ends] / np.where(rest <= 0, delta[ends] - rest, 1.0)
+    return part if periodic else np.where(outside, 0.5, part)
+
+
+def _curvature(h: np.ndarray, spacing: float, periodic: bool) -> np.ndarray:
+    """-h'' by second differences; 0 (no radius) at the ends of a free line."""
+    second = (2 * h - np.roll(h, 1) - np.roll(h, -1)) / spacing / spacing
+    if not periodic:
+        second[[0, -1]] = 0.0
+    return second
+
+
+def _check(h: np.ndarray, spacing: float, penetration: float, edges: str) -> None:
+    """Raise one ValueError for everything wrong."""
+    wrong = []
+    if h.ndim != 1 or h.size < 2 or not np.all(np.isfinite(h)):
+        wrong.append(f"line must be finite, of shape (n,), n >= 2, got shape {h.shape}")
+    wrong += positive_faults(spacing=spacing)
+    if not np.isfinite(penetration):
+        wrong.append(f"penetration must be finite, got {penetration!r}")
+    refuse(wrong + choice_faults("edges", edges, EDGES))

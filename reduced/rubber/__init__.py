@@ -1,0 +1,1 @@
+"""A rough line that slides over relaxing springs."""

@@ -1,0 +1,188 @@
+"""Problem 1 of the chapter as printed, steps 7 to 14, with its flaws.
+
+`sliding_history` is the corrected one and lists them. Nothing is repaired here: the point of this
+module is to show what the print does. Where it leaves a choice open, the choice is stated.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numba import njit
+
+from reduced.arguments import positive_faults, refuse
+from reduced.errors import ConvergenceError
+from reduced.rubber.steady import line_faults
+
+_SPRING = 4.0  # (19.30) at nu = 1/2
+_ESCAPED = 2.0**20  # a spring or level this many times the line's range away is not coming back
+OUTCOMES = ("completed", "no contact", "diverged")
+_COMPLETED, _NO_CONTACT, _DIVERGED = range(3)
+_FRICTION, _CONJUGATE, _LEVEL, _COUNT, _NEGATIVE = range(5)
+
+
+@dataclass(frozen=True)
+class PrintedSliding:
+    """What the printed scheme did, up to where it ended; arrays have shape (steps done,).
+
+    Attributes
+    ----------
+    outcome : {"completed", "no contact", "diverged"}
+        "no contact": N = 0, by which step 12 divides. "diverged": a spring or the level is 2^20
+        times the line's range away.
+    tangential_force : ndarray
+        F_x of step 13, forces times the central difference.
+    conjugate_force : ndarray
+        The same forces times dz/dx of their springs: the work they do, over the way.
+    level : ndarray
+        Z0.
+    contact_count : ndarray of int
+        N.
+    tensile_count : ndarray of int
+        How many of them pull once the level is shifted: the contact set belongs to the old level.
+    relaxation_number : float
+        G dt/eta = dx/(v tau) of the explicit relaxation: free springs overshoot the level above 1
+        and grow without bound above 2.
+    force : float
+        F_N, met by construction.
+    """
+
+    outcome: str
+    tangential_force: np.ndarray
+    conjugate_force: np.ndarray
+    level: np.ndarray
+    contact_count: np.ndarray
+    tensile_count: np.ndarray
+    relaxation_number: float
+    force: float
+
+    def friction_coefficient(self, steps: int | None = None) -> float:
+        """Step 14: mean of F_x/F_N over the last steps; the print takes all, the transient too.
+
+        Raises
+        ------
+        ConvergenceError
+            If no step was done.
+        """
+        part = self.tangential_force[-steps:] if steps else self.tangential_force
+        if part.size == 0:
+            raise ConvergenceError(
+                f"the printed scheme ended before its first step: {self.outcome}"
+            )
+        return float(part.mean() / self.force)
+
+
+def slide_as_printed(
+    line: np.ndarray,
+    spacing: float,
+    shear_modulus: float,
+    viscosity: float,
+    speed: float,
+    force: float,
+    *,
+    steps: int,
+    level: float | None = None,
+) -> PrintedSliding:
+    """Slide one rough line under Kelvin-Voigt springs by the letter of Problem 1.
+
+    Step 10: Z0 = 3 times the rms height without `level`; z_i = h_i where h_i >= Z0 and, which is
+    not said, z_i = Z0 elsewhere. Step 11: dt = dx/v. Step 12: points with h_i >= z_i join, those in
+    contact stay while their force is positive, the others relax by one explicit step towards the
+    level where it was; then the level is shifted for the points in contact. Step 13 takes the
+    forces after the shift, which add up to F_N, and the line's central difference.
+
+    Parameters
+    ----------
+    line : ndarray, shape (n,)
+        Heights of a periodic line from its mean, positive towards the rubber.
+    spacing : float
+        dx.
+    shear_modulus, viscosity, speed, force : float
+        G, eta, v, F_N.
+    steps : int
+        Number of steps.
+    level : float, optional
+        Another Z0 to begin with: on a line that is nowhere 3 rms high nothing is in contact.
+
+    Returns
+    -------
+    PrintedSliding
+
+    Raises
+    ------
+    ValueError
+        Listing every argument that is wrong.
+
+    Examples
+    --------
+    >>> line = 0.01 * np.cos(2 * np.pi * np.arange(64) / 64)
+    >>> slide_as_printed(line, 1 / 64, 1.0, 1.0, 1.0, 0.01, steps=10).outcome  # 3 rms is 2 rms high
+    'no contact'
+    """
+    heights = np.atleast_2d(np.asarray(line, dtype=float))
+    wrong = line_faults(heights) + positive_faults(
+        spacing=spacing,
+        shear_modulus=shear_modulus,
+        viscosity=viscosity,
+        speed=speed,
+        force=force,
+        steps=steps,
+    )
+    refuse(wrong if len(heights) == 1 else [*wrong, "give one line"])
+    start = 3 * float(np.sqrt(np.mean(heights[0] ** 2))) if level is None else float(level)
+    number = shear_modulus * spacing / (speed * viscosity)
+    unit = _SPRING * shear_modulus * spacing
+    rows = np.zeros((5, int(steps)))
+    with np.errstate(over="ignore"):
+        outcome, done = _march(heights[0], spacing, number, force / unit, start, rows)
+    rows = rows[:, :done]
+    return PrintedSliding(
+        outcome=OUTCOMES[outcome],
+        tangential_force=unit * rows[_FRICTION],
+        conjugate_force=unit * rows[_CONJUGATE],
+        level=rows[_LEVEL],
+        contact_count=rows[_COUNT].astype(np.int64),
+        tensile_count=rows[_NEGATIVE].astype(np.int64),
+        relaxation_number=number,
+        force=float(force),
+    )
+
+
+@njit(cache=True)
+def _march(line, spacing, number, goal, level, rows):
+    """Take steps 10 to 13; forces are per 4 G dx, and eta/(G dt) = 1/number."""
+    n = line.size
+    escaped = _ESCAPED * (np.max(line) - np.min(line) + abs(level) + goal)
+    z, force = np.maximum(line, level), np.zeros(n)
+    touching, moved = line >= level, np.empty(n)
+    stiffness = 1 + 1 / number
+    for step in range(rows.shape[1]):
+        total, count = 0.0, 0
+        for i in range(n):
+            height = line[(i + step + 1) % n]
+            pushed = (height - level) + (height - z[i]) / number
+            touching[i] = height >= z[i] or (touching[i] and pushed > 0.0)
+            if touching[i]:
+                force[i], moved[i] = pushed, height
+                total += pushed
+                count += 1
+            else:
+                moved[i] = z[i] - number * (z[i] - level)
+        if count == 0:
+            return _NO_CONTACT, step
+        shift = (total - goal) / (count * stiffness)
+        level += shift
+        if not (np.max(np.abs(moved)) < escaped and abs(level) < escaped):
+            return _DIVERGED, step
+        for i in range(n):
+            if touching[i]:
+                place = i + step + 1
+                kept = force[i] - shift * stiffness
+                slope = (line[(place + 1) % n] - line[(place - 1) % n]) / (2 * spacing)
+                rows[_FRICTION, step] += kept * slope
+                rows[_CONJUGATE, step] += kept * (moved[i] - z[i]) / spacing
+                rows[_NEGATIVE, step] += kept < 0.0
+        rows[_LEVEL, step], rows[_COUNT, step] = level, count
+        z, moved = moved, z
+    return _COMPLETED, rows.shape[1]

@@ -1,0 +1,301 @@
+"""Steady sliding of a rough rigid line under viscoelastic springs: friction from the steady state.
+
+Problem 1 of the chapter moves the line step by step until nothing changes any more. What it
+tends to can be had at once: at constant level Z0 all springs go through the same history, one after
+the other, so that one spring drawn under the line (`sliding_pass`) is the whole contact, and the
+level follows from the force, which falls monotonically with it. `sliding_history` is the time loop.
+
+Per unit length of line a spring of the reduced model carries (19.30), (19.31)
+
+    f = 4 [G_inf w + sum_k G_k (w - q_k) + eta dw/dt] >= 0,  dq_k/dt = (w - q_k)/tau_k,
+
+w its deflection; w = h - Z0 in contact. The friction is the force that is work-conjugate to the
+sliding, F_x = int f dh/dx dx; F_x v is the power dissipated.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.optimize import brentq
+
+from reduced.arguments import positive_faults, refuse
+from reduced.errors import ConvergenceError
+from reduced.memory.materials import Prony
+from reduced.rubber import one_spring
+from reduced.rubber.one_spring import COUNT, FORCE, LENGTH, LOSS, SQUARES, WORK
+
+_SPRING = 4.0  # (19.30) at nu = 1/2
+_PERIODS = 60
+_TINY = 2.0**-46  # what a period may leave of a change of the state, relative to the deflection
+
+
+@dataclass(frozen=True)
+class SteadySliding:
+    """Steady sliding of m lines at k speeds; every array has shape (m, k).
+
+    Attributes
+    ----------
+    friction_coefficient : ndarray
+        F_x/F.
+    force, tangential_force : ndarray
+        F and F_x on the whole line.
+    penetration : ndarray
+        Depth of the line's highest point below the level of the rubber.
+    contact_length, contact_area : ndarray
+        sum l_j and (pi/4) sum l_j^2 (19.29) over the connected contacts.
+    contact_count : ndarray of int
+        Their number.
+    dissipation : ndarray
+        Energy that the material dissipates over one period, summed from its dashpots.
+    energy_error : ndarray
+        (F_x L - dissipation)/dissipation, what the balance is violated by.
+    """
+
+    friction_coefficient: np.ndarray
+    force: np.ndarray
+    tangential_force: np.ndarray
+    penetration: np.ndarray
+    contact_length: np.ndarray
+    contact_area: np.ndarray
+    contact_count: np.ndarray
+    dissipation: np.ndarray
+    energy_error: np.ndarray
+
+
+def slide(
+    lines: np.ndarray,
+    spacing: float,
+    material: Prony,
+    speed: float | Sequence[float] | np.ndarray,
+    force: float | Sequence[float] | np.ndarray | None = None,
+    *,
+    penetration: float | Sequence[float] | np.ndarray | None = None,
+    periodic: bool = True,
+) -> SteadySliding:
+    """Slide rigid lines under a viscoelastic foundation until nothing changes: steady friction.
+
+    The line is straight between its points; everything else is exact (`sliding_pass`), for every
+    speed and spacing. The level is found by bracketing: the force falls with it. Over one period
+    the arms carry nothing in the mean, so that the mean deflection of a periodic line is
+    F/(4 G_inf L) at any speed.
+
+    Parameters
+    ----------
+    lines : ndarray, shape (m, n) or (n,)
+        Heights, positive towards the rubber, in the order in which a point of the rubber meets
+        them, n >= 2.
+    spacing : float
+        dx.
+    material : Prony
+        In shear, with G_inf > 0 (a fluid sinks until nothing is left to carry); nu = 1/2.
+    speed : array_like, shape (k,) or float
+        v > 0, any order.
+    force, penetration : array_like, shape (k,) or float
+        Exactly one: F > 0 on the line, or the depth of its highest point below the level of the
+        rubber, one for all speeds or one for each.
+    periodic : bool
+        Whether the line continues itself. A free line is met by rubber at rest; its contact has to
+        lie inside it.
+
+    Returns
+    -------
+    SteadySliding
+
+    Raises
+    ------
+    ValueError
+        Listing every argument that is wrong.
+    ConvergenceError
+        If a force could not be met, or the contact of a free line reaches its end.
+
+    Examples
+    --------
+    A parabola h = -x^2/2 under a Kelvin-Voigt rubber, slowly: mu = 2 v tau/R, R = 1.
+
+    >>> from reduced.memory.materials import kelvin_voigt
+    >>> x = np.linspace(-0.2, 0.2, 401)
+    >>> found = slide(-(x**2), 1e-3, kelvin_voigt(1.0, 1.0), 1e-6, 1e-3, periodic=False)
+    >>> round(found.friction_coefficient.item() / 2e-6, 3)
+    1.0
+    """
+    heights = np.atleast_2d(np.asarray(lines, dtype=float))
+    speeds = np.atleast_1d(np.asarray(speed, float))
+    loads = _one_load(force, penetration)
+    _check(heights, spacing, material, speeds, loads)
+    loads = np.broadcast_to(loads, speeds.shape)
+    rows = [
+        [
+            _steady(line, spacing, material, v, load, force is not None, periodic)
+            for v, load in zip(speeds, loads, strict=True)
+        ]
+        for line in heights
+    ]
+    depth = np.array([[each[0] for each in row] for row in rows])
+    sums = np.moveaxis(np.array([[each[1] for each in row] for row in rows]), -1, 0)
+    tangential, normal, loss = _SPRING * sums[WORK], _SPRING * sums[FORCE], _SPRING * sums[LOSS]
+    return SteadySliding(
+        friction_coefficient=tangential / normal,
+        force=normal,
+        tangential_force=tangential,
+        penetration=depth,
+        contact_length=sums[LENGTH],
+        contact_area=np.pi / 4 * sums[SQUARES],
+        contact_count=sums[COUNT].astype(np.int64),
+        dissipation=loss,
+        energy_error=(tangential - loss) / loss,
+    )
+
+
+@dataclass(frozen=True)
+class _Line:
+    """One line at one speed: all that `sliding_pass.draw` needs but level and state."""
+
+    path: np.ndarray
+    step: float
+    periodic: bool
+    material: tuple[float, float, np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]
+
+    def draw(self, depth: float, state: np.ndarray) -> tuple[np.ndarray, bool]:
+        """Integrals over the line at a depth of its highest point; `state` is advanced."""
+        return one_spring.draw(self.path, -depth, self.step, self.periodic, *self.material, state)
+
+    def settled(self, depth: float) -> np.ndarray:
+        """Integrals over one period of the steady state, or over the whole of a free line.
+
+        The highest point is always in contact, so the state is that of the arms there. The map of
+        a period is piecewise linear in it: Newton's steps end on the fixed point.
+        """
+        arms = self.material[2].size
+        size = self.material[4].size
+        if not self.periodic:
+            return self._passed(depth, np.zeros(size))
+        begin = np.zeros(size)
+        history = []
+        for _ in range(_PERIODS):
+            end = begin.copy()
+            sums, _ = self.draw(depth, end)
+            change = (end - begin)[:arms]
+            history.append(float(np.max(np.abs(change), initial=0.0)) / depth)
+            if history[-1] <= _TINY:
+                return sums
+            begin[:arms] += np.linalg.solve(np.eye(arms) - self._tangent(depth, begin, end), change)
+        raise ConvergenceError("the steady state of the line was not reached", history)
+
+    def _tangent(self, depth: float, begin: np.ndarray, end: np.ndarray) -> np.ndarray:
+        """Return d(state after a period)/d(state); differences are exact on a linear piece."""
+        arms, probe = self.material[2].size, depth * 2.0**-20
+        tangent = np.empty((arms, arms))
+        for k in range(arms):
+            moved = begin.copy()
+            moved[k] += probe
+            self.draw(depth, moved)
+            tangent[:, k] = (moved - end)[:arms] / probe
+        return tangent
+
+    def _passed(self, depth: float, state: np.ndarray) -> np.ndarray:
+        if self.path[0] + depth > 0:
+            raise ConvergenceError(f"at depth {depth!r} the contact reaches the end of the line")
+        sums, touching = self.draw(depth, state)
+        if touching:
+            raise ConvergenceError(f"at depth {depth!r} the contact reaches the end of the line")
+        return sums
+
+
+def _steady(
+    line: np.ndarray,
+    spacing: float,
+    material: Prony,
+    speed: float,
+    load: float,
+    forced: bool,
+    periodic: bool,
+) -> tuple[float, np.ndarray]:
+    """Depth of the highest point and integrals of one line at one speed and load."""
+    peak = int(np.argmax(line))
+    path = line - line[peak]
+    if periodic:
+        path = np.concatenate([path[peak:], path[: peak + 1]])
+    held = _Line(np.ascontiguousarray(path), spacing, periodic, _lengths(material, speed))
+    if not forced:
+        return load, held.settled(load)
+    goal = load / _SPRING
+
+    def excess(depth: float) -> float:
+        return held.settled(depth)[FORCE] / goal - 1 if depth > 0 else -1.0
+
+    if periodic:
+        # mean deflection F/(4 G_inf L), and w >= h - Z0 everywhere
+        deepest = goal / (material.long_term * line.size * spacing) - path[:-1].mean()
+        deepest *= 1 + 2.0**-40  # at full contact this is the root, but for rounding
+    else:
+        deepest = _deep_enough(excess, path, goal / material.long_term, spacing)
+    precision = 4 * np.finfo(float).eps
+    depth = brentq(excess, 0.0, deepest, xtol=2.0**-52 * deepest, rtol=precision, maxiter=200)
+    return float(depth), held.settled(depth)
+
+
+def _deep_enough(excess, path: np.ndarray, deflection: float, spacing: float) -> float:
+    """Depth at which a free line carries more than the force: doubled from a single spring's."""
+    end = -float(path[[0, -1]].max())
+    depth = min(deflection / spacing, end / 1024)
+    while depth < end and excess(depth) < 0:
+        depth *= 2
+    if depth < end:
+        return depth
+    if excess(end) < 0:
+        raise ConvergenceError(f"at depth {end!r} the contact reaches the end of the line")
+    return end
+
+
+def _lengths(material: Prony, speed: float) -> tuple:
+    """Return the material with times as lengths, and its modes, as `sliding_pass.draw` takes it."""
+    modes = material.creep().times
+    matrix = 1 / (1 - material.times[:, None] / modes)
+    if material.viscosity > 0:
+        matrix = np.vstack([matrix, np.ones(modes.size)])
+    inverse = np.linalg.inv(matrix)
+    return (
+        *(material.long_term, speed * material.viscosity, material.moduli),
+        *(speed * material.times, speed * modes, matrix, inverse),
+    )
+
+
+def _one_load(force: object, penetration: object) -> np.ndarray:
+    """Return the load that was given, of which there is one."""
+    if (force is None) == (penetration is None):
+        raise ValueError("give exactly one of force, penetration")
+    return np.asarray(penetration if force is None else force, float)
+
+
+def _check(
+    heights: np.ndarray, spacing: float, material: Prony, speeds: np.ndarray, loads: np.ndarray
+) -> None:
+    """Raise one ValueError for everything wrong."""
+    wrong = line_faults(heights) + positive_faults(spacing=spacing)
+    wrong += solid_faults(material)
+    for name, values in (("speed", speeds), ("force or penetration", loads)):
+        if values.ndim > 1 or values.size == 0 or not np.all(np.isfinite(values) & (values > 0)):
+            wrong.append(f"{name} must be positive and finite, a number or a list, got {values}")
+    if loads.ndim == 1 and loads.shape not in ((1,), speeds.shape):
+        wrong.append(f"loads must be one, or one per speed ({speeds.size}), got {loads.size}")
+    refuse(wrong)
+
+
+def line_faults(heights: np.ndarray) -> list[str]:
+    """Name what keeps an array from being lines of heights."""
+    if heights.ndim != 2 or heights.shape[1] < 2 or heights.shape[0] < 1:
+        return [f"lines must have shape (m, n) or (n,), n >= 2, got {heights.shape}"]
+    return [] if np.all(np.isfinite(heights)) else ["lines must be finite"]
+
+
+def solid_faults(material: Prony) -> list[str]:
+    """Say so if the material cannot carry a load at rest, or dissipates nothing."""
+    wrong = []
+    if not material.long_term > 0:
+        wrong.append("material must be a solid, G_inf > 0: a fluid sinks without end")
+    if not material.steady_viscosity > 0:
+        wrong.append("material must have a dashpot: an elastic foundation has no friction")
+    return wrong

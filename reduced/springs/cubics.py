@@ -1,0 +1,125 @@
+"""A half line of monotone cubics on springs: contact edge, force and energy, exact per cell.
+
+On a cell of width w and rise v, with s the place in it from 0 to 1, the height is
+g = g_0 + v s (m_0 + s (3 - 2 m_0 - m_1 + s (m_0 + m_1 - 2))), m_0 and m_1 the slopes at its ends in
+units of v/w, at most 3: then the cubic is monotone (Fritsch & Carlson 1980).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numba import njit
+
+from reduced.profiles.quadrature import gauss_legendre
+
+# Exact for the square of a cubic.
+_NODES, _WEIGHTS = (tuple(map(float, part)) for part in gauss_legendre(4))
+_EDGE_STEPS = 80
+_EPSILON = float(np.finfo(float).eps)
+
+
+@njit(cache=True)
+def moments(
+    x: np.ndarray, heights: np.ndarray, slopes: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """End slopes m_0, m_1 of the cells, and int g dx and int g^2 dx from 0 to every knot.
+
+    Parameters
+    ----------
+    x, heights, slopes : ndarray, shape (n,)
+        Knots from x = 0 outwards, and g and g' there.
+
+    Returns
+    -------
+    tuple of ndarray
+        m_0 (n - 1,), m_1 (n - 1,), first (n,), second (n,).
+    """
+    n = x.size
+    start, end = np.zeros(n - 1), np.zeros(n - 1)
+    first, second = np.zeros(n), np.zeros(n)
+    for i in range(n - 1):
+        rise, width = heights[i + 1] - heights[i], x[i + 1] - x[i]
+        if rise > 0.0:
+            start[i] = min(max(slopes[i] * (width / rise), 0.0), 3.0)
+            end[i] = min(max(slopes[i + 1] * (width / rise), 0.0), 3.0)
+        one, two = part_moments(heights[i], rise, width, start[i], end[i], 1.0)
+        first[i + 1] = first[i] + one
+        second[i + 1] = second[i] + two
+    return start, end, first, second
+
+
+@njit(cache=True)
+def respond(
+    x: np.ndarray,
+    heights: np.ndarray,
+    start: np.ndarray,
+    end: np.ndarray,
+    first: np.ndarray,
+    second: np.ndarray,
+    d: np.ndarray,
+    out: np.ndarray,
+) -> None:
+    """Add contact length, F/E* and energy/E* of the half line at penetrations d > 0 to `out`.
+
+    Parameters
+    ----------
+    x, heights, start, end, first, second : ndarray
+        Knots, heights and what `moments` returns.
+    d : ndarray, shape (k,)
+        Penetrations.
+    out : ndarray, shape (3, k)
+        Length, force, energy.
+    """
+    last = start.size - 1
+    for k in range(d.size):
+        cell, part = np.searchsorted(heights, d[k]) - 1, 1.0
+        if cell > last:
+            cell = last
+        else:
+            rise = heights[cell + 1] - heights[cell]
+            part = _locate(start[cell], end[cell], (d[k] - heights[cell]) / rise)
+        width = x[cell + 1] - x[cell]
+        rise = heights[cell + 1] - heights[cell]
+        one, two = part_moments(heights[cell], rise, width, start[cell], end[cell], part)
+        one, two = one + first[cell], two + second[cell]
+        length = x[cell] + part * width
+        out[0, k] += length
+        out[1, k] += length * d[k] - one
+        out[2, k] += (length * d[k] * d[k] - 2.0 * d[k] * one + two) / 2.0
+
+
+@njit(cache=True)
+def rise_and_slope(m0, m1, s):
+    """Rise above the cell's start in units of its full rise, and its derivative, at s."""
+    c2, c3 = 3.0 - 2.0 * m0 - m1, m0 + m1 - 2.0
+    return s * (m0 + s * (c2 + s * c3)), m0 + s * (2.0 * c2 + s * 3.0 * c3)
+
+
+@njit(cache=True)
+def _locate(m0, m1, goal):
+    """Place of the contact edge inside the cell, in [0, 1], by Newton inside a bracket."""
+    low, high, s = 0.0, 1.0, goal
+    for _ in range(_EDGE_STEPS):
+        value, slope = rise_and_slope(m0, m1, s)
+        if value < goal:
+            low = s
+        else:
+            high = s
+        step = s - (value - goal) / slope if slope > 0.0 else -1.0
+        last = s
+        s = step if low <= step <= high else 0.5 * (low + high)
+        if abs(s - last) <= _EPSILON * s:
+            break
+    return s
+
+
+@njit(cache=True)
+def part_moments(base, rise, width, m0, m1, part):
+    """Integrals of height and height squared over the first part of a cell; exact."""
+    one = two = 0.0
+    for k in range(len(_NODES)):
+        value, _ = rise_and_slope(m0, m1, part * _NODES[k])
+        height = base + rise * value
+        one += _WEIGHTS[k] * height
+        two += _WEIGHTS[k] * (height * height)
+    return part * width * one, part * width * two

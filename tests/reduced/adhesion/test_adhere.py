@@ -1,0 +1,270 @@
+"""Adhesion on springs: closed forms of pull-off, rates, events against a search, energy balance."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.optimize import minimize_scalar
+
+from reduced.adhesion.adhere import adhere, equilibrium, pull_off
+from reduced.profiles.shapes import (
+    Profile,
+    cone,
+    cylinder,
+    paraboloid,
+    power_law,
+    rounded_punch,
+    sphere,
+    tabulated,
+)
+
+W = 0.013
+OFFSETS = st.integers(0, 999).map(lambda i: i / 1000)
+ROUNDING = 1e-13
+# steep, then nearly level, then steep again: two stable contact radii at one load
+SHELF = Profile(
+    "shelf",
+    height=lambda x: 0.3 * (1 - np.exp(-4 * x)) + 0.03 * x**3,
+    slope=lambda x: 1.2 * np.exp(-4 * x) + 0.09 * x**2,
+    curvature=None,
+    length=1.0,
+)
+SHAPES = {
+    "sphere": sphere(1.0),
+    "quartic": power_law(4, 0.3),
+    "cone": cone(0.3),
+    "rounded": rounded_punch(1.0, 2.0),
+    "shelf": SHELF,
+    "table": tabulated([0, 0.2, 0.4, 0.8], [0, 0.02, 0.08, 0.32]),
+}
+
+
+@pytest.mark.parametrize(("control", "share"), [("force", -1.5), ("penetration", -5 / 6)])
+@given(offset=OFFSETS, springs=st.integers(2, 60))
+@settings(deadline=None, max_examples=30)
+def test_paraboloid_pulls_off_as_johnson_kendall_and_roberts_say(control, share, offset, springs):
+    """-(3/2) pi w R and -(5/6) pi w R; cubics hold the parabola, so only rounding is left.
+
+    A fold is flat: its place has half the digits of its load.
+    """
+    options = {"control": control, "springs": springs, "offset": offset}
+    event = pull_off(paraboloid(3.0), 2.0, W, **options)
+    assert event.kind == "pull_off"
+    assert event.before.force == pytest.approx(share * np.pi * W * 3.0, rel=1e-12)
+    cube = (9 if control == "force" else 1) * np.pi * W * 3.0**2 / (8 * 2.0)
+    assert event.before.contact_radius == pytest.approx(np.cbrt(cube), rel=1e-12)
+
+
+def test_parting_needs_the_same_depth_under_both_controls():
+    """Depth -(3/4) (pi^2 w^2 R/E*^2)^(1/3) (Johnson 1985, sec. 5.5)."""
+    depth = -0.75 * np.cbrt((np.pi * W / 2.0) ** 2 * 3.0)
+    event = pull_off(paraboloid(3.0), 2.0, W, control="penetration")
+    assert event.before.penetration == pytest.approx(depth, rel=1e-12)
+    event = pull_off(paraboloid(3.0), 2.0, W, control="force")
+    assert event.after.penetration == pytest.approx(depth, rel=1e-12)
+
+
+@pytest.mark.parametrize("control", ["force", "penetration"])
+def test_flat_punch_pulls_off_at_once_as_kendall_says(control):
+    """-sqrt(8 pi E* w b^3) under both controls, the elastic energy and nothing else lost."""
+    b, modulus = 0.7, 3.0
+    event = pull_off(cylinder(b), modulus, W, control=control, offset=0.3)
+    assert event.before.force == pytest.approx(-np.sqrt(8 * np.pi * modulus * W * b**3), rel=1e-14)
+    # U = F^2/(4 E* b) = 2 pi w b^2, less the surface energy
+    assert event.dissipated == pytest.approx(np.pi * W * b**2, rel=1e-13)
+
+
+@pytest.mark.parametrize("n", [1, 2, 3])
+@pytest.mark.parametrize(("control", "factor"), [("force", 3), ("penetration", 1)])
+def test_power_laws_pull_off_at_the_closed_form(n, control, factor):
+    """a^(n - 1/2) = factor sqrt(pi w/(2 E*))/(n kappa c), F = 2 E* n/(n+1) kappa c a^(n+1) - ..."""
+    kappa = {1: np.pi / 2, 2: 2.0, 3: 3 * np.pi / 4}[n]
+    modulus, c = 2.0, 0.4
+    a = (factor * np.sqrt(np.pi * W / (2 * modulus)) / (n * kappa * c)) ** (1 / (n - 0.5))
+    force = 2 * modulus * n / (n + 1) * kappa * c * a ** (n + 1)
+    force -= np.sqrt(8 * np.pi * modulus * W * a**3)
+    event = pull_off(power_law(n, c), modulus, W, control=control, offset=0.21)
+    assert event.before.force == pytest.approx(force, rel=1e-12)
+    assert event.before.contact_radius == pytest.approx(a, rel=1e-12)
+
+
+def extremum(profile, modulus, control, low, high):
+    """Return the smallest load of the branch between two radii, by a search on the quadrature."""
+    part = {"penetration": 0, "force": 1}[control]
+    found = minimize_scalar(
+        lambda a: equilibrium(profile, modulus, W, [a])[part][0],
+        bounds=(low, high),
+        method="bounded",
+        options={"xatol": 1e-9},
+    )
+    return equilibrium(profile, modulus, W, [found.x])[1][0], found.x
+
+
+@pytest.mark.parametrize("control", ["force", "penetration"])
+@pytest.mark.parametrize("shape", ["sphere", "quartic"])
+def test_pull_off_converges_with_the_fourth_order(shape, control):
+    """The cubics err as dx^4; at 40 springs per radius 1e-6 (1e-5), where 1e-3 is asked for.
+
+    The issue asks for order 2; over random alignments of the springs the rms must show 3.5. Under
+    penetration control the force is not at its own extremum and keeps the error of the place, 3.
+    """
+    profile = SHAPES[shape]
+    exact, _ = extremum(profile, 1.0, control, 0.02, 0.9)
+    rng = np.random.default_rng(1)
+    errors = []
+    for springs in (20, 40, 80):
+        found = [
+            pull_off(profile, 1.0, W, control=control, springs=springs, offset=o).before.force
+            for o in rng.random(12)
+        ]
+        errors.append(np.sqrt(np.mean((np.array(found) / exact - 1) ** 2)))
+    order = np.log2(np.array(errors[:-1]) / errors[1:])
+    assert errors[1] < (1e-6 if control == "force" else 1e-5)
+    assert order.mean() > (3.5 if control == "force" else 2.5)
+
+
+@pytest.mark.parametrize("control", ["force", "penetration"])
+@given(offset=OFFSETS, springs=st.integers(10, 80))
+@settings(deadline=None, max_examples=25)
+def test_a_fold_close_to_a_broken_power_is_found(control, offset, springs):
+    """Rounded punch: g rises as (x - b)^(3/2), the fold is 0.03 b behind: 1e-5, by graded knots."""
+    profile = SHAPES["rounded"]
+    exact, _ = extremum(profile, 1.0, control, 1.0, 1.5)
+    event = pull_off(profile, 1.0, W, control=control, springs=springs, offset=offset)
+    assert event.before.force == pytest.approx(exact, rel=1e-5)
+
+
+def searched_path(profile, control, loads):
+    """Follow the contact on 4000 radii: grow to the first and shrink to the last stable one."""
+    radius = np.linspace(0, 0.9 if profile.name == "sphere" else min(profile.edge, 4.0), 4_001)[1:]
+    branch = equilibrium(profile, 1.0, W, radius)
+    own = branch[{"penetration": 0, "force": 1}[control]]
+    at, found = -1, []
+    for load in loads:
+        if at < 0 and load >= 0:
+            at = 0
+        if at >= 0 and own[at] < load:
+            at += int(np.argmax(own[at:] >= load)) if (own[at:] >= load).any() else own.size - at
+            at = min(at, own.size - 1)
+        elif at >= 0 and own[at] > load:
+            below = np.flatnonzero(own[: at + 1] <= load)
+            at = int(below[-1]) if below.size else -1
+        found.append(radius[at] if at >= 0 else 0.0)
+    return np.array(found), radius[1] - radius[0]
+
+
+@pytest.mark.parametrize("control", ["force", "penetration"])
+@pytest.mark.parametrize("shape", list(SHAPES))
+def test_the_path_is_that_of_a_plain_search(shape, control):
+    """Loading, unloading, reloading and parting: contact radii within the step of the search.
+
+    The search goes from load to load and knows of jumps only that they happened; at loads within
+    its step of a fold it may jump one load earlier or later, for which no load of these lies close.
+    """
+    top, low = (0.2, -0.4) if control == "penetration" else (0.25, -0.3)
+    up, down = np.linspace(low, top, 23), np.linspace(top, 0.3 * low, 17)
+    path = np.concatenate(
+        [up, down, np.linspace(0.3 * low, top, 11), np.linspace(top, 3 * low, 29)]
+    )
+    radius, step = searched_path(SHAPES[shape], control, path)
+    contact = adhere(SHAPES[shape], 1.0, W, **{control: path})
+    np.testing.assert_allclose(contact.contact_radius, radius, atol=2 * step, rtol=0)
+    assert contact.holds.all() == (control == "penetration")
+
+
+def test_a_shelf_is_crossed_in_a_jump_both_ways():
+    """Two stable radii at one load: the contact leaves each at its own fold, and loses energy."""
+    path = np.concatenate([np.linspace(0, 0.3, 31), np.linspace(0.3, -0.5, 81)])
+    contact = adhere(SHELF, 1.0, W, penetration=path)
+    kinds = [event.kind for event in contact.events]
+    assert kinds == ["snap_in", "jump", "jump", "pull_off"]
+    outwards, inwards = contact.events[1:3]
+    assert outwards.after.contact_radius > outwards.before.contact_radius
+    assert inwards.after.contact_radius < inwards.before.contact_radius
+    assert outwards.before.penetration > inwards.before.penetration
+    assert all(event.dissipated > 0 for event in contact.events)
+
+
+@pytest.mark.parametrize("shape", list(SHAPES))
+def test_the_work_of_a_cycle_is_what_the_jumps_lost(shape):
+    """Integral of F over d around a closed cycle, trapezoids between 4000 depths per way.
+
+    The rule errs where a jump falls between two depths, by the jump in force times the step.
+    """
+    path = np.concatenate([np.linspace(0, 0.2, 4000), np.linspace(0.2, -0.5, 4000)])
+    contact = adhere(SHAPES[shape], 1.0, W, penetration=path)
+    work = np.trapezoid(contact.force, contact.penetration)
+    assert contact.contact_radius[-1] == 0
+    assert work == pytest.approx(contact.dissipated[-1], rel=2e-3)
+
+
+@pytest.mark.parametrize("shape", list(SHAPES))
+def test_energy_between_jumps_is_the_work_of_the_force(shape):
+    """Along the stable branch U - pi w a^2 changes by int F dd; nothing is lost."""
+    path = np.linspace(0.1, 0.05, 3000)
+    contact = adhere(SHAPES[shape], 1.0, W, penetration=path)
+    free = contact.elastic_energy - np.pi * W * contact.contact_radius**2
+    lost = contact.dissipated[-1] - contact.dissipated[0]
+    work = np.trapezoid(contact.force, path)
+    assert free[-1] - free[0] + lost == pytest.approx(work, rel=1e-5)
+
+
+@given(
+    shape=st.sampled_from(sorted(SHAPES)),
+    control=st.sampled_from(["force", "penetration"]),
+    loads=st.lists(st.integers(-60, 30).map(lambda i: i / 100), min_size=1, max_size=8),
+    springs=st.integers(3, 50),
+    offset=OFFSETS,
+)
+@settings(deadline=None, max_examples=60)
+def test_jumps_lose_energy_and_states_obey_the_rule(shape, control, loads, springs, offset):
+    """Any path: losses are positive, and an edge that is not sharp is stretched by l(a)."""
+    profile = SHAPES[shape]
+    contact = adhere(profile, 1.0, W, **{control: loads}, springs=springs, offset=offset)
+    # a fold that a rounding error opens loses a rounding error
+    assert all(event.dissipated >= -1e-12 for event in contact.events)
+    assert np.isfinite(contact.penetration).all()
+    a = contact.contact_radius
+    free = (a > 0) & (a < profile.edge)
+    if free.any():
+        depth, _ = equilibrium(profile, 1.0, W, a[free])
+        # the coarsest lines, 3 springs, hold the sphere and the quartic to some per cent of l(a)
+        scale = np.sqrt(2 * np.pi * W * a[free]) + np.abs(depth)
+        assert np.all(np.abs(contact.penetration[free] - depth) < 0.05 * scale)
+
+
+@given(power=st.integers(-40, 40), offset=OFFSETS)
+@settings(deadline=None, max_examples=20)
+def test_units_that_differ_by_powers_of_two_give_the_same_digits(power, offset):
+    """Lengths times 2^k, work of adhesion too: the same contact in other units, bit for bit."""
+    unit = 2.0**power
+    loads = np.array([0.0, 0.1, -0.05, -0.5])
+    one = adhere(sphere(1.0), 1.0, W, penetration=loads, offset=offset)
+    other = adhere(sphere(unit), 1.0, W * unit, penetration=loads * unit, offset=offset)
+    np.testing.assert_array_equal(other.force, one.force * unit**2)
+    np.testing.assert_array_equal(other.contact_radius, one.contact_radius * unit)
+
+
+def test_little_adhesion_is_hertz():
+    """As w goes to zero, F at given d tends to Hertz's as w: it is extreme there."""
+    contacts = [adhere(paraboloid(1.0), 1.0, w, penetration=[0.01]) for w in (1e-12, 1e-16)]
+    errors = [1 - float(c.force[0]) / (4 / 3 * 0.01**1.5) for c in contacts]
+    assert 0 < errors[1] < 1e-5
+    assert errors[0] / errors[1] == pytest.approx(1e4, rel=0.01)
+
+
+def test_nothing_acts_across_a_gap():
+    contact = adhere(sphere(1.0), 1.0, W, penetration=[-0.2, -0.01])
+    assert not contact.force.any()
+    assert contact.events == ()
+
+
+def test_faults_are_listed():
+    with pytest.raises(ValueError, match=r"work must be .*; springs must be"):
+        adhere(cone(1.0), 1.0, 0.0, force=[1.0], springs=0)
+    with pytest.raises(ValueError, match="exactly one"):
+        adhere(cone(1.0), 1.0, 1.0)
+    with pytest.raises(ValueError, match="sharper than the root"):
+        pull_off(power_law(0.4, 1.0), 1.0, W)

@@ -1,0 +1,266 @@
+"""Tangential contact on springs: Cattaneo-Mindlin, Masing's rules, energy, two laws compared."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from reduced.friction.slide import slide, slide_lines, stiffness_ratio, tangential_modulus
+from reduced.friction.stick_slip import follow
+from reduced.profiles.shapes import cone, cylinder, paraboloid, power_law, rounded_punch
+
+E, G, MU = 1.3, 0.9, 0.4
+
+paths = st.lists(st.floats(-1, 1), min_size=1, max_size=12).map(np.array)
+
+
+def rough_line(seed: int, points: int = 48) -> np.ndarray:
+    """Return a rough line; its knots are exact for both laws, so no smoothness is needed."""
+    return np.random.default_rng(seed).standard_normal(points)
+
+
+def test_ratio_of_stiffness_is_mindlins():
+    """(19.18): 4G/(2-nu) over E* = 2G/(1-nu)."""
+    for nu in (-0.5, 0.0, 0.3, 0.5):
+        expected = tangential_modulus(2.0, nu) / (2 * 2.0 / (1 - nu))
+        assert stiffness_ratio(nu) == pytest.approx(expected, rel=1e-15)
+
+
+@pytest.mark.parametrize("share", [0.05, 0.5, 0.95])
+def test_cattaneo_mindlin_to_rounding(share):
+    """The cubic through the springs is the parabola itself: rounding, at any offset."""
+    d, force = 0.9, 4 / 3 * E * 0.9**1.5
+    found = slide(
+        paraboloid(1.0), E, G, MU, force=force, tangential_force=[share * MU * force],
+        springs=11, offset=0.3,
+    )  # fmt: skip
+    left = 1 - share
+    u = 3 * MU * force / (4 * np.sqrt(d) * G) * (1 - left ** (2 / 3))
+    assert found.tangential_displacement[0] == pytest.approx(u, rel=1e-12)
+    assert found.stick_length[0] == pytest.approx(2 * np.sqrt(d) * left ** (1 / 3), rel=1e-12)
+    assert found.stiffness[0] == pytest.approx(G * found.stick_length[0], rel=1e-14)
+
+
+def test_flat_punch_sticks_whole_and_slips_whole():
+    """G* u = mu E* d everywhere at once: linear up to mu F."""
+    full = MU * E * 0.2 / G
+    found = slide(cylinder(2.0), E, G, MU, penetration=0.2, tangential_displacement=[0.9 * full, 9])
+    assert found.tangential_force == pytest.approx([0.9 * MU * found.force, MU * found.force])
+    assert found.stick_length == pytest.approx([4.0, 0.0])
+
+
+def exact_force(profile, d: float, u: float) -> float:
+    """F_x = 2 int min(G* u, mu E* (d - g)) dx, Gauss points on both sides of the stick radius."""
+    nodes, weights = np.polynomial.legendre.leggauss(80)
+    a, c = (float(profile.contact_radius(np.array(level))) for level in (d, d - G * u / (MU * E)))
+    total = 0.0
+    for low, high, law in (
+        (0.0, c, lambda x: G * u),
+        (c, a, lambda x: MU * E * (d - profile.height(x))),
+    ):
+        x = low + (high - low) * (nodes + 1) / 2
+        total += float(np.sum(weights * law(x) * np.ones_like(x)) * (high - low))
+    return total
+
+
+@pytest.mark.parametrize(
+    ("profile", "edges", "order"),
+    [
+        (power_law(4, 0.3), "sub_cell", 4),
+        (rounded_punch(0.4, 3.0), "sub_cell", 2),
+        (paraboloid(1.0), "nodal", 2),
+        (cone(0.3), "nodal", 2),
+    ],
+)
+def test_partial_slip_force_converges(profile, edges, order):
+    """Rms error over random alignments falls at least with the order of the normal force.
+
+    The punch has a curvature that jumps at its flat, which is a breakpoint: order 2 is asked for,
+    2.5 expected. A quarter is left to the scatter of 60 alignments.
+    """
+    rng = np.random.default_rng(1)
+    d = float(profile.height(np.array(1.0)))
+    u = 0.55 * MU * E * d / G
+    truth = exact_force(profile, d, u)
+    errors = []
+    for springs in (10, 20, 40):
+        options = [(rng.uniform(), rng.uniform(0.9, 1.1)) for _ in range(60)]
+        found = [
+            slide(
+                profile, E, G, MU, penetration=d, tangential_displacement=[u],
+                spacing=stretch / springs, offset=offset, edges=edges,
+            ).tangential_force[0] / truth - 1
+            for offset, stretch in options
+        ]  # fmt: skip
+        errors.append(np.sqrt(np.mean(np.square(found))))
+    rates = np.log2(np.array(errors[:-1]) / errors[1:])
+    assert rates.mean() > order - 0.25
+    assert errors[-1] < 1e-3
+
+
+@pytest.mark.parametrize("periodic", [True, False])
+@given(path=paths, depth=st.floats(0.05, 6.0), seed=st.integers(0, 50))
+@settings(max_examples=25, deadline=None)
+def test_memory_of_branches_is_what_single_springs_do(periodic, path, depth, seed):
+    """Masing branches and springs followed one by one are two programs for one law: rounding.
+
+    The bound is relative to mu F and to the length of the line.
+    """
+    line = rough_line(seed)
+    u = path * 2 * MU * E * depth / G
+    fast = slide_lines(
+        line, 0.5, E, G, MU, penetration=depth, tangential_displacement=u, periodic=periodic
+    )
+    slow = follow(
+        line.max() - line, 0.5, E, G, MU,
+        penetration=np.full(u.size + 1, depth),
+        tangential_displacement=np.concatenate([[0.0], u]),
+        periodic=periodic,
+    )  # fmt: skip
+    assert fast.force[0] == pytest.approx(slow.force[-1], rel=1e-11)
+    bound = 1e-11 * MU * fast.force[0]
+    assert np.abs(fast.tangential_force[0] - slow.tangential_force[1:]).max() < bound
+
+
+@given(path=paths, seed=st.integers(0, 50))
+@settings(max_examples=25, deadline=None)
+def test_force_control_inverts_displacement_control(path, seed):
+    """Displacements found from forces give back the forces (below sliding, where they are unique).
+
+    Rounding of a displacement near the first touch of a spring is magnified: 1e-8 of mu F.
+    """
+    line = rough_line(seed)
+    normal = 3.0
+    given_forces = 0.99 * path * MU * normal
+    there = slide_lines(line, 0.5, E, G, MU, force=normal, tangential_force=given_forces)
+    back = slide_lines(
+        line, 0.5, E, G, MU, force=normal, tangential_displacement=there.tangential_displacement[0]
+    )
+    assert np.abs(back.tangential_force[0] - given_forces).max() < 1e-8 * MU * normal
+    assert back.dissipation[0, -1] == pytest.approx(
+        there.dissipation[0, -1], rel=1e-6, abs=1e-8 * MU * MU * normal
+    )
+
+
+def test_closed_loop_is_forgotten_and_symmetric():
+    """Masing: a loop between +-f returns to its start and its halves mirror each other."""
+    amplitude = 0.7 * MU * 2.0
+    path = amplitude * np.array([1, 0.5, -0.2, 0.5, 1, -1, 1, -1])
+    found = slide(paraboloid(1.0), E, G, MU, force=2.0, tangential_force=path)
+    u = found.tangential_displacement
+    assert u[4] == pytest.approx(u[0], rel=1e-13)  # inner loop left no trace
+    assert u[5] == pytest.approx(-u[4], rel=1e-13)
+    assert u[[6, 7]] == pytest.approx(u[[4, 5]], rel=1e-13)
+    steps = np.diff(found.dissipation)
+    assert steps[5:] == pytest.approx(steps[4], rel=1e-12)
+
+
+def test_loss_of_a_cycle_is_mindlins():
+    """Mindlin & Deresiewicz 1953 (Johnson 1985, (7.52)) for the paraboloid, force amplitude T.
+
+    dW = (18/5) (mu F)^2/(a G*) {1 - (1-s)^(5/3) - (5/6) s [1 + (1-s)^(2/3)]}, s = T/(mu F).
+    """
+    share, normal = 0.6, 2.0
+    path = share * MU * normal * np.array([1, -1, 1])
+    found = slide(paraboloid(1.0), E, G, MU, force=normal, tangential_force=path)
+    a = (0.75 * normal / E) ** (1 / 3)
+    left = 1 - share
+    bracket = 1 - left ** (5 / 3) - 5 / 6 * share * (1 + left ** (2 / 3))
+    johnson = 18 / 5 * (MU * normal) ** 2 / (a * G) * bracket
+    assert found.dissipation[2] - found.dissipation[0] == pytest.approx(johnson, rel=1e-9)
+
+
+@given(seed=st.integers(0, 1000))
+@settings(max_examples=5, deadline=None)
+def test_work_is_stored_or_lost_on_any_path(seed):
+    """Energy balance of normal and tangential work, both forces, on a path of both displacements.
+
+    Trapezoids, 100 to a stretch, leave 1e-3; what is lost can only grow.
+    """
+    rng = np.random.default_rng(seed)
+    line = rough_line(seed, 12)
+    depth = np.interp(np.arange(0, 8, 1 / 100), np.arange(9), rng.uniform(0, 2, 9))
+    shift = np.interp(np.arange(0, 8, 1 / 100), np.arange(9), rng.uniform(-2, 2, 9))
+    shift -= shift[0]
+    found = follow(
+        line.max() - line, 0.5, E, G, MU, penetration=depth, tangential_displacement=shift
+    )
+
+    def work(force: np.ndarray, way: np.ndarray) -> np.ndarray:
+        return np.cumsum((force[1:] + force[:-1]) / 2 * np.diff(way))
+
+    stored = found.elastic_energy
+    put_in = work(found.force, depth) + work(found.tangential_force, shift)
+    lost = put_in - (stored[1:] - stored[0])
+    assert np.diff(lost).min() > -1e-3 * stored.max()
+    assert np.abs(found.tangential_force).max() <= MU * found.force.max() * (1 + 1e-12)
+
+
+def test_any_step_is_exact_on_a_straight_path():
+    """Sixteen steps for one change nothing: events inside a step are found, not stepped over."""
+    rng = np.random.default_rng(5)
+    depth, shift = rng.uniform(0.1, 3, 60), rng.uniform(-2, 2, 60)
+    fine = np.arange(0, 59 + 1e-9, 1 / 16)
+    line = rough_line(5)
+    coarse, dense = (
+        follow(
+            line.max() - line, 0.5, E, G, MU,
+            penetration=np.interp(at, np.arange(60), depth),
+            tangential_displacement=np.interp(at, np.arange(60), shift),
+        )
+        for at in (np.arange(60), fine)
+    )  # fmt: skip
+    largest = np.abs(coarse.tangential_force).max()
+    assert np.abs(dense.tangential_force[::16] - coarse.tangential_force).max() < 1e-11 * largest
+    assert coarse.knots.max() < 6 * line.size
+
+
+def test_pressing_and_shifting_in_proportion_sticks_or_slides():
+    """u/d below mu E*/G*: every spring sticks and F_x = G* u/(E* d) F; above, F_x = mu F."""
+    gap = paraboloid(1.0).height((np.arange(-60, 60) + 0.5) / 50)
+    for ratio in (0.5, 2.0):
+        depth = np.linspace(0.1, 1.0, 5)
+        shift = ratio * MU * E / G * depth
+        found = follow(gap, 0.02, E, G, MU, penetration=depth, tangential_displacement=shift)
+        expected = min(ratio, 1) * MU * found.force
+        assert found.tangential_force == pytest.approx(expected, rel=1e-12)
+
+
+@given(exponent=st.integers(-40, 40))
+@settings(max_examples=15, deadline=None)
+def test_units_change_no_digit(exponent):
+    """Lengths in units of a power of two: bit by bit the same answer."""
+    unit = 2.0**exponent
+    path = np.array([0.3, -0.1, 0.35])
+    one, other = (
+        slide(paraboloid(s), E, G, MU, penetration=0.9 * s, tangential_displacement=path * s)
+        for s in (1.0, unit)
+    )
+    assert np.array_equal(other.tangential_force, one.tangential_force * unit * unit)
+    line = rough_line(3)
+    one, other = (
+        follow(
+            (line.max() - line) * s, 0.5 * s, E, G, MU,
+            penetration=[1.0 * s] * 3, tangential_displacement=path * s,
+        )
+        for s in (1.0, unit)
+    )  # fmt: skip
+    assert np.array_equal(other.tangential_force, one.tangential_force * unit * unit)
+
+
+def test_arguments_are_refused_together():
+    with pytest.raises(ValueError, match=r"friction.*") as caught:
+        slide(paraboloid(1.0), -1, 1, np.nan, penetration=1, tangential_force=[0])
+    assert "effective_modulus" in str(caught.value)
+    with pytest.raises(ValueError, match="slide without end"):
+        slide(paraboloid(1.0), E, G, MU, force=1.0, tangential_force=[0.41])
+    with pytest.raises(ValueError, match="exactly one of tangential"):
+        slide(paraboloid(1.0), E, G, MU, force=1.0)
+    with pytest.raises(ValueError, match="exactly one of penetration"):
+        slide(paraboloid(1.0), E, G, MU, tangential_force=[0.1])
+    with pytest.raises(ValueError, match=r"gap.*one length|spacing.*gap"):
+        follow(np.zeros(1), 0.0, E, G, MU, penetration=[1], tangential_displacement=[1, 2])
+    with pytest.raises(ValueError, match="poisson_ratio"):
+        tangential_modulus(1.0, 0.6)

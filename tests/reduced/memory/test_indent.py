@@ -1,0 +1,280 @@
+"""Viscoelastic indentation on springs: closed forms, exactness in time, rates, recovery."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from scipy.optimize import brentq
+
+from reduced.memory.indent import graded_times, harmonic_stiffness, indent_in_time
+from reduced.memory.materials import kelvin_voigt, maxwell, prony, standard_solid
+from reduced.profiles.shapes import cone, cylinder, paraboloid, power_law, rounded_punch, sphere
+from reduced.springs.indent import indent
+
+BALL = paraboloid(2.0)
+SOLID = prony(1.0, [3.0, 2.0], [0.3, 5.0])
+FLUID = maxwell(1.0, relaxation_time=0.7)
+ROUNDING = 1e-12
+
+
+def elastic(d):
+    """Hertz with E* = 1, R = 2."""
+    return 4 / 3 * np.sqrt(2.0) * d**1.5
+
+
+@pytest.mark.parametrize("springs", [3, 17, 40])
+def test_relaxation_after_a_jump(springs):
+    """F = (16/3) sqrt(R) G(t) d^1.5 (Lee & Radok 1960): any springs, any steps."""
+    t = np.array([0.0, 0.1, 0.11, 3.0, 50.0])
+    found = indent_in_time(BALL, SOLID, t, penetration=np.full(5, 0.01), springs=springs)
+    np.testing.assert_allclose(found.force, 4 * SOLID.relaxation(t) * elastic(0.01), rtol=ROUNDING)
+    np.testing.assert_allclose(found.contact_radius, np.sqrt(2 * 0.01), rtol=ROUNDING)
+
+
+@pytest.mark.parametrize(
+    "profile", [BALL, cone(0.3), cylinder(0.2)], ids=["paraboloid", "cone", "punch"]
+)
+@pytest.mark.parametrize("steps", [1, 7])
+def test_kelvin_voigt_in_and_out_at_constant_speed(profile, steps):
+    """In: F = E* (A + tau A' v). Out: springs leave at d - g = v tau, so F = E* A(d - v tau).
+
+    tau = eta/G, A the elastic force for E* = 1. The force per length is linear in the height at all
+    times, which the cells hold exactly; so does the contact's edge.
+    """
+    speed, tau = 0.05, 0.04
+    t = np.unique(
+        np.concatenate([np.linspace(0, 0.2, steps + 1), np.linspace(0.2, 0.3, steps + 1)])
+    )
+    d = speed * (0.2 - np.abs(t - 0.2))
+    found = indent_in_time(profile, kelvin_voigt(0.25, 0.25 * tau), t, penetration=d, springs=23)
+    coming = slice(1, steps + 1)
+    there = indent(profile, 1.0, penetration=d[coming])
+    np.testing.assert_allclose(
+        found.force[coming], there.force + tau * speed * there.stiffness, rtol=ROUNDING
+    )
+    left = indent(profile, 1.0, penetration=d[:steps:-1] - speed * tau)
+    np.testing.assert_allclose(found.force[:steps:-1], left.force, rtol=ROUNDING)
+    np.testing.assert_allclose(found.contact_radius[:steps:-1], left.contact_radius, rtol=ROUNDING)
+
+
+def test_time_steps_leave_no_error():
+    """Ramp, rest, retreat, rest: the same digits with one step per piece or a hundred."""
+    knots, depths = np.array([0.0, 1.0, 2.0, 2.6, 3.0]), np.array([0.0, 1.0, 1.0, 0.7, 0.7]) * 0.01
+    few = indent_in_time(BALL, SOLID, knots, penetration=depths)
+    fine = np.unique(np.concatenate([knots, np.linspace(0, 3, 301)]))
+    many = indent_in_time(BALL, SOLID, fine, penetration=np.interp(fine, knots, depths))
+    at = np.searchsorted(fine, knots)
+    np.testing.assert_allclose(many.force[at], few.force, rtol=1e-11)
+    np.testing.assert_allclose(many.contact_radius[at], few.contact_radius, rtol=1e-11)
+
+
+@pytest.mark.parametrize(
+    "profile",
+    [BALL, cone(0.3), cylinder(0.2), sphere(2.0), power_law(4, 3.0), rounded_punch(0.05, 2.0)],
+    ids=lambda profile: profile.name,
+)
+def test_elastic_material_is_the_elastic_contact(profile):
+    """A spring alone: `foundation.indent` with E* = 4 G, to what the cells leave (exact: 1e-12)."""
+    d = np.array([0.002, 0.005, 0.009, 0.006])
+    found = indent_in_time(profile, prony(0.25), np.arange(4.0), penetration=d)
+    expected = indent(profile, 1.0, penetration=np.sort(d))
+    exact = profile.name in ("paraboloid", "cone", "cylinder")
+    # elsewhere the cell's parabola: fourth order in cells of a/40, less at tips and kinks
+    tolerance = ROUNDING if exact else 2e-5
+    order = np.argsort(d)
+    np.testing.assert_allclose(found.force[order], expected.force, rtol=tolerance)
+    np.testing.assert_allclose(
+        found.contact_radius[order], expected.contact_radius, rtol=10 * tolerance
+    )
+
+
+def ramp_force(t, speed):
+    """Lee & Radok for a paraboloid at constant speed, Gauss on panels that halve at both ends."""
+    halves = 0.5 ** np.arange(1, 40)
+    marks = t * np.concatenate([[0.0], halves[::-1], 1 - halves[1:], [1.0]])
+    nodes, weights = np.polynomial.legendre.leggauss(12)
+    s = marks[:-1, None] + np.diff(marks)[:, None] * (nodes + 1) / 2
+    growth = 2 * np.sqrt(2.0 * speed * s) * speed
+    return (4 * SOLID.relaxation(t - s) * growth * weights * np.diff(marks)[:, None] / 2).sum()
+
+
+def test_springs_converge_to_lee_and_radok():
+    """Ramp, five springs per radius to eighty: at least second order, 1e-4 at forty."""
+    springs = np.array([5, 10, 20, 40, 80])
+    exact = ramp_force(1.0, 0.01)
+    errors = np.array(
+        [
+            abs(
+                indent_in_time(BALL, SOLID, [0, 1], penetration=[0, 0.01], springs=n).force[1]
+                - exact
+            )
+            for n in springs
+        ]
+    )
+    assert -np.polyfit(np.log(springs), np.log(errors), 1)[0] > 2.2
+    assert errors[3] < 1e-4 * exact
+
+
+@pytest.mark.parametrize(
+    "material", [SOLID, maxwell(1.0, relaxation_time=0.7)], ids=["solid", "fluid"]
+)
+def test_creep_after_a_jump_of_force_is_of_second_order(material):
+    """A(d(t)) = J*(t) F (Lee & Radok): error falls as dt^2 until the springs' own is reached."""
+    force, steps = 0.02, np.array([4, 8, 16, 32])
+    exact = (0.75 / np.sqrt(2) * force * material.scaled(4).creep().compliance(2.0)) ** (2 / 3)
+    errors = []
+    for n in steps:
+        t = np.linspace(0, 2, n + 1)
+        found = indent_in_time(BALL, material, t, force=np.full(n + 1, force), springs=640)
+        errors.append(abs(found.penetration[-1] / exact - 1))
+    assert -np.polyfit(np.log(steps), np.log(errors), 1)[0] > 1.8
+    assert errors[-1] < 2e-4
+
+
+def test_creep_against_a_dashpot_is_of_second_order_on_graded_times():
+    """Kelvin-Voigt from a jump of force, d ~ t^(2/3) at first: graded times keep dt^2."""
+    material, force, steps = kelvin_voigt(1.0, 0.5), 0.02, np.array([10, 20, 40, 80])
+    exact = (0.75 / np.sqrt(2) * force * material.scaled(4).creep().compliance(2.0)) ** (2 / 3)
+    errors = []
+    for n in steps:
+        t = graded_times(2.0, n)
+        found = indent_in_time(BALL, material, t, force=np.full(n + 1, force), springs=20)
+        errors.append(abs(found.penetration[-1] / exact - 1))
+    assert -np.polyfit(np.log(steps), np.log(errors), 1)[0] > 1.9
+    assert errors[-1] < 5e-5
+
+
+def test_force_and_depth_control_are_inverse():
+    """The depths found under a force carry it, retreat included."""
+    t = np.linspace(0, 3, 31)
+    force = 0.02 * np.interp(t, [0, 1, 2, 3], [0.0, 1.0, 1.0, 0.2])
+    there = indent_in_time(BALL, SOLID, t, force=force)
+    back = indent_in_time(BALL, SOLID, t, penetration=there.penetration, spacing=there.spacing)
+    np.testing.assert_allclose(back.force[1:], force[1:], rtol=1e-11)
+    np.testing.assert_allclose(back.contact_radius, there.contact_radius, rtol=1e-11)
+
+
+def test_imprint_recovers_and_is_touched_again_where_it_is():
+    """Flat punch, held until relaxed, taken off at once: u = d (1 - G_inf/G_0) exp(-t/lambda).
+
+    lambda = tau G_0/G_inf. The punch coming back finds the surface at the root of d(t) = u(t), and
+    its force from then on is that of the springs' arms, integrated here on their own.
+    """
+    material = standard_solid(1.0, 3.0, relaxation_time=0.5)
+    d, wait = 0.01, 60.0
+    back = [0.002, 0.008]  # depths at wait + 1 and wait + 3
+    t = np.array([0.0, wait, wait, wait + 1.0, wait + 3.0])
+    path = np.array([d, d, -d, back[0], back[1]])
+    found = indent_in_time(cylinder(0.3), material, t, penetration=path)
+    assert found.force[2] == found.force[3] == 0
+
+    def surface(time):
+        return d * 0.75 * np.exp(-(time - wait) / 2.0)
+
+    def body(time):
+        return np.interp(time, t[3:], path[3:])
+
+    touch = brentq(lambda time: body(time) - surface(time), wait + 1, wait + 3, xtol=1e-14)
+    rate, u = 0.003, surface(touch)
+    arm = -1.0 * u  # at zero force the arm balances G_inf u
+    length = wait + 3 - touch
+    arm = arm * np.exp(-length / 0.5) + 3 * 0.5 * rate * -np.expm1(-length / 0.5)
+    expected = 4 * 2 * 0.3 * (1.0 * back[1] + arm)
+    assert found.force[4] == pytest.approx(expected, rel=1e-11)
+
+
+def test_a_fluid_keeps_its_imprint():
+    """Maxwell: what has flowed does not come back, so the body meets it where it was left."""
+    material = maxwell(1.0, relaxation_time=0.5)
+    t = np.array([0.0, 0.5, 0.5, 9.0, 9.0])
+    depth = 0.01
+    left = depth * -np.expm1(-1.0)  # viscous part of the strain after one relaxation time
+    path = np.array([depth, depth, 0.0, 0.0, left + 1e-3])
+    found = indent_in_time(cylinder(0.3), material, t, penetration=path)
+    assert found.force[3] == 0
+    assert found.force[4] == pytest.approx(4 * 2 * 0.3 * 1e-3, rel=1e-11)
+
+
+MATERIALS = st.sampled_from([SOLID, FLUID, prony(0.0, [1.0, 2.0], [0.1, 3.0]), prony(1.0)])
+
+
+@settings(max_examples=40)
+@given(
+    material=MATERIALS,
+    depths=st.lists(st.floats(-0.1, 1.0), min_size=1, max_size=6),
+    profile=st.sampled_from([BALL, cone(0.3), cylinder(0.2), power_law(4, 3.0)]),
+)
+def test_springs_never_pull_and_never_give_energy(material, depths, profile):
+    """Any history that ends clear of the surface: F >= 0, and the cycle takes work."""
+    deepest = max(depths)
+    if deepest < 1e-6:
+        return
+    knots = 0.01 * np.array([0.0, *(np.array(depths) / deepest).clip(-0.1), -0.1])
+    t = np.linspace(0, knots.size - 1, 50 * (knots.size - 1) + 1)
+    path = np.interp(t, np.arange(knots.size), knots)
+    found = indent_in_time(profile, material, t, penetration=path, springs=10)
+    assert (found.force >= 0).all()
+    reach = float(profile.contact_radius(knots.max()))
+    assert (found.contact_radius <= reach * (1 + 1e-9)).all()
+    work = np.sum((found.force[1:] + found.force[:-1]) / 2 * np.diff(path))
+    # trapezoids in fifty steps a piece and ten springs: one part in a thousand of the largest
+    assert work >= -2e-3 * found.force.max() * knots.max()
+
+
+@given(power=st.integers(-40, 40), long=st.integers(-40, 40), stiff=st.integers(-40, 40))
+@settings(max_examples=10)
+def test_units_cost_no_digit(power, long, stiff):
+    """Lengths, times and moduli in other units of powers of two: the same digits."""
+    metre, second, pascal = 2.0**power, 2.0**long, 2.0**stiff
+    t, d = np.array([0.0, 1.0, 1.5, 1.9]), np.array([0.0, 0.01, 0.006, 0.008])
+    here = indent_in_time(BALL, SOLID, t, penetration=d)
+    material = prony(pascal, [3.0 * pascal, 2.0 * pascal], [0.3 * second, 5.0 * second])
+    there = indent_in_time(paraboloid(2.0 * metre), material, t * second, penetration=d * metre)
+    np.testing.assert_array_equal(there.force, here.force * pascal * metre**2)
+    np.testing.assert_array_equal(there.contact_radius, here.contact_radius * metre)
+
+
+def test_harmonic_stiffness_is_what_the_springs_answer():
+    """Flat punch, small oscillation about a rest: amplitude and phase of (19.30), 2 a E*(w).
+
+    The punch has come to rest long before; the transient of the oscillation has died out after
+    fifty of the longest relaxation times. Linear pieces of the sine, 200 a period: error 4e-4.
+    """
+    material, w, radius, d = standard_solid(1.0, 3.0, relaxation_time=0.5), 3.0, 0.2, 0.01
+    per_period, periods = 200, 16
+    t = np.arange(per_period * periods + 1) * (2 * np.pi / w / per_period)
+    path = d + 0.1 * d * np.sin(w * t)
+    found = indent_in_time(cylinder(radius), material, t, penetration=path)
+    last = slice(-per_period, None)
+    basis = np.column_stack([np.ones(per_period), np.sin(w * t[last]), np.cos(w * t[last])])
+    _, real, imaginary = np.linalg.lstsq(basis, found.force[last])[0] / (0.1 * d)
+    expected = harmonic_stiffness(material, radius, w)
+    assert real + 1j * imaginary == pytest.approx(complex(expected), rel=5e-4)
+
+
+def test_nodal_springs_are_the_printed_sum():
+    """F = 4 dx sum G(t) (d - g_i) over whole springs; contact radius a count of them."""
+    found = indent_in_time(
+        BALL, SOLID, [0.0, 1.0], penetration=[0.01, 0.01], edges="nodal", springs=7
+    )
+    dx = found.spacing
+    x = dx * (np.arange(20) + 0.5)
+    inside = x[x**2 / 2 < 0.01]
+    total = 2 * dx * 4 * np.sum(0.01 - inside**2 / 2)
+    np.testing.assert_allclose(found.force, total * SOLID.relaxation([0.0, 1.0]), rtol=ROUNDING)
+    np.testing.assert_allclose(found.contact_radius, dx * inside.size)
+
+
+def test_bad_histories_are_refused_with_every_fault():
+    with pytest.raises(ValueError, match="dashpot"):
+        indent_in_time(BALL, kelvin_voigt(1.0, 1.0), [0.0, 1.0], penetration=[0.1, 0.1])
+    with pytest.raises(ValueError, match=r"time must.*force must"):
+        indent_in_time(BALL, SOLID, [1.0, 0.0], force=[1.0, -1.0])
+    with pytest.raises(ValueError, match=r"edges.*springs.*spacing"):
+        indent_in_time(BALL, SOLID, [0.0], penetration=[1.0], edges="x", springs=0, spacing=-1.0)
+    with pytest.raises(ValueError, match="exactly one"):
+        indent_in_time(BALL, SOLID, [0.0], penetration=[1.0], force=[1.0])
+    with pytest.raises(ValueError, match="poisson_ratio"):
+        harmonic_stiffness(SOLID, 1.0, 1.0, poisson_ratio=0.6)

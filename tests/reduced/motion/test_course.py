@@ -1,0 +1,252 @@
+"""A rigid mass on springs (Fig. 19.4): impacts by energy and in steps, stability, vibrations."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from hypothesis import example, given, settings
+from hypothesis import strategies as st
+from scipy.special import beta
+
+from reduced.errors import ConvergenceError
+from reduced.motion.contact import impact_depth, spring_contact
+from reduced.motion.course import SCHEMES, move
+from reduced.motion.impact import rebound, strike
+from reduced.profiles.shapes import cone, cylinder, paraboloid, power_law, rounded_punch, sphere
+
+
+def duration_number(exponent: float) -> float:
+    """T v/x_m = 2 int_0^1 du/sqrt(1 - u^p), p = 2 + 1/n, as a beta function."""
+    p = 2 + 1 / exponent
+    return 2 * float(beta(1 / p, 0.5)) / p
+
+
+@pytest.mark.parametrize(
+    ("profile", "exponent", "tolerance"),
+    [
+        # exact on cubics: the rest is rounding
+        (paraboloid(1.0), 2.0, 1e-13),
+        (cone(0.3), 1.0, 1e-13),
+        (cylinder(0.5), math.inf, 1e-13),
+        (power_law(3.0, 0.5), 3.0, 1e-13),
+        # 40 springs on smooth curves, dx^4; on x^1.5 dx^2.5
+        (power_law(4.0, 0.5), 4.0, 2e-8),
+        (power_law(1.5, 0.5), 1.5, 3e-6),
+    ],
+)
+def test_impacts_of_power_laws_last_as_the_closed_form_says(profile, exponent, tolerance):
+    """At two velocities a factor of 3 apart; force and depth are those of the static curve."""
+    found = strike(profile, 1.0, 2.0, [1e-3, 3e-3])
+    number = found.duration * found.velocity / found.penetration
+    np.testing.assert_allclose(number, duration_number(exponent), rtol=tolerance)
+    # energy: F x_m/p = m v^2/2 for F ~ x^(p-1)
+    p = 2 + 1 / exponent
+    np.testing.assert_allclose(
+        found.force * found.penetration / p, found.velocity**2, rtol=10 * tolerance
+    )
+
+
+@pytest.mark.parametrize("edges", ["sub_cell", "nodal"])
+def test_the_duration_converges_with_the_springs(edges):
+    """Paraboloid: exact with sub-cell edges; printed sums: order 2 in the spacing, scattered.
+
+    Mean of |error| over offsets, 10 against 40 springs: at least a factor of 8 of the 16.
+    """
+    errors = []
+    for springs in (10, 40):
+        found = [
+            strike(paraboloid(1.0), 1.0, 1.0, [0.01], springs=springs, edges=edges, offset=o)
+            for o in (0.0, 0.21, 0.37, 0.5, 0.83)
+        ]
+        number = [float(f.duration[0] * 0.01 / f.penetration[0]) for f in found]
+        errors.append(np.mean(np.abs(np.array(number) / duration_number(2) - 1)))
+    if edges == "sub_cell":
+        assert max(errors) < 1e-13
+    else:
+        assert errors[0] > 8 * errors[1]
+
+
+@pytest.mark.parametrize("profile", [paraboloid(1.0), sphere(1.0), rounded_punch(0.1, 1.0)])
+@pytest.mark.parametrize("scheme", ["verlet", "energy"])
+def test_steps_in_time_reach_the_impact_by_energy(profile, scheme):
+    """Second order in the step: the duration between 50 and 400 steps, fitted within 0.2."""
+    exact = strike(profile, 1.0, 1.0, [0.02])
+    contact = spring_contact(profile, 1.0, impact_depth(profile, 1.0, 2e-4))
+    counts, errors = np.array([50, 100, 200, 400]), []
+    for n in counts:
+        motion = move(
+            contact,
+            1.0,
+            step=exact.duration[0] / (n - 0.37),
+            steps=n + 2,
+            scheme=scheme,
+            velocity=0.02,
+        )
+        errors.append(abs(motion.release()[0] / exact.duration[0] - 1))
+        # sampled at the steps: off by at most (w h)^2/8 of the force's crest, w T < 5
+        assert motion.force.max() == pytest.approx(exact.force[0], rel=4 / n**2 * 5 + 3 / n**2)
+    assert -np.polyfit(np.log(counts), np.log(errors), 1)[0] == pytest.approx(2, abs=0.2)
+
+
+def test_a_fourth_order_step_keeps_its_order_inside_the_contact_only():
+    """Yoshida's step on a linear spring: 4. Through first touch and release, well below.
+
+    There F ~ x^1.5, and one of the three steps goes backwards out of the contact; where in a step
+    the release lies is arbitrary, so that errors scatter about an order between 2 and 3.
+    """
+    counts = np.array([128, 256, 512, 1024])
+    punch = spring_contact(cylinder(0.5), 1.0, 10.0)
+    ball = spring_contact(paraboloid(1.0), 1.0, impact_depth(paraboloid(1.0), 1.0, 2e-4))
+    exact = float(strike(paraboloid(1.0), 1.0, 1.0, [0.02]).duration[0])
+    held, struck = [], []
+    for n in counts:
+        run = move(punch, 1.0, step=10 / n, steps=n, scheme="yoshida", position=6.0, load=5.0)
+        held.append(abs(run.position[-1] - 5 - math.cos(10)))
+        run = move(ball, 1.0, step=exact / (n + 0.5), steps=n + 3, scheme="yoshida", velocity=0.02)
+        struck.append(abs(run.release()[0] / exact - 1))
+    slopes = [-np.polyfit(np.log(counts), np.log(errors), 1)[0] for errors in (held, struck)]
+    assert slopes[0] == pytest.approx(4, abs=0.1)
+    assert 1.5 < slopes[1] < 3.5
+
+
+@settings(max_examples=40, deadline=None)
+@example(steps=15, mass=3.0, speed=0.0625)  # here Newton's last steps alternate by a rounding
+@given(steps=st.integers(2, 300), mass=st.floats(0.1, 10), speed=st.floats(1e-4, 0.1))
+def test_an_elastic_impact_gives_back_its_energy_whatever_the_step(steps, mass, speed):
+    """Restitution 1 with the energy-conserving step, even with two steps per impact: to 1e-11."""
+    exact = strike(paraboloid(1.0), 1.0, mass, [speed])
+    contact = spring_contact(paraboloid(1.0), 1.0, 2 * exact.penetration[0])
+    motion = move(
+        contact, mass, step=exact.duration[0] / steps, steps=3 * steps + 3, velocity=speed
+    )
+    assert motion.release()[1] == pytest.approx(-speed, rel=1e-11)
+
+
+def test_verlet_is_stable_up_to_two_over_the_frequency():
+    """A mass held on a punch, k = 1: h w = 1.99 stays, 2.01 leaves; implicit, 20 stays."""
+    punch = spring_contact(cylinder(0.5), 1.0, 10.0)
+    for step, scheme, stays in (
+        (1.99, "verlet", True),
+        (2.01, "verlet", False),
+        (20.0, "energy", True),
+    ):
+        motion = move(punch, 1.0, step=step, steps=200, scheme=scheme, position=5.001, load=5.0)
+        assert (np.abs(motion.position - 5).max() < 0.05) == stays
+
+
+@pytest.mark.parametrize("scheme", SCHEMES)
+def test_small_vibrations_have_the_contact_resonance(scheme):
+    """w0 = sqrt(k/m), k = 2 E* a (Hertz under F0 = 1/6: k = 1), to A^2/24 of the amplitude 1e-3.
+
+    Time of the 40th zero of the velocity at 400 steps per period; Verlet's own w errs by 1e-5.
+    """
+    ball = spring_contact(paraboloid(1.0), 1.0, 0.3)
+    step = 2 * math.pi / 400
+    motion = move(ball, 1.0, step=step, steps=9000, scheme=scheme, position=0.25025, load=1 / 6)
+    v = motion.velocity
+    k = np.flatnonzero(v[1:-1] * v[2:] < 0)[39] + 1
+    zero = motion.time[k] + step * v[k] / (v[k] - v[k + 1])
+    assert zero == pytest.approx(40 * math.pi, rel=5e-5)
+
+
+def test_a_weight_shortens_no_impact_of_a_linear_spring_below_half_a_period():
+    """Punch with k = m = 1 under f: T = pi + 2 arctan(f/v), x_m = f + sqrt(f^2 + v^2)."""
+    found = strike(cylinder(0.5), 1.0, 1.0, [0.5, 2.0], load=1.0)
+    v = found.velocity
+    np.testing.assert_allclose(found.duration, math.pi + 2 * np.arctan(1 / v), rtol=1e-12)
+    np.testing.assert_allclose(found.penetration, 1 + np.hypot(1, v), rtol=1e-13)
+
+
+@pytest.mark.parametrize("scheme", ["verlet", "energy"])
+def test_a_mass_bounces_under_its_weight_to_its_height(scheme):
+    """Dropped from rest at 1e-3 above a paraboloid: after the bounce it rises to 1e-3 again.
+
+    Energy of Verlet's step oscillates as (w h)^2 within an impact, and is back after it.
+    """
+    contact = spring_contact(paraboloid(1.0), 1.0, 0.02)
+    motion = move(contact, 1.0, step=0.02, steps=8000, scheme=scheme, position=-1e-3, load=1e-4)
+    after = motion.position[motion.position.argmax() :]
+    assert after.min() == pytest.approx(-1e-3, rel=1e-3)
+
+
+def test_units_change_no_digit():
+    """Length, mass and time scaled by powers of two: bit-identical, by energy and in steps."""
+    length, mass, time = 2.0**-30, 2.0**10, 2.0**-12
+    modulus, speed = mass / (length * time**2), length / time
+    plain, scaled = (
+        strike(paraboloid(r), e, m, [v])
+        for r, e, m, v in ((1.0, 1.0, 3.0, 0.01), (length, modulus, 3 * mass, 0.01 * speed))
+    )
+    assert float(scaled.duration[0] / time) == float(plain.duration[0])
+    for scheme in SCHEMES:
+        runs = [
+            move(
+                spring_contact(paraboloid(r), e, 0.02 * r),
+                m,
+                step=0.1 * t,
+                steps=400,
+                scheme=scheme,
+                velocity=0.01 * r / t,
+            )
+            for r, e, m, t in ((1.0, 1.0, 3.0, 1.0), (length, modulus, 3 * mass, time))
+        ]
+        np.testing.assert_array_equal(runs[1].position / length, runs[0].position)
+
+
+@pytest.mark.parametrize("scheme", SCHEMES)
+def test_a_ramp_of_force_moves_a_linear_spring_as_the_closed_form_says(scheme):
+    """Mass at rest on a punch, k = m = 1, force t up to 4, then 4: x = t - sin t, then the swing.
+
+    Second order: (0.005)^2 of the motion, and cubics between the records.
+    """
+    punch = spring_contact(cylinder(0.5), 1.0, 10.0)
+    run = move(punch, 1.0, step=0.005, steps=2000, scheme=scheme, history=([0.0, 4.0], [0.0, 4.0]))
+    early = np.linspace(0, 4, 33)
+    x, v = run.at(early)
+    np.testing.assert_allclose(x, early - np.sin(early), atol=1e-4)
+    np.testing.assert_allclose(v, 1 - np.cos(early), atol=1e-4)
+    late = np.linspace(4, 10, 33)
+    start, speed = 4 - math.sin(4) - 4, 1 - math.cos(4)
+    expected = 4 + start * np.cos(late - 4) + speed * np.sin(late - 4)
+    np.testing.assert_allclose(run.at(late)[0], expected, atol=1e-4)
+    with pytest.raises(ValueError, match="times must lie"):
+        run.at(11.0)
+
+
+def test_what_cannot_be_done_is_said():
+    with pytest.raises(ValueError, match=r"mass must be.*velocity must be.*load must be"):
+        strike(paraboloid(1.0), 1.0, -1.0, [1.0, 0.5], load=-1.0)
+    ball = spring_contact(paraboloid(1.0), 1.0, 0.1)
+    with pytest.raises(ValueError, match=r"scheme must be.*damping must not be negative"):
+        move(ball, 1.0, step=0.1, steps=1, scheme="euler", damping=-1.0)
+    with pytest.raises(ValueError, match="history must be increasing"):
+        move(ball, 1.0, step=0.1, steps=1, history=([1.0, 0.0], [1.0, 1.0]))
+    with pytest.raises(ValueError, match="sub_cell"):
+        move(spring_contact(paraboloid(1.0), 1.0, 0.1, edges="nodal"), 1.0, step=0.1, steps=1)
+    with pytest.raises(ConvergenceError, match="did not leave"):
+        move(ball, 1.0, step=0.1, steps=1, velocity=0.1).release()
+
+
+def test_any_law_with_energy_can_be_struck():
+    """A rough line is one: three peaks of heights 0, -1, -2 as separate linear springs by hand."""
+
+    class Peaks:
+        heights = np.array([0.0, 1.0, 2.0])
+
+        def respond(self, penetration):
+            x = np.asarray(penetration)[..., None] - self.heights
+            into = np.maximum(x, 0)
+            return into.sum(-1), 0.5 * (into**2).sum(-1), (x > 0).sum(-1).astype(float)
+
+    found = rebound(Peaks(), 1.0, [0.5], 1.0)  # turns at 0.5: only the first peak
+    assert float(found.duration[0]) == pytest.approx(math.pi, rel=1e-12)
+    deep = rebound(Peaks(), 1.0, [np.sqrt(5.0)], 3.0)  # x^2 + (x-1)^2 = 5 at x = 2
+    assert float(deep.penetration[0]) == pytest.approx(2.0, rel=1e-12)
+    # phase by phase: sin on one spring to x = 1, then about 1/2 with w^2 = 2
+    speed = 2.0
+    first = math.asin(1 / math.sqrt(5))
+    second = math.atan2(speed / math.sqrt(2), 0.5) / math.sqrt(2)
+    # kinks of F'' inside the quadrature: 48 nodes keep four digits
+    assert float(deep.duration[0]) == pytest.approx(2 * (first + second), rel=1e-3)

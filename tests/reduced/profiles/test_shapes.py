@@ -1,0 +1,229 @@
+"""Equivalent profiles against textbook closed forms and against each other."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from reduced.errors import ConvergenceError
+from reduced.profiles.shapes import (
+    cone,
+    cylinder,
+    ellipsoid,
+    equivalent_punch,
+    from_function,
+    half_radius,
+    inverse_transform,
+    paraboloid,
+    power_law,
+    rounded_punch,
+    sphere,
+    tabulated,
+)
+
+X = np.array([1e-3, 0.1, 0.5, 1.001, 1.3, 1.9])
+ROUNDING = 1e-14  # a few operations on doubles
+QUADRATURE = 1e-12  # what from_function promises
+
+SMOOTH = [paraboloid(2.0), sphere(2.0), cone(0.3), power_law(0.7, 0.2), power_law(1.5, 0.3)]
+SMOOTH += [power_law(4.0, 0.3), rounded_punch(1.0, 3.0), rounded_punch(0.3, 3.0)]
+
+
+def test_textbook_contact_radii():
+    """Hertz a^2 = R d; Sneddon's cone d = (pi/2) a tan t; power law; a punch keeps its b."""
+    d = np.array([0.01, 0.5])
+    np.testing.assert_allclose(paraboloid(3.0).contact_radius(d), np.sqrt(3 * d), rtol=ROUNDING)
+    np.testing.assert_allclose(cone(0.2).contact_radius(d), d / (np.pi / 2 * 0.2), rtol=ROUNDING)
+    quartic = (d / (8 / 3 * 0.7)) ** 0.25
+    np.testing.assert_allclose(power_law(4, 0.7).contact_radius(d), quartic, rtol=ROUNDING)
+    np.testing.assert_array_equal(cylinder(0.4).contact_radius(d), 0.4)
+    np.testing.assert_array_equal(equivalent_punch(np.pi * 9).contact_radius(d), 3.0)
+    geometric = np.sqrt(np.sqrt(2.0 * 8.0) * d)
+    np.testing.assert_allclose(ellipsoid(2.0, 8.0).contact_radius(d), geometric, rtol=ROUNDING)
+
+
+def test_sphere_and_rounded_punch_are_the_textbook_functions():
+    """Segedin 1957 and Schubert 1942 as printed, away from x = b where the print cancels."""
+    x = X[X < 2]
+    expected = x / 2 * np.log((2 + x) / (2 - x))
+    np.testing.assert_allclose(sphere(2.0).height(x), expected, rtol=1e-12, atol=0)
+    x, b = np.array([1.1, 2.0, 30.0]), 1.0
+    expected = x / 3 * (np.sqrt(x**2 - b**2) - b * np.arccos(b / x))
+    np.testing.assert_allclose(rounded_punch(b, 3.0).height(x), expected, rtol=1e-11)
+    np.testing.assert_array_equal(rounded_punch(b, 3.0).height(np.array([0.2, 1.0])), 0.0)
+
+
+@pytest.mark.parametrize("profile", SMOOTH, ids=lambda p: f"{p.name}-{p.length:.3g}")
+def test_transform_by_quadrature_equals_closed_forms(profile):
+    """G by quadrature of f' alone; g' with f'' or with differences of f' (1e-10 by their step)."""
+    section = profile.section
+    edge = min(section.edge, 1.95)
+    shared = {"length": 1.0, "breakpoints": section.breakpoints, "edge": edge}
+    exact = from_function(section.slope, f_second=section.curvature, **shared)
+    differences = from_function(section.slope, **shared)
+    np.testing.assert_allclose(exact.height(X), profile.height(X), rtol=QUADRATURE, atol=0)
+    np.testing.assert_allclose(exact.slope(X), profile.slope(X), rtol=2 * QUADRATURE, atol=0)
+    np.testing.assert_allclose(differences.slope(X), profile.slope(X), rtol=1e-10, atol=0)
+    tip = np.zeros(1)
+    if profile.name != "power_law":  # the tip of x^0.7 is infinitely steep
+        np.testing.assert_allclose(exact.slope(tip), profile.slope(tip), rtol=ROUNDING)
+    np.testing.assert_array_equal(exact.height(tip), 0.0)
+    np.testing.assert_allclose(differences.curvature(X), profile.curvature(X), rtol=1e-8, atol=1e-9)
+
+
+R_CUBED = np.array([0.0, 0.3, 0.7, 1.2, 2.0])
+TABLES = [tabulated(R_CUBED, R_CUBED**3, kind) for kind in ("pchip", "linear")]
+
+
+@pytest.mark.parametrize("profile", [*SMOOTH, *TABLES], ids=lambda p: f"{p.name}-{p.length:.3g}")
+def test_inverse_transform_returns_the_section(profile):
+    """f(r) = (2/pi) int_0^r g/sqrt(r^2 - x^2) dx: back to the body, 1e-12, tables and kinks too."""
+    r = np.array([0.0, 1e-3, 0.1, 0.29, 0.5, 1.001, 1.5, 1.9])
+    found, exact = inverse_transform(profile, r), profile.section.height(r)
+    scale = np.maximum(exact, 1e-12 * exact.max())
+    assert np.all(np.abs(found - exact) <= QUADRATURE * np.maximum(scale, found))
+
+
+def test_inverse_transform_of_a_punch_is_flat_and_ends():
+    f = inverse_transform(cylinder(1.0), np.array([0.0, 0.5, 1.0, 1.0001]))
+    np.testing.assert_array_equal(f, [0.0, 0.0, 0.0, np.inf])
+    with pytest.raises(ValueError, match="r must"):
+        inverse_transform(cylinder(1.0), np.array([-0.1]))
+
+
+def test_the_chapters_rule_stands_for_another_body():
+    """Half the radius for f ~ r^4 is the exact profile of a body 2/kappa_4 = 3/4 as high."""
+    r = np.array([0.2, 1.4])
+    behind = inverse_transform(half_radius(power_law(4, 0.3).section), r)
+    np.testing.assert_allclose(behind, 0.75 * 0.3 * r**4, rtol=QUADRATURE)
+
+
+def test_inverse_transform_against_an_independent_quadrature():
+    """Gauss-Chebyshev in x = r sin(t), 1e-6 for a smooth g."""
+    t = (np.arange(400) + 0.5) * np.pi / 800
+    r = np.array([0.3, 1.2])
+    f = np.mean(sphere(2.0).height(r[:, None] * np.sin(t)), axis=1)
+    np.testing.assert_allclose(inverse_transform(sphere(2.0), r), f, rtol=2e-6)
+
+
+@pytest.mark.parametrize("profile", [*SMOOTH, cylinder(1.0)], ids=lambda p: p.name)
+@given(st.floats(1e-12, 1.0))
+def test_contact_radius_inverts_the_height(profile, fraction):
+    """g(a(d)) = d as far as one unit in the last place of a can reach it."""
+    if profile.name == "cylinder":
+        assert profile.contact_radius(fraction) == 1.0
+        return
+    d = float(profile.height(np.array(1.8))) * fraction
+    a = profile.contact_radius(d)
+    # two units in the last place of a, and of g itself
+    error = 4e-16 * (float(profile.slope(a)) * a + d)
+    assert abs(float(profile.height(a)) - d) <= 4 * error
+
+
+@given(st.floats(-9, 9))
+def test_scaling_by_any_factor_keeps_twelve_digits(logarithm):
+    """Lengths times 1e-9 ... 1e9: a/R as a function of d/R is the same to 1e-12."""
+    unit = 10.0**logarithm
+    for make in (paraboloid, sphere, lambda r: rounded_punch(r / 4, r)):
+        a = make(2.0 * unit).contact_radius(np.array([0.1, 0.7]) * unit) / unit
+        np.testing.assert_allclose(a, make(2.0).contact_radius(np.array([0.1, 0.7])), rtol=1e-12)
+
+
+@given(st.integers(-60, 60))
+def test_scaling_by_powers_of_two_is_bit_identical(k):
+    """The same ball in other units has the same digits, also where the root is searched."""
+    unit = 2.0**k
+    for make in (paraboloid, sphere, lambda r: rounded_punch(r / 4, r)):
+        a = make(2.0 * unit).contact_radius(np.array([0.1, 0.7]) * unit)
+        np.testing.assert_array_equal(a, make(2.0).contact_radius(np.array([0.1, 0.7])) * unit)
+
+
+def test_half_radius_rule_is_exact_for_parabola_and_punch_only():
+    """The chapter's rule: cone 4/pi too deep, the power law by 2/kappa_n, as it is printed."""
+    np.testing.assert_allclose(half_radius(paraboloid(2.0).section).height(X), X**2 / 2, rtol=1e-15)
+    assert float(half_radius(cylinder(1.0).section).contact_radius(0.1)) == 1.0
+    ratio = half_radius(cone(0.3).section).height(X) / cone(0.3).height(X)
+    np.testing.assert_allclose(ratio, 4 / np.pi, rtol=ROUNDING)
+    ratio = half_radius(power_law(4, 0.3).section).height(X) / power_law(4, 0.3).height(X)
+    np.testing.assert_allclose(ratio, 2 / (8 / 3), rtol=ROUNDING)
+
+
+def test_straight_table_of_a_cone_is_the_cone():
+    """Linear segments of equal slope: exact to rounding, whatever the nodes."""
+    r = np.array([0.0, 0.01, 0.4, 0.41, 2.0])
+    table, exact = tabulated(r, 0.3 * r, "linear"), cone(0.3)
+    np.testing.assert_allclose(table.height(X), exact.height(X), rtol=ROUNDING)
+    np.testing.assert_allclose(table.slope(X), exact.slope(X), rtol=1e-13)
+    assert table.edge == 2.0
+    assert float(table.contact_radius(100.0)) == 2.0
+
+
+@pytest.mark.parametrize("interpolation", ["linear", "pchip"])
+def test_table_equals_quadrature_of_its_own_section(interpolation):
+    """Segment-wise transform against the general quadrature of the same f', between the nodes."""
+    r = np.array([0.0, 0.3, 0.7, 1.2, 2.0])
+    table = tabulated(r, r**3, interpolation)
+    section = table.section
+    general = from_function(
+        section.slope, 1.0, section.breakpoints, f_second=section.curvature, edge=2.0
+    )
+    x = np.array([0.1, 0.31, 0.8, 1.5, 1.99])
+    np.testing.assert_allclose(table.height(x), general.height(x), rtol=QUADRATURE)
+    np.testing.assert_allclose(table.slope(x), general.slope(x), rtol=QUADRATURE)
+    step = 1e-5
+    difference = (table.slope(x + step) - table.slope(x - step)) / (2 * step)
+    # Central differences: step^2 g''''/6, up to 1e-6 just behind the node at 0.3.
+    np.testing.assert_allclose(table.curvature(x), difference, rtol=1e-5)
+
+
+@pytest.mark.parametrize(("interpolation", "rate"), [("linear", 1.4), ("pchip", 1.9)])
+def test_tables_converge_to_the_shape(interpolation, rate):
+    """Order 3/2 by linear segments, at least 2 by pchip.
+
+    The slope of linear segments is a staircase, and the kernel an inverse square root at r = x.
+    """
+    errors, sizes = [], np.array([10, 20, 40, 80])
+    x = np.random.default_rng(3).uniform(0.3, 1.9, 200)
+    for n in sizes:
+        r = np.linspace(0, 2, n + 1)
+        error = tabulated(r, r**3, interpolation).height(x) / (3 * np.pi / 4 * x**3) - 1
+        errors.append(np.sqrt(np.mean(error**2)))
+    assert -np.polyfit(np.log(sizes), np.log(errors), 1)[0] > rate
+
+
+@pytest.mark.parametrize(
+    ("r", "f", "interpolation", "words"),
+    [
+        ([0, 1, 2], [0, 1, 0.9], "pchip", "hollow"),
+        ([0, 1, 2], [0, 1, 1.1], "linear", "ring"),
+        ([0, 1, 1], [0, 1, 2], "pchip", "strictly"),
+        ([0.1, 1, 2], [0, 1, 2], "cubic", "interpolation.*start at r = 0"),
+        ([0, 1, np.nan], [0, 1, 2], "pchip", "finite"),
+        ([0, 1], [0, 1, 2], "pchip", "equal length"),
+    ],
+)
+def test_tables_that_are_no_compact_bodies_are_refused(r, f, interpolation, words):
+    with pytest.raises(ValueError, match=words):
+        tabulated(r, f, interpolation)
+
+
+def test_unmarked_kinks_are_noticed():
+    """A step of f' that is no breakpoint: the quadrature says so instead of returning 3 digits."""
+
+    def flank(r):
+        return np.where(r > 0.5, 1.0, 0.2)
+
+    with pytest.raises(ConvergenceError, match="breakpoints") as caught:
+        from_function(flank, 1.0).height(np.array([1.0]))
+    assert len(caught.value.history) > 1
+    marked = from_function(flank, 1.0, (0.5,)).height(np.array([1.0]))
+    assert marked[0] == pytest.approx(0.2 * np.pi / 2 + 0.8 * np.arccos(0.5), rel=QUADRATURE)
+
+
+def test_bad_parameters_are_all_named():
+    with pytest.raises(ValueError, match=r"flat_radius.*-1.*edge_radius.*nan"):
+        rounded_punch(-1.0, np.nan)
+    with pytest.raises(ValueError, match="penetration"):
+        paraboloid(1.0).contact_radius(-1e-9)

@@ -1,0 +1,413 @@
+"""Rough lines on springs: a naive oracle, exact inversion, invariants."""
+
+from __future__ import annotations
+
+from fractions import Fraction
+from itertools import pairwise
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from reduced.profiles.shapes import paraboloid
+from reduced.rough.press import press
+from reduced.springs.indent import indent
+
+EDGES = ["sub_cell", "nodal"]
+
+
+def naive(line, spacing, d, edges, periodic):
+    """F/E*, contact lengths, mean gap and energy/E* of one line at one load, by plain sums.
+
+    Sub-cell: every cell between neighbours is cut where the straight line meets the surface; a free
+    line has half a flat cell at each end. Nodal: whole springs.
+    """
+    z = line.max() - d
+    n = line.size
+    pairs = [(i, (i + 1) % n) for i in range(n if periodic else n - 1)]
+    force = energy = 0.0
+    pieces = []  # (start, end) of contact, in cells; point i at position i + 1/2
+    if edges == "nodal":
+        inside = line > z
+        force = np.sum((line - z)[inside])
+        energy = np.sum((line - z)[inside] ** 2) / 2
+        pieces = [(float(i), i + 1.0) for i in np.flatnonzero(inside)]
+    else:
+        for i, j in pairs:
+            p, q = line[i] - z, line[j] - z
+            start, end = 0.0, 1.0
+            if p <= 0 and q <= 0:
+                continue
+            if p <= 0:
+                start, p = -p / (q - p), 0.0
+            elif q <= 0:
+                end, q = p / (p - q), 0.0
+            force += (p + q) / 2 * (end - start)
+            energy += (p * p + p * q + q * q) / 6 * (end - start)
+            pieces.append((i + 0.5 + start, i + 0.5 + end))
+        if not periodic:
+            for point, piece in ((line[0], (0.0, 0.5)), (line[-1], (n - 0.5, n))):
+                if point > z:
+                    force += (point - z) / 2
+                    energy += (point - z) ** 2 / 4
+                    pieces.append(piece)
+    lengths = joined(sorted(pieces), n, periodic)
+    gap = z - line.mean() + force / n
+    return force * spacing, np.array(lengths) * spacing, gap, energy * spacing
+
+
+def joined(pieces, n, periodic):
+    """Lengths of the unions of touching pieces, across the seam of a periodic line too."""
+    runs = []
+    for start, end in pieces:
+        if runs and abs(runs[-1][1] - start) < 1e-9:
+            runs[-1][1] = end
+        else:
+            runs.append([start, end])
+    if periodic and len(runs) > 1 and abs(runs[-1][1] - n - runs[0][0]) < 1e-9:
+        runs[0][0] = runs.pop()[0] - n
+    return [end - start for start, end in runs]
+
+
+def compare(contact, row, line, spacing, modulus, edges, periodic):
+    for k, d in enumerate(contact.penetration[row]):
+        force, lengths, gap, energy = naive(line, spacing, d, edges, periodic)
+        scale = np.ptp(line) + d
+        tolerance = {"rtol": 1e-11, "atol": 1e-13 * scale * spacing * line.size * modulus}
+        np.testing.assert_allclose(contact.force[row, k], modulus * force, **tolerance)
+        np.testing.assert_allclose(contact.contact_length[row, k], lengths.sum(), rtol=1e-11)
+        area = np.pi / 4 * np.sum(lengths**2)
+        np.testing.assert_allclose(contact.contact_area[row, k], area, rtol=1e-11)
+        assert contact.contact_count[row, k] == lengths.size
+        np.testing.assert_allclose(contact.longest_contact[row, k], lengths.max(), rtol=1e-11)
+        np.testing.assert_allclose(contact.mean_gap[row, k], gap, rtol=1e-10, atol=1e-13 * scale)
+        energy_scale = 1e-13 * scale**2 * spacing * line.size * modulus
+        np.testing.assert_allclose(
+            contact.energy[row, k], modulus * energy, rtol=1e-10, atol=energy_scale
+        )
+        np.testing.assert_allclose(contact.stiffness[row, k], modulus * lengths.sum(), rtol=1e-11)
+
+
+LINES = st.lists(st.integers(-40, 40), min_size=2, max_size=40).filter(lambda v: len(set(v)) > 1)
+
+
+@pytest.mark.parametrize("edges", EDGES)
+@pytest.mark.parametrize("periodic", [True, False])
+@settings(max_examples=80, deadline=None)
+@given(values=LINES, seed=st.integers(0, 1000))
+def test_all_loads_equal_the_naive_sums(edges, periodic, values, seed):
+    """Lines with many equal heights (flats, ties) and loads up to full contact.
+
+    Levels are kept off the heights themselves, where a merely touching point may or may not join
+    two contacts.
+    """
+    line = np.array(values, dtype=float)
+    rng = np.random.default_rng(seed)
+    d = np.unique(rng.integers(0, int(np.ptp(line)) + 3, 9)) + rng.uniform(0.1, 0.9)
+    contact = press(line, 0.3, 2.0, penetration=d, edges=edges, periodic=periodic)
+    compare(contact, 0, line, 0.3, 2.0, edges, periodic)
+
+
+@pytest.mark.parametrize("edges", EDGES)
+@pytest.mark.parametrize("periodic", [True, False])
+@pytest.mark.parametrize("control", ["force", "mean_gap"])
+@settings(max_examples=60, deadline=None)
+@given(values=LINES, seed=st.integers(0, 1000))
+def test_force_and_gap_control_invert_the_discrete_law(control, edges, periodic, values, seed):
+    """Loads come back from the naive sums at the penetrations found."""
+    rng = np.random.default_rng(seed)
+    line = np.array(values, dtype=float) + rng.uniform(0, 0.9, len(values))
+    depth = line.max() - line.mean()
+    top = 3 * np.ptp(line) * line.size if control == "force" else 0.999 * depth
+    loads = np.sort(top * rng.uniform(0, 1, 6) ** 3 + 1e-6 * top)
+    contact = press(line, 1.0, 1.0, edges=edges, periodic=periodic, **{control: loads})
+    for k, d in enumerate(contact.penetration[0]):
+        force, _, gap, _ = naive(line, 1.0, d, edges, periodic)
+        found, scale = (force, depth * line.size) if control == "force" else (gap, depth)
+        assert found == pytest.approx(loads[k], rel=1e-11, abs=1e-13 * scale)
+    np.testing.assert_array_equal(getattr(contact, control)[0], loads)
+
+
+@pytest.mark.parametrize("edges", EDGES)
+@pytest.mark.parametrize("periodic", [True, False])
+@pytest.mark.parametrize("points", [30, 1500])
+def test_mean_gaps_keep_their_digits_up_to_full_contact(edges, periodic, points):
+    """Gaps down to 1e-12 of the line's depth: what is open is the force of the line turned over.
+
+    The distance from full contact is a difference of two lengths near 1, so known to 1e-16; it is
+    1e-6 at the smallest gap, which grows as its square: nine digits.
+    """
+    line = np.random.default_rng(8).normal(size=points)
+    goals = (line.max() - line.mean()) * np.geomspace(1e-12, 1e-1, 12)
+    d = press(line, 1.0, 1.0, edges=edges, periodic=periodic, mean_gap=goals).penetration[0]
+    turned = {"edges": edges, "periodic": periodic, "penetration": np.ptp(line) - d}
+    # Nodal gaps are those of one spring at last, linear in that distance.
+    rounding = np.spacing(np.ptp(line))
+    found = press(-line, 1.0, 1.0, **turned).force[0] / points
+    np.testing.assert_allclose(found, goals, rtol=1e-9, atol=rounding)
+
+
+@pytest.mark.parametrize("periodic", [True, False])
+def test_slopes_apart_by_orders_of_magnitude_lose_no_digits(periodic):
+    """Heights spread over sixteen decades and pairs that nearly agree: exact rational sums."""
+    rng = np.random.default_rng(9)
+    for line in (rng.lognormal(0, 6, 40), 1 + 1e-12 * rng.normal(size=40), rng.normal(size=40)):
+        line[10:20:2] = line[11:21:2] * (1 + 1e-13)
+        goals = np.ptp(line) * np.geomspace(1e-9, 40, 12)
+        d = press(line, 1.0, 1.0, force=goals, periodic=periodic).penetration[0]
+        exact = [rational_force(line, each, periodic) for each in d]
+        np.testing.assert_allclose([float(f) for f in exact], goals, rtol=2e-14)
+
+
+def rational_force(line, d, periodic):
+    """F/E* of straight lines between the points, in exact arithmetic on the depths as stored."""
+    y = [Fraction(each) for each in (line.max() - line)]
+    d, total = Fraction(float(d)), Fraction(0)
+    cells = list(pairwise(y)) + ([(y[-1], y[0])] if periodic else [])
+    for low, high in map(sorted, cells):
+        if high < d:
+            total += d - (low + high) / 2
+        elif low < d:
+            total += (d - low) ** 2 / (2 * (high - low))
+    ends = [] if periodic else [y[0], y[-1]]
+    return total + sum(max(d - each, Fraction(0)) / 2 for each in ends)
+
+
+def rough(n, rng, lines=1):
+    """Self-affine lines with amplitudes falling as k^-1.3."""
+    k = np.arange(1, n // 4)
+    spectrum = np.zeros((lines, n // 2 + 1), dtype=complex)
+    spectrum[:, k] = k**-1.3 * np.exp(2j * np.pi * rng.uniform(size=(lines, k.size)))
+    return np.fft.irfft(spectrum, n=n, axis=-1, norm="forward")
+
+
+@pytest.mark.parametrize("edges", EDGES)
+def test_ensemble_equals_line_by_line(edges):
+    rng = np.random.default_rng(1)
+    lines = rough(512, rng, 3)
+    force = np.geomspace(1e-3, 10, 20)
+    together = press(lines, 0.1, 2.0, force=force, edges=edges)
+    assert together.contact_area.shape == (3, 20)
+    for row, line in enumerate(lines):
+        alone = press(line, 0.1, 2.0, force=force, edges=edges)
+        np.testing.assert_array_equal(alone.contact_area[0], together.contact_area[row])
+        compare(together, row, line, 0.1, 2.0, edges, True)
+
+
+@pytest.mark.parametrize("edges", EDGES)
+@pytest.mark.parametrize("periodic", [True, False])
+@pytest.mark.parametrize("points", [1024, 1025, 3000])
+def test_short_and_long_lines_invert_alike(edges, periodic, points):
+    """Ordered heights up to 1024 points, a ladder of levels beyond: both against the naive sums."""
+    line = rough(points + points % 2, np.random.default_rng(7))[0][:points]
+    depth = line.max() - line.mean()
+    for control, loads in (
+        ("force", np.geomspace(1e-4, 1, 9) * depth * points),
+        ("mean_gap", np.array([1e-3, 0.1, 0.5, 0.9]) * depth),
+    ):
+        contact = press(line, 1.0, 1.0, edges=edges, periodic=periodic, **{control: loads})
+        for k, d in enumerate(contact.penetration[0]):
+            force, _, gap, _ = naive(line, 1.0, d, edges, periodic)
+            found = force if control == "force" else gap
+            assert found == pytest.approx(loads[k], rel=1e-10, abs=1e-12 * depth)
+
+
+@pytest.mark.parametrize("control", ["force", "penetration", "mean_gap"])
+def test_threads_change_no_bit(control):
+    """Lines are independent; blocks of 2^15 points, here 5, are shared by up to 4 threads."""
+    lines = rough(256, np.random.default_rng(3), 600)
+    loads = np.geomspace(1e-2, 0.5, 6)
+    one, many = (press(lines, 1.0, 1.0, threads=t, **{control: loads}) for t in (1, 4))
+    for name in vars(one):
+        np.testing.assert_array_equal(getattr(one, name), getattr(many, name))
+
+
+@pytest.mark.parametrize("edges", EDGES)
+@settings(max_examples=25, deadline=None)
+@given(shift=st.integers(0, 255), raised=st.integers(-30, 30), seed=st.integers(0, 50))
+def test_shift_reversal_and_raised_height_keep_thirteen_digits(edges, shift, raised, seed):
+    """Every quantity at given penetrations, relative to its largest value for gap and energy."""
+    line = np.round(rough(256, np.random.default_rng(seed))[0] * 2**20) / 2**20
+    d = np.geomspace(1e-3, 1.2, 12) * np.ptp(line)
+    one = press(line, 0.25, 1.0, penetration=d, edges=edges)
+    for other in (np.roll(line, shift), line[::-1], line + float(raised)):
+        two = press(other, 0.25, 1.0, penetration=d, edges=edges)
+        for name, value in vars(one).items():
+            found = getattr(two, name)
+            scale = 1e-14 * np.abs(value).max()
+            np.testing.assert_allclose(found, value, rtol=1e-13, atol=scale, err_msg=name)
+
+
+@pytest.mark.parametrize("edges", EDGES)
+@settings(max_examples=30, deadline=None)
+@given(values=LINES, periodic=st.booleans(), seed=st.integers(0, 99))
+def test_force_and_area_are_monotone_and_area_is_bounded(edges, values, periodic, seed):
+    """F and A grow with d on any line; A never above (pi/4) L^2."""
+    line = np.array(values, dtype=float)
+    d = np.sort(np.random.default_rng(seed).uniform(1e-3, 1.5 * np.ptp(line), 30))
+    c = press(line, 0.5, 1.0, penetration=d, edges=edges, periodic=periodic)
+    assert np.all(np.diff(c.force[0]) > 0)
+    assert np.all(np.diff(c.contact_area[0]) >= -1e-13 * c.contact_area[0, 1:])
+    assert np.all(c.contact_area <= np.pi / 4 * (0.5 * line.size) ** 2 * (1 + 1e-14))
+
+
+@pytest.mark.parametrize("edges", EDGES)
+@settings(max_examples=20, deadline=None)
+@given(st.floats(-9, 9), st.floats(-9, 9), st.floats(-9, 9))
+def test_units_by_any_factor_keep_twelve_digits(edges, height, width, stiff):
+    """Heights, spacing and modulus times 1e-9 ... 1e9 under each control.
+
+    The force control's penetration is F's inverse, at least as smooth as F; areas only at given
+    penetrations, since an area may depend on d more steeply than any power.
+    """
+    line = rough(128, np.random.default_rng(5))[0]
+    h, w, e = 10.0**height, 10.0**width, 10.0**stiff
+    for control, unit in (("force", h * w * e), ("mean_gap", h), ("penetration", h)):
+        loads = np.geomspace(1e-2, 0.5, 7)
+        one = press(line, 1.0, 1.0, edges=edges, **{control: loads})
+        two = press(line * h, w, e, edges=edges, **{control: loads * unit})
+        np.testing.assert_allclose(two.penetration / h, one.penetration, rtol=1e-12)
+        np.testing.assert_allclose(two.force / (h * w * e), one.force, rtol=1e-12)
+        np.testing.assert_allclose(two.contact_area / w**2, one.contact_area, rtol=1e-10)
+
+
+@pytest.mark.parametrize("edges", EDGES)
+@settings(max_examples=25, deadline=None)
+@given(shift=st.integers(0, 255), raised=st.integers(-30, 30), seed=st.integers(0, 50))
+def test_shift_reversal_and_raised_height_change_nothing(edges, shift, raised, seed):
+    """A shift along a periodic line, its mirror image, and a constant added to the heights.
+
+    Heights lie on a binary grid, so that the sum is exact.
+    """
+    line = np.round(rough(256, np.random.default_rng(seed))[0] * 2**20) / 2**20
+    force = np.geomspace(1e-4, 30, 12)
+    one = press(line, 0.25, 1.0, force=force, edges=edges)
+    for other in (np.roll(line, shift), line[::-1], line + float(raised)):
+        two = press(other, 0.25, 1.0, force=force, edges=edges)
+        np.testing.assert_allclose(two.penetration, one.penetration, rtol=1e-12)
+        # A force may fall where two contacts join; then an edge moves by rounding only.
+        np.testing.assert_allclose(two.contact_area, one.contact_area, rtol=1e-8)
+        np.testing.assert_array_equal(two.contact_count, one.contact_count)
+
+
+@pytest.mark.parametrize("edges", EDGES)
+@given(st.integers(-60, 60), st.integers(-60, 60), st.integers(-60, 60))
+@settings(max_examples=15, deadline=None)
+def test_units_by_powers_of_two_are_bit_identical(edges, height, width, stiff):
+    """Heights, spacing and modulus in other units: same digits under all three controls."""
+    line = rough(128, np.random.default_rng(5))[0]
+    h, w, e = 2.0**height, 2.0**width, 2.0**stiff
+    for control, unit in (("force", h * w * e), ("mean_gap", h), ("penetration", h)):
+        loads = np.geomspace(1e-3, 0.5, 7)
+        one = press(line, 1.0, 1.0, edges=edges, **{control: loads})
+        two = press(line * h, w, e, edges=edges, **{control: loads * unit})
+        np.testing.assert_array_equal(two.penetration, one.penetration * h)
+        np.testing.assert_array_equal(two.contact_area, one.contact_area * w**2)
+        np.testing.assert_array_equal(two.energy, one.energy * (h * h * w * e))
+
+
+@pytest.mark.parametrize("edges", EDGES)
+@pytest.mark.parametrize("periodic", [True, False])
+def test_everything_grows_with_load_up_to_one_full_contact(edges, periodic):
+    """Area at most (pi/4) L^2, reached when the line is one contact; gap falls to zero."""
+    line = rough(1024, np.random.default_rng(2))[0]
+    length = 1024 * 0.5
+    force = np.geomspace(1e-3, 5 * length * np.ptp(line), 60)
+    c = press(line, 0.5, 1.0, force=force, edges=edges, periodic=periodic)
+    for grows in (c.penetration, c.contact_area, c.contact_length, c.energy, c.longest_contact):
+        assert np.all(np.diff(grows[0]) >= -1e-13 * grows[0, 1:])
+    assert np.all(np.diff(c.mean_gap[0]) <= 0)
+    assert np.all(c.contact_area <= np.pi / 4 * length**2 * (1 + 1e-14))
+    assert c.contact_area[0, -1] == pytest.approx(np.pi / 4 * length**2, rel=1e-14)
+    assert c.contact_count[0, -1] == 1
+    assert c.mean_gap[0, -1] <= 1e-13 * np.ptp(line)
+    # In full contact the line is a flat punch: F = E* L (d - mean depth).
+    depth = line.max() - line.mean()
+    np.testing.assert_allclose(force[-1], length * (c.penetration[0, -1] - depth), rtol=1e-12)
+
+
+@pytest.mark.parametrize("edges", EDGES)
+def test_energy_is_the_work_of_the_force(edges):
+    """U = int F dd: trapezoid over 20000 loads; F is piecewise quadratic or linear in d."""
+    line = rough(256, np.random.default_rng(4))[0]
+    d = np.linspace(1e-5, 2 * np.ptp(line), 20001)
+    c = press(line, 1.0, 1.0, penetration=d, edges=edges)
+    work = np.sum((c.force[0, 1:] + c.force[0, :-1]) / 2) * (d[1] - d[0])
+    assert c.energy[0, -1] - c.energy[0, 0] == pytest.approx(work, rel=1e-7)
+
+
+def test_contact_across_the_seam_is_one():
+    """A bump centred on the seam: one contact on a periodic line, two on a free one."""
+    line = np.cos(2 * np.pi * np.arange(16) / 16)
+    wrapped = press(line, 1.0, 1.0, penetration=[0.3])
+    free = press(line, 1.0, 1.0, penetration=[0.3], periodic=False)
+    rolled = press(np.roll(line, 8), 1.0, 1.0, penetration=[0.3])
+    assert wrapped.contact_count[0, 0] == 1
+    assert free.contact_count[0, 0] == 2
+    np.testing.assert_allclose(wrapped.contact_area, rolled.contact_area, rtol=1e-14)
+
+
+@pytest.mark.parametrize("edges", EDGES)
+def test_a_flat_line_is_a_punch(edges):
+    """Equal heights: F = E* L d, one contact, at every load."""
+    for periodic in (True, False):
+        c = press(np.full(9, 4.0), 0.5, 3.0, force=[0.1, 2.0], edges=edges, periodic=periodic)
+        np.testing.assert_allclose(c.penetration[0], np.array([0.1, 2.0]) / (3.0 * 4.5), rtol=1e-14)
+        np.testing.assert_array_equal(c.contact_length[0], 4.5)
+        np.testing.assert_array_equal(c.contact_count[0], 1)
+
+
+def test_a_gap_wider_than_at_first_touch_is_no_contact():
+    line = np.array([0.0, 1.0, 0.0, -1.0])
+    c = press(line, 1.0, 1.0, mean_gap=[0.5, 1.5])
+    assert c.force[0, 0] > 0
+    assert c.penetration[0, 1] == pytest.approx(-0.5)
+    assert (c.force[0, 1], c.contact_area[0, 1], c.contact_count[0, 1]) == (0.0, 0.0, 0)
+
+
+@pytest.mark.parametrize("edges", EDGES)
+def test_fine_line_through_a_parabola_converges_to_hertz(edges):
+    """F of order 2 with either edge; a (area rule) of order 2 by sub-cell edges, 1 nodal.
+
+    One paraboloid as a free line, over random alignments.
+    """
+    rng = np.random.default_rng(6)
+    cells, errors = np.array([20, 40, 80, 160]), []
+    for n in cells:
+        samples = []
+        for _ in range(40):
+            a = rng.uniform(0.7, 1.0)
+            x = (np.arange(-n - 3, n + 4) + rng.uniform(0, 1)) / n
+            # The highest point of the sampled line lies below the apex; press to the same plane.
+            d = a**2 - np.min(x**2)
+            c = press(-(x**2), 1 / n, 1.0, penetration=[d], edges=edges, periodic=False)
+            hertz = indent(paraboloid(1.0), 1.0, penetration=[a**2]).force[0]
+            radius = np.sqrt(c.contact_area[0, 0] / np.pi)
+            samples.append([c.force[0, 0] / hertz - 1, radius / a - 1])
+        errors.append(np.sqrt(np.mean(np.square(samples), axis=0)))
+    rates = -np.polyfit(np.log(cells), np.log(errors), 1)[0]
+    np.testing.assert_allclose(rates, [2.0, 2.0 if edges == "sub_cell" else 1.0], atol=0.2)
+
+
+def test_bad_arguments_are_all_named():
+    with pytest.raises(ValueError, match=r"finite.*spacing.*effective_modulus.*edges.*threads"):
+        press([1.0, np.nan], 0.0, -1.0, force=[1.0], edges="cell", threads=0)
+    with pytest.raises(ValueError, match="exactly one of force, penetration, mean_gap"):
+        press([1.0, 2.0], 1.0, 1.0)
+    with pytest.raises(ValueError, match="strictly increasing"):
+        press([1.0, 2.0], 1.0, 1.0, force=[2.0, 1.0])
+    with pytest.raises(ValueError, match="threads must be an integer"):
+        press([1.0, 2.0], 1.0, 1.0, force=[1.0], threads=np.nan)
+    with pytest.raises(ValueError, match="n >= 2"):
+        press([1.0], 1.0, 1.0, force=[1.0])
+
+
+def test_a_load_beyond_floating_point_leaves_the_others_alone():
+    """An energy of 1e400 is inf; the loads before it are those of a list without it."""
+    line = rough(128, np.random.default_rng(5))[0]
+    usual = press(line, 1.0, 1.0, force=[0.1, 1.0])
+    absurd = press(line, 1.0, 1.0, force=[0.1, 1.0, 1e200])
+    assert absurd.energy[0, 2] == np.inf
+    for name, values in vars(usual).items():
+        np.testing.assert_allclose(getattr(absurd, name)[:, :2], values, rtol=1e-12, err_msg=name)

@@ -1,0 +1,142 @@
+"""Section 19.7 from map to contact: the pieces fit, and the two variants differ as they must."""
+
+from __future__ import annotations
+
+import importlib.util
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from reduced.rough.procedure import CORRECTED, LITERAL, calculate, side_by_side
+
+DOCS = Path(__file__).resolve().parents[3] / "docs"
+FORCE = np.array([1e-2, 1e-1, 1.0])
+
+
+def example(name):
+    spec = importlib.util.spec_from_file_location(name, DOCS / "examples" / f"{name}.py")
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+@pytest.fixture(scope="module")
+def both():
+    """Both variants on a self-affine map without roll-off, H = 0.8."""
+    rng = np.random.default_rng(5)
+    k = np.fft.fftfreq(32, 1 / 32)
+    q = np.hypot(k[:, None], k)
+    amplitude = np.where((q > 0) & (q < 16), np.maximum(q, 1) ** -1.8, 0.0)
+    noise = np.fft.fft2(rng.normal(size=(32, 32)))
+    height = np.fft.ifft2(amplitude * np.exp(1j * np.angle(noise)), norm="forward").real
+    return height, side_by_side(height, 1.0, 1.0, FORCE, realisations=30, periodic=True)
+
+
+def test_corrected_keeps_the_height_and_the_letter_does_not(both):
+    """Ring sums: 1e-12 against the map itself; ring averages lose about 8 % at H = 0.8."""
+    height, (literal, corrected) = both
+    assert corrected.line.rms_height == pytest.approx(np.std(height), rel=1e-12)
+    assert corrected.sums.ratio[0] == pytest.approx(1.0, rel=1e-12)
+    assert -0.11 < literal.sums.ratio[0] - 1 < -0.04
+
+
+def test_distributions_add_up_to_the_curves(both):
+    """(pi/4) sum l^2 and sum l over the pooled contacts are the ensemble's area and length."""
+    for found in both[1]:
+        for step in range(FORCE.size):
+            sizes = found.contact_sizes[step]
+            area, length = (
+                found.ensemble[n].mean[step] for n in ("contact_area", "contact_length")
+            )
+            assert np.pi / 4 * np.sum(sizes**2) / 30 == pytest.approx(area, rel=1e-11)
+            assert sizes.sum() / 30 == pytest.approx(length, rel=1e-11)
+            assert sizes.size == found.ensemble.samples["contact_count"][:, step].sum()
+        mean = np.mean(FORCE / found.ensemble.samples["contact_area"], axis=0)
+        np.testing.assert_allclose(found.mean_pressure, mean, rtol=1e-13)
+
+
+def test_points_without_a_value_are_counted(both):
+    """By the letter a share of the contact has no stress, more at higher load; one radius: none."""
+    literal, corrected = both[1]
+    assert np.all(literal.undefined_share[1:] > 0.01)
+    assert literal.undefined_share[-1] > literal.undefined_share[0]
+    np.testing.assert_array_equal(corrected.undefined_share, 0.0)
+    assert np.all(np.concatenate(corrected.pressures) > 0)
+
+
+def test_one_bump_is_hertz():
+    """A single wave: at small load one round contact per line, F = (4/3) E* sqrt(R) d^1.5.
+
+    The line of cos(q x) alone has R1 = 1/q^2, so with (19.15), (19.16) the area is pi 2 R1 d and
+    F = (4 sqrt 2/3) E* sqrt(R1 d^3); d = 1e-2 of the amplitude and 18 points in contact leave 1 %.
+    """
+    x = np.arange(16) / 16
+    height = np.cos(2 * np.pi * x)[:, None] * np.ones(16)
+    radius = 1 / (4 * np.pi**2)
+    depth = 1e-2
+    force = 4 * np.sqrt(2) / 3 * np.sqrt(radius * depth**3)
+    found = calculate(height, 1.0, 1.0, [force], realisations=4, periodic=True)
+    assert found.ensemble["contact_count"].mean[0] == 1
+    area = found.ensemble["contact_area"].mean[0]
+    assert area == pytest.approx(np.pi * 2 * radius * depth, rel=0.03)
+    hertz = 3 / 2 * force / area
+    assert found.pressures[0].max() == pytest.approx(hertz, rel=0.05)
+
+
+def test_options_reach_the_lines(both):
+    """Seeds give other lines, workers the same; the literal line has the spacing of the map."""
+    height, (literal, _) = both
+    options = {"variant": LITERAL, "realisations": 30, "periodic": True}
+    again = calculate(height, 1.0, 1.0, FORCE, workers=3, **options)
+    np.testing.assert_array_equal(
+        again.ensemble.samples["contact_area"], literal.ensemble.samples["contact_area"]
+    )
+    other = calculate(height, 1.0, 1.0, FORCE, seed=1, **options)
+    assert np.all(other.ensemble["contact_area"].mean != literal.ensemble["contact_area"].mean)
+    lengths = np.concatenate(literal.contact_sizes) * 32
+    np.testing.assert_allclose(lengths, np.rint(lengths), atol=1e-9)
+    assert CORRECTED.refinement > LITERAL.refinement
+
+
+def test_the_example_runs_and_the_page_shows_what_it_prints():
+    """Every number of the page's block, to a few units of its last digit on any machine."""
+    module = example("procedure_19_7")
+    printed = f"{module.table(module.literal)}\n\n{module.table(module.corrected)}"
+    (block,) = re.findall(
+        r"```text\n(.*?)\n```", (DOCS / "procedure-19-7.md").read_text(encoding="utf-8"), re.DOTALL
+    )
+    number = r"\d+\.\d+(?:e[-+]\d+)?"
+    assert re.sub(number, "#", block).split() == re.sub(number, "#", printed).split()
+    shown, found = ([float(x) for x in re.findall(number, t)] for t in (block, printed))
+    np.testing.assert_allclose(shown, found, rtol=0.02, atol=2e-4)
+
+
+def test_the_page_of_the_procedure_runs_as_printed(capsys):
+    (code,) = re.findall(
+        r"```python\n(.*?)```", (DOCS / "procedure-19-7.md").read_text(encoding="utf-8"), re.DOTALL
+    )
+    exec(code, {})
+    assert "[" in capsys.readouterr().out
+
+
+def test_the_tables_of_the_page_have_the_form_their_script_makes():
+    """Every marker has its table; the quick ones are made anew and compared as they stand."""
+    module = example("reduced_tables")
+    page = (DOCS / "reduced-model.md").read_text(encoding="utf-8")
+    for name in module.TABLES:
+        (block,) = re.findall(f"<!-- table: {name} -->\n(.*?)\n<!-- end -->", page, re.DOTALL)
+        assert len(block.splitlines()) > 3
+        if name == "printed-height":
+            assert module.markdown(module.TABLES[name]()) == block
+    rows = module.convergence(draws=40)
+    assert len(rows) == 15
+    orders = {(row[0], row[1]): row[3] for row in rows[1:]}
+    assert orders["cylinder", "sub_cell"] == "exact"
+
+
+def test_a_level_map_is_refused():
+    """No waves, no line: said in words."""
+    with pytest.raises(ValueError, match="level"):
+        calculate(np.full((8, 8), 3.0), 1.0, 1.0, FORCE, realisations=2)

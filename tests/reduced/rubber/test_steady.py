@@ -1,0 +1,352 @@
+"""Sliding friction of rubber on a line, Problem 1: steady state, time loop, and the print."""
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+from numpy.testing import assert_allclose
+
+from reduced.errors import ConvergenceError
+from reduced.memory.materials import kelvin_voigt, maxwell, prony, standard_solid
+from reduced.rough.ensemble import lines
+from reduced.rough.line_spectrum import prescribed
+from reduced.rough.press import press
+from reduced.rubber.history import slide_in_time
+from reduced.rubber.of_map import friction, friction_of_map, printed_friction_of_map
+from reduced.rubber.printed import slide_as_printed
+from reduced.rubber.steady import slide
+
+KELVIN = kelvin_voigt(1.0, 1.0)
+MATERIALS = {
+    "Kelvin-Voigt": KELVIN,
+    "standard": standard_solid(1.0, 100.0, relaxation_time=0.01),
+    "three arms": prony(1.0, [3.0, 10.0, 5.0], [1.0, 0.1, 0.01]),
+    "three arms and a dashpot": prony(1.0, [3.0, 10.0, 5.0], [1.0, 0.1, 0.01], viscosity=0.02),
+}
+
+
+def rough(points=512, count=1, slope=0.1):
+    """Band-limited lines: 16 waves at most."""
+    spectrum = prescribed(64, 1.0, hurst=0.8, rms_slope=slope, short_cutoff=1 / 16)
+    return lines(spectrum, points, range(count), seed=3)
+
+
+def parabola(depth, length, radius=1.0):
+    """Force and friction of h = -x^2/R under Kelvin-Voigt springs of G = 1.
+
+    In contact from -sqrt(R d) to where f = 4 (w + l dh/dx) ends, -l + sqrt(l^2 + R d); the 1-D
+    equivalent of a paraboloid of radius R.
+    """
+    begin = -np.sqrt(radius * depth)
+    end = radius * depth / (length + np.sqrt(length**2 + radius * depth))
+
+    def force(x):
+        return depth * x - x**3 / (3 * radius) - length * x**2 / radius
+
+    def friction(x):
+        moment = depth * x**2 / 2 - x**4 / (4 * radius) - 2 * length * x**3 / (3 * radius)
+        return -2 / radius * moment
+
+    return 4 * (force(end) - force(begin)), 4 * (friction(end) - friction(begin))
+
+
+@pytest.mark.parametrize("length", [1e-6, 1e-3, 0.1, 1.0, 100.0])
+def test_parabola_on_kelvin_voigt_springs_as_in_closed_form(length):
+    """Order 2 in dx: only the line between its points is approximated."""
+    force, drag = parabola(0.01, length)
+    errors = []
+    for points in (201, 401, 801):
+        x = np.linspace(-0.1537, 0.1483, points)
+        found = slide(-(x**2), x[1] - x[0], KELVIN, length, force, periodic=False)
+        errors.append(
+            max(
+                abs(found.tangential_force.item() / drag - 1),
+                abs(found.penetration.item() / 0.01 - 1),
+            )
+        )
+    assert errors[-1] < 2e-5
+    assert errors[0] / errors[-1] > 16 * 0.5
+
+
+@pytest.mark.parametrize("name", MATERIALS)
+@pytest.mark.parametrize("speed", [1e-3, 0.1, 10.0])
+def test_full_contact_with_a_sine_follows_the_complex_modulus(name, speed):
+    """F_x/L = 4 G''(q v) q D^2/2 and F/L = 4 G_inf <w>, the arms carry nothing in the mean."""
+    material, amplitude, q, points = MATERIALS[name], 0.01, 2 * np.pi, 2000
+    line = amplitude * np.cos(q * np.arange(points) / points)
+    # deep enough for full contact at any phase of the force
+    force = 4 * amplitude * 2 * abs(material.complex_modulus(q * speed))
+    found = slide(line, 1 / points, material, speed, force)
+    loss = material.complex_modulus(q * speed).imag
+    assert_allclose(found.contact_length, 1.0, rtol=1e-12)
+    # the polygon's sine is (q dx)^2/12 = 1e-6 too small, its slope twice
+    assert_allclose(found.tangential_force, 2 * loss * q * amplitude**2, rtol=4e-6)
+    assert_allclose(found.force, force, rtol=1e-11)
+
+
+def drawn_in_small_steps(line, spacing, material, speed, depth, factor):
+    """Force and friction of one spring per cell, backward Euler in small steps: an independent way.
+
+    Strains and arms at the end of each step; the spring is free where its force would pull.
+    """
+    n = line.size
+    fine = np.interp(np.arange(n * factor + 1) / factor, np.arange(n + 1), np.append(line, line[0]))
+    g = fine - line.max() + depth
+    dt = spacing / factor / speed
+    keep = 1 / (1 + dt / material.times)
+    glassy = material.long_term + (material.moduli * keep).sum() + material.viscosity / dt
+    w, q = 0.0, np.zeros(material.times.size)
+    for _ in range(8):
+        total = drag = 0.0
+        for i in range(g.size - 1):
+            pull = (material.moduli * keep) @ q + material.viscosity / dt * w
+            new = max(g[i + 1], pull / glassy)
+            f = 4 * (glassy * new - pull) if new == g[i + 1] else 0.0
+            total += f * spacing / factor
+            drag += f * (g[i + 1] - g[i])
+            q, w = keep * q + (1 - keep) * new, new
+    return total, drag
+
+
+@pytest.mark.parametrize("name", MATERIALS)
+def test_steady_state_is_that_of_a_spring_in_small_steps(name):
+    """Backward Euler errs by O(dt): halving the step halves the difference."""
+    material, line, speed = MATERIALS[name], rough(96)[0], 0.3
+    depth = 0.4 * np.ptp(line)
+    differences = []
+    for factor in (10, 20):
+        force, drag = drawn_in_small_steps(line, 1 / 96, material, speed, depth, factor)
+        found = slide(line, 1 / 96, material, speed, force)
+        differences.append(abs(found.penetration.item() / depth - 1))
+        assert_allclose(found.friction_coefficient, drag / force, rtol=0.6 / factor)
+    assert differences[0] < 0.02
+    assert 1.6 < differences[0] / differences[1] < 2.5
+
+
+@settings(max_examples=25, deadline=None)
+@given(
+    speed=st.floats(-6, 3).map(lambda x: 10.0**x),
+    load=st.floats(-4, -1).map(lambda x: 10.0**x),
+    name=st.sampled_from(sorted(MATERIALS)),
+    seed=st.integers(0, 50),
+)
+def test_friction_does_the_work_that_is_dissipated(speed, load, name, seed):
+    """Over a period, to 1e-8 (the issue asks for 1e-6); and the force is met."""
+    line = 0.01 * np.random.default_rng(seed).normal(size=64)
+    found = slide(line, 1 / 64, MATERIALS[name], speed, load)
+    assert abs(found.energy_error.item()) < 1e-8
+    assert_allclose(found.force, load, rtol=1e-9)
+    assert found.friction_coefficient.item() > 0
+
+
+def test_slow_friction_grows_with_speed_and_contact_shrinks():
+    """Slow: mu ~ v; and faster rubber is stiffer: less contact at equal force."""
+    speed = np.geomspace(1e-6, 1e2, 17)
+    for material in MATERIALS.values():
+        found = slide(rough(), 1 / 512, material, speed, 1e-2)
+        assert_allclose(
+            found.friction_coefficient[:, 1] / found.friction_coefficient[:, 0],
+            speed[1] / speed[0],
+            rtol=1e-3,
+        )
+        assert np.all(np.diff(found.contact_length, axis=1) < 1e-12)
+        assert found.friction_coefficient.max() < 0.25  # twice the rms slope
+
+
+@pytest.mark.parametrize("length", [1e-3, 1e-2, 0.1])
+def test_rough_lines_converge_with_the_square_of_the_spacing(length):
+    found = [
+        slide(rough(n), 1 / n, KELVIN, length, 1e-2).friction_coefficient.item()
+        for n in (128, 256, 512, 1024, 4096)
+    ]
+    errors = np.abs(np.array(found[:-1]) / found[-1] - 1)
+    slope = np.polyfit(np.log([128, 256, 512, 1024]), np.log(errors), 1)[0]
+    assert errors[-1] < 5e-4
+    assert slope < -1.6
+
+
+def test_units_do_not_matter():
+    """Powers of two change no digit."""
+    line, length, stress, time = rough(128), 2.0**-30, 2.0**20, 2.0**9
+    for material in MATERIALS.values():
+        here = slide(line, 1 / 128, material, 0.1, 1e-2)
+        scaled = prony(
+            stress * material.long_term,
+            stress * material.moduli,
+            time * material.times,
+            viscosity=stress * time * material.viscosity,
+        )
+        there = slide(
+            length * line, length / 128, scaled, 0.1 * length / time, 1e-2 * stress * length**2
+        )
+        assert_allclose(there.friction_coefficient, here.friction_coefficient, rtol=1e-11)
+
+
+def test_a_line_pressed_at_rest_is_the_limit_of_slow_sliding():
+    line, force = rough(), [1e-2]
+    still = press(line, 1 / 512, 4.0, force=force)
+    slow = slide(line, 1 / 512, KELVIN, 1e-9, force)
+    assert_allclose(slow.penetration, still.penetration, rtol=1e-6)
+    assert_allclose(slow.contact_area, still.contact_area, rtol=1e-5)
+    assert_allclose(slow.contact_count, still.contact_count)
+
+
+def test_what_cannot_slide_is_refused():
+    line = rough(64)
+    with pytest.raises(ValueError, match=r"G_inf > 0.*speed must be positive.*force"):
+        slide(line, 1 / 64, maxwell(1.0, 1.0), [-1.0], 0.0)
+    with pytest.raises(ValueError, match="dashpot"):
+        slide(line, 1 / 64, prony(1.0), 1.0, 1.0)
+    with pytest.raises(ConvergenceError, match="end of the line"):
+        slide(-(np.linspace(-1, 1, 65) ** 2), 1 / 32, KELVIN, 1.0, 100.0, periodic=False)
+
+
+# --- the time loop --------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("relaxation", [1e-3, 0.1, 3.0, 30.0])
+def test_the_time_loop_ends_in_the_steady_state(relaxation):
+    """From v tau = dx/1000 (slow sliding) to 30 dx; the force is met in every step."""
+    heights, points, load = rough(256, 3), 256, 1e-2
+    speed = relaxation / points
+    history = slide_in_time(heights, 1 / points, 1.0, 1.0, speed, load, steps=3 * points)
+    steady = slide(heights, 1 / points, KELVIN, speed, load)
+    assert_allclose(history.force, load, rtol=1e-11)
+    assert_allclose(history.friction_coefficient(), steady.friction_coefficient[:, 0], rtol=2e-8)
+    assert_allclose(heights.max(axis=1) - history.level[:, -1], steady.penetration[:, 0], rtol=1e-9)
+    assert np.abs(history.energy_error()).max() < 1e-6
+
+
+@pytest.mark.parametrize("cells", [0.37, 2.6])
+def test_steps_of_any_length_tend_to_the_same_friction(cells):
+    """Within a cell the level follows few springs; the difference goes down with dx."""
+    differences = []
+    for points in (128, 512):
+        heights, speed = rough(points, 2), 0.01
+        history = slide_in_time(
+            *(heights, 1 / points, 1.0, 1.0, speed, 1e-2),
+            steps=int(3 * points / cells),
+            step_length=cells / points,
+        )
+        steady = slide(heights, 1 / points, KELVIN, speed, 1e-2).friction_coefficient[:, 0]
+        differences.append(np.abs(history.friction_coefficient() / steady - 1).max())
+        assert_allclose(history.force, 1e-2, rtol=1e-11)
+    assert differences[1] < 0.02
+    assert differences[1] < max(differences[0] / 2, 1e-4)
+
+
+def test_slow_sliding_is_stable_for_every_step_and_converges():
+    """At v tau = dx/1000 for 256 points; refining the line at that speed changes little."""
+    speed, found = 1e-3 / 256, []
+    for points in (256, 512, 1024):
+        history = slide_in_time(rough(points), 1 / points, 1.0, 1.0, speed, 1e-2, steps=2 * points)
+        assert np.ptp(history.level[:, points:]) < 1e-12
+        found.append(history.friction_coefficient()[0])
+    assert abs(found[1] / found[2] - 1) < abs(found[0] / found[1] - 1) / 2
+    assert abs(found[1] / found[2] - 1) < 1e-3
+
+
+def test_the_force_is_met_where_the_springs_lose_the_line():
+    """Fast and light: a crest rushes away from springs that have not relaxed yet.
+
+    The contact is 1e-12 of a cell long, so places rounded to 1e-16 leave 1e-4 of the force.
+    """
+    line = np.zeros(64)
+    line[10] = 1.0
+    history = slide_in_time(line, 1 / 64, 1.0, 100.0, 50.0, 1e-7, steps=256)
+    assert_allclose(history.force, 1e-7, rtol=1e-3)
+    assert history.contact_count.min() == 0  # no spring in contact at the end of some steps
+
+
+def test_an_energy_balance_needs_a_whole_period():
+    history = slide_in_time(rough(64), 1 / 64, 1.0, 1.0, 1.0, 1e-2, steps=200, step_length=0.3 / 64)
+    with pytest.raises(ValueError, match="whole cells"):
+        history.energy_error()
+
+
+# --- the print ------------------------------------------------------------------------------
+
+
+def at_rest(line, load):
+    """Level of the relaxed springs under the load, to begin a printed run in contact."""
+    found = press(line, 1 / line.size, 4.0, force=[load], edges="nodal")
+    return line.max() - found.penetration.item()
+
+
+def test_printed_start_touches_nothing_on_a_line_below_three_rms():
+    line = rough()[0]
+    assert line.max() < 3 * line.std()
+    found = slide_as_printed(line, 1 / 512, 1.0, 1.0, 0.1, 1e-2, steps=10)
+    assert found.outcome == "no contact"
+    assert found.level.size == 0
+    with pytest.raises(ConvergenceError, match="no contact"):
+        found.friction_coefficient()
+
+
+def test_printed_relaxation_is_unstable_above_two():
+    """A free spring's distance to the level goes as (1 - N)^k, N = G dt/eta = dx/(v tau).
+
+    Below 2 the central difference happens to be within some per cent of the exact friction; above,
+    springs swing through the line until it stops them, and the mean is off by orders.
+    """
+    line = rough()[0]
+    for number, unstable in ((0.5, False), (1.9, False), (2.1, True)):
+        speed = 1 / (512 * number)
+        level = at_rest(line, 1e-2)
+        run = slide_as_printed(line, 1 / 512, 1.0, 1.0, speed, 1e-2, steps=2048, level=level)
+        exact = slide(line, 1 / 512, KELVIN, speed, 1e-2).friction_coefficient.item()
+        assert_allclose(run.relaxation_number, number)
+        assert (abs(run.friction_coefficient(512) / exact - 1) > 5) == unstable
+        assert abs(run.friction_coefficient(512) / exact - 1) < 0.05 or unstable
+        assert (run.tensile_count[-512:].mean() > 20) == unstable
+
+
+@pytest.mark.parametrize(("number", "excess"), [(0.2, 0.1), (1.0, 0.5)])
+def test_printed_force_does_more_work_than_the_rubber_dissipates(number, excess):
+    """Its end-of-step force adds G dw^2/2 to the eta dw^2/dt of each step: N/2 relative to it."""
+    line = rough()[0]
+    speed = 1 / (512 * number)
+    run = slide_as_printed(
+        *(line, 1 / 512, 1.0, 1.0, speed, 1e-2), steps=2048, level=at_rest(line, 1e-2)
+    )
+    exact = slide(line, 1 / 512, KELVIN, speed, 1e-2).tangential_force.item()
+    assert abs(run.conjugate_force[-512:].mean() / exact - 1 - excess) < 0.25 * excess
+
+
+def test_printed_scheme_is_slow_slidings_worst():
+    """Far below its limit it diverges, and says so in place of a number."""
+    line = rough()[0]
+    run = slide_as_printed(
+        *(line, 1 / 512, 1.0, 1.0, 1 / (512 * 1000), 1e-2), steps=2048, level=at_rest(line, 1e-2)
+    )
+    assert run.outcome == "diverged"
+    assert np.all(np.isfinite(run.tangential_force))
+
+
+# --- from a map -----------------------------------------------------------------------------
+
+
+def test_a_map_gives_the_friction_of_the_lines_of_its_spectrum():
+    rng = np.random.default_rng(0)
+    height = np.fft.irfft2(
+        np.fft.rfft2(rng.normal(size=(32, 32))) * np.exp(-np.arange(17)), (32, 32)
+    )
+    found = friction_of_map(
+        height, 1.0, KELVIN, [1e-3, 1e-2], 1e-2, realisations=6, periodic=True, refinement=4
+    )
+    again = friction(found.line, 128, 6, KELVIN, [1e-3, 1e-2], 1e-2)["friction_coefficient"]
+    statistics = found.ensemble["friction_coefficient"]
+    assert_allclose(statistics.mean, again.mean, rtol=1e-12)
+    samples = found.ensemble.samples["friction_coefficient"]
+    assert_allclose(statistics.standard_error, samples.std(axis=0, ddof=1) / np.sqrt(6))
+    assert_allclose(found.sums.ratio[0], 1.0, rtol=1e-12)
+    printed = printed_friction_of_map(
+        height, 1.0, 1.0, 1.0, 0.1, 1e-2, realisations=3, periodic=True
+    )
+    assert len(printed) == 3
+
+
+def test_workers_change_nothing():
+    spectrum = prescribed(32, 1.0, hurst=0.8, rms_slope=0.1)
+    one, two = (friction(spectrum, 64, 5, KELVIN, [0.1], 1e-2, workers=w).samples for w in (1, 2))
+    assert_allclose(one["friction_coefficient"], two["friction_coefficient"], rtol=0)

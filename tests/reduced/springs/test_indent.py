@@ -1,0 +1,294 @@
+"""Single contacts on springs: closed forms, rates over random alignments, inversion, energy."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
+
+from reduced.profiles.shapes import (
+    cone,
+    cylinder,
+    paraboloid,
+    power_law,
+    rounded_punch,
+    sphere,
+    tabulated,
+)
+from reduced.springs.indent import indent
+
+D = np.geomspace(1e-3, 0.4, 9)
+EXACT = 1e-14
+
+
+def power_force(n, c, d):
+    """F = 2 E* n/(n+1) d a with d = kappa_n c a^n; kappa from Popov & Hess 2015."""
+    kappa = {1: np.pi / 2, 2: 2.0, 3: 3 * np.pi / 4, 4: 8 / 3}[n]
+    a = (d / (kappa * c)) ** (1 / n)
+    return 2 * n / (n + 1) * d * a, a
+
+
+@pytest.mark.parametrize("n", [1, 2, 3])
+@given(offset=st.floats(0, 0.999), springs=st.integers(1, 90))
+def test_cone_paraboloid_and_cubic_are_exact_for_any_alignment(n, offset, springs):
+    """Monotone cubics through heights and slopes hold x, x^2, x^3: only rounding is left."""
+    force, radius = power_force(n, 0.3, D)
+    contact = indent(power_law(n, 0.3), 1.0, penetration=D, springs=springs, offset=offset)
+    np.testing.assert_allclose(contact.force, force, rtol=EXACT * 10)
+    np.testing.assert_allclose(contact.contact_radius, radius, rtol=EXACT * 10)
+
+
+def test_hertz():
+    """F = (4/3) E* sqrt(R) d^1.5, a = sqrt(R d), stiffness 2 E* a, energy (2/5) F d."""
+    modulus, radius = 7e10, 0.01
+    d = np.array([1e-6, 3e-6, 8e-6])
+    contact = indent(paraboloid(radius), modulus, penetration=d)
+    force = 4 / 3 * modulus * np.sqrt(radius) * d**1.5
+    np.testing.assert_allclose(contact.force, force, rtol=EXACT)
+    np.testing.assert_allclose(contact.contact_radius, np.sqrt(radius * d), rtol=EXACT)
+    np.testing.assert_allclose(contact.stiffness, 2 * modulus * np.sqrt(radius * d), rtol=EXACT)
+    np.testing.assert_allclose(contact.energy, 0.4 * force * d, rtol=EXACT)
+    assert contact.springs == 80
+    assert contact.spacing == pytest.approx(np.sqrt(radius * d[-1]) / 40, rel=EXACT)
+
+
+@given(offset=st.floats(0, 0.999), springs=st.integers(1, 50))
+def test_flat_punch_is_exact_for_any_alignment(offset, springs):
+    """F = 2 E* b d, U = E* b d^2."""
+    contact = indent(cylinder(0.7), 2.0, penetration=D, springs=springs, offset=offset)
+    np.testing.assert_allclose(contact.force, 2 * 2.0 * 0.7 * D, rtol=EXACT)
+    np.testing.assert_allclose(contact.energy, 2.0 * 0.7 * D**2, rtol=EXACT)
+    np.testing.assert_array_equal(contact.contact_radius, 0.7)
+
+
+@given(b=st.floats(0.3, 1.0), offset=st.floats(0, 0.999))
+def test_flat_punch_is_exact_for_any_radius_over_spacing(b, offset):
+    """Round-off for every b/dx by sub-cell edges; nodal sums miss by up to a spring."""
+    options = {"penetration": D, "spacing": 0.1, "offset": offset}
+    contact = indent(cylinder(b), 2.0, **options)
+    np.testing.assert_allclose(contact.force, 2 * 2.0 * b * D, rtol=EXACT)
+    nodal = indent(cylinder(b), 2.0, edges="nodal", **options)
+    assert np.all(np.abs(nodal.force / (4 * b * D) - 1) <= 0.1 / (2 * b) * (1 + 1e-9))
+
+
+def rounded_force(b, radius, a):
+    """F of the rounded punch (Popov, Hess & Willert 2019) by parts: 2 E* int x g' dx."""
+    nodes, weights = np.polynomial.legendre.leggauss(40)
+    t = (nodes + 1) / 2
+    w = np.sqrt(a**2 - b**2) * t  # x dx = w dw makes the integrand smooth
+    slope = (2 * w - b * np.arctan(w / b)) / radius
+    return 2 * np.sum(weights / 2 * w * slope) * np.sqrt(a**2 - b**2)
+
+
+def random_errors(make, exact_force, largest, springs, edges, rng):
+    """Rms relative errors of F and a over random offsets and a/dx."""
+    errors = []
+    for _ in range(60):
+        a = largest * rng.uniform(0.6, 1.0)
+        d = [float(make.height(np.array(a))), float(make.height(np.array(largest)))]
+        contact = indent(
+            make, 1.0, penetration=d, springs=springs, edges=edges, offset=rng.uniform(0, 1)
+        )
+        errors.append([contact.force[0] / exact_force(a) - 1, contact.contact_radius[0] / a - 1])
+    return np.sqrt(np.mean(np.square(errors), axis=0))
+
+
+def fitted_rates(make, exact_force, largest, edges):
+    rng = np.random.default_rng(20)
+    springs = np.array([10, 20, 40, 80])
+    errors = np.array([random_errors(make, exact_force, largest, n, edges, rng) for n in springs])
+    return -np.polyfit(np.log(springs), np.log(errors), 1)[0], errors
+
+
+def quartic_force(a):
+    return 2 * (4 / 5) * (8 / 3 * 0.5 * a**4) * a
+
+
+def sphere_force(a):
+    """Segedin's sphere: F = 2 int x g' dx, R = 1: closed form (R^2 + a^2) atanh(a/R) - a R."""
+    return (1 + a**2) * np.arctanh(a) - a
+
+
+@pytest.mark.parametrize(
+    ("make", "exact", "largest", "rates", "errors"),
+    [
+        (power_law(4, 0.5), quartic_force, 1.0, (3.7, 3.5), (1e-7, 1e-6)),
+        (sphere(1.0), sphere_force, 0.6, (3.7, 3.5), (1e-7, 1e-6)),
+        # behind the flat g ~ (x - b)^1.5: order 2.5
+        (
+            rounded_punch(0.4, 3.0),
+            lambda a: rounded_force(0.4, 3.0, a),
+            1.0,
+            (2.3, 2.3),
+            (1e-5, 1e-6),
+        ),
+    ],
+    ids=["quartic", "sphere", "rounded punch"],
+)
+def test_sub_cell_rates_over_random_alignments(make, exact, largest, rates, errors):
+    """At least the stated order in F and a, and the stated rms error at 40 springs."""
+    fitted, rms = fitted_rates(make, exact, largest, "sub_cell")
+    assert np.all(fitted > rates)
+    assert np.all(rms[2] < errors)
+
+
+def test_printed_sums_converge_as_the_theory_page_says():
+    """Nodal parabola: F as dx^2 and a as dx; at 10 springs per radius rms 7e-4 and 2e-2."""
+    fitted, rms = fitted_rates(paraboloid(1.0), lambda a: 4 / 3 * a**3, 1.0, "nodal")
+    # The rms of 60 random alignments scatters by 10 %, the slope over three doublings by 0.15.
+    np.testing.assert_allclose(fitted, [2.0, 1.0], atol=0.25)
+    # a/dx between 6 and 10 here, so the values lie above those for 10.
+    assert 7e-4 / 1.5 < rms[0, 0] < 7e-4 * 3
+    assert 2e-2 / 1.5 < rms[0, 1] < 2e-2 * 2.5
+
+
+def test_springs_much_wider_than_the_contact_still_carry_the_right_order():
+    """Loads over twelve decades on one line: at the smallest, a is a thousandth of dx."""
+    d = np.geomspace(1e-12, 1.0, 13)
+    for n in (1, 2, 3):
+        exact, _ = power_force(n, 0.5, d)
+        force = indent(power_law(n, 0.5), 1.0, penetration=d).force
+        np.testing.assert_allclose(force, exact, rtol=1e-12)
+    exact, _ = power_force(4, 0.5, d)
+    # x^4 inside the first cell is a cubic there: at most a tenth of a decade off
+    assert np.all(np.abs(np.log10(indent(power_law(4, 0.5), 1.0, penetration=d).force / exact)) < 1)
+
+
+TABLE = tabulated(np.linspace(0, 2, 21), np.linspace(0, 2, 21) ** 2 / 4)
+PROFILES = [paraboloid(2.0), sphere(2.0), cone(0.3), power_law(1.5, 0.3), power_law(6, 0.3)]
+PROFILES += [rounded_punch(0.3, 3.0), cylinder(0.5), TABLE]
+
+
+@pytest.mark.parametrize("edges", ["sub_cell", "nodal"])
+@pytest.mark.parametrize("profile", PROFILES, ids=lambda p: p.name)
+def test_force_control_inverts_the_same_discrete_law(profile, edges):
+    """Penetrations at given forces, pressed again on the same line, carry these forces."""
+    force = np.geomspace(1e-3, 0.3, 12)
+    options = {"edges": edges, "springs": 7, "offset": 0.3}
+    contact = indent(profile, 1.0, force=force, **options)
+    np.testing.assert_array_equal(contact.force, force)
+    # Work done: d(energy) = F dd between neighbouring forces, by the convexity of F(d).
+    work = np.diff(contact.energy)
+    step = np.diff(contact.penetration)
+    assert np.all(work <= force[1:] * step * (1 + 1e-12))
+    assert np.all(work >= force[:-1] * step * (1 - 1e-12))
+    assert np.all(step > 0)
+    # The secants of F(d) lie between the contact stiffnesses at their ends.
+    secant = np.diff(force) / step
+    assert np.all(secant <= contact.stiffness[1:] * (1 + 1e-9))
+    assert np.all(secant >= contact.stiffness[:-1] * (1 - 1e-9))
+
+
+@pytest.mark.parametrize("edges", ["sub_cell", "nodal"])
+@pytest.mark.parametrize("profile", PROFILES, ids=lambda p: p.name)
+@settings(max_examples=15)
+@given(offset=st.floats(0, 0.99), springs=st.integers(1, 20))
+def test_pressing_again_to_the_penetrations_found_gives_the_forces(profile, edges, offset, springs):
+    """Same line, both controls.
+
+    The line is fixed by its spacing, hence by a largest penetration whose contact radius is
+    `springs` spacings. What is left is the rounding of that spacing.
+    """
+    options = {"offset": offset, "springs": springs, "edges": edges}
+    forces = np.geomspace(1e-2, 0.3, 7)
+    found = indent(profile, 1.0, force=forces, **options)
+    top = float(profile.height(np.array(found.spacing * springs)))
+    below = found.penetration < (top if top > 0 else np.inf)
+    loads = [*found.penetration[below], top] if top > 0 else found.penetration
+    again = indent(profile, 1.0, penetration=loads, **options)
+    assert again.spacing == pytest.approx(found.spacing, rel=1e-14)
+    count = np.count_nonzero(below)
+    np.testing.assert_allclose(again.force[:count], forces[:count], rtol=1e-11)
+
+
+@pytest.mark.parametrize("edges", ["sub_cell", "nodal"])
+@pytest.mark.parametrize("profile", PROFILES, ids=lambda p: p.name)
+def test_energy_is_the_work_of_the_force(profile, edges):
+    """U(d) = int F dd on the discrete law.
+
+    Trapezoid between 4000 loads, second order in their step (relative 1e-7); the part below the
+    first load is bounded by F d.
+    """
+    d = np.linspace(1e-4, 0.4, 4001)
+    contact = indent(profile, 3.0, penetration=d, springs=15, edges=edges, offset=0.37)
+    work = np.sum((contact.force[1:] + contact.force[:-1]) / 2 * np.diff(d))
+    assert contact.energy[-1] - contact.energy[0] == pytest.approx(work, rel=1e-6)
+    assert contact.energy[0] <= contact.force[0] * d[0]
+
+
+@pytest.mark.parametrize("edges", ["sub_cell", "nodal"])
+@settings(max_examples=15)
+@given(st.integers(-60, 60), st.integers(-60, 60))
+def test_units_by_powers_of_two_are_bit_identical(edges, k, m):
+    length, modulus = 2.0**k, 2.0**m
+    for make in (paraboloid, sphere, lambda r: rounded_punch(r / 4, r)):
+        one = indent(make(2.0), 3.0, penetration=D, edges=edges, springs=9, offset=0.3)
+        two = indent(
+            make(2.0 * length),
+            3.0 * modulus,
+            force=one.force[one.force > 0] * (length**2 * modulus),
+            edges=edges,
+            springs=9,
+            offset=0.3,
+        )
+        again = indent(
+            make(2.0), 3.0, force=one.force[one.force > 0], edges=edges, springs=9, offset=0.3
+        )
+        np.testing.assert_array_equal(two.penetration, again.penetration * length)
+        np.testing.assert_array_equal(two.energy, again.energy * (length**3 * modulus))
+
+
+@pytest.mark.parametrize("edges", ["sub_cell", "nodal"])
+@settings(max_examples=20)
+@given(st.floats(-9, 9), st.floats(-9, 9))
+def test_units_by_any_factor_keep_twelve_digits(edges, length, modulus):
+    """Lengths and moduli times 1e-9 ... 1e9: dimensionless curves the same to 1e-12.
+
+    Nodal contact jumps by whole springs: a load at a jump may fall on either side, so F only.
+    """
+    unit, stiff = 10.0**length, 10.0**modulus
+    for make in (paraboloid, sphere, lambda r: rounded_punch(r / 4, r)):
+        options = {"edges": edges, "springs": 9, "offset": 0.3}
+        one = indent(make(2.0), 1.0, penetration=D, **options)
+        two = indent(make(2.0 * unit), stiff, penetration=D * unit, **options)
+        np.testing.assert_allclose(two.force / (stiff * unit * unit), one.force, rtol=1e-12)
+        if edges == "sub_cell":
+            np.testing.assert_allclose(two.contact_radius / unit, one.contact_radius, rtol=1e-12)
+
+
+@given(st.floats(0, 0.999))
+def test_contact_grows_with_load(offset):
+    contact = indent(rounded_punch(0.3, 3.0), 1.0, penetration=D, springs=5, offset=offset)
+    assert np.all(np.diff(contact.force) > 0)
+    assert np.all(np.diff(contact.contact_radius) >= 0)
+
+
+def test_whole_numbers_are_numbers():
+    """A radius of 2 is one of 2.0."""
+    for make in (sphere, paraboloid, cylinder, cone, lambda r: rounded_punch(r, 3 * r)):
+        one, two = (indent(make(r), 1, penetration=[1], edges="sub_cell") for r in (2, 2.0))
+        np.testing.assert_array_equal(one.force, two.force)
+
+
+def test_long_tables_cost_what_their_nodes_cost():
+    """A parabola in 400 points under forces is the parabola, and is no matter of minutes."""
+    r = np.linspace(0, 2, 401)
+    force = np.geomspace(1e-2, 3.0, 5)
+    table = indent(tabulated(r, r**2 / 4), 1.0, force=force)
+    exact = indent(paraboloid(2.0), 1.0, force=force)
+    # Cubics with estimated slopes: third order at the first node, better elsewhere.
+    np.testing.assert_allclose(table.penetration, exact.penetration, rtol=2e-4)
+
+
+def test_bad_arguments_are_all_named():
+    with pytest.raises(ValueError, match=r"effective_modulus.*springs.*edges.*offset"):
+        indent(cone(1.0), 0.0, penetration=[1.0], springs=0, edges="cell", offset=1.0)
+    for spacing in (-1.0, np.nan, 2.0):
+        with pytest.raises(ValueError, match="spacing"):
+            indent(cone(1.0), 1.0, penetration=[1.0], spacing=spacing)
+    with pytest.raises(ValueError, match="exactly one"):
+        indent(cone(1.0), 1.0, penetration=[1.0], force=[1.0])
+    for loads in ([], [0.0, 1.0], [2.0, 1.0], [np.nan], [[1.0]]):
+        with pytest.raises(ValueError, match="penetration"):
+            indent(cone(1.0), 1.0, penetration=loads)
