@@ -55,7 +55,7 @@ def main() -> None:
     interrupts = Interrupts()
     try:
         interrupts.listen()
-        from reports.cli import run_command
+        from reports.cli.cli import run_command
 
         code = run_command(sys.argv[1:])
         interrupts.ignore()

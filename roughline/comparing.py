@@ -18,8 +18,8 @@ from comparisons.record import record_scene
 from comparisons.solving import solve_plan
 from comparisons.store import SceneRecord
 from comparisons.verdicts import NO_RESULT
-from reports.figure_style import style
-from reports.tables import lost_solves
+from reports.pages.tables import lost_solves
+from reports.plots.style import style
 from roughline import notebook
 from roughline.scenes import scene_of
 

@@ -76,7 +76,7 @@ def roughline_check(request: pytest.FixtureRequest) -> Callable[..., None]:
 def _shadows() -> list[str]:
     """Return a line for each package of ours that is somebody else's in this test run."""
     try:
-        from reports.house import foreign_packages
+        from reports.cli.shadowed import foreign_packages
     except ImportError as error:
         return [f"reports: {error}"]
     return foreign_packages()

@@ -15,7 +15,7 @@ from comparisons.planning import Effort
 from comparisons.plans import Source, plan_all
 from comparisons.store import StudyRecord, load_study
 from comparisons.verdicts import NO_RESULT
-from reports.crew import Crew
+from reports.cli.workers import Crew
 from roughline import notebook
 from roughline.comparing import Comparison
 from roughline.scenes import Plan
@@ -72,7 +72,7 @@ class Results:
 
     def report(self, *, pictures: bool = True) -> Path:
         """Write the report, one HTML file that opens offline, and return its path."""
-        from reports.html import write_report
+        from reports.pages.study import write_report
 
         path = self.folder / "report.html"
         write_report(self.record, path, pictures=pictures)

@@ -13,7 +13,7 @@ import pytest
 from comparisons.method_names import METHOD_NAMES
 from comparisons.methods import METHODS
 from comparisons.options import MethodOptions
-from reports import house
+from reports.cli import shadowed
 
 ROOT = Path(__file__).parents[1]
 PACKAGES = ("reduced", "reference", "comparisons", "reports", "roughline")
@@ -120,7 +120,7 @@ HEAVY = {"numba", "pandas", "plotly", "pyvista", "scipy", "skfem"}
 @pytest.mark.parametrize("what", ["--help", "list", "list scenes", "list claims", "list methods"])
 def test_nothing_heavy_is_imported_for_a_list(what):
     """Numba, SciPy and scikit-fem take seconds to import; a list or a help text needs none."""
-    code = f"import sys; from reports.cli import run_command; run_command({what.split()!r})"
+    code = f"import sys; from reports.cli.cli import run_command; run_command({what.split()!r})"
     done = subprocess.run(
         [sys.executable, "-c", f"{code}; print(*sys.modules, file=sys.stderr)"],
         env=os.environ | {"PYTHONPATH": str(ROOT)},
@@ -129,7 +129,7 @@ def test_nothing_heavy_is_imported_for_a_list(what):
         timeout=120,
     )
     assert done.returncode == 0
-    assert "reports.cli" in done.stderr.split()
+    assert "reports.cli.cli" in done.stderr.split()
     assert not HEAVY & set(done.stderr.split())
 
 
@@ -145,9 +145,9 @@ def test_methods_are_listed_as_they_call_themselves():
 
 
 def test_our_own_packages_are_no_foreigners():
-    assert house.foreign_packages() == []
+    assert shadowed.foreign_packages() == []
     # The command line does not import the Python interface: somebody's roughline.py does no harm.
-    assert tuple(name for name in PACKAGES if name != "roughline") == house.PACKAGES
+    assert tuple(name for name in PACKAGES if name != "roughline") == shadowed.PACKAGES
 
 
 def test_the_check_itself_imports_nothing_heavy():
@@ -194,6 +194,6 @@ def test_a_foreign_package_of_our_name_is_named_with_both_places(tmp_path, layou
 
 
 def test_a_missing_package_is_named(monkeypatch):
-    monkeypatch.setattr(house, "PACKAGES", ("reduced", "no_such_room"))
-    (line,) = house.foreign_packages()
+    monkeypatch.setattr(shadowed, "PACKAGES", ("reduced", "no_such_room"))
+    (line,) = shadowed.foreign_packages()
     assert line == f"no_such_room: not found; roughline's own is {ROOT / 'no_such_room'}"

@@ -14,7 +14,7 @@ from comparisons.claims.headlines import headlines
 from comparisons.hard_cases.catalogue import catalogue
 from comparisons.scene import builtin_names
 from comparisons.suites import SUITES
-from reports.cli import app, run_command
+from reports.cli.cli import app, run_command
 
 ROOT = Path(__file__).resolve().parent.parent
 DOCS = ROOT / "docs"

@@ -19,10 +19,10 @@ from comparisons.loading import NORMAL
 from comparisons.method_names import known_methods
 from comparisons.metrics import sizes_along_path
 from comparisons.store import SceneRecord
-from reports.figure_style import drawing_order, log_ticks, wants_log
-from reports.figures import SPREAD, error_range, error_tables, quantiles
 from reports.paper.style import TRUTH, Look, axis_label, colour, literal, look
-from reports.speed_figure import pareto_front, reference_cost, time_range, timed_points, truth_bar
+from reports.plots.curves import SPREAD, error_range, error_tables, quantiles
+from reports.plots.speed import pareto_front, reference_cost, time_range, timed_points, truth_bar
+from reports.plots.style import drawing_order, log_ticks, wants_log
 
 MUTED, INK = colour("@muted"), colour("@ink")
 BAR = {"color": TRUTH, "alpha": 0.35, "lw": 0, "label": "bar of the truth"}

@@ -8,10 +8,10 @@ from comparisons import formatting as fmt
 from comparisons.claims.record import ClaimRecord
 from comparisons.loading import NORMAL
 from comparisons.single import SingleResult
-from reports.figure_style import wants_log
-from reports.figures import error_range
 from reports.paper.drawing import draw_errors_axis, finish_scale, wrapped
 from reports.paper.style import PaperFigure, axis_label, house_style, literal, look, new_figure
+from reports.plots.curves import error_range
+from reports.plots.style import wants_log
 
 
 def solution_figure(result: SingleResult, quantity: str | None = None) -> PaperFigure:

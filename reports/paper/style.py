@@ -1,6 +1,6 @@
 """The look of printed figures: column widths, one colour, marker and dash per method.
 
-Colours, markers and dashes are those of the report (`reports.figure_style`), translated from
+Colours, markers and dashes are those of the report (`reports.plots.style`), translated from
 plotly's words to matplotlib's. What is written holds no dates and no random names: the same
 results give the same bytes.
 """
@@ -16,7 +16,7 @@ from typing import Any
 
 from comparisons import formatting as fmt
 from comparisons.errors import InputError
-from reports.figure_style import INK, MUTED, style
+from reports.plots.style import INK, MUTED, style
 
 try:
     import matplotlib as mpl

@@ -14,8 +14,8 @@ from comparisons.decisions import Verdict, equal_at, verdicts
 from comparisons.reference import OTHER_AXIS
 from comparisons.store import SceneRecord, StudyRecord
 from comparisons.verdicts import NO_RESULT
-from reports.figure_style import style
 from reports.paper.notation import error_with_bar, file_name, markdown, tex
+from reports.plots.style import style
 
 
 @dataclass(frozen=True)

@@ -20,7 +20,7 @@ from comparisons.scene import builtin_names
 from comparisons.store import SceneRecord
 from comparisons.suites import SUITES
 from comparisons.verdicts import judge, judged
-from reports.cli import run_command
+from reports.cli.cli import run_command
 
 
 def record(rows, method="closed_form", bar=0.0, quantities=("force",), tolerance=0.01):

@@ -15,7 +15,7 @@ from comparisons.benchmarks import fem as fem_benchmark
 from comparisons.benchmarks.yardstick import interleaved, measurement, vector_features
 from reduced.rough.press import press
 from reference.halfspace import fft
-from reports.cli import run_command
+from reports.cli.cli import run_command
 
 KEYS = {"name", "seconds", "yardstick", "yardstick_seconds", "ratio", "target", "met"}
 

@@ -19,7 +19,7 @@ from comparisons.calibration import (
 )
 from comparisons.executors import executor_for
 from comparisons.uncertainty import RULE
-from reports.calibration_page import calibration_page
+from reports.pages.calibration import calibration_page
 
 
 def case(order: float, constant: float, half: str = "reported", shape: str = "a") -> Case:

@@ -28,9 +28,9 @@ from comparisons.reference import references
 from comparisons.scene import load_scene
 from comparisons.solving import solve_plan
 from comparisons.store import StudyRecord, load_study
-from reports.cli import run_command
-from reports.html import page
-from reports.terminal import print_study
+from reports.cli.cli import run_command
+from reports.cli.terminal import print_study
+from reports.pages.study import page
 
 EXAMPLE = Path(__file__).resolve().parents[2] / "docs" / "examples" / "winkler.py"
 

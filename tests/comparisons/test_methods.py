@@ -12,7 +12,7 @@ from comparisons.methods import METHODS
 from comparisons.planning import plan_scene, task_of
 from comparisons.scene import load_scene
 from comparisons.single import solve_scene
-from reports.cli import run_command
+from reports.cli.cli import run_command
 
 # Coarse enough to be quick: these tests compare a method with itself.
 LEVELS = {"closed_form": 1, "reduced": 20, "bem_dense": 6, "bem_fft": 6, "fem": 2}

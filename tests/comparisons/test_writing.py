@@ -13,7 +13,7 @@ import pytest
 
 from comparisons.regression.junit import write_junit
 from comparisons.writing import write_atomically, write_named, write_named_text, write_text
-from reports.cli import run_command
+from reports.cli.cli import run_command
 
 ROOT = Path(__file__).resolve().parents[2]
 

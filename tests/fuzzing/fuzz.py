@@ -30,7 +30,7 @@ from types import FrameType
 import numpy as np
 from scipy.io import savemat
 
-from reports.cli import run_command
+from reports.cli.cli import run_command
 
 try:  # of the extra topography; without it their suffixes hold text
     import h5py

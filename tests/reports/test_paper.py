@@ -19,7 +19,7 @@ pytest.importorskip("matplotlib", reason="the extra `paper` is not installed")
 import roughline
 from comparisons.errors import InputError
 from comparisons.store import load_study, save_study
-from reports.cli import run_command
+from reports.cli.cli import run_command
 from reports.paper.drawing import curve_pairs
 from reports.paper.figures import overview, panels, single
 from reports.paper.files import write_paper
@@ -284,7 +284,7 @@ def test_wrong_input_is_told_with_code_2(arguments, said, study, tmp_path, capsy
 def test_a_missing_matplotlib_is_told_with_the_way_to_get_it(study, tmp_path):
     code = (
         "import sys; sys.modules['matplotlib'] = None\n"
-        "from reports.cli import run_command\n"
+        "from reports.cli.cli import run_command\n"
         f"sys.exit(run_command(['paper', {str(study.directory)!r}, '--out', {str(tmp_path)!r}]))"
     )
     done = subprocess.run(

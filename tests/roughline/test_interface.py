@@ -14,7 +14,7 @@ from setuptools import find_packages
 
 import roughline
 from comparisons.single import solve_scene
-from reports.cli import run_command
+from reports.cli.cli import run_command
 
 ROOT = Path(__file__).parents[2]
 BALL = {

@@ -10,7 +10,8 @@ import xml.etree.ElementTree as ElementTree
 
 import pytest
 
-from reports import html, pictures
+from reports.pages.study import write_report
+from reports.pictures import pictures
 
 DESKTOP, PHONE = (1280, 800), (390, 844)
 
@@ -21,7 +22,7 @@ def report(study, tmp_path_factory):
     path = tmp_path_factory.mktemp("browser") / "report.html"
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(pictures, "render", lambda jobs: [b""] * len(jobs))
-        html.write_report(study, path)
+        write_report(study, path)
     return path
 
 

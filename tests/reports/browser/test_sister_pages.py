@@ -10,9 +10,9 @@ import pytest
 from comparisons.claims.record import load_claims_record
 from comparisons.hard_cases.record import HardCasesRecord, OutcomeRecord
 from comparisons.runs import compare_runs
-from reports.claims_page import claims_page
-from reports.comparison_page import comparison_page
-from reports.hard_cases_page import hard_cases_page
+from reports.pages.claims import claims_page
+from reports.pages.hard_cases import hard_cases_page
+from reports.pages.runs import comparison_page
 
 CLAIMS = Path(__file__).resolve().parents[3] / "docs" / "claims.json"
 

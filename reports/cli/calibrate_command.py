@@ -1,0 +1,49 @@
+"""The command ``roughline calibrate``: bars on the truth against true errors."""
+
+from __future__ import annotations
+
+import shlex
+import sys
+from pathlib import Path
+
+from reports.cli.workers import ALONE, Crew
+from reports.printable import say
+
+FINE, MISSED = 0, 1
+# What the bars must reach on shapes that had no part in fixing them.
+COVERAGE, WIDTH = 0.95, 10.0
+
+
+def calibrate(*, out: Path = Path("roughline-results/calibration"), crew: Crew = ALONE) -> int:
+    """Compare the error bars of the references with their true errors, on closed forms.
+
+    Exit code 1 where they cover less than 95 % of the cases, or are in the median more than ten
+    times too wide.
+
+    Parameters
+    ----------
+    out
+        Folder for calibration.csv and report.html, which are written anew.
+    """
+    from comparisons.calibration import cases, fitted, summary, table
+    from comparisons.errors import InputError
+    from comparisons.store import write_table
+    from comparisons.uncertainty import RULE
+    from reports.pages.calibration import write_calibration_report
+
+    if out.exists() and not out.is_dir():
+        raise InputError(f"{out}: expected a folder for the results, got a file")
+    found = cases(crew.executor(usual=2))
+    write_table(out / "calibration.csv", table(found))
+    command = shlex.join(["roughline", *sys.argv[1:]])
+    write_calibration_report(found, command, out / "report.html")
+    reached = summary(case for case in found if case.half == "reported")
+    print(
+        f"{reached.count} cases on shapes that had no part in fixing the estimator: the bar covers "
+        f"the true error in {reached.coverage:.1%}, its median width is {reached.width:.1f} times "
+        "the error"
+    )
+    rule = fitted(found)
+    print(f"rule in use: {RULE}; the fitting half gives {rule if rule else 'none'}")
+    say(out / "report.html")
+    return FINE if reached.coverage >= COVERAGE and reached.width <= WIDTH else MISSED

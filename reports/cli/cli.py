@@ -1,0 +1,467 @@
+"""The command line ``roughline``; ``python -m reports`` is the same program.
+
+Heavy packages are imported inside the commands, so that help and errors come at once.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import io
+import shlex
+import sys
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+from cyclopts import App, CycloptsError, Parameter
+
+from reports.cli.arguments import MaybeWhole, part_of, share
+from reports.cli.calibrate_command import calibrate
+from reports.cli.claims_command import claims
+from reports.cli.compare_command import compare
+from reports.cli.hard_cases_command import hard_cases
+from reports.cli.merge_command import merge
+from reports.cli.method_files import NOTHING, Outside
+from reports.cli.paper_command import paper
+from reports.cli.shadowed import foreign_packages
+from reports.cli.workers import ALONE, Crew
+from reports.printable import say
+
+if TYPE_CHECKING:
+    from comparisons.planning import Plan
+    from comparisons.store import StudyRecord
+    from comparisons.study import Study
+
+FINE, LOST, WRONG_INPUT, INTERRUPTED = 0, 1, 2, 3
+DEFAULT_FOLDER = Path("roughline-results")
+RESUMABLE = ("run", "claims")  # commands with --resume
+
+app = App(
+    name="roughline",
+    help="Is the fast contact model accurate? Run it against 3-D solvers, on the same scene.",
+    version_flags=["--version"],
+    suppress_keyboard_interrupt=False,  # our own exit code says that --resume will go on
+)
+app.command(claims)
+app.command(calibrate)
+app.command(hard_cases)
+app.command(compare)
+app.command(paper)
+app.command(merge)
+
+
+def run_command(arguments: list[str]) -> int:
+    """Run a command; every expected error becomes one clear message.
+
+    Returns
+    -------
+    int
+        0 fine, 1 lost, 2 wrong input, 3 interrupted.
+    """
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            # A console that cannot show a narrow space or a micro sign shows a question mark.
+            stream.reconfigure(errors="replace")
+    shadows = foreign_packages()
+    if shadows:
+        return _complain("roughline's packages are shadowed by others:", shadows)
+    from comparisons.errors import InputError, LostWorkError
+
+    try:
+        result = app(arguments, exit_on_error=False, print_error=True, result_action="return_value")
+    except CycloptsError:
+        return WRONG_INPUT
+    except InputError as error:
+        return _complain(str(error), [])
+    except LostWorkError as error:
+        return _interrupted(str(error), arguments)
+    except KeyboardInterrupt:
+        return _interrupted("interrupted", arguments)
+    except BrokenPipeError:
+        # The reader went away (roughline ... | head): nothing is left to say.
+        sys.stderr.close()
+        return FINE
+    except OSError as error:
+        return _complain(f"cannot read or write: {error}", [])
+    return result if isinstance(result, int) else FINE
+
+
+def _complain(heading: str, lines: list[str]) -> int:
+    say("\n  ".join([heading, *lines]), sys.stderr)
+    return WRONG_INPUT
+
+
+def _interrupted(why: str, arguments: list[str]) -> int:
+    resumes = bool(arguments) and arguments[0] in RESUMABLE
+    kept = "; what is done is kept, --resume goes on with it" if resumes else ""
+    say(f"{why}{kept}", sys.stderr)
+    return INTERRUPTED
+
+
+@app.command
+def run(
+    *scenes: str,
+    methods: str | None = None,
+    option: tuple[str, ...] = (),
+    full: Annotated[bool, Parameter(name="--full", negative="--quick")] = False,
+    plan: Annotated[bool, Parameter(negative=())] = False,
+    out: Path | None = None,
+    overwrite: Annotated[bool, Parameter(negative=())] = False,
+    part: str | None = None,
+    resume: Annotated[bool, Parameter(negative=())] = False,
+    pictures: bool = True,
+    crew: Crew = ALONE,
+    outside: Outside = NOTHING,
+) -> int:
+    """Solve scenes with all methods, compare them, and write a report.
+
+    Parameters
+    ----------
+    scenes
+        Scene files, names of built-in scenes, or suites (quick, single, rough, physics);
+        default: quick.
+    methods
+        Only these methods, separated by commas.
+    option
+        METHOD.KEY=VALUE, an option of a method; may be repeated.
+    full
+        Every realisation, and a truth refined to a fifth of the tolerance; --quick: at most 10.
+    plan
+        Print what would be modelled, and what is left out and why; solve nothing.
+    out
+        Folder for the results; default roughline-results/NAME.
+    overwrite
+        Start anew in a folder that has results.
+    part
+        K/N: solve only this part of the tasks, for `roughline merge`.
+    resume
+        Go on with an interrupted run.
+    pictures
+        Render 3-D pictures for the report.
+    """
+    from comparisons.decisions import asked_in_vain
+    from comparisons.plans import plan_all
+    from comparisons.study import WHOLE, Study
+    from reports.cli import terminal
+
+    outside.load()
+    share_of_work = WHOLE if part is None else part_of(part)
+    effort = "full" if full else "quick"
+    plans = plan_all(scenes or ("quick",), _overrides(methods, option), effort)
+    if plan:
+        terminal.print_plans(plans)
+        return FINE
+    directory = out or DEFAULT_FOLDER / _folder_name(scenes, plans)
+    study = Study(
+        plans,
+        directory,
+        command=shlex.join(["roughline", *sys.argv[1:]]),
+        effort=effort,
+        executor=crew.executor(),
+        part=share_of_work,
+        resume=resume,
+        overwrite=overwrite,
+    )
+    record = _watched(study)
+    _write_report(directory, pictures)
+    lost = study.lost()
+    terminal.print_study(record, lost)
+    return LOST if lost or asked_in_vain(record.scenes) else FINE
+
+
+def _watched(study: Study) -> StudyRecord:
+    """Run a study while a terminal shows how far it is; what an interrupt leaves has a report."""
+    from comparisons.errors import InputError, LostWorkError
+    from reports.cli.live import watching
+
+    with watching() as study.watch:
+        try:
+            return study.run()
+        except (KeyboardInterrupt, LostWorkError):
+            # A second one may have come while the first was being dealt with.
+            with contextlib.suppress(InputError):
+                _write_report(study.directory, pictures=False)
+            raise
+
+
+@app.command
+def solve(
+    scene: str,
+    *,
+    method: str,
+    resolution: MaybeWhole = None,
+    option: tuple[str, ...] = (),
+    json: Annotated[bool, Parameter(negative=())] = False,
+    csv: Path | None = None,
+    vtu: Path | None = None,
+    outside: Outside = NOTHING,
+) -> int:
+    """Solve one scene with one method.
+
+    Parameters
+    ----------
+    scene
+        A scene file or the name of a built-in scene.
+    method
+        The method; `roughline list methods` names them.
+    resolution
+        Springs, cells or elements per contact radius; points per side of a rough surface.
+    option
+        KEY=VALUE, an option of the method; may be repeated.
+    json
+        Print one JSON object.
+    csv
+        Write the load steps as a table.
+    vtu
+        Write the fields at the last load for ParaView.
+    """
+    from comparisons.single import solve_scene
+    from reports.cli import terminal
+
+    outside.load()
+    if json and csv is not None:
+        return _complain("--json and --csv: expected at most one of them", [])
+    for target in (csv, vtu):
+        if (
+            target is not None
+            and Path(scene).exists()
+            and target.exists()
+            and target.samefile(scene)
+        ):
+            return _complain(f"{target}: expected another file than the scene itself", [])
+    options = tuple(
+        each if "." in each.partition("=")[0] else f"{method}.{each}" for each in option
+    )
+    overrides = _overrides(method, options)
+    result = solve_scene(scene, method, resolution, overrides, with_fields=vtu is not None)
+    if vtu is not None:
+        result.write_vtu(vtu)
+    if json:
+        print(result.to_json())
+    elif csv is not None:
+        result.write_csv(csv)
+    else:
+        terminal.print_solution(result)
+    if not result.converged:
+        say("\n".join(result.reasons), sys.stderr)
+    return FINE if result.converged else LOST
+
+
+@app.command(name="list")
+def list_(what: str | None = None, *, outside: Outside = NOTHING) -> int:
+    """List what is built in.
+
+    Parameters
+    ----------
+    what
+        "scenes", "methods", "claims" or "hard-cases"; default: how many there are of each.
+    """
+    from comparisons.errors import InputError
+    from reports.cli import terminal
+
+    lists = {
+        "scenes": terminal.print_scenes,
+        "methods": terminal.print_methods,
+        "claims": terminal.print_claim_list,
+        "hard-cases": terminal.print_hard_case_list,
+    }
+    if what is None:
+        outside.load()
+        terminal.print_lists()
+        return FINE
+    if what not in lists:
+        raise InputError(f"list: expected one of {', '.join(lists)}, got {what!r}")
+    outside.load()
+    lists[what]()
+    return FINE
+
+
+@app.command
+def bench(what: str | None = None, *, json: Path | None = None) -> int:
+    """Measure how fast a solver is, against yardsticks in the same run.
+
+    Parameters
+    ----------
+    what
+        "reduced", "bem" or "fem"; default: everything there is.
+    json
+        Write the rows as a list of {name, seconds, yardstick, yardstick_seconds, ratio, target,
+        met}.
+    """
+    import json as json_format
+
+    from comparisons.benchmarks import BENCHMARKS
+    from comparisons.errors import InputError
+    from comparisons.writing import write_named_text
+    from reports.cli import terminal
+
+    if what is not None and what not in BENCHMARKS:
+        raise InputError(f"bench: expected one of {', '.join(BENCHMARKS)}, got {what!r}")
+    names = list(BENCHMARKS) if what is None else [what]
+    found = {name: BENCHMARKS[name]() for name in names}
+    terminal.print_benchmarks(found)
+    if json is not None:
+        rows = [each.row() for rows in found.values() for each in rows]
+        write_named_text(json, json_format.dumps(rows, indent=1) + "\n")
+    return FINE
+
+
+@app.command
+def advise(
+    scene: str,
+    *,
+    tolerance: str | None = None,
+    quantities: str | None = None,
+    full: Annotated[bool, Parameter(name="--full", negative="--quick")] = False,
+    json: Annotated[bool, Parameter(negative=())] = False,
+    outside: Outside = NOTHING,
+) -> int:
+    """Say which method and resolution is the cheapest that meets a tolerance, bar included.
+
+    Parameters
+    ----------
+    scene
+        A scene file or the name of a built-in scene.
+    tolerance
+        Relative error that is good enough, such as 5% or 0.05; default: the scene's.
+    quantities
+        What has to be that good, separated by commas; default: what the scene compares.
+    full
+        Every realisation, as the scene says; --quick: at most 10.
+    json
+        Print one JSON object.
+    """
+    from comparisons.advice import advise as advice_of
+    from comparisons.decisions import asked_in_vain
+    from comparisons.errors import InputError
+    from comparisons.planning import plan_scene
+    from comparisons.plans import refuse_unsolvable
+    from comparisons.record import record_scene
+    from comparisons.scene import load_scene
+    from comparisons.solving import solve_plan
+    from reports.cli import terminal
+
+    outside.load()
+    overrides: dict[str, Any] = {}
+    if tolerance is not None:
+        overrides["compare.tolerance"] = share(tolerance)
+    if quantities is not None:
+        overrides["compare.quantities"] = [each.strip() for each in quantities.split(",")]
+    plans = plan_scene(load_scene(scene, overrides), "full" if full else "quick")
+    refuse_unsolvable(plans)
+    records = []
+    with terminal.status() as say:
+        for plan in plans:
+            say(f"solving {plan.scene.name} with every method")
+            records.append(record_scene(plan, solve_plan(plan)))
+    vain = asked_in_vain(records)
+    if vain:
+        raise InputError("\n".join(vain))
+    terminal.print_advice([(each.name, advice_of(each)) for each in records], as_json=json)
+    return FINE
+
+
+@app.command
+def check(
+    *scenes: str,
+    method: str = "reduced",
+    baseline: Path | None = None,
+    update: Annotated[bool, Parameter(negative=())] = False,
+    junit: Path | None = None,
+    outside: Outside = NOTHING,
+) -> int:
+    """Compare the reduced model with a baseline: which moved, the model, the truth or the machine.
+
+    Parameters
+    ----------
+    scenes
+        Scene files or built-in scenes; default: all single contacts and a rough surface.
+    method
+        The method that is judged.
+    baseline
+        The stored curves; default: roughline-baseline.json here, else the one that came with
+        roughline.
+    update
+        Show the drift, then store what is now; without --baseline in roughline-baseline.json.
+    junit
+        Write the findings as JUnit XML for a continuous integration server.
+    """
+    from comparisons.regression import CHECK_SCENES, PACKAGED
+    from comparisons.regression.check import check_against, update_baseline
+    from comparisons.regression.junit import write_junit
+    from reports.cli import terminal
+
+    outside.load()
+    own = Path("roughline-baseline.json")
+    stored = baseline or (own if own.exists() or update else PACKAGED)
+    with terminal.status() as say:
+        act = update_baseline if update else check_against
+        findings = act(stored, method, scenes or CHECK_SCENES, progress=say)
+    terminal.print_findings(findings, stored)
+    if junit is not None:
+        write_junit(junit, findings)
+    return LOST if any(each.drifted for each in findings) and not update else FINE
+
+
+@app.command
+def report(directory: Path, *, pictures: bool = True) -> int:
+    """Write the report of a results folder anew.
+
+    Parameters
+    ----------
+    directory
+        A folder that `roughline run` has written.
+    pictures
+        Render 3-D pictures.
+    """
+    say(_write_report(directory, pictures))
+    return FINE
+
+
+def _write_report(directory: Path, pictures: bool) -> Path:
+    from comparisons.claims.record import RECORD, load_claims_record
+    from comparisons.hard_cases import record as hard
+    from comparisons.store import STUDY, load_study
+    from reports.pages.claims import write_claims_report
+    from reports.pages.hard_cases import write_hard_cases_report
+    from reports.pages.study import write_report
+
+    path = directory / "report.html"
+    if not (directory / STUDY).exists() and (directory / RECORD).exists():
+        write_claims_report(load_claims_record(directory), path)
+        return path
+    if not (directory / STUDY).exists() and (directory / hard.RECORD).exists():
+        write_hard_cases_report(hard.load_record(directory), path)
+        return path
+    write_report(load_study(directory), path, pictures=pictures)
+    return path
+
+
+def _overrides(methods: str | None, options: tuple[str, ...]) -> dict[str, Any]:
+    """Turn --methods and --option into keys of the scene, to be validated with it."""
+    import tomllib
+
+    from comparisons.errors import InputError
+
+    overrides: dict[str, Any] = {}
+    if methods is not None:
+        overrides["compare.methods"] = [each.strip() for each in methods.split(",")]
+    for text in options:
+        key, equals, value = text.partition("=")
+        if not equals or key.count(".") != 1:
+            raise InputError(f"--option: expected METHOD.KEY=VALUE, got {text!r}")
+        try:
+            parsed = tomllib.loads(f"value = {value}")["value"]
+        except tomllib.TOMLDecodeError:
+            parsed = value
+        overrides[f"methods.{key}"] = parsed
+    return overrides
+
+
+def _folder_name(scenes: tuple[str, ...], plans: list[Plan]) -> str:
+    from comparisons.suites import SUITES
+
+    if not scenes:
+        return "quick"
+    if len(scenes) == 1:
+        return scenes[0] if scenes[0] in SUITES else plans[0].scene.name
+    return "+".join(dict.fromkeys(each.scene.name for each in plans))[:100]

@@ -1,0 +1,55 @@
+"""The command ``roughline compare``: what moved between two runs."""
+
+from __future__ import annotations
+
+import shlex
+import sys
+from pathlib import Path
+
+FINE, MOVED_SOMETHING = 0, 1
+
+
+def compare(
+    before: Path,
+    after: Path,
+    *,
+    tolerance: str = "1e-5",
+    slower: float = 1.5,
+    out: Path = Path("roughline-results/comparison"),
+) -> int:
+    """Compare two results folders: what moved, in value, in error and in time.
+
+    Parameters
+    ----------
+    before, after
+        Folders that `roughline run` has written.
+    tolerance
+        Relative change of a quantity that counts as moved, e.g. 1e-5 or 1%.
+    slower
+        Ratio of times that counts as slower; times of different machines are told, not judged.
+    out
+        Folder for the page, comparison.html.
+    """
+    from comparisons.errors import InputError
+    from comparisons.runs import compare_runs
+    from comparisons.store import load_study
+    from reports.cli import terminal
+    from reports.cli.arguments import share
+    from reports.pages.runs import write_comparison_page
+
+    moved = share(tolerance)
+    problems = [
+        f"{name}: expected a number above {least}, got {given}"
+        for name, given, least in (("--tolerance", moved, 0), ("--slower", slower, 1))
+        if not least < given < float("inf")
+    ]
+    if out.exists() and not out.is_dir():
+        problems.append(f"{out}: expected a folder for the page, got a file")
+    if problems:
+        raise InputError("\n".join(problems))
+    record = compare_runs(load_study(before), load_study(after), moved, slower)
+    out.mkdir(parents=True, exist_ok=True)
+    page = out / "comparison.html"
+    write_comparison_page(record, shlex.join(["roughline", *sys.argv[1:]]), page)
+    terminal.print_run_comparison(record, page)
+    return MOVED_SOMETHING if record.failed else FINE

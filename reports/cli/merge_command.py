@@ -1,0 +1,47 @@
+"""The command ``roughline merge``: runs of several machines made one."""
+
+from __future__ import annotations
+
+import shlex
+import sys
+from pathlib import Path
+
+from reports.cli.method_files import NOTHING, Outside
+
+FINE, LOST = 0, 1
+
+
+def merge(
+    *runs: Path,
+    out: Path,
+    files: Path = Path(),
+    pictures: bool = True,
+    outside: Outside = NOTHING,
+) -> int:
+    """Merge results folders: parts of one study, or other methods and scenes.
+
+    The runs must have been made by this roughline with the packages that are installed here.
+
+    Parameters
+    ----------
+    runs
+        Folders that `roughline run` has written, by `--part K/N` or as a whole.
+    out
+        A new folder for the merged results and their report.
+    files
+        Folder of the maps and meshes that the scenes name; default: here.
+    pictures
+        Render 3-D pictures for the report.
+    """
+    from comparisons.merging import merge as merged
+    from comparisons.store import load_study
+    from reports.cli import terminal
+    from reports.pages.study import write_report
+
+    outside.load()
+    study = merged(runs, out, shlex.join(["roughline", *sys.argv[1:]]), files)
+    record = load_study(out)
+    write_report(record, out / "report.html", pictures=pictures)
+    lost = study.lost()
+    terminal.print_study(record, lost)
+    return LOST if lost else FINE

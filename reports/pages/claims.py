@@ -1,0 +1,72 @@
+"""The page of the claims: verdicts first, then the evidence of each."""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass
+from pathlib import Path
+
+from comparisons.claims.claim import VERDICTS
+from comparisons.claims.record import ClaimRecord, ClaimsRecord, PointRecord
+from comparisons.writing import write_text
+from reports.pages.page import render
+from reports.plots.claim import detail, evidence
+from reports.plots.style import Figure
+
+# The colours of the verdicts on scenes: green, red, yellow; a part that holds is yellow too.
+CLASSES = dict(zip(VERDICTS, ("within", "outside", "partly", "not-resolved"), strict=True))
+
+
+@dataclass(frozen=True)
+class ClaimView:
+    """All that the template shows of one claim."""
+
+    record: ClaimRecord
+    anchor: str
+    deciding: Deciding
+    figure: Figure | None
+
+
+@dataclass(frozen=True)
+class Deciding:
+    """The number that stands for a claim: the largest error found, with its bar."""
+
+    error: float
+    uncertainty: float
+    tolerance: float
+
+
+def write_claims_report(record: ClaimsRecord, path: Path) -> None:
+    """Write the verdicts and their evidence as one HTML file, atomically."""
+    write_text(path, claims_page(record))
+
+
+def claims_page(record: ClaimsRecord) -> str:
+    """Return the whole page as text."""
+    views = [_view(claim) for claim in record.claims]
+    drawn = {f"{v.anchor}-{v.figure.key}": v.figure.spec for v in views if v.figure}
+    counts = Counter(claim.verdict for claim in record.claims)
+    return render(
+        "claims.html.j2",
+        drawn,
+        record=record,
+        views=views,
+        tally=[(word, counts[word]) for word in VERDICTS if counts[word]],
+        classes=CLASSES,
+        detail=detail,
+    )
+
+
+def _view(claim: ClaimRecord) -> ClaimView:
+    largest = max(claim.points, key=_size)
+    nan = float("nan")
+    deciding = Deciding(
+        error=nan if largest.error is None else largest.error,
+        uncertainty=nan if largest.uncertainty is None else largest.uncertainty,
+        tolerance=claim.tolerance,
+    )
+    return ClaimView(claim, f"claim-{claim.id}", deciding, evidence(claim))
+
+
+def _size(point: PointRecord) -> float:
+    return -1.0 if point.error is None else abs(point.error)

@@ -1,0 +1,46 @@
+"""The page of the hard cases: the stability table, and time against error with failures."""
+
+from __future__ import annotations
+
+from collections import Counter
+from pathlib import Path
+
+from comparisons.formatting import ROUND_OFF
+from comparisons.hard_cases.record import HardCasesRecord, OutcomeRecord
+from comparisons.writing import write_text
+from reports.pages.page import render
+from reports.plots.hard_cases import stability
+
+# The colours of the verdicts on scenes; a refusal is an answer, a lost solve is not.
+CLASSES = {
+    "accurate": "within",
+    "degraded": "not-resolved",
+    "refused": "partly",
+    "not for": "no-result",
+    "left out": "no-result",
+    "lost": "outside",
+}
+
+
+def write_hard_cases_report(record: HardCasesRecord, path: Path) -> None:
+    """Write the stability table as one HTML file, atomically."""
+    write_text(path, hard_cases_page(record))
+
+
+def hard_cases_page(record: HardCasesRecord) -> str:
+    """Return the whole page as text."""
+    figure = stability(record)
+    cases: dict[str, dict[str, OutcomeRecord]] = {}
+    for outcome in record.outcomes:
+        cases.setdefault(outcome.case, {})[outcome.method] = outcome
+    counts = Counter(outcome.kind for outcome in record.outcomes)
+    return render(
+        "hard_cases.html.j2",
+        {figure.key: figure.spec} if figure else {},
+        record=record,
+        cases=cases,
+        figure=figure,
+        tally=[(word, counts[word]) for word in CLASSES if counts[word]],
+        classes=CLASSES,
+        round_off=ROUND_OFF,
+    )

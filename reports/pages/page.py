@@ -1,0 +1,173 @@
+"""What all pages share: one file that needs no network and runs no script but its own.
+
+plotly.js, pictures, styles and data are all inside. Everything that comes from scenes or results
+is escaped, and a content security policy that names the page's own scripts by their hash forbids
+all others.
+"""
+
+from __future__ import annotations
+
+import base64
+import hashlib
+import json
+import math
+from collections.abc import Mapping
+from functools import cache
+from pathlib import Path
+from typing import Any, Protocol
+
+from jinja2 import Environment, FileSystemLoader, StrictUndefined, select_autoescape
+from markupsafe import Markup
+from plotly.offline import get_plotlyjs
+
+from comparisons import formatting as fmt
+from comparisons.plain import plain
+from reports.pages import glossary
+from reports.plots.style import style
+
+TEMPLATES = Path(__file__).with_name("templates")
+# One program in the page, in this order: later parts use the names of earlier ones.
+SCRIPTS = (
+    "state.js",
+    "plots.js",
+    "downloads.js",
+    "tables.js",
+    "sliders.js",
+    "turning.js",
+    "start.js",
+)
+STRIP_DECADES = (-6.0, 0.0)  # the small error scale beside a verdict: 1 ppm to 100 %
+
+
+class Judged(Protocol):
+    """An error with its bar and the tolerance asked for."""
+
+    @property
+    def error(self) -> float:
+        """Relative error."""
+
+    @property
+    def uncertainty(self) -> float:
+        """Half-width of its bar."""
+
+    @property
+    def tolerance(self) -> float:
+        """What was asked for."""
+
+
+def render(template: str, drawn: Mapping[str, Any], **values: Any) -> str:
+    """Return a page as text.
+
+    Parameters
+    ----------
+    template : str
+        Its name in the folder of templates.
+    drawn : mapping
+        Key -> plotly data and layout, for the canvases that carry the key.
+    values
+        What else the template shows.
+    """
+    script, library = page_script(), get_plotlyjs()
+    return (
+        environment()
+        .get_template(template)
+        .render(
+            policy=content_policy([library, script]),
+            style=Markup((TEMPLATES / "report.css").read_text(encoding="utf-8")),  # noqa: S704
+            script=Markup(script),  # noqa: S704  our own files
+            library=Markup(library),  # noqa: S704  the plotly package's own file
+            figure_data={key: embedded_json(spec) for key, spec in drawn.items()},
+            **values,
+        )
+    )
+
+
+@cache
+def page_script() -> str:
+    """Return the pages' own program: its parts in one scope, strict."""
+    parts = [(TEMPLATES / name).read_text(encoding="utf-8") for name in SCRIPTS]
+    return "\n".join(['"use strict";', "(() => {", *parts, "})();"])
+
+
+def embedded_json(value: Any) -> Markup:
+    r"""Return JSON that is safe inside <script>: no '<', so no tag can open or close there.
+
+    NaN and infinities, which browsers refuse in JSON, become null: a gap in a curve.
+
+    >>> print(embedded_json({"a": "</script>"}))
+    {"a":"\u003c/script>"}
+    """
+    text = json.dumps(plain(value), allow_nan=False, separators=(",", ":"), ensure_ascii=False)
+    for character in "<&\u2028\u2029":
+        text = text.replace(character, f"\\u{ord(character):04x}")
+    return Markup(text)  # noqa: S704
+
+
+def content_policy(scripts: list[str]) -> str:
+    """Return the content security policy: our scripts by hash, nothing from anywhere else."""
+    hashes = (base64.b64encode(hashlib.sha256(s.encode()).digest()).decode() for s in scripts)
+    allowed = " ".join(f"'sha256-{digest}'" for digest in hashes)
+    return (
+        f"default-src 'none'; script-src {allowed}; style-src 'unsafe-inline'; "
+        "img-src data: blob:; base-uri 'none'; form-action 'none'"
+    )
+
+
+@cache
+def environment() -> Environment:
+    """Return the templates with everything that they share."""
+    found = Environment(
+        loader=FileSystemLoader(TEMPLATES),
+        autoescape=select_autoescape(default=True, default_for_string=True),
+        undefined=StrictUndefined,
+        trim_blocks=True,
+        lstrip_blocks=True,
+    )
+    found.globals |= {
+        "fmt": fmt,
+        "method_style": style,
+        "term": _term,
+        "strip": _strip,
+        "finite": fmt.finite,
+        "raw": _raw,
+        "data_uri": lambda png: "data:image/png;base64," + base64.b64encode(png).decode(),
+    }
+    return found
+
+
+def _raw(value: float | str) -> str:
+    """Return what a cell is sorted by and saved as: eight digits are all that a table needs."""
+    return value if isinstance(value, str) else f"{value:.8g}"
+
+
+def _term(key: str, text: str | None = None) -> Markup:
+    """Return a term with its explanation on hover and a link to the glossary."""
+    words, meaning = glossary.TERMS[key]
+    return Markup('<a class="term" href="#term-{}"><abbr title="{}">{}</abbr></a>').format(
+        key, meaning, text or words
+    )
+
+
+def _strip(verdict: Judged) -> Markup:
+    """Return a small logarithmic scale from 1 ppm to 100 %: tolerance, error and its bar."""
+    low, high = STRIP_DECADES
+
+    def place(value: float) -> float:
+        power = math.log10(value) if value > 0 else low
+        return round(100 * (min(max(power, low), high) - low) / (high - low), 1)
+
+    error = abs(verdict.error)
+    bar = verdict.uncertainty if fmt.finite(verdict.uncertainty) else 0.0
+    return Markup(
+        '<svg class="strip" viewBox="-4 0 108 14" role="img" aria-label="{}">'
+        '<line class="rail" x1="0" y1="7" x2="100" y2="7"/>'
+        '<line class="mark" x1="{t}" y1="1" x2="{t}" y2="13"/>'
+        '<line class="bar" x1="{a}" y1="7" x2="{b}" y2="7"/>'
+        '<circle cx="{e}" cy="7" r="3.2"/></svg>'
+    ).format(
+        "error on a logarithmic scale, the tolerance as a tick",
+        t=place(verdict.tolerance),
+        a=place(error - bar),
+        b=place(error + bar),
+        e=place(error),
+    )

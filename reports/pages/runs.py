@@ -1,0 +1,55 @@
+"""The page of two runs side by side: what moved, in value, in error and in time."""
+
+from __future__ import annotations
+
+from collections import Counter
+from pathlib import Path
+
+from comparisons.runs import (
+    CHANGED,
+    FAST,
+    FOUND,
+    LOST,
+    ONE_SIDED,
+    SAME,
+    SLOW,
+    VERDICT,
+    RunComparison,
+)
+from comparisons.writing import write_text
+from reports.pages.page import render
+from reports.plots.runs import comparison_figures
+
+CLASSES = {
+    LOST: "outside",
+    CHANGED: "outside",
+    VERDICT: "partly",
+    SLOW: "not-resolved",
+    FOUND: "within",
+    FAST: "within",
+    ONE_SIDED: "no-result",
+    SAME: "within",
+}
+
+
+def write_comparison_page(record: RunComparison, command: str, path: Path) -> None:
+    """Write the comparison as one HTML file, atomically."""
+    write_text(path, comparison_page(record, command))
+
+
+def comparison_page(record: RunComparison, command: str) -> str:
+    """Return the whole page as text."""
+    counts = Counter(kind for change in record.changes for kind in change.kinds)
+    figures = comparison_figures(record)
+    return render(
+        "comparison.html.j2",
+        {each.key: each.spec for each in figures},
+        record=record,
+        command=command,
+        tally=[(word, counts[word]) for word in CLASSES if counts[word]],
+        classes=CLASSES,
+        notable=[c for c in record.changes if c.kinds not in ((SAME,), (ONE_SIDED,))],
+        one_sided=[each for each in record.changes if each.kinds == (ONE_SIDED,)],
+        unchanged=[each for each in record.changes if each.kinds == (SAME,)],
+        figures=figures,
+    )

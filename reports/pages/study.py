@@ -1,0 +1,205 @@
+"""The report: one self-contained HTML page that a reader understands in two minutes.
+
+What every page shares (offline, inert, its scripts) is in `reports.pages.page`.
+"""
+
+from __future__ import annotations
+
+from collections import Counter
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from comparisons import formatting as fmt
+from comparisons import selection
+from comparisons.advice import advise
+from comparisons.decisions import MODEL, Verdict, judged_methods, second_rows, verdicts
+from comparisons.store import SceneRecord, StudyRecord
+from comparisons.verdicts import NO_RESULT, NOT_RESOLVED, OUTSIDE, WITHIN
+from comparisons.writing import write_text
+from reports.pages import glossary, load_frames, tables
+from reports.pages.claims import CLASSES as VERDICT_CLASSES
+from reports.pages.claims_beside import FOLDER, ClaimsBeside, claims_beside
+from reports.pages.page import render
+from reports.pages.summary import Summary, compared_methods, summary, times_to_errors
+from reports.pictures import pictures
+from reports.plots import curves, model, pressure, speed
+from reports.plots.style import Figure, style
+
+CLASSES = {
+    OUTSIDE: "outside",
+    NOT_RESOLVED: "not-resolved",
+    WITHIN: "within",
+    NO_RESULT: "no-result",
+}
+TURNING = "picture-view"
+
+
+@dataclass(frozen=True)
+class SceneView:
+    """All that the template shows of one scene."""
+
+    record: SceneRecord
+    anchor: str
+    verdicts: dict[str, Verdict]
+    judged: dict[str, dict[str, Verdict]]
+    at_other_load: list[Verdict]
+    answer: str
+    plan: list[dict[str, Any]]
+    figures: dict[str, list[Figure]]
+    picture: pictures.Picture
+    summary: Summary
+    loads: load_frames.Loads
+    settings: tables.Table
+    times: tables.Table
+    stability: tables.Table
+    steps: tables.Table
+    seconds: float
+
+    @property
+    def title(self) -> str:
+        """What the scene is called."""
+        return self.record.title or self.record.name
+
+
+def write_report(record: StudyRecord, path: Path, *, pictures: bool = True) -> None:
+    """Write a study as one HTML file.
+
+    Parameters
+    ----------
+    record : StudyRecord
+    path : Path
+        The file to write, atomically.
+    pictures : bool
+        Render the three-dimensional pictures (a second or two each, in a separate process).
+    """
+    write_text(Path(path), page(record, with_pictures=pictures))
+
+
+def page(record: StudyRecord, *, with_pictures: bool = True) -> str:
+    """Return the whole page as text."""
+    views = _views(record, with_pictures)
+    claims = claims_beside(record.directory)
+    return render(
+        "report.html.j2",
+        _drawn(views, claims),
+        record=record,
+        views=views,
+        compared=compared_methods(record.scenes),
+        quantities=_columns(views),
+        choosable=_shown_quantities(views),
+        tally=_tally(views),
+        classes=CLASSES,
+        claims=claims,
+        claim_classes=VERDICT_CLASSES,
+        claims_folder=record.directory.parent / FOLDER,
+        seeds=_seeds(record),
+        glossary=glossary,
+    )
+
+
+def _drawn(views: list[SceneView], claims: ClaimsBeside | None) -> dict[str, dict[str, Any]]:
+    """Return all that is drawn, under the keys of its canvases."""
+    found = {
+        f"{view.anchor}-{figure.key}": figure.spec
+        for view in views
+        for group in view.figures.values()
+        for figure in group
+    }
+    for view in views:
+        if view.picture.view:
+            found[f"{view.anchor}-{TURNING}"] = view.picture.view
+    for item in claims.views if claims else ():
+        if item.figure:
+            found[item.key] = item.figure.spec
+    return found
+
+
+def _shown_quantities(views: list[SceneView]) -> list[str]:
+    """Return the quantities that plots show, in their usual order: what the page lets choose."""
+    names = {
+        name
+        for view in views
+        for group in view.figures.values()
+        for figure in group
+        for name in figure.quantity.split()
+    }
+    known = [name for name in fmt.QUANTITIES if name in names]
+    return known + sorted(names.difference(known))
+
+
+def _views(record: StudyRecord, with_pictures: bool) -> list[SceneView]:
+    if with_pictures:
+        images = pictures.draw(record.scenes)
+    else:
+        images = [pictures.Picture(note="Pictures were not asked for.")] * len(record.scenes)
+    return [
+        _view(scene, f"scene-{number}", image)
+        for number, (scene, image) in enumerate(zip(record.scenes, images, strict=True), start=1)
+    ]
+
+
+def _view(scene: SceneRecord, anchor: str, picture: pictures.Picture) -> SceneView:
+    judged = {name: verdicts(scene, name) for name in judged_methods(scene)}
+    found = next(iter(judged.values()))
+    reduced = model.reduced_picture(scene)
+    advice = advise(scene)
+    if reduced and picture.note == pictures.NOTHING:
+        picture = pictures.Picture()  # the model's own figure is picture enough
+    return SceneView(
+        record=scene,
+        anchor=anchor,
+        verdicts={each.quantity: each for each in found},
+        judged={
+            "" if name == MODEL else style(name).label: {each.quantity: each for each in items}
+            for name, items in judged.items()
+        },
+        at_other_load=second_rows(scene),
+        answer=advice.sentence,
+        plan=tables.plan_rows(scene),
+        figures={
+            "model": [reduced] if reduced else [],
+            "curves": curves.curves(scene),
+            "errors": curves.errors(scene),
+            "pressure": pressure.pressures(scene),
+            "speed": speed.speed(scene),
+        },
+        picture=picture,
+        summary=summary(scene, found, advice),
+        loads=load_frames.loads_of(scene),
+        settings=tables.settings(scene),
+        times=times_to_errors(scene, advice),
+        stability=tables.stability(scene),
+        steps=tables.load_steps(scene),
+        seconds=_spent(scene),
+    )
+
+
+def _seeds(record: StudyRecord) -> dict[str, int]:
+    """Return the seed of every scene with random surfaces; 0 where its text gives none."""
+    found = {}
+    for scene in record.scenes:
+        for name, words in (("surface", ""), ("surface2", " (second surface)")):
+            table = scene.tables.get(name)
+            if isinstance(table, dict):
+                found[f"{scene.name}{words}"] = table.get("seed", 0)
+    return found
+
+
+def _spent(scene: SceneRecord) -> float:
+    """Return the time all solves of a scene took together (each stands on many rows)."""
+    rows = scene.rows.assign(seconds=selection.column(scene.rows, "seconds"))
+    keys = [name for name in ("method", "options", "resolution") if name in rows]
+    return float(rows.groupby(keys, dropna=False)["seconds"].max().sum()) if keys else 0.0
+
+
+def _columns(views: list[SceneView]) -> list[str]:
+    """Return the compared quantities of all scenes, known ones first and in their usual order."""
+    found = list(dict.fromkeys(name for view in views for name in view.verdicts))
+    known = [name for name in fmt.QUANTITIES if name in found]
+    return known + [name for name in found if name not in known]
+
+
+def _tally(views: list[SceneView]) -> list[tuple[str, int]]:
+    words = Counter(item.word for view in views for item in view.verdicts.values())
+    return [(word, words[word]) for word in (OUTSIDE, NOT_RESOLVED, WITHIN, NO_RESULT)]

@@ -1,0 +1,89 @@
+"""The first screen: per scene the verdict on the reduced model, and the cheapest way to the error.
+
+Also the settings for fixed errors, which compare methods at equal accuracy. Nothing is decided
+here: words and numbers are those of `comparisons.decisions` and `comparisons.advice`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from comparisons import formatting as fmt
+from comparisons import selection
+from comparisons.advice import Advice, Setting, truth_known_to
+from comparisons.decisions import Verdict, worst
+from comparisons.store import SceneRecord
+from reports.pages.tables import Cell, Head, Table
+from reports.plots.style import style
+
+FIXED_ERRORS = (0.01, 0.001)
+MOST_NAMED = 2
+
+
+@dataclass(frozen=True)
+class Summary:
+    """What the first screen says of a scene."""
+
+    decisive: Verdict | None
+    fastest: tuple[Setting, ...]
+    truth: str
+
+
+def summary(scene: SceneRecord, found: list[Verdict], advice: Advice) -> Summary:
+    """Return the deciding verdict, the fastest settings for the asked tolerance, and the truth."""
+    decisive = worst(found) if found else None
+    return Summary(decisive, tuple(advice.reaching()[:MOST_NAMED]), _truth(scene, advice))
+
+
+def _truth(scene: SceneRecord, advice: Advice) -> str:
+    method, _ = selection.reference(scene)
+    if not method:
+        return "none"
+    label = style(method).label
+    if method == "closed_form":
+        return label
+    known = truth_known_to(scene, advice.quantities)
+    return f"{label} ± {fmt.relative(known)}" if fmt.finite(known) else f"{label} ± ?"
+
+
+def compared_methods(scenes: tuple[SceneRecord, ...]) -> list[str]:
+    """Return the labels of all methods that solved something, the reduced model first."""
+    names = [m for scene in scenes for m in selection.methods(scene)]
+    solved = {
+        m for scene in scenes for m in set(names) if not selection.solved_rows(scene, m).empty
+    }
+    ordered = [name for name in selection.METHOD_ORDER if name in solved]
+    ordered += [name for name in dict.fromkeys(names) if name in solved and name not in ordered]
+    return [style(name).label for name in ordered if name != "reduced"]
+
+
+def times_to_errors(scene: SceneRecord, advice: Advice) -> Table:
+    """Return each method's cheapest setting that is sure of 1 %, 0.1 % and the asked tolerance."""
+    wanted = sorted({*FIXED_ERRORS, scene.tolerance}, reverse=True)
+    columns = {error: advice.cheapest_for(error) for error in wanted}
+    known = {name for settings in columns.values() for name in settings}
+    headers = [Head("method")]
+    headers += [
+        Head(f"time to {fmt.tolerance(error)}", csv=f"time to {error:g} / s") for error in wanted
+    ]
+    rows = tuple(
+        (
+            Cell(style(name).label, style(name).label, "method", name),
+            *(_time_cell(settings.get(name)) for settings in columns.values()),
+        )
+        for name in selection.methods(scene)
+        if name in known
+    )
+    quantities = ", ".join(fmt.quantity(name).words for name in advice.quantities)
+    note = (
+        "The measured time of the cheapest setting that was run and holds the value in all of "
+        f"{quantities}: |e| + u at every load step, its own and those of all finer settings of the "
+        "method. –: no setting that was run does. The truth counts with its own bar."
+    )
+    return Table(tuple(headers), rows, note)
+
+
+def _time_cell(setting: Setting | None) -> Cell:
+    if setting is None:
+        return Cell(fmt.MISSING, float("nan"))
+    return Cell(f"{fmt.duration(setting.seconds)} (N = {setting.resolution})", setting.seconds)

@@ -1,0 +1,1 @@
+"""Rendered pictures of bodies and surfaces."""

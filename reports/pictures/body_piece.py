@@ -1,0 +1,107 @@
+"""The piece of a body that pictures show: near the contact, deformed, whole or cut open.
+
+Arrays only: `reports.pictures.rendering` and `reports.pictures.turning` draw them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.spatial import cKDTree
+
+# Corners of the faces of a brick and of a tetrahedron in VTK order, normals outwards.
+_FACES = {
+    8: ((0, 3, 2, 1), (4, 5, 6, 7), (0, 1, 5, 4), (1, 2, 6, 5), (2, 3, 7, 6), (3, 0, 4, 7)),
+    4: ((0, 2, 1), (0, 1, 3), (1, 2, 3), (2, 0, 3)),
+}
+
+
+@dataclass(frozen=True)
+class Piece:
+    """A piece of a mesh: lengths in reaches, the body below z = 0."""
+
+    points: np.ndarray
+    cells: np.ndarray
+    stress: np.ndarray
+    pressure: np.ndarray
+
+
+def deformed_piece(job: dict[str, np.ndarray], *, clipped: bool = False) -> Piece:
+    """Return the body near the contact, a box of twice the reach, symmetric parts completed.
+
+    Cells that stick out of the box are whole; `clipped` draws their corners onto its walls, where
+    the fields are interpolated.
+    """
+    reach = float(job["reach"])
+    points = job["mesh_points"] / reach
+    shift = job["mesh_displacement"] / reach * float(job["exaggeration"])
+    stress, cells = job["mesh_von_mises"], job["mesh_cells"]
+    cells = cells[np.abs(points[cells]).min(axis=1).max(axis=1) <= (1.0 if clipped else 1.1)]
+    if clipped:
+        points, shift, stress = _clipped(points, shift, stress)
+    pressure = _pressure_at(points, job, reach)
+    moved = points + shift
+    if points[:, 2].mean() > 0:
+        moved, cells = mirrored(moved, cells, 2)
+    for side in (0, 1):
+        if points[:, side].min() >= -1e-9:  # half of a symmetric body: complete it
+            image, image_cells = mirrored(moved, cells, side)
+            cells = np.vstack([cells, image_cells + len(moved)])
+            moved = np.vstack([moved, image])
+            stress, pressure = np.tile(stress, 2), np.tile(pressure, 2)
+    return Piece(moved, cells, stress, pressure)
+
+
+def _pressure_at(points: np.ndarray, job: dict[str, np.ndarray], reach: float) -> np.ndarray:
+    """Return the contact pressure at mesh points, zero off the surface."""
+    tree = cKDTree(np.column_stack([job["pressure_x"], job["pressure_y"]]) / reach)
+    distance, nearest = tree.query(points[:, :2])
+    on_top = (np.abs(points[:, 2]) <= 1e-9) & (distance < 1e-6)
+    return np.where(on_top, job["pressure"][nearest], 0.0)
+
+
+def _clipped(
+    points: np.ndarray, shift: np.ndarray, stress: np.ndarray
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Move points outside the box onto its walls; their fields are those of four neighbours."""
+    inside = np.clip(points, -1.0, 1.0)
+    outside = (inside != points).any(axis=1)
+    if not outside.any():
+        return points, shift, stress
+    distance, near = cKDTree(points).query(inside[outside], k=4)
+    weight = 1.0 / np.maximum(distance, 1e-12) ** 2
+    weight /= weight.sum(axis=1, keepdims=True)
+    shift, stress = shift.copy(), stress.copy()
+    shift[outside] = np.einsum("pk,pkc->pc", weight, shift[near])
+    stress[outside] = np.einsum("pk,pk->p", weight, stress[near])
+    return inside, shift, stress
+
+
+def mirrored(points: np.ndarray, cells: np.ndarray, side: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return the mirror image; corners are renumbered so that volumes stay positive."""
+    image = points.copy()
+    image[:, side] *= -1
+    order = [1, 0, 2, 3] if cells.shape[1] == 4 else [1, 0, 3, 2, 5, 4, 7, 6]
+    return image, cells[:, order]
+
+
+def opened_surface(piece: Piece) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return points, triangles and stress on the surface, the quarter x > 0, y < 0 taken out."""
+    middle = piece.points[piece.cells].mean(axis=1)
+    kept = piece.cells[~((middle[:, 0] > 0) & (middle[:, 1] < 0))]
+    # Mirror images meet in points of their own: those at one place become one.
+    _, first, number = np.unique(
+        np.round(piece.points, 7), axis=0, return_index=True, return_inverse=True
+    )
+    kept = number.ravel()[kept]
+    faces = kept[:, _FACES[piece.cells.shape[1]]].reshape(-1, len(_FACES[kept.shape[1]][0]))
+    _, place, count = np.unique(
+        np.sort(faces, axis=1), axis=0, return_index=True, return_counts=True
+    )
+    outer = faces[place[count == 1]]
+    halves = [[0, 1, 2]] if outer.shape[1] == 3 else [[0, 1, 2], [0, 2, 3]]
+    triangles = np.vstack([outer[:, half] for half in halves])
+    used, triangles = np.unique(triangles, return_inverse=True)
+    chosen = first[used]
+    return piece.points[chosen], triangles.reshape(-1, 3), piece.stress[chosen]

@@ -1,0 +1,263 @@
+"""Three-dimensional pictures: the body cut open, the rough surface with its contacts.
+
+Rendering runs in a process of its own with a time limit (`reports.pictures.rendering`): graphics
+drivers may crash or hang, and a study must survive that. Where nothing can be rendered, a note
+says so in place of the picture.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import os
+import subprocess
+import sys
+import tempfile
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from comparisons import formatting as fmt
+from comparisons import selection
+from comparisons.store import SceneRecord
+from reports.pictures import turning
+from reports.plots.style import style
+
+STARTUP_SECONDS, PICTURE_SECONDS = 60.0, 30.0
+NOTHING = "No picture: no method stored a surface or a body for this scene."
+RENDERER_MISSING = "No picture: this machine has no working renderer."
+
+
+@dataclass(frozen=True)
+class ColourBar:
+    """A colour bar, drawn by the page itself so that its text follows light and dark."""
+
+    label: str
+    low: str
+    high: str
+    palette: str  # "viridis" or "cividis"
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A picture, or the note that stands in its place where `png` is empty.
+
+    `view` is the same in three dimensions, as data and layout of plotly; it needs no renderer.
+    """
+
+    png: bytes = b""
+    caption: str = ""
+    bar: ColourBar | None = None
+    note: str = ""
+    view: dict[str, Any] | None = field(default=None, repr=False)
+
+
+@dataclass(frozen=True)
+class Job:
+    """What the rendering process gets, and the picture to complete with its PNG."""
+
+    arrays: dict[str, np.ndarray]
+    caption: str
+    bar: ColourBar
+
+
+def draw(scenes: Sequence[SceneRecord]) -> list[Picture]:
+    """Return one picture, or a note, per scene. Never raises because of a renderer."""
+    jobs = [_job(scene) for scene in scenes]
+    wanted = [job for job in jobs if isinstance(job, Job)]
+    images = iter(render([job.arrays for job in wanted]))
+    found = []
+    for job in jobs:
+        if isinstance(job, str):
+            found.append(Picture(note=job))
+            continue
+        png = next(images)
+        note = "" if png else RENDERER_MISSING
+        found.append(Picture(png, job.caption, job.bar, note, _view(job.arrays)))
+    return found
+
+
+def _view(arrays: dict[str, np.ndarray]) -> dict[str, Any] | None:
+    """Return the view that turns; None where a stranger's arrays make none."""
+    with contextlib.suppress(ValueError, ArithmeticError, IndexError, MemoryError):
+        return turning.view(arrays)
+    return None
+
+
+def render(jobs: Sequence[dict[str, np.ndarray]], command: Sequence[str] = ()) -> list[bytes]:
+    """Render jobs in another process; empty bytes where that failed.
+
+    After a crash the job that was at work is dropped and the rest is tried once more; two crashes
+    without a single picture mean that there is no renderer.
+    """
+    images = [b""] * len(jobs)
+    todo = list(range(len(jobs)))
+    barren = 0
+    with tempfile.TemporaryDirectory(prefix="roughline-pictures-") as folder:
+        for index, job in enumerate(jobs):
+            np.savez(Path(folder) / f"{index}.npz", **job)
+        while todo and barren < 2:
+            _run([Path(folder) / f"{index}.npz" for index in todo], command)
+            done = [index for index in todo if (Path(folder) / f"{index}.png").exists()]
+            for index in done:
+                images[index] = (Path(folder) / f"{index}.png").read_bytes()
+            barren = 0 if done else barren + 1
+            # The first job without a picture is the one that was at work.
+            todo = [index for index in todo if index not in done][1:]
+    return images
+
+
+def _run(inputs: list[Path], command: Sequence[str]) -> None:
+    start = list(command) or [sys.executable, "-m", "reports.pictures.rendering"]
+    pairs = [str(path) for one in inputs for path in (one, one.with_suffix(".png"))]
+    root = str(Path(__file__).resolve().parents[2])
+    environment = {name: value for name, value in os.environ.items() if name != "DISPLAY"}
+    environment["PYTHONPATH"] = os.pathsep.join(
+        filter(None, [root, environment.get("PYTHONPATH", "")])
+    )
+    environment["PYVISTA_OFF_SCREEN"] = "true"
+    limit = STARTUP_SECONDS + PICTURE_SECONDS * len(inputs)
+    # A crash or a missing interpreter leaves no files, which is all the caller looks at; the
+    # drivers' own warnings would only alarm the reader of a terminal.
+    try:
+        subprocess.run(  # noqa: S603
+            start + pairs,
+            env=environment,
+            cwd=inputs[0].parent,
+            timeout=limit,
+            stdin=subprocess.DEVNULL,
+            stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+            check=False,
+        )
+    except (subprocess.TimeoutExpired, OSError):
+        return
+
+
+def _job(scene: SceneRecord) -> Job | str:
+    """Choose the picture of a scene: rough surface, body cut open, or the pressure as a hill."""
+    finest: dict[str, int] = {}
+    for method, level in scene.fields:
+        finest[method] = max(level, finest.get(method, level))
+    order = ["bem_fft", "bem_dense", "fem"]
+    order += [name for name in selection.methods(scene) if name not in order]
+    stored = {m: scene.load_fields(m, finest[m]) for m in order if m in finest}
+    for build in (_rough_job, _body_job, _hill_job):
+        for method, fields in stored.items():
+            job = build(method, finest[method], fields)
+            if job is not None:
+                return job
+    return NOTHING
+
+
+def _touching(fields: dict[str, np.ndarray], shape: tuple[int, ...]) -> np.ndarray | None:
+    """Return the contact cells: stored as such, or where pressure is stored and positive."""
+    contact = fields.get("contact", fields.get("pressure"))
+    if contact is None or np.size(contact) != np.prod(shape):
+        return None
+    return np.reshape(contact, shape) > 0
+
+
+def _rough_job(method: str, level: int, fields: dict[str, np.ndarray]) -> Job | None:
+    if not {"heights", "size"} <= fields.keys():
+        return None
+    heights = np.asarray(fields["heights"], dtype=float)
+    touching = _touching(fields, heights.shape)
+    if touching is None or np.ptp(heights) == 0:
+        return None
+    size = np.ravel(fields["size"]) * np.ones(2)
+    exaggeration = _rounded(0.12 * size.max() / np.ptp(heights))
+    scale = fmt.prefix_for(heights, "m")
+    arrays = {
+        "kind": np.array("rough"),
+        "heights": heights,
+        "touching": touching,
+        "size": size,
+        "exaggeration": np.array(exaggeration),
+    }
+    caption = (
+        f"The rough surface, peaks up ({fmt.with_unit(size[0], 'm')} × "
+        f"{fmt.with_unit(size[1], 'm')}); its contacts at the last load in orange "
+        f"({fmt.relative(touching.mean())} of the cells, {style(method).label}, N = {level}). "
+        f"{_exaggerated('Heights', exaggeration)}"
+    )
+    bar = ColourBar(
+        f"height h / {scale.unit}",
+        fmt.number(heights.min() * scale.factor),
+        fmt.number(heights.max() * scale.factor),
+        "cividis",
+    )
+    return Job(arrays, caption, bar)
+
+
+def _body_job(method: str, level: int, fields: dict[str, np.ndarray]) -> Job | None:
+    needed = {"mesh_points", "mesh_cells", "mesh_displacement", "mesh_von_mises", "pressure"}
+    if not needed <= fields.keys():
+        return None
+    x, y, pressure = (np.ravel(fields[f"pressure{end}"]) for end in ("_x", "_y", ""))
+    patch = np.hypot(x, y)[pressure > 0]
+    if not len(patch) or patch.max() == 0:
+        return None
+    points = np.asarray(fields["mesh_points"], dtype=float)
+    # Three contact radii, or what a ball of coarse facets can fill to the corners.
+    filled = np.linalg.norm(points, axis=1).max() / 2.1
+    reach = float(min(3 * patch.max(), max(filled, 1.5 * patch.max())))
+    near = np.abs(points).max(axis=1) <= reach
+    if not near.any():
+        return None
+    deepest = np.abs(fields["mesh_displacement"][near]).max()
+    exaggeration = _rounded(0.12 * reach / deepest) if deepest > 0 else 1.0
+    stress = np.asarray(fields["mesh_von_mises"], dtype=float)
+    # Under sharp edges a few nodes tower over all others; they would leave the rest dark.
+    highest = float(np.quantile(stress[near], 0.995))
+    scale = fmt.prefix_for(highest, "Pa")
+    arrays = {name: np.asarray(fields[name]) for name in sorted(needed)}
+    arrays |= {
+        "kind": np.array("body"),
+        "pressure_x": x,
+        "pressure_y": y,
+        "reach": np.array(reach),
+        "highest": np.array(highest),
+        "exaggeration": np.array(exaggeration),
+    }
+    caption = (
+        f"The body cut open ({style(method).label}, N = {level}) at the last load; the line "
+        f"surrounds the contact. {_exaggerated('Displacements', exaggeration)} "
+        f"The piece shown is {fmt.with_unit(2 * reach, 'm')} wide."
+    )
+    top = fmt.number(highest * scale.factor)
+    bar = ColourBar(f"von Mises stress / {scale.unit}", "0", top, "viridis")
+    return Job(arrays, caption, bar)
+
+
+def _hill_job(method: str, level: int, fields: dict[str, np.ndarray]) -> Job | None:
+    sides = [int(side) for side in np.ravel(fields.get("pressure_shape", []))]
+    pressure = np.ravel(fields.get("pressure", []))
+    if len(sides) != 2 or len(pressure) != sides[0] * sides[1] or not (pressure > 0).any():
+        return None
+    x, y, p = (np.ravel(fields[f"pressure{end}"]).reshape(sides) for end in ("_x", "_y", ""))
+    highest = float(min(np.max(p), 4 * np.mean(p[p > 0])))
+    scale = fmt.prefix_for(highest, "Pa")
+    arrays = {
+        "kind": np.array("hill"),
+        "x": x,
+        "y": y,
+        "pressure": np.minimum(p, highest),
+        "highest": np.array(highest),
+    }
+    caption = (
+        f"The contact pressure as a hill at the last load ({style(method).label}, N = {level})."
+    )
+    top = fmt.number(highest * scale.factor)
+    return Job(arrays, caption, ColourBar(f"pressure p / {scale.unit}", "0", top, "viridis"))
+
+
+def _rounded(factor: float) -> float:
+    """Round an exaggeration to one digit: nobody wants to read 'exaggerated 13.7 times'."""
+    return max(1.0, float(f"{factor:.0e}"))
+
+
+def _exaggerated(what: str, factor: float) -> str:
+    return f"{what} drawn {fmt.number(factor, 1)} times too large." if factor > 1 else "To scale."

@@ -1,0 +1,852 @@
+"""The command line: its commands and exit codes, one clear message each, nothing written astray."""
+
+from __future__ import annotations
+
+import csv
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+from pathlib import Path
+from types import SimpleNamespace
+
+import meshio
+import numpy as np
+import pandas as pd
+import psutil
+import pytest
+
+from comparisons import study as study_module
+from comparisons.execution import execute
+from comparisons.methods import METHODS
+from comparisons.scene import builtin_names
+from comparisons.store import load_study
+from comparisons.suites import SUITES
+from reports.__main__ import main
+from reports.cli.cli import run_command
+
+ROOT = Path(__file__).parents[3]
+BALL = """
+name = "steel-ball"
+title = "Steel ball on a half-space"
+[half_space]
+youngs_modulus = "210 GPa"
+poisson_ratio = 0.3
+[indenter]
+shape = "paraboloid"
+radius = "10 mm"
+[loading]
+penetration = [1e-6, 2e-6]
+[compare]
+methods = ["closed_form", "reduced", "bem_fft"]
+resolutions = [6, 12]
+"""
+ROUGH = """
+name = "patch"
+[half_space]
+effective_modulus = "1 GPa"
+[surface]
+kind = "self_affine"
+hurst = 0.8
+size = "1 um"
+points = 16
+rms_slope = 0.1
+realisations = 3
+[loading]
+force = { values = [0.02, 0.05], relative_to = "E* A0 h'" }
+"""
+MAP = """
+name = "measured"
+[half_space]
+effective_modulus = "1 GPa"
+[surface]
+kind = "map"
+file = "map.npy"
+size = "1 um"
+height_unit = "nm"
+[loading]
+penetration = ["1 nm"]
+"""
+
+
+@pytest.fixture
+def roughline(tmp_path, monkeypatch, capsys):
+    """Run a command in an empty folder; return its exit code, what it printed and complained."""
+    monkeypatch.chdir(tmp_path)
+    # Wide enough that no table cell is folded.
+    monkeypatch.setenv("COLUMNS", "250")
+
+    def run(*arguments):
+        capsys.readouterr()
+        code = run_command([str(each) for each in arguments])
+        told = capsys.readouterr()
+        return SimpleNamespace(code=code, out=told.out, err=told.err)
+
+    return run
+
+
+@pytest.fixture
+def ball(tmp_path):
+    (tmp_path / "ball.toml").write_text(BALL)
+    return "ball.toml"
+
+
+@pytest.fixture
+def patch(tmp_path):
+    (tmp_path / "patch.toml").write_text(ROUGH)
+    return "patch.toml"
+
+
+def table(path):
+    with Path(path).open(newline="", encoding="utf-8") as stream:
+        return list(csv.DictReader(stream))
+
+
+def files(folder):
+    return {path.relative_to(folder).as_posix() for path in Path(folder).rglob("*")}
+
+
+# --- wrong input: one message, code 2, nothing written --------------------------------------
+
+SCENES = {
+    "unknown key": (BALL.replace('radius = "10 mm"', "radius = 1\ncolour = 3"), "colour: unknown"),
+    "negative radius": (BALL.replace("10 mm", "-10 mm"), "indenter.radius: expected a positive"),
+    "nu = 0.6": (BALL.replace("0.3", "0.6"), "half_space.poisson_ratio: expected a number with"),
+    "indenter and surface": (
+        BALL + ROUGH[ROUGH.index("[surface]") : ROUGH.index("[loading]")],
+        "expected exactly one of [indenter] and [surface], got [indenter] and [surface]",
+    ),
+    "neither": (
+        BALL.replace('[indenter]\nshape = "paraboloid"\nradius = "10 mm"\n', ""),
+        "expected exactly one of [indenter] and [surface], got none",
+    ),
+    "missing map": (
+        MAP.replace("map.npy", "nowhere.npy"),
+        "surface.file: nowhere.npy: no such file",
+    ),
+    "NaN in the map": (MAP.replace("map.npy", "holes.npy"), "surface.file: holes.npy: "),
+    "empty load list": (BALL.replace("[1e-6, 2e-6]", "[]"), "got an empty list"),
+    "loads that fall": (BALL.replace("[1e-6, 2e-6]", "[2e-6, 1e-6]"), "strictly increasing"),
+    "no TOML": ("this is not TOML", "not valid TOML"),
+    "binary": (b"\x7fELF\x00\xff", "not a readable text file"),
+    "huge points": (
+        ROUGH.replace("points = 16", "points = 1048576"),
+        "surface.points: expected arrays that fit into 80% of the free memory",
+    ),
+    "no load": (BALL.replace("penetration = [1e-6, 2e-6]", ""), "loading: expected exactly one"),
+    "beyond the shape": (
+        BALL.replace("paraboloid", "sphere").replace("[1e-6, 2e-6]", '["1 m"]'),
+        "loading.penetration: ",
+    ),
+}
+
+
+@pytest.mark.parametrize("command", ["run", "solve"])
+@pytest.mark.parametrize("wrong", SCENES)
+def test_a_wrong_scene_is_one_clear_message_and_nothing_is_written(
+    roughline, tmp_path, command, wrong
+):
+    content, expected = SCENES[wrong]
+    (tmp_path / "s.toml").write_bytes(content if isinstance(content, bytes) else content.encode())
+    heights = np.random.default_rng(0).normal(size=(16, 16))
+    heights[3, 4] = np.nan
+    np.save(tmp_path / "holes.npy", heights)
+    before = files(tmp_path)
+    # Of the dense solver alone, so that each scene would be quick if it were let through.
+    options = ["--out", "out"] if command == "run" else ["--method", "bem_dense", "--csv", "t.csv"]
+    result = roughline(command, "s.toml", *options)
+    assert result.code == 2
+    assert expected in result.err
+    assert "Traceback" not in result.err
+    assert result.err.count(expected) == 1
+    assert result.out == ""
+    assert files(tmp_path) == before
+
+
+@pytest.mark.parametrize(
+    ("arguments", "expected"),
+    [
+        (["run", "nowhere.toml"], "no such file"),
+        (["run", "no-such-scene"], "`roughline list scenes` names them"),
+        (["run", "."], "a folder, not a scene file"),
+        (["run", "paraboloid", "paraboloid"], "paraboloid: expected different names"),
+        (["run", "paraboloid", "--workers", "0"], "--workers: expected 1 to "),
+        (["run", "paraboloid", "--workers", "100000"], "the cores here, got 100000"),
+        (["run", "--methods", "magic"], "got 'magic'"),
+        (["run", "--methods", ""], "compare.methods.0: expected"),
+        (["run", "--option", "fem.contact=glue"], "methods.fem.contact: expected 'active_set'"),
+        (["run", "--option", "fem.contact"], "--option: expected METHOD.KEY=VALUE"),
+        (["run", "--option", "a.b.c=1"], "--option: expected METHOD.KEY=VALUE"),
+        (["run", "--option", "magic.key=1"], "methods.magic: unknown key"),
+        (["run", "--frobnicate"], "frobnicate"),
+        (["solve", "paraboloid"], "method"),
+        (["solve", "paraboloid", "--method", "magic"], "--method: expected one of closed_form,"),
+        (["solve", "paraboloid", "--method", "fem", "--resolution", "1"], "expected at least 2"),
+        (["solve", "paraboloid", "--method", "fem", "--resolution", "many"], "many"),
+        (["solve", "rough-patch", "--method", "closed_form"], "a rough surface has no closed form"),
+        (["solve", "paraboloid", "--method", "reduced", "--vtu", "x.vtu"], "no field on a mesh"),
+        (
+            ["solve", "paraboloid", "--method", "reduced", "--json", "--csv", "t.csv"],
+            "--json and --csv: expected at most one",
+        ),
+        (
+            ["solve", "paraboloid", "--method", "bem_fft", "--resolution", "500000"],
+            "bem_fft cannot do this scene at resolution 500000: needs about",
+        ),
+        (["list", "wishes"], "list: expected one of scenes, methods, claims, hard-cases, got"),
+        (["report", "nowhere"], "no results of roughline here"),
+        (["report", "."], "no results of roughline here"),
+        (["frobnicate"], "frobnicate"),
+    ],
+)
+def test_a_wrong_command_is_one_clear_message_and_nothing_is_written(
+    roughline, tmp_path, arguments, expected
+):
+    result = roughline(*arguments)
+    assert result.code == 2
+    assert expected in result.err + result.out
+    assert "Traceback" not in result.err
+    assert files(tmp_path) == set()
+
+
+def test_what_the_command_line_adds_is_complained_about_once(roughline):
+    """Not once for each scene of the suite."""
+    result = roughline("run", "--methods", "fem,magic", "--option", "fem.penalty=-1")
+    assert result.code == 2
+    assert result.err.count("got 'magic'") == 1
+    assert result.err.count("methods.fem.penalty: expected a positive finite number") == 1
+
+
+def test_problems_of_all_files_come_at_once(roughline, tmp_path):
+    (tmp_path / "a.toml").write_text(SCENES["nu = 0.6"][0])
+    (tmp_path / "b.toml").write_text(SCENES["negative radius"][0])
+    result = roughline("run", "a.toml", "b.toml", "c.toml")
+    assert result.code == 2
+    for part in ("a.toml:", "nu <= 0.5", "b.toml:", "indenter.radius", "c.toml:", "no such file"):
+        assert part in result.err
+
+
+STICKY = BALL.replace(
+    "[loading]", "[adhesion]\nwork = 0.05\n[friction]\ncoefficient = 0.3\n[loading]"
+)
+STICKY = STICKY.replace("penetration = [1e-6, 2e-6]", "force = 1\ntangential_force = 0.1")
+STICKY = STICKY.partition("[compare]")[0]
+
+
+@pytest.mark.parametrize(
+    "command", [["run"], ["run", "--plan"], ["advise"], ["run", "adhesive-ball"]], ids=" ".join
+)
+def test_a_scene_that_no_method_can_do_is_refused_with_every_reason(roughline, tmp_path, command):
+    """Adhesion with friction: methods have one or the other, none both. Nothing is solved."""
+    (tmp_path / "sticky.toml").write_text(STICKY)
+    result = roughline(*command, "sticky.toml")
+    assert result.code == 2
+    assert "steel-ball: no method can do this scene" in result.err
+    assert "reduced, bem_fft: does not model [friction] and [adhesion] in one scene" in result.err
+    assert files(tmp_path) == {"sticky.toml"}
+
+
+def test_a_method_that_can_do_none_of_the_scenes_is_refused(roughline, tmp_path):
+    result = roughline("run", "adhesive-ball", "rubber-ball", "--methods", "fem")
+    assert result.code == 2
+    assert "adhesive-ball: no method asked for can do this scene\n  fem: does not" in result.err
+    assert "rubber-ball: no method asked for" in result.err
+    assert files(tmp_path) == set()
+
+
+def test_a_method_that_can_do_some_of_the_scenes_is_planned_for_them(roughline):
+    result = roughline("run", "adhesive-ball", "paraboloid", "--methods", "fem", "--plan")
+    assert result.code == 0
+    assert "does not model [adhesion]" in result.out
+
+
+def test_a_file_in_the_place_of_a_folder(roughline, tmp_path, ball):
+    (tmp_path / "file").write_text("mine")
+    before = files(tmp_path)
+    for arguments in (
+        ["run", ball, "--out", "file"],
+        ["run", ball, "--out", "file/below"],
+        ["report", "file"],
+        ["solve", ball, "--method", "reduced", "--csv", "file/t.csv"],
+    ):
+        result = roughline(*arguments)
+        assert result.code == 2
+        assert "file" in result.err
+    assert (tmp_path / "file").read_text() == "mine"
+    assert files(tmp_path) == before
+
+
+def test_a_scene_that_needs_more_memory_than_there_is(roughline, ball, monkeypatch):
+    """Its finest grids are left out with the reason; if nothing is left, the input is wrong."""
+    monkeypatch.setattr(psutil, "virtual_memory", lambda: SimpleNamespace(available=1e5, total=1))
+    result = roughline("solve", ball, "--method", "bem_fft", "--resolution", "200")
+    assert result.code == 2
+    assert "needs about" in result.err
+
+
+# --- solve ----------------------------------------------------------------------------------
+
+
+def test_solve_prints_one_json_object_of_the_contract(roughline, ball):
+    result = roughline("solve", ball, "--method", "bem_fft", "--resolution", "8", "--json")
+    assert (result.code, result.err) == (0, "")
+    found = json.loads(result.out)
+    assert found["scene"] == "steel-ball"
+    assert found["method"] == "bem_fft"
+    assert found["resolution"] == 8
+    assert found["converged"] is True
+    assert found["unknowns"] > 100
+    assert 0 <= found["setup_seconds"] <= found["seconds"]
+    for name in ("iterations", "violation", "penetration", "force", "contact_area"):
+        assert len(found[name]) == 2
+    assert max(found["violation"]) <= 1e-8  # the default tolerance of the solver
+    hertz = 4 / 3 * 210e9 / 0.91 * 0.1 * np.array([1e-6, 2e-6]) ** 1.5
+    np.testing.assert_allclose(found["force"], hertz, rtol=2e-2)
+
+
+def test_json_has_the_pressure_of_the_last_step_over_r_or_over_x_and_y(roughline, tmp_path):
+    asked = '[compare]\nquantities = ["force", "pressure"]\n'
+    (tmp_path / "ball.toml").write_text(BALL[: BALL.index("[compare]")] + asked)
+    found = json.loads(roughline("solve", "ball.toml", "--method", "reduced", "--json").out)
+    r, p = (np.array(found["pressure"][key]) for key in ("r", "p"))
+    assert (np.diff(r) > 0).all()
+    a = np.sqrt(0.01 * 2e-6)
+    peak = 2 * 210e9 / 0.91 * a / (np.pi * 0.01)
+    np.testing.assert_allclose(p, peak * np.sqrt(1 - (r / a) ** 2), rtol=1e-6)
+    (tmp_path / "patch.toml").write_text(ROUGH + asked)
+    found = json.loads(roughline("solve", "patch.toml", "--method", "bem_fft", "--json").out)
+    assert set(found["pressure"]) == {"x", "y", "p"}
+    assert len(found["pressure"]["p"]) == 16 * 16
+
+
+def test_json_of_an_ensemble_has_means_and_standard_errors(roughline, patch):
+    found = json.loads(roughline("solve", patch, "--method", "bem_fft", "--json").out)
+    assert found["realisations"] == 3
+    assert found["resolution"] == 16
+    for name in ("contact_area", "penetration", "mean_gap"):
+        assert len(found[name]) == len(found[f"{name}_stderr"]) == 2
+        assert min(found[f"{name}_stderr"]) > 0
+
+
+def test_solve_writes_a_table(roughline, tmp_path, ball):
+    result = roughline("solve", ball, "--method", "closed_form", "--csv", "sub/t.csv")
+    assert (result.code, result.out, result.err) == (0, "", "")
+    rows = table("sub/t.csv")
+    assert [row["step"] for row in rows] == ["0", "1"]
+    hertz = 4 / 3 * 210e9 / 0.91 * 0.1 * 2e-6**1.5
+    assert float(rows[1]["force"]) == pytest.approx(hertz, rel=1e-12)
+    assert files(tmp_path) == {"ball.toml", "sub", "sub/t.csv"}
+
+
+def test_solve_writes_fields_for_paraview_without_being_asked_for_pressure(
+    roughline, tmp_path, ball
+):
+    result = roughline("solve", ball, "--method", "bem_fft", "--resolution", "6", "--vtu", "f.vtu")
+    assert result.code == 0
+    mesh = meshio.read(tmp_path / "f.vtu")
+    assert mesh.point_data["pressure"].max() > 0
+
+
+def test_solve_prints_a_table_for_people(roughline, ball):
+    result = roughline("solve", ball, "--method", "closed_form")
+    assert result.code == 0
+    assert "Steel ball on a half-space: closed_form" in result.out
+    assert "penetration / µm" in result.out
+
+
+def test_options_of_the_method_with_or_without_its_name(roughline, ball, tmp_path):
+    asked = BALL.replace("[compare]", '[compare]\nquantities = ["force", "pressure"]')
+    (tmp_path / "ball.toml").write_text(asked)
+    options = (["--option", "stress=local"], ["--option", "reduced.stress=local"], [])
+    found = [
+        json.loads(roughline("solve", ball, "--method", "reduced", "--json", *each).out)["pressure"]
+        for each in options
+    ]
+    assert found[0] == found[1]
+    assert found[0] != found[2]
+    several = ["--option", "stress=local", "--option", 'edges="nodal"']
+    assert roughline("solve", ball, "--method", "reduced", *several).code == 0
+
+
+def test_a_lost_solve_is_code_1_with_the_reason(roughline, ball, monkeypatch):
+    class Broken(type(METHODS["reduced"])):
+        def solve(self, task):
+            raise RuntimeError("out of springs")
+
+    monkeypatch.setitem(METHODS, "reduced", Broken())
+    result = roughline("solve", ball, "--method", "reduced", "--json")
+    assert result.code == 1
+    assert "out of springs" in result.err
+    assert json.loads(result.out)["converged"] is False
+    result = roughline("run", ball, "--out", "out", "--no-pictures")
+    assert result.code == 1
+    assert "lost: steel-ball reduced 6: RuntimeError: out of springs" in result.out
+    assert Path("out/report.html").exists()
+
+
+# --- run ------------------------------------------------------------------------------------
+
+
+def test_run_writes_everything_into_its_folder_and_is_silent_elsewhere(roughline, tmp_path, ball):
+    """Default folder roughline-results/NAME; no progress where nobody watches."""
+    result = roughline("run", ball, "--no-pictures")
+    assert (result.code, result.err) == (0, "")
+    folder = tmp_path / "roughline-results" / "steel-ball"
+    assert {"results.csv", "measures.csv", "study.json", "report.html", "fields"} <= files(folder)
+    top = {path.name for path in tmp_path.iterdir()}
+    assert top == {"ball.toml", "roughline-results"}
+    assert "roughline-results/steel-ball/report.html" in result.out
+    assert "within 1" in result.out
+    page = (folder / "report.html").read_text(encoding="utf-8")
+    assert "Steel ball on a half-space" in page
+
+
+@pytest.mark.parametrize(
+    ("scenes", "name"),
+    [(["cone"], "cone"), (["cone", "cylinder"], "cone+cylinder"), (["single"], "single")],
+)
+def test_the_default_folder_is_named_after_what_is_run(roughline, tmp_path, scenes, name):
+    result = roughline("run", *scenes, "--methods", "closed_form", "--no-pictures")
+    assert result.code == 0
+    assert [path.name for path in (tmp_path / "roughline-results").iterdir()] == [name]
+
+
+def test_out_names_another_folder(roughline, tmp_path, ball):
+    assert roughline("run", ball, "--out", "a/b", "--no-pictures").code == 0
+    assert (tmp_path / "a" / "b" / "results.csv").exists()
+    assert not (tmp_path / "roughline-results").exists()
+
+
+def test_methods_on_the_command_line_go_before_those_of_the_scene(roughline, ball):
+    roughline("run", ball, "--methods", "closed_form, reduced", "--out", "o", "--no-pictures")
+    rows = table("o/results.csv")
+    assert {row["method"] for row in rows if row["step"]} == {"closed_form", "reduced"}
+
+
+def test_options_stand_in_the_table(roughline, ball):
+    options = ["--option", "reduced.edges=nodal", "--option", "bem_fft.tolerance=1e-6"]
+    assert roughline("run", ball, *options, "--out", "o", "--no-pictures").code == 0
+    rows = table("o/results.csv")
+    found = {row["method"]: row["options"] for row in rows if row["step"]}
+    assert found == {"closed_form": "", "reduced": "edges=nodal", "bem_fft": "tolerance=1e-06"}
+
+
+def test_a_used_folder_is_refused_and_unchanged(roughline, tmp_path, ball):
+    folder = tmp_path / "o"
+    folder.mkdir()
+    (folder / "thesis.tex").write_text("mine")
+    result = roughline("run", ball, "--out", "o")
+    assert result.code == 2
+    assert "say --resume to go on with it, --overwrite to start" in result.err
+    assert files(folder) == {"thesis.tex"}
+    assert roughline("run", ball, "--out", "o", "--overwrite", "--no-pictures").code == 0
+    assert (folder / "thesis.tex").read_text() == "mine"
+
+
+def test_an_interrupt_is_code_3_with_a_report_and_resume_goes_on(roughline, ball, monkeypatch):
+    assert roughline("run", ball, "--out", "whole", "--no-pictures").code == 0
+    done = []
+
+    def stop(task):
+        if len(done) == 2:
+            raise KeyboardInterrupt
+        done.append(task)
+        return execute(task)
+
+    monkeypatch.setattr(study_module, "execute", stop)
+    result = roughline("run", ball, "--out", "o", "--no-pictures")
+    assert result.code == 3
+    assert "--resume goes on" in result.err
+    assert Path("o/report.html").exists()
+    kept = table("o/results.csv")
+    assert {row["method"] for row in kept if row["step"]} == {"closed_form", "reduced"}
+    monkeypatch.setattr(study_module, "execute", execute)
+    assert roughline("run", ball, "--out", "o", "--resume", "--no-pictures").code == 0
+    clock = {"seconds", "setup_seconds", "compile_seconds", "memory"}
+    tables = [
+        [{k: v for k, v in row.items() if k not in clock} for row in table(f"{name}/results.csv")]
+        for name in ("o", "whole")
+    ]
+    assert tables[0] == tables[1]
+
+
+def test_an_interrupt_before_anything_is_done_is_code_3(roughline, ball, monkeypatch):
+    def stop(task):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(study_module, "execute", stop)
+    assert roughline("run", ball, "--out", "o", "--no-pictures").code == 3
+
+
+def test_a_second_interrupt_while_the_first_is_dealt_with_is_still_code_3(
+    roughline, ball, monkeypatch
+):
+    def stop(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(study_module, "execute", stop)
+    monkeypatch.setattr(study_module, "save_study", stop)
+    assert roughline("run", ball, "--out", "o", "--no-pictures").code == 3
+
+
+def test_a_plan_names_what_is_done_what_is_not_and_why_and_solves_nothing(
+    roughline, tmp_path, monkeypatch
+):
+    def never(task):
+        raise AssertionError("--plan must not solve")
+
+    monkeypatch.setattr(study_module, "execute", never)
+    result = roughline("run", "square-punch", "rough-periodic", "--plan")
+    assert result.code == 0
+    for part in (
+        "not run: no closed form is known for a square punch",
+        "32, 64, 128",
+        "left out: memory of the material",
+        "not run: the chapter's kernel (19.3) is that of a free half-space",
+        "note: quick:",
+        "of 100 realisations (--full runs all of them)",
+    ):
+        assert part in result.out
+    full = roughline("run", "rough-periodic", "--plan", "--full").out
+    assert "note: quick" not in full
+    assert roughline("run", "rough-periodic", "--plan", "--quick").out in result.out
+    assert files(tmp_path) == set()
+
+
+def test_without_arguments_the_quick_suite_is_run(roughline):
+    result = roughline("run", "--plan")
+    assert result.code == 0
+    for name in SUITES["quick"]:
+        assert f"({name})" in result.out
+
+
+def test_files_beside_the_scene_are_found_from_anywhere_and_never_written_to(
+    roughline, tmp_path, monkeypatch
+):
+    (tmp_path / "data").mkdir()
+    (tmp_path / "elsewhere").mkdir()
+    (tmp_path / "data" / "m.toml").write_text(MAP)
+    np.save(tmp_path / "data" / "map.npy", np.random.default_rng(0).normal(size=(16, 16)))
+    before = files(tmp_path / "data")
+    monkeypatch.chdir(tmp_path / "elsewhere")
+    result = roughline("run", "../data/m.toml", "--methods", "bem_fft", "--no-pictures")
+    assert result.code == 0
+    assert files(tmp_path / "data") == before
+    assert Path("roughline-results/measured/results.csv").exists()
+
+
+# --- report, list, help ---------------------------------------------------------------------
+
+
+def test_report_writes_the_page_anew(roughline, ball):
+    roughline("run", ball, "--out", "o", "--no-pictures")
+    page = Path("o/report.html")
+    page.unlink()
+    result = roughline("report", "o", "--no-pictures")
+    assert (result.code, result.out.strip()) == (0, "o/report.html")
+    assert page.stat().st_size > 1000
+
+
+def test_a_damaged_folder_is_wrong_input(roughline, ball):
+    roughline("run", ball, "--out", "o", "--no-pictures")
+    study = Path("o/study.json")
+    study.write_text(study.read_text().replace('"scenes": [', '"scenes": [3, '))
+    result = roughline("report", "o")
+    assert result.code == 2
+    assert "damaged results" in result.err
+
+
+def test_lists_name_what_is_built_in(roughline):
+    scenes = roughline("list", "scenes")
+    assert scenes.code == 0
+    assert all(name in scenes.out for name in builtin_names())
+    methods = roughline("list", "methods")
+    assert methods.code == 0
+    assert all(name in methods.out for name in METHODS)
+    overview = roughline("list").out.split()
+    assert [overview[overview.index(word) - 1] for word in ("methods", "scenes")] == [
+        str(len(METHODS)),
+        str(len(builtin_names())),
+    ]
+
+
+COMMANDS = {"run", "solve", "list", "advise", "claims", "hard-cases", "check", "report"}
+COMMANDS |= {"compare", "bench"}
+
+
+def test_help_lists_the_commands_that_exist_and_no_others(roughline):
+    """Of the contract's commands some come later; until then they are refused, and not listed."""
+    result = roughline("--help")
+    assert result.code == 0
+    # Commands stand first in the lines of their box.
+    words = {line.split()[1] for line in result.out.splitlines() if len(line.split()) > 2}
+    listed = words & COMMANDS
+    assert {"run", "solve", "list", "report"} <= listed
+    for command in listed:
+        page = roughline(command, "--help")
+        assert page.code == 0
+        assert f"Usage: roughline {command}" in page.out
+    for command in COMMANDS - listed:
+        assert roughline(command).code == 2
+
+
+@pytest.mark.parametrize(
+    ("arguments", "code"),
+    [
+        (["run", "\x1b[31mred.toml"], 2),
+        (["run", "cone", "--methods", "closed_form", "--no-pictures", "--out", "o\x1b[31mred"], 0),
+        (["report", "\x1b[31mred"], 2),
+        (["check", "cone", "--baseline", "\x1b[31mred.json"], 2),
+    ],
+)
+def test_a_file_name_does_not_command_the_terminal(roughline, tmp_path, arguments, code):
+    """ESC [31m turns what follows red; other sequences move the cursor or name the window."""
+    (tmp_path / "\x1b[31mred.toml").write_text("x = [")
+    found = roughline(*arguments)
+    assert found.code == code
+    said = found.out + found.err
+    assert "\N{REPLACEMENT CHARACTER}[31mred" in said
+    assert "\x1b" not in said
+
+
+def test_run_help_names_every_option_of_the_contract(roughline):
+    page = roughline("run", "--help").out
+    for option in ("methods", "option", "quick", "full", "plan", "out", "overwrite", "workers"):
+        assert f"--{option}" in page
+    assert "--resume" in page
+    page = roughline("solve", "--help").out
+    for option in ("method", "resolution", "option", "json", "csv", "vtu"):
+        assert f"--{option}" in page
+
+
+# --- as a program ---------------------------------------------------------------------------
+
+
+ENVIRONMENT = os.environ | {"PYTHONPATH": str(ROOT), "COLUMNS": "200"}
+
+
+def program(*arguments, cwd):
+    command = [sys.executable, "-m", "reports", *arguments]
+    return subprocess.run(
+        command, cwd=cwd, env=ENVIRONMENT, capture_output=True, text=True, timeout=120
+    )
+
+
+def test_python_m_reports_is_the_program(tmp_path):
+    done = program("solve", "paraboloid", "--method", "closed_form", "--json", cwd=tmp_path)
+    assert (done.returncode, done.stderr) == (0, "")
+    assert json.loads(done.stdout)["scene"] == "paraboloid"
+    assert files(tmp_path) == set()
+
+
+def test_the_exit_code_of_the_program_is_that_of_the_command(tmp_path, monkeypatch):
+    monkeypatch.setattr(sys, "argv", ["roughline", "list", "wishes"])
+    monkeypatch.setattr(signal, "signal", lambda *arguments: None)  # the tests want their ctrl-C
+    with pytest.raises(SystemExit) as end:
+        main()
+    assert end.value.code == 2
+
+
+@pytest.mark.usefixtures("interruptible")
+@pytest.mark.parametrize("module", ["cyclopts.exceptions", "pydantic", "scipy.linalg", "skfem"])
+def test_control_c_while_packages_are_imported_is_code_3(tmp_path, module):
+    """Whichever import it meets; before our first line, Python itself answers."""
+    with subprocess.Popen(
+        [sys.executable, "-X", "importtime", "-m", "reports", "run", "paraboloid", "--plan"],
+        cwd=tmp_path,
+        env=ENVIRONMENT,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.PIPE,
+        text=True,
+    ) as process:
+        for line in process.stderr:
+            if line.endswith(f" {module}\n"):
+                break
+        process.send_signal(signal.SIGINT)
+        said = process.stderr.read()
+    assert process.returncode == 3
+    assert "Traceback" not in said
+    assert "interrupted" in said
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["solve", "paraboloid", "--method", "reduced", "--resolution", "1.5"],
+        ["solve", "paraboloid", "--method", "reduced", "--resolution", "4e1"],
+        ["run", "paraboloid", "--workers", "1.5"],
+        ["claims", "--workers", "1.5"],
+    ],
+)
+def test_whole_numbers_are_not_rounded(arguments, capsys, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert run_command(arguments) == 2
+    assert "expected a whole number" in "".join(capsys.readouterr())
+    assert list(tmp_path.iterdir()) == []
+
+
+@pytest.mark.usefixtures("interruptible")
+def test_control_c_is_code_3_and_what_is_done_can_be_gone_on_with(tmp_path):
+    """A real signal, sent once the first solve of a long run is on disk."""
+    command = [sys.executable, "-m", "reports", "run", "single", "--out", "o", "--no-pictures"]
+    process = subprocess.Popen(
+        command, cwd=tmp_path, env=ENVIRONMENT, stderr=subprocess.PIPE, text=True
+    )
+    deadline = time.monotonic() + 60
+    while not list(tmp_path.glob("o/fields/*.npz")) and time.monotonic() < deadline:
+        time.sleep(0.05)
+    process.send_signal(signal.SIGINT)
+    _, complaint = process.communicate(timeout=60)
+    assert process.returncode == 3
+    assert complaint == "interrupted; what is done is kept, --resume goes on with it\n"
+    assert load_study(tmp_path / "o").interrupted
+    assert (tmp_path / "o" / "report.html").exists()
+
+
+INTERRUPTED_WHILE_SPEAKING = """
+import os, signal, sys
+from reports import __main__
+from reports.cli import cli
+
+class Interrupting:
+    "Sends ctrl-C whenever something is said."
+
+    def write(self, text):
+        os.kill(os.getpid(), signal.SIGINT)
+        return sys.__stderr__.write(text)
+
+    def flush(self):
+        sys.__stderr__.flush()
+
+cli.app = lambda *arguments, **options: os.kill(os.getpid(), signal.SIGINT)
+sys.stderr = Interrupting()
+__main__.main()
+"""
+
+INTERRUPTED_AND_BUSY = """
+import os, signal, sys, time
+from reports import __main__
+from reports.cli import cli
+
+def busy(*arguments, **options):
+    try:
+        print("started", flush=True)
+        time.sleep(600)
+    finally:
+        time.sleep(600)
+
+cli.app = busy
+__main__.main()
+"""
+
+
+@pytest.mark.usefixtures("interruptible")
+def test_control_c_while_a_control_c_is_dealt_with_is_no_traceback(tmp_path):
+    """A key that is held down, or a method from outside that interrupts us."""
+    done = subprocess.run(
+        [sys.executable, "-c", INTERRUPTED_WHILE_SPEAKING],
+        cwd=tmp_path,
+        env=ENVIRONMENT,
+        capture_output=True,
+        text=True,
+        timeout=120,
+    )
+    assert (done.returncode, done.stderr) == (3, "interrupted\n")
+
+
+@pytest.mark.usefixtures("interruptible")
+def test_a_later_control_c_ends_a_program_that_is_long_in_ending(tmp_path):
+    with subprocess.Popen(
+        [sys.executable, "-c", INTERRUPTED_AND_BUSY],
+        cwd=tmp_path,
+        env=ENVIRONMENT,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    ) as process:
+        assert process.stdout.readline() == "started\n"
+        while process.poll() is None:
+            process.send_signal(signal.SIGINT)
+            time.sleep(0.1)
+        said = process.stderr.read()
+    assert (process.returncode, said) == (3, "interrupted again: ended at once\n")
+
+
+@pytest.mark.parametrize(
+    "arguments",
+    [
+        ["solve", "cone", "--method", "bem_fft", "--json", "--resolution", "8"],
+        ["list", "scenes"],
+    ],
+)
+def test_a_reader_that_goes_away_is_no_error(tmp_path, arguments):
+    """As in roughline ... | head -1; tables of rich have a mind of their own about it."""
+    with subprocess.Popen(
+        [sys.executable, "-m", "reports", *arguments],
+        cwd=tmp_path,
+        env=ENVIRONMENT,
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    ) as process:
+        process.stdout.close()
+        complaint = process.stderr.read()
+        process.wait(timeout=120)
+    assert complaint == ""
+    assert process.returncode == 0
+
+
+# --- what a hostile user found ---------------------------------------------------------------
+
+
+def test_deep_keys_are_refused_before_they_cost_memory(roughline, tmp_path):
+    """The TOML parser is quadratic in the parts of a dotted key."""
+    (tmp_path / "deep.toml").write_text("a" + ".a" * 50_000 + " = 1\n")
+    found = roughline("solve", "deep.toml", "--method", "reduced")
+    assert found.code == 2
+    assert "keys of at most" in found.err
+
+
+def test_results_of_another_program_or_scene_are_never_lost(roughline, ball, tmp_path):
+    (tmp_path / "theirs").mkdir()
+    (tmp_path / "theirs" / "results.csv").write_text("mine")
+    found = roughline("run", "ball.toml", "--out", "theirs", "--overwrite")
+    assert found.code == 2
+    assert "has not written" in found.err
+    assert (tmp_path / "theirs" / "results.csv").read_text() == "mine"
+
+
+# --- two runs side by side ------------------------------------------------------------------
+
+
+def test_two_runs_of_one_scene_are_the_same_and_a_changed_model_is_not(roughline, ball):
+    """A scaled force in results.csv stands for a model that was changed between the runs."""
+    for folder in ("a", "b"):
+        done = roughline("run", ball, "--methods", "closed_form,reduced", "--out", folder)
+        assert done.code == 0
+    same = roughline("compare", "a", "b", "--out", "c")
+    assert same.code == 0
+    assert "solves are the same" in same.out
+    page = Path("c/comparison.html").read_text(encoding="utf-8")
+    assert "Nothing moved in" in page
+    rows = pd.read_csv("b/results.csv")
+    rows.loc[rows["method"] == "reduced", "force"] *= 1.002
+    rows.to_csv("b/results.csv", index=False)
+    moved = roughline("compare", "a", "b", "--out", "c")
+    assert moved.code == 1
+    assert "force moved by +0.20" in moved.out
+    assert roughline("compare", "a", "b", "--tolerance", "1%").code == 0
+    assert "force moved by" in Path("c/comparison.html").read_text(encoding="utf-8")
+
+
+def test_what_cannot_be_compared_is_told_at_once(roughline, ball):
+    wrong = roughline("compare", ball, "nothing", "--slower", "0.5", "--tolerance", "-1")
+    assert wrong.code == 2
+    assert "--slower: expected a number above 1, got 0.5" in wrong.err
+    assert "--tolerance: expected a number above 0, got -1.0" in wrong.err
+    nothing = roughline("compare", "nothing", "nothing")
+    assert nothing.code == 2
+    assert "no results of roughline here" in nothing.err
+    assert not Path("roughline-results").exists()

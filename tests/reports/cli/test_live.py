@@ -1,0 +1,161 @@
+"""What a watched run tells: remaining time, compilation, speed against error; and to whom."""
+
+from __future__ import annotations
+
+import math
+import shutil
+from pathlib import Path
+
+import pytest
+
+from comparisons.advice import Setting
+from comparisons.decisions import Verdict
+from comparisons.forecast import Remaining
+from comparisons.methods import METHODS
+from comparisons.planning import plan_scene
+from comparisons.scene import load_scene
+from comparisons.study import Study
+from reports.cli import live
+from reports.cli.cli import run_command
+
+WINKLER = Path(__file__).parents[3] / "docs" / "examples" / "winkler.py"
+
+
+@pytest.fixture
+def plans():
+    compared = {"compare.methods": ["closed_form", "bem_fft"], "compare.resolutions": [6, 12, 24]}
+    return plan_scene(load_scene("paraboloid", compared))
+
+
+def setting(method, seconds, error, truth=False):
+    told = Verdict("force", "penetration", "within", 0.01, error=error, high=error)
+    return Setting(method, 10, seconds, (told,), is_truth=truth)
+
+
+def watched(plans, folder):
+    with live.watching() as watch:
+        Study(plans, folder, watch=watch).run()
+
+
+def test_nothing_is_told_to_a_pipe(plans, tmp_path, capsys):
+    watched(plans, tmp_path / "out")
+    told = capsys.readouterr()
+    assert (told.out, told.err) == ("", "")
+
+
+def test_a_terminal_that_cannot_move_its_cursor_gets_plain_lines(
+    plans, tmp_path, capsys, monkeypatch
+):
+    monkeypatch.setenv("TTY_COMPATIBLE", "1")
+    monkeypatch.setenv("TTY_INTERACTIVE", "0")
+    watched(plans, tmp_path / "out")
+    told = capsys.readouterr()
+    assert told.out == ""
+    lines = told.err.splitlines()
+    assert lines[0].startswith("solved 1 of 4")
+    assert lines[-1] == "solved 4 of 4, paraboloid bem_fft 24"
+    assert "\x1b" not in told.err
+
+
+def test_a_terminal_gets_a_bar_and_the_plot_of_a_long_run(plans, tmp_path, capsys, monkeypatch):
+    monkeypatch.setenv("TTY_COMPATIBLE", "1")
+    monkeypatch.setenv("TTY_INTERACTIVE", "1")
+    monkeypatch.setattr(live, "LONG", 0.0)
+    monkeypatch.setattr(live, "DRAW", 0.0)
+    monkeypatch.setattr(live, "SHARE", math.inf)
+    watched(plans, tmp_path / "out")
+    told = capsys.readouterr()
+    assert told.out == ""
+    assert "solved 4 of 4" in told.err
+    assert "paraboloid: largest error over the time of a solve, against closed_form 1" in told.err
+    assert "a bem_fft" in told.err or "b bem_fft" in told.err
+
+
+def test_the_plot_has_decades_letters_and_a_capital_for_the_truth():
+    points = [
+        setting("reduced", 1e-3, 0.1),
+        setting("bem_fft", 0.1, 0.001),
+        setting("fem", 10.0, 0.01, truth=True),
+        setting("closed_form", 1e-4, 0.0),  # no place on a logarithmic axis
+        setting("other", 1e-4, math.nan),
+    ]
+    lines = live.scatter(points, width=41, height=5).splitlines()
+    assert len(lines) == 5 + 3
+    assert lines[0].partition("|")[2] == "a"  # fastest, largest error
+    assert lines[2].partition("|")[2] == " " * 40 + "C"  # slowest, in the middle of two decades
+    assert lines[4].partition("|")[2] == " " * 20 + "b"
+    assert lines[-1] == "a reduced  b bem_fft  c fem"
+    assert live.scatter(points[3:]) == ""
+
+
+@pytest.mark.parametrize(
+    ("rest", "words"),
+    [
+        (Remaining(90.0, True), "solved 1 of 3, about 90\u202fs left"),
+        (Remaining(90.0, False), "solved 1 of 3, at least 90\u202fs left"),
+        (Remaining(0.0, False), "solved 1 of 3"),
+    ],
+)
+def test_the_remaining_time_says_whether_it_is_all(rest, words):
+    class Half:
+        counts = (1, 3)
+
+        def remaining(self):
+            return rest
+
+    assert live.solved(Half()) == words
+
+
+@pytest.mark.parametrize(
+    ("more", "told"),
+    [
+        (["--part", "6/5"], "--part: expected K/N with K from 1 to N, such as 2/5, got '6/5'"),
+        (["--part", "half"], "got 'half'"),
+        (["--part", "1/" + "9" * 5000], "got '1/999"),
+        (["--workers", "2", "--scheduler", "tcp://a:1"], "expected at most one of them"),
+    ],
+)
+def test_wrong_shares_of_the_work_are_code_2_and_write_nothing(tmp_path, capsys, more, told):
+    out = tmp_path / "out"
+    assert run_command(["run", "paraboloid", "--out", str(out), *more]) == 2
+    assert told in capsys.readouterr().err
+    assert not out.exists()
+
+
+def test_parts_on_the_command_line_merge(tmp_path, capsys):
+    options = ["--methods", "closed_form,reduced", "--no-pictures"]
+    folders = [tmp_path / f"part-{k}" for k in (1, 2)]
+    for k, folder in enumerate(folders, start=1):
+        words = ["run", "paraboloid", "--part", f"{k}/2", "--out", str(folder), *options]
+        assert run_command(words) == 0
+    merged = tmp_path / "merged"
+    names = [str(folder) for folder in folders]
+    assert run_command(["merge", *names, "--out", str(merged), "--no-pictures"]) == 0
+    assert (merged / "report.html").exists()
+    assert run_command(["merge", *names, "--out", str(merged)]) == 2
+    assert "expected a new folder" in capsys.readouterr().err
+    page = (merged / "report.html").read_text(encoding="utf-8")
+    assert "<dt>merged run 2</dt>" in page
+    assert "<strong>Part" not in page
+    assert "<strong>Part 2/2</strong>" in (folders[1] / "report.html").read_text(encoding="utf-8")
+    copy = tmp_path / "copy"
+    shutil.copytree(folders[0], copy)
+    alone = ["merge", names[0], str(copy), "--out", str(tmp_path / "half"), "--no-pictures"]
+    assert run_command(alone) == 1  # what no run has is told
+    assert "not done" in capsys.readouterr().out
+
+
+@pytest.mark.slow
+def test_parts_with_a_method_from_outside_merge_where_it_is_named(
+    tmp_path, capsys, methods_restored
+):
+    names = [str(tmp_path / f"part-{k}") for k in (1, 2)]
+    words = ["--method-file", str(WINKLER), "--no-pictures"]
+    for k, name in enumerate(names, start=1):
+        more = ["--part", f"{k}/2", "--out", name, "--methods", "closed_form,reduced,winkler"]
+        assert run_command(["run", "paraboloid", *more, *words]) == 0
+    METHODS.pop("winkler")
+    capsys.readouterr()
+    assert run_command(["merge", *names, "--out", str(tmp_path / "a"), "--no-pictures"]) == 2
+    assert "winkler" in capsys.readouterr().err
+    assert run_command(["merge", *names, "--out", str(tmp_path / "b"), *words]) == 0

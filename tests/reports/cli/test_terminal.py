@@ -1,0 +1,151 @@
+"""What the command line prints: tables for people, text as it is, progress only where watched."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from comparisons.planning import plan_scene
+from comparisons.scene import make_scene
+from comparisons.single import solve_scene
+from comparisons.study import Study
+from reports.cli import terminal
+
+# Everything that a markup language of terminals might take for its own.
+HOSTILE = "[red]ball[/red] [/] [bold [link=x] :smile: \x1b[31m"
+TABLES = {
+    "name": "ball",
+    "title": HOSTILE,
+    "half_space": {"effective_modulus": 1e9},
+    "indenter": {"shape": "paraboloid", "radius": 0.01},
+    "loading": {"penetration": [1e-6, 2e-6]},
+    "compare": {"methods": ["closed_form", "reduced", "bem_fft"], "resolutions": [4, 8]},
+}
+
+
+@pytest.fixture(autouse=True)
+def wide(monkeypatch):
+    """Let no cell of a table be folded."""
+    monkeypatch.setenv("COLUMNS", "250")
+
+
+@pytest.fixture
+def plans():
+    return plan_scene(make_scene(TABLES, "ball.toml", Path()))
+
+
+@pytest.fixture
+def record(plans, tmp_path):
+    return Study(plans, tmp_path / "out").run()
+
+
+def task_of(plans):
+    return plans[0].tasks[0]
+
+
+def test_progress_is_silent_where_nobody_watches(capsys, plans):
+    with terminal.progress() as report:
+        report(0, 2, None)
+        report(1, 2, task_of(plans))
+    told = capsys.readouterr()
+    assert (told.out, told.err) == ("", "")
+
+
+def test_progress_goes_to_the_error_stream_of_a_terminal(capsys, monkeypatch, plans):
+    """Standard output stays clean for what a program prints."""
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    with terminal.progress() as report:
+        report(0, 2, None)
+        report(1, 2, task_of(plans))
+        report(2, 2, task_of(plans))
+    told = capsys.readouterr()
+    assert told.out == ""
+    assert "solved ball closed_form 1" in told.err
+    assert "2/2" in told.err
+
+
+def test_titles_are_printed_as_they_are(capsys, plans, record, tmp_path):
+    """Neither taken for markup nor allowed to send escape codes to the terminal."""
+    terminal.print_plans(plans)
+    planned = capsys.readouterr().out
+    path = tmp_path / "ball.toml"
+    path.write_text(plans[0].scene.text, encoding="utf-8")
+    terminal.print_solution(solve_scene(str(path), "closed_form"))
+    solved = capsys.readouterr().out
+    printed = "[red]ball[/red] [/] [bold [link=x] :smile: \N{REPLACEMENT CHARACTER}[31m"
+    for text in (planned, solved):
+        assert printed in " ".join(text.split())  # a title may be folded
+        assert "\x1b" not in text
+
+
+def test_reasons_and_sentences_are_printed_as_they_are(capsys, plans, record):
+    (scene,) = record.scenes
+    reference = scene.reference | {"text": "[/] truth."}
+    odd = replace(scene, reference=reference, measures=scene.measures.iloc[:0])
+    odd = replace(odd, rows=odd.rows.iloc[:0], disagreements=("[/red] they differ",))
+    lost = [(task_of(plans), "[/bold] broke")] * 14
+    terminal.print_study(replace(record, scenes=(odd,)), lost)
+    told = capsys.readouterr().out
+    assert "ball: [/] truth." in told
+    assert "ball: [/red] they differ" in told
+    assert told.count("lost: ball closed_form 1: [/bold] broke") == terminal.MANY
+    assert f"... and {14 - terminal.MANY} more lost solves" in told
+
+
+def test_a_plan_is_a_table_with_a_reason_for_each_method_left_out(capsys, plans):
+    terminal.print_plans(plans)
+    told = capsys.readouterr().out
+    assert "(ball)" in told
+    (row,) = [line for line in told.splitlines() if line.startswith("reduced")]
+    assert "4, 8" in row
+    (row,) = [line for line in told.splitlines() if line.startswith("fem")]
+    assert "not run: not asked for" in row
+    assert "left out: pressure fields" in told
+    assert "note: only E* is given" in told
+
+
+def test_a_plan_says_which_resolutions_were_left_out(capsys, plans):
+    (plan,) = plans
+    some = replace(plan.methods[3], reason="left out 8: needs about 9 GB, and 1 GB are free")
+    terminal.print_plans([replace(plan, methods=(*plan.methods[:3], some))])
+    assert "[left out 8: needs about 9 GB, and 1 GB are free]" in capsys.readouterr().out
+
+
+def test_a_study_ends_with_verdicts_the_answer_and_the_report(capsys, record):
+    terminal.print_study(record, [])
+    told = capsys.readouterr().out
+    for quantity in ("force", "penetration", "contact area"):
+        (row,) = [
+            line for line in told.splitlines() if f" {quantity} " in line and "within" in line
+        ]
+        assert "within 1" in row
+    assert f"ball: {record.scenes[0].answer}" in told
+    assert str(record.directory / "report.html") in told
+    assert "lost" not in told
+
+
+def test_a_solution_is_printed_in_prefixed_units(capsys):
+    """Hertz at d = 1 um under R = 10 mm, steel: F = 4/3 E* R^(1/2) d^(3/2) = 30.7692 N."""
+    result = solve_scene("paraboloid", "closed_form")
+    terminal.print_solution(result)
+    lines = capsys.readouterr().out.splitlines()
+    heading = next(line for line in lines if "penetration / µm" in line)
+    assert "force / kN" in heading
+    first = lines[lines.index(heading) + 1].split()
+    force = 4 / 3 * 210e9 / 0.91 * 0.1 * 1e-9 / 1e3
+    assert float(first[0]) == pytest.approx(1.0, rel=1e-5)
+    assert float(first[1]) == pytest.approx(force, rel=1e-5)
+    assert any("resolution 1" in line for line in lines)
+
+
+def test_every_built_in_scene_and_method_has_a_line(capsys):
+    terminal.print_scenes()
+    told = capsys.readouterr().out
+    (row,) = [line for line in told.splitlines() if line.startswith("paraboloid ")]
+    assert "quick, single" in row
+    terminal.print_methods()
+    told = capsys.readouterr().out
+    (row,) = [line for line in told.splitlines() if line.startswith("reduced ")]
+    assert "a line" in row

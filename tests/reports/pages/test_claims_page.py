@@ -1,0 +1,134 @@
+"""`roughline claims`: the table, the page, the files, the exit codes."""
+
+from __future__ import annotations
+
+import json
+import re
+from dataclasses import replace
+
+import pytest
+
+from comparisons.claims.claim import IN_A_RANGE, load_claims
+from comparisons.claims.record import load_claims_record
+from reports.cli.cli import run_command
+from reports.pages.claims import claims_page
+from reports.plots.claim import evidence
+
+CLAIM = """
+id = "square"
+text = "A square punch is a circle of equal area <script>alert(1)</script>."
+equation = "(5.13)"
+scene = "square-punch"
+quantity = "stiffness"
+tolerance = {tolerance}
+refuted_by = "A stiffness that errs more."
+expected = "holds"
+"""
+
+
+@pytest.fixture(scope="module")
+def judged(tmp_path_factory):
+    """One claim that holds in a range, and one from a file that does not hold as expected."""
+    root = tmp_path_factory.mktemp("claims")
+    (root / "square.toml").write_text(CLAIM.format(tolerance=0.005))
+    code = run_command(
+        [
+            *("claims", "ellipsoid-force", str(root / "square.toml"), "--quick"),
+            *("--out", str(root / "out"), "--json", str(root / "copy.json"), "--workers", "1"),
+        ]
+    )
+    return code, root
+
+
+def test_a_verdict_that_differs_from_the_expected_one_is_exit_code_1(judged):
+    """The square's stiffness factor is 1.0212: 0.5 % is not kept, as the file expects."""
+    code, root = judged
+    assert code == 1
+    record = load_claims_record(root / "out")
+    assert [claim.verdict for claim in record.claims] == [IN_A_RANGE, "fails"]
+    assert [claim.differs for claim in record.claims] == [False, True]
+    assert record == load_claims_record(root / "copy.json")
+
+
+def test_the_page_shows_words_numbers_pictures_and_commands(judged):
+    _, root = judged
+    page = (root / "out" / "report.html").read_text(encoding="utf-8")
+    record = load_claims_record(root / "out")
+    for claim in record.claims:
+        assert claim.command in page
+        assert f'href="#claim-{claim.id}"' in page
+    assert 'class="verdict outside">fails' in page
+    assert 'class="verdict partly">holds in a range' in page
+    assert "<script>alert" not in page
+    figure = json.loads(
+        re.search(r'id="data-claim-ellipsoid-force-evidence">(.*?)</script>', page, re.S)[1]
+    )
+    assert {trace["name"] for trace in figure["data"]} == {"within", "outside"}
+
+
+def test_the_shaded_stretch_is_the_range_found(judged):
+    _, root = judged
+    claim = load_claims_record(root / "out").claims[0]
+    shaded = evidence(claim).spec["layout"]["shapes"][0]
+    (stretch,) = claim.ranges
+    # Values, although the axis is logarithmic: annotations alone take logarithms.
+    assert claim.spacing == "log"
+    assert [shaded["x0"], shaded["x1"]] == [stretch.low, stretch.high]
+
+
+def test_disagreeing_references_stand_at_the_top(judged):
+    _, root = judged
+    record = load_claims_record(root / "out")
+    text = "FEM and closed form differ in force by 2 %"
+    odd = record.claims[0].model_copy(update={"disagreements": [text]})
+    page = claims_page(record.model_copy(update={"claims": [odd]}))
+    assert page.index("References disagree") < page.index(text) < page.index('<h2 id="verdicts"')
+
+
+def test_the_report_can_be_written_anew(judged, capsys):
+    _, root = judged
+    report = root / "out" / "report.html"
+    before = report.read_text(encoding="utf-8")
+    report.unlink()
+    assert run_command(["report", str(root / "out")]) == 0
+    assert report.read_text(encoding="utf-8") == before
+    assert "report.html" in capsys.readouterr().out
+
+
+def test_wrong_claims_are_exit_code_2_and_write_nothing(tmp_path, capsys):
+    out = tmp_path / "out"
+    assert run_command(["claims", "no-such-claim", "--out", str(out)]) == 2
+    assert "no such claim" in capsys.readouterr().err
+    assert run_command(["claims", "ellipsoid-force", "--workers", "0", "--out", str(out)]) == 2
+    assert not out.exists()
+
+
+def test_claims_are_listed(capsys):
+    assert run_command(["list", "claims"]) == 0
+    shown = capsys.readouterr().out
+    assert load_claims()[0].id[:10] in shown
+
+
+def test_calibrate_writes_its_table_and_page_and_says_whether_the_bars_are_right(
+    tmp_path, monkeypatch, capsys
+):
+    """Bars of twice the true error are right: exit code 0; bars of half of it miss: 1."""
+    from comparisons import calibration
+
+    series = {"bem_fft": ((4, 6, 8),)}
+    small = [
+        case
+        for half, shapes in (("fitting", calibration.FITTING), ("reported", calibration.REPORTED))
+        for case in calibration.shape_cases(half, *next(iter(shapes.items())), series)
+    ]
+    right = [replace(case, bars=2 * case.errors) for case in small]
+    monkeypatch.setattr(calibration, "cases", lambda workers: right)
+    out = tmp_path / "calibration"
+    assert run_command(["calibrate", "--out", str(out)]) == 0
+    assert "covers the true error in 100.0%" in capsys.readouterr().out
+    assert len((out / "calibration.csv").read_text().splitlines()) == len(right) + 1
+    assert "Are the error bars right?" in (out / "report.html").read_text(encoding="utf-8")
+    missed = [replace(case, bars=0.5 * case.errors) for case in small]
+    monkeypatch.setattr(calibration, "cases", lambda workers: missed)
+    assert run_command(["calibrate", "--out", str(out)]) == 1
+    assert run_command(["calibrate", "--workers", "0"]) == 2

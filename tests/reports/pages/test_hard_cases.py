@@ -1,0 +1,251 @@
+"""The command `hard-cases` and its page: all outcomes shown, failures plotted, input distrusted."""
+
+from __future__ import annotations
+
+import json
+
+import pytest
+
+from comparisons import execution
+from comparisons.errors import LostWorkError
+from comparisons.hard_cases import record as files
+from comparisons.hard_cases.catalogue import catalogue
+from comparisons.hard_cases.record import HardCasesRecord, OutcomeRecord, load_record
+from comparisons.methods import METHODS
+from comparisons.store import ResultsError
+from reports.cli.cli import run_command
+from reports.pages.hard_cases import hard_cases_page
+from reports.plots.hard_cases import stability
+
+
+def outcome(case="ball", method="reduced", kind="accurate", **more):
+    numbers = {"error": 1e-3, "area_error": 0.01, "bar": 1e-4, "seconds": 0.01, "resolution": 40}
+    if kind not in ("accurate", "degraded"):
+        numbers = {"error": None, "area_error": None, "bar": None, "seconds": None, "resolution": 0}
+    fixed = {"case": case, "title": case.title(), "method": method, "kind": kind, "reason": ""}
+    rest = {"lost": [], "expected": "accurate, error at most 1 %", "deviation": ""}
+    return OutcomeRecord(**fixed | numbers | rest | more)
+
+
+@pytest.fixture
+def record():
+    """Return a maker of records of a run."""
+
+    def make(*outcomes, **more):
+        settings = {
+            "created": "2026-01-01T12:00:00+00:00",
+            "command": "roughline hard-cases",
+            "effort": "quick",
+            "seconds": 1.0,
+            "machine": {"processor": "abacus", "cores": 2},
+            "versions": {"numpy": "2.0"},
+            "interrupted": False,
+            "hard": {},
+        }
+        return HardCasesRecord(**settings | more, outcomes=list(outcomes))
+
+    return make
+
+
+# --- the command --------------------------------------------------------------------------------
+
+
+@pytest.fixture
+def hard_cases(tmp_path, monkeypatch):
+    """Return a runner of the command on a few cases; it gives the exit code and the folder."""
+    monkeypatch.setattr(execution, "REPEATS", 1)
+
+    def run(*arguments):
+        folder = tmp_path / "out"
+        return run_command(["hard-cases", *arguments, "--out", str(folder)]), folder
+
+    return run
+
+
+FEW = ("--case", "load-one", "--case", "profile-hollow", "--case", "nu-0-5")
+
+
+def test_the_command_writes_table_record_and_page(hard_cases, capsys, tmp_path):
+    code, folder = hard_cases("reduced", "closed_form", *FEW, "--json", str(tmp_path / "own.json"))
+    assert code == 0
+    assert {each.name for each in folder.iterdir()} == {files.RECORD, files.TABLE, files.PAGE}
+    assert "every outcome is as the catalogue expects" in capsys.readouterr().out
+    document = json.loads((tmp_path / "own.json").read_text())
+    assert document == json.loads((folder / files.RECORD).read_text())
+    kinds = {(each["case"], each["method"]): each["kind"] for each in document["outcomes"]}
+    assert kinds["load-one", "reduced"] == "accurate"
+    assert kinds["profile-hollow", "closed_form"] == "refused"
+    assert len(kinds) == 6
+
+
+def test_a_page_is_written_anew(hard_cases):
+    _, folder = hard_cases("reduced", *FEW)
+    (folder / files.PAGE).unlink()
+    assert run_command(["report", str(folder)]) == 0
+    assert "Poisson" in (folder / files.PAGE).read_text()
+
+
+def test_an_unexpected_outcome_is_exit_code_one(hard_cases, monkeypatch, capsys):
+    class Soft(type(METHODS["reduced"])):
+        def solve(self, task):
+            solution = super().solve(task)
+            solution.quantities["force"] *= 0.9
+            return solution
+
+    monkeypatch.setitem(METHODS, "reduced", Soft())
+    code, folder = hard_cases("reduced", *FEW)
+    assert code == 1
+    assert "degraded instead of accurate" in capsys.readouterr().out
+    assert "Not as expected" in (folder / files.PAGE).read_text()
+
+
+def test_slow_pairs_are_left_to_full_runs(hard_cases):
+    code, folder = hard_cases("fem", "--case", "load-one")
+    assert code == 0
+    (only,) = load_record(folder).outcomes
+    assert (only.kind, only.reason) == ("left out", "--full runs it")
+
+
+def test_unknown_methods_and_cases_are_listed_at_once(hard_cases, capsys):
+    code, folder = hard_cases("nastran", "--case", "moon")
+    said = capsys.readouterr().err
+    assert code == 2
+    assert "'nastran'" in said
+    assert "'moon'" in said
+    assert not folder.exists()
+
+
+@pytest.mark.parametrize("name", ["report.html", "study.json"])
+def test_a_folder_of_others_is_left_alone(hard_cases, tmp_path, name):
+    (tmp_path / "out").mkdir()
+    (tmp_path / "out" / name).write_text("precious")
+    code, folder = hard_cases("reduced", *FEW)
+    assert code == 2
+    assert [each.name for each in folder.iterdir()] == [name]
+    assert (folder / name).read_text() == "precious"
+
+
+def test_an_interrupted_run_keeps_what_is_done(hard_cases, monkeypatch, capsys):
+    class Stopped(type(METHODS["reduced"])):
+        def solve(self, task):
+            if task.scene.name == "load-twins-force":
+                raise KeyboardInterrupt
+            return super().solve(task)
+
+    monkeypatch.setitem(METHODS, "reduced", Stopped())
+    code, folder = hard_cases("reduced", "--case", "load-one", "--case", "load-twins-force")
+    assert code == 3
+    assert capsys.readouterr().err == "interrupted\n"  # this command has no --resume to speak of
+    kept = load_record(folder)
+    assert kept.interrupted
+    assert [each.case for each in kept.outcomes] == ["load-one"]
+
+
+def test_a_lost_cluster_is_told_with_its_reason(hard_cases, monkeypatch, capsys):
+    def lost(*arguments, **more):
+        raise LostWorkError("the scheduler is gone")
+
+    monkeypatch.setattr("comparisons.hard_cases.run.run_cases", lost)
+    code, folder = hard_cases("reduced", "--case", "load-one")
+    assert code == 3
+    assert capsys.readouterr().err == "the scheduler is gone\n"
+    assert load_record(folder).interrupted
+
+
+OWN = """
+[cases.deep]
+title = "A ball pressed by a micrometre"
+hard = "nothing"
+like = "easy"
+scene."loading.penetration" = "1 um"
+"""
+
+
+def test_cases_of_a_file_are_run_beside_built_in_ones(hard_cases, tmp_path, capsys):
+    """From one table to the page: springs are exact for a paraboloid, as an easy scene says."""
+    (tmp_path / "own.toml").write_text(OWN)
+    code, folder = hard_cases("reduced", "--case", "load-one", "--case", str(tmp_path / "own.toml"))
+    assert code == 0
+    assert [(one.case, one.kind) for one in load_record(folder).outcomes] == [
+        ("load-one", "accurate"),
+        ("deep", "accurate"),
+    ]
+    assert "A ball pressed by a micrometre" in (folder / files.PAGE).read_text()
+
+
+def test_a_wrong_file_of_cases_is_told_and_nothing_is_written(hard_cases, tmp_path, capsys):
+    own = tmp_path / "own.toml"
+    own.write_text(OWN + "colour = 1\nexpected.fem = { accurate = -1 }\n")
+    code, folder = hard_cases("reduced", "--case", str(own), "--case", "moon")
+    said = capsys.readouterr().err
+    assert code == 2
+    assert f"{own}: deep: colour: unknown key" in said
+    assert f"{own}: deep: expected.fem.accurate.0: expected a positive finite number" in said
+    assert "'moon'" in said
+    assert "Traceback" not in said
+    assert not folder.exists()
+
+
+def test_the_catalogue_is_listed(capsys):
+    assert run_command(["list", "hard-cases"]) == 0
+    said = capsys.readouterr().out.split()
+    assert set(catalogue()) <= set(said)
+
+
+# --- the page -------------------------------------------------------------------------------------
+
+
+def test_failures_are_hollow_crosses_at_the_upper_edge(record):
+    """Lost and refused ones; a method never meant for a case has not failed."""
+    figure = stability(
+        record(
+            outcome(),
+            outcome("ring", kind="refused", reason="hollow"),
+            outcome("rough", kind="lost", reason="no luck"),
+            outcome("map", kind="not for", reason="no form"),
+        )
+    )
+    solved, failed = figure.spec["data"]
+    assert solved["y"] == [pytest.approx(1.1e-3)]
+    assert failed["marker"]["symbol"] == "x-open"
+    assert [text.partition(": ")[2] for text in failed["text"]] == [
+        "refused: hollow",
+        "lost: no luck",
+    ]
+    low, high = figure.spec["layout"]["yaxis"]["range"]
+    assert all(y == pytest.approx(10**high, rel=0.01) for y in failed["y"])
+    assert low < high
+    assert len(set(failed["x"])) == 2
+
+
+def test_without_a_solution_there_is_no_plot(record):
+    assert stability(record(outcome(kind="lost", reason="x"))) is None
+    assert "<table" in hard_cases_page(record(outcome(kind="lost", reason="x")))
+
+
+def test_names_and_reasons_cannot_inject_html(record):
+    """Methods from outside choose their names and reasons; nothing of it becomes markup."""
+    evil = '<script>alert(1)</script>"onload="x'
+    page = hard_cases_page(
+        record(
+            outcome(),
+            outcome(evil, method=evil, kind="lost", reason=evil, deviation=evil, expected=evil),
+            outcome(evil, method=evil, title=evil),
+            command=evil,
+        )
+    )
+    assert "<script>alert" not in page
+    assert '"onload="' not in page
+
+
+def test_a_refusal_of_all_methods_is_said_once(record):
+    shown = [outcome("ring", m, "refused", reason="hollow profiles") for m in ("reduced", "fem")]
+    assert hard_cases_page(record(*shown)).count("hollow profiles") == 1
+
+
+@pytest.mark.parametrize("text", ["", "{", '{"outcomes": 3}', "[]", "\udcff"])
+def test_damaged_records_are_refused(tmp_path, text):
+    (tmp_path / files.RECORD).write_bytes(text.encode(errors="surrogateescape"))
+    with pytest.raises(ResultsError, match="damaged results"):
+        load_record(tmp_path)
+    assert run_command(["report", str(tmp_path)]) == 2

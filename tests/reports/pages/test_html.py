@@ -1,0 +1,301 @@
+"""The page as a whole: offline, inert against hostile text, complete, and right in its verdicts."""
+
+from __future__ import annotations
+
+import json
+import math
+import re
+from dataclasses import replace
+from html.parser import HTMLParser
+
+import pandas as pd
+import pytest
+
+from comparisons.advice import advise
+from comparisons.decisions import second_rows, verdicts, worst
+from comparisons.verdicts import judge
+from reports.pages import study as html
+from reports.pages import tables
+from reports.pages.page import embedded_json
+
+SECTIONS = ("picture", "plan", "curves", "errors", "pressure", "speed", "table", "repeat")
+
+
+class Page(HTMLParser):
+    """Tags with their attributes, the text outside scripts, and the scripts."""
+
+    def __init__(self, text: str) -> None:
+        super().__init__(convert_charrefs=True)
+        self.tags: list[tuple[str, dict]] = []
+        self.scripts: list[tuple[dict, str]] = []
+        self.text = ""
+        self._open: str | None = None
+        self.feed(text)
+        self.close()
+
+    def handle_starttag(self, tag, attrs):
+        self.tags.append((tag, dict(attrs)))
+        self.text += "\n" if tag in {"td", "th", "p", "dt", "dd", "h2", "h3"} else ""
+        self._open = tag if tag in {"script", "style"} else None
+        if tag == "script":
+            self.scripts.append((dict(attrs), ""))
+
+    def handle_endtag(self, tag):
+        self._open = None
+
+    def handle_data(self, data):
+        if self._open == "script":
+            attributes, before = self.scripts[-1]
+            self.scripts[-1] = (attributes, before + data)
+        elif self._open is None:
+            self.text += data
+
+    @property
+    def ids(self) -> list[str]:
+        return [attributes["id"] for _, attributes in self.tags if "id" in attributes]
+
+    @property
+    def figures(self) -> dict[str, dict]:
+        return {
+            attributes["id"]: json.loads(text)
+            for attributes, text in self.scripts
+            if attributes.get("type") == "application/json"
+        }
+
+
+@pytest.fixture(scope="module")
+def source(study):
+    return html.page(study, with_pictures=False)
+
+
+@pytest.fixture(scope="module")
+def parsed(source):
+    return Page(source)
+
+
+def test_nothing_is_fetched_from_anywhere(parsed):
+    """No attribute that loads leads out of the file; the policy forbids what might be missed."""
+    for tag, attributes in parsed.tags:
+        for name in ("src", "href", "srcset", "data", "action", "poster"):
+            target = attributes.get(name, "")
+            assert target == "" or target.startswith(("#", "data:image/png")), (tag, target)
+        assert tag not in {"link", "iframe", "object", "embed", "base"}
+    policy = next(a["content"] for t, a in parsed.tags if t == "meta" and "http-equiv" in a)
+    assert policy.startswith("default-src 'none'")
+    assert "http" not in policy
+
+
+def test_plotly_is_embedded_exactly_once(source, parsed):
+    programs = [text for attributes, text in parsed.scripts if "type" not in attributes]
+    assert sum("plotly.js v" in text[:500] for text in programs) == 1
+    assert source.count("Copyright 2012") == 1
+    assert len(programs) == 2
+
+
+def test_the_policy_names_the_hash_of_every_program(source, parsed):
+    """A browser would refuse a script whose hash is wrong; compute it as the standard says."""
+    import base64
+    import hashlib
+
+    for attributes, text in parsed.scripts:
+        if "type" not in attributes:
+            digest = base64.b64encode(hashlib.sha256(text.encode()).digest()).decode()
+            assert f"'sha256-{digest}'" in source.replace("&#39;", "'").replace("&#43;", "+")
+
+
+def test_hostile_text_stays_text(source, parsed):
+    """The title, a failure's reason and the scene's TOML carry markup; all of it must be shown."""
+    assert "<script>alert" not in source
+    assert "Ball <script>alert(1)</script> & 'quotes' on a half-space" in parsed.text
+    assert "[<b>residual</b> 1e-3]" in parsed.text
+    assert "</script><b>&" in parsed.text
+    assert not any(tag == "b" and not attributes for tag, attributes in parsed.tags)
+    for attributes, text in parsed.scripts:
+        if attributes.get("type") == "application/json":
+            assert "<" not in text
+
+
+def test_text_in_plots_carries_no_markup_of_strangers(parsed):
+    """Plotly reads a little HTML in hovers: reasons must come to it escaped."""
+    crosses = [
+        trace
+        for figure in parsed.figures.values()
+        for trace in figure["data"]
+        if trace.get("marker", {}).get("symbol") == "x-open"
+    ]
+    assert crosses
+    assert all("<b>" not in text for trace in crosses for text in trace["text"])
+    assert "&lt;b&gt;" in crosses[0]["text"][0]
+
+
+def test_figures_are_json_that_browsers_accept(parsed):
+    """NaN and Infinity are no JSON; json.loads would take them, so they are refused here."""
+
+    def refuse(name):
+        raise AssertionError(f"{name} in a figure")
+
+    for attributes, text in parsed.scripts:
+        if attributes.get("type") == "application/json":
+            json.loads(text, parse_constant=refuse)
+
+
+def test_what_is_not_a_number_is_a_gap_in_the_embedded_data():
+    assert embedded_json({"x": [math.nan, math.inf, 1.0]}) == '{"x":[null,null,1.0]}'
+
+
+def test_every_scene_has_every_section_in_the_same_order(study, parsed):
+    for number in range(1, len(study.scenes) + 1):
+        places = [parsed.ids.index(f"scene-{number}-{name}") for name in SECTIONS]
+        assert places == sorted(places)
+
+
+def test_ids_are_unique_and_links_inside_the_page_arrive(parsed):
+    assert len(parsed.ids) == len(set(parsed.ids))
+    links = {a["href"][1:] for t, a in parsed.tags if t == "a" and "href" in a}
+    assert links <= set(parsed.ids)
+
+
+def test_every_plot_has_its_data_and_something_to_draw(parsed):
+    wanted = {f"data-{a['data-figure']}" for _, a in parsed.tags if "data-figure" in a}
+    assert wanted == set(parsed.figures)
+    for key, figure in parsed.figures.items():
+        drawn = [v for t in figure["data"] for v in t.get("y", []) if v is not None]
+        assert drawn, key
+
+
+def test_no_number_has_more_digits_than_a_reader_wants(parsed):
+    """Sixteen-digit floats are the mark of a value that was printed without thought."""
+    assert not re.search(r"\d\.\d{6,}", parsed.text.replace("0.1.0", ""))
+    assert "nan" not in re.findall(r"[a-z]+", parsed.text)
+
+
+def test_the_bar_of_the_truth_is_listed_by_source(parsed):
+    """1.6 % of discretisation and 1.2 % of realisations are 2.0 % together."""
+    for part in ("discretisation", "realisations", "1.6\u202f%", "1.2\u202f%"):
+        assert part in parsed.text
+
+
+def test_reasons_answers_and_disagreements_stand_on_the_page(study, parsed):
+    for scene in study.scenes:
+        assert advise(scene).sentence in parsed.text
+        assert all(text in parsed.text for text in scene.disagreements)
+    assert "ContactMechanics takes rough maps only" in parsed.text
+    assert "active set cycled after 30 rounds" in parsed.text
+    disagreement = parsed.text.index("References disagree")
+    assert disagreement < parsed.text.index("Verdicts")
+
+
+@pytest.mark.parametrize(
+    ("error", "bar", "word"),
+    [
+        (0.25, 0.25, "within"),  # |e| + u = t holds
+        (-0.25, 0.25, "within"),
+        (0.25, 0.2500001, "not resolved"),
+        (0.75, 0.25, "not resolved"),  # |e| - u = t does not fail
+        (-0.7500001, 0.25, "outside"),
+        (0.5, 0.0, "within"),
+        (0.5000001, 0.0, "outside"),
+        (0.1, math.nan, "not resolved"),
+        (9.0, math.nan, "not resolved"),
+        (math.nan, 0.1, "no result"),
+        (math.inf, 0.1, "no result"),
+    ],
+)
+def test_the_verdict_at_the_boundaries_of_its_rule(error, bar, word):
+    """Binary fractions make the boundaries exact; the tolerance is one half."""
+    assert judge(error, bar, 0.5) == word
+
+
+def test_verdicts_use_the_finest_resolution_of_the_reduced_model(study):
+    found = verdicts(study.scenes[1])
+    assert [(item.quantity, item.word, item.resolution) for item in found] == [
+        ("penetration", "within", 128.0),
+        ("contact_area", "outside", 128.0),
+    ]
+
+
+def test_a_reduced_model_without_a_result_says_why(study):
+    scene = study.scenes[0]
+    lost = replace(scene, measures=scene.measures[scene.measures["method"] != "reduced"])
+    assert {item.word for item in verdicts(lost)} == {"no result"}
+    assert "no value of the reduced model" in verdicts(lost)[0].reason
+    silent = replace(lost, rows=lost.rows[lost.rows["method"] != "reduced"])
+    assert "the method gives none" in verdicts(silent)[0].reason
+
+
+def bare(study, **changes):
+    """Return a study of one scene of which nothing is known but its name."""
+    empty = {
+        "rows": pd.DataFrame(columns=["scene", "method"]),
+        "measures": pd.DataFrame(columns=["scene"]),
+        "plan": {},
+        "reference": {},
+        "fields": {},
+        "answer": "",
+    }
+    scene = replace(study.scenes[0], **(empty | changes))
+    return replace(study, scenes=(scene,), machine={}, interrupted=True)
+
+
+def test_a_scene_without_results_still_makes_a_page(study):
+    page = Page(html.page(bare(study)))
+    assert "no result" in page.text
+    assert "Interrupted" in page.text
+    assert page.figures == {}
+
+
+def test_all_solves_failed(study):
+    rows = study.scenes[0].rows
+    lost = rows[rows["step"].isna()]
+    page = Page(html.page(bare(study, rows=lost, plan=study.scenes[0].plan), with_pictures=False))
+    assert "active set cycled" in page.text
+
+
+def test_unknown_methods_are_drawn_in_grey(study):
+    scene = study.scenes[0]
+    rows, measures = scene.rows.copy(), scene.measures.copy()
+    for table in (rows, measures):
+        table["method"] = table["method"].replace({"bem_fft": "tamaas <2>"})
+    page = Page(
+        html.page(
+            replace(study, scenes=(replace(scene, rows=rows, measures=measures),)),
+            with_pictures=False,
+        )
+    )
+    traces = [t for figure in page.figures.values() for t in figure["data"]]
+    peers = [t for t in traces if t.get("name") == "tamaas &lt;2&gt;"]
+    assert peers
+    assert {t["line"]["color"] for t in peers} == {"@peer"}
+
+
+def test_the_file_is_written_whole(study, tmp_path):
+    path = tmp_path / "report.html"
+    html.write_report(study, path, pictures=False)
+    text = path.read_text(encoding="utf-8")
+    assert text.startswith("<!DOCTYPE html>")
+    assert text.rstrip().endswith("</html>")
+    assert [p.name for p in tmp_path.iterdir()] == ["report.html"]
+
+
+def test_the_prescribed_load_decides_and_the_other_is_a_row_to_look_up(study):
+    """Contact area at equal penetration is within; at equal force it would be outside."""
+    scene = study.scenes[0]
+    area = scene.measures[scene.measures["quantity"] == "contact_area"]
+    other = area.assign(at="force", maximum=0.5, verdict="outside")
+    both = replace(scene, measures=pd.concat([scene.measures, other], ignore_index=True))
+    (area,) = [item for item in verdicts(both) if item.quantity == "contact_area"]
+    assert (area.at, area.word) == ("penetration", "within")
+    assert worst(verdicts(both)).word == "within"
+    assert advise(both).cheapest.method == "reduced"
+    assert [(item.at, item.word) for item in second_rows(both)] == [("force", "outside")]
+    page = html.page(replace(study, scenes=(both,)), with_pictures=False)
+    assert "decides nothing" in page
+
+
+def test_lost_solves_are_listed_once_with_their_steps(study):
+    scene = study.scenes[0]
+    lost = scene.rows[scene.rows["step"].isna() & (scene.rows["method"] == "bem_dense")]
+    steps = pd.concat([lost.assign(step=n, penetration=1e-6 * n) for n in (1, 2, 3)])
+    rows = pd.concat([scene.rows[~scene.rows.index.isin(lost.index)], steps])
+    (line,) = tables.lost_solves(replace(scene, rows=rows))
+    assert line.startswith("dense BEM, N = 20, 3 load steps: active set cycled")

@@ -1,0 +1,138 @@
+"""The first screen and the tables under it: verdicts, cheapest methods, times, stability."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from comparisons.advice import advise
+from comparisons.claims.record import ClaimRecord, ClaimsRecord, PointRecord, save_claims
+from comparisons.decisions import verdicts
+from reports.pages import study as html
+from reports.pages import tables
+from reports.pages.claims_beside import claims_beside
+from reports.pages.summary import compared_methods, summary, times_to_errors
+
+
+def cells(table):
+    heads = [head.text for head in table.headers]
+    return [dict(zip(heads, row, strict=True)) for row in table.rows]
+
+
+def test_the_worst_quantity_stands_for_a_scene(study):
+    """Contact area is outside, penetration within: the scene's line says outside, and which."""
+    scene = study.scenes[1]
+    told = summary(scene, verdicts(scene), advise(scene))
+    assert (told.decisive.quantity, told.decisive.word) == ("contact_area", "outside")
+    assert told.truth.startswith("FFT BEM ±")
+
+
+def test_the_cheapest_method_is_the_one_of_the_advice(study):
+    """The summary and the sentence of the scene come from one rule: same method, same time."""
+    scene = study.scenes[0]
+    advice = advise(scene)
+    told = summary(scene, verdicts(scene), advice)
+    assert told.fastest[0].method == "reduced"
+    assert [each.seconds for each in told.fastest] == sorted(each.seconds for each in told.fastest)
+    assert "closed_form" not in {each.method for each in told.fastest}
+    assert told.truth == "closed form"
+
+
+def test_times_to_an_error_are_those_of_settings_that_were_run(study):
+    """What no setting reaches is not told; a tenfold accuracy never costs less."""
+    advice = advise(study.scenes[0])
+    run = {(each.method, each.resolution): each.seconds for each in advice.settings}
+    chosen = {error: advice.cheapest_for(error) for error in (0.1, 0.01, 1e-9)}
+    for method in ("bem_fft", "fem", "reduced"):
+        reached = [chosen[error][method] for error in (0.1, 0.01) if chosen[error][method]]
+        assert reached
+        assert [each.seconds for each in reached] == [run[method, e.resolution] for e in reached]
+        assert sorted(each.seconds for each in reached) == [each.seconds for each in reached]
+    assert chosen[1e-9]["fem"] is None
+    table = cells(times_to_errors(study.scenes[0], advice))
+    assert {"time to 1\u202f%", "time to 0.1\u202f%"} <= set(table[0])
+    row = next(each for each in table if each["method"].text == "reduced model")
+    assert row["time to 1\u202f%"].key in {t for (m, _), t in run.items() if m == "reduced"}
+
+
+def test_a_bar_too_wide_is_no_certainty(study):
+    """A setting whose error is small counts only where error and bar together are."""
+    scene = study.scenes[0]
+    wide = scene.measures.assign(uncertainty=0.5)
+    advice = advise(replace(scene, measures=wide))
+    chosen = advice.cheapest_for(0.2)
+    assert all(each is None for method, each in chosen.items() if method != "closed_form")
+
+
+def test_stability_counts_loads_iterations_and_reasons(study):
+    table = cells(tables.stability(study.scenes[0]))
+    lost = next(row for row in table if row["method"].text == "dense BEM" and row["N"].key == 20)
+    assert lost["loads solved"].text == "0"
+    assert "active set cycled" in lost["what failed"].text
+    good = next(row for row in table if row["method"].text == "FEM" and row["N"].key == 16)
+    assert (good["loads solved"].text, good["of"].text) == ("6", "6")
+    assert (good["iterations, least"].key, good["iterations, most"].key) == (12, 17)
+    assert good["largest violation"].key == pytest.approx(1e-9)
+    assert good["what failed"].text == "nothing"
+
+
+def test_an_ensemble_counts_every_realisation_once(study):
+    """Five surfaces under eight loads; the row of means is no solve."""
+    table = cells(tables.stability(study.scenes[1]))
+    assert {row["of"].text for row in table} == {"40"}
+
+
+def test_what_was_compared_names_methods_that_solved(study):
+    named = compared_methods(study.scenes)
+    assert named[:2] == ["closed form", "dense BEM"]
+    assert "reduced model" not in named
+    assert "ContactMechanics" not in named
+
+
+def claim(word: str) -> ClaimRecord:
+    point = {"uncertainty": 0.001, "word": "within", "details": {}, "seconds": 0.1}
+    points = [PointRecord(parameter=x, error=0.001 * x, **point) for x in (1.0, 2.0)]
+    return ClaimRecord(
+        id="hertz", text="Force is exact <b>", equation="(19.1)", reading="printed", corrects=None,
+        what="force", method="reduced", quantity=["force"], measure="largest", parameter="d/R",
+        spacing="linear", tolerance=0.01, refuted_by="an error above 1 %.", expected=None,
+        verdict=word, sentence="It holds.", points=points, ranges=[], disagreements=[],
+        command="roughline claims hertz", seconds=1.0, effort="quick",
+    )  # fmt: skip
+
+
+def test_claims_beside_a_study_are_taken_up_with_their_evidence(study, tmp_path):
+    folder = tmp_path / "claims"
+    folder.mkdir()
+    record = ClaimsRecord(
+        created="2026-01-31T12:00", command="roughline claims", effort="quick", seconds=1.0,
+        machine={}, versions={}, interrupted=False, claims=[claim("holds")],
+    )  # fmt: skip
+    save_claims(folder, record)
+    (folder / "report.html").write_text("page")
+    beside = claims_beside(tmp_path / "quick")
+    assert beside.page == "../claims/report.html"
+    page = html.page(replace(study, directory=tmp_path / "quick"), with_pictures=False)
+    assert "It holds." in page
+    assert "Force is exact &lt;b&gt;" in page
+    spec = page.split('id="data-claim-1-evidence">')[1].split("</script>")[0]
+    assert json.loads(spec)["data"]
+
+
+def test_without_or_with_damaged_claims_the_report_says_so(study, tmp_path):
+    assert claims_beside(tmp_path / "quick") is None
+    (tmp_path / "claims").mkdir()
+    (tmp_path / "claims" / "claims.json").write_text("{")
+    assert claims_beside(tmp_path / "quick") is None
+    page = html.page(replace(study, directory=tmp_path / "quick"), with_pictures=False)
+    assert "No run of claims stands beside this study" in page
+
+
+def test_numbers_in_tables_are_saved_with_eight_digits(study):
+    """What a CSV gets is what was measured, not what is printed."""
+    row = cells(tables.settings(study.scenes[0]))[1]
+    assert row["time"].key == pytest.approx(2e-6)
+    assert np.isfinite(row["error of force"].bar)

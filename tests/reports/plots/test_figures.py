@@ -1,0 +1,213 @@
+"""Plots: what they show of the data, and that plotly itself accepts every one of them."""
+
+from __future__ import annotations
+
+import base64
+import json
+
+import numpy as np
+import pytest
+
+from comparisons import selection
+from reports.plots import curves, model, speed
+from reports.plots import pressure as pressure_figures
+from reports.plots.style import PEER_STYLES, STYLES, log_ticks, style
+
+TOKENS = {
+    "@truth-band": "#888888",
+    "@ink-band": "#888888",
+    "@ink": "#000000",
+    "@muted": "#777777",
+    "@peer": "#767676",
+}
+
+
+def all_figures(scene):
+    found = [*curves.curves(scene), *curves.errors(scene), *speed.speed(scene)]
+    found += pressure_figures.pressures(scene)
+    return [*found, model.reduced_picture(scene)]
+
+
+def traces(figure, name):
+    return [trace for trace in figure.spec["data"] if trace.get("name") == name]
+
+
+@pytest.mark.parametrize("number", [0, 1])
+def test_plotly_accepts_every_figure(study, number):
+    """plotly.graph_objects validates each property against plotly.js' own schema."""
+    graph_objects = pytest.importorskip("plotly.graph_objects")
+    for figure in all_figures(study.scenes[number]):
+        text = json.dumps(figure.spec, allow_nan=False)
+        for token, colour in TOKENS.items():
+            text = text.replace(token, colour)
+        assert '"@' not in text, "a colour the page does not know"
+        for shown in at_every_load(json.loads(text)):
+            graph_objects.Figure(shown)
+
+
+def at_every_load(spec):
+    """Return a figure as the page draws it: as it opens, and with each frame laid over it."""
+    frames = [{"data": [{}] * len(spec["data"])}, *spec.pop("frames", [])]
+    for frame in frames:
+        traces = [trace | new for trace, new in zip(spec["data"], frame["data"], strict=True)]
+        for trace in traces:
+            if "codes" in (z := trace.get("z", ())):
+                trace["z"] = decoded(z).tolist()
+        yield {"data": traces, "layout": spec["layout"] | frame.get("layout", {})}
+
+
+def decoded(coded):
+    """Return the map behind 16-bit codes, NaN for gaps."""
+    codes = np.frombuffer(base64.b64decode(coded["codes"]), "<u2").reshape(coded["shape"])
+    return np.where(codes > 0, codes * coded["step"], np.nan)
+
+
+def test_methods_differ_in_colour_marker_and_dash():
+    """Colour alone must not carry the meaning."""
+    for part in ("colour", "symbol", "dash", "label"):
+        values = [getattr(item, part) for item in STYLES.values()]
+        assert len(set(values)) == len(values), part
+    for part in ("symbol", "dash", "label"):
+        values = [getattr(item, part) for item in (STYLES | PEER_STYLES).values()]
+        assert len(set(values)) == len(values), part
+    assert style("reduced").colour == "#D55E00"
+    assert style("bem_fft").colour == "#0072B2"
+    assert style("tamaas").colour == "@peer"
+
+
+def test_curves_carry_the_values_in_the_unit_of_the_axis(study):
+    scene = study.scenes[0]
+    force = curves.curves(scene)[0]
+    rows = selection.curve(scene, "closed_form")
+    (trace,) = traces(force, "closed form")
+    assert force.spec["layout"]["xaxis"]["title"]["text"] == "penetration depth d / µm"
+    assert force.spec["layout"]["yaxis"]["title"]["text"] == "force F / N"
+    # six digits are kept in the page
+    np.testing.assert_allclose(trace["x"], rows["penetration"] * 1e6, rtol=1e-5)
+    np.testing.assert_allclose(trace["y"], rows["force"], rtol=1e-5)
+
+
+def test_axes_become_logarithmic_with_the_span_of_the_loads(study):
+    linear, rough = (curves.curves(scene)[0].spec["layout"] for scene in study.scenes)
+    assert linear["xaxis"]["type"] == linear["yaxis"]["type"] == "linear"
+    assert rough["xaxis"]["type"] == rough["yaxis"]["type"] == "log"
+
+
+def test_ensembles_show_the_mean_between_its_bands(study):
+    scene = study.scenes[1]
+    area = next(item for item in curves.curves(scene) if item.key == "curve-contact_area")
+    bands = [trace for trace in area.spec["data"] if trace.get("fill") == "toself"]
+    (mean,) = traces(area, "reduced model")
+    # quantiles and standard error for two methods, and the uncertainty of the reference
+    assert len(bands) == 5
+    assert len(mean["y"]) == 8
+    for item in bands[-2:]:
+        count = len(item["x"]) // 2
+        low, high = item["y"][:count], item["y"][: count - 1 : -1]
+        assert all(a <= b <= c for a, b, c in zip(low, mean["y"], high, strict=True))
+
+
+def test_errors_show_their_sign_by_the_filling(study):
+    figure = curves.errors(study.scenes[0])[0]
+    (fem,), (bem,) = traces(figure, "FEM"), traces(figure, "FFT BEM")
+    assert set(fem["marker"]["symbol"]) == {"triangle-up-open"}  # the fixture's FEM is too soft
+    assert set(bem["marker"]["symbol"]) == {"diamond"}
+    assert all(value > 0 for value in fem["y"])
+
+
+def test_the_reference_is_not_compared_with_itself(study):
+    for figure in curves.errors(study.scenes[0]):
+        assert not traces(figure, "closed form")
+    for figure in curves.errors(study.scenes[1]):
+        (trace,) = traces(figure, "FFT BEM")
+        assert "N = 64" in trace["hovertemplate"]
+
+
+def test_a_lost_solve_is_a_hollow_cross_at_the_upper_edge(study):
+    figure = speed.speed(study.scenes[0])[0]
+    (cross,) = traces(figure, "dense BEM: failed")
+    edge = 10 ** figure.spec["layout"]["yaxis"]["range"][1]
+    assert cross["marker"]["symbol"] == "x-open"
+    assert cross["y"] == pytest.approx([edge], rel=0.01)
+    assert cross["x"] == pytest.approx([1.024])  # 4 ms growing 16-fold twice
+    assert "active set cycled" in cross["text"][0]
+
+
+def test_setup_is_taken_off_at_the_hollow_marker(study):
+    figure = speed.speed(study.scenes[0])[0]
+    (full,), (rest,) = traces(figure, "FEM"), traces(figure, "FEM, without set-up")
+    assert rest["x"] == pytest.approx([0.3 * value for value in full["x"]], rel=1e-4)
+    assert rest["y"] == full["y"]
+    assert rest["marker"]["symbol"] == "triangle-up-open"
+
+
+def test_no_setting_lies_below_the_front(study):
+    """At the time of every setting the front is at most as high as its error."""
+    for scene in study.scenes:
+        for figure in speed.speed(scene):
+            (front,) = traces(figure, "front")
+            corners = list(zip(front["x"], front["y"], strict=True))
+            for trace in figure.spec["data"]:
+                if trace.get("mode") != "lines+markers":
+                    continue
+                for time, error in zip(trace["x"], trace["y"], strict=True):
+                    best = min(y for x, y in corners if x <= time * (1 + 1e-9))
+                    assert best <= error * (1 + 1e-9)
+
+
+def test_the_reference_is_marked_at_its_own_uncertainty(study):
+    figure = speed.speed(study.scenes[1])[0]
+    (mark,) = traces(figure, "reference (FFT BEM)")
+    assert mark["y"] == [0.01]
+
+
+def test_pressure_is_made_dimensionless_by_the_reference(study):
+    """Hertz: the peak is 3/2 of the mean pressure and vanishes at r = a."""
+    (figure,) = pressure_figures.pressures(study.scenes[0])
+    (exact,) = traces(figure, "closed form")
+    assert exact["y"][0] == pytest.approx(1.5, rel=1e-5)
+    assert all(p == 0 for r, p in zip(exact["x"], exact["y"], strict=True) if r > 1)
+
+
+def test_rough_contacts_get_a_map_with_gaps_between_contacts(study):
+    figure = pressure_figures.pressures(study.scenes[1])[0]
+    stored = study.scenes[1].load_fields("bem_fft", 128)
+    pressure = stored["pressure"].reshape(64, 64)
+    z = decoded(figure.spec["data"][0]["z"])
+    # plotly's first index runs along y
+    np.testing.assert_array_equal(np.isfinite(z), pressure.T > 0)
+    highest = np.nanmax(z)
+    np.testing.assert_allclose(
+        z[pressure.T > 0] / highest,
+        pressure.T[pressure.T > 0] / pressure.max(),
+        atol=1e-4,  # a code is 1/65535 of the highest value
+    )
+    assert figure.spec["layout"]["yaxis"]["scaleanchor"] == "x"
+
+
+def test_large_maps_keep_their_peaks():
+    rng = np.random.default_rng(3)
+    values = rng.random((300, 270))
+    side = np.arange(300.0), np.arange(270.0)
+    small, x, y = pressure_figures._coarsened(values, *side)
+    assert max(small.shape) <= pressure_figures.MOST_PIXELS
+    assert small.shape == (len(x), len(y))
+    assert small.max() == values.max()
+
+
+def test_long_lines_keep_their_peaks():
+    x = np.linspace(0, 1, 20000)
+    y = np.zeros_like(x)
+    y[12345] = 1.0
+    short_x, short_y = model._thinned(x, y)
+    assert len(short_x) <= model.MOST_LINE_POINTS
+    assert short_y.max() == 1.0
+    assert np.all(np.diff(short_x) > 0)
+
+
+def test_ticks_of_logarithmic_axes_stay_few_and_inside():
+    for low, high in [(1e-6, 1e-1), (0.9, 30), (1e-16, 1.0), (0.2, 0.4)]:
+        ticks = log_ticks(low, high, str)["tickvals"]
+        assert 1 <= len(ticks) <= 11
+        assert low * 0.99 <= ticks[0]
+        assert ticks[-1] <= high * 1.01

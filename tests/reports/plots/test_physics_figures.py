@@ -1,0 +1,115 @@
+"""Plots of paths, histories and speeds: loops stay loops, and errors stand over the steps."""
+
+from __future__ import annotations
+
+import json
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from comparisons import selection
+from comparisons.store import SceneRecord
+from reports.pages import tables
+from reports.plots import curves, speed
+
+
+def record(control: str, axis: str, columns: dict, bar: float = 0.0) -> SceneRecord:
+    """Return a scene with a truth and a reduced model that is 1 % off along `columns`."""
+    frames = []
+    name = next(iter(columns))
+    for method, factor, level in (("closed_form", 1.0, 1), ("reduced", 1.01, 40)):
+        values = np.asarray(columns[name])
+        scale = np.abs(values).max()
+        frame = pd.DataFrame(columns | {name: factor * values})
+        frame = frame.assign(scene="s", method=method, options="", resolution=level)
+        frame = frame.assign(realisation="0", converged=True, reason="", step=range(len(values)))
+        frame[f"error_{name}"] = (factor - 1) * values / scale if level > 1 else np.nan
+        frame[f"reference_uncertainty_{name}"] = bar
+        frames.append(frame.assign(seconds=1e-3, setup_seconds=0.0))
+    measure = {"scene": "s", "method": "reduced", "resolution": 40, "quantity": name, "at": axis}
+    measure |= {"maximum": 0.01, "rms": 0.005, "uncertainty": bar, "seconds": 1e-3}
+    return SceneRecord(
+        *("s", "S", "", control, (name,), 0.05, {"methods": []}),
+        {"method": "closed_form", "resolution": 1, "text": "", "uncertainty": {name: bar}},
+        "",
+        (),
+        pd.concat(frames, ignore_index=True),
+        pd.DataFrame([measure | {"setup_seconds": 0.0, "verdict": "within", "converged": True}]),
+        axis=axis,
+    )
+
+
+LOAD = np.array([1.0, 2.0, 1.0, 0.0, -1.0, -2.0, 0.0, 2.0])
+LOOP = {
+    "tangential_displacement": 1e-6 * np.array([1, 3, 2.5, 1.5, 0, -3, -1.5, 3]),
+    "tangential_force": LOAD,
+}
+
+
+@pytest.fixture
+def loop() -> SceneRecord:
+    return record("tangential_force", "step", LOOP, bar=0.1)
+
+
+def trace(figure, name):
+    return next(each for each in figure.spec["data"] if each.get("name") == name)
+
+
+def test_a_loop_is_drawn_in_the_order_of_the_path(loop):
+    (figure,) = curves.curves(loop)
+    assert figure.title == "Tangential displacement against tangential force"
+    assert trace(figure, "closed form")["x"] == LOAD.tolist()
+    assert "order of the path" in figure.caption
+
+
+def test_the_band_of_a_path_has_one_width_even_where_the_value_is_zero(loop):
+    """A bar of 10 % of the largest value: 0.3 um to both sides of every step."""
+    (figure,) = curves.curves(loop)
+    ribbon = np.array(figure.spec["data"][0]["y"], dtype=float)  # along one edge, and back
+    width = np.abs(ribbon[:8] - ribbon[:7:-1])
+    assert width == pytest.approx(np.full(8, 0.6), rel=1e-12)
+
+
+def test_errors_of_a_path_stand_over_its_steps(loop):
+    (figure,) = curves.errors(loop)
+    assert figure.title == "Error of tangential displacement at equal step of the path"
+    assert trace(figure, "reduced model")["x"] == list(range(1, 9))
+    assert figure.spec["layout"]["xaxis"].get("type") != "log"
+    assert "largest value along the path" in figure.caption
+
+
+def test_a_history_is_drawn_over_time():
+    times = np.array([0.0, 1e-3, 2e-3])
+    force = {"force": [0.0, 2.0, 1.0], "time": times, "penetration": [0, 1e-6, 1e-6]}
+    history = record("penetration", "time", force)
+    depth, figure, *_ = curves.curves(history)
+    assert depth.title == "Penetration depth against time"  # what is prescribed is seen first
+    assert figure.title == "Force against time"
+    assert trace(figure, "reduced model")["x"] == pytest.approx([0.0, 1.0, 2.0])
+    headers = [head.text for head in tables.load_steps(history).headers]
+    assert headers[3:5] == ["time t / ms", "penetration depth d / µm"]
+
+
+def test_speeds_over_decades_take_a_logarithmic_axis():
+    speeds = {"friction_coefficient": [0.1, 0.4, 0.2], "speed": [1e-3, 1e-1, 10.0]}
+    (figure,) = curves.curves(record("speed", "speed", speeds))
+    assert figure.spec["layout"]["xaxis"]["type"] == "log"
+    assert figure.spec["layout"]["yaxis"].get("type") != "log"  # 0.1 to 0.4 is no spread
+    assert figure.title == "Coefficient of friction against sliding speed"
+
+
+def test_a_lost_step_of_a_path_is_told_at_its_step(loop):
+    rows = loop.rows.copy()
+    rows.loc[(rows["method"] == "reduced") & (rows["step"] == 4), "converged"] = False
+    rows.loc[~rows["converged"], "reason"] = "it slides away"
+    (failure,) = selection.failures(
+        SceneRecord(**{**vars(loop), "rows": rows})  # vars: the fields as they are
+    )
+    assert (failure.load, failure.reason) == (5.0, "it slides away")
+
+
+def test_errors_against_time_are_those_at_equal_step(loop):
+    (figure,) = speed.speed(loop)
+    assert figure.title == "Error of tangential displacement at equal step of the path"
+    json.dumps(figure.spec, allow_nan=False)
