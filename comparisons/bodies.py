@@ -14,10 +14,10 @@ from pathlib import Path
 import numpy as np
 
 from comparisons.body_files import BodyError, BodyFile, NamedPart, read_body
-from comparisons.body_table import AXES, Body
 from comparisons.geometry import IndenterGeometry
-from comparisons.quantities import shown
-from comparisons.scene import Scene, SceneError
+from comparisons.scene.body import AXES, Body
+from comparisons.scene.fields import shown
+from comparisons.scene.scene import Scene, SceneError
 from reference.fem.solid_mesh import SolidMesh
 from reference.fem.supported_body import contact_nodes, free_motions
 

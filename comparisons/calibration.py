@@ -27,7 +27,7 @@ from comparisons.methods import Solution
 from comparisons.metrics import relative_error, rms_and_maximum
 from comparisons.planning import plan_scene, task_of
 from comparisons.reference import GRID, Solved, references
-from comparisons.scene import make_scene
+from comparisons.scene.scene import make_scene
 from comparisons.uncertainty import RULE, Rule, combined, grid_uncertainty
 
 FITTING: dict[str, dict[str, Any]] = {

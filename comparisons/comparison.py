@@ -26,7 +26,7 @@ from comparisons.reference import (
     sources_of,
     uncertainty_of,
 )
-from comparisons.scene import QUANTITIES
+from comparisons.scene.scene import QUANTITIES
 from comparisons.uncertainty import combined, ensemble_uncertainty, standard_error
 from comparisons.verdicts import judged
 

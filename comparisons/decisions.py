@@ -17,8 +17,8 @@ import pandas as pd
 
 from comparisons import formatting as fmt
 from comparisons import selection
-from comparisons.method_names import METHOD_NAMES, known_methods
 from comparisons.reference import main_axis
+from comparisons.scene.method_names import METHOD_NAMES, known_methods
 from comparisons.store import SceneRecord
 from comparisons.verdicts import NO_RESULT, OUTSIDE, WITHIN, WORST_FIRST, word_for
 

@@ -17,10 +17,10 @@ import numpy as np
 from scipy.ndimage import zoom
 
 from comparisons.physics.estimates import impact_contacts, largest_contact
-from comparisons.physics.loads import Loads, loads_of
-from comparisons.scene import Scene, SceneError
-from comparisons.shapes import Indenter, RigidPlane, Sphere
-from comparisons.surface_tables import MeasuredMap, SelfAffine
+from comparisons.scene.physics.loads import Loads, loads_of
+from comparisons.scene.scene import Scene, SceneError
+from comparisons.scene.shapes import Indenter, RigidPlane, Sphere
+from comparisons.scene.surface import MeasuredMap, SelfAffine
 from comparisons.topography import MapError, read_map
 from reduced.profiles import shapes
 from reduced.springs.indent import indent

@@ -18,7 +18,7 @@ from comparisons.methods import METHODS, Solution, Task
 from comparisons.planning import MethodPlan, Plan, plan_from
 from comparisons.refinement import refinements
 from comparisons.runs import MOVED
-from comparisons.scene import Scene, parse_scene, validated
+from comparisons.scene.scene import Scene, parse_scene, validated
 from comparisons.store import FIELDS, ResultsError, StudyRecord, load_study, save_study
 from comparisons.study import Study
 

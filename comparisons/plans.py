@@ -8,8 +8,8 @@ from typing import Any
 
 from comparisons.errors import InputError
 from comparisons.planning import Effort, Plan, plan_scene
-from comparisons.scene import Scene, SceneError, load_scene
-from comparisons.suites import SUITES
+from comparisons.scene.scene import Scene, SceneError, load_scene
+from comparisons.scene.suites import SUITES
 
 Source = str | Path | Mapping[str, Any] | Scene
 

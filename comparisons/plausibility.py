@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from comparisons.formatting import number, with_unit
 from comparisons.geometry import Geometry, IndenterGeometry
-from comparisons.scene import Scene
+from comparisons.scene.scene import Scene
 
 # How a note begins that the terminal repeats after a run: the reader has something to check.
 CHECK = "check the "

@@ -11,8 +11,8 @@ from comparisons.geometry import IndenterGeometry
 from comparisons.methods.closed_form import form_of
 from comparisons.metrics import SINGULAR_RING, grid_pressure_at, pressure_difference
 from comparisons.planning import Plan
-from comparisons.polygons import distance_to_outline
 from comparisons.reference import Reference, Solved
+from comparisons.scene.polygons import distance_to_outline
 from comparisons.uncertainty import SAFE
 
 COUNTERPART = "bem_fft"

@@ -17,7 +17,7 @@ from comparisons.methods import METHODS, Solution, method_for
 from comparisons.plain import plain
 from comparisons.planning import Plan, plan_scene, task_of
 from comparisons.reference import mean_curves
-from comparisons.scene import Scene, load_scene
+from comparisons.scene.scene import Scene, load_scene
 from comparisons.solving import solve_blocks
 from comparisons.store import table_text
 from comparisons.uncertainty import standard_error

@@ -41,7 +41,7 @@ def solve_plan(
     Examples
     --------
     >>> from comparisons.planning import plan_scene
-    >>> from comparisons.scene import load_scene
+    >>> from comparisons.scene.scene import load_scene
     >>> scene = load_scene("paraboloid", {"compare.methods": ["closed_form", "reduced"]})
     >>> solved = solve_plan(plan_scene(scene)[0])
     >>> sorted(solved)

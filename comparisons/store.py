@@ -26,8 +26,8 @@ import numpy as np
 import pandas as pd
 
 from comparisons.errors import InputError
-from comparisons.physics.loads import PATHS
 from comparisons.results_form import field_problems, table_problems, with_columns
+from comparisons.scene.physics.loads import PATHS
 from comparisons.study_form import parse_study
 from comparisons.writing import write_atomically, write_text
 

@@ -6,10 +6,10 @@ from pathlib import Path
 
 import pandas as pd
 
-from comparisons.method_names import known_methods
 from comparisons.methods import METHODS, Method
 from comparisons.methods.external import ExternalMethod, add_methods
 from comparisons.methods.session import add_to_session
+from comparisons.scene.method_names import known_methods
 
 
 def list_methods() -> pd.DataFrame:

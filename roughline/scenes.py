@@ -11,9 +11,9 @@ import pandas as pd
 
 from comparisons import planning
 from comparisons.plans import Source
-from comparisons.scene import Scene, builtin_names, parse_scene
-from comparisons.scene import load_scene as _load_scene
-from comparisons.suites import SUITES
+from comparisons.scene.scene import Scene, builtin_names, parse_scene
+from comparisons.scene.scene import load_scene as _load_scene
+from comparisons.scene.suites import SUITES
 from roughline import notebook
 
 

@@ -11,7 +11,7 @@ import pandas as pd
 
 from comparisons import formatting as fmt
 from comparisons.plans import Source
-from comparisons.scene import Scene
+from comparisons.scene.scene import Scene
 from comparisons.single import SingleResult, solve_scene
 from roughline import notebook
 from roughline.scenes import load_scene

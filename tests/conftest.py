@@ -6,9 +6,9 @@ import signal
 
 import pytest
 
-from comparisons import method_names
 from comparisons.methods import METHODS
 from comparisons.methods.external import VARIABLE
+from comparisons.scene import method_names
 
 
 @pytest.fixture

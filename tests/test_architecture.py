@@ -10,9 +10,9 @@ from pathlib import Path
 
 import pytest
 
-from comparisons.method_names import METHOD_NAMES
 from comparisons.methods import METHODS
-from comparisons.options import MethodOptions
+from comparisons.scene.method_names import METHOD_NAMES
+from comparisons.scene.options import MethodOptions
 from reports.cli import shadowed
 
 ROOT = Path(__file__).parents[1]

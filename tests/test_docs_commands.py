@@ -12,8 +12,8 @@ import pytest
 import roughline
 from comparisons.claims.headlines import headlines
 from comparisons.hard_cases.catalogue import catalogue
-from comparisons.scene import builtin_names
-from comparisons.suites import SUITES
+from comparisons.scene.scene import builtin_names
+from comparisons.scene.suites import SUITES
 from reports.cli.cli import app, run_command
 
 ROOT = Path(__file__).resolve().parent.parent

@@ -20,7 +20,7 @@ from comparisons.benchmarks.bem_cases import LIGHT, USUAL, Case
 from comparisons.benchmarks.yardstick import Measurement, interleaved, measurement
 from comparisons.peers import press
 from comparisons.planning import plan_scene
-from comparisons.scene import parse_scene
+from comparisons.scene.scene import parse_scene
 from comparisons.study import Study
 
 TOLERANCE = 1e-8

@@ -22,7 +22,7 @@ from comparisons.benchmarks.yardstick import Measurement, interleaved, measureme
 from comparisons.machine import free_memory
 from comparisons.methods import METHODS
 from comparisons.planning import plan_scene, task_of
-from comparisons.scene import parse_scene
+from comparisons.scene.scene import parse_scene
 from reference import fem
 from reference.fem import pardiso
 from reference.fem.sparse import stiffness_matrix

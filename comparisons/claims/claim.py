@@ -25,12 +25,12 @@ from pydantic import (
 from comparisons.claims.headlines import builtin_claims, chapter_order
 from comparisons.errors import InputError
 from comparisons.experiments import EXPERIMENTS
-from comparisons.method_names import KnownMethod, known_methods
-from comparisons.quantities import Finite, Positive, fail
-from comparisons.scene import QUANTITIES, load_scene
-from comparisons.scene_problems import readable
-from comparisons.toml_files import read_toml
-from comparisons.units import number_and_unit
+from comparisons.scene.fields import Finite, Positive, fail
+from comparisons.scene.method_names import KnownMethod, known_methods
+from comparisons.scene.problems import readable
+from comparisons.scene.scene import QUANTITIES, load_scene
+from comparisons.scene.toml_files import read_toml
+from comparisons.scene.units import number_and_unit
 
 HOLDS, FAILS = "holds", "fails"
 IN_A_RANGE, NOT_RESOLVED = "holds in a range", "not resolved"

@@ -37,7 +37,7 @@ from comparisons.methods.external import ExternalMethod
 from comparisons.plain import plain
 from comparisons.reasons import one_line
 from comparisons.results_folder import clear_leftovers
-from comparisons.scene import load_scene
+from comparisons.scene.scene import load_scene
 from comparisons.store import ResultsError
 from comparisons.writing import write_text
 

@@ -32,7 +32,7 @@ from comparisons.reference import (
     uncertainty_of,
 )
 from comparisons.refinement import SHARE, refined
-from comparisons.scene import load_scene
+from comparisons.scene.scene import load_scene
 from comparisons.solving import solve_plan
 from comparisons.uncertainty import combined
 from comparisons.verdicts import OUTSIDE, WORST_FIRST, judged

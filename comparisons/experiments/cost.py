@@ -15,7 +15,7 @@ from comparisons.execution import execute
 from comparisons.experiments.running import Finding, above, experiment, one_of
 from comparisons.methods import Task
 from comparisons.planning import plan_scene
-from comparisons.scene import load_scene
+from comparisons.scene.scene import load_scene
 
 # A patch whose shortest wave has four points on the coarsest of these grids (eight per side).
 _RECIPE = {

@@ -19,8 +19,8 @@ from pydantic import (
 
 from comparisons.hard_cases.formulas import Formula
 from comparisons.hard_cases.recipes import Recipe, Table
-from comparisons.quantities import Positive, fail
-from comparisons.scene import Scene, make_scene, override
+from comparisons.scene.fields import Positive, fail
+from comparisons.scene.scene import Scene, make_scene, override
 
 ACCURATE, DEGRADED, REFUSED, NOT_FOR = ("accurate", "degraded", "refused", "not for")
 OUTCOME_KEYS = ("accurate", "degraded", "refused", "not_for")

@@ -16,9 +16,9 @@ from pydantic import Field, ValidationError
 from comparisons.errors import InputError
 from comparisons.hard_cases.case import JUDGED, OUTCOME_KEYS, REFUSED, HardCase
 from comparisons.hard_cases.recipes import Table
-from comparisons.scene import SceneError, override
-from comparisons.scene_problems import readable
-from comparisons.toml_files import read_toml
+from comparisons.scene.problems import readable
+from comparisons.scene.scene import SceneError, override
+from comparisons.scene.toml_files import read_toml
 
 FOLDER = Path(__file__).parent
 # A key of what is expected: of every method at once.

@@ -8,8 +8,8 @@ import numpy as np
 from pydantic import model_validator
 
 from comparisons.hard_cases.recipes import Table
-from comparisons.quantities import Length, fail
-from comparisons.scene import QUANTITIES, Scene
+from comparisons.scene.fields import Length, fail
+from comparisons.scene.scene import QUANTITIES, Scene
 
 if TYPE_CHECKING:
     from comparisons.planning import Plan

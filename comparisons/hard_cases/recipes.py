@@ -9,7 +9,7 @@ from typing import Annotated, Literal
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, model_validator
 
-from comparisons.quantities import Length, Positive, fail
+from comparisons.scene.fields import Length, Positive, fail
 
 Seed = Annotated[int, Field(strict=True, ge=0)]
 MAKERS = ("self_affine", "paraboloid", "checkerboard", "level")

@@ -13,7 +13,7 @@ from comparisons.methods.peer_fem import NgSolve
 from comparisons.methods.peers import ContactMechanics, Tamaas
 from comparisons.methods.reduced import Reduced
 from comparisons.methods.wirings import wirings
-from comparisons.scene import Scene
+from comparisons.scene.scene import Scene
 
 _OWN = (ClosedForm(), Reduced(), BemDense(), BemFft(), Fem())
 _PEERS = (Tamaas(), ContactMechanics(), NgSolve())

@@ -8,8 +8,8 @@ from itertools import pairwise
 import numpy as np
 
 from comparisons.geometry import IndenterGeometry
-from comparisons.physics.loads import Loads
-from comparisons.scene import Scene
+from comparisons.scene.physics.loads import Loads
+from comparisons.scene.scene import Scene
 from reference.errors import ConvergenceError
 from reference.halfspace import FreeOperator
 from reference.halfspace.cohesive import CohesiveContact, CohesiveProblem

@@ -22,10 +22,10 @@ from comparisons.bodies import BodyGeometry
 from comparisons.geometry import Geometry, RoughGeometry
 from comparisons.load_fields import shown_steps
 from comparisons.machine import source_digest, versions
-from comparisons.options import Options
-from comparisons.physics.loads import Loads
 from comparisons.reasons import one_line
-from comparisons.scene import Scene
+from comparisons.scene.options import Options
+from comparisons.scene.physics.loads import Loads
+from comparisons.scene.scene import Scene
 
 
 @dataclass(frozen=True)

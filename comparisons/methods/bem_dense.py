@@ -7,7 +7,6 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from comparisons.geometry import Geometry, RoughGeometry
-from comparisons.method_names import METHOD_NAMES
 from comparisons.methods.base import Support, Task
 from comparisons.methods.grid import (
     GridMethod,
@@ -16,8 +15,9 @@ from comparisons.methods.grid import (
     contact_cells,
     rough_resolutions,
 )
-from comparisons.options import DenseOptions
-from comparisons.scene import Scene
+from comparisons.scene.method_names import METHOD_NAMES
+from comparisons.scene.options import DenseOptions
+from comparisons.scene.scene import Scene
 from reference.halfspace import Contact, FreeOperator, dense
 from reference.halfspace.edge_cells import respond_dense
 

@@ -7,11 +7,11 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from comparisons.geometry import Geometry, IndenterGeometry, RoughGeometry
-from comparisons.method_names import METHOD_NAMES
 from comparisons.methods.base import Support, Task
 from comparisons.methods.grid import GridMethod, Operator, cells, rough_resolutions
-from comparisons.options import FftOptions
-from comparisons.scene import Scene
+from comparisons.scene.method_names import METHOD_NAMES
+from comparisons.scene.options import FftOptions
+from comparisons.scene.scene import Scene
 from reference.errors import ConvergenceError
 from reference.halfspace import Contact, FreeOperator, PeriodicOperator, fft
 

@@ -8,11 +8,11 @@ from typing import Any
 import numpy as np
 
 from comparisons.geometry import Geometry, IndenterGeometry
-from comparisons.method_names import METHOD_NAMES
 from comparisons.methods.base import Method, Solution, Support, Task
 from comparisons.methods.radial import profile_fields, unit_rings
-from comparisons.scene import Scene
-from comparisons.shapes import Indenter
+from comparisons.scene.method_names import METHOD_NAMES
+from comparisons.scene.scene import Scene
+from comparisons.scene.shapes import Indenter
 from reference import closed_form as forms
 
 

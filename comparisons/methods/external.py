@@ -23,12 +23,12 @@ import numpy as np
 from comparisons import isolation
 from comparisons.errors import InputError
 from comparisons.geometry import Geometry
-from comparisons.method_names import GROUP, METHOD_NAMES, register_method
 from comparisons.methods.base import Method, Solution, Support, Task
 from comparisons.methods.spans import lost
-from comparisons.physics import PHYSICS
 from comparisons.reasons import one_line
-from comparisons.scene import QUANTITIES, Scene
+from comparisons.scene.method_names import GROUP, METHOD_NAMES, register_method
+from comparisons.scene.physics import PHYSICS
+from comparisons.scene.scene import QUANTITIES, Scene
 
 WORK = "comparisons.methods.external_work"
 # Known to every process of a run: workers start with the methods of the command line.

@@ -17,9 +17,9 @@ from typing import Any
 from comparisons.archive import arrays_of
 from comparisons.execution import execute
 from comparisons.geometry import prepare
-from comparisons.method_names import GROUP
 from comparisons.methods import METHODS, Method, Task
-from comparisons.scene import Scene
+from comparisons.scene.method_names import GROUP
+from comparisons.scene.scene import Scene
 
 
 def describe(source: str) -> dict[str, Any]:

@@ -11,19 +11,14 @@ import numpy as np
 from comparisons.bodies import BodyGeometry
 from comparisons.geometry import Geometry, IndenterGeometry, RoughGeometry
 from comparisons.load_fields import point_pressure
-from comparisons.method_names import METHOD_NAMES
 from comparisons.methods import fem_body, fem_pair, fem_punch
 from comparisons.methods.base import Method, Solution, Support, Task
 from comparisons.methods.fem_punch import STRAIGHT_EDGED
 from comparisons.methods.sweeps import outcomes
-from comparisons.options import FemOptions
-from comparisons.scene import Scene
-from comparisons.shapes import (
-    Ellipsoid,
-    EllipticPunch,
-    Indenter,
-    RoundedPunch,
-)
+from comparisons.scene.method_names import METHOD_NAMES
+from comparisons.scene.options import FemOptions
+from comparisons.scene.scene import Scene
+from comparisons.scene.shapes import Ellipsoid, EllipticPunch, Indenter, RoundedPunch
 from reference import fem
 from reference.closed_form import ellipsoid
 from reference.errors import ConvergenceError

@@ -14,7 +14,7 @@ from comparisons.bodies import BodyGeometry
 from comparisons.load_fields import point_pressure
 from comparisons.methods.base import Solution, Task
 from comparisons.methods.sweeps import outcomes
-from comparisons.options import FemOptions
+from comparisons.scene.options import FemOptions
 from reference import fem
 from reference.errors import ConvergenceError
 from reference.fem.contact_area import radius_from_moments

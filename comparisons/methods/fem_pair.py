@@ -14,8 +14,8 @@ from comparisons.geometry import Geometry, IndenterGeometry
 from comparisons.load_fields import point_pressure
 from comparisons.methods.base import Solution, Task
 from comparisons.methods.fem_body import round_area
-from comparisons.options import FemOptions
-from comparisons.scene import Scene
+from comparisons.scene.options import FemOptions
+from comparisons.scene.scene import Scene
 from reference import fem
 from reference.errors import ConvergenceError
 from reference.fem.two_bodies import BodyPair, couple

@@ -13,8 +13,8 @@ from typing import NamedTuple
 import numpy as np
 
 from comparisons.geometry import IndenterGeometry
-from comparisons.polygons import distance_to_outline
-from comparisons.shapes import Indenter, PolygonPunch, RightAngledPunch
+from comparisons.scene.polygons import distance_to_outline
+from comparisons.scene.shapes import Indenter, PolygonPunch, RightAngledPunch
 from reference import fem
 
 STRAIGHT_EDGED = (RightAngledPunch, PolygonPunch)

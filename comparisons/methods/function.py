@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable, Mapping
 
 from comparisons.geometry import Geometry, RoughGeometry
 from comparisons.methods.base import Method, Solution, Support, Task
-from comparisons.scene import Scene
+from comparisons.scene.scene import Scene
 
 LoadStep = Callable[[Task, float, int], Mapping[str, float]]
 

@@ -14,7 +14,7 @@ import numpy as np
 from comparisons.geometry import Geometry, IndenterGeometry, equivalent_profile, prepare
 from comparisons.methods.base import Method, Solution, Support, Task
 from comparisons.methods.spans import solve_in_spans
-from comparisons.scene import Scene, validated
+from comparisons.scene.scene import Scene, validated
 from reduced.motion.contact import impact_depth
 from reference.dynamics.collision import collide_curve
 

@@ -9,12 +9,12 @@ import numpy as np
 from comparisons import isolation
 from comparisons.geometry import Geometry, IndenterGeometry
 from comparisons.machine import MEMORY_SHARE, free_memory
-from comparisons.method_names import METHOD_NAMES
 from comparisons.methods.base import Method, Solution, Support, Task
 from comparisons.methods.fem import contact_stretch
-from comparisons.options import NgSolveOptions
-from comparisons.scene import Scene
-from comparisons.shapes import Ellipsoid
+from comparisons.scene.method_names import METHOD_NAMES
+from comparisons.scene.options import NgSolveOptions
+from comparisons.scene.scene import Scene
+from comparisons.scene.shapes import Ellipsoid
 from reference.closed_form import ellipsoid
 from reference.fem.contact_area import moment_radius
 

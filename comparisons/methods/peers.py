@@ -8,7 +8,6 @@ import numpy as np
 
 from comparisons.geometry import Geometry, RoughGeometry
 from comparisons.machine import MEMORY_SHARE, free_memory
-from comparisons.method_names import METHOD_NAMES
 from comparisons.methods.base import Method, Solution, Support, Task
 from comparisons.methods.grid import (
     cells,
@@ -17,9 +16,10 @@ from comparisons.methods.grid import (
     keep_pressure,
     make_grid,
 )
-from comparisons.options import PeerOptions
 from comparisons.peers import press
-from comparisons.scene import Scene
+from comparisons.scene.method_names import METHOD_NAMES
+from comparisons.scene.options import PeerOptions
+from comparisons.scene.scene import Scene
 from reference.halfspace import FreeOperator, PeriodicOperator
 
 # Double arrays of one grid that a peer's process holds, twice padded, beside ours.

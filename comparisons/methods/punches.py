@@ -13,7 +13,7 @@ import numpy as np
 
 from comparisons.geometry import IndenterGeometry
 from comparisons.methods.base import Solution, Task
-from comparisons.polygons import area_fractions, offset_outline, signed_area
+from comparisons.scene.polygons import area_fractions, offset_outline, signed_area
 from reference.errors import ConvergenceError
 from reference.halfspace import FreeOperator
 from reference.halfspace.edge_cells import EDGE_OFFSET, EDGE_SCATTER, FaceResponse, respond

@@ -14,12 +14,12 @@ from comparisons.geometry import (
     RoughGeometry,
     equivalent_profile,
 )
-from comparisons.method_names import METHOD_NAMES
 from comparisons.methods.base import Method, Solution, Support, Task
 from comparisons.methods.radial import profile_fields, unit_rings
-from comparisons.options import ReducedOptions
-from comparisons.scene import Scene
-from comparisons.shapes import Indenter, RigidPlane
+from comparisons.scene.method_names import METHOD_NAMES
+from comparisons.scene.options import ReducedOptions
+from comparisons.scene.scene import Scene
+from comparisons.scene.shapes import Indenter, RigidPlane
 from reduced.errors import ConvergenceError
 from reduced.profiles import shapes
 from reduced.rough import ensemble, regions, surface_spectrum

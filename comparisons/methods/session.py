@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from comparisons.errors import InputError
-from comparisons.method_names import METHOD_NAMES, register_method
 from comparisons.methods.base import Method
+from comparisons.scene.method_names import METHOD_NAMES, register_method
 
 
 def add_to_session(method: Method) -> str:

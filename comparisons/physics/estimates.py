@@ -10,13 +10,13 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from comparisons.physics.loads import Loads
+from comparisons.scene.physics.loads import Loads
 from reduced.motion.contact import impact_depth
 from reduced.profiles import shapes
 from reduced.springs.indent import indent
 
 if TYPE_CHECKING:
-    from comparisons.scene import Scene
+    from comparisons.scene.scene import Scene
 
 # Radii and depths are looked for between the characteristic length of a shape and these shares.
 SMALLEST, LARGEST = 1e-9, 1e6

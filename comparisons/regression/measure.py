@@ -23,9 +23,9 @@ from comparisons.reference import (
     references,
 )
 from comparisons.regression.snapshot import Curves, SceneSnapshot, Snapshot, Speed
-from comparisons.scene import Scene, load_scene
+from comparisons.scene.scene import Scene, load_scene
+from comparisons.scene.suites import SINGLE
 from comparisons.solving import solve_plan
-from comparisons.suites import SINGLE
 
 CHECK_SCENES = (*SINGLE, "rough-periodic")
 # Two half-space solvers share their kernel: the dense one would only repeat the FFT one's vote.

@@ -12,7 +12,7 @@ import numpy as np
 from comparisons.methods import METHODS
 from comparisons.planning import plan_scene, task_of
 from comparisons.reference import choose_reference
-from comparisons.scene import parse_scene
+from comparisons.scene.scene import parse_scene
 
 LEVELS = (16, 32, 64, 128)
 CORNERS = {

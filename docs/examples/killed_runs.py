@@ -22,7 +22,7 @@ import numpy as np
 import pandas as pd
 
 from comparisons.planning import plan_scene
-from comparisons.scene import load_scene
+from comparisons.scene.scene import load_scene
 from comparisons.study import Study
 
 SCENE = """

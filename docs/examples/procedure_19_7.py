@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 
-from comparisons.scene import builtin_folder
+from comparisons.scene.scene import builtin_folder
 from reduced.rough.procedure import Procedure, side_by_side
 
 SIDE, MODULUS = 10e-6, 100e9

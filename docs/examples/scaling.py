@@ -22,7 +22,7 @@ from comparisons.execution import execute
 from comparisons.executors import Job, ProcessExecutor, executor_for
 from comparisons.methods import Solution, Task
 from comparisons.planning import plan_scene, task_of
-from comparisons.scene import make_scene
+from comparisons.scene.scene import make_scene
 from comparisons.study import solve_task
 
 SCENE = {

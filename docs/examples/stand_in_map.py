@@ -6,7 +6,7 @@ this file imitates one; it is read and treated exactly like a real map.
 
 Run from the repository's root to write the file anew::
 
-    python docs/examples/stand_in_map.py comparisons/scenes/measured-map.csv
+    python docs/examples/stand_in_map.py comparisons/scene/built_in/measured-map.csv
 """
 
 # %%

@@ -336,7 +336,7 @@ def advise(
     from comparisons.planning import plan_scene
     from comparisons.plans import refuse_unsolvable
     from comparisons.record import record_scene
-    from comparisons.scene import load_scene
+    from comparisons.scene.scene import load_scene
     from comparisons.solving import solve_plan
     from reports.cli import terminal
 
@@ -458,7 +458,7 @@ def _overrides(methods: str | None, options: tuple[str, ...]) -> dict[str, Any]:
 
 
 def _folder_name(scenes: tuple[str, ...], plans: list[Plan]) -> str:
-    from comparisons.suites import SUITES
+    from comparisons.scene.suites import SUITES
 
     if not scenes:
         return "quick"

@@ -180,8 +180,8 @@ def print_lists() -> None:
     """Print how many there are of everything that can be listed."""
     from comparisons.claims.headlines import builtin_claims
     from comparisons.hard_cases.catalogue import catalogue
-    from comparisons.method_names import known_methods
-    from comparisons.scene import builtin_names
+    from comparisons.scene.method_names import known_methods
+    from comparisons.scene.scene import builtin_names
 
     console = _console()
     known = {
@@ -329,8 +329,8 @@ def print_hard_case_list() -> None:
 
 def print_scenes() -> None:
     """Print the built-in scenes and the suites."""
-    from comparisons.scene import builtin_names, load_scene
-    from comparisons.suites import SUITES
+    from comparisons.scene.scene import builtin_names, load_scene
+    from comparisons.scene.suites import SUITES
 
     table = _table("Built-in scenes", "name", "title", "suites")
     for name in builtin_names():
@@ -341,7 +341,7 @@ def print_scenes() -> None:
 
 def print_methods() -> None:
     """Print the methods."""
-    from comparisons.method_names import known_methods
+    from comparisons.scene.method_names import known_methods
 
     table = _table("Methods", "name", "what", "solves")
     for name, method in known_methods().items():

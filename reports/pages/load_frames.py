@@ -16,7 +16,7 @@ import numpy as np
 from comparisons import formatting as fmt
 from comparisons import selection
 from comparisons.load_fields import shown_steps
-from comparisons.loading import NORMAL
+from comparisons.scene.loading import NORMAL
 from comparisons.store import SceneRecord
 
 _LARGEST_CODE = 2**16 - 1

@@ -15,9 +15,9 @@ import pandas as pd
 
 from comparisons import formatting as fmt
 from comparisons import selection
-from comparisons.loading import NORMAL
-from comparisons.method_names import known_methods
 from comparisons.metrics import sizes_along_path
+from comparisons.scene.loading import NORMAL
+from comparisons.scene.method_names import known_methods
 from comparisons.store import SceneRecord
 from reports.paper.style import TRUTH, Look, axis_label, colour, literal, look
 from reports.plots.curves import SPREAD, error_range, error_tables, quantiles

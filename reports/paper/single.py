@@ -6,7 +6,7 @@ import numpy as np
 
 from comparisons import formatting as fmt
 from comparisons.claims.record import ClaimRecord
-from comparisons.loading import NORMAL
+from comparisons.scene.loading import NORMAL
 from comparisons.single import SingleResult
 from reports.paper.drawing import draw_errors_axis, finish_scale, wrapped
 from reports.paper.style import PaperFigure, axis_label, house_style, literal, look, new_figure

@@ -9,7 +9,7 @@ import numpy as np
 
 from comparisons import formatting as fmt
 from comparisons import selection
-from comparisons.loading import NORMAL
+from comparisons.scene.loading import NORMAL
 from comparisons.store import SceneRecord
 from reports.pages import load_frames
 from reports.pages.load_frames import Loads

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from comparisons.scene import Scene, make_scene
+from comparisons.scene.scene import Scene, make_scene
 
 STEEL = {"youngs_modulus": "210 GPa", "poisson_ratio": 0.3}
 BALL = {"shape": "paraboloid", "radius": "10 mm"}

@@ -9,9 +9,9 @@ import pytest
 
 from comparisons.execution import execute
 from comparisons.methods import Task, covers, method_for
-from comparisons.options import Options
 from comparisons.planning import plan_scene
-from comparisons.scene import load_scene, parse_scene
+from comparisons.scene.options import Options
+from comparisons.scene.scene import load_scene, parse_scene
 from reference.closed_form.maugis import MaugisForm
 
 QUANTITIES = ("force", "penetration", "contact_area", "pull_off_force")

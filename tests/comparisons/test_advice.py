@@ -16,9 +16,9 @@ from comparisons.advice import advise
 from comparisons.decisions import asked_in_vain, verdicts, worst
 from comparisons.errors import InputError
 from comparisons.methods import METHODS
-from comparisons.scene import builtin_names
+from comparisons.scene.scene import builtin_names
+from comparisons.scene.suites import SUITES
 from comparisons.store import SceneRecord
-from comparisons.suites import SUITES
 from comparisons.verdicts import judge, judged
 from reports.cli.cli import run_command
 

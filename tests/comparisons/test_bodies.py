@@ -13,7 +13,7 @@ import pytest
 from comparisons.abaqus_surfaces import FACES
 from comparisons.execution import execute
 from comparisons.planning import plan_scene, task_of
-from comparisons.scene import SceneError, load_scene, make_scene, parse_scene
+from comparisons.scene.scene import SceneError, load_scene, make_scene, parse_scene
 from comparisons.single import solve_scene
 from comparisons.vtu import mesh_of
 

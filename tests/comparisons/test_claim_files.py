@@ -8,7 +8,7 @@ import pytest
 
 from comparisons.claims.claim import ClaimError, load_claims, make_claim, overrides
 from comparisons.experiments import EXPERIMENTS, Experiment, Measurement
-from comparisons.scene import load_scene
+from comparisons.scene.scene import load_scene
 
 RIGHT = {
     "id": "wide-ellipsoid",

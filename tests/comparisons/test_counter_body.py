@@ -9,7 +9,7 @@ import pytest
 
 from comparisons.execution import execute
 from comparisons.planning import plan_scene, task_of
-from comparisons.scene import SceneError, make_scene, parse_scene
+from comparisons.scene.scene import SceneError, make_scene, parse_scene
 
 TABLES = {
     "name": "two-bodies",

@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from comparisons import isolation, method_names
+from comparisons import isolation
 from comparisons.archive import arrays_of
 from comparisons.claims.claim import ClaimError, about_method, load_claims
 from comparisons.claims.runner import _repeats
@@ -25,7 +25,8 @@ from comparisons.methods.external import ExternalMethod, Limits, Origin, add_met
 from comparisons.planning import plan_scene, task_of
 from comparisons.record import record_scene
 from comparisons.reference import references
-from comparisons.scene import load_scene
+from comparisons.scene import method_names
+from comparisons.scene.scene import load_scene
 from comparisons.solving import solve_plan
 from comparisons.store import StudyRecord, load_study
 from reports.cli.cli import run_command

@@ -11,7 +11,7 @@ import pytest
 
 from comparisons.methods import METHODS, fem_punch
 from comparisons.planning import plan_scene, task_of
-from comparisons.scene import parse_scene
+from comparisons.scene.scene import parse_scene
 
 TRIANGLE = [[0.0, 0.0], [1.0, 0.0], [0.5, 0.75**0.5]]
 ANGLE = [[0.0, 0.0], [1.0, 0.0], [1.0, 0.5], [0.5, 0.5], [0.5, 1.0], [0.0, 1.0]]

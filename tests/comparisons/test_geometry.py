@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from comparisons.geometry import RoughGeometry, equivalent_profile, prepare
-from comparisons.scene import SceneError
+from comparisons.scene.scene import SceneError
 
 
 @pytest.fixture

@@ -17,9 +17,9 @@ from comparisons.hard_cases.catalogue import (
     read_cases,
 )
 from comparisons.hard_cases.run import run_case
-from comparisons.method_names import METHOD_NAMES
 from comparisons.methods import METHODS
-from comparisons.toml_files import read_toml
+from comparisons.scene.method_names import METHOD_NAMES
+from comparisons.scene.toml_files import read_toml
 
 DEEP = """
 [cases.deep]

@@ -12,7 +12,7 @@ import pytest
 
 from comparisons.comparison import compare
 from comparisons.planning import plan_scene
-from comparisons.scene import SceneError, load_scene, make_scene
+from comparisons.scene.scene import SceneError, load_scene, make_scene
 from comparisons.single import solve_scene
 from comparisons.solving import solve_plan
 
@@ -51,7 +51,7 @@ def test_the_duration_of_hertzian_impact_falls_with_the_fifth_root_of_the_speed(
 
 def test_springs_agree_with_the_closed_form_over_speeds(hit):
     """Both rooms integrate the same law by different means; 0.1 % is asked of 40 springs."""
-    from comparisons.scene import load_scene
+    from comparisons.scene.scene import load_scene
 
     (plan,) = plan_scene(load_scene(hit("cone", "slope = 0.05")))
     result = compare(plan, solve_plan(plan, repeats=1), {})
@@ -66,7 +66,7 @@ def test_springs_agree_with_the_closed_form_over_speeds(hit):
 
 
 def test_a_method_without_inertia_refuses_with_what_it_lacks(hit):
-    from comparisons.scene import load_scene
+    from comparisons.scene.scene import load_scene
 
     (plan,) = plan_scene(load_scene(hit()))
     planned = {each.method: each for each in plan.methods}

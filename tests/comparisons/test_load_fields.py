@@ -11,7 +11,7 @@ from comparisons.execution import execute
 from comparisons.load_fields import MOST_STEPS, at_step, shown_steps, stored_steps
 from comparisons.planning import plan_scene
 from comparisons.results_form import field_problems
-from comparisons.scene import parse_scene
+from comparisons.scene.scene import parse_scene
 
 SCENE = """
 name = "ball"

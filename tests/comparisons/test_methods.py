@@ -10,7 +10,7 @@ import pytest
 
 from comparisons.methods import METHODS
 from comparisons.planning import plan_scene, task_of
-from comparisons.scene import load_scene
+from comparisons.scene.scene import load_scene
 from comparisons.single import solve_scene
 from reports.cli.cli import run_command
 

@@ -11,7 +11,7 @@ import pytest
 from comparisons.execution import execute
 from comparisons.methods import METHODS, peer_fem
 from comparisons.planning import plan_scene, task_of
-from comparisons.scene import load_scene, make_scene
+from comparisons.scene.scene import load_scene, make_scene
 
 needs_ngsolve = pytest.mark.skipif(
     util.find_spec("ngsolve") is None, reason="NGSolve is in the extra `peers`"

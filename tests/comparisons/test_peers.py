@@ -16,7 +16,7 @@ from comparisons.methods import METHODS
 from comparisons.peers import press
 from comparisons.peers.press import Problem
 from comparisons.planning import plan_scene, task_of
-from comparisons.scene import load_scene
+from comparisons.scene.scene import load_scene
 from comparisons.study import Study
 from reference import surfaces
 from reference.halfspace import FreeOperator, PeriodicOperator, fft

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from comparisons.geometry import prepare
-from comparisons.physics.loads import loads_of
 from comparisons.planning import plan_scene
-from comparisons.scene import SceneError, load_scene, make_scene, parse_scene
+from comparisons.scene.physics.loads import loads_of
+from comparisons.scene.scene import SceneError, load_scene, make_scene, parse_scene
 
 RUBBER = {"model": "standard", "shear_moduli": ["1 MPa", "9 MPa"], "viscosities": "90 kPa s"}
 SOFT = {"youngs_modulus": "3 MPa", "poisson_ratio": 0.5}
@@ -111,7 +111,7 @@ def test_viscosities_and_relaxation_times_say_the_same(scene, table):
 
 
 def test_kelvin_voigt_is_a_spring_beside_a_dashpot():
-    from comparisons.physics import Viscoelastic
+    from comparisons.scene.physics import Viscoelastic
 
     body = Viscoelastic(model="kelvin_voigt", shear_moduli="1 MPa", relaxation_times="2 ms")
     assert (body.branches, body.dashpot_viscosity) == ((), 2e3)
@@ -120,7 +120,7 @@ def test_kelvin_voigt_is_a_spring_beside_a_dashpot():
 
 def test_the_bound_on_the_creep_of_a_fluid_is_that_of_maxwell():
     """J(t) = (1 + t/tau)/G for one Maxwell element, so the bound is the creep itself."""
-    from comparisons.physics import Viscoelastic
+    from comparisons.scene.physics import Viscoelastic
 
     body = Viscoelastic(model="maxwell", shear_moduli=2e6, relaxation_times=0.5)
     assert body.softest_modulus(3.0) == pytest.approx(2e6 / (1 + 3.0 / 0.5), rel=1e-14)
@@ -314,8 +314,8 @@ def test_the_plan_says_that_springs_leave_out_the_drag_of_pressing_but_for_rubbe
 
 
 def test_built_in_scenes_with_physics_are_a_suite():
-    from comparisons.scene import builtin_names
-    from comparisons.suites import SUITES
+    from comparisons.scene.scene import builtin_names
+    from comparisons.scene.suites import SUITES
 
     found = {name for name in builtin_names() if load_scene(name).physics}
     assert found == set(SUITES["physics"])

@@ -18,7 +18,7 @@ from comparisons.planning import (
     plan_scene,
     task_of,
 )
-from comparisons.scene import SceneError, load_scene
+from comparisons.scene.scene import SceneError, load_scene
 
 
 def planned(scene, method, effort="quick"):

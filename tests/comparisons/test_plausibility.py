@@ -6,7 +6,7 @@ import pytest
 
 from comparisons.planning import plan_scene
 from comparisons.plausibility import CHECK
-from comparisons.scene import builtin_names, load_scene, validated
+from comparisons.scene.scene import builtin_names, load_scene, validated
 
 
 def checks(shape=None, loading=None, **half_space):

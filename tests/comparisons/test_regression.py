@@ -27,7 +27,7 @@ from comparisons.regression.findings import AGREEMENT, MODEL, REFERENCES, SPEED
 from comparisons.regression.junit import write_junit
 from comparisons.regression.measure import _identity
 from comparisons.regression.snapshot import Speed
-from comparisons.scene import Scene, load_scene
+from comparisons.scene.scene import Scene, load_scene
 from reduced.springs import indent
 from reference.halfspace import kernels
 

@@ -8,7 +8,7 @@ import pytest
 from comparisons import planning
 from comparisons.geometry import RoughGeometry
 from comparisons.roughness import surface_notes
-from comparisons.scene import validated
+from comparisons.scene.scene import validated
 
 
 def notes(size=(1e-6, 1e-6), points=(64, 64), slope=0.1, height=5e-9):

@@ -11,7 +11,7 @@ import pytest
 from comparisons.execution import execute
 from comparisons.methods import METHODS
 from comparisons.planning import plan_scene, task_of
-from comparisons.scene import SceneError
+from comparisons.scene.scene import SceneError
 
 DECADES = {"from": 1e-12, "to": 1e3, "steps": 6, "spacing": "log"}
 

@@ -15,7 +15,7 @@ from comparisons.experiments.rough_ensemble import Surface, line_samples, press
 from comparisons.methods import Task, covers, method_for
 from comparisons.methods.base import Solution
 from comparisons.planning import plan_scene
-from comparisons.scene import Scene
+from comparisons.scene.scene import Scene
 from reference.closed_form import stiffness_ratio
 
 ROOT = Path(__file__).resolve().parents[2]

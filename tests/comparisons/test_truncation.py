@@ -9,7 +9,7 @@ from comparisons.execution import execute
 from comparisons.methods import fem as adapter
 from comparisons.planning import plan_scene, task_of
 from comparisons.reference import TRUNCATION, references
-from comparisons.scene import load_scene
+from comparisons.scene.scene import load_scene
 from reference import fem
 
 

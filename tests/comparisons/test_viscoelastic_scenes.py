@@ -11,7 +11,7 @@ from comparisons.comparison import compare
 from comparisons.errors import InputError
 from comparisons.experiments import EXPERIMENTS
 from comparisons.planning import plan_scene
-from comparisons.scene import load_scene, make_scene
+from comparisons.scene.scene import load_scene, make_scene
 from comparisons.solving import solve_plan
 
 RUBBER = {

@@ -39,7 +39,7 @@ except ImportError:
     h5py = tifffile = None
 
 SECONDS, BYTES = 5, 1_000_000_000
-SCENES = Path(__file__).parents[2] / "comparisons" / "scenes"
+SCENES = Path(__file__).parents[2] / "comparisons" / "scene" / "built_in"
 CLAIMS = Path(__file__).parents[2] / "comparisons" / "claims"
 Files = dict[str, bytes]
 

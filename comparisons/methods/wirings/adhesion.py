@@ -12,8 +12,8 @@ from comparisons.methods.base import Solution, Support, Task
 from comparisons.methods.bem_fft import BemFft
 from comparisons.methods.closed_form import ClosedForm
 from comparisons.methods.reduced import Reduced, profile_of
-from comparisons.scene import Scene
-from comparisons.shapes import Indenter, PowerLaw
+from comparisons.scene.scene import Scene
+from comparisons.scene.shapes import Indenter, PowerLaw
 from reduced import errors as reduced_errors
 from reduced.adhesion.adhere import Adhesion, State, adhere, pull_off
 from reduced.profiles.shapes import paraboloid

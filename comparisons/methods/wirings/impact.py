@@ -11,7 +11,7 @@ from comparisons.methods.fem import Fem
 from comparisons.methods.impact_course import closed_course, spring_course
 from comparisons.methods.impacts import CurveImpact, no_impact
 from comparisons.methods.reduced import Reduced, profile_of
-from comparisons.scene import Scene
+from comparisons.scene.scene import Scene
 from reduced.errors import ConvergenceError
 from reduced.motion.impact import Impact, strike
 from reference.dynamics.collision import collide

@@ -16,7 +16,7 @@ from comparisons.methods.bem_fft import BemFft
 from comparisons.methods.grid import make_grid
 from comparisons.methods.reduced import Reduced, draw_lines, profile_of
 from comparisons.methods.wirings.viscoelastic import material_of, springs_of
-from comparisons.scene import Scene
+from comparisons.scene.scene import Scene
 from reduced import errors as reduced_errors
 from reduced.profiles import shapes
 from reduced.rubber.steady import SteadySliding, slide

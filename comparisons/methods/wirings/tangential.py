@@ -14,8 +14,8 @@ from comparisons.methods.closed_form import ClosedForm, form_of
 from comparisons.methods.friction_path import finer_path, normal_load
 from comparisons.methods.grid import Grid, cells, make_grid
 from comparisons.methods.reduced import Reduced, draw_lines, line_picture, profile_of
-from comparisons.options import FftOptions, ReducedOptions
-from comparisons.scene import Scene
+from comparisons.scene.options import FftOptions, ReducedOptions
+from comparisons.scene.scene import Scene
 from reduced.errors import ConvergenceError as ReducedError
 from reduced.friction.slide import TangentialPath, slide, slide_lines
 from reduced.rough.press import press

@@ -10,8 +10,8 @@ from comparisons.geometry import Geometry, IndenterGeometry
 from comparisons.methods.base import Solution, Support, Task
 from comparisons.methods.fem import LARGEST_POISSON, Fem
 from comparisons.methods.friction_path import finer_path
-from comparisons.options import FftOptions
-from comparisons.scene import Scene
+from comparisons.scene.options import FftOptions
+from comparisons.scene.scene import Scene
 from reference.errors import ConvergenceError
 from reference.fem.friction import FrictionStep, follow
 from reference.fem.frictional_body import FrictionalBody, frictional_body

@@ -17,9 +17,9 @@ from comparisons.methods.bem_fft import BemFft
 from comparisons.methods.closed_form import ClosedForm, form_of
 from comparisons.methods.grid import make_grid
 from comparisons.methods.reduced import Reduced, line_picture, profile_of
-from comparisons.options import FftOptions, ReducedOptions
-from comparisons.physics.loads import Loads, loads_of
-from comparisons.scene import Scene
+from comparisons.scene.options import FftOptions, ReducedOptions
+from comparisons.scene.physics.loads import Loads, loads_of
+from comparisons.scene.scene import Scene
 from reduced import errors as reduced_errors
 from reduced.memory.indent import History, graded_times, indent_in_time
 from reduced.memory.materials import Prony, prony

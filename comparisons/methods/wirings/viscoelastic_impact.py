@@ -7,8 +7,8 @@ from comparisons.methods.base import Solution, Support, Task
 from comparisons.methods.closed_form import ClosedForm, form_of
 from comparisons.methods.reduced import Reduced, profile_of
 from comparisons.methods.wirings.viscoelastic import circular, material_of, springs_of
-from comparisons.options import ReducedOptions
-from comparisons.scene import Scene
+from comparisons.scene.options import ReducedOptions
+from comparisons.scene.scene import Scene
 from reduced import errors as reduced_errors
 from reduced.memory.impact import Impact
 from reduced.memory.impact import impact as strike

@@ -21,9 +21,9 @@ import pytest
 from comparisons import study as study_module
 from comparisons.execution import execute
 from comparisons.methods import METHODS
-from comparisons.scene import builtin_names
+from comparisons.scene.scene import builtin_names
+from comparisons.scene.suites import SUITES
 from comparisons.store import load_study
-from comparisons.suites import SUITES
 from reports.__main__ import main
 from reports.cli.cli import run_command
 

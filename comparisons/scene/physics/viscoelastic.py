@@ -7,9 +7,9 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, model_validator
 
-from comparisons.physics.tables import PhysicsTable
-from comparisons.quantities import fail, quantity
-from comparisons.units import PRESSURE, TIME, VISCOSITY, Dimension
+from comparisons.scene.fields import fail, quantity
+from comparisons.scene.physics.tables import PhysicsTable
+from comparisons.scene.units import PRESSURE, TIME, VISCOSITY, Dimension
 
 _ELEMENTS = {"kelvin_voigt": (1, 1), "maxwell": (1, 1), "standard": (2, 1)}
 

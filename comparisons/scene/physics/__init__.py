@@ -5,7 +5,7 @@ A scene without these tables takes the path it always took; nothing here is aske
 
 from __future__ import annotations
 
-from comparisons.physics.tables import PHYSICS, Adhesion, Dynamics, Friction, Sliding
-from comparisons.physics.viscoelastic import Viscoelastic
+from comparisons.scene.physics.tables import PHYSICS, Adhesion, Dynamics, Friction, Sliding
+from comparisons.scene.physics.viscoelastic import Viscoelastic
 
 __all__ = ["PHYSICS", "Adhesion", "Dynamics", "Friction", "Sliding", "Viscoelastic"]

@@ -11,13 +11,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from comparisons.scene import (
-    SceneError,
-    builtin_names,
-    load_scene,
-    make_scene,
-    parse_scene,
-)
+from comparisons.scene.scene import SceneError, builtin_names, load_scene, make_scene, parse_scene
 
 MODULUS = {"effective_modulus": 1e9}
 BALL = {"shape": "paraboloid", "radius": 1.0}

@@ -8,10 +8,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from comparisons.loading import NORMAL, Control
+from comparisons.scene.loading import NORMAL, Control
 
 if TYPE_CHECKING:
-    from comparisons.scene import Scene
+    from comparisons.scene.scene import Scene
 
 # Axes whose steps follow each other: what a step finds depends on those before it.
 PATHS = ("step", "time")

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from comparisons.loading import NORMAL, TANGENTIAL
-from comparisons.physics.tables import PHYSICS
+from comparisons.scene.loading import NORMAL, TANGENTIAL
+from comparisons.scene.physics.tables import PHYSICS
 
 # Quantities that only a scene with one of these tables has.
 NEEDS = {

@@ -8,7 +8,7 @@ import pytest
 from hypothesis import example, given
 from hypothesis import strategies as st
 
-from comparisons.units import FORCE, LENGTH, NUMBER, PRESSURE, Dimension, to_si
+from comparisons.scene.units import FORCE, LENGTH, NUMBER, PRESSURE, Dimension, to_si
 
 SURFACE_ENERGY = Dimension(mass=1, time=-2)
 PREFIXES = {"f": -15, "p": -12, "n": -9, "u": -6, "m": -3, "c": -2, "d": -1, "h": 2, "k": 3}

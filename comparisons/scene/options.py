@@ -6,7 +6,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, Field
 
-from comparisons.quantities import Positive
+from comparisons.scene.fields import Positive
 
 
 class Options(BaseModel):

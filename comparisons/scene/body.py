@@ -7,8 +7,8 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field
 
-from comparisons.quantities import FiniteLength, fail
-from comparisons.units import LENGTH, to_si
+from comparisons.scene.fields import FiniteLength, fail
+from comparisons.scene.units import LENGTH, to_si
 
 AXES = "xyz"
 ELASTIC_KEYS = ("youngs_modulus", "shear_modulus", "effective_modulus", "poisson_ratio")

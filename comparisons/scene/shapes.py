@@ -15,9 +15,9 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
 
-from comparisons.polygons import crosses_itself, sides, signed_area
-from comparisons.quantities import FiniteLength, Length, Positive, fail
-from comparisons.units import NUMBER, Dimension, to_si
+from comparisons.scene.fields import FiniteLength, Length, Positive, fail
+from comparisons.scene.polygons import crosses_itself, sides, signed_area
+from comparisons.scene.units import NUMBER, Dimension, to_si
 
 if TYPE_CHECKING:
     from scipy.interpolate import PchipInterpolator

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from comparisons.quantities import shown
-from comparisons.shapes import SHAPES
+from comparisons.scene.fields import shown
+from comparisons.scene.shapes import SHAPES
 
 # What pydantic says in the language of Python, in the language of scene files.
 _PLAIN = {

@@ -6,7 +6,7 @@ from typing import Any
 
 from pydantic import BaseModel, ConfigDict, ValidationInfo, field_validator, model_validator
 
-from comparisons.quantities import Modulus, fail
+from comparisons.scene.fields import Modulus, fail
 
 FEM_DEFAULT_POISSON = 0.3
 # What validation is told about a scene: its moduli stand in [viscoelastic].

@@ -11,8 +11,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from pydantic_core import PydanticCustomError
 
-from comparisons.loading import RELATIVE_FORCE, Loading, read_range
-from comparisons.units import FORCE, LENGTH, TIME
+from comparisons.scene.loading import RELATIVE_FORCE, Loading, read_range
+from comparisons.scene.units import FORCE, LENGTH, TIME
 
 
 def values(given_loads, dimension=LENGTH):

@@ -23,26 +23,26 @@ from pydantic import (
     model_validator,
 )
 
-from comparisons import body_table
-from comparisons.body_table import Body
 from comparisons.errors import InputError
-from comparisons.half_space import RELAXES, HalfSpace
-from comparisons.loading import PATH, Loading
-from comparisons.method_names import KnownMethod
-from comparisons.options import MethodOptions
-from comparisons.physics import PHYSICS, Adhesion, Dynamics, Friction, Sliding, Viscoelastic
-from comparisons.physics.combinations import (
+from comparisons.plain import plain
+from comparisons.scene import body as body_table
+from comparisons.scene.body import Body
+from comparisons.scene.fields import Positive, fail
+from comparisons.scene.half_space import RELAXES, HalfSpace
+from comparisons.scene.loading import PATH, Loading
+from comparisons.scene.method_names import KnownMethod
+from comparisons.scene.options import MethodOptions
+from comparisons.scene.physics import PHYSICS, Adhesion, Dynamics, Friction, Sliding, Viscoelastic
+from comparisons.scene.physics.combinations import (
     combination_problems,
     switched_on,
     walks_a_path,
     with_defaults,
 )
-from comparisons.plain import plain
-from comparisons.quantities import Positive, fail
-from comparisons.scene_problems import readable
-from comparisons.shapes import AnyIndenter
-from comparisons.surface_tables import Surface
-from comparisons.toml_files import parse_toml, read_toml
+from comparisons.scene.problems import readable
+from comparisons.scene.shapes import AnyIndenter
+from comparisons.scene.surface import Surface
+from comparisons.scene.toml_files import parse_toml, read_toml
 
 QUANTITIES = (
     *("force", "penetration", "penetration_mean_plane", "contact_area", "contact_area_raw"),
@@ -240,7 +240,7 @@ class Scene(_Table):
 
 def builtin_folder() -> Path:
     """Return the folder of the built-in scenes."""
-    return Path(__file__).parent / "scenes"
+    return Path(__file__).parent / "built_in"
 
 
 def builtin_names() -> list[str]:

@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal
 from pydantic import BeforeValidator
 from pydantic_core import PydanticCustomError
 
-from comparisons.units import FORCE, LENGTH, NUMBER, PRESSURE, Dimension, to_si
+from comparisons.scene.units import FORCE, LENGTH, NUMBER, PRESSURE, Dimension, to_si
 
 _NOTHING = object()
 

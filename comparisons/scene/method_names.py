@@ -7,7 +7,7 @@ from typing import Annotated
 
 from pydantic import AfterValidator
 
-from comparisons.quantities import fail
+from comparisons.scene.fields import fail
 
 
 @dataclass(frozen=True)

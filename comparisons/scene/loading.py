@@ -12,8 +12,8 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationInfo, model_validator
 
-from comparisons.quantities import fail, shown
-from comparisons.units import FORCE, LENGTH, NUMBER, TIME, Dimension, to_si
+from comparisons.scene.fields import fail, shown
+from comparisons.scene.units import FORCE, LENGTH, NUMBER, TIME, Dimension, to_si
 
 Control = Literal[
     *("penetration", "force", "mean_gap", "tangential_force", "tangential_displacement"),

@@ -17,7 +17,7 @@ from pydantic import (
     model_validator,
 )
 
-from comparisons.quantities import Finite, Length, Positive, fail
+from comparisons.scene.fields import Finite, Length, Positive, fail
 from comparisons.trends import trend_problem
 
 

@@ -6,9 +6,9 @@ from typing import Annotated, Any
 
 from pydantic import BaseModel, ConfigDict, model_validator
 
-from comparisons.loading import LoadRange, ranged
-from comparisons.quantities import Positive, quantity
-from comparisons.units import LENGTH, MASS, SPEED, SURFACE_ENERGY, to_si
+from comparisons.scene.fields import Positive, quantity
+from comparisons.scene.loading import LoadRange, ranged
+from comparisons.scene.units import LENGTH, MASS, SPEED, SURFACE_ENERGY, to_si
 
 # The tables that switch on physics, in the order in which a plan names them.
 PHYSICS = ("friction", "viscoelastic", "sliding", "adhesion", "dynamics")

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import TypeAdapter, ValidationError
 
-from comparisons.shapes import AnyIndenter
+from comparisons.scene.shapes import AnyIndenter
 
 SHAPE = TypeAdapter(AnyIndenter)
 

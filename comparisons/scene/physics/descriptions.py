@@ -6,11 +6,11 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 from comparisons.formatting import given, quantity
-from comparisons.physics.loads import Loads
+from comparisons.scene.physics.loads import Loads
 
 if TYPE_CHECKING:
-    from comparisons.physics import Viscoelastic
-    from comparisons.scene import Scene
+    from comparisons.scene.physics import Viscoelastic
+    from comparisons.scene.scene import Scene
 
 
 def switched_on(scene: Scene, loads: Loads) -> Iterable[tuple[str, str]]:
