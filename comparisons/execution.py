@@ -17,7 +17,7 @@ import numpy as np
 import psutil
 from threadpoolctl import threadpool_limits
 
-from comparisons.geometry import RoughGeometry
+from comparisons.geometry.prepare import RoughGeometry
 from comparisons.load_fields import earlier_fields
 from comparisons.machine import machine, machine_text
 from comparisons.methods import METHODS, Solution, Task, method_for

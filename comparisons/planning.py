@@ -14,14 +14,14 @@ from typing import Any, Literal
 
 import numpy as np
 
-from comparisons.bodies import BodyGeometry, with_body
 from comparisons.errors import InputError
-from comparisons.geometry import Geometry, IndenterGeometry, RoughGeometry, prepare
+from comparisons.geometry.bodies import BodyGeometry, with_body
+from comparisons.geometry.prepare import Geometry, IndenterGeometry, RoughGeometry, prepare
+from comparisons.geometry.roughness import surface_notes
 from comparisons.machine import MEMORY_SHARE, free_memory
 from comparisons.methods import METHODS, Support, Task, covers, method_for
 from comparisons.methods.bem_fft import ARRAYS_FREE, ARRAYS_PERIODIC
 from comparisons.plausibility import scene_notes
-from comparisons.roughness import surface_notes
 from comparisons.scene.physics.descriptions import left_out, switched_on
 from comparisons.scene.physics.loads import Loads, loads_of
 from comparisons.scene.scene import Scene, SceneError, validated

@@ -2,13 +2,13 @@
 
 `youngs_modulus = 210` are 210 Pa, and a model within 1 % of a solver that is asked the same is no
 help: both hold for small slopes only. The plan, the terminal and the report question what leaves
-them. Roughness has its own limits, see `comparisons.roughness`.
+them. Roughness has its own limits, see `comparisons.geometry.roughness`.
 """
 
 from __future__ import annotations
 
 from comparisons.formatting import number, with_unit
-from comparisons.geometry import Geometry, IndenterGeometry
+from comparisons.geometry.prepare import Geometry, IndenterGeometry
 from comparisons.scene.scene import Scene
 
 # How a note begins that the terminal repeats after a run: the reader has something to check.

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 from scipy.interpolate import LinearNDInterpolator
 
-from comparisons.geometry import IndenterGeometry
+from comparisons.geometry.prepare import IndenterGeometry
 from comparisons.methods.closed_form import form_of
 from comparisons.metrics import SINGULAR_RING, grid_pressure_at, pressure_difference
 from comparisons.planning import Plan

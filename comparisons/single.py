@@ -12,7 +12,7 @@ import numpy as np
 import pandas as pd
 
 from comparisons.errors import InputError
-from comparisons.geometry import IndenterGeometry
+from comparisons.geometry.prepare import IndenterGeometry
 from comparisons.methods import METHODS, Solution, method_for
 from comparisons.plain import plain
 from comparisons.planning import Plan, plan_scene, task_of

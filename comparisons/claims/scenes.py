@@ -14,7 +14,7 @@ from comparisons.comparison import error_sources, errors_of
 from comparisons.errors import InputError
 from comparisons.experiments import Measurement
 from comparisons.experiments.base import Effort
-from comparisons.geometry import IndenterGeometry
+from comparisons.geometry.prepare import IndenterGeometry
 from comparisons.methods import METHODS, covers, method_for
 from comparisons.metrics import rms_and_maximum
 from comparisons.planning import MethodPlan, Plan, plan_scene, refusal

@@ -72,7 +72,7 @@ class ClosedGap(Table):
 
     def curves(self, plan: Plan) -> Curves:
         """Return penetration and area of the first surface: nothing is left of the gap."""
-        from comparisons.geometry import RoughGeometry
+        from comparisons.geometry.prepare import RoughGeometry
 
         geometry = plan.geometry
         assert isinstance(geometry, RoughGeometry)

@@ -7,7 +7,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from comparisons.geometry import IndenterGeometry
+from comparisons.geometry.prepare import IndenterGeometry
 from comparisons.scene.physics.loads import Loads
 from comparisons.scene.scene import Scene
 from reference.errors import ConvergenceError

@@ -18,8 +18,8 @@ from functools import cached_property
 
 import numpy as np
 
-from comparisons.bodies import BodyGeometry
-from comparisons.geometry import Geometry, RoughGeometry
+from comparisons.geometry.bodies import BodyGeometry
+from comparisons.geometry.prepare import Geometry, RoughGeometry
 from comparisons.load_fields import shown_steps
 from comparisons.machine import source_digest, versions
 from comparisons.reasons import one_line

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterator
 
 import numpy as np
 
-from comparisons.geometry import Geometry, IndenterGeometry, RoughGeometry
+from comparisons.geometry.prepare import Geometry, IndenterGeometry, RoughGeometry
 from comparisons.methods.base import Support, Task
 from comparisons.methods.grid import GridMethod, Operator, cells, rough_resolutions
 from comparisons.scene.method_names import METHOD_NAMES

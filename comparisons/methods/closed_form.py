@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from comparisons.geometry import Geometry, IndenterGeometry
+from comparisons.geometry.prepare import Geometry, IndenterGeometry
 from comparisons.methods.base import Method, Solution, Support, Task
 from comparisons.methods.radial import profile_fields, unit_rings
 from comparisons.scene.method_names import METHOD_NAMES

@@ -22,7 +22,7 @@ import numpy as np
 
 from comparisons import isolation
 from comparisons.errors import InputError
-from comparisons.geometry import Geometry
+from comparisons.geometry.prepare import Geometry
 from comparisons.methods.base import Method, Solution, Support, Task
 from comparisons.methods.spans import lost
 from comparisons.reasons import one_line

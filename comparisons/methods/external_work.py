@@ -16,7 +16,7 @@ from typing import Any
 
 from comparisons.archive import arrays_of
 from comparisons.execution import execute
-from comparisons.geometry import prepare
+from comparisons.geometry.prepare import prepare
 from comparisons.methods import METHODS, Method, Task
 from comparisons.scene.method_names import GROUP
 from comparisons.scene.scene import Scene

@@ -8,8 +8,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from comparisons.bodies import BodyGeometry
-from comparisons.geometry import Geometry, IndenterGeometry, RoughGeometry
+from comparisons.geometry.bodies import BodyGeometry
+from comparisons.geometry.prepare import Geometry, IndenterGeometry, RoughGeometry
 from comparisons.load_fields import point_pressure
 from comparisons.methods import fem_body, fem_pair, fem_punch
 from comparisons.methods.base import Method, Solution, Support, Task

@@ -10,7 +10,7 @@ from functools import partial
 
 import numpy as np
 
-from comparisons.bodies import BodyGeometry
+from comparisons.geometry.bodies import BodyGeometry
 from comparisons.load_fields import point_pressure
 from comparisons.methods.base import Solution, Task
 from comparisons.methods.sweeps import outcomes

@@ -10,7 +10,7 @@ from functools import partial
 
 import numpy as np
 
-from comparisons.geometry import Geometry, IndenterGeometry
+from comparisons.geometry.prepare import Geometry, IndenterGeometry
 from comparisons.load_fields import point_pressure
 from comparisons.methods.base import Solution, Task
 from comparisons.methods.fem_body import round_area

@@ -12,7 +12,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from comparisons.geometry import IndenterGeometry
+from comparisons.geometry.prepare import IndenterGeometry
 from comparisons.scene.polygons import distance_to_outline
 from comparisons.scene.shapes import Indenter, PolygonPunch, RightAngledPunch
 from reference import fem

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
 
-from comparisons.geometry import Geometry, RoughGeometry
+from comparisons.geometry.prepare import Geometry, RoughGeometry
 from comparisons.methods.base import Method, Solution, Support, Task
 from comparisons.scene.scene import Scene
 

@@ -8,7 +8,7 @@ from functools import partial
 
 import numpy as np
 
-from comparisons.geometry import Geometry, IndenterGeometry, RoughGeometry
+from comparisons.geometry.prepare import Geometry, IndenterGeometry, RoughGeometry
 from comparisons.load_fields import MOST_POINTS
 from comparisons.methods.base import Method, Solution, Task
 from comparisons.methods.punches import Respond, solve_punch

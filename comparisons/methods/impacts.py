@@ -11,7 +11,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from comparisons.geometry import Geometry, IndenterGeometry, equivalent_profile, prepare
+from comparisons.geometry.prepare import Geometry, IndenterGeometry, equivalent_profile, prepare
 from comparisons.methods.base import Method, Solution, Support, Task
 from comparisons.methods.spans import solve_in_spans
 from comparisons.scene.scene import Scene, validated

@@ -7,7 +7,7 @@ from importlib import metadata, util
 import numpy as np
 
 from comparisons import isolation
-from comparisons.geometry import Geometry, IndenterGeometry
+from comparisons.geometry.prepare import Geometry, IndenterGeometry
 from comparisons.machine import MEMORY_SHARE, free_memory
 from comparisons.methods.base import Method, Solution, Support, Task
 from comparisons.methods.fem import contact_stretch

@@ -6,7 +6,7 @@ import statistics
 
 import numpy as np
 
-from comparisons.geometry import Geometry, RoughGeometry
+from comparisons.geometry.prepare import Geometry, RoughGeometry
 from comparisons.machine import MEMORY_SHARE, free_memory
 from comparisons.methods.base import Method, Solution, Support, Task
 from comparisons.methods.grid import (

@@ -11,7 +11,7 @@ from functools import partial
 
 import numpy as np
 
-from comparisons.geometry import IndenterGeometry
+from comparisons.geometry.prepare import IndenterGeometry
 from comparisons.methods.base import Solution, Task
 from comparisons.scene.polygons import area_fractions, offset_outline, signed_area
 from reference.errors import ConvergenceError

@@ -7,8 +7,8 @@ from typing import Any
 
 import numpy as np
 
-from comparisons.bodies import BodyGeometry
-from comparisons.geometry import (
+from comparisons.geometry.bodies import BodyGeometry
+from comparisons.geometry.prepare import (
     Geometry,
     IndenterGeometry,
     RoughGeometry,

@@ -14,7 +14,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from comparisons.geometry import IndenterGeometry
+from comparisons.geometry.prepare import IndenterGeometry
 from comparisons.methods.base import Solution, Task
 
 Solve = Callable[[Task], Solution]

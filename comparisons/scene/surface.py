@@ -17,8 +17,8 @@ from pydantic import (
     model_validator,
 )
 
+from comparisons.geometry.trends import trend_problem
 from comparisons.scene.fields import Finite, Length, Positive, fail
-from comparisons.trends import trend_problem
 
 
 class _Table(BaseModel):
@@ -80,9 +80,9 @@ class SelfAffine(_Table):
 
 
 class MeasuredMap(_Table):
-    """A measured surface, read and treated by comparisons.topography.
+    """A measured surface, read and treated by comparisons.geometry.topography.
 
-    Without `detrend` a plane is subtracted; of a periodic map the mean, see comparisons.trends.
+    Without `detrend` a plane is subtracted; of a periodic map the mean (geometry.trends).
     """
 
     kind: Literal["map"]

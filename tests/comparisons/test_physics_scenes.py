@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from comparisons.geometry import prepare
+from comparisons.geometry.prepare import prepare
 from comparisons.planning import plan_scene
 from comparisons.scene.physics.loads import loads_of
 from comparisons.scene.scene import SceneError, load_scene, make_scene, parse_scene

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from comparisons.geometry import Geometry, IndenterGeometry
+from comparisons.geometry.prepare import Geometry, IndenterGeometry
 from comparisons.methods.adhesive_grid import cohesive_walk, edge_doubt, peeled_walk
 from comparisons.methods.base import Solution, Support, Task
 from comparisons.methods.bem_fft import BemFft

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from comparisons.geometry import Geometry
+from comparisons.geometry.prepare import Geometry
 from comparisons.methods.base import Solution, Support, Task
 from comparisons.methods.bem_dense import BemDense
 from comparisons.methods.bem_fft import BemFft

@@ -10,7 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from comparisons.geometry import Geometry, IndenterGeometry, RoughGeometry
+from comparisons.geometry.prepare import Geometry, IndenterGeometry, RoughGeometry
 from comparisons.methods.base import Solution, Support, Task
 from comparisons.methods.bem_fft import BemFft
 from comparisons.methods.grid import make_grid

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from comparisons.geometry import Geometry, RoughGeometry
+from comparisons.geometry.prepare import Geometry, RoughGeometry
 from comparisons.methods.base import Solution, Support, Task
 from comparisons.methods.bem_fft import BemFft
 from comparisons.methods.closed_form import ClosedForm, form_of

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from comparisons.geometry import Geometry, IndenterGeometry
+from comparisons.geometry.prepare import Geometry, IndenterGeometry
 from comparisons.methods.base import Solution, Support, Task
 from comparisons.methods.fem import LARGEST_POISSON, Fem
 from comparisons.methods.friction_path import finer_path

@@ -11,7 +11,7 @@ from itertools import pairwise
 
 import numpy as np
 
-from comparisons.geometry import Geometry, IndenterGeometry
+from comparisons.geometry.prepare import Geometry, IndenterGeometry
 from comparisons.methods.base import Solution, Support, Task
 from comparisons.methods.bem_fft import BemFft
 from comparisons.methods.closed_form import ClosedForm, form_of

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from comparisons.geometry import Geometry
+from comparisons.geometry.prepare import Geometry
 from comparisons.methods.base import Solution, Support, Task
 from comparisons.methods.closed_form import ClosedForm, form_of
 from comparisons.methods.reduced import Reduced, profile_of

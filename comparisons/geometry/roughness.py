@@ -7,7 +7,7 @@ rms height and rms slope, and question what no profiler or microscope measures.
 from __future__ import annotations
 
 from comparisons.formatting import count, number, with_unit
-from comparisons.geometry import RoughGeometry
+from comparisons.geometry.prepare import RoughGeometry
 from comparisons.plausibility import CHECK
 
 # What measured surfaces keep within; beyond, a unit or the size is more likely wrong.

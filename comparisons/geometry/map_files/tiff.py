@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from comparisons.map_files.checks import (
+from comparisons.geometry.map_files.checks import (
     UNITS_PER_METRE,
     MapError,
     MapFile,
@@ -18,7 +18,7 @@ from comparisons.map_files.checks import (
     shorten,
     windows_of,
 )
-from comparisons.silence import quiet
+from comparisons.geometry.silence import quiet
 
 SUFFIXES = (".tif", ".tiff")
 # Park Systems keeps heights in private tags beside a picture; this one marks its files.

@@ -15,10 +15,10 @@ from pathlib import Path
 import meshio
 import numpy as np
 
-from comparisons.abaqus_surfaces import surfaces
 from comparisons.errors import InputError
-from comparisons.silence import quiet
-from comparisons.unpacking import size_problems
+from comparisons.geometry.abaqus_surfaces import surfaces
+from comparisons.geometry.silence import quiet
+from comparisons.geometry.unpacking import size_problems
 from reference.fem.cells import KINDS
 from reference.fem.solid_mesh import SolidMesh
 

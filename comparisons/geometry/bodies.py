@@ -13,8 +13,8 @@ from pathlib import Path
 
 import numpy as np
 
-from comparisons.body_files import BodyError, BodyFile, NamedPart, read_body
-from comparisons.geometry import IndenterGeometry
+from comparisons.geometry.body_files import BodyError, BodyFile, NamedPart, read_body
+from comparisons.geometry.prepare import IndenterGeometry
 from comparisons.scene.body import AXES, Body
 from comparisons.scene.fields import shown
 from comparisons.scene.scene import Scene, SceneError

@@ -13,10 +13,11 @@ import meshio
 import numpy as np
 import pytest
 
-from comparisons import machine, unpacking
-from comparisons.body_files import BodyError, read_body
-from comparisons.topography import MapError, read_map
-from comparisons.unpacking import size_problems
+from comparisons import machine
+from comparisons.geometry import unpacking
+from comparisons.geometry.body_files import BodyError, read_body
+from comparisons.geometry.topography import MapError, read_map
+from comparisons.geometry.unpacking import size_problems
 
 LIMIT = 1e6  # bytes in these tests, so that bombs are small
 BOMB = bytes(4_000_000)  # zeros: packed a thousandfold

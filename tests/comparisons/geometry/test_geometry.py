@@ -7,7 +7,7 @@ import pickle
 import numpy as np
 import pytest
 
-from comparisons.geometry import RoughGeometry, equivalent_profile, prepare
+from comparisons.geometry.prepare import RoughGeometry, equivalent_profile, prepare
 from comparisons.scene.scene import SceneError
 
 

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from comparisons.map_files.checks import (
+from comparisons.geometry.map_files.checks import (
     UNITS_PER_METRE,
     MapError,
     MapFile,
@@ -19,7 +19,7 @@ from comparisons.map_files.checks import (
     shape_problems,
     shorten,
 )
-from comparisons.silence import quiet
+from comparisons.geometry.silence import quiet
 
 # Instruments store signals in the shape of maps; some are even scaled to a length.
 _NOT_HEIGHT = re.compile(

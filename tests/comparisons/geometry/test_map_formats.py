@@ -7,7 +7,7 @@ import sys
 import numpy as np
 import pytest
 
-from comparisons.topography import MapError, read_map
+from comparisons.geometry.topography import MapError, read_map
 
 STEPS = 0.5, 0.25  # um along x and y
 

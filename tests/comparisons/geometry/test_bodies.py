@@ -10,14 +10,14 @@ import meshio
 import numpy as np
 import pytest
 
-from comparisons.abaqus_surfaces import FACES
 from comparisons.execution import execute
+from comparisons.geometry.abaqus_surfaces import FACES
 from comparisons.planning import plan_scene, task_of
 from comparisons.scene.scene import SceneError, load_scene, make_scene, parse_scene
 from comparisons.single import solve_scene
 from comparisons.vtu import mesh_of
 
-EXAMPLES = Path(__file__).parents[2] / "docs" / "examples"
+EXAMPLES = Path(__file__).parents[3] / "docs" / "examples"
 E, NU, R = 1e9, 0.3, 0.1
 CORNERS = ((0, 0), (1, 0), (1, 1), (0, 1))
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from scipy.sparse import coo_array
 from scipy.sparse.linalg import splu
 
-from comparisons.map_files import (
+from comparisons.geometry.map_files import (
     PLAIN_FORMATS,
     UNITS_PER_METRE,
     MapError,
@@ -23,7 +23,7 @@ from comparisons.map_files import (
     Window,
     open_map,
 )
-from comparisons.trends import TRENDS, subtracted, trend_of, trend_problem
+from comparisons.geometry.trends import TRENDS, subtracted, trend_of, trend_problem
 
 __all__ = ["Map", "MapError", "read_map"]
 

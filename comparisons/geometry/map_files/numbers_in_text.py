@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 
-from comparisons.map_files.checks import MapError
+from comparisons.geometry.map_files.checks import MapError
 
 # Characters from the beginning of a text that show how its numbers are written.
 _SAMPLE = 65536

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from comparisons import planning
-from comparisons.geometry import RoughGeometry
-from comparisons.roughness import surface_notes
+from comparisons.geometry.prepare import RoughGeometry
+from comparisons.geometry.roughness import surface_notes
 from comparisons.scene.scene import validated
 
 

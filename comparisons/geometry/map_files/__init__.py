@@ -7,18 +7,12 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from comparisons.map_files.checks import (
-    UNITS_PER_METRE,
-    MapError,
-    MapFile,
-    Stated,
-    Window,
-)
-from comparisons.map_files.instruments import open_instrument
-from comparisons.map_files.tables import PLAIN_FORMATS, open_plain
-from comparisons.map_files.tiff import is_plain_tiff, open_tiff
-from comparisons.map_files.xyz import is_xyz, open_xyz
-from comparisons.unpacking import size_problems
+from comparisons.geometry.map_files.checks import UNITS_PER_METRE, MapError, MapFile, Stated, Window
+from comparisons.geometry.map_files.instruments import open_instrument
+from comparisons.geometry.map_files.tables import PLAIN_FORMATS, open_plain
+from comparisons.geometry.map_files.tiff import is_plain_tiff, open_tiff
+from comparisons.geometry.map_files.xyz import is_xyz, open_xyz
+from comparisons.geometry.unpacking import size_problems
 
 __all__ = [
     "PLAIN_FORMATS",

@@ -13,9 +13,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from comparisons.topography import MapError, read_map
+from comparisons.geometry.topography import MapError, read_map
 
-DATA = Path(__file__).parents[2].parent / "shared" / "data"
+DATA = Path(__file__).parents[3].parent / "shared" / "data"
 SIZE = (3e-6, 2e-6)
 
 

@@ -16,12 +16,12 @@ from pathlib import Path
 import numpy as np
 from scipy.ndimage import zoom
 
-from comparisons.physics.estimates import impact_contacts, largest_contact
+from comparisons.geometry.estimates import impact_contacts, largest_contact
+from comparisons.geometry.topography import MapError, read_map
 from comparisons.scene.physics.loads import Loads, loads_of
 from comparisons.scene.scene import Scene, SceneError
 from comparisons.scene.shapes import Indenter, RigidPlane, Sphere
 from comparisons.scene.surface import MeasuredMap, SelfAffine
-from comparisons.topography import MapError, read_map
 from reduced.profiles import shapes
 from reduced.springs.indent import indent
 from reference import surfaces

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from comparisons.map_files.checks import (
+from comparisons.geometry.map_files.checks import (
     UNITS_PER_METRE,
     MapError,
     MapFile,
@@ -19,8 +19,8 @@ from comparisons.map_files.checks import (
     shorten,
     windows_of,
 )
-from comparisons.map_files.numbers_in_text import NumberLayout, layout_of
-from comparisons.map_files.xyz import holds_grid
+from comparisons.geometry.map_files.numbers_in_text import NumberLayout, layout_of
+from comparisons.geometry.map_files.xyz import holds_grid
 
 PLAIN_FORMATS = (".npy", ".csv", ".txt")
 TRIED = (

@@ -22,8 +22,8 @@ from typing import Any
 import numpy as np
 
 from comparisons.formatting import memory
+from comparisons.geometry.silence import quiet
 from comparisons.machine import MEMORY_SHARE, free_memory
-from comparisons.silence import quiet
 
 # Bytes that one file may unpack to: 11 000 x 11 000 points in double precision.
 LARGEST = 1e9

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from comparisons.map_files.checks import (
+from comparisons.geometry.map_files.checks import (
     UNITS_PER_METRE,
     MapError,
     MapFile,
@@ -18,7 +18,7 @@ from comparisons.map_files.checks import (
     shorten,
     windows_of,
 )
-from comparisons.map_files.numbers_in_text import NumberLayout, layout_of
+from comparisons.geometry.map_files.numbers_in_text import NumberLayout, layout_of
 
 SUFFIX = ".xyz"
 # Bytes at the end of a file that show whether it is a list of three numbers a line.

@@ -1,0 +1,1 @@
+"""Indenters, measured maps and bodies, prepared once per scene."""
