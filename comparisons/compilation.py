@@ -15,7 +15,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import IO, Any
 
-from comparisons import isolation
+from comparisons.isolation import parent
 from comparisons.machine import source_digest, versions
 from comparisons.methods import METHODS, Task
 
@@ -46,7 +46,7 @@ def compile_apart(task: Task) -> float:
         with _alone(folder / "roughline.lock"):
             if mark.exists():
                 return 0.0
-            outcome = isolation.run(_WORK, task, seconds=_SECONDS)
+            outcome = parent.run(_WORK, task, seconds=_SECONDS)
             if outcome.ok:
                 mark.touch()
             return outcome.seconds

@@ -100,7 +100,9 @@ def test_results_are_never_unpickled():
     write; what comes back does not. Jobs for a cluster are pickled by the user's own client.
     """
     cluster = ROOT / "comparisons" / "executors" / "cluster.py"
-    sender, receiver = (ROOT / "comparisons" / name for name in ("isolation.py", "isolated.py"))
+    sender, receiver = (
+        ROOT / "comparisons" / "isolation" / f"{name}.py" for name in ("parent", "child")
+    )
     for package in PACKAGES:
         for path in (ROOT / package).rglob("*.py"):
             text = path.read_text(encoding="utf-8")

@@ -8,9 +8,9 @@ from functools import partial
 
 import numpy as np
 
-from comparisons import isolation
 from comparisons.benchmarks import bem_cases
 from comparisons.benchmarks.yardstick import Measurement, interleaved, measurement
+from comparisons.isolation import parent
 from reference.halfspace import fft
 
 SIZES = tuple(2**k for k in range(6, 12))
@@ -77,7 +77,7 @@ def _growth(seconds: list[float]) -> Measurement:
 
 def _memory() -> Measurement:
     """Peak memory of the largest periodic grid, in a process that does nothing else."""
-    outcome = isolation.run(f"{__name__}:largest", LARGEST, seconds=3600)
+    outcome = parent.run(f"{__name__}:largest", LARGEST, seconds=3600)
     name = f"peak memory of periodic {LARGEST}^2"
     if not outcome.ok:
         return Measurement(f"{name}: {outcome.reason}", float("nan"), "2 GB", None, None, 1.0)

@@ -21,7 +21,7 @@ from joblib.externals.loky import get_reusable_executor
 from joblib.externals.loky.process_executor import ProcessPoolExecutor
 
 from comparisons.executors.base import Done, Executor, Job, timed
-from comparisons.isolation import ONE_THREAD
+from comparisons.isolation.parent import ONE_THREAD
 from comparisons.machine import MEMORY_SHARE, free_memory
 
 # How often a job is tried whose process is ended.

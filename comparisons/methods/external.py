@@ -20,9 +20,9 @@ from typing import Any
 
 import numpy as np
 
-from comparisons import isolation
 from comparisons.errors import InputError
 from comparisons.geometry.prepare import Geometry
+from comparisons.isolation import parent
 from comparisons.methods.base import Method, Solution, Support, Task
 from comparisons.methods.spans import lost
 from comparisons.reasons import one_line
@@ -109,11 +109,11 @@ class ExternalMethod(Method):
             self._plans[key] = broken or _checked_plan(outcome.answer)
         return self._plans[key]
 
-    def _ask(self, question: str, *arguments: Any, seconds: float) -> isolation.Outcome:
+    def _ask(self, question: str, *arguments: Any, seconds: float) -> parent.Outcome:
         if self._stuck >= MOST_STUCK:
             why = f"not asked again: {MOST_STUCK} times in a row it hung or ran out of memory"
-            return isolation.Outcome("raised", reason=why)
-        outcome = isolation.run(
+            return parent.Outcome("raised", reason=why)
+        outcome = parent.run(
             f"{WORK}:{question}",
             self.origin.source,
             self.origin.name,
@@ -123,7 +123,7 @@ class ExternalMethod(Method):
             finite=False,
             kept=f"{self.origin.source} {self.identity}",
         )
-        stuck = outcome.ended in (isolation.HUNG, isolation.OUT_OF_MEMORY)
+        stuck = outcome.ended in (parent.HUNG, parent.OUT_OF_MEMORY)
         self._stuck = self._stuck + 1 if stuck else 0
         return outcome
 
@@ -217,7 +217,7 @@ def _add(source: str, limits: Limits, problems: list[str]) -> None:
     except (ValueError, OSError) as error:
         problems.append(f"{label}: {_text(error)}")
         return
-    outcome = isolation.run(
+    outcome = parent.run(
         f"{WORK}:describe",
         source,
         seconds=PLAN_SECONDS,
@@ -277,7 +277,7 @@ def _digest(source: str) -> str:
     return f"{point.value} {point.dist.version if point.dist else ''}"
 
 
-def _told(outcome: isolation.Outcome) -> str:
+def _told(outcome: parent.Outcome) -> str:
     return f"{outcome.ended}: {_text(outcome.reason)}"
 
 

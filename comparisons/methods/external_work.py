@@ -1,6 +1,6 @@
 """What an isolated process does with a method from outside: the only place that imports its code.
 
-Every function here is work for `comparisons.isolation`: it runs in a process of its own.
+Every function here is work for `comparisons.isolation.parent`: it runs in a process of its own.
 """
 
 from __future__ import annotations

@@ -6,8 +6,8 @@ from importlib import metadata, util
 
 import numpy as np
 
-from comparisons import isolation
 from comparisons.geometry.prepare import Geometry, IndenterGeometry
+from comparisons.isolation import parent
 from comparisons.machine import MEMORY_SHARE, free_memory
 from comparisons.methods.base import Method, Solution, Support, Task
 from comparisons.methods.fem import contact_stretch
@@ -79,7 +79,7 @@ class NgSolve(Method):
         steps = _steps(task, geometry, solution)
         if not steps:
             return solution
-        outcome = isolation.run(
+        outcome = parent.run(
             WORK,
             _problem(task, geometry, list(steps.values())),
             seconds=task.options.seconds,

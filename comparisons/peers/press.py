@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from comparisons import isolation
+from comparisons.isolation import parent
 from reference.halfspace import Contact, HalfSpace
 from reference.halfspace.overlap import overlap_depth, overlap_pressure
 from reference.halfspace.solution import assemble
@@ -120,7 +120,7 @@ def press(
     repeats : int
         Timed repeats, at most.
     seconds, memory : float, optional
-        Limits of each process (`comparisons.isolation`).
+        Limits of each process (`comparisons.isolation.parent`).
     loosen : bool
         Loosen the peer's tolerance, too, while its violation is much below the wanted one: for
         benchmarks, where equal work is compared.
@@ -186,7 +186,7 @@ def attempt(
 ) -> PeerResult:
     """Solve once with given tolerances (m, k) of the peer's own kind; other arguments: `press`."""
     stated, unit = _dimensionless(problem, tolerance)
-    outcome = isolation.run(
+    outcome = parent.run(
         f"comparisons.peers.run_{peer}:solve",
         stated | {"repeats": repeats, "repeat_seconds": repeat_seconds},
         seconds=seconds,

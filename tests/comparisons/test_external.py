@@ -11,7 +11,6 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from comparisons import isolation
 from comparisons.archive import arrays_of
 from comparisons.claims.claim import ClaimError, about_method, load_claims
 from comparisons.claims.runner import _repeats
@@ -20,6 +19,7 @@ from comparisons.errors import InputError
 from comparisons.execution import execute
 from comparisons.hard_cases.catalogue import catalogue
 from comparisons.hard_cases.run import run_case
+from comparisons.isolation import parent
 from comparisons.methods import METHODS, Solution, external, external_work
 from comparisons.methods.external import ExternalMethod, Limits, Origin, add_methods, registered
 from comparisons.planning import plan_scene, task_of
@@ -182,9 +182,9 @@ def test_a_method_that_always_hangs_is_asked_a_few_times_only(monkeypatch):
 
     def hang(work, *arguments, **limits):
         calls.append(work)
-        return isolation.Outcome("hung", reason="no answer within 1 s")
+        return parent.Outcome("hung", reason="no answer within 1 s")
 
-    monkeypatch.setattr(isolation, "run", hang)
+    monkeypatch.setattr(parent, "run", hang)
     method = ExternalMethod(Origin("file:x", "slow", "slow", 3, "", 1.0, 1e9))
     scenes = [
         load_scene(name) for name in ("paraboloid", "cone", "sphere", "cylinder", "ellipsoid-2")
@@ -216,8 +216,8 @@ def answered(monkeypatch, task):
             solution.put((0, step), {"force": 1.0 + step})
         arrays = arrays_of(solution)
         change(arrays)
-        answer = isolation.Outcome("answered", answer=arrays)
-        monkeypatch.setattr(isolation, "run", lambda *a, **k: answer)
+        answer = parent.Outcome("answered", answer=arrays)
+        monkeypatch.setattr(parent, "run", lambda *a, **k: answer)
         return execute(task)
 
     return solve
@@ -289,8 +289,8 @@ def test_reasons_are_short_printable_and_about_steps_that_exist(answered):
     "levels", [[], [0], [2.5], ["4"], "444", [True], list(range(1, 100)), [2**40]]
 )
 def test_resolutions_are_a_few_whole_numbers(monkeypatch, levels):
-    answer = isolation.Outcome("answered", answer={"ok": True, "resolutions": levels})
-    monkeypatch.setattr(isolation, "run", lambda *a, **k: answer)
+    answer = parent.Outcome("answered", answer={"ok": True, "resolutions": levels})
+    monkeypatch.setattr(parent, "run", lambda *a, **k: answer)
     method = ExternalMethod(Origin("file:x", "odd", "odd", 3, "", 1.0, 1e9))
     support = method.supports(load_scene("paraboloid"))
     assert not support.ok
@@ -350,8 +350,8 @@ def test_a_method_from_outside_is_given_only_scenes_whose_physics_it_knows(tmp_p
 def described(monkeypatch, **found):
     usual = {"name": "other", "title": "Other", "dimension": 3}
     answer = {"methods": json.dumps([usual | found])}
-    done = isolation.Outcome("answered", answer=answer)
-    monkeypatch.setattr(isolation, "run", lambda *a, **k: done)
+    done = parent.Outcome("answered", answer=answer)
+    monkeypatch.setattr(parent, "run", lambda *a, **k: done)
 
 
 @pytest.mark.parametrize(
@@ -436,11 +436,11 @@ def test_installed_packages_bring_methods_and_a_broken_one_is_left_out(monkeypat
 
     def describe(work, source, **limits):
         if source == "entry:torn":
-            return isolation.Outcome("raised", reason="ImportError: torn")
+            return parent.Outcome("raised", reason="ImportError: torn")
         found = [{"name": "good", "title": "Good", "dimension": 1}]
-        return isolation.Outcome("answered", answer={"methods": json.dumps(found)})
+        return parent.Outcome("answered", answer={"methods": json.dumps(found)})
 
-    monkeypatch.setattr(isolation, "run", describe)
+    monkeypatch.setattr(parent, "run", describe)
     assert add_methods() == ["the installed method 'torn': raised: ImportError: torn"]
     assert METHODS["good"].origin.source == "entry:good"
 
@@ -505,10 +505,10 @@ def test_a_method_that_breaks_while_it_plans_is_an_error_not_a_refusal(monkeypat
     That of an installed package, which nobody asked for, is left out still.
     """
     outcomes = {
-        "mine": isolation.Outcome("raised", reason="AttributeError: no attribute 'indentor'"),
-        "odd": isolation.Outcome("answered", answer={"ok": True, "resolutions": [0]}),
+        "mine": parent.Outcome("raised", reason="AttributeError: no attribute 'indentor'"),
+        "odd": parent.Outcome("answered", answer={"ok": True, "resolutions": [0]}),
     }
-    monkeypatch.setattr(isolation, "run", lambda work, source, name, *a, **k: outcomes[name])
+    monkeypatch.setattr(parent, "run", lambda work, source, name, *a, **k: outcomes[name])
     for source in ("file:x", "entry:x"):
         for name in outcomes:
             METHODS[name] = ExternalMethod(Origin(source, name, name, 3, "", 1.0, 1e9))

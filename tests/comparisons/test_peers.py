@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from comparisons import isolation
+from comparisons.isolation import parent
 from comparisons.methods import METHODS
 from comparisons.peers import press
 from comparisons.peers.press import Problem
@@ -183,9 +183,9 @@ def answering(monkeypatch, change):
             "compile_seconds": 0.0,
             "memory": 1.0,
         }
-        return isolation.Outcome("answered", answer | times)
+        return parent.Outcome("answered", answer | times)
 
-    monkeypatch.setattr(isolation, "run", run)
+    monkeypatch.setattr(parent, "run", run)
     return press.press("tamaas", rough_problem(True, "force"), 1e-7, seconds=9)
 
 

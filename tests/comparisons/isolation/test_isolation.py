@@ -13,7 +13,7 @@ import numpy as np
 import psutil
 import pytest
 
-from comparisons import isolation
+from comparisons.isolation import parent
 
 # Functions that only the isolated process imports.
 WORK = """
@@ -99,7 +99,7 @@ def gone(pid: int, within: float = 5.0) -> bool:
 def test_arrays_and_numbers_return_bit_for_bit(strange):
     field = np.linspace(0, 1, 12).reshape(3, 4) / 3
     contact = field > 0.1
-    outcome = isolation.run(strange + "echo", field, contact, 1 / 3, "text", [1, None], seconds=60)
+    outcome = parent.run(strange + "echo", field, contact, 1 / 3, "text", [1, None], seconds=60)
     assert outcome.ok, outcome.reason
     assert outcome.reason == ""
     assert outcome.answer["0"].tobytes() == field.tobytes()
@@ -108,24 +108,24 @@ def test_arrays_and_numbers_return_bit_for_bit(strange):
 
 
 def test_work_has_one_thread(strange):
-    assert isolation.run(strange + "threads", seconds=60).answer == {"threads": 1}
+    assert parent.run(strange + "threads", seconds=60).answer == {"threads": 1}
 
 
 @pytest.mark.parametrize(
     ("work", "arguments", "limits", "ended", "words"),
     [
-        ("raises", (), {}, isolation.RAISED, "ArithmeticError: stalled at 1e-3"),
-        ("nowhere", (), {}, isolation.RAISED, "nowhere"),
-        ("dies", (), {}, isolation.KILLED, "SIGABRT: lost the licence"),
-        ("eats", (10**7,), {"memory": 4e8}, isolation.OUT_OF_MEMORY, "more memory than 0.4 GB"),
-        ("allocates", (10**13,), {"memory": 4e8}, isolation.OUT_OF_MEMORY, "allocation"),
-        ("objects", (), {}, isolation.MALFORMED, "arrays of objects: a"),
-        ("echo", (np.array([1.0, np.nan]),), {}, isolation.MALFORMED, "not finite: 0"),
-        ("echo", (1.0, [2.0, {"a": float("inf")}]), {}, isolation.MALFORMED, "not finite: 1"),
+        ("raises", (), {}, parent.RAISED, "ArithmeticError: stalled at 1e-3"),
+        ("nowhere", (), {}, parent.RAISED, "nowhere"),
+        ("dies", (), {}, parent.KILLED, "SIGABRT: lost the licence"),
+        ("eats", (10**7,), {"memory": 4e8}, parent.OUT_OF_MEMORY, "more memory than 0.4 GB"),
+        ("allocates", (10**13,), {"memory": 4e8}, parent.OUT_OF_MEMORY, "allocation"),
+        ("objects", (), {}, parent.MALFORMED, "arrays of objects: a"),
+        ("echo", (np.array([1.0, np.nan]),), {}, parent.MALFORMED, "not finite: 0"),
+        ("echo", (1.0, [2.0, {"a": float("inf")}]), {}, parent.MALFORMED, "not finite: 1"),
     ],
 )
 def test_every_failure_has_its_reason(strange, work, arguments, limits, ended, words):
-    outcome = isolation.run(strange + work, *arguments, **({"seconds": 60} | limits))
+    outcome = parent.run(strange + work, *arguments, **({"seconds": 60} | limits))
     assert outcome.ended == ended, outcome
     assert words in outcome.reason
     assert outcome.answer == {}
@@ -135,27 +135,27 @@ def test_every_failure_has_its_reason(strange, work, arguments, limits, ended, w
 @pytest.mark.parametrize(
     ("work", "arguments", "ended", "words"),
     [
-        ("builtins:int", (), isolation.MALFORMED, "expected a dict"),
-        ("os:_exit", (0,), isolation.MALFORMED, "without an answer"),
-        ("os:_exit", (7,), isolation.KILLED, "exit code 7"),
-        ("sys:exit", (3,), isolation.KILLED, "exit code 3"),
+        ("builtins:int", (), parent.MALFORMED, "expected a dict"),
+        ("os:_exit", (0,), parent.MALFORMED, "without an answer"),
+        ("os:_exit", (7,), parent.KILLED, "exit code 7"),
+        ("sys:exit", (3,), parent.KILLED, "exit code 3"),
     ],
 )
 def test_an_early_exit_is_no_answer(work, arguments, ended, words):
-    outcome = isolation.run(work, *arguments, seconds=60)
+    outcome = parent.run(work, *arguments, seconds=60)
     assert (outcome.ended, words in outcome.reason) == (ended, True), outcome
 
 
 def test_nan_passes_where_the_caller_expects_it(strange):
     value = np.array([1.0, np.nan])
-    outcome = isolation.run(strange + "echo", value, seconds=60, finite=False)
+    outcome = parent.run(strange + "echo", value, seconds=60, finite=False)
     np.testing.assert_array_equal(outcome.answer["0"], value)
 
 
 def test_hung_work_and_its_children_are_ended_at_the_limit(strange, tmp_path):
     note = tmp_path / "pid"
-    outcome = isolation.run(strange + "leaves", str(note), seconds=3)
-    assert outcome.ended == isolation.HUNG
+    outcome = parent.run(strange + "leaves", str(note), seconds=3)
+    assert outcome.ended == parent.HUNG
     assert "within 3 s" in outcome.reason
     # One look and a farewell beyond the limit, with room for a busy machine.
     assert outcome.seconds < 3 + 5
@@ -173,7 +173,7 @@ def test_no_orphan_when_the_caller_is_interrupted_or_killed(tmp_path, how):
         "    time.sleep(600)\n"
     )
     note = tmp_path / "pid"
-    program = f"from comparisons import isolation; isolation.run('sleeper:sleep', {str(note)!r})"
+    program = f"from comparisons.isolation.parent import run; run('sleeper:sleep', {str(note)!r})"
     paths = os.pathsep.join([str(tmp_path), *(p for p in sys.path if p)])
     caller = subprocess.Popen(
         [sys.executable, "-c", program],
@@ -205,7 +205,7 @@ def test_a_process_that_interrupts_us_ends_before_its_folder_goes(strange, tmp_p
     monkeypatch.setattr(os, "killpg", interrupted_kill)
     note = tmp_path / "pid"
     with pytest.raises(KeyboardInterrupt):
-        isolation.run(strange + "interrupts", str(note), seconds=60)
+        parent.run(strange + "interrupts", str(note), seconds=60)
     assert gone(int(note.read_text()), within=0)
     assert list(held.iterdir()) == []
 
@@ -216,10 +216,10 @@ def test_a_process_that_interrupts_us_ends_before_its_folder_goes(strange, tmp_p
 @pytest.fixture
 def called(strange):
     """Return a caller of one kept process, which ends with the test."""
-    yield lambda work, *arguments, **limits: isolation.run(
+    yield lambda work, *arguments, **limits: parent.run(
         strange + work, *arguments, **({"seconds": 60, "kept": "test"} | limits)
     )
-    isolation._end_kept()
+    parent._end_kept()
 
 
 def test_a_kept_process_answers_again_and_ends_when_told(called):
@@ -228,13 +228,13 @@ def test_a_kept_process_answers_again_and_ends_when_told(called):
     assert (first["calls"], second["calls"]) == (1, 2)
     assert first["pid"] == second["pid"]
     assert called("counts", kept="").answer["calls"] == 1
-    isolation._end_kept()
+    parent._end_kept()
     assert gone(first["pid"], within=0)
 
 
 @pytest.mark.parametrize(
     ("work", "ended"),
-    [("raises", isolation.RAISED), ("dies", isolation.KILLED), ("objects", isolation.MALFORMED)],
+    [("raises", parent.RAISED), ("dies", parent.KILLED), ("objects", parent.MALFORMED)],
 )
 def test_a_process_that_has_failed_is_not_asked_again(called, work, ended):
     before = called("counts").answer["pid"]
@@ -253,4 +253,4 @@ def test_memory_that_earlier_calls_hold_is_not_held_against_a_later_one(called):
 
 def test_wrong_calls_are_refused_at_once():
     with pytest.raises(ValueError, match=r"module:function.*seconds.*-1"):
-        isolation.run("no function", seconds=-1)
+        parent.run("no function", seconds=-1)

@@ -179,14 +179,21 @@ class _Process:
         # One that has escaped from its parent may go on writing there: no error of ours.
         self._holder = tempfile.TemporaryDirectory(prefix="roughline-", ignore_cleanup_errors=True)
         self._folder = Path(self._holder.name)
-        root = str(Path(__file__).resolve().parents[1])
+        root = str(Path(__file__).resolve().parents[2])
         paths = [root, *(path for path in sys.path if path)]
         environment = os.environ | dict.fromkeys(ONE_THREAD, "1")
         environment["PYTHONPATH"] = os.pathsep.join(dict.fromkeys(paths))
         how = ["stays"] if stays else []
         with (self._folder / "stderr").open("wb") as errors:
             self._process = subprocess.Popen(  # noqa: S603 (our own interpreter and module)
-                [sys.executable, "-P", "-m", "comparisons.isolated", str(self._folder), *how],
+                [
+                    sys.executable,
+                    "-P",
+                    "-m",
+                    "comparisons.isolation.child",
+                    str(self._folder),
+                    *how,
+                ],
                 # The open pipe tells the process that we live; it ends itself when the pipe
                 # closes. A byte tells it that there is work.
                 stdin=subprocess.PIPE,

@@ -1,4 +1,4 @@
-"""The process that `comparisons.isolation` starts: work in, answer or error out."""
+"""The process that `comparisons.isolation.parent` starts: work in, answer or error out."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 
-from comparisons.isolation import (
+from comparisons.isolation.parent import (
     ANSWER,
     DOCUMENT,
     DONE,

@@ -1,0 +1,1 @@
+"""Other people's code in processes of its own."""
