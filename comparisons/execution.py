@@ -18,10 +18,10 @@ import psutil
 from threadpoolctl import threadpool_limits
 
 from comparisons.geometry.prepare import RoughGeometry
-from comparisons.load_fields import earlier_fields
 from comparisons.machine import machine, machine_text
 from comparisons.methods import METHODS, Solution, Task, method_for
 from comparisons.methods.spans import lost, solve_in_spans
+from comparisons.tasks.shown_loads import earlier_fields
 
 REPEATS = 3
 REPEAT_SECONDS = 1.0

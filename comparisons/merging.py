@@ -11,7 +11,6 @@ from typing import Any
 
 import numpy as np
 
-from comparisons.archive import load_solution
 from comparisons.errors import InputError
 from comparisons.machine import source_digest, versions
 from comparisons.methods import METHODS, Solution, Task
@@ -21,6 +20,7 @@ from comparisons.runs import MOVED
 from comparisons.scene.scene import Scene, parse_scene, validated
 from comparisons.store import FIELDS, ResultsError, StudyRecord, load_study, save_study
 from comparisons.study import Study
+from comparisons.tasks.archive import load_solution
 
 # Why a method was left out that another run may well have been asked for.
 NOT_ASKED = "not asked for"

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 import pandas as pd
 
-from comparisons.load_fields import NAMES, at_step, stored_steps
+from comparisons.tasks.shown_loads import NAMES, at_step, stored_steps
 from comparisons.verdicts import NO_RESULT, NOT_RESOLVED, OUTSIDE, WITHIN
 
 VERDICTS = (WITHIN, OUTSIDE, NOT_RESOLVED, NO_RESULT)

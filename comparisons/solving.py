@@ -6,12 +6,12 @@ import contextlib
 from dataclasses import replace
 from pathlib import Path
 
-from comparisons.archive import joined, load_solution, save_solution
 from comparisons.execution import REPEATS, execute
 from comparisons.methods import Solution, Task
 from comparisons.planning import Plan
 from comparisons.reference import Solved
 from comparisons.store import ResultsError
+from comparisons.tasks.archive import joined, load_solution, save_solution
 
 
 def solve_plan(

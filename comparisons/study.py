@@ -9,7 +9,6 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from comparisons.archive import joined, load_solution, save_solution
 from comparisons.compilation import compile_apart
 from comparisons.errors import LostWorkError
 from comparisons.execution import THREADS, execute
@@ -32,6 +31,7 @@ from comparisons.store import (
     save_study,
 )
 from comparisons.study_form import parse_study
+from comparisons.tasks.archive import joined, load_solution, save_solution
 from comparisons.vtu import write_fields
 
 Progress = Callable[[int, int, Task | None], None]

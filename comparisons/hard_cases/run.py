@@ -11,7 +11,6 @@ from typing import Any
 
 import numpy as np
 
-from comparisons.archive import joined
 from comparisons.errors import InputError
 from comparisons.execution import execute
 from comparisons.executors import Executor, Job, SerialExecutor
@@ -30,6 +29,7 @@ from comparisons.methods import METHODS, Solution, covers, method_for
 from comparisons.metrics import relative_error
 from comparisons.planning import MethodPlan, Plan, plan_scene, refusal, task_of
 from comparisons.reference import ENSEMBLE, EXACT, GRID, Solved, mean_curves, references
+from comparisons.tasks.archive import joined
 from comparisons.uncertainty import combined
 
 # Bytes that the methods of a case are taken to need, one after the other.

@@ -20,12 +20,12 @@ import numpy as np
 
 from comparisons.geometry.bodies import BodyGeometry
 from comparisons.geometry.prepare import Geometry, RoughGeometry
-from comparisons.load_fields import shown_steps
 from comparisons.machine import source_digest, versions
 from comparisons.reasons import one_line
 from comparisons.scene.options import Options
 from comparisons.scene.physics.loads import Loads
 from comparisons.scene.scene import Scene
+from comparisons.tasks.shown_loads import shown_steps
 
 
 @dataclass(frozen=True)

@@ -317,7 +317,7 @@ def _checked_solution(answer: dict[str, Any], task: Task) -> Solution:
     ValueError, KeyError, TypeError
         Saying what is wrong.
     """
-    from comparisons.archive import solution_of
+    from comparisons.tasks.archive import solution_of
 
     arrays = {name: value for name, value in answer.items() if isinstance(value, np.ndarray)}
     solution = solution_of(arrays)

@@ -14,12 +14,12 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any
 
-from comparisons.archive import arrays_of
 from comparisons.execution import execute
 from comparisons.geometry.prepare import prepare
 from comparisons.methods import METHODS, Method, Task
 from comparisons.scene.method_names import GROUP
 from comparisons.scene.scene import Scene
+from comparisons.tasks.archive import arrays_of
 
 
 def describe(source: str) -> dict[str, Any]:

@@ -10,7 +10,6 @@ import numpy as np
 
 from comparisons.geometry.bodies import BodyGeometry
 from comparisons.geometry.prepare import Geometry, IndenterGeometry, RoughGeometry
-from comparisons.load_fields import point_pressure
 from comparisons.methods import fem_body, fem_pair, fem_punch
 from comparisons.methods.base import Method, Solution, Support, Task
 from comparisons.methods.fem_punch import STRAIGHT_EDGED
@@ -19,6 +18,7 @@ from comparisons.scene.method_names import METHOD_NAMES
 from comparisons.scene.options import FemOptions
 from comparisons.scene.scene import Scene
 from comparisons.scene.shapes import Ellipsoid, EllipticPunch, Indenter, RoundedPunch
+from comparisons.tasks.shown_loads import point_pressure
 from reference import fem
 from reference.closed_form import ellipsoid
 from reference.errors import ConvergenceError

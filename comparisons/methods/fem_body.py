@@ -11,10 +11,10 @@ from functools import partial
 import numpy as np
 
 from comparisons.geometry.bodies import BodyGeometry
-from comparisons.load_fields import point_pressure
 from comparisons.methods.base import Solution, Task
 from comparisons.methods.sweeps import outcomes
 from comparisons.scene.options import FemOptions
+from comparisons.tasks.shown_loads import point_pressure
 from reference import fem
 from reference.errors import ConvergenceError
 from reference.fem.contact_area import radius_from_moments

@@ -11,11 +11,11 @@ from functools import partial
 import numpy as np
 
 from comparisons.geometry.prepare import Geometry, IndenterGeometry
-from comparisons.load_fields import point_pressure
 from comparisons.methods.base import Solution, Task
 from comparisons.methods.fem_body import round_area
 from comparisons.scene.options import FemOptions
 from comparisons.scene.scene import Scene
+from comparisons.tasks.shown_loads import point_pressure
 from reference import fem
 from reference.errors import ConvergenceError
 from reference.fem.two_bodies import BodyPair, couple

@@ -9,10 +9,10 @@ from functools import partial
 import numpy as np
 
 from comparisons.geometry.prepare import Geometry, IndenterGeometry, RoughGeometry
-from comparisons.load_fields import MOST_POINTS
 from comparisons.methods.base import Method, Solution, Task
 from comparisons.methods.punches import Respond, solve_punch
 from comparisons.methods.sweeps import outcomes
+from comparisons.tasks.shown_loads import MOST_POINTS
 from reference.errors import ConvergenceError
 from reference.halfspace import Contact, FreeOperator, PeriodicOperator
 from reference.halfspace import areas as area_measures

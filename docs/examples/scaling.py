@@ -16,7 +16,6 @@ from pathlib import Path
 
 import numpy as np
 
-from comparisons.archive import save_solution
 from comparisons.compilation import compile_apart
 from comparisons.execution import execute
 from comparisons.executors import Job, ProcessExecutor, executor_for
@@ -24,6 +23,7 @@ from comparisons.methods import Solution, Task
 from comparisons.planning import plan_scene, task_of
 from comparisons.scene.scene import make_scene
 from comparisons.study import solve_task
+from comparisons.tasks.archive import save_solution
 
 SCENE = {
     "name": "ensemble",

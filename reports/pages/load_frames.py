@@ -15,9 +15,9 @@ import numpy as np
 
 from comparisons import formatting as fmt
 from comparisons import selection
-from comparisons.load_fields import shown_steps
 from comparisons.scene.loading import NORMAL
 from comparisons.store import SceneRecord
+from comparisons.tasks.shown_loads import shown_steps
 
 _LARGEST_CODE = 2**16 - 1
 

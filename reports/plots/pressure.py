@@ -9,8 +9,8 @@ import numpy as np
 
 from comparisons import formatting as fmt
 from comparisons import selection
-from comparisons.load_fields import at_step, stored_steps
 from comparisons.store import SceneRecord
+from comparisons.tasks.shown_loads import at_step, stored_steps
 from reports.pages import load_frames
 from reports.pages.load_frames import Loads
 from reports.plots.style import (

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 from comparisons import execution
-from comparisons.archive import joined, load_solution, save_solution
 from comparisons.execution import execute
 from comparisons.methods import METHODS, Method, Solution, base
 from comparisons.methods.spans import lost
 from comparisons.planning import plan_scene, task_of
 from comparisons.store import ResultsError, write_arrays
+from comparisons.tasks.archive import joined, load_solution, save_solution
 
 SCALARS = ("unknowns", "seconds", "setup_seconds", "compile_seconds", "memory")
 

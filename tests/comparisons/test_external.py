@@ -11,7 +11,6 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from comparisons.archive import arrays_of
 from comparisons.claims.claim import ClaimError, about_method, load_claims
 from comparisons.claims.runner import _repeats
 from comparisons.decisions import judged_methods
@@ -29,6 +28,7 @@ from comparisons.scene import method_names
 from comparisons.scene.scene import load_scene
 from comparisons.solving import solve_plan
 from comparisons.store import StudyRecord, load_study
+from comparisons.tasks.archive import arrays_of
 from reports.cli.cli import run_command
 from reports.cli.terminal import print_study
 from reports.pages.study import page

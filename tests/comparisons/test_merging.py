@@ -10,12 +10,12 @@ import pandas as pd
 import pytest
 
 from comparisons import execution, merging
-from comparisons.archive import load_solution, save_solution
 from comparisons.errors import InputError
 from comparisons.merging import merge
 from comparisons.planning import plan_scene
 from comparisons.store import FIELDS, MEASURES, RESULTS, STUDY, load_study
 from comparisons.study import Study
+from comparisons.tasks.archive import load_solution, save_solution
 
 CLOCK = ["seconds", "setup_seconds", "compile_seconds", "memory", "machine"]
 GRIDS = {"methods": ["reduced", "bem_fft"], "resolutions": [16, 32]}

@@ -1,0 +1,1 @@
+"""A task, what comes back from it, and how it is kept."""
