@@ -7,8 +7,8 @@ from pathlib import Path
 import pandas as pd
 
 from comparisons.methods import METHODS, Method
-from comparisons.methods.external import ExternalMethod, add_methods
-from comparisons.methods.session import add_to_session
+from comparisons.methods.user.external import ExternalMethod, add_methods
+from comparisons.methods.user.session import add_to_session
 from comparisons.scene.method_names import known_methods
 
 

@@ -86,6 +86,6 @@ def _registered(method: str | Method) -> str:
     """Make a method object known by its name for the rest of the session."""
     if isinstance(method, str):
         return method
-    from comparisons.methods.session import add_to_session
+    from comparisons.methods.user.session import add_to_session
 
     return add_to_session(method)

@@ -7,7 +7,7 @@ import signal
 import pytest
 
 from comparisons.methods import METHODS
-from comparisons.methods.external import VARIABLE
+from comparisons.methods.user.external import VARIABLE
 from comparisons.scene import method_names
 
 

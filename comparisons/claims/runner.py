@@ -33,7 +33,7 @@ from comparisons.experiments import EXPERIMENTS, Measurement
 from comparisons.experiments.base import Effort
 from comparisons.machine import machine, versions
 from comparisons.methods import METHODS
-from comparisons.methods.external import ExternalMethod
+from comparisons.methods.user.external import ExternalMethod
 from comparisons.plain import plain
 from comparisons.reasons import one_line
 from comparisons.results_folder import clear_leftovers

@@ -22,7 +22,7 @@ from comparisons.errors import InputError, LostWorkError
 from comparisons.executors.base import Done, Executor, Job, timed
 from comparisons.executors.local import PROCESS
 from comparisons.machine import source_digest, versions
-from comparisons.methods.external import adopt, announced, digests
+from comparisons.methods.user.external import adopt, announced, digests
 
 if TYPE_CHECKING:
     from distributed import Client, Future

@@ -74,7 +74,7 @@ class ProcessExecutor(Executor):
 
     def _pool(self) -> ProcessPoolExecutor:
         """Return the processes; new ones where they were broken, or know other methods."""
-        from comparisons.methods.external import VARIABLE, announced
+        from comparisons.methods.user.external import VARIABLE, announced
 
         return get_reusable_executor(
             max_workers=self.workers,

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+from importlib import import_module
+from pkgutil import iter_modules
+
 from comparisons.methods.base import Method, Solution, Support, Task
 from comparisons.methods.bem_dense import BemDense
 from comparisons.methods.bem_fft import BemFft
 from comparisons.methods.closed_form import ClosedForm
-from comparisons.methods.external import registered
 from comparisons.methods.fem import Fem
-from comparisons.methods.function import method
 from comparisons.methods.peer_fem import NgSolve
 from comparisons.methods.peers import ContactMechanics, Tamaas
 from comparisons.methods.reduced import Reduced
-from comparisons.methods.wirings import wirings
+from comparisons.methods.user.external import registered
+from comparisons.methods.user.function import method
 from comparisons.scene.scene import Scene
 
 _OWN = (ClosedForm(), Reduced(), BemDense(), BemFft(), Fem())
@@ -20,7 +22,11 @@ _PEERS = (Tamaas(), ContactMechanics(), NgSolve())
 METHODS: dict[str, Method] = {each.name: each for each in (*_OWN, *_PEERS)}
 METHODS |= registered()
 # How our methods do scenes with physics: each covers exactly the tables of its `physics`.
-WIRINGS = wirings()
+WIRINGS: tuple[Method, ...] = tuple(
+    wiring
+    for name in sorted(module.name for module in iter_modules(__path__) if not module.ispkg)
+    for wiring in getattr(import_module(f"{__name__}.{name}"), "WIRINGS", ())
+)
 
 __all__ = [
     "METHODS",

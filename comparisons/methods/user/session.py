@@ -12,7 +12,7 @@ def add_to_session(method: Method) -> str:
 
     One of the same name that was added before is replaced. Like every method from outside it is
     judged and never becomes the truth. Worker processes do not know it: with several workers the
-    method belongs into a file (`comparisons.methods.external.add_methods`).
+    method belongs into a file (`comparisons.methods.user.external.add_methods`).
 
     Raises
     ------

@@ -19,7 +19,7 @@ from reference.dynamics.collision import collide, power_law_collision
 from reference.dynamics.event_driven import follow
 from reference.dynamics.moreau_jean import march
 
-ROOT = Path(__file__).resolve().parents[2]
+ROOT = Path(__file__).resolve().parents[3]
 
 
 def tables():

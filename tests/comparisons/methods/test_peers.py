@@ -22,7 +22,7 @@ from reference import surfaces
 from reference.halfspace import FreeOperator, PeriodicOperator, fft
 
 PEERS = tuple(press.PACKAGES)
-MAP = Path(__file__).resolve().parents[3] / "shared" / "data" / "di-6.di"
+MAP = Path(__file__).resolve().parents[4] / "shared" / "data" / "di-6.di"
 WANTED = 1e-8
 MODULUS = 3e9
 

@@ -15,7 +15,8 @@ from comparisons.methods.reduced import Reduced, profile_of
 from comparisons.scene.scene import Scene
 from comparisons.scene.shapes import Indenter, PowerLaw
 from reduced import errors as reduced_errors
-from reduced.adhesion.adhere import Adhesion, State, adhere, pull_off
+from reduced.adhesion.adhere import Adhesion, adhere, pull_off
+from reduced.adhesion.walk import State
 from reduced.profiles.shapes import paraboloid
 from reference import errors as reference_errors
 from reference.closed_form import adhesive

@@ -14,8 +14,8 @@ from comparisons.geometry.prepare import Geometry, IndenterGeometry, RoughGeomet
 from comparisons.methods.base import Solution, Support, Task
 from comparisons.methods.bem_fft import BemFft
 from comparisons.methods.grid import make_grid
+from comparisons.methods.memory import material_of, springs_of
 from comparisons.methods.reduced import Reduced, draw_lines, profile_of
-from comparisons.methods.wirings.viscoelastic import material_of, springs_of
 from comparisons.scene.scene import Scene
 from reduced import errors as reduced_errors
 from reduced.profiles import shapes

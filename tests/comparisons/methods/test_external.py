@@ -19,8 +19,15 @@ from comparisons.execution import execute
 from comparisons.hard_cases.catalogue import catalogue
 from comparisons.hard_cases.run import run_case
 from comparisons.isolation import parent
-from comparisons.methods import METHODS, Solution, external, external_work
-from comparisons.methods.external import ExternalMethod, Limits, Origin, add_methods, registered
+from comparisons.methods import METHODS, Solution, external_work
+from comparisons.methods.user import external
+from comparisons.methods.user.external import (
+    ExternalMethod,
+    Limits,
+    Origin,
+    add_methods,
+    registered,
+)
 from comparisons.planning import plan_scene, task_of
 from comparisons.record import record_scene
 from comparisons.reference import references
@@ -33,7 +40,7 @@ from reports.cli.cli import run_command
 from reports.cli.terminal import print_study
 from reports.pages.study import page
 
-EXAMPLE = Path(__file__).resolve().parents[2] / "docs" / "examples" / "winkler.py"
+EXAMPLE = Path(__file__).resolve().parents[3] / "docs" / "examples" / "winkler.py"
 
 # Each of these does one bad thing on every scene; `fine` is exact for the paraboloid.
 BAD = '''

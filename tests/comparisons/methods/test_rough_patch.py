@@ -11,7 +11,7 @@ from comparisons.methods import METHODS
 from comparisons.planning import plan_scene, task_of
 from comparisons.scene.scene import parse_scene
 
-MAP = Path(__file__).resolve().parents[3] / "shared" / "data" / "di-6.di"
+MAP = Path(__file__).resolve().parents[4] / "shared" / "data" / "di-6.di"
 BLOCKS = 4  # a side: what the grids resolve of the pressure
 
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from comparisons.geometry.prepare import Geometry
 from comparisons.methods.base import Solution, Support, Task
 from comparisons.methods.closed_form import ClosedForm, form_of
+from comparisons.methods.memory import circular, material_of, springs_of
 from comparisons.methods.reduced import Reduced, profile_of
-from comparisons.methods.wirings.viscoelastic import circular, material_of, springs_of
 from comparisons.scene.options import ReducedOptions
 from comparisons.scene.scene import Scene
 from reduced import errors as reduced_errors

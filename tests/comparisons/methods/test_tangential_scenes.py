@@ -18,7 +18,7 @@ from comparisons.planning import plan_scene
 from comparisons.scene.scene import Scene
 from reference.closed_form import stiffness_ratio
 
-ROOT = Path(__file__).resolve().parents[2]
+ROOT = Path(__file__).resolve().parents[3]
 RUBBER = {"youngs_modulus": "3 MPa", "poisson_ratio": 0.5}
 PULL = {"force": "1 N", "tangential_force": ["0.2 N", "-0.2 N"], "substeps": 2}
 
