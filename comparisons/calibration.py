@@ -21,13 +21,13 @@ import numpy as np
 import pandas as pd
 
 from comparisons.errors import LostWorkError
-from comparisons.execution import execute
-from comparisons.executors import Executor, Job, SerialExecutor
 from comparisons.methods import Solution
 from comparisons.metrics import relative_error, rms_and_maximum
-from comparisons.planning import plan_scene, task_of
 from comparisons.reference import GRID, Solved, references
 from comparisons.scene.scene import make_scene
+from comparisons.solving.execution import execute
+from comparisons.solving.executors import Executor, Job, SerialExecutor
+from comparisons.solving.planning import plan_scene, task_of
 from comparisons.uncertainty import RULE, Rule, combined, grid_uncertainty
 
 FITTING: dict[str, dict[str, Any]] = {

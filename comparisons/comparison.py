@@ -10,7 +10,6 @@ import pandas as pd
 
 from comparisons.methods import METHODS, Solution
 from comparisons.metrics import at_equal, relative_error, rms_and_maximum
-from comparisons.planning import Plan
 from comparisons.pressures import pressure_measures, truth_bar
 from comparisons.reference import (
     OTHER_AXIS,
@@ -27,6 +26,7 @@ from comparisons.reference import (
     uncertainty_of,
 )
 from comparisons.scene.scene import QUANTITIES
+from comparisons.solving.planning import Plan
 from comparisons.uncertainty import combined, ensemble_uncertainty, standard_error
 from comparisons.verdicts import judged
 

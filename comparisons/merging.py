@@ -14,10 +14,10 @@ import numpy as np
 from comparisons.errors import InputError
 from comparisons.machine import source_digest, versions
 from comparisons.methods import METHODS, Solution, Task
-from comparisons.planning import MethodPlan, Plan, plan_from
 from comparisons.refinement import refinements
 from comparisons.runs import MOVED
 from comparisons.scene.scene import Scene, parse_scene, validated
+from comparisons.solving.planning import MethodPlan, Plan, plan_from
 from comparisons.store import FIELDS, ResultsError, StudyRecord, load_study, save_study
 from comparisons.study import Study
 from comparisons.tasks.archive import load_solution

@@ -7,9 +7,9 @@ from pathlib import Path
 from typing import Any
 
 from comparisons.errors import InputError
-from comparisons.planning import Effort, Plan, plan_scene
 from comparisons.scene.scene import Scene, SceneError, load_scene
 from comparisons.scene.suites import SUITES
+from comparisons.solving.planning import Effort, Plan, plan_scene
 
 Source = str | Path | Mapping[str, Any] | Scene
 

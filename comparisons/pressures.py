@@ -10,9 +10,9 @@ from scipy.interpolate import LinearNDInterpolator
 from comparisons.geometry.prepare import IndenterGeometry
 from comparisons.methods.closed_form import form_of
 from comparisons.metrics import SINGULAR_RING, grid_pressure_at, pressure_difference
-from comparisons.planning import Plan
 from comparisons.reference import Reference, Solved
 from comparisons.scene.polygons import distance_to_outline
+from comparisons.solving.planning import Plan
 from comparisons.uncertainty import SAFE
 
 COUNTERPART = "bem_fft"

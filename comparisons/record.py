@@ -9,10 +9,8 @@ from typing import Any
 
 from comparisons.advice import advise
 from comparisons.comparison import compare, truth_bars
-from comparisons.execution import THREADS, this_machine
 from comparisons.machine import versions, versions_text
 from comparisons.plain import plain
-from comparisons.planning import Plan
 from comparisons.reference import (
     Reference,
     Solved,
@@ -21,6 +19,8 @@ from comparisons.reference import (
     known_to,
     sentence,
 )
+from comparisons.solving.execution import THREADS, this_machine
+from comparisons.solving.planning import Plan
 from comparisons.store import SceneRecord
 
 

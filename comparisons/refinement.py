@@ -6,8 +6,8 @@ from collections.abc import Callable, Generator
 from dataclasses import replace
 
 from comparisons.methods import Solution
-from comparisons.planning import MethodPlan, Plan, refusal
 from comparisons.reference import Reference, Solved, choose_reference, known_to
+from comparisons.solving.planning import MethodPlan, Plan, refusal
 
 SHARE = 0.2
 # Seconds that one refined solve may be expected to take, from the time of the last one and the

@@ -15,10 +15,10 @@ from comparisons.errors import InputError
 from comparisons.geometry.prepare import IndenterGeometry
 from comparisons.methods import METHODS, Solution, method_for
 from comparisons.plain import plain
-from comparisons.planning import Plan, plan_scene, task_of
 from comparisons.reference import mean_curves
 from comparisons.scene.scene import Scene, load_scene
-from comparisons.solving import solve_blocks
+from comparisons.solving.kept import solve_blocks
+from comparisons.solving.planning import Plan, plan_scene, task_of
 from comparisons.store import table_text
 from comparisons.uncertainty import standard_error
 from comparisons.vtu import vtu_file

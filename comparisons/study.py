@@ -9,19 +9,19 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from comparisons.compilation import compile_apart
 from comparisons.errors import LostWorkError
-from comparisons.execution import THREADS, execute
-from comparisons.executors import Done, Executor, Job, executor_for
-from comparisons.forecast import Forecast, Remaining
 from comparisons.machine import machine, source_digest, versions
 from comparisons.methods import Solution, Task, method_for
 from comparisons.methods.spans import lost as unanswered
-from comparisons.planning import Plan
 from comparisons.record import record_scene
 from comparisons.reference import Solved
 from comparisons.refinement import refinements
 from comparisons.results_folder import open_folder
+from comparisons.solving.compilation import compile_apart
+from comparisons.solving.execution import THREADS, execute
+from comparisons.solving.executors import Done, Executor, Job, executor_for
+from comparisons.solving.forecast import Forecast, Remaining
+from comparisons.solving.planning import Plan
 from comparisons.store import (
     FIELDS,
     STUDY,

@@ -9,11 +9,11 @@ from typing import Any
 
 import pandas as pd
 
-from comparisons import planning
 from comparisons.plans import Source
 from comparisons.scene.scene import Scene, builtin_names, parse_scene
 from comparisons.scene.scene import load_scene as _load_scene
 from comparisons.scene.suites import SUITES
+from comparisons.solving import planning
 from roughline import notebook
 
 
@@ -78,7 +78,7 @@ class Plan:
 
     Attributes
     ----------
-    plans : list of comparisons.planning.Plan
+    plans : list of comparisons.solving.planning.Plan
         One, or two where a large measured map gets a second scene: a patch for all methods.
     """
 

@@ -11,8 +11,8 @@ import pandas as pd
 
 from comparisons import formatting as fmt
 from comparisons import study
-from comparisons.planning import Effort
 from comparisons.plans import Source, plan_all
+from comparisons.solving.planning import Effort
 from comparisons.store import StudyRecord, load_study
 from comparisons.verdicts import NO_RESULT
 from reports.cli.workers import Crew

@@ -99,7 +99,7 @@ def test_results_are_never_unpickled():
     Work for an isolated process goes there as a pickle, through a folder that nobody else can
     write; what comes back does not. Jobs for a cluster are pickled by the user's own client.
     """
-    cluster = ROOT / "comparisons" / "executors" / "cluster.py"
+    cluster = ROOT / "comparisons" / "solving" / "executors" / "cluster.py"
     sender, receiver = (
         ROOT / "comparisons" / "isolation" / f"{name}.py" for name in ("parent", "child")
     )

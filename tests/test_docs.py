@@ -11,11 +11,11 @@ import pytest
 
 from comparisons.claims.claim import load_claims
 from comparisons.claims.record import load_claims_record
-from comparisons.execution import execute
 from comparisons.methods import METHODS, Task
-from comparisons.planning import plan_scene
 from comparisons.scene.options import Options
 from comparisons.scene.scene import builtin_folder, load_scene, parse_scene
+from comparisons.solving.execution import execute
+from comparisons.solving.planning import plan_scene
 
 ROOT = Path(__file__).resolve().parent.parent
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]

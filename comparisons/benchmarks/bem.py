@@ -19,8 +19,8 @@ from comparisons.benchmarks import bem_cases, bem_cost
 from comparisons.benchmarks.bem_cases import LIGHT, USUAL, Case
 from comparisons.benchmarks.yardstick import Measurement, interleaved, measurement
 from comparisons.peers import press
-from comparisons.planning import plan_scene
 from comparisons.scene.scene import parse_scene
+from comparisons.solving.planning import plan_scene
 from comparisons.study import Study
 
 TOLERANCE = 1e-8

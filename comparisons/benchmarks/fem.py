@@ -21,8 +21,8 @@ from threadpoolctl import threadpool_limits
 from comparisons.benchmarks.yardstick import Measurement, interleaved, measurement
 from comparisons.machine import free_memory
 from comparisons.methods import METHODS
-from comparisons.planning import plan_scene, task_of
 from comparisons.scene.scene import parse_scene
+from comparisons.solving.planning import plan_scene, task_of
 from reference import fem
 from reference.fem import pardiso
 from reference.fem.sparse import stiffness_matrix

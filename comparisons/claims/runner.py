@@ -27,8 +27,6 @@ from comparisons.claims.scenes import measure_scene
 from comparisons.claims.search import Point, ranges_of, search, verdict_of
 from comparisons.claims.wording import sentence, value
 from comparisons.errors import InputError, LostWorkError
-from comparisons.execution import THREADS
-from comparisons.executors import Done, Executor, Job, executor_for
 from comparisons.experiments import EXPERIMENTS, Measurement
 from comparisons.experiments.base import Effort
 from comparisons.machine import machine, versions
@@ -38,6 +36,8 @@ from comparisons.plain import plain
 from comparisons.reasons import one_line
 from comparisons.results_folder import clear_leftovers
 from comparisons.scene.scene import load_scene
+from comparisons.solving.execution import THREADS
+from comparisons.solving.executors import Done, Executor, Job, executor_for
 from comparisons.store import ResultsError
 from comparisons.writing import write_text
 

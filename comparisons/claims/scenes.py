@@ -17,7 +17,6 @@ from comparisons.experiments.base import Effort
 from comparisons.geometry.prepare import IndenterGeometry
 from comparisons.methods import METHODS, covers, method_for
 from comparisons.metrics import rms_and_maximum
-from comparisons.planning import MethodPlan, Plan, plan_scene, refusal
 from comparisons.pressures import pressure_measures
 from comparisons.reference import (
     Reference,
@@ -33,7 +32,8 @@ from comparisons.reference import (
 )
 from comparisons.refinement import SHARE, refined
 from comparisons.scene.scene import load_scene
-from comparisons.solving import solve_plan
+from comparisons.solving.kept import solve_plan
+from comparisons.solving.planning import MethodPlan, Plan, plan_scene, refusal
 from comparisons.uncertainty import combined
 from comparisons.verdicts import OUTSIDE, WORST_FIRST, judged
 

@@ -1,7 +1,7 @@
 """Section 19.1.2: finite elements are not practical for rough surfaces. Time and memory, measured.
 
-Every solver runs through the same clock as a study (`comparisons.execution`), one thread, the same
-surfaces and loads, on grids of N x N points of ever finer spacing.
+Every solver runs through the same clock as a study (`comparisons.solving.execution`), one
+thread, the same surfaces and loads, on grids of N x N points of ever finer spacing.
 """
 
 from __future__ import annotations
@@ -11,11 +11,11 @@ from functools import lru_cache
 
 import numpy as np
 
-from comparisons.execution import execute
 from comparisons.experiments.running import Finding, above, experiment, one_of
 from comparisons.methods import Task
-from comparisons.planning import plan_scene
 from comparisons.scene.scene import load_scene
+from comparisons.solving.execution import execute
+from comparisons.solving.planning import plan_scene
 
 # A patch whose shortest wave has four points on the coarsest of these grids (eight per side).
 _RECIPE = {

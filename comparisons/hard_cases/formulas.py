@@ -12,7 +12,7 @@ from comparisons.scene.fields import Length, fail
 from comparisons.scene.scene import QUANTITIES, Scene
 
 if TYPE_CHECKING:
-    from comparisons.planning import Plan
+    from comparisons.solving.planning import Plan
 
 Curves = dict[str, np.ndarray]
 

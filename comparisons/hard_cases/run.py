@@ -12,8 +12,6 @@ from typing import Any
 import numpy as np
 
 from comparisons.errors import InputError
-from comparisons.execution import execute
-from comparisons.executors import Executor, Job, SerialExecutor
 from comparisons.formatting import relative
 from comparisons.hard_cases.case import (
     ACCURATE,
@@ -27,8 +25,10 @@ from comparisons.hard_cases.case import (
 from comparisons.hard_cases.formulas import Curves
 from comparisons.methods import METHODS, Solution, covers, method_for
 from comparisons.metrics import relative_error
-from comparisons.planning import MethodPlan, Plan, plan_scene, refusal, task_of
 from comparisons.reference import ENSEMBLE, EXACT, GRID, Solved, mean_curves, references
+from comparisons.solving.execution import execute
+from comparisons.solving.executors import Executor, Job, SerialExecutor
+from comparisons.solving.planning import MethodPlan, Plan, plan_scene, refusal, task_of
 from comparisons.tasks.archive import joined
 from comparisons.uncertainty import combined
 

@@ -13,7 +13,6 @@ from comparisons.benchmarks.yardstick import interleaved, measurement
 from comparisons.errors import InputError
 from comparisons.machine import machine, machine_text, versions
 from comparisons.methods import METHODS, method_for
-from comparisons.planning import Plan, plan_scene
 from comparisons.reference import (
     Reference,
     Solved,
@@ -25,7 +24,8 @@ from comparisons.reference import (
 from comparisons.regression.snapshot import Curves, SceneSnapshot, Snapshot, Speed
 from comparisons.scene.scene import Scene, load_scene
 from comparisons.scene.suites import SINGLE
-from comparisons.solving import solve_plan
+from comparisons.solving.kept import solve_plan
+from comparisons.solving.planning import Plan, plan_scene
 
 CHECK_SCENES = (*SINGLE, "rough-periodic")
 # Two half-space solvers share their kernel: the dense one would only repeat the FFT one's vote.

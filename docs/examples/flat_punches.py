@@ -10,9 +10,9 @@ from pathlib import Path
 import numpy as np
 
 from comparisons.methods import METHODS
-from comparisons.planning import plan_scene, task_of
 from comparisons.reference import choose_reference
 from comparisons.scene.scene import parse_scene
+from comparisons.solving.planning import plan_scene, task_of
 
 LEVELS = (16, 32, 64, 128)
 CORNERS = {

@@ -21,8 +21,8 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from comparisons.planning import plan_scene
 from comparisons.scene.scene import load_scene
+from comparisons.solving.planning import plan_scene
 from comparisons.study import Study
 
 SCENE = """

@@ -27,7 +27,7 @@ from reports.cli.workers import ALONE, Crew
 from reports.printable import say
 
 if TYPE_CHECKING:
-    from comparisons.planning import Plan
+    from comparisons.solving.planning import Plan
     from comparisons.store import StudyRecord
     from comparisons.study import Study
 
@@ -333,11 +333,11 @@ def advise(
     from comparisons.advice import advise as advice_of
     from comparisons.decisions import asked_in_vain
     from comparisons.errors import InputError
-    from comparisons.planning import plan_scene
     from comparisons.plans import refuse_unsolvable
     from comparisons.record import record_scene
     from comparisons.scene.scene import load_scene
-    from comparisons.solving import solve_plan
+    from comparisons.solving.kept import solve_plan
+    from comparisons.solving.planning import plan_scene
     from reports.cli import terminal
 
     outside.load()

@@ -15,9 +15,9 @@ from reports.cli.method_files import NOTHING, Outside
 from reports.cli.workers import ALONE, Crew
 
 if TYPE_CHECKING:
-    from comparisons.executors import Executor
     from comparisons.hard_cases.case import HardCase
     from comparisons.hard_cases.record import HardCasesRecord, OutcomeRecord
+    from comparisons.solving.executors import Executor
 
 FINE, DIFFERS = 0, 1
 
@@ -86,10 +86,10 @@ def _run(
 ) -> tuple[HardCasesRecord, BaseException | None]:
     """Run the cases; what ended them before their time comes with what is done."""
     from comparisons.errors import LostWorkError
-    from comparisons.execution import THREADS
     from comparisons.hard_cases.record import HardCasesRecord, recorded
     from comparisons.hard_cases.run import run_cases
     from comparisons.machine import machine, versions
+    from comparisons.solving.execution import THREADS
     from reports.cli import terminal
 
     start = time.perf_counter()

@@ -26,10 +26,10 @@ if TYPE_CHECKING:
     from comparisons.decisions import Verdict
     from comparisons.hard_cases.record import HardCasesRecord, OutcomeRecord
     from comparisons.methods import Task
-    from comparisons.planning import Plan
     from comparisons.regression import Finding
     from comparisons.runs import RunComparison
     from comparisons.single import SingleResult
+    from comparisons.solving.planning import Plan
     from comparisons.store import StudyRecord
     from comparisons.study import Progress as Report
 
@@ -89,7 +89,7 @@ def print_study(record: StudyRecord, lost: list[tuple[Task, str]]) -> None:
     from comparisons.advice import advise
     from comparisons.decisions import asked_in_vain, judged_methods, title_of, verdicts
     from comparisons.formatting import duration
-    from comparisons.plausibility import CHECK
+    from comparisons.solving.plausibility import CHECK
 
     console = _console()
     for scene in record.scenes:

@@ -11,7 +11,7 @@ from cyclopts import Parameter
 from reports.cli.arguments import MaybeWhole
 
 if TYPE_CHECKING:
-    from comparisons.executors import Executor
+    from comparisons.solving.executors import Executor
 
 
 @Parameter(name="*")
@@ -41,7 +41,7 @@ class Crew:
             If the number of workers is wrong here, or the cluster cannot be used, with the reason.
         """
         from comparisons.errors import InputError
-        from comparisons.executors import executor_for
+        from comparisons.solving.executors import executor_for
 
         cores = os.cpu_count() or 1
         chosen = min(usual, cores) if self.workers is None else self.workers

@@ -17,7 +17,7 @@ from comparisons.calibration import (
     shape_cases,
     summary,
 )
-from comparisons.executors import executor_for
+from comparisons.solving.executors import executor_for
 from comparisons.uncertainty import RULE
 from reports.pages.calibration import calibration_page
 

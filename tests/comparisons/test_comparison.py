@@ -7,8 +7,8 @@ import pytest
 
 from comparisons.comparison import compare, main_axis
 from comparisons.methods import METHODS, Solution
-from comparisons.planning import plan_scene
 from comparisons.reference import choose_reference, disagreements, references, sentence
+from comparisons.solving.planning import plan_scene
 
 DEPTHS = np.array([1e-6, 2e-6, 4e-6, 8e-6])
 CONSTANTS = {"threads": 1, "versions": "a=1", "machine": "box"}

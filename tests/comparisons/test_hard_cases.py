@@ -9,12 +9,12 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from comparisons import execution
 from comparisons.hard_cases.case import Expected
 from comparisons.hard_cases.catalogue import catalogue
 from comparisons.hard_cases.run import LEFT_OUT, run_case, run_cases, words
 from comparisons.methods import METHODS
 from comparisons.scene.method_names import METHOD_NAMES
+from comparisons.solving import execution
 
 BUILT_IN = tuple(name for name in METHOD_NAMES if not METHODS[name].peer)
 # What the catalogue promises to hold, each with a case that shows it.

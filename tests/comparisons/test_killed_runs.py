@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from comparisons.planning import plan_scene
+from comparisons.solving.planning import plan_scene
 from comparisons.store import FIELDS, STUDY, load_study
 from comparisons.study import Study
 

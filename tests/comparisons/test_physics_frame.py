@@ -9,12 +9,12 @@ import pytest
 
 import comparisons.methods as methods
 from comparisons.comparison import compare
-from comparisons.execution import execute
 from comparisons.methods import Method, Solution, Support, covers, method_for
 from comparisons.metrics import relative_error
-from comparisons.planning import plan_scene
 from comparisons.record import record_scene
-from comparisons.solving import solve_plan
+from comparisons.solving.execution import execute
+from comparisons.solving.kept import solve_plan
+from comparisons.solving.planning import plan_scene
 from comparisons.store import load_study
 from comparisons.study import Study
 from comparisons.uncertainty import grid_uncertainty

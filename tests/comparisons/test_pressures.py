@@ -6,9 +6,9 @@ import numpy as np
 import pytest
 
 from comparisons.methods import METHODS, Solution
-from comparisons.planning import plan_scene, task_of
 from comparisons.pressures import pressure_measures
 from comparisons.reference import choose_reference
+from comparisons.solving.planning import plan_scene, task_of
 
 ASKED = {"quantities": ["force", "pressure"]}
 SQUARE = {"shape": "square_punch", "side": 2.0}

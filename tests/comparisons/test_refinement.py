@@ -10,8 +10,8 @@ import psutil
 import pytest
 
 from comparisons.methods import Solution
-from comparisons.planning import plan_scene
 from comparisons.refinement import BUDGET, refined
+from comparisons.solving.planning import plan_scene
 
 SQUARE = {"shape": "square_punch", "side": 1e-3}
 

@@ -10,10 +10,10 @@ import pandas as pd
 import pytest
 
 from comparisons import study as study_module
-from comparisons.execution import execute
 from comparisons.methods import METHODS, base
-from comparisons.planning import plan_scene
 from comparisons.scene.scene import load_scene
+from comparisons.solving.execution import execute
+from comparisons.solving.planning import plan_scene
 from comparisons.store import FIELDS, MEASURES, RESULTS, STUDY, ResultsError, load_study
 from comparisons.study import Study
 

@@ -6,8 +6,8 @@ import meshio
 import numpy as np
 import pytest
 
-from comparisons.execution import execute
-from comparisons.planning import plan_scene, task_of
+from comparisons.solving.execution import execute
+from comparisons.solving.planning import plan_scene, task_of
 from comparisons.vtu import write_fields
 
 ASKED = {"quantities": ["force", "pressure"]}

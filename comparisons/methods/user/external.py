@@ -30,7 +30,7 @@ from comparisons.scene.method_names import GROUP, METHOD_NAMES, register_method
 from comparisons.scene.physics import PHYSICS
 from comparisons.scene.scene import QUANTITIES, Scene
 
-WORK = "comparisons.methods.external_work"
+WORK = "comparisons.solving.external_work"
 # Known to every process of a run: workers start with the methods of the command line.
 VARIABLE = "ROUGHLINE_METHODS"
 NAME = re.compile(r"[a-z][a-z0-9_]{0,39}")

@@ -10,9 +10,9 @@ import pytest
 from comparisons.experiments import EXPERIMENTS
 from comparisons.methods import Task, method_for
 from comparisons.methods.adhesive_grid import edge_doubt
-from comparisons.planning import plan_scene
 from comparisons.scene.options import Options
 from comparisons.scene.scene import parse_scene
+from comparisons.solving.planning import plan_scene
 
 
 def face(effort="quick", **parameters):

@@ -10,11 +10,11 @@ import meshio
 import numpy as np
 import pytest
 
-from comparisons.execution import execute
 from comparisons.geometry.abaqus_surfaces import FACES
-from comparisons.planning import plan_scene, task_of
 from comparisons.scene.scene import SceneError, load_scene, make_scene, parse_scene
 from comparisons.single import solve_scene
+from comparisons.solving.execution import execute
+from comparisons.solving.planning import plan_scene, task_of
 from comparisons.vtu import mesh_of
 
 EXAMPLES = Path(__file__).parents[3] / "docs" / "examples"

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from comparisons.methods import METHODS
-from comparisons.planning import plan_scene, task_of
 from comparisons.reference import references
+from comparisons.solving.planning import plan_scene, task_of
 from reference.halfspace import PeriodicOperator, areas, fft
 
 SIDE, MODULUS, FORCES = 640e-9, 100e9, (1e-6, 1e-5)

@@ -5,10 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from comparisons import planning
 from comparisons.geometry.prepare import RoughGeometry
 from comparisons.geometry.roughness import surface_notes
 from comparisons.scene.scene import validated
+from comparisons.solving import planning
 
 
 def notes(size=(1e-6, 1e-6), points=(64, 64), slope=0.1, height=5e-9):

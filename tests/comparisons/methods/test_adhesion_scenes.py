@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from comparisons.execution import execute
 from comparisons.methods import Task, covers, method_for
-from comparisons.planning import plan_scene
 from comparisons.scene.options import Options
 from comparisons.scene.scene import load_scene, parse_scene
+from comparisons.solving.execution import execute
+from comparisons.solving.planning import plan_scene
 from reference.closed_form.maugis import MaugisForm
 
 QUANTITIES = ("force", "penetration", "contact_area", "pull_off_force")

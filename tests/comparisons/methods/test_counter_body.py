@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from comparisons.execution import execute
-from comparisons.planning import plan_scene, task_of
 from comparisons.scene.scene import SceneError, make_scene, parse_scene
+from comparisons.solving.execution import execute
+from comparisons.solving.planning import plan_scene, task_of
 
 TABLES = {
     "name": "two-bodies",

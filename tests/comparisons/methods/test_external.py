@@ -15,11 +15,10 @@ from comparisons.claims.claim import ClaimError, about_method, load_claims
 from comparisons.claims.runner import _repeats
 from comparisons.decisions import judged_methods
 from comparisons.errors import InputError
-from comparisons.execution import execute
 from comparisons.hard_cases.catalogue import catalogue
 from comparisons.hard_cases.run import run_case
 from comparisons.isolation import parent
-from comparisons.methods import METHODS, Solution, external_work
+from comparisons.methods import METHODS, Solution
 from comparisons.methods.user import external
 from comparisons.methods.user.external import (
     ExternalMethod,
@@ -28,12 +27,14 @@ from comparisons.methods.user.external import (
     add_methods,
     registered,
 )
-from comparisons.planning import plan_scene, task_of
 from comparisons.record import record_scene
 from comparisons.reference import references
 from comparisons.scene import method_names
 from comparisons.scene.scene import load_scene
-from comparisons.solving import solve_plan
+from comparisons.solving import external_work
+from comparisons.solving.execution import execute
+from comparisons.solving.kept import solve_plan
+from comparisons.solving.planning import plan_scene, task_of
 from comparisons.store import StudyRecord, load_study
 from comparisons.tasks.archive import arrays_of
 from reports.cli.cli import run_command

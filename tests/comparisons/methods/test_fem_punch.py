@@ -10,8 +10,8 @@ import psutil
 import pytest
 
 from comparisons.methods import METHODS, fem_punch
-from comparisons.planning import plan_scene, task_of
 from comparisons.scene.scene import parse_scene
+from comparisons.solving.planning import plan_scene, task_of
 
 TRIANGLE = [[0.0, 0.0], [1.0, 0.0], [0.5, 0.75**0.5]]
 ANGLE = [[0.0, 0.0], [1.0, 0.0], [1.0, 0.5], [0.5, 0.5], [0.5, 1.0], [0.0, 1.0]]

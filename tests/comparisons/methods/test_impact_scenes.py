@@ -11,10 +11,10 @@ import numpy as np
 import pytest
 
 from comparisons.comparison import compare
-from comparisons.planning import plan_scene
 from comparisons.scene.scene import SceneError, load_scene, make_scene
 from comparisons.single import solve_scene
-from comparisons.solving import solve_plan
+from comparisons.solving.kept import solve_plan
+from comparisons.solving.planning import plan_scene
 
 HIT = """name = "hit"
 [half_space]

@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 
 from comparisons.methods import METHODS
-from comparisons.planning import plan_scene, task_of
+from comparisons.solving.planning import plan_scene, task_of
 from reference import surfaces
 
 SIDE = 1e-6

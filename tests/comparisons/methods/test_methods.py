@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from comparisons.methods import METHODS
-from comparisons.planning import plan_scene, task_of
 from comparisons.scene.scene import load_scene
 from comparisons.single import solve_scene
+from comparisons.solving.planning import plan_scene, task_of
 from reports.cli.cli import run_command
 
 # Coarse enough to be quick: these tests compare a method with itself.

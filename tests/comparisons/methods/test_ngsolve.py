@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from comparisons.execution import execute
 from comparisons.methods import METHODS, peer_fem
-from comparisons.planning import plan_scene, task_of
 from comparisons.scene.scene import load_scene, make_scene
+from comparisons.solving.execution import execute
+from comparisons.solving.planning import plan_scene, task_of
 
 needs_ngsolve = pytest.mark.skipif(
     util.find_spec("ngsolve") is None, reason="NGSolve is in the extra `peers`"

@@ -15,8 +15,8 @@ from comparisons.isolation import parent
 from comparisons.methods import METHODS
 from comparisons.peers import press
 from comparisons.peers.press import Problem
-from comparisons.planning import plan_scene, task_of
 from comparisons.scene.scene import load_scene
+from comparisons.solving.planning import plan_scene, task_of
 from comparisons.study import Study
 from reference import surfaces
 from reference.halfspace import FreeOperator, PeriodicOperator, fft

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from comparisons.geometry.prepare import prepare
-from comparisons.planning import plan_scene
 from comparisons.scene.physics.loads import loads_of
 from comparisons.scene.scene import SceneError, load_scene, make_scene, parse_scene
+from comparisons.solving.planning import plan_scene
 
 RUBBER = {"model": "standard", "shear_moduli": ["1 MPa", "9 MPa"], "viscosities": "90 kPa s"}
 SOFT = {"youngs_modulus": "3 MPa", "poisson_ratio": 0.5}

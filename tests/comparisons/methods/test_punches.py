@@ -12,10 +12,10 @@ from scipy.special import ellipk
 
 from comparisons.comparison import compare
 from comparisons.methods import METHODS
-from comparisons.planning import plan_scene, task_of
 from comparisons.reference import choose_reference
 from comparisons.scene.polygons import area_fractions, offset_outline, signed_area
 from comparisons.scene.scene import parse_scene
+from comparisons.solving.planning import plan_scene, task_of
 
 TRIANGLE = [[0.0, 0.0], [1.0, 0.0], [0.5, 0.75**0.5]]
 ANGLE = [[0.0, 0.0], [1.0, 0.0], [1.0, 0.5], [0.5, 0.5], [0.5, 1.0], [0.0, 1.0]]

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from comparisons.methods import METHODS
-from comparisons.planning import plan_scene, task_of
 from comparisons.scene.scene import parse_scene
+from comparisons.solving.planning import plan_scene, task_of
 
 MAP = Path(__file__).resolve().parents[4] / "shared" / "data" / "di-6.di"
 BLOCKS = 4  # a side: what the grids resolve of the pressure

@@ -9,9 +9,9 @@ import pytest
 
 from comparisons.comparison import compare
 from comparisons.experiments import EXPERIMENTS
-from comparisons.planning import plan_scene
 from comparisons.scene.scene import make_scene
-from comparisons.solving import solve_plan
+from comparisons.solving.kept import solve_plan
+from comparisons.solving.planning import plan_scene
 
 RUBBER = {"model": "standard", "shear_moduli": [0.5e6, 5e6], "relaxation_times": [0.01]}
 BALL = {"shape": "paraboloid", "radius": 0.01}

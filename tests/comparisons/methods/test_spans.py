@@ -8,10 +8,10 @@ import warnings
 import numpy as np
 import pytest
 
-from comparisons.execution import execute
 from comparisons.methods import METHODS
-from comparisons.planning import plan_scene, task_of
 from comparisons.scene.scene import SceneError
+from comparisons.solving.execution import execute
+from comparisons.solving.planning import plan_scene, task_of
 
 DECADES = {"from": 1e-12, "to": 1e3, "steps": 6, "spacing": "log"}
 

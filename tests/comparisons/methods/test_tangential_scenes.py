@@ -9,13 +9,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from comparisons.execution import execute
 from comparisons.experiments import EXPERIMENTS, rough_slip
 from comparisons.experiments.rough_ensemble import Surface, line_samples, press
 from comparisons.methods import Task, covers, method_for
 from comparisons.methods.base import Solution
-from comparisons.planning import plan_scene
 from comparisons.scene.scene import Scene
+from comparisons.solving.execution import execute
+from comparisons.solving.planning import plan_scene
 from reference.closed_form import stiffness_ratio
 
 ROOT = Path(__file__).resolve().parents[3]

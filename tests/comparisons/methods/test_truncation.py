@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from comparisons.execution import execute
 from comparisons.methods import fem as adapter
-from comparisons.planning import plan_scene, task_of
 from comparisons.reference import TRUNCATION, references
 from comparisons.scene.scene import load_scene
+from comparisons.solving.execution import execute
+from comparisons.solving.planning import plan_scene, task_of
 from reference import fem
 
 

@@ -10,9 +10,9 @@ import pytest
 from comparisons.comparison import compare
 from comparisons.errors import InputError
 from comparisons.experiments import EXPERIMENTS
-from comparisons.planning import plan_scene
 from comparisons.scene.scene import load_scene, make_scene
-from comparisons.solving import solve_plan
+from comparisons.solving.kept import solve_plan
+from comparisons.solving.planning import plan_scene
 
 RUBBER = {
     "model": "prony",

@@ -7,10 +7,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from comparisons.execution import execute
-from comparisons.planning import plan_scene
 from comparisons.results_form import field_problems
 from comparisons.scene.scene import parse_scene
+from comparisons.solving.execution import execute
+from comparisons.solving.planning import plan_scene
 from comparisons.tasks.shown_loads import MOST_STEPS, at_step, shown_steps, stored_steps
 
 SCENE = """

@@ -19,10 +19,10 @@ import psutil
 import pytest
 
 from comparisons import study as study_module
-from comparisons.execution import execute
 from comparisons.methods import METHODS
 from comparisons.scene.scene import builtin_names
 from comparisons.scene.suites import SUITES
+from comparisons.solving.execution import execute
 from comparisons.store import load_study
 from reports.__main__ import main
 from reports.cli.cli import run_command

@@ -10,10 +10,10 @@ import pytest
 
 from comparisons.advice import Setting
 from comparisons.decisions import Verdict
-from comparisons.forecast import Remaining
 from comparisons.methods import METHODS
-from comparisons.planning import plan_scene
 from comparisons.scene.scene import load_scene
+from comparisons.solving.forecast import Remaining
+from comparisons.solving.planning import plan_scene
 from comparisons.study import Study
 from reports.cli import live
 from reports.cli.cli import run_command

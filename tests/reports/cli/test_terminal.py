@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from comparisons.planning import plan_scene
 from comparisons.scene.scene import make_scene
 from comparisons.single import solve_scene
+from comparisons.solving.planning import plan_scene
 from comparisons.study import Study
 from reports.cli import terminal
 

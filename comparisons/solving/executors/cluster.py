@@ -19,10 +19,10 @@ from importlib import metadata
 from typing import TYPE_CHECKING, Any
 
 from comparisons.errors import InputError, LostWorkError
-from comparisons.executors.base import Done, Executor, Job, timed
-from comparisons.executors.local import PROCESS
 from comparisons.machine import source_digest, versions
 from comparisons.methods.user.external import adopt, announced, digests
+from comparisons.solving.executors.base import Done, Executor, Job, timed
+from comparisons.solving.executors.local import PROCESS
 
 if TYPE_CHECKING:
     from distributed import Client, Future
@@ -250,7 +250,7 @@ def _opener() -> Callable[[bytes], tuple[Any, float] | _Refused]:
     def open_and_do(sealed: bytes) -> Any:
         import pickle
 
-        from comparisons.executors.cluster import on_worker
+        from comparisons.solving.executors.cluster import on_worker
 
         return on_worker(*pickle.loads(sealed))  # noqa: S301 (sealed by our own client)
 

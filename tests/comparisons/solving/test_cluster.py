@@ -14,8 +14,8 @@ import pandas as pd
 import pytest
 
 from comparisons.errors import InputError, LostWorkError
-from comparisons.executors import Job, executor_for
-from comparisons.planning import plan_scene
+from comparisons.solving.executors import Job, executor_for
+from comparisons.solving.planning import plan_scene
 from comparisons.store import RESULTS, load_study
 from comparisons.study import Study
 
@@ -27,7 +27,7 @@ def results(directory):
 
 
 def test_without_dask_the_message_says_what_to_install(monkeypatch):
-    from comparisons.executors import cluster
+    from comparisons.solving.executors import cluster
 
     monkeypatch.setitem(__import__("sys").modules, "distributed", None)
     with pytest.raises(InputError, match=r"pip install 'roughline\[cluster\]'"):
@@ -58,7 +58,7 @@ def pids(address):
 
 
 def test_nobody_at_the_address_is_an_input_error(monkeypatch):
-    from comparisons.executors import cluster
+    from comparisons.solving.executors import cluster
 
     monkeypatch.setattr(cluster, "CONNECT", 0.5)
     with pytest.raises(InputError, match="no scheduler answers there"):
@@ -73,7 +73,7 @@ def test_what_is_no_address_makes_no_client(address, monkeypatch):
 
 
 def test_what_differs_is_listed():
-    from comparisons.executors.cluster import differences
+    from comparisons.solving.executors.cluster import differences
 
     here = {"numpy": "2.4", "scipy": "1.17", "method own": "abc"}
     there = {"numpy": "2.3", "scipy": "1.17", "tamaas": "2.9"}
@@ -87,7 +87,7 @@ def test_what_differs_is_listed():
 
 @pytest.mark.slow
 def test_other_versions_are_refused_before_anything_is_solved(address, monkeypatch):
-    from comparisons.executors import cluster
+    from comparisons.solving.executors import cluster
 
     monkeypatch.setattr(cluster, "source_digest", lambda: "edited here")
     cluster.identity.cache_clear()
@@ -98,7 +98,7 @@ def test_other_versions_are_refused_before_anything_is_solved(address, monkeypat
 
 @pytest.mark.slow
 def test_a_worker_that_joins_later_with_other_versions_ends_the_run(address, monkeypatch):
-    from comparisons.executors import cluster
+    from comparisons.solving.executors import cluster
 
     executor = executor_for(scheduler=address)
     monkeypatch.setattr(executor, "_expected", executor._expected | {"numpy": "99"})
@@ -161,7 +161,7 @@ def test_what_fits_into_no_worker_is_lost_at_once(address):
 @pytest.mark.parametrize("seconds", [0.2, 3.0])
 def test_a_scheduler_lost_before_the_first_job_ends_the_run(seconds, monkeypatch):
     """Planning or a refinement may take long: the client has given up by then, or not yet."""
-    from comparisons.executors import cluster
+    from comparisons.solving.executors import cluster
 
     monkeypatch.setattr(cluster, "CONNECT", 1.0)
     options = {"n_workers": 1, "threads_per_worker": 1, "dashboard_address": ":0"}

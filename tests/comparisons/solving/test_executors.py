@@ -12,7 +12,7 @@ import time
 import psutil
 import pytest
 
-from comparisons.executors import Job, ProcessExecutor, SerialExecutor, executor_for
+from comparisons.solving.executors import Job, ProcessExecutor, SerialExecutor, executor_for
 
 GB = 1e9
 

@@ -8,11 +8,11 @@ import warnings
 import numpy as np
 import pytest
 
-from comparisons import execution
-from comparisons.execution import execute
 from comparisons.methods import METHODS, Method, Solution, base
 from comparisons.methods.spans import lost
-from comparisons.planning import plan_scene, task_of
+from comparisons.solving import execution
+from comparisons.solving.execution import execute
+from comparisons.solving.planning import plan_scene, task_of
 from comparisons.store import ResultsError, write_arrays
 from comparisons.tasks.archive import joined, load_solution, save_solution
 

@@ -6,10 +6,10 @@ import contextlib
 from dataclasses import replace
 from pathlib import Path
 
-from comparisons.execution import REPEATS, execute
 from comparisons.methods import Solution, Task
-from comparisons.planning import Plan
 from comparisons.reference import Solved
+from comparisons.solving.execution import REPEATS, execute
+from comparisons.solving.planning import Plan
 from comparisons.store import ResultsError
 from comparisons.tasks.archive import joined, load_solution, save_solution
 
@@ -40,7 +40,7 @@ def solve_plan(
 
     Examples
     --------
-    >>> from comparisons.planning import plan_scene
+    >>> from comparisons.solving.planning import plan_scene
     >>> from comparisons.scene.scene import load_scene
     >>> scene = load_scene("paraboloid", {"compare.methods": ["closed_form", "reduced"]})
     >>> solved = solve_plan(plan_scene(scene)[0])

@@ -21,11 +21,11 @@ from comparisons.geometry.roughness import surface_notes
 from comparisons.machine import MEMORY_SHARE, free_memory
 from comparisons.methods import METHODS, Support, Task, covers, method_for
 from comparisons.methods.bem_fft import ARRAYS_FREE, ARRAYS_PERIODIC
-from comparisons.plausibility import scene_notes
 from comparisons.scene.physics.descriptions import left_out, switched_on
 from comparisons.scene.physics.loads import Loads, loads_of
 from comparisons.scene.scene import Scene, SceneError, validated
 from comparisons.scene.surface import MeasuredMap, SelfAffine
+from comparisons.solving.plausibility import scene_notes
 
 Effort = Literal["quick", "full"]
 QUICK_REALISATIONS = 10

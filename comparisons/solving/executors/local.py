@@ -20,9 +20,9 @@ from typing import Any
 from joblib.externals.loky import get_reusable_executor
 from joblib.externals.loky.process_executor import ProcessPoolExecutor
 
-from comparisons.executors.base import Done, Executor, Job, timed
 from comparisons.isolation.parent import ONE_THREAD
 from comparisons.machine import MEMORY_SHARE, free_memory
+from comparisons.solving.executors.base import Done, Executor, Job, timed
 
 # How often a job is tried whose process is ended.
 ATTEMPTS = 3

@@ -14,11 +14,11 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any
 
-from comparisons.execution import execute
 from comparisons.geometry.prepare import prepare
 from comparisons.methods import METHODS, Method, Task
 from comparisons.scene.method_names import GROUP
 from comparisons.scene.scene import Scene
+from comparisons.solving.execution import execute
 from comparisons.tasks.archive import arrays_of
 
 

@@ -7,9 +7,9 @@ from dataclasses import replace
 
 import pytest
 
-from comparisons.forecast import Forecast
-from comparisons.planning import plan_scene, task_of
 from comparisons.refinement import GROWTH, USUAL_GROWTH
+from comparisons.solving.forecast import Forecast
+from comparisons.solving.planning import plan_scene, task_of
 
 
 @pytest.fixture

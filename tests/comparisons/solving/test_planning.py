@@ -9,16 +9,16 @@ import numpy as np
 import psutil
 import pytest
 
-from comparisons.execution import execute
 from comparisons.methods import METHODS
-from comparisons.planning import (
+from comparisons.scene.scene import SceneError, load_scene
+from comparisons.solving.execution import execute
+from comparisons.solving.planning import (
     BLOCK,
     PATCH_POINTS,
     QUICK_REALISATIONS,
     plan_scene,
     task_of,
 )
-from comparisons.scene.scene import SceneError, load_scene
 
 
 def planned(scene, method, effort="quick"):

@@ -7,8 +7,8 @@ job finds does not depend on the executor, on the number of workers, or on the o
 
 from __future__ import annotations
 
-from comparisons.executors.base import Done, Executor, Job, SerialExecutor
-from comparisons.executors.local import ProcessExecutor
+from comparisons.solving.executors.base import Done, Executor, Job, SerialExecutor
+from comparisons.solving.executors.local import ProcessExecutor
 
 __all__ = ["Done", "Executor", "Job", "ProcessExecutor", "SerialExecutor", "executor_for"]
 
@@ -29,7 +29,7 @@ def executor_for(workers: int = 1, scheduler: str | None = None) -> Executor:
         If no scheduler answers there, the packages are missing, or its workers run other versions.
     """
     if scheduler is not None:
-        from comparisons.executors.cluster import ClusterExecutor
+        from comparisons.solving.executors.cluster import ClusterExecutor
 
         return ClusterExecutor(scheduler)
     return SerialExecutor() if workers == 1 else ProcessExecutor(workers)

@@ -19,7 +19,7 @@ from comparisons.isolation import parent
 from comparisons.machine import source_digest, versions
 from comparisons.methods import METHODS, Task
 
-_WORK = "comparisons.compilation:compile_for"
+_WORK = "comparisons.solving.compilation:compile_for"
 _SECONDS = 900.0
 
 
@@ -34,7 +34,7 @@ def compile_apart(task: Task) -> float:
     float
         Seconds that it took; 0 where nothing was to be done.
     """
-    from comparisons.execution import is_compiled, kind_of
+    from comparisons.solving.execution import is_compiled, kind_of
 
     if METHODS[task.method].isolated or is_compiled(task):
         return 0.0
@@ -59,7 +59,7 @@ def compile_for(task: Task) -> dict[str, bool]:
 
     A warm-up alone would miss what only some loads need (single precision, late corrections).
     """
-    from comparisons.execution import execute
+    from comparisons.solving.execution import execute
 
     alone = replace(task, realisations=task.realisations[:1], with_body=False)
     return {"solved": bool(execute(alone, repeats=1).converged.any())}

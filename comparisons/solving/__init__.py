@@ -1,0 +1,1 @@
+"""From a plan to solutions: planning, execution, kept solves, executors."""
