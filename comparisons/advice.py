@@ -24,10 +24,10 @@ from comparisons.decisions import (
     worst,
 )
 from comparisons.formatting import duration, quantity, relative, tolerance
+from comparisons.judging.verdicts import NO_RESULT, NOT_RESOLVED, OUTSIDE, WITHIN, judged
 from comparisons.plain import plain
 from comparisons.runs import SLOWER
 from comparisons.store import SceneRecord
-from comparisons.verdicts import NO_RESULT, NOT_RESOLVED, OUTSIDE, WITHIN, judged
 
 CLOSED_FORM = "closed_form"
 

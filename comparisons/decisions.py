@@ -1,7 +1,7 @@
 """What decides: the verdict on each quantity of a setting, a method, a scene.
 
 Every quantity is judged once, at equal prescribed load (what is prescribed itself: at the other
-one), by the step that `comparisons.verdicts.judged` names. The page, the terminal, advice, tables
+one), by the step that `comparisons.judging.verdicts.judged` names. The page, the terminal, advice, tables
 and notebooks all read their words and numbers here. Errors at the other load are rows to look up
 (`second_rows`), never the reason of a word.
 """
@@ -17,10 +17,10 @@ import pandas as pd
 
 from comparisons import formatting as fmt
 from comparisons import selection
-from comparisons.reference import main_axis
+from comparisons.judging.truth import main_axis
+from comparisons.judging.verdicts import NO_RESULT, OUTSIDE, WITHIN, WORST_FIRST, word_for
 from comparisons.scene.method_names import METHOD_NAMES, known_methods
 from comparisons.store import SceneRecord
-from comparisons.verdicts import NO_RESULT, OUTSIDE, WITHIN, WORST_FIRST, word_for
 
 MODEL = "reduced"
 PRESSURE, LAST_LOAD = "pressure", "last load"

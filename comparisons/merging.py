@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 
 from comparisons.errors import InputError
+from comparisons.judging.refinement import refinements
 from comparisons.machine import source_digest, versions
 from comparisons.methods import METHODS, Solution, Task
-from comparisons.refinement import refinements
 from comparisons.runs import MOVED
 from comparisons.scene.scene import Scene, parse_scene, validated
 from comparisons.solving.planning import MethodPlan, Plan, plan_from

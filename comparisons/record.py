@@ -8,10 +8,8 @@ from pathlib import Path
 from typing import Any
 
 from comparisons.advice import advise
-from comparisons.comparison import compare, truth_bars
-from comparisons.machine import versions, versions_text
-from comparisons.plain import plain
-from comparisons.reference import (
+from comparisons.judging.comparison import compare, truth_bars
+from comparisons.judging.truth import (
     Reference,
     Solved,
     disagreements,
@@ -19,6 +17,8 @@ from comparisons.reference import (
     known_to,
     sentence,
 )
+from comparisons.machine import versions, versions_text
+from comparisons.plain import plain
 from comparisons.solving.execution import THREADS, this_machine
 from comparisons.solving.planning import Plan
 from comparisons.store import SceneRecord

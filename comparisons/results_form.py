@@ -9,8 +9,8 @@ from __future__ import annotations
 import numpy as np
 import pandas as pd
 
+from comparisons.judging.verdicts import NO_RESULT, NOT_RESOLVED, OUTSIDE, WITHIN
 from comparisons.tasks.shown_loads import NAMES, at_step, stored_steps
-from comparisons.verdicts import NO_RESULT, NOT_RESOLVED, OUTSIDE, WITHIN
 
 VERDICTS = (WITHIN, OUTSIDE, NOT_RESOLVED, NO_RESULT)
 # Columns that must be there, and what may stand in them; all other columns are read with care.

@@ -10,12 +10,12 @@ from pathlib import Path
 from typing import Any
 
 from comparisons.errors import LostWorkError
+from comparisons.judging.refinement import refinements
+from comparisons.judging.truth import Solved
 from comparisons.machine import machine, source_digest, versions
 from comparisons.methods import Solution, Task, method_for
 from comparisons.methods.spans import lost as unanswered
 from comparisons.record import record_scene
-from comparisons.reference import Solved
-from comparisons.refinement import refinements
 from comparisons.results_folder import open_folder
 from comparisons.solving.compilation import compile_apart
 from comparisons.solving.execution import THREADS, execute

@@ -12,12 +12,12 @@ from comparisons import selection
 from comparisons.advice import Setting, advise
 from comparisons.decisions import Verdict, asked_in_vain, judged_methods, verdicts, worst
 from comparisons.errors import InputError
+from comparisons.judging.verdicts import NO_RESULT
 from comparisons.plans import Source, refuse_unsolvable
 from comparisons.record import record_scene
 from comparisons.solving.kept import solve_plan
 from comparisons.solving.planning import plan_scene
 from comparisons.store import SceneRecord
-from comparisons.verdicts import NO_RESULT
 from reports.pages.tables import lost_solves
 from reports.plots.style import style
 from roughline import notebook

@@ -11,10 +11,10 @@ import pandas as pd
 
 from comparisons import formatting as fmt
 from comparisons import study
+from comparisons.judging.verdicts import NO_RESULT
 from comparisons.plans import Source, plan_all
 from comparisons.solving.planning import Effort
 from comparisons.store import StudyRecord, load_study
-from comparisons.verdicts import NO_RESULT
 from reports.cli.workers import Crew
 from roughline import notebook
 from roughline.comparing import Comparison

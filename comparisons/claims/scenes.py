@@ -10,15 +10,15 @@ from pathlib import Path
 import numpy as np
 
 from comparisons.claims.claim import RESOLUTION, Claim, overrides
-from comparisons.comparison import error_sources, errors_of
 from comparisons.errors import InputError
 from comparisons.experiments import Measurement
 from comparisons.experiments.base import Effort
 from comparisons.geometry.prepare import IndenterGeometry
-from comparisons.methods import METHODS, covers, method_for
-from comparisons.metrics import rms_and_maximum
-from comparisons.pressures import pressure_measures
-from comparisons.reference import (
+from comparisons.judging.comparison import error_sources, errors_of
+from comparisons.judging.metrics import rms_and_maximum
+from comparisons.judging.pressures import pressure_measures
+from comparisons.judging.refinement import SHARE, refined
+from comparisons.judging.truth import (
     Reference,
     Solved,
     choose_reference,
@@ -30,12 +30,12 @@ from comparisons.reference import (
     own_discretisation,
     uncertainty_of,
 )
-from comparisons.refinement import SHARE, refined
+from comparisons.judging.uncertainty import combined
+from comparisons.judging.verdicts import OUTSIDE, WORST_FIRST, judged
+from comparisons.methods import METHODS, covers, method_for
 from comparisons.scene.scene import load_scene
 from comparisons.solving.kept import solve_plan
 from comparisons.solving.planning import MethodPlan, Plan, plan_scene, refusal
-from comparisons.uncertainty import combined
-from comparisons.verdicts import OUTSIDE, WORST_FIRST, judged
 
 # Seconds that one more refinement of the truth may take at full effort.
 REFINEMENT_BUDGET = 30.0

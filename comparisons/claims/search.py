@@ -11,7 +11,7 @@ import numpy as np
 from comparisons.claims.claim import FAILS, HOLDS, IN_A_RANGE, NOT_RESOLVED, Vary
 from comparisons.experiments import Measurement
 from comparisons.experiments.base import Effort
-from comparisons.verdicts import OUTSIDE, WITHIN, judge
+from comparisons.judging.verdicts import OUTSIDE, WITHIN, judge
 
 Measure = Callable[[float | None], Measurement]
 

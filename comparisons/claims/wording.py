@@ -9,7 +9,7 @@ import numpy as np
 from comparisons.claims.claim import FAILS, HOLDS, IN_A_RANGE, Claim
 from comparisons.claims.search import Point, Range
 from comparisons.formatting import number, plus_minus, tolerance, without_padding
-from comparisons.verdicts import NO_RESULT, OUTSIDE, WITHIN
+from comparisons.judging.verdicts import NO_RESULT, OUTSIDE, WITHIN
 
 
 def sentence(claim: Claim, verdict: str, points: list[Point], ranges: list[Range]) -> str:

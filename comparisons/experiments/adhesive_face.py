@@ -11,7 +11,7 @@ import numpy as np
 
 from comparisons.experiments.base import Effort
 from comparisons.experiments.running import Finding, above, experiment, one_of
-from comparisons.uncertainty import SAFE, combined
+from comparisons.judging.uncertainty import SAFE, combined
 from reduced.adhesion.adhere import pull_off
 from reduced.profiles.shapes import equivalent_punch
 from reference.halfspace import FreeOperator

@@ -9,7 +9,7 @@ from scipy import fft, stats
 
 from comparisons.experiments.rough_ensemble import SEED, Surface, compare
 from comparisons.experiments.running import Finding, above, experiment, one_of
-from comparisons.uncertainty import RULE, combined
+from comparisons.judging.uncertainty import RULE, combined
 from reduced.rough import ensemble, surface_spectrum
 from reference.closed_form import random_field
 from reference.summits import hessian, summits

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from comparisons.experiments.running import Finding, above, experiment
-from comparisons.uncertainty import grid_uncertainty
+from comparisons.judging.uncertainty import grid_uncertainty
 from reference.halfspace.neighbours import array_force, pair_force
 
 

@@ -15,7 +15,7 @@ import numpy as np
 from scipy import stats
 
 from comparisons.experiments.running import above, one_of
-from comparisons.uncertainty import RULE, combined, ratio_of_means, standard_error
+from comparisons.judging.uncertainty import RULE, combined, ratio_of_means, standard_error
 from reduced.rough import ensemble, line_spectrum
 from reference import surfaces
 from reference.halfspace import Contact, FreeOperator, HalfSpace, PeriodicOperator, areas, fft

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from comparisons.experiments.running import Finding, above, experiment, one_of
-from comparisons.uncertainty import grid_uncertainty
+from comparisons.judging.uncertainty import grid_uncertainty
 from reduced.friction.slide import stiffness_ratio
 from reference import closed_form
 from reference.halfspace import areas, fft

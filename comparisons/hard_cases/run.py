@@ -23,14 +23,14 @@ from comparisons.hard_cases.case import (
     HardCase,
 )
 from comparisons.hard_cases.formulas import Curves
+from comparisons.judging.metrics import relative_error
+from comparisons.judging.truth import ENSEMBLE, EXACT, GRID, Solved, mean_curves, references
+from comparisons.judging.uncertainty import combined
 from comparisons.methods import METHODS, Solution, covers, method_for
-from comparisons.metrics import relative_error
-from comparisons.reference import ENSEMBLE, EXACT, GRID, Solved, mean_curves, references
 from comparisons.solving.execution import execute
 from comparisons.solving.executors import Executor, Job, SerialExecutor
 from comparisons.solving.planning import MethodPlan, Plan, plan_scene, refusal, task_of
 from comparisons.tasks.archive import joined
-from comparisons.uncertainty import combined
 
 # Bytes that the methods of a case are taken to need, one after the other.
 MEMORY = 2e9

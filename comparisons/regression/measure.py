@@ -11,9 +11,7 @@ import numpy as np
 
 from comparisons.benchmarks.yardstick import interleaved, measurement
 from comparisons.errors import InputError
-from comparisons.machine import machine, machine_text, versions
-from comparisons.methods import METHODS, method_for
-from comparisons.reference import (
+from comparisons.judging.truth import (
     Reference,
     Solved,
     disagreements,
@@ -21,6 +19,8 @@ from comparisons.reference import (
     mean_curves,
     references,
 )
+from comparisons.machine import machine, machine_text, versions
+from comparisons.methods import METHODS, method_for
 from comparisons.regression.snapshot import Curves, SceneSnapshot, Snapshot, Speed
 from comparisons.scene.scene import Scene, load_scene
 from comparisons.scene.suites import SINGLE

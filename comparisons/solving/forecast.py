@@ -6,8 +6,8 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 
+from comparisons.judging.refinement import GROWTH, USUAL_GROWTH
 from comparisons.methods import Task
-from comparisons.refinement import GROWTH, USUAL_GROWTH
 
 
 @dataclass(frozen=True)

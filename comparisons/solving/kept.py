@@ -6,8 +6,8 @@ import contextlib
 from dataclasses import replace
 from pathlib import Path
 
+from comparisons.judging.truth import Solved
 from comparisons.methods import Solution, Task
-from comparisons.reference import Solved
 from comparisons.solving.execution import REPEATS, execute
 from comparisons.solving.planning import Plan
 from comparisons.store import ResultsError

@@ -9,8 +9,8 @@ from pathlib import Path
 
 import numpy as np
 
+from comparisons.judging.truth import choose_reference
 from comparisons.methods import METHODS
-from comparisons.reference import choose_reference
 from comparisons.scene.scene import parse_scene
 from comparisons.solving.planning import plan_scene, task_of
 

@@ -14,8 +14,8 @@ from comparisons import formatting as fmt
 from comparisons import selection
 from comparisons.advice import advise
 from comparisons.decisions import MODEL, Verdict, judged_methods, second_rows, verdicts
+from comparisons.judging.verdicts import NO_RESULT, NOT_RESOLVED, OUTSIDE, WITHIN
 from comparisons.store import SceneRecord, StudyRecord
-from comparisons.verdicts import NO_RESULT, NOT_RESOLVED, OUTSIDE, WITHIN
 from comparisons.writing import write_text
 from reports.pages import glossary, load_frames, tables
 from reports.pages.claims import CLASSES as VERDICT_CLASSES

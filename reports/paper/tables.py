@@ -11,9 +11,9 @@ from comparisons import formatting as fmt
 from comparisons import selection
 from comparisons.advice import advise
 from comparisons.decisions import Verdict, equal_at, verdicts
-from comparisons.reference import OTHER_AXIS
+from comparisons.judging.truth import OTHER_AXIS
+from comparisons.judging.verdicts import NO_RESULT
 from comparisons.store import SceneRecord, StudyRecord
-from comparisons.verdicts import NO_RESULT
 from reports.paper.notation import error_with_bar, file_name, markdown, tex
 from reports.plots.style import style
 

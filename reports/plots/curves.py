@@ -13,7 +13,7 @@ import pandas as pd
 
 from comparisons import formatting as fmt
 from comparisons import selection
-from comparisons.metrics import sizes_along_path
+from comparisons.judging.metrics import sizes_along_path
 from comparisons.scene.loading import NORMAL
 from comparisons.store import SceneRecord
 from reports.plots.style import (

@@ -15,11 +15,11 @@ from comparisons import machine
 from comparisons.advice import advise
 from comparisons.decisions import asked_in_vain, verdicts, worst
 from comparisons.errors import InputError
+from comparisons.judging.verdicts import judge, judged
 from comparisons.methods import METHODS
 from comparisons.scene.scene import builtin_names
 from comparisons.scene.suites import SUITES
 from comparisons.store import SceneRecord
-from comparisons.verdicts import judge, judged
 from reports.cli.cli import run_command
 
 

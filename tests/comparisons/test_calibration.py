@@ -17,8 +17,8 @@ from comparisons.calibration import (
     shape_cases,
     summary,
 )
+from comparisons.judging.uncertainty import RULE
 from comparisons.solving.executors import executor_for
-from comparisons.uncertainty import RULE
 from reports.pages.calibration import calibration_page
 
 

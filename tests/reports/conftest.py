@@ -12,8 +12,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from comparisons.judging.verdicts import judge
 from comparisons.store import SceneRecord, StudyRecord, save_study, write_arrays
-from comparisons.verdicts import judge
 
 RADIUS, MODULUS = 0.01, 231e9
 DEPTHS = np.array([1e-6, 2e-6, 3e-6, 5e-6, 7e-6, 1e-5])

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from comparisons.judging.truth import references
 from comparisons.methods import METHODS
-from comparisons.reference import references
 from comparisons.solving.planning import plan_scene, task_of
 from reference.halfspace import PeriodicOperator, areas, fft
 

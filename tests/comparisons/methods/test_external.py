@@ -18,6 +18,7 @@ from comparisons.errors import InputError
 from comparisons.hard_cases.catalogue import catalogue
 from comparisons.hard_cases.run import run_case
 from comparisons.isolation import parent
+from comparisons.judging.truth import references
 from comparisons.methods import METHODS, Solution
 from comparisons.methods.user import external
 from comparisons.methods.user.external import (
@@ -28,7 +29,6 @@ from comparisons.methods.user.external import (
     registered,
 )
 from comparisons.record import record_scene
-from comparisons.reference import references
 from comparisons.scene import method_names
 from comparisons.scene.scene import load_scene
 from comparisons.solving import external_work

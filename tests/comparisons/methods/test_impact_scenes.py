@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from comparisons.comparison import compare
+from comparisons.judging.comparison import compare
 from comparisons.scene.scene import SceneError, load_scene, make_scene
 from comparisons.single import solve_scene
 from comparisons.solving.kept import solve_plan

@@ -228,7 +228,7 @@ def test_the_problem_a_peer_sees_has_no_units():
 
 def test_a_peer_is_never_the_truth(monkeypatch):
     """Even where its bar came out smaller by chance."""
-    from comparisons.reference import choose_reference, references
+    from comparisons.judging.truth import choose_reference, references
 
     plan = plan_scene(load_scene("rough-periodic"))[0]
     solved = {}

@@ -10,9 +10,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.special import ellipk
 
-from comparisons.comparison import compare
+from comparisons.judging.comparison import compare
+from comparisons.judging.truth import choose_reference
 from comparisons.methods import METHODS
-from comparisons.reference import choose_reference
 from comparisons.scene.polygons import area_fractions, offset_outline, signed_area
 from comparisons.scene.scene import parse_scene
 from comparisons.solving.planning import plan_scene, task_of

@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from comparisons.judging.truth import TRUNCATION, references
 from comparisons.methods import fem as adapter
-from comparisons.reference import TRUNCATION, references
 from comparisons.scene.scene import load_scene
 from comparisons.solving.execution import execute
 from comparisons.solving.planning import plan_scene, task_of

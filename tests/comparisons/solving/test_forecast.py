@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import pytest
 
-from comparisons.refinement import GROWTH, USUAL_GROWTH
+from comparisons.judging.refinement import GROWTH, USUAL_GROWTH
 from comparisons.solving.forecast import Forecast
 from comparisons.solving.planning import plan_scene, task_of
 

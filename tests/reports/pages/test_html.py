@@ -13,7 +13,7 @@ import pytest
 
 from comparisons.advice import advise
 from comparisons.decisions import second_rows, verdicts, worst
-from comparisons.verdicts import judge
+from comparisons.judging.verdicts import judge
 from reports.pages import study as html
 from reports.pages import tables
 from reports.pages.page import embedded_json

@@ -9,8 +9,8 @@ import numpy as np
 import psutil
 import pytest
 
+from comparisons.judging.refinement import BUDGET, refined
 from comparisons.methods import Solution
-from comparisons.refinement import BUDGET, refined
 from comparisons.solving.planning import plan_scene
 
 SQUARE = {"shape": "square_punch", "side": 1e-3}

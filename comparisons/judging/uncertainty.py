@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import optimize, stats
 
-from comparisons.metrics import sizes_along_path
+from comparisons.judging.metrics import sizes_along_path
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from comparisons.metrics import (
+from comparisons.judging.metrics import (
     at_equal,
     grid_pressure_at,
     pressure_difference,

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from comparisons.judging.pressures import pressure_measures
+from comparisons.judging.truth import choose_reference
 from comparisons.methods import METHODS, Solution
-from comparisons.pressures import pressure_measures
-from comparisons.reference import choose_reference
 from comparisons.solving.planning import plan_scene, task_of
 
 ASKED = {"quantities": ["force", "pressure"]}

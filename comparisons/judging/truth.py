@@ -8,9 +8,9 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from comparisons.formatting import relative
+from comparisons.judging.metrics import relative_error, rms_and_maximum, sizes_along_path
+from comparisons.judging.uncertainty import combined, ensemble_uncertainty, grid_uncertainty
 from comparisons.methods import METHODS, Solution
-from comparisons.metrics import relative_error, rms_and_maximum, sizes_along_path
-from comparisons.uncertainty import combined, ensemble_uncertainty, grid_uncertainty
 
 # Closed forms are evaluated to some ten last digits.
 EXACT = 1e-12

@@ -8,10 +8,9 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from comparisons.methods import METHODS, Solution
-from comparisons.metrics import at_equal, relative_error, rms_and_maximum
-from comparisons.pressures import pressure_measures, truth_bar
-from comparisons.reference import (
+from comparisons.judging.metrics import at_equal, relative_error, rms_and_maximum
+from comparisons.judging.pressures import pressure_measures, truth_bar
+from comparisons.judging.truth import (
     OTHER_AXIS,
     Reference,
     Solved,
@@ -25,10 +24,11 @@ from comparisons.reference import (
     sources_of,
     uncertainty_of,
 )
+from comparisons.judging.uncertainty import combined, ensemble_uncertainty, standard_error
+from comparisons.judging.verdicts import judged
+from comparisons.methods import METHODS, Solution
 from comparisons.scene.scene import QUANTITIES
 from comparisons.solving.planning import Plan
-from comparisons.uncertainty import combined, ensemble_uncertainty, standard_error
-from comparisons.verdicts import judged
 
 SCALARS = tuple(name for name in QUANTITIES if name != "pressure")
 # What the judged method adds to the reference's own sources.

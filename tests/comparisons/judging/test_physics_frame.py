@@ -8,16 +8,16 @@ import numpy as np
 import pytest
 
 import comparisons.methods as methods
-from comparisons.comparison import compare
+from comparisons.judging.comparison import compare
+from comparisons.judging.metrics import relative_error
+from comparisons.judging.uncertainty import grid_uncertainty
 from comparisons.methods import Method, Solution, Support, covers, method_for
-from comparisons.metrics import relative_error
 from comparisons.record import record_scene
 from comparisons.solving.execution import execute
 from comparisons.solving.kept import solve_plan
 from comparisons.solving.planning import plan_scene
 from comparisons.store import load_study
 from comparisons.study import Study
-from comparisons.uncertainty import grid_uncertainty
 
 FRICTION = {"friction": {"coefficient": 0.5}}
 LOOP = {"force": "10 N", "tangential_force": ["4 N", "-4 N", "4 N"], "substeps": 3}

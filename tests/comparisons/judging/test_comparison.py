@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from comparisons.comparison import compare, main_axis
+from comparisons.judging.comparison import compare, main_axis
+from comparisons.judging.truth import choose_reference, disagreements, references, sentence
 from comparisons.methods import METHODS, Solution
-from comparisons.reference import choose_reference, disagreements, references, sentence
 from comparisons.solving.planning import plan_scene
 
 DEPTHS = np.array([1e-6, 2e-6, 4e-6, 8e-6])

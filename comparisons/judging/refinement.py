@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable, Generator
 from dataclasses import replace
 
+from comparisons.judging.truth import Reference, Solved, choose_reference, known_to
 from comparisons.methods import Solution
-from comparisons.reference import Reference, Solved, choose_reference, known_to
 from comparisons.solving.planning import MethodPlan, Plan, refusal
 
 SHARE = 0.2

@@ -8,12 +8,12 @@ import numpy as np
 from scipy.interpolate import LinearNDInterpolator
 
 from comparisons.geometry.prepare import IndenterGeometry
+from comparisons.judging.metrics import SINGULAR_RING, grid_pressure_at, pressure_difference
+from comparisons.judging.truth import Reference, Solved
+from comparisons.judging.uncertainty import SAFE
 from comparisons.methods.closed_form import form_of
-from comparisons.metrics import SINGULAR_RING, grid_pressure_at, pressure_difference
-from comparisons.reference import Reference, Solved
 from comparisons.scene.polygons import distance_to_outline
 from comparisons.solving.planning import Plan
-from comparisons.uncertainty import SAFE
 
 COUNTERPART = "bem_fft"
 Fields = dict[str, np.ndarray]

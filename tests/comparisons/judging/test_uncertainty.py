@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 from hypothesis.extra.numpy import arrays
 
-from comparisons.uncertainty import (
+from comparisons.judging.uncertainty import (
     RULE,
     combined,
     ensemble_uncertainty,

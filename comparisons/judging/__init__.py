@@ -1,0 +1,1 @@
+"""The truth, its bar, errors and verdicts."""
