@@ -15,10 +15,10 @@ from comparisons.errors import InputError
 from comparisons.judging.refinement import refinements
 from comparisons.machine import source_digest, versions
 from comparisons.methods import METHODS, Solution, Task
-from comparisons.runs import MOVED
+from comparisons.results.runs import MOVED
+from comparisons.results.store import FIELDS, ResultsError, StudyRecord, load_study, save_study
 from comparisons.scene.scene import Scene, parse_scene, validated
 from comparisons.solving.planning import MethodPlan, Plan, plan_from
-from comparisons.store import FIELDS, ResultsError, StudyRecord, load_study, save_study
 from comparisons.study import Study
 from comparisons.tasks.archive import load_solution
 

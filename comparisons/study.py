@@ -15,14 +15,9 @@ from comparisons.judging.truth import Solved
 from comparisons.machine import machine, source_digest, versions
 from comparisons.methods import Solution, Task, method_for
 from comparisons.methods.spans import lost as unanswered
-from comparisons.record import record_scene
-from comparisons.results_folder import open_folder
-from comparisons.solving.compilation import compile_apart
-from comparisons.solving.execution import THREADS, execute
-from comparisons.solving.executors import Done, Executor, Job, executor_for
-from comparisons.solving.forecast import Forecast, Remaining
-from comparisons.solving.planning import Plan
-from comparisons.store import (
+from comparisons.results.folder import open_folder
+from comparisons.results.record import record_scene
+from comparisons.results.store import (
     FIELDS,
     STUDY,
     ResultsError,
@@ -30,9 +25,14 @@ from comparisons.store import (
     StudyRecord,
     save_study,
 )
-from comparisons.study_form import parse_study
+from comparisons.results.study_checks import parse_study
+from comparisons.results.vtu import write_fields
+from comparisons.solving.compilation import compile_apart
+from comparisons.solving.execution import THREADS, execute
+from comparisons.solving.executors import Done, Executor, Job, executor_for
+from comparisons.solving.forecast import Forecast, Remaining
+from comparisons.solving.planning import Plan
 from comparisons.tasks.archive import joined, load_solution, save_solution
-from comparisons.vtu import write_fields
 
 Progress = Callable[[int, int, Task | None], None]
 # A part of a study that several machines share: which one, of how many.

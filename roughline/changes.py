@@ -8,10 +8,10 @@ from pathlib import Path
 import pandas as pd
 
 from comparisons import formatting as fmt
-from comparisons import runs
 from comparisons.errors import InputError
-from comparisons.runs import MOVED, SAME, SLOWER, Change, RunComparison
-from comparisons.store import StudyRecord, load_study
+from comparisons.results import runs
+from comparisons.results.runs import MOVED, SAME, SLOWER, Change, RunComparison
+from comparisons.results.store import StudyRecord, load_study
 from roughline import notebook
 from roughline.studies import Results
 
@@ -24,7 +24,7 @@ class Changes:
 
     Attributes
     ----------
-    record : comparisons.runs.RunComparison
+    record : comparisons.results.runs.RunComparison
     """
 
     record: RunComparison

@@ -8,16 +8,16 @@ from typing import TYPE_CHECKING
 import pandas as pd
 
 from comparisons import formatting as fmt
-from comparisons import selection
-from comparisons.advice import Setting, advise
-from comparisons.decisions import Verdict, asked_in_vain, judged_methods, verdicts, worst
 from comparisons.errors import InputError
 from comparisons.judging.verdicts import NO_RESULT
 from comparisons.plans import Source, refuse_unsolvable
-from comparisons.record import record_scene
+from comparisons.results import selection
+from comparisons.results.advice import Setting, advise
+from comparisons.results.decisions import Verdict, asked_in_vain, judged_methods, verdicts, worst
+from comparisons.results.record import record_scene
+from comparisons.results.store import SceneRecord
 from comparisons.solving.kept import solve_plan
 from comparisons.solving.planning import plan_scene
-from comparisons.store import SceneRecord
 from reports.pages.tables import lost_solves
 from reports.plots.style import style
 from roughline import notebook
@@ -36,7 +36,7 @@ class Comparison:
 
     Attributes
     ----------
-    record : comparisons.store.SceneRecord
+    record : comparisons.results.store.SceneRecord
     patch : Comparison, optional
         Of a large measured map: the same for a patch of it, on which all methods meet.
     """

@@ -13,8 +13,8 @@ from comparisons import formatting as fmt
 from comparisons import study
 from comparisons.judging.verdicts import NO_RESULT
 from comparisons.plans import Source, plan_all
+from comparisons.results.store import StudyRecord, load_study
 from comparisons.solving.planning import Effort
-from comparisons.store import StudyRecord, load_study
 from reports.cli.workers import Crew
 from roughline import notebook
 from roughline.comparing import Comparison
@@ -29,7 +29,7 @@ class Results:
 
     Attributes
     ----------
-    record : comparisons.store.StudyRecord
+    record : comparisons.results.store.StudyRecord
     """
 
     record: StudyRecord

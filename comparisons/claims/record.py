@@ -7,7 +7,7 @@ from pathlib import Path
 from pydantic import BaseModel, ConfigDict, ValidationError
 
 from comparisons.claims.claim import NOT_RESOLVED
-from comparisons.store import ResultsError
+from comparisons.results.store import ResultsError
 from comparisons.writing import write_text
 
 RECORD = "claims.json"

@@ -34,11 +34,11 @@ from comparisons.methods import METHODS
 from comparisons.methods.user.external import ExternalMethod
 from comparisons.plain import plain
 from comparisons.reasons import one_line
-from comparisons.results_folder import clear_leftovers
+from comparisons.results.folder import clear_leftovers
+from comparisons.results.store import ResultsError
 from comparisons.scene.scene import load_scene
 from comparisons.solving.execution import THREADS
 from comparisons.solving.executors import Done, Executor, Job, executor_for
-from comparisons.store import ResultsError
 from comparisons.writing import write_text
 
 MEASUREMENTS = "measurements"

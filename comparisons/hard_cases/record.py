@@ -10,7 +10,7 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 
 from comparisons.hard_cases.run import Outcome
 from comparisons.plain import plain
-from comparisons.store import STUDY, ResultsError, write_table
+from comparisons.results.store import STUDY, ResultsError, write_table
 from comparisons.writing import write_text
 
 RECORD, TABLE, PAGE = "hard-cases.json", "hard-cases.csv", "report.html"

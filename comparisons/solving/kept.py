@@ -8,9 +8,9 @@ from pathlib import Path
 
 from comparisons.judging.truth import Solved
 from comparisons.methods import Solution, Task
+from comparisons.results.store import ResultsError
 from comparisons.solving.execution import REPEATS, execute
 from comparisons.solving.planning import Plan
-from comparisons.store import ResultsError
 from comparisons.tasks.archive import joined, load_solution, save_solution
 
 

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 
 from comparisons.methods import Solution
-from comparisons.store import ResultsError, read_arrays, write_arrays
+from comparisons.results.store import ResultsError, read_arrays, write_arrays
 
 _PREFIX = "solution."
 _ARRAYS = ("converged", "iterations", "violation")
@@ -38,7 +38,7 @@ def load_solution(path: Path) -> Solution:
 
     Raises
     ------
-    comparisons.store.ResultsError
+    comparisons.results.store.ResultsError
         If the file cannot be read, or holds something else.
     """
     arrays = read_arrays(path)

@@ -28,7 +28,7 @@ def calibrate(*, out: Path = Path("roughline-results/calibration"), crew: Crew =
     from comparisons.calibration import cases, fitted, summary, table
     from comparisons.errors import InputError
     from comparisons.judging.uncertainty import RULE
-    from comparisons.store import write_table
+    from comparisons.results.store import write_table
     from reports.pages.calibration import write_calibration_report
 
     if out.exists() and not out.is_dir():

@@ -27,8 +27,8 @@ from reports.cli.workers import ALONE, Crew
 from reports.printable import say
 
 if TYPE_CHECKING:
+    from comparisons.results.store import StudyRecord
     from comparisons.solving.planning import Plan
-    from comparisons.store import StudyRecord
     from comparisons.study import Study
 
 FINE, LOST, WRONG_INPUT, INTERRUPTED = 0, 1, 2, 3
@@ -138,8 +138,8 @@ def run(
     pictures
         Render 3-D pictures for the report.
     """
-    from comparisons.decisions import asked_in_vain
     from comparisons.plans import plan_all
+    from comparisons.results.decisions import asked_in_vain
     from comparisons.study import WHOLE, Study
     from reports.cli import terminal
 
@@ -330,11 +330,11 @@ def advise(
     json
         Print one JSON object.
     """
-    from comparisons.advice import advise as advice_of
-    from comparisons.decisions import asked_in_vain
     from comparisons.errors import InputError
     from comparisons.plans import refuse_unsolvable
-    from comparisons.record import record_scene
+    from comparisons.results.advice import advise as advice_of
+    from comparisons.results.decisions import asked_in_vain
+    from comparisons.results.record import record_scene
     from comparisons.scene.scene import load_scene
     from comparisons.solving.kept import solve_plan
     from comparisons.solving.planning import plan_scene
@@ -420,7 +420,7 @@ def report(directory: Path, *, pictures: bool = True) -> int:
 def _write_report(directory: Path, pictures: bool) -> Path:
     from comparisons.claims.record import RECORD, load_claims_record
     from comparisons.hard_cases import record as hard
-    from comparisons.store import STUDY, load_study
+    from comparisons.results.store import STUDY, load_study
     from reports.pages.claims import write_claims_report
     from reports.pages.hard_cases import write_hard_cases_report
     from reports.pages.study import write_report

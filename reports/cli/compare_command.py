@@ -31,8 +31,8 @@ def compare(
         Folder for the page, comparison.html.
     """
     from comparisons.errors import InputError
-    from comparisons.runs import compare_runs
-    from comparisons.store import load_study
+    from comparisons.results.runs import compare_runs
+    from comparisons.results.store import load_study
     from reports.cli import terminal
     from reports.cli.arguments import share
     from reports.pages.runs import write_comparison_page

@@ -19,8 +19,8 @@ from rich.table import Table
 from rich.text import Text
 
 if TYPE_CHECKING:
-    from comparisons.advice import Setting
     from comparisons.methods import Task
+    from comparisons.results.advice import Setting
     from comparisons.study import Study
 
 Watch = Callable[["Study", "Task | None"], None]
@@ -138,7 +138,7 @@ def _words(task: Task | None) -> str:
 
 def drawn(study: Study, task: Task) -> str:
     """Draw speed against error of a scene, by what is solved of it."""
-    from comparisons.advice import advise
+    from comparisons.results.advice import advise
 
     advice = advise(study.so_far(task))
     points = [each for each in advice.settings if each.counted]

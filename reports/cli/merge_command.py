@@ -34,7 +34,7 @@ def merge(
         Render 3-D pictures for the report.
     """
     from comparisons.merging import merge as merged
-    from comparisons.store import load_study
+    from comparisons.results.store import load_study
     from reports.cli import terminal
     from reports.pages.study import write_report
 

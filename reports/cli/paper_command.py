@@ -24,7 +24,7 @@ def paper(run: Path, *, out: Path, format: str = "pdf", overview: bool = True) -
         Also one figure per scene with all plots across the page.
     """
     from comparisons.errors import InputError
-    from comparisons.store import load_study
+    from comparisons.results.store import load_study
 
     study = load_study(run)
     if out.exists() and not out.is_dir():

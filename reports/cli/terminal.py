@@ -20,17 +20,17 @@ from reports.printable import printable
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from comparisons.advice import Advice
     from comparisons.benchmarks.yardstick import Measurement
     from comparisons.claims.record import ClaimsRecord
-    from comparisons.decisions import Verdict
     from comparisons.hard_cases.record import HardCasesRecord, OutcomeRecord
     from comparisons.methods import Task
     from comparisons.regression import Finding
-    from comparisons.runs import RunComparison
+    from comparisons.results.advice import Advice
+    from comparisons.results.decisions import Verdict
+    from comparisons.results.runs import RunComparison
+    from comparisons.results.store import StudyRecord
     from comparisons.single import SingleResult
     from comparisons.solving.planning import Plan
-    from comparisons.store import StudyRecord
     from comparisons.study import Progress as Report
 
 MANY = 12
@@ -86,9 +86,9 @@ def print_plans(plans: list[Plan]) -> None:
 
 def print_study(record: StudyRecord, lost: list[tuple[Task, str]]) -> None:
     """Print the verdicts, each scene's answer, and where the report is."""
-    from comparisons.advice import advise
-    from comparisons.decisions import asked_in_vain, judged_methods, title_of, verdicts
     from comparisons.formatting import duration
+    from comparisons.results.advice import advise
+    from comparisons.results.decisions import asked_in_vain, judged_methods, title_of, verdicts
     from comparisons.solving.plausibility import CHECK
 
     console = _console()
@@ -353,7 +353,7 @@ def print_methods() -> None:
 def print_run_comparison(record: RunComparison, page: Path) -> None:
     """Print what moved between two runs, the worst first."""
     from comparisons.formatting import duration
-    from comparisons.runs import SAME
+    from comparisons.results.runs import SAME
 
     console = _console()
     for note in record.notes:

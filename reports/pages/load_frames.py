@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 
 from comparisons import formatting as fmt
-from comparisons import selection
+from comparisons.results import selection
+from comparisons.results.store import SceneRecord
 from comparisons.scene.loading import NORMAL
-from comparisons.store import SceneRecord
 from comparisons.tasks.shown_loads import shown_steps
 
 _LARGEST_CODE = 2**16 - 1

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from pathlib import Path
 
-from comparisons.runs import (
+from comparisons.results.runs import (
     CHANGED,
     FAST,
     FOUND,

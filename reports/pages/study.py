@@ -11,11 +11,11 @@ from pathlib import Path
 from typing import Any
 
 from comparisons import formatting as fmt
-from comparisons import selection
-from comparisons.advice import advise
-from comparisons.decisions import MODEL, Verdict, judged_methods, second_rows, verdicts
 from comparisons.judging.verdicts import NO_RESULT, NOT_RESOLVED, OUTSIDE, WITHIN
-from comparisons.store import SceneRecord, StudyRecord
+from comparisons.results import selection
+from comparisons.results.advice import advise
+from comparisons.results.decisions import MODEL, Verdict, judged_methods, second_rows, verdicts
+from comparisons.results.store import SceneRecord, StudyRecord
 from comparisons.writing import write_text
 from reports.pages import glossary, load_frames, tables
 from reports.pages.claims import CLASSES as VERDICT_CLASSES

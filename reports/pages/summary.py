@@ -1,7 +1,7 @@
 """The first screen: per scene the verdict on the reduced model, and the cheapest way to the error.
 
 Also the settings for fixed errors, which compare methods at equal accuracy. Nothing is decided
-here: words and numbers are those of `comparisons.decisions` and `comparisons.advice`.
+here: words and numbers are those of `comparisons.results.decisions` and `comparisons.results.advice`.
 """
 
 from __future__ import annotations
@@ -9,10 +9,10 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from comparisons import formatting as fmt
-from comparisons import selection
-from comparisons.advice import Advice, Setting, truth_known_to
-from comparisons.decisions import Verdict, worst
-from comparisons.store import SceneRecord
+from comparisons.results import selection
+from comparisons.results.advice import Advice, Setting, truth_known_to
+from comparisons.results.decisions import Verdict, worst
+from comparisons.results.store import SceneRecord
 from reports.pages.tables import Cell, Head, Table
 from reports.plots.style import style
 

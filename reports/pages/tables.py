@@ -9,8 +9,8 @@ import numpy as np
 import pandas as pd
 
 from comparisons import formatting as fmt
-from comparisons import selection
-from comparisons.store import SceneRecord
+from comparisons.results import selection
+from comparisons.results.store import SceneRecord
 from reports.plots.style import style
 
 MOST_ROWS = 400

@@ -14,11 +14,11 @@ import numpy as np
 import pandas as pd
 
 from comparisons import formatting as fmt
-from comparisons import selection
 from comparisons.judging.metrics import sizes_along_path
+from comparisons.results import selection
+from comparisons.results.store import SceneRecord
 from comparisons.scene.loading import NORMAL
 from comparisons.scene.method_names import known_methods
-from comparisons.store import SceneRecord
 from reports.paper.style import TRUTH, Look, axis_label, colour, literal, look
 from reports.plots.curves import SPREAD, error_range, error_tables, quantiles
 from reports.plots.speed import pareto_front, reference_cost, time_range, timed_points, truth_bar

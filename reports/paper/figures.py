@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
-from comparisons.store import SceneRecord
+from comparisons.results.store import SceneRecord
 from reports.paper import drawing
 from reports.paper.notation import file_name
 from reports.paper.style import PAGE, PaperFigure, house_style, new_figure

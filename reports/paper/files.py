@@ -7,7 +7,7 @@ from io import BytesIO
 from pathlib import Path
 
 from comparisons.errors import InputError
-from comparisons.store import StudyRecord
+from comparisons.results.store import StudyRecord
 from comparisons.writing import write_named, write_named_text
 from reports.paper.figures import overview as overview_of
 from reports.paper.figures import panels, single

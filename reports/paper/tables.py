@@ -8,12 +8,12 @@ from dataclasses import dataclass
 import numpy as np
 
 from comparisons import formatting as fmt
-from comparisons import selection
-from comparisons.advice import advise
-from comparisons.decisions import Verdict, equal_at, verdicts
 from comparisons.judging.truth import OTHER_AXIS
 from comparisons.judging.verdicts import NO_RESULT
-from comparisons.store import SceneRecord, StudyRecord
+from comparisons.results import selection
+from comparisons.results.advice import advise
+from comparisons.results.decisions import Verdict, equal_at, verdicts
+from comparisons.results.store import SceneRecord, StudyRecord
 from reports.paper.notation import error_with_bar, file_name, markdown, tex
 from reports.plots.style import style
 

@@ -20,8 +20,8 @@ from typing import Any
 import numpy as np
 
 from comparisons import formatting as fmt
-from comparisons import selection
-from comparisons.store import SceneRecord
+from comparisons.results import selection
+from comparisons.results.store import SceneRecord
 from reports.pictures import turning
 from reports.plots.style import style
 

@@ -12,10 +12,10 @@ import numpy as np
 import pandas as pd
 
 from comparisons import formatting as fmt
-from comparisons import selection
 from comparisons.judging.metrics import sizes_along_path
+from comparisons.results import selection
+from comparisons.results.store import SceneRecord
 from comparisons.scene.loading import NORMAL
-from comparisons.store import SceneRecord
 from reports.plots.style import (
     INK,
     Figure,

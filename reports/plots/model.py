@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from comparisons import formatting as fmt
-from comparisons import selection
+from comparisons.results import selection
+from comparisons.results.store import SceneRecord
 from comparisons.scene.loading import NORMAL
-from comparisons.store import SceneRecord
 from reports.pages import load_frames
 from reports.pages.load_frames import Loads
 from reports.plots.curves import tolerance_line

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from comparisons import formatting as fmt
-from comparisons import selection
-from comparisons.store import SceneRecord
+from comparisons.results import selection
+from comparisons.results.store import SceneRecord
 from comparisons.tasks.shown_loads import at_step, stored_steps
 from reports.pages import load_frames
 from reports.pages.load_frames import Loads

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from comparisons import formatting as fmt
-from comparisons.runs import BAD, Change, RunComparison
+from comparisons.results.runs import BAD, Change, RunComparison
 from reports.plots.style import (
     MUTED,
     Figure,

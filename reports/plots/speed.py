@@ -8,9 +8,9 @@ import numpy as np
 import pandas as pd
 
 from comparisons import formatting as fmt
-from comparisons import selection
-from comparisons.decisions import equal_at
-from comparisons.store import SceneRecord
+from comparisons.results import selection
+from comparisons.results.decisions import equal_at
+from comparisons.results.store import SceneRecord
 from reports.plots.curves import (
     NOTE_MARGIN,
     error_axis,

@@ -25,7 +25,7 @@ from comparisons.claims.runner import MEASUREMENTS, ClaimRun, judge_claim
 from comparisons.claims.scenes import _deciding, _plan, interval, measure_scene
 from comparisons.claims.search import grid, ranges_of, search, verdict_of
 from comparisons.experiments import EXPERIMENTS, Experiment, Measurement
-from comparisons.store import ResultsError
+from comparisons.results.store import ResultsError
 
 TOLERANCE = 0.01
 

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import pytest
 
+from comparisons.results.store import FIELDS, STUDY, load_study
 from comparisons.solving.planning import plan_scene
-from comparisons.store import FIELDS, STUDY, load_study
 from comparisons.study import Study
 
 EXAMPLE = Path(__file__).resolve().parents[2] / "docs" / "examples" / "killed_runs.py"

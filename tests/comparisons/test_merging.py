@@ -12,9 +12,9 @@ import pytest
 from comparisons import merging
 from comparisons.errors import InputError
 from comparisons.merging import merge
+from comparisons.results.store import FIELDS, MEASURES, RESULTS, STUDY, load_study
 from comparisons.solving import execution
 from comparisons.solving.planning import plan_scene
-from comparisons.store import FIELDS, MEASURES, RESULTS, STUDY, load_study
 from comparisons.study import Study
 from comparisons.tasks.archive import load_solution, save_solution
 

@@ -11,10 +11,10 @@ import pytest
 
 from comparisons import study as study_module
 from comparisons.methods import METHODS, base
+from comparisons.results.store import FIELDS, MEASURES, RESULTS, STUDY, ResultsError, load_study
 from comparisons.scene.scene import load_scene
 from comparisons.solving.execution import execute
 from comparisons.solving.planning import plan_scene
-from comparisons.store import FIELDS, MEASURES, RESULTS, STUDY, ResultsError, load_study
 from comparisons.study import Study
 
 # Columns that differ from run to run by their nature.

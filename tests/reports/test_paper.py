@@ -18,7 +18,7 @@ pytest.importorskip("matplotlib", reason="the extra `paper` is not installed")
 
 import roughline
 from comparisons.errors import InputError
-from comparisons.store import load_study, save_study
+from comparisons.results.store import load_study, save_study
 from reports.cli.cli import run_command
 from reports.paper.drawing import curve_pairs
 from reports.paper.figures import overview, panels, single

@@ -11,11 +11,11 @@ import numpy as np
 import pytest
 
 from comparisons.geometry.abaqus_surfaces import FACES
+from comparisons.results.vtu import mesh_of
 from comparisons.scene.scene import SceneError, load_scene, make_scene, parse_scene
 from comparisons.single import solve_scene
 from comparisons.solving.execution import execute
 from comparisons.solving.planning import plan_scene, task_of
-from comparisons.vtu import mesh_of
 
 EXAMPLES = Path(__file__).parents[3] / "docs" / "examples"
 E, NU, R = 1e9, 0.3, 0.1

@@ -13,7 +13,6 @@ import pytest
 
 from comparisons.claims.claim import ClaimError, about_method, load_claims
 from comparisons.claims.runner import _repeats
-from comparisons.decisions import judged_methods
 from comparisons.errors import InputError
 from comparisons.hard_cases.catalogue import catalogue
 from comparisons.hard_cases.run import run_case
@@ -28,14 +27,15 @@ from comparisons.methods.user.external import (
     add_methods,
     registered,
 )
-from comparisons.record import record_scene
+from comparisons.results.decisions import judged_methods
+from comparisons.results.record import record_scene
+from comparisons.results.store import StudyRecord, load_study
 from comparisons.scene import method_names
 from comparisons.scene.scene import load_scene
 from comparisons.solving import external_work
 from comparisons.solving.execution import execute
 from comparisons.solving.kept import solve_plan
 from comparisons.solving.planning import plan_scene, task_of
-from comparisons.store import StudyRecord, load_study
 from comparisons.tasks.archive import arrays_of
 from reports.cli.cli import run_command
 from reports.cli.terminal import print_study

@@ -10,10 +10,10 @@ import pytest
 
 from comparisons.methods import METHODS, Method, Solution, base
 from comparisons.methods.spans import lost
+from comparisons.results.store import ResultsError, write_arrays
 from comparisons.solving import execution
 from comparisons.solving.execution import execute
 from comparisons.solving.planning import plan_scene, task_of
-from comparisons.store import ResultsError, write_arrays
 from comparisons.tasks.archive import joined, load_solution, save_solution
 
 SCALARS = ("unknowns", "seconds", "setup_seconds", "compile_seconds", "memory")

@@ -9,7 +9,7 @@ import pytest
 
 from comparisons.claims.record import load_claims_record
 from comparisons.hard_cases.record import HardCasesRecord, OutcomeRecord
-from comparisons.runs import compare_runs
+from comparisons.results.runs import compare_runs
 from reports.pages.claims import claims_page
 from reports.pages.hard_cases import hard_cases_page
 from reports.pages.runs import comparison_page

@@ -20,10 +20,10 @@ import pytest
 
 from comparisons import study as study_module
 from comparisons.methods import METHODS
+from comparisons.results.store import load_study
 from comparisons.scene.scene import builtin_names
 from comparisons.scene.suites import SUITES
 from comparisons.solving.execution import execute
-from comparisons.store import load_study
 from reports.__main__ import main
 from reports.cli.cli import run_command
 

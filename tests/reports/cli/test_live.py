@@ -8,9 +8,9 @@ from pathlib import Path
 
 import pytest
 
-from comparisons.advice import Setting
-from comparisons.decisions import Verdict
 from comparisons.methods import METHODS
+from comparisons.results.advice import Setting
+from comparisons.results.decisions import Verdict
 from comparisons.scene.scene import load_scene
 from comparisons.solving.forecast import Remaining
 from comparisons.solving.planning import plan_scene

@@ -11,8 +11,8 @@ from comparisons.hard_cases import record as files
 from comparisons.hard_cases.catalogue import catalogue
 from comparisons.hard_cases.record import HardCasesRecord, OutcomeRecord, load_record
 from comparisons.methods import METHODS
+from comparisons.results.store import ResultsError
 from comparisons.solving import execution
-from comparisons.store import ResultsError
 from reports.cli.cli import run_command
 from reports.pages.hard_cases import hard_cases_page
 from reports.plots.hard_cases import stability

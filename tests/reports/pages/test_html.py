@@ -11,9 +11,9 @@ from html.parser import HTMLParser
 import pandas as pd
 import pytest
 
-from comparisons.advice import advise
-from comparisons.decisions import second_rows, verdicts, worst
 from comparisons.judging.verdicts import judge
+from comparisons.results.advice import advise
+from comparisons.results.decisions import second_rows, verdicts, worst
 from reports.pages import study as html
 from reports.pages import tables
 from reports.pages.page import embedded_json

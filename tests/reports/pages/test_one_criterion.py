@@ -10,15 +10,15 @@ import numpy as np
 import pytest
 
 from comparisons import formatting as fmt
-from comparisons import selection
-from comparisons.advice import advise
-from comparisons.decisions import equal_at, verdicts, worst
 from comparisons.judging.verdicts import judge
-from comparisons.record import record_scene
+from comparisons.results import selection
+from comparisons.results.advice import advise
+from comparisons.results.decisions import equal_at, verdicts, worst
+from comparisons.results.record import record_scene
+from comparisons.results.store import StudyRecord
 from comparisons.scene.scene import builtin_names, load_scene
 from comparisons.solving.kept import solve_plan
 from comparisons.solving.planning import plan_scene
-from comparisons.store import StudyRecord
 from reports.cli import terminal
 from reports.pages import study as html
 from reports.paper.notation import error_with_bar

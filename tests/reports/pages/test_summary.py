@@ -8,9 +8,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from comparisons.advice import advise
 from comparisons.claims.record import ClaimRecord, ClaimsRecord, PointRecord, save_claims
-from comparisons.decisions import verdicts
+from comparisons.results.advice import advise
+from comparisons.results.decisions import verdicts
 from reports.pages import study as html
 from reports.pages import tables
 from reports.pages.claims_beside import claims_beside

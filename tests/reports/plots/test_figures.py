@@ -8,7 +8,7 @@ import json
 import numpy as np
 import pytest
 
-from comparisons import selection
+from comparisons.results import selection
 from reports.plots import curves, model, speed
 from reports.plots import pressure as pressure_figures
 from reports.plots.style import PEER_STYLES, STYLES, log_ticks, style

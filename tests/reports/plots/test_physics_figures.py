@@ -8,8 +8,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from comparisons import selection
-from comparisons.store import SceneRecord
+from comparisons.results import selection
+from comparisons.results.store import SceneRecord
 from reports.pages import tables
 from reports.plots import curves, speed
 

@@ -26,9 +26,9 @@ import numpy as np
 import pandas as pd
 
 from comparisons.errors import InputError
-from comparisons.results_form import field_problems, table_problems, with_columns
+from comparisons.results.study_checks import parse_study
+from comparisons.results.table_checks import field_problems, table_problems, with_columns
 from comparisons.scene.physics.loads import PATHS
-from comparisons.study_form import parse_study
 from comparisons.writing import write_atomically, write_text
 
 RESULTS = "results.csv"

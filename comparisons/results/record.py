@@ -7,7 +7,6 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from comparisons.advice import advise
 from comparisons.judging.comparison import compare, truth_bars
 from comparisons.judging.truth import (
     Reference,
@@ -19,9 +18,10 @@ from comparisons.judging.truth import (
 )
 from comparisons.machine import versions, versions_text
 from comparisons.plain import plain
+from comparisons.results.advice import advise
+from comparisons.results.store import SceneRecord
 from comparisons.solving.execution import THREADS, this_machine
 from comparisons.solving.planning import Plan
-from comparisons.store import SceneRecord
 
 
 def record_scene(

@@ -11,7 +11,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from comparisons.store import (
+from comparisons.results.store import (
     FIELDS,
     MEASURES,
     RESULTS,

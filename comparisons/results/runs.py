@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 
 from comparisons.formatting import duration, number, relative
-from comparisons.store import SceneRecord, StudyRecord
+from comparisons.results.store import SceneRecord, StudyRecord
 
 # The same solve on another machine ends within the tolerance of its iterations (1e-6).
 MOVED = 1e-5

@@ -12,14 +12,14 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from comparisons import machine
-from comparisons.advice import advise
-from comparisons.decisions import asked_in_vain, verdicts, worst
 from comparisons.errors import InputError
 from comparisons.judging.verdicts import judge, judged
 from comparisons.methods import METHODS
+from comparisons.results.advice import advise
+from comparisons.results.decisions import asked_in_vain, verdicts, worst
+from comparisons.results.store import SceneRecord
 from comparisons.scene.scene import builtin_names
 from comparisons.scene.suites import SUITES
-from comparisons.store import SceneRecord
 from reports.cli.cli import run_command
 
 

@@ -6,9 +6,9 @@ import meshio
 import numpy as np
 import pytest
 
+from comparisons.results.vtu import write_fields
 from comparisons.solving.execution import execute
 from comparisons.solving.planning import plan_scene, task_of
-from comparisons.vtu import write_fields
 
 ASKED = {"quantities": ["force", "pressure"]}
 

@@ -12,7 +12,7 @@ from functools import lru_cache
 import numpy as np
 import pandas as pd
 
-from comparisons.store import SceneRecord
+from comparisons.results.store import SceneRecord
 
 METHOD_ORDER = ("closed_form", "reduced", "bem_dense", "bem_fft", "fem")
 MEAN = "mean"

@@ -12,8 +12,11 @@ from typing import Any
 
 import numpy as np
 
-from comparisons import selection
-from comparisons.decisions import (
+from comparisons.formatting import duration, quantity, relative, tolerance
+from comparisons.judging.verdicts import NO_RESULT, NOT_RESOLVED, OUTSIDE, WITHIN, judged
+from comparisons.plain import plain
+from comparisons.results import selection
+from comparisons.results.decisions import (
     Verdict,
     equal_at,
     finest,
@@ -23,11 +26,8 @@ from comparisons.decisions import (
     unanswered,
     worst,
 )
-from comparisons.formatting import duration, quantity, relative, tolerance
-from comparisons.judging.verdicts import NO_RESULT, NOT_RESOLVED, OUTSIDE, WITHIN, judged
-from comparisons.plain import plain
-from comparisons.runs import SLOWER
-from comparisons.store import SceneRecord
+from comparisons.results.runs import SLOWER
+from comparisons.results.store import SceneRecord
 
 CLOSED_FORM = "closed_form"
 
@@ -188,7 +188,7 @@ def advise(record: SceneRecord) -> Advice:
     """Say which method to use for the asked quantities of a scene at its tolerance.
 
     A setting meets the tolerance t where |e| + u <= t in every quantity and at every load step,
-    with u the bar (`comparisons.decisions`). The truth itself is a setting too: it meets what its
+    with u the bar (`comparisons.results.decisions`). The truth itself is a setting too: it meets what its
     own bar is within.
     """
     nothing = unanswered(record)

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from comparisons.runs import (
+from comparisons.results.runs import (
     CHANGED,
     FOUND,
     LOST,
@@ -18,7 +18,7 @@ from comparisons.runs import (
     VERDICT,
     compare_runs,
 )
-from comparisons.store import SceneRecord, StudyRecord
+from comparisons.results.store import SceneRecord, StudyRecord
 
 DEPTHS = np.array([1e-6, 2e-6, 4e-6])
 

@@ -6,8 +6,8 @@ import re
 from collections.abc import Iterable
 from pathlib import Path
 
-from comparisons.store import FIELDS, MEASURES, RESULTS, STUDY, ResultsError
-from comparisons.study_form import parse_study
+from comparisons.results.store import FIELDS, MEASURES, RESULTS, STUDY, ResultsError
+from comparisons.results.study_checks import parse_study
 
 # Names that tasks give to their files; nothing else in a folder is ours to delete.
 OWN_FILE = re.compile(r"[a-z0-9-]+-[a-z_0-9]+-\d+-\d+-[0-9a-f]{12}\.(npz|vtu)")

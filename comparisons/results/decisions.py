@@ -16,11 +16,11 @@ import numpy as np
 import pandas as pd
 
 from comparisons import formatting as fmt
-from comparisons import selection
 from comparisons.judging.truth import main_axis
 from comparisons.judging.verdicts import NO_RESULT, OUTSIDE, WITHIN, WORST_FIRST, word_for
+from comparisons.results import selection
+from comparisons.results.store import SceneRecord
 from comparisons.scene.method_names import METHOD_NAMES, known_methods
-from comparisons.store import SceneRecord
 
 MODEL = "reduced"
 PRESSURE, LAST_LOAD = "pressure", "last load"

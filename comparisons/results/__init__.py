@@ -1,0 +1,1 @@
+"""The results folder: what is written, read, checked, compared."""
