@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING, Any
 import pandas as pd
 
 from comparisons import formatting as fmt
-from comparisons.claims import claim as files
-from comparisons.claims.record import ClaimRecord
-from comparisons.claims.runner import judge_claim
 from comparisons.errors import InputError
 from comparisons.plain import plain
+from comparisons.questions.claims import claim as files
+from comparisons.questions.claims.record import ClaimRecord
+from comparisons.questions.claims.runner import judge_claim
 from roughline import notebook
 
 if TYPE_CHECKING:
@@ -29,7 +29,7 @@ class ClaimVerdict:
 
     Attributes
     ----------
-    record : comparisons.claims.record.ClaimRecord
+    record : comparisons.questions.claims.record.ClaimRecord
     """
 
     record: ClaimRecord

@@ -51,9 +51,9 @@ def roughline_check(request: pytest.FixtureRequest) -> Callable[..., None]:
             told = "\n".join(["roughline's packages are shadowed by others:", *shadows])
             pytest.fail(told, pytrace=False)
         from comparisons.errors import InputError
-        from comparisons.regression import CHECK_SCENES
-        from comparisons.regression.check import check_against, update_baseline
-        from comparisons.regression.findings import MODEL_TOLERANCE, SPEED
+        from comparisons.questions.regression import CHECK_SCENES
+        from comparisons.questions.regression.check import check_against, update_baseline
+        from comparisons.questions.regression.findings import MODEL_TOLERANCE, SPEED
 
         path = request.path.parent / baseline
         arguments: tuple[Any, ...] = (path, _registered(method), scenes or CHECK_SCENES)

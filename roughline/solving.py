@@ -11,8 +11,8 @@ import pandas as pd
 
 from comparisons import formatting as fmt
 from comparisons.plans import Source
+from comparisons.questions.single import SingleResult, solve_scene
 from comparisons.scene.scene import Scene
-from comparisons.single import SingleResult, solve_scene
 from roughline import notebook
 from roughline.scenes import load_scene
 
@@ -28,7 +28,7 @@ class Solution:
 
     Attributes
     ----------
-    result : comparisons.single.SingleResult
+    result : comparisons.questions.single.SingleResult
     """
 
     result: SingleResult

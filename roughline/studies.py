@@ -10,9 +10,9 @@ from typing import Any
 import pandas as pd
 
 from comparisons import formatting as fmt
-from comparisons import study
 from comparisons.judging.verdicts import NO_RESULT
 from comparisons.plans import Source, plan_all
+from comparisons.questions import study
 from comparisons.results.store import StudyRecord, load_study
 from comparisons.solving.planning import Effort
 from reports.cli.workers import Crew

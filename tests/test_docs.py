@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from comparisons.claims.claim import load_claims
-from comparisons.claims.record import load_claims_record
 from comparisons.methods import METHODS, Task
+from comparisons.questions.claims.claim import load_claims
+from comparisons.questions.claims.record import load_claims_record
 from comparisons.scene.options import Options
 from comparisons.scene.scene import builtin_folder, load_scene, parse_scene
 from comparisons.solving.execution import execute

@@ -10,8 +10,8 @@ from pathlib import Path
 import pytest
 
 import roughline
-from comparisons.claims.headlines import headlines
-from comparisons.hard_cases.catalogue import catalogue
+from comparisons.questions.claims.headlines import headlines
+from comparisons.questions.hard_cases.catalogue import catalogue
 from comparisons.scene.scene import builtin_names
 from comparisons.scene.suites import SUITES
 from reports.cli.cli import app, run_command

@@ -28,7 +28,7 @@ class Rule:
     floor : float
         A load step's own difference counts no less than this share of the median over the steps.
 
-    `highest` and `unsafe` are fixed by `comparisons.calibration` on the fitting half of its shapes.
+    `highest` and `unsafe` are fixed by `comparisons.questions.calibration` on its fitting half.
     """
 
     safe: float = 1.25

@@ -13,10 +13,10 @@ import sys
 from collections import Counter
 from pathlib import Path
 
-from comparisons.claims.claim import VERDICTS, load_claims
-from comparisons.claims.record import ClaimRecord, ClaimsRecord, load_claims_record
 from comparisons.formatting import duration, plus_minus, tolerance
 from comparisons.machine import machine_text
+from comparisons.questions.claims.claim import VERDICTS, load_claims
+from comparisons.questions.claims.record import ClaimRecord, ClaimsRecord, load_claims_record
 from comparisons.writing import write_text
 
 DOCS = Path(__file__).resolve().parents[1]

@@ -14,9 +14,9 @@ from pathlib import Path
 import numpy as np
 
 from comparisons import formatting as fmt
-from comparisons.experiments import EXPERIMENTS
-from comparisons.experiments.cost import LEAST_MEMORY, measure_series
 from comparisons.methods import METHODS
+from comparisons.questions.experiments import EXPERIMENTS
+from comparisons.questions.experiments.cost import LEAST_MEMORY, measure_series
 from reference.closed_form.random_field import line_peaks, surface_peaks
 from reference.fem.section import press_section
 from reference.impact import impact, rayleigh_share

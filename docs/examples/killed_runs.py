@@ -21,9 +21,9 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from comparisons.questions.study import Study
 from comparisons.scene.scene import load_scene
 from comparisons.solving.planning import plan_scene
-from comparisons.study import Study
 
 SCENE = """
 name = "killed"

@@ -17,12 +17,12 @@ from pathlib import Path
 import numpy as np
 
 from comparisons.methods import Solution, Task
+from comparisons.questions.study import solve_task
 from comparisons.scene.scene import make_scene
 from comparisons.solving.compilation import compile_apart
 from comparisons.solving.execution import execute
 from comparisons.solving.executors import Job, ProcessExecutor, executor_for
 from comparisons.solving.planning import plan_scene, task_of
-from comparisons.study import solve_task
 from comparisons.tasks.archive import save_solution
 
 SCENE = {

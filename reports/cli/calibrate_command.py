@@ -25,9 +25,9 @@ def calibrate(*, out: Path = Path("roughline-results/calibration"), crew: Crew =
     out
         Folder for calibration.csv and report.html, which are written anew.
     """
-    from comparisons.calibration import cases, fitted, summary, table
     from comparisons.errors import InputError
     from comparisons.judging.uncertainty import RULE
+    from comparisons.questions.calibration import cases, fitted, summary, table
     from comparisons.results.store import write_table
     from reports.pages.calibration import write_calibration_report
 

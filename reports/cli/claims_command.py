@@ -46,10 +46,10 @@ def claims(
     method
         Judge this method instead of the reduced model, by the claims that stand on a scene.
     """
-    from comparisons.claims.claim import about_method, load_claims
-    from comparisons.claims.record import load_claims_record
-    from comparisons.claims.runner import ClaimRun
     from comparisons.errors import LostWorkError
+    from comparisons.questions.claims.claim import about_method, load_claims
+    from comparisons.questions.claims.record import load_claims_record
+    from comparisons.questions.claims.runner import ClaimRun
     from comparisons.writing import write_named_text
     from reports.cli import terminal
     from reports.pages.claims import write_claims_report

@@ -27,9 +27,9 @@ from reports.cli.workers import ALONE, Crew
 from reports.printable import say
 
 if TYPE_CHECKING:
+    from comparisons.questions.study import Study
     from comparisons.results.store import StudyRecord
     from comparisons.solving.planning import Plan
-    from comparisons.study import Study
 
 FINE, LOST, WRONG_INPUT, INTERRUPTED = 0, 1, 2, 3
 DEFAULT_FOLDER = Path("roughline-results")
@@ -139,8 +139,8 @@ def run(
         Render 3-D pictures for the report.
     """
     from comparisons.plans import plan_all
+    from comparisons.questions.study import WHOLE, Study
     from comparisons.results.decisions import asked_in_vain
-    from comparisons.study import WHOLE, Study
     from reports.cli import terminal
 
     outside.load()
@@ -214,7 +214,7 @@ def solve(
     vtu
         Write the fields at the last load for ParaView.
     """
-    from comparisons.single import solve_scene
+    from comparisons.questions.single import solve_scene
     from reports.cli import terminal
 
     outside.load()
@@ -289,8 +289,8 @@ def bench(what: str | None = None, *, json: Path | None = None) -> int:
     """
     import json as json_format
 
-    from comparisons.benchmarks import BENCHMARKS
     from comparisons.errors import InputError
+    from comparisons.questions.benchmarks import BENCHMARKS
     from comparisons.writing import write_named_text
     from reports.cli import terminal
 
@@ -385,9 +385,9 @@ def check(
     junit
         Write the findings as JUnit XML for a continuous integration server.
     """
-    from comparisons.regression import CHECK_SCENES, PACKAGED
-    from comparisons.regression.check import check_against, update_baseline
-    from comparisons.regression.junit import write_junit
+    from comparisons.questions.regression import CHECK_SCENES, PACKAGED
+    from comparisons.questions.regression.check import check_against, update_baseline
+    from comparisons.questions.regression.junit import write_junit
     from reports.cli import terminal
 
     outside.load()
@@ -418,8 +418,8 @@ def report(directory: Path, *, pictures: bool = True) -> int:
 
 
 def _write_report(directory: Path, pictures: bool) -> Path:
-    from comparisons.claims.record import RECORD, load_claims_record
-    from comparisons.hard_cases import record as hard
+    from comparisons.questions.claims.record import RECORD, load_claims_record
+    from comparisons.questions.hard_cases import record as hard
     from comparisons.results.store import STUDY, load_study
     from reports.pages.claims import write_claims_report
     from reports.pages.hard_cases import write_hard_cases_report

@@ -15,8 +15,8 @@ from reports.cli.method_files import NOTHING, Outside
 from reports.cli.workers import ALONE, Crew
 
 if TYPE_CHECKING:
-    from comparisons.hard_cases.case import HardCase
-    from comparisons.hard_cases.record import HardCasesRecord, OutcomeRecord
+    from comparisons.questions.hard_cases.case import HardCase
+    from comparisons.questions.hard_cases.record import HardCasesRecord, OutcomeRecord
     from comparisons.solving.executors import Executor
 
 FINE, DIFFERS = 0, 1
@@ -47,9 +47,9 @@ def hard_cases(
         Only this case, or those of a file of yours; may be repeated.
     """
     from comparisons.errors import InputError
-    from comparisons.hard_cases.catalogue import HardCaseError, catalogue, load_cases
-    from comparisons.hard_cases.record import PAGE, open_folder, save_record
     from comparisons.methods import METHODS
+    from comparisons.questions.hard_cases.catalogue import HardCaseError, catalogue, load_cases
+    from comparisons.questions.hard_cases.record import PAGE, open_folder, save_record
     from comparisons.writing import write_named_text
     from reports.cli import terminal
     from reports.pages.hard_cases import write_hard_cases_report
@@ -86,9 +86,9 @@ def _run(
 ) -> tuple[HardCasesRecord, BaseException | None]:
     """Run the cases; what ended them before their time comes with what is done."""
     from comparisons.errors import LostWorkError
-    from comparisons.hard_cases.record import HardCasesRecord, recorded
-    from comparisons.hard_cases.run import run_cases
     from comparisons.machine import machine, versions
+    from comparisons.questions.hard_cases.record import HardCasesRecord, recorded
+    from comparisons.questions.hard_cases.run import run_cases
     from comparisons.solving.execution import THREADS
     from reports.cli import terminal
 

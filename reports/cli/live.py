@@ -20,8 +20,8 @@ from rich.text import Text
 
 if TYPE_CHECKING:
     from comparisons.methods import Task
+    from comparisons.questions.study import Study
     from comparisons.results.advice import Setting
-    from comparisons.study import Study
 
 Watch = Callable[["Study", "Task | None"], None]
 # Seconds of a run before its speeds and errors are drawn, between drawings, and between plain

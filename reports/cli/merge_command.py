@@ -33,7 +33,7 @@ def merge(
     pictures
         Render 3-D pictures for the report.
     """
-    from comparisons.merging import merge as merged
+    from comparisons.questions.merging import merge as merged
     from comparisons.results.store import load_study
     from reports.cli import terminal
     from reports.pages.study import write_report

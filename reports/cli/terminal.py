@@ -20,18 +20,18 @@ from reports.printable import printable
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from comparisons.benchmarks.yardstick import Measurement
-    from comparisons.claims.record import ClaimsRecord
-    from comparisons.hard_cases.record import HardCasesRecord, OutcomeRecord
     from comparisons.methods import Task
-    from comparisons.regression import Finding
+    from comparisons.questions.benchmarks.yardstick import Measurement
+    from comparisons.questions.claims.record import ClaimsRecord
+    from comparisons.questions.hard_cases.record import HardCasesRecord, OutcomeRecord
+    from comparisons.questions.regression import Finding
+    from comparisons.questions.single import SingleResult
+    from comparisons.questions.study import Progress as Report
     from comparisons.results.advice import Advice
     from comparisons.results.decisions import Verdict
     from comparisons.results.runs import RunComparison
     from comparisons.results.store import StudyRecord
-    from comparisons.single import SingleResult
     from comparisons.solving.planning import Plan
-    from comparisons.study import Progress as Report
 
 MANY = 12
 UNFOLDED = 100_000  # columns, more than any line has
@@ -178,8 +178,8 @@ def print_claims(record: ClaimsRecord, report: Path) -> None:
 
 def print_lists() -> None:
     """Print how many there are of everything that can be listed."""
-    from comparisons.claims.headlines import builtin_claims
-    from comparisons.hard_cases.catalogue import catalogue
+    from comparisons.questions.claims.headlines import builtin_claims
+    from comparisons.questions.hard_cases.catalogue import catalogue
     from comparisons.scene.method_names import known_methods
     from comparisons.scene.scene import builtin_names
 
@@ -197,7 +197,7 @@ def print_lists() -> None:
 
 def print_claim_list() -> None:
     """Print the built-in claims."""
-    from comparisons.claims.headlines import headlines
+    from comparisons.questions.claims.headlines import headlines
 
     table = _table("Built-in claims", "id", "equation", "reading", "what it says")
     for claim in headlines():
@@ -207,9 +207,9 @@ def print_claim_list() -> None:
 
 def print_benchmarks(found: dict[str, list[Measurement]]) -> None:
     """Print each benchmark's times as ratios to its yardsticks, and on what it ran."""
-    from comparisons.benchmarks.yardstick import vector_features
     from comparisons.formatting import duration
     from comparisons.machine import machine, machine_text
+    from comparisons.questions.benchmarks.yardstick import vector_features
 
     console = _console()
     words = {None: "", True: "met", False: "not met"}
@@ -318,7 +318,7 @@ def _outcome_cell(outcome: OutcomeRecord | None) -> str:
 
 def print_hard_case_list() -> None:
     """Print the catalogue: what is hard about each case."""
-    from comparisons.hard_cases.catalogue import catalogue
+    from comparisons.questions.hard_cases.catalogue import catalogue
 
     table = _table("Hard cases", "id", "title", "what is hard")
     table.columns[0].no_wrap = True

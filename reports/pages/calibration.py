@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from comparisons import formatting as fmt
-from comparisons.calibration import Case, Summary, summary
+from comparisons.questions.calibration import Case, Summary, summary
 from comparisons.writing import write_text
 from reports.pages.page import render
 from reports.plots.curves import error_axis

@@ -6,7 +6,7 @@ from collections import Counter
 from pathlib import Path
 
 from comparisons.formatting import ROUND_OFF
-from comparisons.hard_cases.record import HardCasesRecord, OutcomeRecord
+from comparisons.questions.hard_cases.record import HardCasesRecord, OutcomeRecord
 from comparisons.writing import write_text
 from reports.pages.page import render
 from reports.plots.hard_cases import stability

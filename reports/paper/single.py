@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from comparisons import formatting as fmt
-from comparisons.claims.record import ClaimRecord
+from comparisons.questions.claims.record import ClaimRecord
+from comparisons.questions.single import SingleResult
 from comparisons.scene.loading import NORMAL
-from comparisons.single import SingleResult
 from reports.paper.drawing import draw_errors_axis, finish_scale, wrapped
 from reports.paper.style import PaperFigure, axis_label, house_style, literal, look, new_figure
 from reports.plots.curves import error_range

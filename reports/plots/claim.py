@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 
 from comparisons import formatting as fmt
-from comparisons.claims.record import ClaimRecord, PointRecord
-from comparisons.claims.wording import value
 from comparisons.judging.verdicts import NOT_RESOLVED, OUTSIDE, WITHIN
+from comparisons.questions.claims.record import ClaimRecord, PointRecord
+from comparisons.questions.claims.wording import value
 from reports.plots.curves import (
     NOTE_MARGIN,
     error_axis,

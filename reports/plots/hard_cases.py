@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from comparisons import formatting as fmt
-from comparisons.hard_cases.record import HardCasesRecord, OutcomeRecord
+from comparisons.questions.hard_cases.record import HardCasesRecord, OutcomeRecord
 from reports.plots.curves import failure_trace
 from reports.plots.style import (
     MUTED,

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import pytest
 
-from comparisons.regression.junit import write_junit
+from comparisons.questions.regression.junit import write_junit
 from comparisons.writing import write_atomically, write_named, write_named_text, write_text
 from reports.cli.cli import run_command
 
@@ -166,7 +166,7 @@ def test_an_error_names_the_file_that_was_asked_for(tmp_path):
     ],
 )
 def test_every_command_writes_where_a_link_leads(tmp_path, monkeypatch, arguments):
-    from comparisons import benchmarks
+    from comparisons.questions import benchmarks
 
     monkeypatch.setitem(benchmarks.BENCHMARKS, "nothing-slow", list)
     link = tmp_path / "link"

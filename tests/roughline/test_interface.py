@@ -13,7 +13,7 @@ import pytest
 from setuptools import find_packages
 
 import roughline
-from comparisons.single import solve_scene
+from comparisons.questions.single import solve_scene
 from reports.cli.cli import run_command
 
 ROOT = Path(__file__).parents[2]

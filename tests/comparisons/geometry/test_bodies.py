@@ -11,9 +11,9 @@ import numpy as np
 import pytest
 
 from comparisons.geometry.abaqus_surfaces import FACES
+from comparisons.questions.single import solve_scene
 from comparisons.results.vtu import mesh_of
 from comparisons.scene.scene import SceneError, load_scene, make_scene, parse_scene
-from comparisons.single import solve_scene
 from comparisons.solving.execution import execute
 from comparisons.solving.planning import plan_scene, task_of
 

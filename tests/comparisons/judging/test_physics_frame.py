@@ -12,12 +12,12 @@ from comparisons.judging.comparison import compare
 from comparisons.judging.metrics import relative_error
 from comparisons.judging.uncertainty import grid_uncertainty
 from comparisons.methods import Method, Solution, Support, covers, method_for
+from comparisons.questions.study import Study
 from comparisons.results.record import record_scene
 from comparisons.results.store import load_study
 from comparisons.solving.execution import execute
 from comparisons.solving.kept import solve_plan
 from comparisons.solving.planning import plan_scene
-from comparisons.study import Study
 
 FRICTION = {"friction": {"coefficient": 0.5}}
 LOOP = {"force": "10 N", "tangential_force": ["4 N", "-4 N", "4 N"], "substeps": 3}

@@ -11,11 +11,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from comparisons.claims.claim import ClaimError, about_method, load_claims
-from comparisons.claims.runner import _repeats
 from comparisons.errors import InputError
-from comparisons.hard_cases.catalogue import catalogue
-from comparisons.hard_cases.run import run_case
 from comparisons.isolation import parent
 from comparisons.judging.truth import references
 from comparisons.methods import METHODS, Solution
@@ -27,6 +23,10 @@ from comparisons.methods.user.external import (
     add_methods,
     registered,
 )
+from comparisons.questions.claims.claim import ClaimError, about_method, load_claims
+from comparisons.questions.claims.runner import _repeats
+from comparisons.questions.hard_cases.catalogue import catalogue
+from comparisons.questions.hard_cases.run import run_case
 from comparisons.results.decisions import judged_methods
 from comparisons.results.record import record_scene
 from comparisons.results.store import StudyRecord, load_study

@@ -8,8 +8,8 @@ import tomli_w
 
 from comparisons.methods import covers, method_for
 from comparisons.methods.impacts import static_scene
+from comparisons.questions.single import solve_scene
 from comparisons.scene.scene import make_scene, parse_scene
-from comparisons.single import solve_scene
 from comparisons.solving.planning import plan_scene
 
 STEEL = {"youngs_modulus": "210 GPa", "poisson_ratio": 0.3}

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 from comparisons.methods import METHODS
+from comparisons.questions.single import solve_scene
 from comparisons.scene.scene import load_scene
-from comparisons.single import solve_scene
 from comparisons.solving.planning import plan_scene, task_of
 from reports.cli.cli import run_command
 

@@ -15,9 +15,9 @@ from comparisons.isolation import parent
 from comparisons.methods import METHODS
 from comparisons.peers import press
 from comparisons.peers.press import Problem
+from comparisons.questions.study import Study
 from comparisons.scene.scene import load_scene
 from comparisons.solving.planning import plan_scene, task_of
-from comparisons.study import Study
 from reference import surfaces
 from reference.halfspace import FreeOperator, PeriodicOperator, fft
 

@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from comparisons.experiments import EXPERIMENTS
 from comparisons.judging.comparison import compare
+from comparisons.questions.experiments import EXPERIMENTS
 from comparisons.scene.scene import make_scene
 from comparisons.solving.kept import solve_plan
 from comparisons.solving.planning import plan_scene

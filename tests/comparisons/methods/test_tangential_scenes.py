@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from comparisons.experiments import EXPERIMENTS, rough_slip
-from comparisons.experiments.rough_ensemble import Surface, line_samples, press
 from comparisons.methods import Task, covers, method_for
 from comparisons.methods.base import Solution
+from comparisons.questions.experiments import EXPERIMENTS, rough_slip
+from comparisons.questions.experiments.rough_ensemble import Surface, line_samples, press
 from comparisons.scene.scene import Scene
 from comparisons.solving.execution import execute
 from comparisons.solving.planning import plan_scene

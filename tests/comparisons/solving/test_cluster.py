@@ -14,10 +14,10 @@ import pandas as pd
 import pytest
 
 from comparisons.errors import InputError, LostWorkError
+from comparisons.questions.study import Study
 from comparisons.results.store import RESULTS, load_study
 from comparisons.solving.executors import Job, executor_for
 from comparisons.solving.planning import plan_scene
-from comparisons.study import Study
 
 CLOCK = ["seconds", "setup_seconds", "compile_seconds", "memory"]
 

@@ -7,8 +7,8 @@ from pathlib import Path
 
 import pytest
 
-from comparisons.claims.record import load_claims_record
-from comparisons.hard_cases.record import HardCasesRecord, OutcomeRecord
+from comparisons.questions.claims.record import load_claims_record
+from comparisons.questions.hard_cases.record import HardCasesRecord, OutcomeRecord
 from comparisons.results.runs import compare_runs
 from reports.pages.claims import claims_page
 from reports.pages.hard_cases import hard_cases_page

@@ -18,8 +18,8 @@ import pandas as pd
 import psutil
 import pytest
 
-from comparisons import study as study_module
 from comparisons.methods import METHODS
+from comparisons.questions import study as study_module
 from comparisons.results.store import load_study
 from comparisons.scene.scene import builtin_names
 from comparisons.scene.suites import SUITES

@@ -9,12 +9,12 @@ from pathlib import Path
 import pytest
 
 from comparisons.methods import METHODS
+from comparisons.questions.study import Study
 from comparisons.results.advice import Setting
 from comparisons.results.decisions import Verdict
 from comparisons.scene.scene import load_scene
 from comparisons.solving.forecast import Remaining
 from comparisons.solving.planning import plan_scene
-from comparisons.study import Study
 from reports.cli import live
 from reports.cli.cli import run_command
 

@@ -7,10 +7,10 @@ from pathlib import Path
 
 import pytest
 
+from comparisons.questions.single import solve_scene
+from comparisons.questions.study import Study
 from comparisons.scene.scene import make_scene
-from comparisons.single import solve_scene
 from comparisons.solving.planning import plan_scene
-from comparisons.study import Study
 from reports.cli import terminal
 
 # Everything that a markup language of terminals might take for its own.

@@ -8,8 +8,8 @@ from dataclasses import replace
 
 import pytest
 
-from comparisons.claims.claim import IN_A_RANGE, load_claims
-from comparisons.claims.record import load_claims_record
+from comparisons.questions.claims.claim import IN_A_RANGE, load_claims
+from comparisons.questions.claims.record import load_claims_record
 from reports.cli.cli import run_command
 from reports.pages.claims import claims_page
 from reports.plots.claim import evidence
@@ -113,7 +113,7 @@ def test_calibrate_writes_its_table_and_page_and_says_whether_the_bars_are_right
     tmp_path, monkeypatch, capsys
 ):
     """Bars of twice the true error are right: exit code 0; bars of half of it miss: 1."""
-    from comparisons import calibration
+    from comparisons.questions import calibration
 
     series = {"bem_fft": ((4, 6, 8),)}
     small = [

@@ -7,10 +7,10 @@ import json
 import pytest
 
 from comparisons.errors import LostWorkError
-from comparisons.hard_cases import record as files
-from comparisons.hard_cases.catalogue import catalogue
-from comparisons.hard_cases.record import HardCasesRecord, OutcomeRecord, load_record
 from comparisons.methods import METHODS
+from comparisons.questions.hard_cases import record as files
+from comparisons.questions.hard_cases.catalogue import catalogue
+from comparisons.questions.hard_cases.record import HardCasesRecord, OutcomeRecord, load_record
 from comparisons.results.store import ResultsError
 from comparisons.solving import execution
 from reports.cli.cli import run_command
@@ -145,7 +145,7 @@ def test_a_lost_cluster_is_told_with_its_reason(hard_cases, monkeypatch, capsys)
     def lost(*arguments, **more):
         raise LostWorkError("the scheduler is gone")
 
-    monkeypatch.setattr("comparisons.hard_cases.run.run_cases", lost)
+    monkeypatch.setattr("comparisons.questions.hard_cases.run.run_cases", lost)
     code, folder = hard_cases("reduced", "--case", "load-one")
     assert code == 3
     assert capsys.readouterr().err == "the scheduler is gone\n"

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from comparisons.claims.record import ClaimRecord, ClaimsRecord, PointRecord, save_claims
+from comparisons.questions.claims.record import ClaimRecord, ClaimsRecord, PointRecord, save_claims
 from comparisons.results.advice import advise
 from comparisons.results.decisions import verdicts
 from reports.pages import study as html

@@ -1,0 +1,14 @@
+"""How fast the solvers are, measured against yardsticks in the same run: ``roughline bench``."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from comparisons.questions.benchmarks import bem, fem, reduced
+from comparisons.questions.benchmarks.yardstick import Measurement
+
+BENCHMARKS: dict[str, Callable[[], list[Measurement]]] = {
+    "reduced": reduced.measure,
+    "bem": bem.measure,
+    "fem": fem.measure,
+}

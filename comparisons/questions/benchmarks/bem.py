@@ -1,0 +1,136 @@
+"""The FFT half-space solver's cost: the faster of two public codes is the yardstick.
+
+Same input, one thread, one process each, and the same achieved violation of the contact
+conditions: ours as it comes from a tolerance of 1e-8, the peer's tolerance changed until its own is
+at most that and not much below. Set-up (kernel, model) is part of both times; compilation, imports
+and planned transforms of neither. Both start each load of a list from the load before. Times of one
+solver are processor times of its process (one thread): other work on the machine does not count.
+"""
+
+from __future__ import annotations
+
+import statistics
+import tempfile
+import time
+from functools import partial
+from pathlib import Path
+
+from comparisons.peers import press
+from comparisons.questions.benchmarks import bem_cases, bem_cost
+from comparisons.questions.benchmarks.bem_cases import LIGHT, USUAL, Case
+from comparisons.questions.benchmarks.yardstick import Measurement, interleaved, measurement
+from comparisons.questions.study import Study
+from comparisons.scene.scene import parse_scene
+from comparisons.solving.planning import plan_scene
+
+TOLERANCE = 1e-8
+READINGS, PEER_READINGS = 3, 3
+PEER_SECONDS = 1800.0
+CUTOFFS = (16, 4)
+# Largest shares of the faster peer's time that are aimed at.
+MODERATE, FEW, LARGE, SWEEP, HERTZ, CROPPED, PATCHES = (
+    1 / 8,
+    1 / 4,
+    1 / 10,
+    1 / 10,
+    1 / 20,
+    1 / 5,
+    0.25,
+)
+SURFACES, PEER_SURFACES, POINTS, LOADS = 450, 20, 64, 15
+A_MINUTE = 60.0
+
+
+def measure() -> list[Measurement]:
+    """Measure everything; some ten minutes, most of them the peers'."""
+    rows = [against_peers(case) for case in cases()]
+    return [*rows, whole_study(), *bem_cost.rows()]
+
+
+def cases() -> list[Case]:
+    """Return the problems that the peers are given, too."""
+    found = []
+    for cutoff in CUTOFFS:
+        found += [
+            bem_cases.rough(256, cutoff, USUAL, MODERATE),
+            bem_cases.rough(256, cutoff, LIGHT, FEW),
+            bem_cases.rough(512, cutoff, USUAL, LARGE),
+            bem_cases.rough(512, cutoff, LIGHT, LARGE),
+        ]
+    return [
+        *found,
+        bem_cases.sweep(256, CUTOFFS[0], 30, SWEEP),
+        bem_cases.hertz(256, 40, HERTZ, cropped=False),
+        bem_cases.hertz(256, 40, CROPPED, cropped=True),
+        bem_cases.ensemble(PEER_SURFACES, POINTS, LOADS, PATCHES),
+    ]
+
+
+def against_peers(case: Case) -> Measurement:
+    """Compare our time with that of the faster peer at the same violation."""
+    reached = float(case.solve(TOLERANCE).max())
+    run = {"ours": partial(case.solve, TOLERANCE)}
+    ours = interleaved(run, READINGS, time.process_time)["ours"]
+    peers = {peer: _peer(peer, case, reached) for peer in press.PACKAGES if press.installed(peer)}
+    answered = {peer: found for peer, found in peers.items() if found.processor_seconds}
+    if not answered:
+        why = [next(iter(each.reasons.values()), "no answer") for each in peers.values()]
+        yardstick = "; ".join(why) or "no peer installed: pip install 'roughline[peers]'"
+        return Measurement(case.name, statistics.median(ours), yardstick, None, None, case.target)
+    # Once more after the peers, so that both have seen the same machine.
+    ours += interleaved(run, READINGS, time.process_time)["ours"]
+    theirs = {peer: statistics.median(r.processor_seconds) for peer, r in answered.items()}
+    faster = min(theirs, key=theirs.__getitem__)
+    # Readings of two processes have no neighbours: each of ours against the median of theirs.
+    return measurement(
+        f"{case.name}, violation {reached:.0e}",
+        ours,
+        f"{press.PACKAGES[faster][0]}, violation {answered[faster].worst:.0e}",
+        [theirs[faster]] * len(ours),
+        case.target,
+    )
+
+
+def _peer(peer: str, case: Case, violation: float) -> press.PeerResult:
+    """Tune a peer's tolerance to the violation, then take its times."""
+    problem = case.problem()
+    tuned = press.press(peer, problem, violation, repeats=1, seconds=PEER_SECONDS, loosen=True)
+    if tuned.reasons:
+        return press.PeerResult(reasons=tuned.reasons)
+    return press.attempt(
+        peer,
+        problem,
+        tuned.tolerance,
+        repeats=PEER_READINGS,
+        repeat_seconds=PEER_SECONDS,
+        seconds=PEER_SECONDS,
+    )
+
+
+def whole_study() -> Measurement:
+    """Time the study of all surfaces on two processes as a user sees it, files included."""
+    scene = f"""
+name = "ensemble"
+[half_space]
+effective_modulus = "1 GPa"
+[surface]
+kind = "self_affine"
+hurst = {bem_cases.HURST}
+rms_slope = {bem_cases.SLOPE}
+size = "1 um"
+points = {POINTS}
+realisations = {SURFACES}
+[loading]
+force = {{ from = 1e-3, to = 1e-1, steps = {LOADS}, spacing = "log", relative_to = "E* A0 h'" }}
+[compare]
+methods = ["bem_fft"]
+resolutions = [{POINTS}]
+"""
+    with tempfile.TemporaryDirectory(prefix="roughline-") as name:
+        folder = Path(name)
+        plans = plan_scene(parse_scene(scene, "ensemble", folder), "full")
+        start = time.perf_counter()
+        Study(plans, folder / "out", effort="full", workers=2).run()
+        spent = time.perf_counter() - start
+    title = f"study of {SURFACES} free {POINTS}^2 patches x {LOADS} loads, 2 processes, all files"
+    return measurement(title, [spent], "a minute", [A_MINUTE], 1.0)

@@ -1,0 +1,319 @@
+"""The finite-element reference's cost: one Pardiso factorisation of its matrix is the yardstick.
+
+The job is Hertz's paraboloid at thirty depths, each force known in closed form: mesh, assembly,
+condensation and all loads, on one thread, against the ordering and factorisation of the same
+matrix by MKL Pardiso (symmetric positive definite) in turns. Times are processor times of this
+process: other work on the machine does not count.
+"""
+
+from __future__ import annotations
+
+import statistics
+import time
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from functools import cache, partial
+from pathlib import Path
+
+import numpy as np
+from threadpoolctl import threadpool_limits
+
+from comparisons.machine import free_memory
+from comparisons.methods import METHODS
+from comparisons.questions.benchmarks.yardstick import Measurement, interleaved, measurement
+from comparisons.scene.scene import parse_scene
+from comparisons.solving.planning import plan_scene, task_of
+from reference import fem
+from reference.fem import pardiso
+from reference.fem.sparse import stiffness_matrix
+
+DEPTHS = np.linspace(0.1, 1.0, 30)  # with unit radii: contact radii from 0.32 to 1
+POISSON = 0.3
+READINGS = 5
+LEVELS = (2, 3, 4, 5, 6, 7, 8)
+PRESSURE_LEVEL = 6
+SIZES = (3, 4, 6, 8, 10, 12, 14)
+LARGEST_PARDISO = 150_000  # unknowns: beyond, the yardstick takes minutes
+BYTES_PER_UNKNOWN = 16_000
+NO_PARDISO = "no pypardiso: pip install 'roughline[fast]'"
+FACTORISATION = "one Pardiso factorisation of the same matrix"
+WHOLE, FIXED, MULTIGRID, PEER = 2.0, 3.0, 4.0, 1 / 20
+PEER_LEVELS = (2, 3, 4, 6, 8, 12, 16)
+
+
+def measure() -> list[Measurement]:
+    """Measure everything; some minutes."""
+    rows = [*hertz(2e-4), *hertz(2e-5), *accuracy(), order(), fixed_mesh(5e-4), multigrid()]
+    return [*rows, against_peer("ngsolve"), *sizes()]
+
+
+@dataclass(frozen=True)
+class Job:
+    """What one whole run found."""
+
+    body: fem.CondensedBody
+    errors: np.ndarray
+    sweep_seconds: float
+    last: tuple[fem.CondensedBody, fem.Contact]
+
+
+def run(elements: int, solver: str = "nested_dissection") -> Job:
+    """Mesh, assemble, condense, and press to every depth on the mesh fitted to each contact."""
+    body = fem.ball_body(1.0, 1.0, POISSON, elements=elements, edge=1.0, solver=solver)
+    return _job(body, partial(fem.indent, body, _paraboloid, penetration=DEPTHS))
+
+
+def run_fixed(elements: int) -> Job:
+    """Press on one mesh of straight lines, on which contact ends anywhere."""
+    lines = np.linspace(0.0, 1.02, elements + 1)
+    body = fem.tensor_body(lines, lines, 1.0, POISSON, symmetry="quarter", order=2, extent=2.0)
+    gap = _paraboloid(*body.points.T)
+    return _job(body, lambda: ((body, each) for each in fem.press(body, gap, penetration=DEPTHS)))
+
+
+def hertz(bound: float) -> list[Measurement]:
+    """Time the whole job and its parts at the coarsest mesh whose largest error is in the bound."""
+    elements = next(n for n in LEVELS if _worst(n) <= bound)
+    job = run(elements)
+    title = f"Hertz, 30 depths, force within {bound:.0e} (found {_worst(elements):.1e}), "
+    title += f"{job.body.unknowns} unknowns"
+    rows, found = _against_pardiso(f"{title}: whole job", partial(run, elements), job, WHOLE)
+    whole = rows[0]
+    for name, share in _shares(found).items():
+        ratio = None if whole.ratio is None else share * whole.ratio
+        part = share * whole.seconds
+        rows.append(
+            Measurement(f"{title}: {name}", part, whole.yardstick, whole.yardstick_seconds, ratio)
+        )
+    return rows
+
+
+def fixed_mesh(bound: float) -> Measurement:
+    """Time the job without scaling; the rms of the relative errors is within the bound."""
+    elements = next(n for n in range(6, 16) if _rms(run_fixed(n).errors) <= bound)
+    job = run_fixed(elements)
+    title = f"Hertz, 30 depths, fixed mesh, force rms within {bound:.0e} (found "
+    title += f"{_rms(job.errors):.1e}), {job.body.unknowns} unknowns: whole job"
+    return _against_pardiso(title, partial(run_fixed, elements), job, FIXED)[0][0]
+
+
+def multigrid() -> Measurement:
+    """Time the path without factorisation against the one with Pardiso, at about 25k unknowns."""
+    elements = PRESSURE_LEVEL
+    direct = "pardiso" if pardiso.available() else "nested_dissection"
+    tasks = {name: partial(run, elements, name) for name in ("multigrid", direct)}
+    times = interleaved(tasks, 1, time.process_time)
+    job = run(elements, "multigrid")
+    title = f"pyamg, {job.body.unknowns} unknowns, force {np.abs(job.errors).max():.1e}: whole job"
+    return measurement(
+        title, times["multigrid"], f"whole job, condensed by {direct}", times[direct], MULTIGRID
+    )
+
+
+def accuracy() -> list[Measurement]:
+    """Peak pressure, its L2 norm and the contact radius, as shares of the errors allowed."""
+    job = run(PRESSURE_LEVEL)
+    body, step = job.last
+    radius = np.hypot(*body.points.T)
+    peak = 2.0 * body.effective_modulus / np.pi
+    exact = peak * np.sqrt(np.clip(1.0 - radius**2, 0.0, None))
+    norm = body.weights @ exact**2
+    found = {
+        "peak pressure": (abs(step.pressure.max() / peak - 1.0), 1e-3),
+        "pressure L2": (np.sqrt(body.weights @ (step.pressure - exact) ** 2 / norm), 5e-3),
+        "contact radius": (abs(np.sqrt(step.contact_area / np.pi) - 1.0), 5e-4),
+    }
+    seconds = sum(job.body.seconds.values()) + job.sweep_seconds
+    return [
+        Measurement(
+            f"Hertz {name} error {error:.1e}, {job.body.unknowns} unknowns",
+            seconds,
+            f"largest allowed {bound:.0e} (ratio of errors)",
+            None,
+            float(error / bound),
+            1.0,
+        )
+        for name, (error, bound) in found.items()
+    ]
+
+
+def order() -> Measurement:
+    """Fit the order in elements per contact radius over the meshes up to six elements."""
+    levels = np.array([2, 3, 4, 6])
+    errors = np.array([_worst(int(n)) for n in levels])
+    rate = float(-np.polyfit(np.log(levels), np.log(errors), 1)[0])
+    seconds = sum(run(6).body.seconds.values())
+    return Measurement(
+        f"Hertz force: observed order {rate:.2f} from {levels[0]} to {levels[-1]} elements",
+        seconds,
+        "order 3.5 (ratio of orders)",
+        None,
+        3.5 / rate,
+        1.0,
+    )
+
+
+def against_peer(peer: str) -> Measurement:
+    """Compare with an independent code at one depth and at most our error."""
+    ours = run(LEVELS[1])
+    worst = float(np.abs(ours.errors).max())
+    name = f"Hertz, one depth, error {worst:.1e}"
+    single = partial(_single_depth, LEVELS[1])
+    times = interleaved({"ours": single}, READINGS, time.process_time)["ours"]
+    if peer not in METHODS:
+        return Measurement(name, statistics.median(times), f"{peer}: no such method", None, None)
+    found = _peer_seconds(peer, worst)
+    if isinstance(found, str):
+        return Measurement(name, statistics.median(times), found, None, None, PEER)
+    seconds, error, unknowns = found
+    yardstick = f"{peer}, {unknowns} unknowns, error {error:.1e}"
+    return measurement(name, times, yardstick, [seconds] * len(times), PEER)
+
+
+def sizes() -> list[Measurement]:
+    """Cost and memory against the number of unknowns, and the exponent of the cost."""
+    rows, found = [], {}
+    for elements in SIZES:
+        free = free_memory()
+        expected = 115 * elements**3
+        if expected * BYTES_PER_UNKNOWN > free:
+            break
+        before = _peak_memory()
+        with threadpool_limits(limits=1):
+            start = time.process_time()
+            job = run(elements)
+            spent = time.process_time() - start
+        memory = _peak_memory()
+        grown = f", peak memory {memory / 1e9:.2f} GB" if memory > before else ""
+        title = f"cost at {job.body.unknowns} unknowns{grown}"
+        if job.body.unknowns <= LARGEST_PARDISO and pardiso.available():
+            rows.append(measurement(title, [spent], FACTORISATION, [_factorisation(job)]))
+        else:
+            rows.append(Measurement(title, spent, "not factorised at this size", None, None))
+        found[job.body.unknowns] = spent
+    return [*rows, growth(found)]
+
+
+def growth(seconds: dict[int, float]) -> Measurement:
+    """Fit the exponent of the cost; nested dissection of a cube costs N^2 at most (George 1973)."""
+    unknowns = np.array(list(seconds), dtype=float)
+    cost = np.array(list(seconds.values()))
+    late = unknowns >= 1e4
+    exponent = float(np.polyfit(np.log(unknowns[late]), np.log(cost[late]), 1)[0])
+    return Measurement(
+        f"exponent of the cost from {unknowns[late][0]:.0f} to {unknowns[-1]:.0f} unknowns: "
+        f"{exponent:.2f}",
+        float(cost[-1]),
+        "exponent 2 of dense fronts (ratio of exponents)",
+        None,
+        exponent / 2.0,
+    )
+
+
+def _shares(jobs: list[Job]) -> dict[str, float]:
+    """Median share of each part in the whole job."""
+    parts = [job.body.seconds | {"sweep": job.sweep_seconds} for job in jobs]
+    return {
+        name: statistics.median(each[name] / sum(each.values()) for each in parts)
+        for name in parts[0]
+    }
+
+
+def _paraboloid(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    return 0.5 * (x**2 + y**2)
+
+
+def _job(
+    body: fem.CondensedBody,
+    press: Callable[[], Iterable[tuple[fem.CondensedBody, fem.Contact]]],
+) -> Job:
+    start = time.perf_counter()
+    steps = list(press())
+    spent = time.perf_counter() - start
+    hertz_force = 4.0 / 3.0 * body.effective_modulus * DEPTHS**1.5
+    errors = np.array([step.force for _, step in steps]) / hertz_force - 1.0
+    return Job(body, errors, spent, steps[-1])
+
+
+def _single_depth(elements: int) -> None:
+    body = fem.ball_body(1.0, 1.0, POISSON, elements=elements, edge=1.0)
+    next(fem.indent(body, _paraboloid, penetration=1.0))
+
+
+@cache
+def _worst(elements: int) -> float:
+    return float(np.abs(run(elements).errors).max())
+
+
+def _rms(errors: np.ndarray) -> float:
+    return float(np.sqrt(np.mean(errors**2)))
+
+
+def _factorisation(job: Job) -> float:
+    matrix = stiffness_matrix(job.body.system, job.body.exterior)
+    with threadpool_limits(limits=1):
+        start = time.process_time()
+        pardiso.factorise(matrix)
+        return time.process_time() - start
+
+
+def _against_pardiso(
+    title: str, task: Callable[[], Job], job: Job, target: float
+) -> tuple[list[Measurement], list[Job]]:
+    """Time a job and Pardiso in turns; also return the jobs, which know their parts."""
+    jobs: list[Job] = []
+    tasks: dict[str, Callable[[], object]] = {"job": lambda: jobs.append(task())}
+    if not pardiso.available():
+        times = interleaved(tasks, READINGS, time.process_time)["job"]
+        row = Measurement(title, statistics.median(times), NO_PARDISO, None, None, target)
+        return [row], jobs
+    matrix = stiffness_matrix(job.body.system, job.body.exterior)
+    tasks["yardstick"] = partial(pardiso.factorise, matrix)
+    times = interleaved(tasks, READINGS, time.process_time)
+    return [measurement(title, times["job"], FACTORISATION, times["yardstick"], target)], jobs
+
+
+def _peer_seconds(peer: str, bound: float) -> tuple[float, float, int] | str:
+    """Return time, error and unknowns of a peer's coarsest mesh with at most the given error."""
+    scene = f"""
+name = "hertz"
+[half_space]
+youngs_modulus = 1.0
+poisson_ratio = {POISSON}
+[indenter]
+shape = "paraboloid"
+radius = 1.0
+[loading]
+penetration = [0.01]
+[compare]
+methods = ["{peer}"]
+resolutions = {list(PEER_LEVELS)}
+"""
+    (plan, *_) = plan_scene(parse_scene(scene, "hertz", Path()), "full")
+    (planned,) = [each for each in plan.methods if each.method == peer]
+    if not planned.supported:
+        return planned.reason
+    exact = 4.0 / 3.0 / (1.0 - POISSON**2) * 0.01**1.5
+    best = np.inf
+    for level in planned.resolutions:
+        start = time.process_time()
+        solution = METHODS[peer].solve(task_of(plan, peer, level))
+        # a peer in a process of its own reports its seconds; ours does not see them pass
+        own = np.isfinite(solution.seconds)
+        spent = solution.seconds if own else time.process_time() - start
+        if not solution.converged.all():
+            continue
+        error = abs(float(solution.quantities["force"][0, 0]) / exact - 1.0)
+        best = min(best, error)
+        if error <= bound:
+            return spent, error, solution.unknowns
+    return f"{peer}: best error {best:.1e} on the meshes it can do"
+
+
+def _peak_memory() -> float:
+    """Bytes of the largest resident set of this process so far (NaN where not kept)."""
+    try:
+        import resource
+    except ImportError:  # Windows
+        return float("nan")
+    return 1024.0 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss

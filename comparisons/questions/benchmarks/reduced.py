@@ -1,0 +1,185 @@
+"""The reduced model's cost: that of ordering its input is the yardstick."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from comparisons.questions.benchmarks.yardstick import Measurement, interleaved, measurement
+from reduced.profiles import shapes
+from reduced.rough import ensemble
+from reduced.rough import press as rough_line
+from reduced.rough.line_spectrum import LineSpectrum
+from reduced.rubber.history import slide_in_time
+from reduced.springs.indent import indent
+
+SPRINGS, LOADS = 10**6, 100
+LINES, POINTS, FEW_LOADS = 450, 64, 15
+SIZES = tuple(10**k for k in range(2, 8))
+EDGES = ("sub_cell", "nodal")
+SORT_TARGET, BATCH_TARGET, EXP_TARGET = 1.5, 3.0, 10.0
+SLIDING_LINES, SLIDING_POINTS, SLIDING_STEPS = 20, 1024, 4096
+_EXPONENT_FROM = 10**4  # below, the call itself costs as much as the line
+
+
+def measure() -> list[Measurement]:
+    """Measure everything; a minute on one thread."""
+    return [*_long_line(0.8), *_long_line(0.3), *_batch(), *_single(), *_sizes(), *_sliding()]
+
+
+def rough_lines(count: int, points: int, hurst: float = 0.8) -> np.ndarray:
+    """Self-affine lines with all waves the points resolve, rms height 1."""
+    mode = np.arange(1, (points - 1) // 2 + 1)
+    power = mode ** (-1 - 2 * hurst)
+    source = LineSpectrum(2 * np.pi * mode, power / (2 * power.sum()), 1.0)
+    return ensemble.lines(source, points, range(count), seed=1)
+
+
+def load_lists(lines: np.ndarray, loads: int) -> dict[str, np.ndarray]:
+    """Three decades of force up to about half a line in contact, and loads alike otherwise."""
+    depth = float(np.mean(lines.max(axis=1) - lines.mean(axis=1)))
+    ladder = np.geomspace(1e-3, 1, loads)
+    return {
+        "force": 0.2 * ladder * depth * lines.shape[1],
+        "penetration": ladder * depth,
+        "mean_gap": depth * np.linspace(0.05, 0.99, loads),
+    }
+
+
+def _presses(lines: np.ndarray, loads: int) -> dict[str, Callable[[], object]]:
+    return {
+        f"{control}, {edges}": _press(lines, edges, {control: values})
+        for control, values in load_lists(lines, loads).items()
+        for edges in EDGES
+    }
+
+
+def _press(lines: np.ndarray, edges: str, load: dict[str, Any]) -> Callable[[], object]:
+    return partial(rough_line.press, lines, 1.0, 1.0, edges=edges, **load)
+
+
+def _long_line(hurst: float) -> list[Measurement]:
+    line = rough_lines(1, SPRINGS, hurst)
+    tasks = _presses(line, LOADS)
+    times = interleaved(
+        {"argsort": partial(np.argsort, line[0]), "sort": partial(np.sort, line[0]), **tasks}, 5
+    )
+    title = f"1e6 springs x {LOADS} loads, H = {hurst}"
+    rows = [
+        measurement(f"{title}, {name}", times[name], "np.argsort", times["argsort"], SORT_TARGET)
+        for name in tasks
+    ]
+    name = f"force, {EDGES[0]}"
+    against_sort = f"{title}, {name}, against np.sort"
+    return [*rows, measurement(against_sort, times[name], "np.sort", times["sort"])]
+
+
+def _batch() -> list[Measurement]:
+    lines = rough_lines(LINES, POINTS)
+    tasks = _presses(lines, FEW_LOADS)
+    times = interleaved({"argsort": partial(np.argsort, lines, axis=1), **tasks}, 21)
+    title = f"{LINES} lines x {POINTS} points x {FEW_LOADS} loads"
+    yardstick = "np.argsort of the batch"
+    return [
+        measurement(f"{title}, {name}", times[name], yardstick, times["argsort"], BATCH_TARGET)
+        for name in tasks
+    ]
+
+
+def _single() -> list[Measurement]:
+    """One contact of 40 springs: what each scene of a single shape costs."""
+    profile, loads = shapes.paraboloid(1.0), np.geomspace(1e-3, 0.1, 7)
+    heights = np.random.default_rng(0).normal(size=80)
+    tasks = {
+        control: partial(indent, profile, 1.0, **{control: loads})
+        for control in ("penetration", "force")
+    }
+    times = interleaved({"argsort": partial(np.argsort, heights), **tasks}, 21)
+    return [
+        measurement(
+            f"paraboloid, 40 springs x 7 loads, {name}",
+            times[name],
+            "np.argsort of 80 numbers",
+            times["argsort"],
+        )
+        for name in tasks
+    ]
+
+
+def _sliding() -> list[Measurement]:
+    """Problem 1 against one np.exp per point and step, from slow sliding to fast.
+
+    A tenth of the line is in contact at rest; with half of it, no target is set.
+    """
+    lines = 1e-2 * rough_lines(SLIDING_LINES, SLIDING_POINTS)
+    points = np.random.default_rng(0).normal(size=lines.shape)
+    rows = []
+    for load, target in ((1e-3, EXP_TARGET), (2e-2, None)):
+        tasks = {
+            f"v tau = {reach:g} dx": partial(
+                *(slide_in_time, lines, 1 / SLIDING_POINTS, 1.0, 1.0),
+                *(reach / SLIDING_POINTS, load),
+                steps=SLIDING_STEPS,
+            )
+            for reach in (1e-3, 1.0, 10.0, 100.0)
+        }
+        exp = partial(_repeat, partial(np.exp, points), SLIDING_STEPS)
+        times = interleaved({"exp": exp, **tasks}, 3)
+        share = "a tenth" if target else "half"
+        rows += [
+            measurement(
+                f"Problem 1, {SLIDING_LINES} lines x {SLIDING_POINTS} points x {SLIDING_STEPS} "
+                f"steps, {share} in contact, {name}",
+                times[name],
+                "np.exp per point and step",
+                times["exp"],
+                target,
+            )
+            for name in tasks
+        ]
+    return rows
+
+
+def _repeat(task: Callable[[], object], times: int) -> None:
+    for _ in range(times):
+        task()
+
+
+def _sizes() -> list[Measurement]:
+    """Cost against N, and its growth from 1e4 to 1e7 against that of N log N."""
+    rows, found = [], {}
+    for points in SIZES:
+        line = rough_lines(1, points)
+        press = _press(line, "sub_cell", {"force": load_lists(line, LOADS)["force"]})
+        times = interleaved({"argsort": partial(np.argsort, line[0]), "press": press}, 5)
+        rows.append(
+            measurement(
+                f"N = {points:.0e}, {LOADS} loads, force",
+                times["press"],
+                "np.argsort",
+                times["argsort"],
+            )
+        )
+        found[points] = rows[-1].seconds
+    return [*rows, _growth(found)]
+
+
+def _growth(seconds: dict[int, float]) -> Measurement:
+    """Fit the exponent of the cost in N; the yardstick is that of N log N on the same sizes."""
+    sizes = np.array([n for n in seconds if n >= _EXPONENT_FROM], dtype=float)
+    cost = np.array([seconds[int(n)] for n in sizes])
+    exponent = float(np.polyfit(np.log(sizes), np.log(cost), 1)[0])
+    bound = float(np.polyfit(np.log(sizes), np.log(sizes * np.log(sizes)), 1)[0])
+    first, last = sizes[0], sizes[-1]
+    at_bound = float(cost[0] * (last / first) ** bound)
+    return Measurement(
+        f"exponent of the cost in N from {first:.0e} to {last:.0e}: {exponent:.2f}",
+        float(cost[-1]),
+        f"N log N from the same start ({bound:.2f})",
+        at_bound,
+        float((last / first) ** (exponent - bound)),
+        1.0,
+    )

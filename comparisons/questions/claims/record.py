@@ -1,0 +1,114 @@
+"""What was found about claims, as claims.json keeps it: written whole, checked when read."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+from pydantic import BaseModel, ConfigDict, ValidationError
+
+from comparisons.questions.claims.claim import NOT_RESOLVED
+from comparisons.results.store import ResultsError
+from comparisons.writing import write_text
+
+RECORD = "claims.json"
+
+
+class _Form(BaseModel):
+    """Types as JSON has them; keys that a later version adds are kept."""
+
+    model_config = ConfigDict(strict=True, extra="allow", frozen=True, allow_inf_nan=False)
+
+
+class PointRecord(_Form):
+    """One measurement; None where there is no number."""
+
+    parameter: float | None
+    error: float | None
+    uncertainty: float | None
+    word: str
+    details: dict[str, float | str | None]
+    seconds: float
+
+
+class RangeRecord(_Form):
+    """A stretch over which the claim holds; see comparisons.questions.claims.search.Range."""
+
+    low: float
+    high: float
+    below: float | None
+    above: float | None
+
+
+class ClaimRecord(_Form):
+    """A claim with its verdict and everything it follows from."""
+
+    id: str
+    text: str
+    equation: str
+    reading: str
+    corrects: str | None
+    what: str
+    method: str
+    quantity: list[str]
+    measure: str
+    parameter: str
+    spacing: str
+    tolerance: float
+    tolerance_from: str = "ours"
+    refuted_by: str
+    expected: str | None
+    verdict: str
+    sentence: str
+    points: list[PointRecord]
+    ranges: list[RangeRecord]
+    disagreements: list[str]
+    command: str
+    seconds: float
+    effort: str
+
+    @property
+    def differs(self) -> bool:
+        """Whether the verdict is another than the file expects.
+
+        The wider bars of a quick run may leave open what a full one decides: that is no
+        difference.
+        """
+        if self.expected is None or self.verdict == self.expected:
+            return False
+        return self.effort == "full" or self.verdict != NOT_RESOLVED
+
+
+class ClaimsRecord(_Form):
+    """A whole run of claims."""
+
+    created: str
+    command: str
+    effort: str
+    seconds: float
+    machine: dict[str, str | int | float | None]
+    versions: dict[str, str]
+    interrupted: bool
+    claims: list[ClaimRecord]
+
+
+def save_claims(directory: Path, record: ClaimsRecord) -> None:
+    """Write claims.json, atomically."""
+    write_text(directory / RECORD, record.model_dump_json(indent=1) + "\n")
+
+
+def load_claims_record(path: Path) -> ClaimsRecord:
+    """Read the claims of a results folder, or of a file that `roughline claims --json` wrote.
+
+    Raises
+    ------
+    ResultsError
+        If there are none, or the file is not as it should be.
+    """
+    file = path / RECORD if path.is_dir() else path
+    try:
+        return ClaimsRecord.model_validate_json(file.read_text(encoding="utf-8"))
+    except FileNotFoundError as error:
+        raise ResultsError(f"{file}: no claims were judged here") from error
+    except (ValidationError, OSError, UnicodeDecodeError) as error:
+        first = str(error).splitlines()[:3]
+        raise ResultsError(f"{file}: damaged results ({' '.join(first)})") from error

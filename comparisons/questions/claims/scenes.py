@@ -1,0 +1,261 @@
+"""A claim measured on its scene: how far the judged method is off, and how well that is known."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from comparisons.errors import InputError
+from comparisons.geometry.prepare import IndenterGeometry
+from comparisons.judging.comparison import error_sources, errors_of
+from comparisons.judging.metrics import rms_and_maximum
+from comparisons.judging.pressures import pressure_measures
+from comparisons.judging.refinement import SHARE, refined
+from comparisons.judging.truth import (
+    Reference,
+    Solved,
+    choose_reference,
+    disagreements,
+    disputed,
+    finest,
+    main_axis,
+    mean_curves,
+    own_discretisation,
+    uncertainty_of,
+)
+from comparisons.judging.uncertainty import combined
+from comparisons.judging.verdicts import OUTSIDE, WORST_FIRST, judged
+from comparisons.methods import METHODS, covers, method_for
+from comparisons.questions.claims.claim import RESOLUTION, Claim, overrides
+from comparisons.questions.experiments import Measurement
+from comparisons.questions.experiments.base import Effort
+from comparisons.scene.scene import load_scene
+from comparisons.solving.kept import solve_plan
+from comparisons.solving.planning import MethodPlan, Plan, plan_scene, refusal
+
+# Seconds that one more refinement of the truth may take at full effort.
+REFINEMENT_BUDGET = 30.0
+# A source of the bar: what references differ by beyond their own bars.
+DISPUTE = "references disagree by"
+# What references aim at that only check a closed form.
+CHECKING = 0.01
+MOST_SPRINGS = 20_000
+PRESSURES = ("pressure", "pressure_integral", "pressure_peak")
+# Signed error, bar and details of one quantity.
+Measured = tuple[float, float, dict[str, float | str]]
+
+
+def measure_scene(
+    claim: Claim,
+    value: float | None,
+    effort: Effort,
+    *,
+    independent: bool,
+    kept: Path | None = None,
+) -> Measurement:
+    """Solve a claim's scene at one value of its parameter and measure the claim's error.
+
+    Parameters
+    ----------
+    claim : Claim
+    value : float or None
+        The parameter.
+    effort : "quick" or "full"
+        Full refines the truth until its bar is a fifth of the tolerance.
+    independent : bool
+        Solve with every 3-D method, so that references check each other; else the cheapest that
+        knows the truth.
+    kept : Path, optional
+        Folder of solves, which claims on the same scene share.
+
+    Raises
+    ------
+    InputError
+        If the scene cannot be prepared at this value.
+    """
+    started = time.perf_counter()
+    plan = _plan(claim, value, effort, independent)
+    solved = solve_plan(plan, repeats=1, bodies=False, kept=kept)
+
+    def solve(finer: Plan) -> None:
+        solved.update(solve_plan(finer, repeats=1, known=solved, bodies=False, kept=kept))
+
+    if effort == "full":
+        plan = refined(plan, lambda _: solved, solve, budget=REFINEMENT_BUDGET)
+    reference = choose_reference(solved, plan.compared)
+    if reference is not None and not _fixed(claim):
+        _refine_judged(claim, plan, solved, solve)
+    level = finest(solved, claim.method)
+    if reference is None or level is None:
+        reasons = [why for s in solved.values() for why in s.reasons.values()]
+        details: dict[str, float | str] = {"no result": next(iter(reasons), "nothing was solved")}
+        return Measurement(value, np.nan, np.nan, details, time.perf_counter() - started)
+    found = [_measured(claim, plan, solved, level, reference, name) for name in claim.quantity]
+    error, bar, details = _deciding(found, claim.tolerance)
+    details |= {"truth": reference.label, "resolution": float(level)}
+    differing = disagreements(solved, reference, plan.compared)
+    if differing:
+        details["references disagree"] = " ".join(differing)
+    return Measurement(value, error, bar, details, time.perf_counter() - started)
+
+
+def _deciding(found: list[Measured], tolerance: float) -> Measured:
+    """Return the quantity that decides, as verdicts on scenes do (`verdicts.WORST_FIRST`)."""
+
+    def rank(each: Measured) -> tuple[int, float]:
+        decided = judged(each[0], each[1], tolerance)
+        size = decided.low if decided.word == OUTSIDE else decided.high
+        return WORST_FIRST.index(decided.word), -size if np.isfinite(size) else -np.inf
+
+    return min(found, key=rank)
+
+
+def _plan(claim: Claim, value: float | None, effort: Effort, independent: bool) -> Plan:
+    """Plan the judged method and the references that the measurement needs.
+
+    A closed form needs no fine grids beside it: they only check it. At quick effort what checks,
+    elements with friction beside the half-space, too, leaves out its finest grid.
+    """
+    changed = overrides(claim, value)
+    scene = load_scene(claim.source, changed)
+    exact = covers("closed_form", scene).ok and method_for("closed_form", scene).supports(scene).ok
+    methods = [claim.method, "closed_form"]
+    if independent or not exact:
+        methods.append("bem_fft")
+    if independent and (effort == "full" or not exact):
+        methods.append("fem")
+    if scene.physics and not exact:
+        methods.append("bem_dense")  # where physics is wired, it may be the only half-space
+    if exact:
+        changed["compare.tolerance"] = CHECKING
+    changed["compare.methods"] = list(dict.fromkeys(methods))
+    (plan, *_) = plan_scene(load_scene(claim.source, changed), effort)
+    if effort == "quick":
+        checks = {m for m in methods if exact or (m == "fem" and scene.physics)} - {claim.method}
+        plan = replace(plan, methods=tuple(_coarser(m, checks) for m in plan.methods))
+    if not _fixed(claim):
+        return plan
+    assert value is not None
+    why = refusal(plan, claim.method, int(value))
+    if why:
+        raise InputError(f"{RESOLUTION} {int(value)}: {why}")
+    return replace(plan, methods=tuple(_with(m, claim, (int(value),)) for m in plan.methods))
+
+
+def _fixed(claim: Claim) -> bool:
+    """Tell whether the claim is about the judged method at one resolution."""
+    return claim.vary is not None and claim.vary.path == (RESOLUTION,)
+
+
+def _coarser(planned: MethodPlan, checks: set[str]) -> MethodPlan:
+    """Leave out the finest of three grids of a method that only checks."""
+    fewer = planned.resolutions[:-1] if planned.method in checks else ()
+    return replace(planned, resolutions=fewer) if len(fewer) > 1 else planned
+
+
+def _with(planned: MethodPlan, claim: Claim, resolutions: tuple[int, ...]) -> MethodPlan:
+    return replace(planned, resolutions=resolutions) if planned.method == claim.method else planned
+
+
+def _refine_judged(claim: Claim, plan: Plan, solved: Solved, solve: Callable[[Plan], None]) -> None:
+    """Double the springs until they matter no more: the claim is about the model, not its sums."""
+    if METHODS[claim.method].dimension == 3 or not isinstance(plan.geometry, IndenterGeometry):
+        return
+    while True:
+        level = finest(solved, claim.method)
+        if level is None or 2 * level > MOST_SPRINGS:
+            return
+        curves = mean_curves(solved[claim.method, level])
+        bars = [own_discretisation(solved, claim.method, n) for n in claim.quantity if n in curves]
+        if not bars or not np.nanmax(bars) > SHARE * claim.tolerance:
+            return
+        planned = tuple(_with(m, claim, (2 * level,)) for m in plan.methods)
+        solve(replace(plan, methods=planned))
+
+
+def _measured(
+    claim: Claim, plan: Plan, solved: Solved, level: int, reference: Reference, name: str
+) -> Measured:
+    """Return signed error, bar and details of one quantity."""
+    if name in PRESSURES:
+        return _pressure(claim, plan, solved, level, reference, name)
+    if name == "area_from_stiffness":
+        return _area_from_stiffness(claim, plan, solved, reference)
+    control = plan.loads.axis
+    at = claim.at or main_axis(control, name)
+    curves = mean_curves(solved[claim.method, level])
+    if name not in curves or name not in reference.curves:
+        return np.nan, np.nan, {"no result": f"{name} is not known here"}
+    errors = errors_of(control, curves, reference, name, at)
+    parts = error_sources(plan, solved, claim.method, level, reference, name, at)
+    parts[DISPUTE] = disputed(solved, reference, name)
+    return interval(claim, name, errors, parts)
+
+
+def _pressure(
+    claim: Claim, plan: Plan, solved: Solved, level: int, reference: Reference, name: str
+) -> Measured:
+    found = pressure_measures(plan, solved, claim.method, level, reference)
+    for each in found:
+        if each["quantity"] == name:
+            bar = {"pressure field": np.array([each["bar"]])}
+            return interval(claim, name, np.array([each["error"]]), bar)
+    why = "no pressure field" if not found else "the true pressure has no finite peak"
+    return np.nan, np.nan, {"no result": why}
+
+
+def _area_from_stiffness(
+    claim: Claim, plan: Plan, solved: Solved, reference: Reference
+) -> Measured:
+    """Judge D = k/E* (19.13) read backwards: A = (pi/4) (k/E*)^2 against the true area."""
+    modulus = plan.scene.effective_modulus
+    area = np.pi / 4 * (reference.curves["stiffness"] / modulus) ** 2
+    errors = area / reference.curves["contact_area"] - 1
+    control = plan.loads.axis
+    stiffness = uncertainty_of(control, reference, "stiffness", control)
+    own = uncertainty_of(control, reference, "contact_area", control)
+    flat = isinstance(plan.geometry, IndenterGeometry) and plan.geometry.indenter.flat
+    parts = {"stiffness, twice": 2 * stiffness}
+    parts[DISPUTE] = 2 * disputed(solved, reference, "stiffness")
+    if not flat:  # the area of a face is known
+        parts["area"] = own
+    return interval(claim, "area_from_stiffness", errors, parts)
+
+
+def interval(
+    claim: Claim, name: str, errors: np.ndarray, sources: dict[str, np.ndarray]
+) -> Measured:
+    """Reduce errors with bars over the load steps to one signed error with its half-width.
+
+    The measure lies between two values whatever the true errors are inside their bars: the
+    maximum of |e| between max(|e| - u) and max(|e| + u), the rms between rms(e) -+ rms(u) by the
+    triangle inequality. Their middle and half distance are returned; where all bars are equal,
+    that is the measure itself and its bar. The sign is that of the largest error. A load step
+    without a value or a bar leaves the upper end unknown.
+    """
+    bars = combined(*sources.values())
+    known = np.isfinite(errors) & np.isfinite(bars)
+    if not known.any():
+        return np.nan, np.nan, {"no result": f"{name}: no error, or no bar, at any load step"}
+    sizes, widths = np.abs(errors[known]), bars[known]
+    if claim.measure == "last":
+        low, high = sizes[-1] - widths[-1], sizes[-1] + widths[-1]
+    elif claim.measure == "rms":
+        middle, half = rms_and_maximum(sizes)[0], rms_and_maximum(widths)[0]
+        low, high = middle - half, middle + half
+    else:
+        low, high = np.max(sizes - widths), np.max(sizes + widths)
+    worst = int(np.flatnonzero(known)[np.argmax(sizes)])
+    details: dict[str, float | str] = {"quantity": name}
+    details |= {f"bar: {key}": float(part[worst]) for key, part in sources.items() if part[worst]}
+    missing = int((~known).sum())
+    if missing:
+        details["load steps without a value"] = float(missing)
+        if low <= claim.tolerance:
+            high = np.inf
+    sign = -1.0 if errors[worst] < 0 else 1.0
+    return sign * float(0.5 * (low + high)), float(0.5 * (high - low)), details

@@ -1,0 +1,136 @@
+"""Where along a parameter a claim holds: a grid of points, then bisection of each boundary."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from itertools import groupby, pairwise
+
+import numpy as np
+
+from comparisons.judging.verdicts import OUTSIDE, WITHIN, judge
+from comparisons.questions.claims.claim import FAILS, HOLDS, IN_A_RANGE, NOT_RESOLVED, Vary
+from comparisons.questions.experiments import Measurement
+from comparisons.questions.experiments.base import Effort
+
+Measure = Callable[[float | None], Measurement]
+
+
+@dataclass(frozen=True)
+class Point:
+    """A measurement and the word on it: "within", "outside", "not resolved" or "no result"."""
+
+    measurement: Measurement
+    word: str
+
+    @property
+    def parameter(self) -> float:
+        """Where it was measured; NaN where nothing varies."""
+        value = self.measurement.parameter
+        return float("nan") if value is None else value
+
+
+@dataclass(frozen=True)
+class Range:
+    """A stretch of the parameter over which every measured point is within the tolerance.
+
+    low, high: the outermost points within. below, above: the next measured points, which are not
+    within (None at the end of what was tested): the boundary lies between, and their distance is
+    its resolution.
+    """
+
+    low: float
+    high: float
+    below: float | None
+    above: float | None
+
+
+def search(vary: Vary | None, tolerance: float, measure: Measure, bisections: int) -> list[Point]:
+    """Measure a claim over its grid, then halve each interval in which a boundary must lie.
+
+    That is an interval between within and outside, and one between two points outside whose
+    errors have opposite signs: the error passes zero there, and the claim holds around it. Where a
+    midpoint is not resolved, the boundary cannot be known better, and stays there.
+
+    Returns
+    -------
+    list of Point
+        In the order of the parameter.
+    """
+
+    def at(value: float | None) -> Point:
+        found = measure(value)
+        return Point(found, judge(found.error, found.uncertainty, tolerance))
+
+    def halve(low: Point, high: Point, left: int) -> list[Point]:
+        middle = _between(vary, low.parameter, high.parameter) if vary is not None else None
+        if not left or middle is None or not _holds_boundary(low, high):
+            return []
+        point = at(middle)
+        return [*halve(low, point, left - 1), point, *halve(point, high, left - 1)]
+
+    if vary is None:
+        return [at(None)]
+    points = [at(value) for value in grid(vary)]
+    found = points[:1]
+    for low, high in pairwise(points):
+        found += [*halve(low, high, bisections), high]
+    return found
+
+
+def _holds_boundary(low: Point, high: Point) -> bool:
+    """Tell whether the claim must begin or cease to hold between two neighbours."""
+    words = {low.word, high.word}
+    opposite = low.measurement.error * high.measurement.error < 0
+    return words == {WITHIN, OUTSIDE} or (words == {OUTSIDE} and opposite)
+
+
+def grid(vary: Vary) -> list[float]:
+    """Return the first values of the parameter, its ends exactly."""
+    if vary.spacing == "log":
+        inner = np.geomspace(vary.start, vary.end, vary.steps)[1:-1]
+    else:
+        inner = np.linspace(vary.start, vary.end, vary.steps)[1:-1]
+    values = [vary.start, *(float(each) for each in inner), vary.end]
+    return list(dict.fromkeys(float(round(v)) for v in values)) if vary.whole else values
+
+
+def _between(vary: Vary, low: float, high: float) -> float | None:
+    """Return the midpoint on the parameter's scale, None where two whole numbers have none."""
+    middle = float(np.sqrt(low) * np.sqrt(high)) if vary.spacing == "log" else 0.5 * (low + high)
+    if not vary.whole:
+        return middle
+    middle = float(round(middle))
+    return middle if low < middle < high else None
+
+
+def verdict_of(points: list[Point], effort: Effort = "full") -> str:
+    """Return the verdict on a claim from all that was measured.
+
+    One point outside refutes a claim that is stated for the whole range: it "holds in a range" if
+    another is within, else it "fails". Without any outside it "holds" if all are within, else it
+    is "not resolved". The wide bars of a quick effort may hide a range: what is outside wherever it
+    is resolved then "fails" only if no point is open.
+    """
+    words = {point.word for point in points}
+    if words == {WITHIN}:
+        return HOLDS
+    if OUTSIDE not in words:
+        return NOT_RESOLVED
+    if WITHIN in words:
+        return IN_A_RANGE
+    return FAILS if effort == "full" or words == {OUTSIDE} else NOT_RESOLVED
+
+
+def ranges_of(points: list[Point]) -> list[Range]:
+    """Return the stretches over which a claim holds (none where nothing varies)."""
+    found, start = [], 0
+    for word, group in groupby(points, key=lambda point: point.word):
+        members = list(group)
+        stop = start + len(members)
+        if word == WITHIN and members[0].measurement.parameter is not None:
+            below = points[start - 1].parameter if start else None
+            above = points[stop].parameter if stop < len(points) else None
+            found.append(Range(members[0].parameter, members[-1].parameter, below, above))
+        start = stop
+    return found

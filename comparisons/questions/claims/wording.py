@@ -1,0 +1,127 @@
+"""Verdicts in words, made from what was measured and from nothing else."""
+
+from __future__ import annotations
+
+from itertools import pairwise
+
+import numpy as np
+
+from comparisons.formatting import number, plus_minus, tolerance, without_padding
+from comparisons.judging.verdicts import NO_RESULT, OUTSIDE, WITHIN
+from comparisons.questions.claims.claim import FAILS, HOLDS, IN_A_RANGE, Claim
+from comparisons.questions.claims.search import Point, Range
+
+
+def sentence(claim: Claim, verdict: str, points: list[Point], ranges: list[Range]) -> str:
+    """Return what was found, with the numbers that decide.
+
+    For example: "Within 1 % for R'/R'' from 1 to 1.96; outside from 2.04 on. Error there -1.0 %,
+    and -16 % at 20."
+    """
+    limit = tolerance(claim.tolerance)
+    if claim.vary is None:
+        return _single(points[0], limit)
+    judged = [point for point in points if point.word != NO_RESULT]
+    if not judged:
+        return f"No result: {_reason(points[0])}."
+    largest = _extreme(judged, max)
+    stretch = f"{claim.parameter} from {value(points[0].parameter)} to "
+    stretch += value(points[-1].parameter)
+    if verdict == HOLDS:
+        return f"Within {limit} for {stretch}; the largest error is {_at(largest)}."
+    if verdict == FAILS:
+        outside = [point for point in judged if point.word == OUTSIDE]
+        resolved = "" if len(outside) == len(points) else " wherever it is resolved,"
+        smallest = _at(_extreme(outside, min))
+        return (
+            f"Outside {limit}{resolved} for {stretch}; the smallest error is {smallest}"
+            f"{_open(points)}{_sign_changes(points)}."
+        )
+    if verdict == IN_A_RANGE:
+        found = "; ".join(_stretch(each) for each in ranges)
+        return (
+            f"Within {limit} for {claim.parameter} {found}. "
+            f"The largest error is {_at(largest)}{_open(points)}{_sign_changes(points)}."
+        )
+    outside = [point for point in points if point.word == OUTSIDE]
+    if outside:
+        where = ", ".join(value(point.parameter) for point in outside)
+        return (
+            f"Outside {limit} at {where}; whether it holds anywhere for {stretch} is not resolved"
+            f"{_open(points)}{_sign_changes(points)}."
+        )
+    return f"For {stretch} no error beyond {limit} is certain{_open(points)}."
+
+
+def value(parameter: float) -> str:
+    """Write a value of a parameter: four digits, without padding zeros.
+
+    >>> value(20.0), value(1.9641), value(1e-9)
+    ('20', '1.964', '1×10⁻⁹')
+    """
+    return without_padding(number(parameter, 4))
+
+
+def _single(point: Point, limit: str) -> str:
+    if point.word == NO_RESULT:
+        return f"No result: {_reason(point)}."
+    found = plus_minus(point.measurement.error, point.measurement.uncertainty)
+    words = {WITHIN: f"within {limit}", OUTSIDE: f"outside {limit}"}
+    return f"Error {found}: {words.get(point.word, f'the bar is wider than {limit} can bear')}."
+
+
+def _at(point: Point) -> str:
+    measured = point.measurement
+    return f"{plus_minus(measured.error, measured.uncertainty)} at {value(point.parameter)}"
+
+
+def _extreme(points: list[Point], choose: type[max] | type[min]) -> Point:  # type: ignore[valid-type]
+    return choose(points, key=lambda point: abs(point.measurement.error))
+
+
+def _stretch(stretch: Range) -> str:
+    """Return a stretch with the points beyond it, which tell how well its ends are known."""
+    low, high = value(stretch.low), value(stretch.high)
+    text = f"at {low}" if stretch.low == stretch.high else f"from {low} to {high}"
+    beyond = [value(end) for end in (stretch.below, stretch.above) if end is not None]
+    return f"{text} (not at {' nor at '.join(beyond)})" if beyond else text
+
+
+def _sign_changes(points: list[Point]) -> str:
+    """Tell between which points beyond the tolerance the error passes zero, "" if it does not.
+
+    What holds there holds where two faults cancel. Only signs that the bars leave no doubt of
+    count, and only between points that are not within.
+    """
+    sure = [
+        p
+        for p in points
+        if p.word not in (WITHIN, NO_RESULT)
+        and abs(p.measurement.error) > p.measurement.uncertainty
+    ]
+    found = [
+        f"{value(low.parameter)} and {value(high.parameter)}"
+        for low, high in pairwise(sure)
+        if low.measurement.error * high.measurement.error < 0
+    ]
+    if len(found) > 3:
+        return f"; the error changes sign {len(found)} times"
+    return f"; the error changes sign between {', and between '.join(found)}" if found else ""
+
+
+def _open(points: list[Point]) -> str:
+    """Return which points are not resolved, "" where all are."""
+    left = [p for p in points if p.word not in (WITHIN, OUTSIDE)]
+    if not left:
+        return ""
+    widest = max(left, key=lambda p: np.nan_to_num(p.measurement.uncertainty, nan=np.inf))
+    if widest.word == NO_RESULT:
+        why = f"no result at {value(widest.parameter)}: {_reason(widest)}"
+    else:
+        why = f"at {value(widest.parameter)} the error is "
+        why += plus_minus(widest.measurement.error, widest.measurement.uncertainty)
+    return f"; {len(left)} of {len(points)} points are not resolved ({why})"
+
+
+def _reason(point: Point) -> str:
+    return str(point.measurement.details.get("no result", "the measurement gave no number"))

@@ -1,0 +1,38 @@
+"""The experiments, by name; one module per statement or family of statements."""
+
+from __future__ import annotations
+
+from comparisons.questions.experiments import (
+    active_set,
+    adhesive_face,
+    adhesive_range,
+    bodies,
+    cost,
+    friction_law,
+    harmonic,
+    impact,
+    kernel,
+    line_statistics,
+    neighbours,
+    reading_scan,
+    rough_area,
+    rough_slip,
+    rubber_sliding,
+    stress_use,
+    tangential,
+    two_bodies,
+)
+from comparisons.questions.experiments.base import Experiment, Measurement
+
+# Each module of this package offers a tuple EXPERIMENTS; the modules are listed here.
+_MODULES = (
+    *(kernel, active_set, bodies, neighbours, impact),
+    *(line_statistics, rough_area, reading_scan, stress_use, two_bodies, cost),
+    *(friction_law, harmonic, tangential, rubber_sliding, adhesive_face, adhesive_range),
+    rough_slip,
+)
+EXPERIMENTS: dict[str, Experiment] = {
+    each.name: each for module in _MODULES for each in module.EXPERIMENTS
+}
+
+__all__ = ["EXPERIMENTS", "Experiment", "Measurement"]

@@ -1,0 +1,114 @@
+"""(19.5)-(19.8): the chapter's iteration ends without tension and overlap, and how soon."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy import stats
+
+from comparisons.questions.experiments.rough_ensemble import SEED, Surface
+from comparisons.questions.experiments.running import Finding, above, experiment, one_of
+from reference.errors import ConvergenceError
+from reference.halfspace import Contact, FreeOperator, dense
+from reference.halfspace.solution import assemble
+
+_MOST_CELLS = 10_000
+STARTS = ("overlap", "random", "summit")
+
+
+def _start(
+    kind: str, operator: FreeOperator, gap: np.ndarray, depth: float, rng: np.random.Generator
+) -> Contact | None:
+    """Return a contact with the assumed contact area: "to begin, a contact area is assumed"."""
+    if kind == "overlap":
+        return None
+    area = gap == gap.min()
+    if kind == "random":
+        area |= (gap < depth) & (rng.random(gap.shape) < 0.5)
+    return assemble(operator, gap, area.astype(float), depth, 0, [])
+
+
+def _rounds(
+    surface: Surface, start: str, share: float, count: int
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return rounds and overlap over penetration of each patch; infinite where none was found."""
+    operator = surface.operator()
+    assert isinstance(operator, FreeOperator)
+    rng = np.random.default_rng(np.random.SeedSequence(SEED, spawn_key=(3,)))
+    lengths, violations = [], []
+    for realisation in range(count):
+        heights = surface.heights(realisation)
+        gap = heights.max() - heights
+        depth = float(np.quantile(gap, share)) + np.finfo(float).tiny
+        begin = _start(start, operator, gap, depth, rng)
+        try:
+            contact = dense.solve(operator, gap, penetration=depth, start=begin)
+        except ConvergenceError as fault:
+            lengths.append(len(fault.history))
+            violations.append(np.inf)
+            continue
+        lengths.append(contact.iterations)
+        violations.append(contact.violation)
+    return np.array(lengths), np.array(violations)
+
+
+def _ends(
+    effort: str,
+    *,
+    share: float = 0.1,
+    start: str = "overlap",
+    rounds: float = 7,
+    points: float = 32,
+    hurst: float = 0.8,
+    runs: float = 200,
+    limit: float = 1e-12,
+) -> Finding:
+    """Share of rough patches whose iteration does not end properly within so many rounds.
+
+    A patch is pressed until its geometric overlap covers the `share` of it. Properly: without
+    tension (the dense solver leaves none), the largest overlap below `limit` times the penetration,
+    within `rounds` rounds and before the solver's fallback to single changes, which the chapter
+    does not have. Bar: 95 % of Clopper and Pearson for a share of independent runs.
+    """
+    one_of("start", start, *STARTS)
+    above("rounds", rounds, 0)
+    above("runs", runs, 0)
+    if not 0 < share <= 1:
+        raise ValueError(f"share must lie in (0, 1], not {share!r}")
+    if share * points**2 > _MOST_CELLS:
+        raise ValueError(
+            f"points {points!r}: the matrix of more than {_MOST_CELLS} cells is too large"
+        )
+    surface = Surface.of(points, hurst, 1.0, 2.0, False)
+    count = int(runs) if effort == "full" else min(int(runs), 100)
+    lengths, violations = _rounds(surface, start, share, count)
+    failed = (lengths > rounds) | (violations > limit)
+    number = int(failed.sum())
+    low, high = _clopper_pearson(number, count)
+    details: dict[str, float | str] = {
+        "runs": float(count),
+        "failures": float(number),
+        "rounds, median": float(np.median(lengths)),
+        "rounds, most": float(lengths.max()),
+        "overlap over penetration, largest": float(min(violations.max(), 1.0)),
+    }
+    error = number / count
+    return Finding(error, max(error - low, high - error), details)
+
+
+def _clopper_pearson(successes: int, trials: int) -> tuple[float, float]:
+    """95 % interval of a share; one-sided where nothing or everything happened."""
+    found = stats.binomtest(successes, trials).proportion_ci(
+        0.90 if successes in (0, trials) else 0.95, method="exact"
+    )
+    return float(found.low), float(found.high)
+
+
+EXPERIMENTS = (
+    experiment(
+        "active-set",
+        "Rough patches on which the iteration of (19.5)-(19.8) does not end properly",
+        "share of the patch in geometric overlap",
+        "share",
+        _ends,
+    ),
+)

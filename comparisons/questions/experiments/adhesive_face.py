@@ -1,0 +1,98 @@
+"""Short-range adhesion of flat faces that are no discs, from contacts whose attraction has a range.
+
+On a grid the attraction needs a zone of several cells, 0.8 E* w/sigma0^2 wide (Maugis 1992). Its
+pull-off force tends to that of short range in proportion to the zone, so that a few zones, each on
+as many cells, tell the limit without any calibrated edge: for a disc it is Kendall's (tested).
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from comparisons.judging.uncertainty import SAFE, combined
+from comparisons.questions.experiments.base import Effort
+from comparisons.questions.experiments.running import Finding, above, experiment, one_of
+from reduced.adhesion.adhere import pull_off
+from reduced.profiles.shapes import equivalent_punch
+from reference.halfspace import FreeOperator
+from reference.halfspace.cohesive import CohesiveProblem
+from reference.halfspace.cohesive_laws import dugdale
+from reference.halfspace.cohesive_path import trace
+
+# Cells across the zone, and cells per radius of the disc of equal area.
+_ZONE = 6
+_GRIDS: dict[Effort, tuple[int, ...]] = {"quick": (12, 24), "full": (16, 32, 48)}
+_RAMP, _TOLERANCE = 0.3, 1e-6
+# The way ends where the force is this much above its lowest.
+_RISEN = 0.05
+
+
+def _pull_off(effort: Effort, *, shape: str = "ellipse", aspect: float = 1.0) -> Finding:
+    """Pull-off force of the disc of equal area by the edge-stretch rule over the true one, - 1.
+
+    Sources of the bar, each with Roache's safety factor: the change of the limit from the two
+    coarser zones to the two finer ones (of two zones, half of what the limit adds to the finer);
+    and the change of the widest zone on twice as many cells.
+    """
+    one_of("shape", shape, "ellipse", "square")
+    above("aspect", aspect, 0)
+    counts = np.array(_GRIDS[effort])
+    pulls = np.array([_ratio(int(n), _ZONE, shape, aspect) for n in counts])
+    limits = pulls[1:] + np.diff(pulls) * counts[:-1] / np.diff(counts)
+    last = limits[-2] if len(limits) > 1 else 0.5 * (limits[-1] + pulls[-1])
+    finer = _ratio(2 * int(counts[0]), 2 * _ZONE, shape, aspect)
+    bars = {
+        "bar: range": SAFE * float(abs(1 - last / limits[-1])),
+        "bar: cells of the zone": SAFE * float(abs(finer / pulls[0] - 1)),
+    }
+    error = 1 / float(limits[-1]) - 1
+    details: dict[str, float | str] = {
+        "pull-off force over the rule's": float(limits[-1]),
+        **{
+            f"the same, zone of {_ZONE / n:.3g} radii": float(p)
+            for n, p in zip(counts, pulls, strict=True)
+        },
+    }
+    return Finding(error, (1 + error) * float(combined(*bars.values())), details | bars)
+
+
+def _ratio(cells: int, zone: int, shape: str, aspect: float) -> float:
+    """Pull-off force over the rule's for the disc of the area of the cells; E* = w = 1."""
+    operator, gap = _face(cells, shape, aspect)
+    radius = float(np.sqrt(np.isfinite(gap).sum() * operator.cell_area / np.pi))
+    strength = float(np.sqrt(0.8 / (zone * operator.spacing[0])))
+    problem = CohesiveProblem(operator, gap, dugdale(1.0, strength, ramp=_RAMP))
+    stretch = float(np.sqrt(2 * np.pi * radius))
+    path = trace(
+        *(problem, 0.02 * stretch, -1.3 * stretch - 1 / strength),
+        tolerance=_TOLERANCE,
+        risen=_RISEN,
+    )
+    found = path.pull_off()
+    assert found is not None  # the way has ended above its lowest force
+    rule = pull_off(equivalent_punch(np.pi * radius**2), 1.0, 1.0).before.force
+    return found[1] / rule
+
+
+def _face(cells: int, shape: str, aspect: float) -> tuple[FreeOperator, np.ndarray]:
+    """Operator and gap, zero on the cells of a face of area pi and infinite beside it."""
+    if shape == "square":
+        count = 2 * round(0.5 * np.sqrt(np.pi) * cells)
+        step = float(np.sqrt(np.pi)) / count
+        return FreeOperator((count, count), (step, step), 1.0), np.zeros((count, count))
+    half = float(np.sqrt(aspect)), float(1 / np.sqrt(aspect))
+    nx, ny = (2 * int(np.ceil(each * cells - 1e-9)) for each in half)
+    x, y = ((np.arange(n) - (n - 1) / 2) / cells for n in (nx, ny))
+    inside = (x[:, None] / half[0]) ** 2 + (y[None, :] / half[1]) ** 2 <= 1
+    return FreeOperator((nx, ny), (1 / cells,) * 2, 1.0), np.where(inside, 0.0, np.inf)
+
+
+EXPERIMENTS = (
+    experiment(
+        "adhesive-face",
+        "Pull-off force of a flat face against a half-space with attraction of ever less range",
+        "ratio of the axes",
+        "aspect",
+        _pull_off,
+    ),
+)

@@ -1,0 +1,218 @@
+"""Section 19.3 (b) and (c): what is local in a contact of a finite body, and what is not.
+
+A flat round punch of diameter D = 2a on a half-space, on a half-ball of radius R, or (in two
+dimensions) a strip of width D on a half-cylinder in plane strain.
+"""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+
+from comparisons.questions.experiments.running import Finding, above, experiment, one_of
+from reference.closed_form import boussinesq_energy
+from reference.fem.section import SectionContact, press_section
+
+# So large in a that the half-ball is a half-space to 1e-6: k/(2 E* a) = 1 + 1.09 a/R.
+_HALF_SPACE = 1e6
+
+
+def _far_field(effort: str, *, distance: float = 10.0, reading: str = "letter") -> Finding:
+    """(19.9) against u = (2 d/pi) arcsin(a/r) (Sneddon 1965; Johnson 1985, (3.38)), at r/D.
+
+    ``"letter"``: u = D d/r; ``"corrected"``: with the pi that the chapter leaves out.
+    """
+    above("distance", distance, 0.5)
+    one_of("reading", reading, "letter", "corrected")
+    true = 2 / np.pi * np.arcsin(0.5 / distance)
+    stated = 1 / distance / (1 if reading == "letter" else np.pi)
+    # the closed form is exact: only its rounding is a bar
+    details: dict[str, float | str] = {"u/d stated": stated, "u/d": float(true)}
+    return Finding(stated / true - 1, 1e-14, details)
+
+
+@lru_cache(maxsize=64)
+def _pressed(
+    radius: float,
+    poisson_ratio: float,
+    kind: str,
+    support: str,
+    radii: tuple[float, ...],
+    elements: int,
+) -> SectionContact:
+    return press_section(
+        radius, poisson_ratio, kind=kind, support=support, radii=radii, elements=elements
+    )
+
+
+def _pair(
+    effort: str,
+    radius: float,
+    poisson_ratio: float,
+    kind: str,
+    support: str,
+    radii: tuple[float, ...] = (),
+) -> tuple[SectionContact, SectionContact]:
+    """Return the body on two meshes, the better one last.
+
+    The error falls as the fourth power, so their difference is far more than what is left.
+    """
+    finest = 16 if effort == "full" else 8
+    one_of("kind", kind, "axisymmetric", "plane")
+    coarse, fine = (
+        _pressed(float(radius), float(poisson_ratio), kind, support, radii, elements)
+        for elements in (finest // 2, finest)
+    )
+    return coarse, fine
+
+
+def _energy_share(
+    effort: str, *, distance: float = 1.0, poisson_ratio: float = 0.3, reading: str = "local"
+) -> Finding:
+    """Share of the elastic energy farther than `distance` D from the punch, (19.10).
+
+    Statements: ``"local"``, it lies "in a volume with linear dimensions on the order of D", so the
+    share is the error; ``"letter"``, the integral (19.10) as printed, pi G D^2 d^2/r;
+    ``"corrected"``, that of Boussinesq's field.
+    """
+    above("distance", distance, 0.78)
+    one_of("reading", reading, "local", "letter", "corrected")
+    rho = 2 * float(distance)
+    pair = _pair(effort, _HALF_SPACE, poisson_ratio, "axisymmetric", "fixed", (rho,))
+    coarse, fine = (float(1 - body.energy[0]) for body in pair)
+    bar = abs(fine - coarse) + 1 / _HALF_SPACE
+    # with a = d = E* = 1 the force is 2 and the whole energy is 1
+    stated = {
+        "letter": np.pi * (1 - poisson_ratio) / 2 * 4 / rho,
+        "corrected": float(boussinesq_energy(2.0, rho, 1.0, poisson_ratio)),
+    }
+    details: dict[str, float | str] = {
+        "share within": 1 - fine,
+        "share beyond times r/D": fine * distance,
+        "(19.10) over the energy beyond": stated["letter"] / (fine * pair[1].stiffness / 2),
+    }
+    if reading == "local":
+        return Finding(fine, bar, details)
+    error = stated[reading] / (fine * pair[1].stiffness / 2) - 1
+    return Finding(error, bar / fine * (1 + error), details)
+
+
+def _body_size(
+    effort: str, *, size: float = 10.0, poisson_ratio: float = 0.3, kind: str = "axisymmetric"
+) -> Finding:
+    """Change of stiffness, and so of energy at equal depth, when a body of R = size D is 10 R.
+
+    "The size and form of the macroscopic body is unimportant" in three dimensions, and not in two.
+    """
+    above("size", size, 1.99)
+    pairs = [
+        _pair(effort, factor * 2 * size, poisson_ratio, kind, "fixed") for factor in (1.0, 10.0)
+    ]
+    coarse, fine = (pairs[0][mesh].stiffness / pairs[1][mesh].stiffness - 1 for mesh in (0, 1))
+    unit = "F/(E* D d)" if kind == "axisymmetric" else "F/(E* d) per length"
+    scale = 0.5 if kind == "axisymmetric" else 1.0
+    details: dict[str, float | str] = {
+        f"{unit}, R": scale * pairs[0][1].stiffness,
+        f"{unit}, 10 R": scale * pairs[1][1].stiffness,
+        "error times R/D": fine * size,
+    }
+    return Finding(fine, abs(fine - coarse), details)
+
+
+def _logarithm(effort: str, *, size: float = 10.0, poisson_ratio: float = 0.3) -> Finding:
+    """In plane strain d E*/F grows by (2/pi) ln 10 when R does tenfold (Johnson 1985, 2.8)."""
+    above("size", size, 1.99)
+    pairs = [
+        _pair(effort, factor * 2 * size, poisson_ratio, "plane", "fixed") for factor in (1.0, 10.0)
+    ]
+    stated = 2 / np.pi * np.log(10)
+    coarse, fine = (
+        stated / (1 / pairs[1][mesh].stiffness - 1 / pairs[0][mesh].stiffness) - 1
+        for mesh in (0, 1)
+    )
+    details: dict[str, float | str] = {"growth of d E*/F": stated / (1 + fine), "stated": stated}
+    return Finding(fine, abs(fine - coarse), details)
+
+
+def _kinetic_energy(
+    effort: str,
+    *,
+    ratio: float = 0.1,
+    frame: str = "far",
+    reading: str = "rigid",
+    poisson_ratio: float = 0.3,
+    kind: str = "axisymmetric",
+) -> Finding:
+    """Kinetic energy of a body that moves at v0 while a punch holds its surface, at D/R = ratio.
+
+    The field is quasi-static, v = v0 - v0 u/d, with u of the half-space (frame ``"far"``, the
+    chapter's: v0 is the velocity far away), of a half-ball whose round side moves at v0
+    (``"held"``), or of a free one that v0 is the centre of mass of (``"centre"``). Statements:
+    ``"rigid"`` K = m v0^2/2, ``"printed"`` times 1 - D/R (19.12), ``"linear"`` with the exact
+    coefficient (7 - 6 nu)/(2 pi (1 - nu)) of the half-space in place of one.
+    """
+    one_of("frame", frame, "far", "held", "centre")
+    one_of("reading", reading, "rigid", "printed", "linear")
+    if not 0 < ratio <= 0.5:
+        raise ValueError(f"ratio D/R must lie in (0, 0.5], not {ratio!r}")
+    if frame == "far" and kind == "plane":
+        raise ValueError("in plane strain nothing is far: the field grows with the body")
+    radius = 2 / float(ratio)
+    support = "inertia" if frame == "centre" else "fixed"
+    if frame == "far":
+        half_space = _HALF_SPACE * radius
+        pair = _pair(effort, half_space, poisson_ratio, kind, support, (radius,))
+    else:
+        pair = _pair(effort, radius, poisson_ratio, kind, support)
+    coarse, true = (
+        1 - 2 * body.mean_displacement[0] + body.mean_square_displacement[0] for body in pair
+    )
+    exact = (7 - 6 * poisson_ratio) / (2 * np.pi * (1 - poisson_ratio))
+    stated = {"rigid": 1.0, "printed": 1 - ratio, "linear": 1 - exact * ratio}[reading]
+    bar = abs(true - coarse) + (2 * ratio / _HALF_SPACE if frame == "far" else 0.0)
+    details: dict[str, float | str] = {
+        "K/(m v0^2/2)": float(true),
+        "linear coefficient 2 <u>/d R/D": float(2 * pair[1].mean_displacement[0] / ratio),
+        "of the half-space": exact,
+    }
+    return Finding(float(stated / true - 1), float(bar / true), details)
+
+
+EXPERIMENTS = (
+    experiment(
+        "far-field",
+        "Displacement of the surface at a distance from a flat punch (19.9)",
+        "distance r/D",
+        "distance",
+        _far_field,
+    ),
+    experiment(
+        "energy-share",
+        "Share of the elastic energy that lies far from the contact (19.10)",
+        "distance r/D",
+        "distance",
+        _energy_share,
+    ),
+    experiment(
+        "body-size",
+        "Change of the contact stiffness with the size of the body",
+        "size of the body R/D",
+        "size",
+        _body_size,
+    ),
+    experiment(
+        "plane-logarithm",
+        "Growth of the compliance in plane strain with the logarithm of the body",
+        "size of the body R/D",
+        "size",
+        _logarithm,
+    ),
+    experiment(
+        "kinetic-energy",
+        "Kinetic energy of a body that is pressed at v0 (19.11)-(19.12)",
+        "diameter of the contact over the body's radius D/R",
+        "ratio",
+        _kinetic_energy,
+    ),
+)

@@ -1,0 +1,174 @@
+"""Section 19.1.2: finite elements are not practical for rough surfaces. Time and memory, measured.
+
+Every solver runs through the same clock as a study (`comparisons.solving.execution`), one
+thread, the same surfaces and loads, on grids of N x N points of ever finer spacing.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from comparisons.methods import Task
+from comparisons.questions.experiments.running import Finding, above, experiment, one_of
+from comparisons.scene.scene import load_scene
+from comparisons.solving.execution import execute
+from comparisons.solving.planning import plan_scene
+
+# A patch whose shortest wave has four points on the coarsest of these grids (eight per side).
+_RECIPE = {
+    "surface.points": 8,
+    "surface.short_cutoff": "0.25 um",
+    "surface.realisations": 3,
+    "loading.force": {
+        "from": 0.02, "to": 0.1, "steps": 3, "spacing": "log", "relative_to": "E* A0 h'"
+    },
+    "compare.quantities": ["penetration", "contact_area"],
+}  # fmt: skip
+# Finer grids of boundary elements are too near the truth's own to tell their error; on coarser
+# ones it is no power law: the shortest wave has four points on 16.
+_DOUBLED = (16, 32, 64)
+_GRIDS = {
+    "quick": {"fem": (8, 16, 24), "bem_fft": _DOUBLED, "reduced": _DOUBLED},
+    "full": {"fem": (8, 16, 24, 32, 48), "bem_fft": _DOUBLED, "reduced": _DOUBLED},
+}
+_TRUTH = 256
+# Peaks of the resident memory below a megabyte cannot be told from nothing, and count as one.
+LEAST_MEMORY = 1e6
+
+
+@dataclass(frozen=True)
+class Series:
+    """One method on ever finer grids: points per side, seconds and bytes a surface, rms error."""
+
+    points: np.ndarray
+    seconds: np.ndarray
+    memory: np.ndarray
+    errors: np.ndarray
+
+
+@dataclass(frozen=True)
+class Law:
+    """Least squares of y = c N^p on logarithms, with the standard error of a prediction."""
+
+    constant: float
+    exponent: float
+    scatter: float
+
+    def at(self, points: float) -> float:
+        """Value at N points per side."""
+        return float(np.exp(self.constant + self.exponent * np.log(points)))
+
+    def reaches(self, value: float) -> float:
+        """N at which the law has a value."""
+        return float(np.exp((np.log(value) - self.constant) / self.exponent))
+
+
+def power_law(points: np.ndarray, values: np.ndarray) -> Law:
+    """Fit y = c N^p.
+
+    >>> law = power_law(np.array([1.0, 2.0, 4.0]), np.array([3.0, 12.0, 48.0]))
+    >>> round(law.exponent, 12), round(law.at(8), 9)
+    (2.0, 192.0)
+    """
+    x, y = np.log(points), np.log(values)
+    exponent, constant = np.polyfit(x, y, 1)
+    rest = y - constant - exponent * x
+    freedom = max(len(x) - 2, 1)
+    return Law(float(constant), float(exponent), float(np.sqrt((rest**2).sum() / freedom)))
+
+
+@lru_cache(maxsize=8)
+def measure_series(method: str, effort: str) -> Series:
+    """Measure a method; errors are rms over surfaces and loads, against the finest grid."""
+    (plan, *_) = plan_scene(load_scene("rough-patch", _RECIPE))
+    realisations = tuple(range(3))
+    quantities = ("penetration", "contact_area")
+
+    def solve(name: str, points: int) -> tuple[np.ndarray, float, float]:
+        options = getattr(plan.scene.methods, name)
+        task = Task(
+            *(plan.scene, plan.geometry, plan.loads, name, points, options, quantities),
+            realisations=realisations,
+        )
+        found = execute(task)
+        if not found.converged.all():
+            raise ArithmeticError(f"{name} at {points} points: {found.reasons}")
+        count = len(realisations)
+        return found.quantities["penetration"], found.seconds / count, found.memory
+
+    true = solve("bem_fft", _TRUTH)[0]
+    points = _GRIDS[effort][method]
+    rows = [solve(method, n) for n in points]
+    errors = [float(np.sqrt(np.mean((row[0] / true - 1) ** 2))) for row in rows]
+    return Series(
+        np.array(points, dtype=float),
+        np.array([row[1] for row in rows]),
+        np.array([max(row[2], LEAST_MEMORY) for row in rows]),
+        np.array(errors),
+    )
+
+
+def _cost(
+    effort: str,
+    *,
+    accuracy: float = 0.02,
+    points: float = 0,
+    against: str = "bem_fft",
+    resource: str = "time",
+) -> Finding:
+    """Time (or memory) of another method over that of finite elements, a surface and three loads.
+
+    At the grids where either reaches the rms `accuracy` of the penetration (laws c N^p of error and
+    cost, fitted), or with `points` at that number of points per side. The statement, made
+    measurable: beside finite elements the other method costs nothing. So the ratio is the error;
+    its bar is the scatter of the fits.
+    """
+    one_of("against", against, "bem_fft", "reduced")
+    one_of("resource", resource, "time", "memory")
+    if not 0 < accuracy < 1:
+        raise ValueError(f"accuracy must lie in (0, 1), not {accuracy!r}")
+    if against == "reduced" and not points:
+        raise ValueError("a line does not converge to the surface: compare with reduced at points")
+    series = {name: measure_series(name, effort) for name in ("fem", against)}
+    cost = {
+        name: power_law(each.points, each.seconds if resource == "time" else each.memory)
+        for name, each in series.items()
+    }
+    grids, scatter = {}, []
+    for name, each in series.items():
+        scatter.append(cost[name].scatter)
+        if points:
+            grids[name] = above("points", points, 1)
+        else:
+            error = power_law(each.points, each.errors)
+            # the coarsest grid measured is the cheapest that counts
+            grids[name] = max(error.reaches(accuracy), float(each.points[0]))
+            scatter.append(cost[name].exponent * error.scatter / abs(error.exponent))
+    share = cost[against].at(grids[against]) / cost["fem"].at(grids["fem"])
+    spread = float(np.exp(2 * np.hypot.reduce(scatter)))
+    details: dict[str, float | str] = {
+        f"{resource} of finite elements over the other": 1 / share,
+        "factor of the bar": spread,
+        "points per side, finite elements": grids["fem"],
+        f"points per side, {against}": grids[against],
+        f"exponent of {resource}, finite elements": cost["fem"].exponent,
+        f"exponent of {resource}, {against}": cost[against].exponent,
+    }
+    unit, scale = ("hours for 450 surfaces", 8) if resource == "time" else ("gigabytes", 1e9)
+    for name, each in cost.items():
+        details[f"{unit} of 64 x 64, {name}"] = each.at(64) / scale
+    return Finding(share, share * (spread - 1), details)
+
+
+EXPERIMENTS = (
+    experiment(
+        "finite-element-cost",
+        "Time or memory of another method over that of finite elements on rough surfaces",
+        "rms error of the penetration that both reach",
+        "accuracy",
+        _cost,
+    ),
+)

@@ -1,0 +1,182 @@
+"""Section 19.1.1: the continuous friction law (19.1) in place of Coulomb's."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from comparisons.questions.experiments.running import Finding, above, experiment, one_of
+from reduced.motion.blocks import blocks, integrate
+from reduced.motion.friction_law import creep_speed, friction, missing_friction, stable_step
+from reference.dynamics import blocks as coulomb
+from reference.dynamics.event_driven import follow
+from reference.dynamics.friction_forms import stick_slip, stopping
+
+EXACT = 1e-12  # of formulas
+QUANTITIES = ("rest", "force", "kinetic", "way")
+# The oscillator with m = k = P = 1 that sticks twice per period of its force.
+_DRIVEN = {"stiffness": 1.0, "amplitude": 1.0, "frequency": 0.4}
+_PERIODS = 4
+_CYCLES = 10
+
+
+def _block(
+    effort: str, *, speed_ratio: float = 100.0, load: float = 0.5, quantity: str = "rest"
+) -> Finding:
+    """One block, mass 1, friction limit 1, pulled by `load`, with sliding speeds of V = 1.
+
+    ``"rest"``: how fast it creeps, as a share of V. ``"force"``: the friction after the time of
+    1000 stops from V, against the load. ``"kinetic"``: the friction at V. ``"way"``: the way from V
+    to rest on the level.
+    """
+    one_of("quantity", quantity, *QUANTITIES)
+    v0 = 1 / above("speed_ratio", speed_ratio, 0)
+    if not 0 <= load < 1:
+        raise ValueError(f"load must be from 0 to below 1, not {load!r}")
+    creep = float(creep_speed(load, 1.0, v0))
+    details: dict[str, float | str] = {"creep over v0": creep / v0, "v0 over V": v0}
+    if quantity == "rest":
+        return Finding(creep, EXACT * creep, details)
+    if quantity == "kinetic":
+        return Finding(-float(missing_friction(1.0, v0)), EXACT, details)
+    if quantity == "force":
+        run = integrate(blocks(1.0, 1.0, load=load), v0, step=1.0, steps=1000, every=1000)
+        held = float(friction(run.velocity[-1, 0], 1.0, v0))
+        return Finding(held / above("load", load, 0) - 1, EXACT, details)
+    return _way(v0, effort, details)
+
+
+def _way(v0: float, effort: str, details: dict[str, float | str]) -> Finding:
+    """Way to rest, stepped with twice as many steps for the bar; the tail ends in ten times v0."""
+    way = stopping(1.0, 1.0, 1.0)[1]
+    found = []
+    for steps in (20_000, 40_000) if effort == "full" else (5000, 10_000):
+        run = integrate(
+            *(blocks(1.0, 1.0), v0),
+            step=(2 + 20 * v0) / steps,
+            steps=steps,
+            scheme="implicit_midpoint",
+            velocity=1.0,
+            every=steps,
+        )
+        found.append(float(run.position[-1, 0]) / way - 1)
+    details["4/pi v0/V"] = 4 / np.pi * v0
+    return Finding(found[1], abs(found[1] - found[0]) + EXACT, details)
+
+
+def _stick_slip(effort: str, *, speed_ratio: float = 1e3, limit: float = 0.9) -> Finding:
+    """Den Hartog's oscillator with stops: largest error of the position over four periods.
+
+    Relative to the largest position; V is the largest speed of the true motion.
+    """
+    above("speed_ratio", speed_ratio, 0)
+    if not 0 < limit < 1:
+        raise ValueError(f"limit must be between 0 and 1, not {limit!r}")
+    end = _PERIODS * 2 * np.pi / _DRIVEN["frequency"]
+    asked = np.linspace(0, end, 1001)
+    motion = follow(coulomb.blocks(1.0, limit, **_DRIVEN), end)
+    position, velocity = (each[:, 0] for each in motion.at(asked))
+    v0 = float(np.abs(velocity).max()) / speed_ratio
+    errors = []
+    for steps in (40_000, 80_000) if effort == "full" else (20_000, 40_000):
+        run = integrate(
+            *(blocks(1.0, limit, **_DRIVEN), v0),
+            step=end / steps,
+            steps=steps,
+            every=steps // 1000,
+            scheme="implicit_midpoint",
+        )
+        deviation = run.position[:, 0] - position
+        errors.append(float(np.abs(deviation).max() / np.abs(position).max()))
+    details: dict[str, float | str] = {
+        "error over (v0/V)^(2/3)": errors[1] * speed_ratio ** (2 / 3),
+        "stops": float(sum(phase.direction[0] == 0 for phase in motion.phases)),
+    }
+    return Finding(errors[1], abs(errors[1] - errors[0]) + EXACT, details)
+
+
+def _belt(effort: str, *, static: float = 1.2, speed_ratio: float = 1e3) -> Finding:
+    """Swing after ten cycles of a mass on a belt of speed V = 1, m = k = kinetic friction = 1.
+
+    The truth is the closed cycle of stick and slip, the law knows the kinetic friction only.
+    """
+    above("static", static, 0.999999)
+    v0 = 1 / above("speed_ratio", speed_ratio, 0)
+    cycle = stick_slip(1.0, 1.0, 1.0, static, 1.0)
+    true = 0.5 * (cycle.largest - cycle.smallest)
+    swings = []
+    for steps in (60_000, 120_000) if effort == "full" else (12_000, 24_000):
+        run = integrate(
+            *(blocks(1.0, 1.0, stiffness=1.0, belt=1.0), v0),
+            step=(_CYCLES + 2) * cycle.period / steps,
+            steps=steps,
+            scheme="implicit_midpoint",
+            position=static,
+            velocity=1.0,
+        )
+        late = run.position[steps * _CYCLES // (_CYCLES + 2) :, 0]
+        swings.append(0.5 * float(np.ptp(late)))
+    details: dict[str, float | str] = {"swing": swings[1], "true swing": true}
+    error = swings[1] / true - 1
+    return Finding(error, abs(swings[1] - swings[0]) / true + EXACT, details)
+
+
+def _step(effort: str, *, load: float = 0.0, scheme: str = "explicit_euler") -> Finding:
+    """Predicted largest stable step of a creeping block over the one found by bisection."""
+    one_of("scheme", scheme, "explicit_euler", "semi_implicit_euler", "runge_kutta_4")
+    v0 = 1e-3
+    theory = stable_step(1.0, 1.0, v0, load, scheme)
+    creep = float(creep_speed(load, 1.0, v0))
+    start = creep + 1e-6 * v0
+
+    def grows(step: float) -> bool:
+        run = integrate(
+            *(blocks(1.0, 1.0, load=load), v0),
+            step=step,
+            steps=4000,
+            every=4000,
+            scheme=scheme,
+            velocity=start,
+        )
+        return bool(abs(run.velocity[-1, 0] - creep) > abs(start - creep))
+
+    low, high = 0.25 * theory, 4 * theory
+    if grows(low) or not grows(high):
+        raise ArithmeticError(f"no limit of {scheme} between a quarter and four times the theory's")
+    for _ in range(16 if effort == "full" else 12):
+        middle = 0.5 * (low + high)
+        low, high = (low, middle) if grows(middle) else (middle, high)
+    limit = 0.5 * (low + high)
+    details: dict[str, float | str] = {"limit over m v0/(mu F_N)": limit / v0}
+    return Finding(theory / limit - 1, (high - low) / limit, details)
+
+
+EXPERIMENTS = (
+    experiment(
+        "regularised-block",
+        "One block under the law (19.1) against Coulomb's: at rest, sliding, stopping",
+        "sliding speed over characteristic speed V/v0",
+        "speed_ratio",
+        _block,
+    ),
+    experiment(
+        "regularised-stick-slip",
+        "An oscillator that sticks and slips under (19.1) against Coulomb's law, event by event",
+        "largest sliding speed over characteristic speed V/v0",
+        "speed_ratio",
+        _stick_slip,
+    ),
+    experiment(
+        "regularised-belt",
+        "A mass on a belt: (19.1) against static friction above the kinetic one",
+        "static over kinetic friction",
+        "static",
+        _belt,
+    ),
+    experiment(
+        "explicit-friction-step",
+        "Largest stable explicit step under (19.1): theory against the step at which it breaks",
+        "load over friction limit F/(mu F_N)",
+        "load",
+        _step,
+    ),
+)

@@ -1,0 +1,78 @@
+"""(19.30): under an oscillating depth a contact answers with the stiffness 2 a E*(omega)."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from comparisons.questions.experiments.running import Finding, above, experiment
+from reduced.memory.indent import harmonic_stiffness
+from reduced.memory.materials import standard_solid
+from reference.halfspace import FreeOperator
+from reference.viscoelastic import GeneralisedMaxwell, press_in_time
+
+# Cells across the grid and steps per period, coarse and fine: their difference is the bar.
+_GRIDS = {"quick": ((32, 16), (64, 32)), "full": ((64, 32), (128, 64))}
+_PERIODS = 3
+_DEPTH = 0.01  # over the radius of the ball; forces are scaled, so the number does not matter
+_TO_REST = 60.0  # relaxation times before the oscillation begins
+
+
+def _harmonic(
+    effort: str, *, amplitude: float = 0.01, frequency: float = 1.0, stiffening: float = 3.0
+) -> Finding:
+    """Ball at rest on a standard solid, then oscillating with w tau = `frequency`.
+
+    `amplitude` is that of the depth over its mean, `stiffening` G_1/G_0. The truth is the force in
+    phase and out of phase of the 3-D half-space in time over the last of three periods (transient
+    exp(-t/tau) fitted along); the error is that of the complex stiffness, absolute over absolute.
+    """
+    for name, value in (("frequency", frequency), ("stiffening", stiffening)):
+        above(name, value, 0)
+    if not 0 < amplitude < 1:
+        raise ValueError(f"amplitude must lie between 0 and 1, not {amplitude!r}")
+    coarse, fine = (_stiffness(amplitude, frequency, stiffening, *grid) for grid in _GRIDS[effort])
+    material = standard_solid(1.0, stiffening, relaxation_time=1.0)
+    stated = complex(harmonic_stiffness(material, np.sqrt(_DEPTH), frequency))
+    details: dict[str, float | str] = {
+        "storage stiffness over the stated": fine.real / stated.real,
+        "loss stiffness over the stated": fine.imag / stated.imag,
+        "stated loss over storage": stated.imag / stated.real,
+    }
+    return Finding(abs(stated / fine - 1), abs(coarse / fine - 1), details)
+
+
+def _stiffness(
+    amplitude: float, frequency: float, stiffening: float, cells: int, steps: int
+) -> complex:
+    """Fundamental of the force over that of the depth, on the half-space in time."""
+    reach = np.sqrt(_DEPTH * (1 + amplitude))  # of the contact at most, as sqrt(R d) of the springs
+    x = (np.arange(cells) - cells / 2 + 0.5) * (2.1 * reach / cells)
+    operator = FreeOperator((cells, cells), (2.1 * reach / cells,) * 2, 1.0)
+    rest = np.concatenate([[0.0], np.geomspace(0.01, _TO_REST, 16)])
+    later = np.arange(1, steps * _PERIODS + 1) * (2 * np.pi / (frequency * steps))
+    depth = np.append(np.ones(rest.size), 1 + amplitude * np.sin(frequency * later)) * _DEPTH
+    found = press_in_time(
+        operator,
+        (x[:, None] ** 2 + x**2) / 2,
+        GeneralisedMaxwell.standard(1.0, stiffening, 1.0),
+        np.append(rest, _TO_REST + later),
+        penetration=depth,
+    )
+    force = np.array([instant.force for instant in found])[-steps:]
+    t = later[-steps:]
+    basis = np.column_stack(
+        [np.ones(steps), np.exp(t[0] - t), np.sin(frequency * t), np.cos(frequency * t)]
+    )
+    _, _, real, imaginary = np.linalg.lstsq(basis, force)[0] / (amplitude * _DEPTH)
+    return complex(real, imaginary)
+
+
+EXPERIMENTS = (
+    experiment(
+        "harmonic-contact",
+        "The stiffness 2 a E*(w) of a ball on rubber against the 3-D half-space in time",
+        "amplitude over mean depth",
+        "amplitude",
+        _harmonic,
+    ),
+)

@@ -1,0 +1,56 @@
+"""Section 19.3 (a): an impact far below the speed of sound is quasi-static."""
+
+from __future__ import annotations
+
+from comparisons.questions.experiments.running import Finding, above, experiment, one_of
+from reference.impact import impact, weak_loss
+
+QUANTITIES = ("energy", "restitution", "duration", "force")
+
+
+def _quasi_static(
+    effort: str,
+    *,
+    speed: float = 0.01,
+    quantity: str = "energy",
+    poisson_ratio: float = 0.3,
+    density_ratio: float = 1.0,
+    elastic_sphere: bool = False,
+) -> Finding:
+    """Hertz's quasi-static impact of a sphere at v/c0 against the one that sends out waves.
+
+    ``"energy"``: the kinetic energy after the impact, which Hertz's theory keeps. The bar is what
+    the next order of the expansion (contact radius over wavelength) may change of the error.
+    """
+    one_of("quantity", quantity, *QUANTITIES)
+    above("density_ratio", density_ratio, 0)
+    found = impact(speed, poisson_ratio, density_ratio, bool(elastic_sphere))
+    true = {
+        "energy": 1 - found.energy_lost,
+        "restitution": found.restitution,
+        "duration": found.duration,
+        "force": found.force,
+    }[quantity]
+    error = 1 / true - 1
+    # the expansion's own number, or what its two forms differ by, whichever is larger
+    orders = max(found.slowness, weak_loss(found.radiation) / found.energy_lost - 1)
+    details: dict[str, float | str] = {
+        "energy radiated": found.energy_lost,
+        "to first order": weak_loss(found.radiation),
+        "energy radiated over (v/c0)^(3/5)": found.energy_lost / speed**0.6,
+        "restitution": found.restitution,
+        "duration over Hertz's": found.duration,
+        "force over Hertz's": found.force,
+    }
+    return Finding(error, abs(error) * orders, details)
+
+
+EXPERIMENTS = (
+    experiment(
+        "quasi-static-impact",
+        "Hertz's quasi-static impact of a sphere against the impact with waves",
+        "speed over that of sound v/c0",
+        "speed",
+        _quasi_static,
+    ),
+)

@@ -1,0 +1,61 @@
+"""The influence coefficient (19.3) as printed, against Love's solution."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from comparisons.questions.experiments.running import Finding, above, experiment, one_of
+from reference.halfspace import kernels
+
+READINGS = ("letter", "bracket", "corrected")
+
+
+def printed_kernel(i: np.ndarray, j: np.ndarray, reading: str) -> np.ndarray:
+    """K of (19.3) for unit spacing and modulus, offsets i, j >= 0 in cells.
+
+    ``"letter"``: the chapter's two slips, the root sqrt(a^2+b^2) in the first term and the bracket
+    that closes before the last two terms, so that these lack the factor dx/(pi E*).
+    ``"bracket"``: the bracket repaired. ``"corrected"``: the root as well, which is Love's formula.
+    """
+    a, b, c, d = i + 0.5, i - 0.5, j + 0.5, j - 0.5
+    root = np.hypot(a, d) if reading == "corrected" else np.hypot(a, b)
+    first = a * np.log((c + np.hypot(a, c)) / (d + root))
+    first += b * np.log((d + np.hypot(b, d)) / (c + np.hypot(b, c)))
+    rest = c * np.log((a + np.hypot(a, c)) / (b + np.hypot(c, b)))
+    rest += d * np.log((b + np.hypot(b, d)) / (a + np.hypot(a, d)))
+    return (first / np.pi + rest) if reading == "letter" else (first + rest) / np.pi
+
+
+def _measure(effort: str, *, offset: int = 63, reading: str = "letter") -> Finding:
+    """Largest error over all pairs of cells up to `offset` apart in each direction.
+
+    The coefficients of one quadrant are all there are, by symmetry. Love's coefficients are good to
+    1e-13 (tests/reference/test_halfspace_kernels.py), which is the bar.
+    """
+    one_of("reading", reading, *READINGS)
+    reach = np.arange(int(above("offset", offset, -1)) + 1)
+    i, j = np.meshgrid(reach, reach, indexing="ij")
+    true = kernels.love(i, j, (1.0, 1.0), 1.0)
+    error = printed_kernel(i, j, reading) / true - 1
+    worst = np.unravel_index(np.argmax(np.abs(error)), error.shape)
+    near = np.abs(error[: min(2, len(reach)), : min(2, len(reach))])
+    details: dict[str, float | str] = {
+        "worst offset": f"({worst[0]}, {worst[1]})",
+        "median error": float(np.median(np.abs(error))),
+        "largest error of neighbours": float(near.max()),
+        "own cell": float(error[0, 0]),
+    }
+    if reach[-1] >= 7:
+        details["error at (5, 7)"] = float(error[5, 7])
+    return Finding(float(error[worst]), 1e-13 * (1 + abs(float(error[worst]))), details)
+
+
+EXPERIMENTS = (
+    experiment(
+        "influence-coefficient",
+        "Influence coefficient (19.3) against Love's, over the offsets of a grid",
+        "largest offset in cells",
+        "offset",
+        _measure,
+    ),
+)

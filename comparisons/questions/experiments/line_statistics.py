@@ -1,0 +1,217 @@
+"""(19.26)-(19.28): what the rough line keeps of the surface's heights, slopes and curvatures."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+from scipy import fft, stats
+
+from comparisons.judging.uncertainty import RULE, combined
+from comparisons.questions.experiments.rough_ensemble import SEED, Surface, compare
+from comparisons.questions.experiments.running import Finding, above, experiment, one_of
+from reduced.rough import ensemble, surface_spectrum
+from reference.closed_form import random_field
+from reference.summits import hessian, summits
+
+MOMENTS = ("height", "slope", "section_slope", "curvature_laplacian", "curvature_product")
+PEAKS = ("mean_radius", "mean_curvature")
+
+
+def _moments(
+    effort: str,
+    *,
+    points: float = 64,
+    quantity: str = "height",
+    hurst: float = 0.8,
+    roll_off: float = 1.0,
+    shortest: float = 2.0,
+    rule: str = "printed",
+) -> Finding:
+    """Root mean squares of line and surface, (19.27) = (19.28) and footnote 7.
+
+    ``"slope"`` is that of the full gradient, ``"section_slope"`` that of a measured profile;
+    ``"curvature_product"`` is footnote 7, kappa^2 = kappa1 kappa2, ``"curvature_laplacian"`` what
+    is kept instead. Amplitudes are fixed, so nothing scatters: the bar is the rounding of sums of
+    `points`^2 terms. The surface's product is measured on a realisation, by its hessian.
+    """
+    one_of("quantity", quantity, *MOMENTS)
+    surface = Surface.of(points, hurst, roll_off, shortest, True)
+    line = surface.line(rule)
+    spectrum = surface_spectrum.self_affine(
+        surface.points, 1.0, **{"hurst": None, "power": None, "rms_height": None, **surface.recipe}
+    )
+    stated = {"height": line.rms_height, "curvature_laplacian": line.rms_curvature}
+    true = {
+        "height": spectrum.rms_height,
+        "slope": spectrum.rms_slope,
+        "section_slope": spectrum.rms_slope / np.sqrt(2),
+        "curvature_laplacian": spectrum.rms_curvature,
+    }
+    rounding = np.finfo(float).eps * surface.points**2
+    if quantity == "curvature_product":
+        hxx, hyy, hxy = hessian(surface.heights(0), (1 / surface.points,) * 2)
+        product = float(np.mean(hxx * hyy - hxy**2))
+        # stated: that <kappa1 kappa2> of the surface is <h''^2> of the line
+        error = product / line.rms_curvature**2 - 1
+        return Finding(
+            error, rounding, {"<kappa1 kappa2>": product, "<h''^2>": line.rms_curvature**2}
+        )
+    said = stated.get(quantity, line.rms_slope)
+    details = {
+        "line": said,
+        "surface": true[quantity],
+        "modes": float(np.count_nonzero(line.power)),
+    }
+    return Finding(said / true[quantity] - 1, rounding, details)
+
+
+# Heights at which distribution functions are compared, in units of the rms height.
+_LEVELS = np.linspace(-6, 6, 1201)
+
+
+def _distributions(heights: np.ndarray) -> np.ndarray:
+    """Return the share of each row's heights below each level, shape (rows, levels)."""
+    place = np.searchsorted(_LEVELS, heights)
+    counts = [np.bincount(row, minlength=_LEVELS.size + 1)[:-1] for row in place]
+    return np.cumsum(counts, axis=1) / heights.shape[1]
+
+
+def _distance(first: np.ndarray, second: np.ndarray) -> float:
+    return float(np.abs(first.mean(axis=0) - second.mean(axis=0)).max())
+
+
+@lru_cache(maxsize=8)
+def _height_samples(surface: Surface, count: int, rule: str) -> tuple[np.ndarray, np.ndarray]:
+    """Heights of surfaces and of lines, one row per realisation, in units of the surface's rms."""
+    maps = np.stack([surface.heights(k).ravel() for k in range(count)])
+    # every line point is worth many of the surface's: as many lines as make equal numbers
+    lines = ensemble.lines(surface.line(rule), 2 * surface.points, range(20 * count), seed=SEED)
+    scale = maps.std()
+    return maps / scale, lines / scale
+
+
+def _distribution(
+    effort: str,
+    *,
+    hurst: float = 0.8,
+    points: float = 64,
+    roll_off: float = 1.0,
+    rule: str = "rings",
+    realisations: float = 450,
+) -> Finding:
+    """Largest distance of the distribution functions of the heights of lines and surfaces.
+
+    The statistic of Kolmogorov and Smirnov. The bar is the 95 % quantile of the same distance
+    between random halves of either ensemble, halves of whole realisations because the points of one
+    are correlated.
+    """
+    surface = Surface.of(points, hurst, roll_off, 2.0, True)
+    above("realisations", realisations, 3)
+    count = int(realisations) if effort == "full" else min(int(realisations), 40)
+    maps, lines = _height_samples(surface, count, rule)
+    shares = [_distributions(each) for each in (maps, lines)]
+    rng = np.random.default_rng(np.random.SeedSequence(SEED, spawn_key=(2,)))
+    noise = []
+    for _ in range(40):
+        halves = [np.array_split(each[rng.permutation(len(each))], 2) for each in shares]
+        # halves have twice the variance each: their distance is twice that of whole ensembles
+        noise.append(0.5 * float(np.hypot(*(_distance(*pair) for pair in halves))))
+    details: dict[str, float | str] = {
+        "excess kurtosis of surfaces": float(stats.kurtosis(maps.ravel())),
+        "excess kurtosis of lines": float(stats.kurtosis(lines.ravel())),
+        "peak of surfaces over rms": float(maps.max(axis=1).mean()),
+        "peak of lines over rms": float(lines.max(axis=1).mean()),
+    }
+    return Finding(_distance(*shares), float(np.quantile(noise, 0.95)), details)
+
+
+@lru_cache(maxsize=32)
+def _surface_peaks(surface: Surface, count: int, factor: int) -> dict[str, np.ndarray]:
+    """Means over the summits of each of `count` realisations, on a grid `factor` times finer."""
+    step = 1 / (surface.points * factor)
+    rows = []
+    for k in range(count):
+        found = summits(surface.heights(k, factor), (step, step)).curvatures
+        rows.append((np.mean(1 / np.sqrt(found.prod(axis=1))), found.mean(), len(found)))
+    radius, curvature, number = np.array(rows).T
+    return {"mean_radius": radius, "mean_curvature": curvature, "number": number}
+
+
+@lru_cache(maxsize=32)
+def _line_peaks(surface: Surface, count: int, rule: str, factor: int) -> dict[str, np.ndarray]:
+    """Means over the maxima of each of `count` lines, `factor` times finer than they need be."""
+    points = 2 * factor * surface.points
+    lines = ensemble.lines(surface.line(rule), points, range(count), seed=SEED)
+    wavenumber = 2 * np.pi * points * fft.rfftfreq(points)
+    second = fft.irfft(fft.rfft(lines, axis=1) * wavenumber**2, n=points, axis=1)
+    top = (lines > np.roll(lines, 1, axis=1)) & (lines > np.roll(lines, -1, axis=1)) & (second > 0)
+    number = top.sum(axis=1)
+    curvature = np.where(top, second, 0.0).sum(axis=1) / number
+    radius = np.where(top, 1 / np.where(top, second, 1.0), 0.0).sum(axis=1) / number
+    return {"mean_radius": radius, "mean_curvature": curvature, "number": number}
+
+
+def _peaks(
+    effort: str,
+    *,
+    hurst: float = 0.8,
+    points: float = 64,
+    roll_off: float = 1.0,
+    shortest: float = 4.0,
+    rule: str = "rings",
+    quantity: str = "mean_radius",
+    ratio: float = 0.5,
+) -> Finding:
+    """Mean peak radius of the line over `ratio` times that of the surface ("exactly half").
+
+    Surface: the Gaussian radius 1/sqrt(kappa1 kappa2) of every summit, or the mean of (kappa1 +
+    kappa2)/2; line: 1/|h''| of every maximum, or the mean of |h''|, which `ratio` then divides.
+    Bars: scatter of both, and what a grid twice as fine changes, at second order.
+    """
+    one_of("quantity", quantity, *PEAKS)
+    above("ratio", ratio, 0)
+    surface = Surface.of(points, hurst, roll_off, shortest, True)
+    count = 120 if effort == "full" else 12
+    values = {}
+    for factor in (4, 8):
+        on_surface = _surface_peaks(surface, count, factor)[quantity]
+        values[factor] = (_line_peaks(surface, 20 * count, rule, factor)[quantity], on_surface)
+    line, true = values[8]
+    said = line / ratio if quantity == "mean_radius" else line * ratio
+    coarse = values[4][0].mean() / values[4][1].mean()
+    change = abs(coarse / (line.mean() / true.mean()) - 1)
+    error, bar = compare(said, true, float(combined(RULE.safe * change / 3)))
+    gauss = random_field.line_peaks(1.0, 8 / 3), random_field.surface_peaks(0.5, 1.0)
+    details: dict[str, float | str] = {
+        "line over surface": float(line.mean() / true.mean()),
+        "line over surface, Gaussian": getattr(gauss[0], quantity) / getattr(gauss[1], quantity),
+        "summits per surface": float(_surface_peaks(surface, count, 8)["number"].mean()),
+        "maxima per line": float(_line_peaks(surface, 20 * count, rule, 8)["number"].mean()),
+    }
+    return Finding(error, bar, details)
+
+
+EXPERIMENTS = (
+    experiment(
+        "line-moments",
+        "Root mean square heights, slopes and curvatures of line and surface",
+        "points per side",
+        "points",
+        _moments,
+    ),
+    experiment(
+        "line-heights",
+        "Distance of the height distributions of lines and surfaces",
+        "Hurst exponent H",
+        "hurst",
+        _distribution,
+    ),
+    experiment(
+        "line-peaks",
+        "Mean peak radius of lines against a fraction of that of surfaces",
+        "Hurst exponent H",
+        "hurst",
+        _peaks,
+    ),
+)

@@ -1,0 +1,45 @@
+"""Section 19.3 (b): contacts far apart "can be considered as being independent"."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from comparisons.judging.uncertainty import grid_uncertainty
+from comparisons.questions.experiments.running import Finding, above, experiment
+from reference.halfspace.neighbours import array_force, pair_force
+
+
+def _independent(effort: str, *, distance: float = 10.0, per_side: float = 0) -> Finding:
+    """Sum of the forces of single flat punches over the true one, `distance` D apart, at equal d.
+
+    Two punches by default, exactly; or a square array of per_side^2. In an array the bar is what
+    point forces leave out, measured on the pair.
+    """
+    above("distance", distance, 1)
+    resolutions = np.array([4, 8, 16] if effort == "quick" else [5, 10, 20])
+    forces = np.array([pair_force(2 * distance, int(n)) for n in resolutions])
+    interaction = 1 / forces - 1
+    grid = float(grid_uncertainty(resolutions, interaction[:, None])[0])
+    points = 1 / (np.pi * distance)  # 2a/(pi s)
+    details: dict[str, float | str] = {
+        "pair: sum over true - 1": float(interaction[-1]),
+        "pair, as point forces": points,
+    }
+    if not per_side:
+        return Finding(float(interaction[-1]), float(interaction[-1]) * grid, details)
+    error = 1 / array_force(2 * distance, int(per_side)) - 1
+    left_out = abs(points / interaction[-1] - 1) + grid
+    details["punches"] = float(int(per_side) ** 2)
+    details["share of the area"] = float(np.pi / 4 / distance**2)
+    return Finding(error, error * left_out, details)
+
+
+EXPERIMENTS = (
+    experiment(
+        "independent-contacts",
+        "Forces of flat punches side by side against those of single ones",
+        "distance over diameter s/D",
+        "distance",
+        _independent,
+    ),
+)

@@ -1,0 +1,93 @@
+"""Fig. 19.8 and what the chapter concludes from it: load curves of rough surfaces and of lines."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from comparisons.questions.experiments.rough_ensemble import (
+    QUANTITIES,
+    Surface,
+    compare,
+    line_samples,
+    surface_samples,
+    truth,
+)
+from comparisons.questions.experiments.running import Finding, above, experiment, one_of
+from reference.closed_form.rough import bush_gibson_thomas_area, persson_area
+
+_THEORIES = {"persson": persson_area, "bush": bush_gibson_thomas_area}
+# Lines cost little: so many for each surface, and never fewer, so that surfaces set the bar.
+_LINES_EACH, _LEAST_LINES = 4, 450
+
+
+def measure_area(
+    effort: str,
+    *,
+    load: float = 0.01,
+    quantity: str = "contact_area",
+    grid: str = "refined",
+    statement: str = "line",
+    points: float = 64,
+    hurst: float = 0.8,
+    roll_off: float = 1.0,
+    shortest: float = 2.0,
+    periodic: bool = False,
+    rule: str = "rings",
+    edges: str = "sub_cell",
+    line_length: float = 1.0,
+    line_points: float = 0,
+    realisations: float = 450,
+) -> Finding:
+    """Mean over lines (or a theory) over the mean over surfaces, at equal F/(E* A0 h')."""
+    _check(load, quantity, statement, line_length, realisations)
+    surface = Surface.of(points, hurst, roll_off, shortest, periodic)
+    count = int(realisations) if effort == "full" else min(int(realisations), 20)
+    stiffness = quantity == "stiffness"
+
+    def sample(factor: int, number: int) -> np.ndarray:
+        return surface_samples(surface, float(load), factor, number, stiffness)[quantity]
+
+    true, grid_bar = truth(sample, grid, count, effort)
+    if statement == "line":
+        line = (rule, edges, float(line_length), int(line_points))
+        stated = line_samples(surface, float(load), max(_LINES_EACH * count, _LEAST_LINES), *line)[
+            quantity
+        ]
+    else:
+        stated = np.atleast_1d(_THEORIES[statement](load))
+    error, bar = compare(stated, true, grid_bar)
+    share = surface_samples(surface, float(load), 1, count, stiffness)
+    details: dict[str, float | str] = {
+        "stated": float(stated.mean()),
+        "true": float(true.mean()),
+        "bar of the grid": grid_bar,
+        "realisations": float(count),
+        "counted area share": float(share["contact_area_raw"].mean()),
+        "L/lambda_l": surface.roll_off,
+        "lambda_l/lambda_s": surface.points / surface.shortest / surface.roll_off,
+        "half-space": "periodic" if surface.periodic else "free patch",
+    }
+    return Finding(error, bar, details)
+
+
+def _check(
+    load: float, quantity: str, statement: str, line_length: float, realisations: float
+) -> None:
+    above("load", load, 0)
+    above("realisations", realisations, 2)
+    above("line_length", line_length, 0)
+    one_of("quantity", quantity, *QUANTITIES)
+    one_of("statement", statement, "line", *_THEORIES)
+    if statement != "line" and not quantity.startswith("contact_area"):
+        raise ValueError(f"{statement} speaks of contact_area, not of {quantity}")
+
+
+EXPERIMENTS = (
+    experiment(
+        "rough-contact",
+        "Load curves of random rough lines (or a theory) against those of the surfaces",
+        "load F/(E* A0 h')",
+        "load",
+        measure_area,
+    ),
+)

@@ -1,0 +1,202 @@
+"""Ensembles of rough surfaces and of the lines that stand for them, at one load.
+
+Lengths are in units of the side L, E* and the rms gradient h' are one: in the linear half-space
+problem every relative result depends on F/(E* A0 h') alone. Averages that several claims ask for
+are kept for the life of the process.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+from scipy import stats
+
+from comparisons.judging.uncertainty import RULE, combined, ratio_of_means, standard_error
+from comparisons.questions.experiments.running import above, one_of
+from reduced.rough import ensemble, line_spectrum
+from reference import surfaces
+from reference.halfspace import Contact, FreeOperator, HalfSpace, PeriodicOperator, areas, fft
+
+# Overlap relative to the penetration: far below the scatter of the ensembles.
+_TOLERANCE = 1e-4
+SEED = 1
+QUANTITIES = (
+    *("contact_area", "contact_area_raw", "penetration", "mean_gap", "contact_length"),
+    "stiffness",
+)
+
+
+@dataclass(frozen=True)
+class Surface:
+    """Parameters of a self-affine random surface of side one with rms gradient one.
+
+    Attributes
+    ----------
+    points : int
+        Points per side.
+    hurst : float
+        Hurst exponent H, C2D ~ q^(-2 (1 + H)).
+    roll_off : float
+        L/lambda_l >= 1, the side over the longest wavelength of the power law; waves between are
+        a plateau. One: no plateau.
+    shortest : float
+        lambda_s/dx >= 2, the shortest wavelength over the spacing.
+    periodic : bool
+        A periodic half-space, or a free patch.
+    """
+
+    points: int = 64
+    hurst: float = 0.8
+    roll_off: float = 1.0
+    shortest: float = 2.0
+    periodic: bool = False
+
+    @classmethod
+    def of(
+        cls, points: float, hurst: float, roll_off: float, shortest: float, periodic: bool
+    ) -> Surface:
+        """Check parameters that came from a claim file, where numbers are floats."""
+        above("points", points, 3)
+        above("roll_off", roll_off, 1 - 1e-12)
+        above("shortest", shortest, 2 - 1e-12)
+        return cls(int(points), float(hurst), float(roll_off), float(shortest), bool(periodic))
+
+    @property
+    def recipe(self) -> dict[str, float | None]:
+        """Keywords of both packages' synthesis."""
+        return {
+            "hurst": self.hurst,
+            "rms_slope": 1.0,
+            "long_cutoff": 1 / self.roll_off if self.roll_off > 1 else None,
+            "short_cutoff": self.shortest / self.points,
+        }
+
+    def heights(self, realisation: int, factor: int = 1) -> np.ndarray:
+        """Return a realisation on a grid `factor` times finer than its own."""
+        native = surfaces.self_affine(
+            self.points, 1.0, **self.recipe, seed=SEED, realisation=realisation
+        )
+        return surfaces.refine(native, factor)
+
+    def operator(self, factor: int = 1) -> HalfSpace:
+        """Return the half-space on that grid."""
+        n = self.points * factor
+        kind = PeriodicOperator if self.periodic else FreeOperator
+        return kind((n, n), (1 / n, 1 / n), 1.0)
+
+    def line(self, rule: str) -> line_spectrum.LineSpectrum:
+        """Return the spectrum of the line that stands for the surface."""
+        return line_spectrum.prescribed(self.points, 1.0, **self.recipe, rule=rule)
+
+
+def press(
+    operator: HalfSpace, heights: np.ndarray, load: float, stiffness: bool = False
+) -> tuple[Contact, dict[str, float]]:
+    """Press one map with the force `load` (E* = A0 = 1); return the contact and its quantities."""
+    contact = fft.solve(operator, heights.max() - heights, force=load, tolerance=_TOLERANCE)
+    mask, periodic = contact.mask, operator.periodic
+    found = areas.patches(mask, operator.spacing, periodic)
+    row = {
+        "contact_area": areas.corrected_area(mask, operator.spacing, periodic),
+        "contact_area_raw": areas.raw_area(mask, operator.spacing),
+        "penetration": contact.penetration,
+        "mean_gap": contact.mean_gap,
+        "contact_length": float(np.sqrt(4 * found.areas / np.pi).sum()),
+    }
+    if stiffness:
+        row["stiffness"] = areas.contact_stiffness(operator, mask, tolerance=1e-6)
+    return contact, row
+
+
+@lru_cache(maxsize=512)
+def surface_samples(
+    surface: Surface, load: float, factor: int, count: int, stiffness: bool = False
+) -> dict[str, np.ndarray]:
+    """Return the quantities of `count` realisations at F = load E* A0 h', arrays (count,)."""
+    operator = surface.operator(factor)
+    rows = [press(operator, surface.heights(k, factor), load, stiffness)[1] for k in range(count)]
+    return {name: np.array([row[name] for row in rows]) for name in rows[0]}
+
+
+@lru_cache(maxsize=512)
+def line_samples(
+    surface: Surface,
+    load: float,
+    count: int,
+    rule: str = "rings",
+    edges: str = "sub_cell",
+    length: float = 1.0,
+    points: int = 0,
+) -> dict[str, np.ndarray]:
+    """Return the quantities of `count` lines at the same nominal pressure, per patch L^2.
+
+    A line of length L1 stands for a patch of side L1: it carries F = p L1^2, and its area, force
+    and stiffness count per L^2. `points` per L; by default two for each of the surface's, so that
+    the modes in the corners of the surface's spectrum are resolved.
+    """
+    per_side = points or 2 * surface.points
+    names = ("contact_area", "penetration", "mean_gap", "contact_length", "stiffness")
+    found = ensemble.press_ensemble(
+        *(surface.line(rule), round(per_side * length), count, 1.0),
+        force=[load * length**2],
+        length=length,
+        seed=SEED,
+        edges=edges,
+        quantities=names,
+    )
+    samples = {name: found.samples[name][:, 0] for name in names}
+    for name in ("contact_area", "contact_length", "stiffness"):
+        samples[name] = samples[name] / length**2
+    return samples | {"contact_area_raw": samples["contact_area"]}
+
+
+def truth(
+    sample: Callable[[int, int], np.ndarray], grid: str, count: int, effort: str
+) -> tuple[np.ndarray, float]:
+    """Return samples scaled to the best mean, and the grid's relative 95 % bar.
+
+    ``sample(factor, number)`` are the values of the first `number` surfaces on grids `factor` times
+    finer than their own. With ``grid="native"`` the surface's own points are the truth, as in the
+    chapter, and nothing is added. ``"refined"`` continues the same realisations on grids two and
+    four times finer (a sixth and a thirtieth of them; their ratios scatter far less than the
+    values), and the bar is the last change times Roache's factor at first order, the order of
+    areas, with the scatter of the ratios. A quick effort stops at twice, with the factor for two
+    grids.
+    """
+    one_of("grid", grid, "native", "refined")
+    samples = sample(1, count)
+    if grid == "native":
+        return samples, 0.0
+    ratios, bars = [], []
+    steps = [(2, max(6, count // 6))]
+    if effort == "full":
+        steps.append((4, max(3, count // 30)))
+    for factor, number in steps:
+        fine, coarse = sample(factor, number), sample(factor // 2, number)
+        ratio, bar = ratio_of_means(fine[:, None], coarse[:, None], paired=True)
+        ratios.append(float(ratio[0]))
+        bars.append(float(bar[0]))
+    change, safety = abs(1 - 1 / ratios[-1]), RULE.safe if effort == "full" else RULE.two
+    return samples * float(np.prod(ratios)), float(combined(safety * change, *bars))
+
+
+def compare(
+    statement: Sequence[float] | np.ndarray, true: np.ndarray, grid_bar: float
+) -> tuple[float, float]:
+    """Return mean(statement)/mean(true) - 1 and its 95 % half-width.
+
+    Both ensembles are independent; a statement of one value (a theory) has no scatter.
+    """
+    stated = np.asarray(statement, dtype=float)
+    mean, ratio = float(true.mean()), float(stated.mean() / true.mean())
+    scatter = [
+        float(standard_error(each[:, None])[0]) * stats.t.ppf(0.975, each.size - 1) / mean
+        for each in (stated, true)
+        if each.size > 1
+    ]
+    # the statement's own scatter is absolute, so that a statement of zero has a bar, too
+    own, other = scatter if stated.size > 1 else (0.0, *scatter)
+    return ratio - 1, float(combined(own, ratio * other, ratio * grid_bar))

@@ -1,0 +1,85 @@
+"""Partial slip of rough surfaces: lines on springs that stick and slip, against the half-space.
+
+An ensemble of thousands of lines and of a thousand surfaces on their own points, as single
+displacements scatter by a quarter; what finer grids change is taken from some of the surfaces:
+their ratios scatter a hundred times less.
+"""
+
+from __future__ import annotations
+
+from functools import cache
+
+import numpy as np
+
+from comparisons.questions.experiments.base import Effort
+from comparisons.questions.experiments.rough_ensemble import SEED, Surface, compare, truth
+from comparisons.questions.experiments.running import Finding, above, experiment
+from reduced.friction.slide import slide_lines, tangential_modulus
+from reduced.rough.ensemble import lines
+from reference.halfspace.cerruti import Compliance
+from reference.halfspace.friction import sweep
+from reference.halfspace.traction import NormalAndTangential
+
+# nu = 1/2: pressing and shearing do not act on each other, and the displacement is in proportion to
+# mu. E* = A0 = h' = 1.
+_POISSON, _SHEAR_MODULUS, _FRICTION = 0.5, 0.25, 0.5
+# The tangential force grows in these parts.
+_PARTS = np.array([1 / 3, 2 / 3, 1.0])
+_TOLERANCE = 1e-5
+_COUNTS: dict[Effort, tuple[int, int]] = {"quick": (36, 300), "full": (1200, 4000)}
+
+
+@cache
+def _true(surface: Surface, load: float, share: float, realisation: int, factor: int) -> float:
+    """Tangential displacement of one surface at F_x = share mu F."""
+    points = surface.points * factor
+    compliance = Compliance.of(_SHEAR_MODULUS, _POISSON)
+    body = NormalAndTangential((points,) * 2, (1 / points,) * 2, compliance)
+    heights = surface.heights(realisation, factor)
+    path = share * _FRICTION * load * _PARTS
+    loads = {"force": load, "tangential_force": path}
+    *_, last = sweep(body, heights.max() - heights, _FRICTION, **loads, tolerance=_TOLERANCE)
+    return last.tangential_displacement
+
+
+def _stated(surface: Surface, load: float, share: float, count: int) -> np.ndarray:
+    """Tangential displacements of lines with the same spectrum."""
+    points = 4 * surface.points
+    drawn = lines(surface.line("rings"), points, range(count), seed=SEED)
+    modulus = tangential_modulus(_SHEAR_MODULUS, _POISSON)
+    loads = {"force": load, "tangential_force": [share * _FRICTION * load]}
+    found = slide_lines(drawn, 1 / points, 1.0, modulus, _FRICTION, **loads)
+    return found.tangential_displacement[:, -1]
+
+
+def _slip(effort: Effort, *, share: float = 0.9, load: float = 0.02, points: float = 48) -> Finding:
+    """Mean displacement of lines over that of surfaces at F_x = share mu F, less one.
+
+    Surfaces with H = 0.8, waves of a half to an eighth of the side. Sources of the bar: the scatter
+    of both ensembles, and the grid.
+    """
+    above("share", share, 0)
+    above("load", load, 0)
+    if not share < 1:
+        raise ValueError(f"share must be below 1, where the contact slides, not {share!r}")
+    surface = Surface.of(points, 0.8, 2.0, points / 8, False)
+    surfaces, count = _COUNTS[effort]
+
+    def sample(factor: int, number: int) -> np.ndarray:
+        return np.array([_true(surface, load, share, k, factor) for k in range(number)])
+
+    true, grid_bar = truth(sample, "refined", surfaces, effort)
+    error, bar = compare(_stated(surface, load, share, count), true, grid_bar)
+    details: dict[str, float | str] = {"surfaces": float(surfaces), "lines": float(count)}
+    return Finding(error, bar, details | {"bar: grid": grid_bar})
+
+
+EXPERIMENTS = (
+    experiment(
+        "rough-slip",
+        "Tangential displacement of lines on springs that slip, against rough surfaces",
+        "tangential force F_x/(mu F)",
+        "share",
+        _slip,
+    ),
+)

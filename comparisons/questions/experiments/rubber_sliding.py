@@ -1,0 +1,115 @@
+"""Problem 1: rubber that slides over a rough surface, as printed, as corrected, and in 3-D."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from comparisons.questions.experiments.running import Finding, above, experiment, one_of
+from reduced.memory.materials import kelvin_voigt, standard_solid
+from reduced.rough.ensemble import lines
+from reduced.rough.line_spectrum import prescribed
+from reduced.rough.press import press
+from reduced.rubber.printed import PrintedSliding, slide_as_printed
+from reduced.rubber.steady import slide
+from reference.sliding.studies import paraboloid
+from reference.viscoelastic.materials import GeneralisedMaxwell
+
+# Lines of length 1, band-limited so that 512 points resolve them; loads with a tenth in contact.
+_POINTS, _LOAD = 512, 3e-3
+_QUANTITIES = ("friction", "work", "start")
+_RADIUS, _DEPTH = 1.0, 0.01
+
+
+def _rough_lines(count: int) -> np.ndarray:
+    spectrum = prescribed(64, 1.0, hurst=0.8, rms_slope=0.1, short_cutoff=1 / 16)
+    return lines(spectrum, _POINTS, range(count), seed=7)
+
+
+def _printed_run(line: np.ndarray, number: float) -> PrintedSliding:
+    """Slide a line as printed, from contact at rest; the mean is that of the last period."""
+    at_rest = press(line, 1 / _POINTS, 4.0, force=[_LOAD], edges="nodal").penetration.item()
+    return slide_as_printed(
+        *(line, 1 / _POINTS, 1.0, 1.0, 1 / (_POINTS * number), _LOAD),
+        steps=4 * _POINTS,
+        level=float(line.max()) - at_rest,
+    )
+
+
+def _printed(effort: str, *, number: float = 1.0, quantity: str = "friction") -> Finding:
+    """Measure the print over `number` = G dt/eta = dx/(v tau).
+
+    ``"friction"``: its friction against the exact steady state. ``"work"``: the work of its forces
+    on the springs they move against the energy dissipated there. ``"start"``: the share of lines
+    that its start, 3 rms from the zero line, does not bring into contact.
+    """
+    one_of("quantity", quantity, *_QUANTITIES)
+    above("number", number, 0)
+    rough = _rough_lines(20 if effort == "full" else 6)
+    if quantity == "start":
+        missed = [line.max() < 3 * np.sqrt(np.mean(line**2)) for line in rough]
+        return Finding(float(np.mean(missed)), 0.0, {"lines": float(len(rough))})
+    speed = 1 / (_POINTS * number)
+    exact = slide(rough, 1 / _POINTS, kelvin_voigt(1.0, 1.0), speed, _LOAD)
+    runs = [_printed_run(line, number) for line in rough]
+    done = [run.outcome == "completed" for run in runs]
+    name = "tangential_force" if quantity == "friction" else "conjugate_force"
+    found = [float(getattr(run, name)[-_POINTS:].mean()) for run in runs]
+    errors = np.array(found) / exact.tangential_force[:, 0] - 1
+    bar = 2 * float(errors.std(ddof=1)) / np.sqrt(len(errors))
+    details: dict[str, float | str] = {
+        "lines": float(len(rough)),
+        "lines that ended": float(np.sum(done)),
+        "largest error of a line": float(np.abs(errors).max()),
+        "springs in tension": float(np.mean([run.tensile_count[-_POINTS:].mean() for run in runs])),
+    }
+    return Finding(float(errors.mean()), bar, details)
+
+
+def _paraboloid(effort: str, *, way: float = 1.0, glassy: float = 0.0) -> Finding:
+    """Friction of a paraboloid on springs against that on the half-space, at equal force.
+
+    `way`: retardation time times speed over the radius sqrt(R d) of a contact at rest as deep.
+    `glassy`: instantaneous over relaxed modulus of a standard solid; 0 for Kelvin-Voigt.
+    """
+    speed = above("way", way, 0) * np.sqrt(_RADIUS * _DEPTH)
+    if glassy and not glassy > 1:
+        raise ValueError(f"glassy must be 0 or above 1, not {glassy!r}")
+    if glassy:  # the retardation time is one
+        springs = standard_solid(0.25, 0.25 * (glassy - 1), relaxation_time=1 / glassy)
+        body = GeneralisedMaxwell.standard(0.25, 0.25 * (glassy - 1), 1 / glassy)
+    else:
+        springs, body = kelvin_voigt(0.25, 0.25), GeneralisedMaxwell.kelvin_voigt(0.25, 0.25)
+    truth = paraboloid(
+        _RADIUS, body, speed, penetration=_DEPTH, cells=96 if effort == "full" else 48
+    )
+    x = np.linspace(-0.3, 0.3, 4001)
+    found = slide(
+        *(-(x**2) / _RADIUS, x[1] - x[0], springs, speed, truth.force.estimate), periodic=False
+    )
+    friction = truth.friction_coefficient
+    ratio = float(found.friction_coefficient.item() / friction.estimate)
+    bar = friction.uncertainty / friction.estimate + truth.force.uncertainty / truth.force.estimate
+    details: dict[str, float | str] = {
+        "friction on the half-space": friction.estimate,
+        "friction on springs": float(found.friction_coefficient.item()),
+        "depth on springs over that on the half-space": found.penetration.item() / _DEPTH,
+    }
+    return Finding(ratio - 1, ratio * bar, details)
+
+
+EXPERIMENTS = (
+    experiment(
+        "printed-rubber",
+        "Problem 1 as printed on rough lines against their exact steady state",
+        "explicit relaxation number G dt/eta = dx/(v tau)",
+        "number",
+        _printed,
+    ),
+    experiment(
+        "sliding-paraboloid",
+        "Friction of a paraboloid that slides over rubber: springs against the half-space",
+        "way in a retardation time over contact radius at rest",
+        "way",
+        _paraboloid,
+    ),
+)

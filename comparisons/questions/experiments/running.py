@@ -1,0 +1,137 @@
+"""From a function of named parameters to an `Experiment`: checks, the clock, the varied one."""
+
+from __future__ import annotations
+
+import difflib
+import inspect
+import math
+import time
+from collections.abc import Callable, Iterable
+from typing import Any, NamedTuple
+
+from comparisons.errors import InputError
+from comparisons.questions.experiments.base import Effort, Experiment, Measurement
+
+# Counts of which more would take all memory or all day, whatever the experiment.
+_MOST = {
+    "points": 2048,
+    "line_points": 10**6,
+    "line_length": 1024,
+    "offset": 4096,
+    "per_side": 1000,
+    "realisations": 10**5,
+    "runs": 10**5,
+}
+
+
+class Finding(NamedTuple):
+    """What the function of an experiment returns.
+
+    Attributes
+    ----------
+    error : float
+        Relative deviation of the statement from the truth: stated/true - 1, or a share that the
+        statement says is zero.
+    uncertainty : float
+        95 % half-width of the error's own bar.
+    details : dict
+        Measured numbers and words for the report.
+    """
+
+    error: float
+    uncertainty: float
+    details: dict[str, float | str]
+
+
+Run = Callable[..., Finding]
+
+
+def experiment(name: str, title: str, parameter: str, along: str, run: Run) -> Experiment:
+    """Return the experiment that calls ``run(effort, **parameters)``.
+
+    Parameters
+    ----------
+    name, title, parameter : str
+        As for `Experiment`: a slug, a sentence, the varied parameter in words.
+    along : str
+        The keyword that the varied value goes to; a claim file may choose another one with
+        ``parameters = { along = "..." }``.
+    run : callable
+        ``run(effort, **parameters) -> Finding``; all parameters are keywords with defaults.
+
+    Notes
+    -----
+    ``measure`` raises InputError for a parameter that is unknown, of another type than its default,
+    given twice, or refused by `run` (ValueError); ArithmeticError for a result that is not finite.
+    """
+    entries = list(inspect.signature(run).parameters.values())[1:]
+    known = {entry.name: entry.default for entry in entries}
+    default = along
+
+    def measure(
+        value: float | None, effort: Effort = "full", *, along: str = default, **parameters: Any
+    ) -> Measurement:
+        wrong = [*_unknown(list(known), [along, *parameters]), *_of_other_types(known, parameters)]
+        if effort not in ("quick", "full"):
+            wrong.append(f"effort is 'quick' or 'full', not {effort!r}")
+        if value is not None and along in parameters:
+            wrong.append(f"{along} is varied and given, too")
+        if wrong:
+            raise InputError(f"experiment {name}: " + "; ".join(wrong))
+        given = parameters if value is None else {**parameters, along: value}
+        wrong += [
+            f"{key} must be at most {_MOST[key]}, not {given[key]:g}"
+            for key in _MOST.keys() & given.keys()
+            if given[key] > _MOST[key]
+        ]
+        if wrong:
+            raise InputError(f"experiment {name}: " + "; ".join(wrong))
+        started = time.perf_counter()
+        try:
+            found = run(effort, **given)
+        except ValueError as fault:
+            raise InputError(f"experiment {name}: {fault}") from fault
+        if not (math.isfinite(found.error) and math.isfinite(found.uncertainty)):
+            raise ArithmeticError(f"experiment {name}: {found.error} +- {found.uncertainty}")
+        return Measurement(
+            parameter=None if value is None else float(value),
+            error=float(found.error),
+            uncertainty=float(found.uncertainty),
+            details=found.details,
+            seconds=time.perf_counter() - started,
+        )
+
+    return Experiment(name=name, title=title, parameter=parameter, measure=measure)
+
+
+def _unknown(known: list[str], names: Iterable[str]) -> Iterable[str]:
+    for name in names:
+        if name not in known:
+            near = difflib.get_close_matches(name, known, n=1)
+            hint = f"did you mean {near[0]}?" if near else f"known: {', '.join(known)}"
+            yield f"no parameter {name!r}, {hint}"
+
+
+def _of_other_types(known: dict[str, Any], given: dict[str, Any]) -> Iterable[str]:
+    """Say which values are no number, text or truth value like their defaults."""
+    for name, value in given.items():
+        default = known.get(name, value)
+        kinds = {bool: "true or false", str: "a text"}
+        kind = type(default) if type(default) in kinds else (int, float)
+        alike = isinstance(value, kind) and isinstance(value, bool) == isinstance(default, bool)
+        if not alike:
+            yield f"{name} must be {kinds.get(kind, 'a number')}, not {value!r}"
+
+
+def one_of(name: str, value: str, *known: str) -> str:
+    """Return the value, or raise ValueError naming the choices."""
+    if value not in known:
+        raise ValueError(f"{name} must be one of {', '.join(known)}, not {value!r}")
+    return value
+
+
+def above(name: str, value: float, limit: float) -> float:
+    """Return the value as a float, or raise ValueError unless it is finite and above the limit."""
+    if not (math.isfinite(value) and value > limit):
+        raise ValueError(f"{name} must be finite and above {limit:g}, not {value!r}")
+    return float(value)

@@ -1,0 +1,202 @@
+"""What section 19.6 is for: first yield, and the share of a rough contact above a hardness."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from functools import lru_cache
+
+import numpy as np
+from scipy.optimize import brentq, minimize_scalar
+
+from comparisons.questions.experiments.rough_ensemble import SEED, Surface, compare, press, truth
+from comparisons.questions.experiments.running import Finding, above, experiment, one_of
+from reduced.profiles import shapes
+from reduced.rough import ensemble, regions
+from reduced.springs import stress
+from reference.closed_form import power_law, rounded_punch, sphere
+
+RULES = ("own_curvature", "one_radius", "abel")
+
+
+def _largest(pressure: Callable[[np.ndarray], np.ndarray]) -> float:
+    """Largest value over the relative radii [0, 1): a scan, and a search around its best point."""
+    scan = np.linspace(0.0, 1.0, 400, endpoint=False)
+    values = pressure(scan)
+    best = int(np.argmax(values))
+    low, high = scan[max(best - 1, 0)], scan[min(best + 1, len(scan) - 1)]
+    found = minimize_scalar(
+        lambda rho: -float(pressure(np.array([rho]))[0]),
+        bounds=(low, high),
+        method="bounded",
+        options={"xatol": 1e-10},
+    )
+    return max(float(values[best]), -float(found.fun))
+
+
+def _shape(name: str, exponent: float, edge: float) -> tuple[shapes.Profile, object]:
+    """Equivalent profile and closed form of a shape of unit size, E* = 1."""
+    if name == "power_law":
+        return shapes.power_law(exponent, 1.0), power_law(exponent, 1.0, 1.0)
+    if name == "sphere":
+        return shapes.sphere(1.0), sphere(1.0, 1.0)
+    return shapes.rounded_punch(edge, 1.0), rounded_punch(edge, 1.0, 1.0)
+
+
+def _first_yield(
+    effort: str,
+    *,
+    exponent: float = 4.0,
+    shape: str = "power_law",
+    edge: float = 0.1,
+    limit: float = 0.05,
+    rule: str = "own_curvature",
+    criterion: str = "pressure",
+) -> Finding:
+    """Force at which the largest stress (19.37) reaches `limit` E*, over that of the true stress.
+
+    Shapes: f = r^n of unit coefficient, the sphere and the rounded punch (flat to `edge`) of unit
+    radius. ``criterion="mises"``: the true first yield lies below the surface; the rule by its
+    letter compares sigma with the yield stress. For the paraboloid only (Johnson 1985, 4.2: on the
+    axis, nu = 0.3). The closed forms are exact to 1e-12, the search for the maximum to 1e-9.
+    """
+    one_of("shape", shape, "power_law", "sphere", "rounded_punch")
+    one_of("rule", rule, *RULES)
+    one_of("criterion", criterion, "pressure", "mises")
+    above("limit", limit, 0)
+    if shape == "power_law" and rule == "own_curvature" and exponent < 2:
+        raise ValueError(f"exponent {exponent!r}: below 2 the rule is infinite on the axis")
+    if shape == "rounded_punch" and rule == "own_curvature":
+        raise ValueError("rounded_punch: the rule is infinite at the edge of the flat, at any load")
+    if criterion == "mises" and (shape, exponent) != ("power_law", 2):
+        raise ValueError("criterion 'mises' is for the paraboloid, exponent = 2")
+    profile, form = _shape(shape, float(exponent), float(edge))
+
+    def stated(depth: float) -> float:
+        a = float(profile.contact_radius(depth))
+        rules = {
+            "own_curvature": lambda r: stress.local_rule(profile, 1.0, depth, r)[0],
+            "one_radius": lambda r: stress.one_radius_rule(profile, 1.0, depth, r),
+            "abel": lambda r: stress.abel(profile, 1.0, depth, r),
+        }
+        return _largest(lambda rho: rules[rule](rho * a))
+
+    def true(depth: float) -> float:
+        a = float(form.contact_radius(depth))
+        largest = _largest(lambda rho: form.pressure(rho * a, 0.0, depth))
+        return largest * (_largest_mises() if criterion == "mises" else 1.0)
+
+    depths = [
+        brentq(lambda d, at=at: at(np.exp(d)) / limit - 1, -40, -0.5, xtol=1e-12)
+        for at in (stated, true)
+    ]
+    forces = [float(form.force(np.exp(d))) for d in depths]
+    details: dict[str, float | str] = {
+        "contact radius at true yield": float(form.contact_radius(np.exp(depths[1]))),
+        "largest stress at true yield, stated over true": stated(np.exp(depths[1])) / limit,
+    }
+    error = forces[0] / forces[1] - 1
+    return Finding(error, 1e-6 * (1 + abs(error)), details)
+
+
+def _largest_mises(poisson_ratio: float = 0.3) -> float:
+    """Largest |sigma_z - sigma_r|/p0 on the axis of Hertz's contact (Johnson 1985, (3.45))."""
+
+    def negative(z: float) -> float:
+        along = -1 / (1 + z * z)
+        across = -(1 + poisson_ratio) * (1 - z * np.arctan(1 / z)) - along / 2
+        return -abs(along - across)
+
+    return -float(minimize_scalar(negative, bounds=(1e-3, 3), method="bounded").fun)
+
+
+@lru_cache(maxsize=16)
+def _pressures(surface: Surface, load: float, factor: int, count: int) -> list[np.ndarray]:
+    """Pressures of the cells in contact, one array for each realisation."""
+    operator = surface.operator(factor)
+    pressed = (press(operator, surface.heights(k, factor), load)[0] for k in range(count))
+    return [contact.pressure[contact.mask] for contact in pressed]
+
+
+@lru_cache(maxsize=16)
+def _stresses(
+    surface: Surface, load: float, rule: str, points: int, count: int
+) -> tuple[list[np.ndarray], np.ndarray]:
+    """Stress (19.37) of the springs in contact, one array for each line.
+
+    And the share of the springs for which the rule has no real value; they carry none.
+    """
+    lines = ensemble.lines(surface.line("rings"), points, range(count), seed=SEED)
+    pressed = ensemble.press_ensemble(
+        *(surface.line("rings"), points, count, 1.0),
+        force=[load],
+        seed=SEED,
+        quantities=["penetration"],
+    )
+    depths = pressed.samples["penetration"][:, 0]
+    found = [
+        regions.line_stress(line, 1 / points, 1.0, float(depth), rule=rule)
+        for line, depth in zip(lines, depths, strict=True)
+    ]
+    return [each.pressure for each in found], np.array([each.undefined_share for each in found])
+
+
+def _shares(stresses: list[np.ndarray], hardness: float) -> np.ndarray:
+    """Share of each contact that is above the hardness."""
+    return np.array([float(np.mean(each > hardness)) for each in stresses])
+
+
+def _above_hardness(
+    effort: str,
+    *,
+    hardness: float = 0.5,
+    load: float = 0.03,
+    rule: str = "own_curvature",
+    points: float = 64,
+    hurst: float = 0.8,
+    roll_off: float = 1.0,
+    shortest: float = 4.0,
+    periodic: bool = False,
+    realisations: float = 120,
+) -> Finding:
+    """Share of the contact above `hardness` E* h': springs of lines over cells of surfaces."""
+    one_of("rule", rule, *regions.RULES)
+    above("hardness", hardness, 0)
+    above("load", load, 0)
+    above("realisations", realisations, 2)
+    surface = Surface.of(points, hurst, roll_off, shortest, periodic)
+    count = int(realisations) if effort == "full" else min(int(realisations), 12)
+
+    def sample(factor: int, number: int) -> np.ndarray:
+        return _shares(_pressures(surface, float(load), factor, number), hardness)
+
+    true, grid_bar = truth(sample, "refined", count, effort)
+    if true.mean() == 0:
+        raise ValueError(f"no cell of any surface is above {hardness!r} E* h'")
+    # second differences need points: eight for each of the surface's
+    stresses, undefined = _stresses(surface, float(load), rule, 8 * surface.points, 4 * count)
+    stated = _shares(stresses, hardness)
+    error, bar = compare(stated, true, grid_bar)
+    details: dict[str, float | str] = {
+        "share stated": float(stated.mean()),
+        "share": float(true.mean()),
+        "springs without a value": float(undefined.mean()),
+    }
+    return Finding(error, bar, details)
+
+
+EXPERIMENTS = (
+    experiment(
+        "first-yield",
+        "Force at first yield by the local stress rule (19.37)",
+        "exponent n of f = c r^n",
+        "exponent",
+        _first_yield,
+    ),
+    experiment(
+        "above-hardness",
+        "Share of a rough contact whose stress is above a hardness",
+        "hardness over E* h'",
+        "hardness",
+        _above_hardness,
+    ),
+)

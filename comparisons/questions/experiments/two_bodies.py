@@ -1,0 +1,122 @@
+"""Fig. 19.6: two rough elastic bodies as two rough lines, or as one combined line."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+
+from comparisons.questions.experiments.rough_ensemble import (
+    QUANTITIES,
+    SEED,
+    Surface,
+    compare,
+    press,
+    truth,
+)
+from comparisons.questions.experiments.running import Finding, above, experiment, one_of
+from reduced.rough import ensemble, line_spectrum
+from reduced.rough import press as rough_line
+
+# Realisations of the second body: far from those of the first.
+_SECOND = 100_000
+_NAMES = tuple(name for name in QUANTITIES if name != "contact_area_raw")
+
+
+@lru_cache(maxsize=64)
+def _surfaces(
+    first: Surface, second: Surface, correlation: float, load: float, factor: int, count: int
+) -> dict[str, np.ndarray]:
+    """Quantities of pairs of surfaces: in the half-space problem only their sum enters."""
+    operator = first.operator(factor)
+    rest = np.sqrt(1 - correlation**2)
+    rows = []
+    for k in range(count):
+        one, other = first.heights(k, factor), second.heights(_SECOND + k, factor)
+        # the second body's own roughness keeps its rms gradient whatever the correlation
+        rows.append(press(operator, one + correlation * one + rest * other, load, True)[1])
+    return {name: np.array([row[name] for row in rows]) for name in _NAMES}
+
+
+@lru_cache(maxsize=64)
+def _lines(
+    first: Surface, second: Surface, load: float, count: int, combined: bool
+) -> dict[str, np.ndarray]:
+    """Quantities of pairs of lines, or of one line whose spectrum is the sum of theirs."""
+    points = 2 * max(first.points, second.points)
+    one, other = first.line("rings"), second.line("rings")
+    if combined:
+        size = max(one.power.size, other.power.size)
+        longer = one if one.power.size == size else other
+        power = sum(np.pad(each.power, (0, size - each.power.size)) for each in (one, other))
+        both = line_spectrum.LineSpectrum(longer.wavenumber, power, longer.length)
+        heights = ensemble.lines(both, points, range(count), seed=SEED)
+    else:
+        heights = ensemble.lines(one, points, range(count), seed=SEED)
+        later = range(_SECOND, _SECOND + count)
+        heights = heights + ensemble.lines(other, points, later, seed=SEED)
+    # the springs of both bodies in series have the combined modulus, 1/E* = 1/E1* + 1/E2*
+    contact = rough_line.press(heights, 1 / points, 1.0, force=[load])
+    return {name: getattr(contact, name)[:, 0] for name in _NAMES}
+
+
+def _two_bodies(
+    effort: str,
+    *,
+    load: float = 0.01,
+    quantity: str = "contact_area",
+    against: str = "combined_line",
+    correlation: float = 0.0,
+    hurst: float = 0.8,
+    second_hurst: float = 0.8,
+    points: float = 64,
+    realisations: float = 450,
+) -> Finding:
+    """Two lines pressed together over one combined line, or over the two surfaces themselves.
+
+    Both bodies have the rms gradient one; `load` is F/(E* A0 h') with h' = sqrt 2, that of their
+    sum if they are independent. `correlation` (in [0, 1) or negative, for mating faces) makes the
+    second surface's heights c h1 + sqrt(1 - c^2) h2; lines have random phases and cannot know it.
+    """
+    one_of("quantity", quantity, *_NAMES)
+    one_of("against", against, "combined_line", "surfaces")
+    above("load", load, 0)
+    above("realisations", realisations, 2)
+    if not -1 < correlation < 1:
+        raise ValueError(f"correlation must lie in (-1, 1), not {correlation!r}")
+    if correlation and hurst != second_hurst:
+        raise ValueError("correlated bodies have one spectrum: hurst = second_hurst")
+    first, second = (Surface.of(points, h, 1.0, 2.0, False) for h in (hurst, second_hurst))
+    force = float(load) * np.sqrt(2)
+    count = int(realisations) if effort == "full" else min(int(realisations), 20)
+    number = max(20 * count, 2000)
+    two = _lines(first, second, force, number, False)[quantity]
+    if against == "combined_line":
+        if correlation:
+            raise ValueError("correlation matters against surfaces only")
+        true, grid_bar = _lines(first, second, force, number, True)[quantity], 0.0
+    else:
+
+        def sample(factor: int, many: int) -> np.ndarray:
+            return _surfaces(first, second, float(correlation), force, factor, many)[quantity]
+
+        true, grid_bar = truth(sample, "refined", count, effort)
+    error, bar = compare(two, true, grid_bar)
+    details: dict[str, float | str] = {
+        "two lines": float(two.mean()),
+        against: float(true.mean()),
+        "scatter of two lines": float(two.std() / two.mean()),
+        f"scatter of {against}": float(true.std() / true.mean()),
+    }
+    return Finding(error, bar, details)
+
+
+EXPERIMENTS = (
+    experiment(
+        "two-rough-bodies",
+        "Two rough bodies as two lines, against one combined line or the surfaces",
+        "load F/(E* A0 h')",
+        "load",
+        _two_bodies,
+    ),
+)

@@ -1,0 +1,249 @@
+"""Files of hard cases: read, put together, and everything that is wrong listed at once."""
+
+from __future__ import annotations
+
+import math
+import tempfile
+from collections import Counter
+from collections.abc import Iterable, Mapping
+from copy import deepcopy
+from functools import cache
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from pydantic import Field, ValidationError
+
+from comparisons.errors import InputError
+from comparisons.questions.hard_cases.case import JUDGED, OUTCOME_KEYS, REFUSED, HardCase
+from comparisons.questions.hard_cases.recipes import Table
+from comparisons.scene.problems import readable
+from comparisons.scene.scene import SceneError, override
+from comparisons.scene.toml_files import read_toml
+
+FOLDER = Path(__file__).parent
+# A key of what is expected: of every method at once.
+ALL = "all"
+
+
+class HardCaseError(InputError):
+    """Files of hard cases are wrong; ``problems`` lists everything, one entry per key."""
+
+    def __init__(self, problems: list[str]) -> None:
+        self.problems = problems
+        super().__init__("\n".join(problems))
+
+
+class Family(Table):
+    """A file of hard cases.
+
+    order: place of its cases among those of other files; by default the last.
+    like: the baseline of its cases that name none.
+    baselines: what cases have in common, by name; every file sees them.
+    cases: the keys of a `HardCase` by its id, and `like`: the baseline that they are put over.
+    """
+
+    order: float = math.inf
+    like: str = ""
+    baselines: dict[str, dict[str, Any]] = Field(default={})
+    cases: dict[str, dict[str, Any]] = Field(default={})
+
+
+class Layer(NamedTuple):
+    """The keys of a case or a baseline, as its file has them, and where they stand."""
+
+    source: str
+    keys: Mapping[str, Any]
+
+
+@cache
+def catalogue() -> Mapping[str, HardCase]:
+    """Return the built-in hard cases by id, in the order of their families."""
+    return {case.id: case for case in read_cases(builtin_files())}
+
+
+def builtin_files() -> list[Path]:
+    """Return the files of the built-in cases."""
+    return sorted(FOLDER.glob("*.toml"))
+
+
+def load_cases(names: Iterable[str]) -> list[HardCase]:
+    """Return built-in cases by id, and all cases of a user's files.
+
+    Raises
+    ------
+    HardCaseError
+        Listing every problem of all names and files.
+    """
+    known, files, problems = catalogue(), [], []
+    for name in names:
+        if name not in known and Path(name).is_file():
+            files.append(Path(name))
+        elif name not in known:
+            problems.append(f"--case: expected a file or one of {', '.join(known)}, got {name!r}")
+    own: list[HardCase] = []
+    try:
+        own = read_cases(files, builtin_files())
+    except HardCaseError as error:
+        problems += error.problems
+    if problems:
+        raise HardCaseError(problems)
+    chosen = [known[name] for name in names if name in known]
+    return list({case.id: case for case in (*chosen, *own)}.values())
+
+
+def read_cases(files: Iterable[Path], others: Iterable[Path] = ()) -> list[HardCase]:
+    """Return the cases of files; they see the baselines of other files, and share no id with them.
+
+    Raises
+    ------
+    HardCaseError
+    """
+    problems: list[str] = []
+    families, context = _families(files, problems), _families(others, problems)
+    baselines: dict[str, Layer] = {}
+    names: Counter[str] = Counter()
+    for file, family in (*context, *families):
+        names.update(list(family.cases))
+        for name, keys in family.baselines.items():
+            layer = Layer(f"{file}: baselines.{name}", keys)
+            if name in baselines:
+                problems.append(f"{layer.source}: expected a name that is not taken")
+            baselines[name] = layer
+    cases: list[HardCase] = []
+    for file, family in families:
+        shared = {"like": family.like} if family.like else {}
+        for name, keys in family.cases.items():
+            own = Layer(f"{file}: {name}", shared | keys)
+            if names[name] > 1:
+                problems.append(f"{own.source}: expected an id that is not taken")
+            cases += _case(name, _lineage(own, baselines, problems), problems)
+    if problems:
+        raise HardCaseError(list(dict.fromkeys(problems)))
+    return cases
+
+
+def _families(files: Iterable[Path], problems: list[str]) -> list[tuple[Path, Family]]:
+    """Read files, in their order; what is wrong with them joins the problems."""
+    families = []
+    for file in files:
+        try:
+            families.append((file, Family.model_validate(read_toml(file))))
+        except ValidationError as error:
+            problems += [f"{file}: {readable(problem)}" for problem in error.errors()]
+        except ValueError as error:
+            problems.append(f"{file}: {error}")
+    return sorted(families, key=lambda pair: pair[1].order)
+
+
+def _lineage(own: Layer, baselines: Mapping[str, Layer], problems: list[str]) -> list[Layer]:
+    """Return a case, what it is like, what that is like, and so on."""
+    lineage = [own]
+    while "like" in lineage[-1].keys:
+        source, keys = lineage[-1]
+        name = keys["like"]
+        if not isinstance(name, str) or name not in baselines:
+            known = ", ".join(baselines) or "none"
+            problems.append(f"{source}: like: expected one of {known}, got {name!r}")
+            break
+        if baselines[name] in lineage:
+            problems.append(f"{source}: like: expected no circle, {name} is like this one")
+            break
+        lineage.append(baselines[name])
+    return lineage
+
+
+def _case(name: str, lineage: list[Layer], problems: list[str]) -> list[HardCase]:
+    """Return the case of these layers, or nothing if there are problems, which are told."""
+    keys: dict[str, Any] = {}
+    for layer in reversed(lineage):
+        keys = _put_over(keys, layer.keys)
+    if "id" in keys:
+        problems.append(f"{_owner(('id',), lineage).source}: id: unknown key")
+    try:
+        case = HardCase.model_validate(keys | {"id": name})
+    except ValidationError as error:
+        problems += [
+            f"{_owner(problem['loc'], lineage).source}: {readable(problem)}"
+            for problem in error.errors()
+        ]
+        return []
+    wrong = _scene_problems(case)
+    problems += [f"{lineage[0].source}: {problem}" for problem in wrong]
+    return [] if wrong else [case]
+
+
+def _owner(location: tuple[int | str, ...], lineage: list[Layer]) -> Layer:
+    """Return the layer that says what stands at a location; the case where none says it."""
+    for layer in lineage:
+        table: Any = layer.keys
+        for key in location[:2]:
+            table = table.get(key) if isinstance(table, Mapping) else None
+        if table is not None:
+            return layer
+    return lineage[0]
+
+
+def _put_over(base: Mapping[str, Any], keys: Mapping[str, Any]) -> dict[str, Any]:
+    """Put the keys of a case over those of what it is like.
+
+    Those of its scene go by their paths, what it expects by method, its maps by file; all other
+    keys replace. What is no table is left to validation.
+    """
+    merged = {**base, **keys}
+    merged.pop("like", None)
+    for name, put in (("scene", _scene), ("expected", _expected), ("maps", _maps)):
+        old, new = base.get(name, {}), keys.get(name, {})
+        if isinstance(old, Mapping) and isinstance(new, Mapping) and (old or new):
+            merged[name] = put(old, new)
+    return merged
+
+
+def _scene(base: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
+    tables = deepcopy(dict(base))
+    for path, value in changes.items():
+        override(tables, path, deepcopy(value))
+    return tables
+
+
+def _maps(base: Mapping[str, Any], files: Mapping[str, Any]) -> dict[str, Any]:
+    return {**base, **files}
+
+
+def _expected(base: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
+    """Complete what is expected by the baseline's, unless that is another outcome."""
+    merged = dict.fromkeys(JUDGED, changes[ALL]) if ALL in changes else dict(base)
+    for method, new in changes.items():
+        old = merged.get(method)
+        if method == ALL:
+            continue
+        if isinstance(old, Mapping) and isinstance(new, Mapping):
+            other = any(key in new and key not in old for key in OUTCOME_KEYS)
+            new = new if other and any(key in old for key in OUTCOME_KEYS) else {**old, **new}
+        merged[method] = new
+    return merged
+
+
+def _scene_problems(case: HardCase) -> list[str]:
+    """Problems of the scene, or of the one that the truth solves; expected refusals are none."""
+    with tempfile.TemporaryDirectory(prefix="roughline-") as folder:
+        for name in case.maps:
+            (Path(folder) / name).touch()
+        try:
+            scene = case.scene_in(Path(folder))
+        except SceneError as error:
+            expected = _refusal_expected(case, str(error))
+            return [] if expected else [f"scene: {problem}" for problem in error.problems]
+        try:
+            case.scene_in(Path(folder), case.truth.scene)
+        except SceneError as error:
+            return [f"truth.scene: {problem}" for problem in error.problems]
+        file = getattr(scene.surface, "file", "")
+        if file and not (Path(folder) / file).is_file():
+            return [f"scene: surface.file: expected a file, or one of maps, got {file!r}"]
+    missing = case.truth.formula.missing(scene) if case.truth.formula is not None else []
+    return [f"truth.formula: expected {key} in the scene, which has none" for key in missing]
+
+
+def _refusal_expected(case: HardCase, reason: str) -> bool:
+    """Tell whether no method is meant to see the scene, for this reason."""
+    return all(one.kind == REFUSED and one.reason in reason for one in case.expected.values())

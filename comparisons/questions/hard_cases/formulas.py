@@ -1,0 +1,120 @@
+"""Truths of hard cases that are formulas of the planned scene, exact but for round-off."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, ClassVar, Literal
+
+import numpy as np
+from pydantic import model_validator
+
+from comparisons.questions.hard_cases.recipes import Table
+from comparisons.scene.fields import Length, fail
+from comparisons.scene.scene import QUANTITIES, Scene
+
+if TYPE_CHECKING:
+    from comparisons.solving.planning import Plan
+
+Curves = dict[str, np.ndarray]
+
+
+class Hertz(Table):
+    """A tip of this radius, which the scene samples by a map: F = 4/3 E* sqrt(R) d^1.5."""
+
+    needs: ClassVar = ("surface", "loading.penetration")
+
+    radius: Length
+
+    def curves(self, plan: Plan) -> Curves:
+        """Return force and area pi R d at the depths of the scene."""
+        depth = plan.loads.values
+        force = 4 / 3 * plan.scene.effective_modulus * np.sqrt(self.radius) * depth**1.5
+        return {"force": force, "contact_area": np.pi * self.radius * depth}
+
+
+class Stuck(Table):
+    """u = F_x/(2 a G*) (Mindlin 1949): the whole circle of Hertz sticks."""
+
+    needs: ClassVar = ("indenter.radius", "friction", "loading.tangential_force")
+
+    def curves(self, plan: Plan) -> Curves:
+        """Return the displacement at the last normal force; a rim of 1e-7 slips at mu = 1e6."""
+        normal = plan.loads.normal
+        assert normal is not None
+        scene = plan.scene
+        assert scene.indenter is not None
+        force, modulus = float(normal.values[-1]), scene.effective_modulus
+        radius = np.cbrt(0.75 * force / modulus * scene.indenter.radius)  # type: ignore[attr-defined]
+        steps = np.ones(len(plan.loads.values))
+        shift = plan.loads.values / (2 * radius * scene.tangential_modulus)
+        return {"tangential_displacement": shift, "contact_area": np.pi * radius**2 * steps}
+
+
+class Creeping(Table):
+    """mu = (eta/G) v/R, eta = sum G_i tau_i: what slow sliding of rubber tends to in 3-D."""
+
+    needs: ClassVar = ("indenter.radius", "viscoelastic", "sliding")
+
+    def curves(self, plan: Plan) -> Curves:
+        """Return the coefficient of friction at the speeds of the scene."""
+        scene = plan.scene
+        material, indenter = scene.viscoelastic, scene.indenter
+        assert material is not None
+        assert indenter is not None
+        viscosity = sum(modulus * time for modulus, time in material.branches)
+        slope = viscosity / material.long_term_modulus / indenter.radius  # type: ignore[attr-defined]
+        return {"friction_coefficient": slope * plan.loads.values}
+
+
+class ClosedGap(Table):
+    """Full contact of a periodic surface: d = max h - <h>, A = A0."""
+
+    needs: ClassVar = ("surface",)
+
+    def curves(self, plan: Plan) -> Curves:
+        """Return penetration and area of the first surface: nothing is left of the gap."""
+        from comparisons.geometry.prepare import RoughGeometry
+
+        geometry = plan.geometry
+        assert isinstance(geometry, RoughGeometry)
+        heights = geometry.heights(0, geometry.points[0])
+        steps = np.ones(len(plan.loads.values))
+        depth = float(heights.max() - heights.mean())
+        return {"penetration": depth * steps, "contact_area": geometry.area * steps}
+
+
+class Formula(Table):
+    """Exactly one of them: `constant` gives quantities that are the same at every step."""
+
+    constant: dict[Literal[QUANTITIES], float] | None = None  # type: ignore[valid-type]
+    hertz: Hertz | None = None
+    stuck: Stuck | None = None
+    creeping: Creeping | None = None
+    closed_gap: ClosedGap | None = None
+
+    @model_validator(mode="after")
+    def _one(self) -> Formula:
+        if len(self.model_fields_set) != 1:
+            got = " and ".join(sorted(self.model_fields_set)) or "none"
+            known = ", ".join(type(self).model_fields)
+            raise fail(f"expected exactly one of {known}, got {got}")
+        return self
+
+    def missing(self, scene: Scene) -> list[str]:
+        """Return the keys of a scene that the formula needs and that are not there."""
+        (name,) = self.model_fields_set
+        return [key for key in getattr(getattr(self, name), "needs", ()) if not _has(scene, key)]
+
+    def curves(self, plan: Plan) -> Curves:
+        """Return the quantities of the planned scene at its steps."""
+        if self.constant is not None:
+            steps = np.ones(plan.loads.values.size)
+            return {name: value * steps for name, value in self.constant.items()}
+        (name,) = self.model_fields_set
+        return getattr(self, name).curves(plan)
+
+
+def _has(scene: Scene, path: str) -> bool:
+    table: object = scene
+    for key in path.split("."):
+        table = getattr(table, key, None)
+    return table is not None

@@ -1,0 +1,240 @@
+"""Runs of several machines merged into one: parts of the realisations, other methods or scenes."""
+
+from __future__ import annotations
+
+import tempfile
+import time
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, field, replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from comparisons.errors import InputError
+from comparisons.judging.refinement import refinements
+from comparisons.machine import source_digest, versions
+from comparisons.methods import METHODS, Solution, Task
+from comparisons.questions.study import Study
+from comparisons.results.runs import MOVED
+from comparisons.results.store import FIELDS, ResultsError, StudyRecord, load_study, save_study
+from comparisons.scene.scene import Scene, parse_scene, validated
+from comparisons.solving.planning import MethodPlan, Plan, plan_from
+from comparisons.tasks.archive import load_solution
+
+# Why a method was left out that another run may well have been asked for.
+NOT_ASKED = "not asked for"
+# What may differ between the scenes of two runs: which methods solve them, and how finely.
+FREE = ("methods", "resolutions")
+NOT_REFINED = "full: merged runs are not refined; roughline run with --full --resume goes on"
+_Solve = tuple[str, str, int, tuple[int, ...]]
+
+
+@dataclass
+class _Merge:
+    """What was found in the runs, scene by scene, and all that speaks against merging them."""
+
+    plans: dict[str, list[Plan]] = field(default_factory=dict)
+    solutions: dict[_Solve, tuple[str, Solution]] = field(default_factory=dict)
+    conflicts: list[str] = field(default_factory=list)
+
+
+def merge(directories: Iterable[Path], out: Path, command: str = "", files: Path = Path()) -> Study:
+    """Write a results folder with everything that several runs have found.
+
+    The runs must have been made by this very roughline, with the packages that are here. A solve
+    that is in two runs must have the same values in both (to 1e-5, the tolerance of iterations).
+
+    Parameters
+    ----------
+    directories : iterable of Path
+        Folders that `roughline run` has written, complete or not.
+    out : Path
+        A folder that does not exist, or is empty. It appears when all of it is written.
+    command : str
+        The command line, for the report.
+    files : Path
+        Where the files are (maps, meshes) that the scenes name.
+
+    Returns
+    -------
+    Study
+        Done; `lost` tells what none of the runs has.
+
+    Raises
+    ------
+    InputError
+        Listing everything that differs, or is not as it must be.
+    """
+    if out.exists() and (not out.is_dir() or any(out.iterdir())):
+        raise ResultsError(f"{out}: expected a new folder for the merged results")
+    runs = [load_study(each) for each in directories]
+    problems = list(_unlike(runs))
+    if problems:
+        raise InputError("\n  ".join(["these runs cannot be merged:", *problems]))
+    found = _Merge()
+    for run in runs:
+        _gather(run, files, found)
+    plans = [_merged(name, plans, found.conflicts) for name, plans in found.plans.items()]
+    if found.conflicts:
+        raise InputError("\n  ".join(["these runs contradict each other:", *found.conflicts]))
+    out.parent.mkdir(parents=True, exist_ok=True)
+    with tempfile.TemporaryDirectory(prefix=f".{out.name}.", dir=out.parent) as name:
+        study = Study([p for p in plans if p is not None], Path(name) / "run", command)
+        study.effort = runs[0].effort
+        _write(study, found, runs)
+        (Path(name) / "run").replace(out)
+    study.directory = out
+    return study
+
+
+def _unlike(runs: list[StudyRecord]) -> Iterator[str]:
+    """Yield what makes runs different as a whole."""
+    if len(runs) < 2:
+        yield f"expected two runs or more, got {len(runs)}"
+    places = [run.directory.resolve() for run in runs]
+    for run in runs:
+        if places.count(run.directory.resolve()) > 1:
+            yield f"{run.directory}: named more than once"
+        if not run.scenes:
+            yield f"{run.directory}: ended before it was written; --resume finishes it"
+        there = run.versions | {"roughline's source": run.source or "not recorded"}
+        here = versions() | {"roughline's source": source_digest()}
+        for name in dict.fromkeys([*here, *there]):
+            pair = [each.get(name, "nothing")[:12] for each in (there, here)]
+            if pair[0] != pair[1]:
+                yield f"{run.directory}: {name}: {pair[0]}, here {pair[1]}"
+        if run.effort != runs[0].effort:
+            yield f"{run.directory}: a {run.effort} run, the first one is {runs[0].effort}"
+
+
+def _gather(run: StudyRecord, files: Path, found: _Merge) -> None:
+    """Read the plans of a run, and every solution of it that is there and whole."""
+    for record in run.scenes:
+        scene = parse_scene(record.text, f"{run.directory}: {record.name}", files.resolve())
+        plan = plan_from(scene, record.plan, run.effort)  # type: ignore[arg-type]
+        found.plans.setdefault(record.name, []).append(plan)
+        for task in plan.tasks:
+            try:
+                solution = load_solution(run.directory / FIELDS / f"{task.key}.npz")
+            except ResultsError:
+                continue  # in another run, or lost: told at the end
+            _add(task, solution, str(run.directory), found)
+
+
+def _add(task: Task, solution: Solution, run: str, found: _Merge) -> None:
+    key = _solve(task)
+    where, known = found.solutions.setdefault(key, (run, solution))
+    if known is solution:
+        return
+    if solution.converged.sum() > known.converged.sum():
+        found.solutions[key] = run, solution
+    change = _difference(known, solution)
+    if change > MOVED:
+        found.conflicts.append(
+            f"{task.scene.name}, {task.method} {task.resolution}, realisations from "
+            f"{task.realisations[0]}: {where} and {run} differ by {change:.1e}"
+        )
+
+
+def _solve(task: Task) -> _Solve:
+    return task.scene.name, task.method, task.resolution, task.realisations
+
+
+def _difference(one: Solution, other: Solution) -> float:
+    """Return the largest difference of a quantity, relative to its largest value."""
+    both = one.converged & other.converged
+    most = 0.0
+    for name in set(one.quantities) & set(other.quantities):
+        a, b = one.quantities[name][both], other.quantities[name][both]
+        size = np.abs(a).max(initial=0.0)
+        if size > 0:
+            most = max(most, float(np.abs(a - b).max() / size))
+    return most
+
+
+def _merged(name: str, plans: list[Plan], conflicts: list[str]) -> Plan | None:
+    """Return one plan with all methods and resolutions of the plans of a scene."""
+    scene = _scene(name, [plan.scene for plan in plans], conflicts)
+    if scene is None:
+        return None
+    methods = [
+        _method([m for plan in plans for m in plan.methods if m.method == method])
+        for method in METHODS
+        if any(m.method == method for plan in plans for m in plan.methods)
+    ]
+    return replace(
+        plans[0],
+        scene=scene,
+        methods=tuple(methods),
+        left_out=tuple(dict.fromkeys(each for plan in plans for each in plan.left_out)),
+        notes=tuple(dict.fromkeys(each for plan in plans for each in plan.notes)),
+        switched_on=tuple(dict.fromkeys(each for plan in plans for each in plan.switched_on)),
+    )
+
+
+def _scene(name: str, scenes: list[Scene], conflicts: list[str]) -> Scene | None:
+    """Return the scene with what all of them compare; conflicts where they are not the same."""
+    options: dict[str, Any] = {}
+    for scene in scenes:
+        same = _fixed(scene) == _fixed(scenes[0])
+        own = scene.methods.model_dump(exclude_defaults=True)
+        clash = [key for key in own if options.setdefault(key, own[key]) != own[key]]
+        if not same:
+            conflicts.append(f"{name}: the scenes differ in more than methods and resolutions")
+        if clash:
+            conflicts.append(f"{name}: other options of {', '.join(clash)}")
+        if not same or clash:
+            return None
+    compare = scenes[0].compare
+    for key in FREE:
+        asked = [getattr(scene.compare, key) for scene in scenes]
+        union = tuple(dict.fromkeys(v for each in asked if each is not None for v in each))
+        ordered = tuple(sorted(union)) if key == "resolutions" else union
+        compare = compare.model_copy(update={key: None if None in asked else ordered})
+    tables = scenes[0].model_dump(exclude_none=True, exclude_defaults=True)
+    tables |= {"compare": compare.model_dump(exclude_none=True, exclude_defaults=True)}
+    tables |= {"methods": options, "directory": scenes[0].directory}
+    return validated({name: table for name, table in tables.items() if table != {}})
+
+
+def _fixed(scene: Scene) -> dict[str, Any]:
+    """Return what of a scene must be the same in all runs."""
+    return scene.model_dump(mode="json", exclude={"compare": set(FREE), "methods": True})
+
+
+def _method(plans: list[MethodPlan]) -> MethodPlan:
+    done = [each for each in plans if each.supported]
+    if not done:
+        return next((each for each in plans if each.reason != NOT_ASKED), plans[0])
+    levels = tuple(sorted({n for each in done for n in each.resolutions}))
+    return replace(done[0], resolutions=levels)
+
+
+def _settled(plan: Plan, study: Study) -> Plan:
+    """Return the plan with what a whole run would say about the refinement of its truth."""
+    if any(study.solution(task) is None for task in plan.tasks):
+        return plan
+    try:
+        next(refinements(plan, study.solved))
+    except StopIteration as end:
+        final: Plan = end.value
+        return replace(final, notes=tuple(dict.fromkeys(final.notes)))
+    return replace(plan, notes=(*plan.notes, NOT_REFINED))
+
+
+def _write(study: Study, found: _Merge, runs: list[StudyRecord]) -> None:
+    tasks = [task for plan in study.plans for task in plan.tasks]
+    study.adopt((t, found.solutions[_solve(t)][1]) for t in tasks if _solve(t) in found.solutions)
+    started = time.perf_counter()
+    if study.effort == "full":
+        study.plans = [_settled(plan, study) for plan in study.plans]
+    record = study.record(sum(run.seconds for run in runs))
+    parts: list[dict[str, Any]] = []
+    for run in runs:
+        own = {key: getattr(run, key) for key in ("created", "command", "seconds", "machine")}
+        parts += run.runs or [own]
+    seconds = record.seconds + time.perf_counter() - started
+    # An interrupted run names the scenes that it had begun: there may have been more.
+    interrupted = any(run.interrupted for run in runs)
+    save_study(replace(record, seconds=seconds, runs=tuple(parts), interrupted=interrupted))

@@ -1,0 +1,66 @@
+"""A check: what is now against a baseline file, and the baseline renewed when that is meant."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from pathlib import Path
+
+from comparisons.errors import InputError
+from comparisons.questions.regression.findings import MODEL_TOLERANCE, Finding, compare_snapshots
+from comparisons.questions.regression.measure import CHECK_SCENES, take_snapshot
+from comparisons.questions.regression.snapshot import Snapshot, load_baseline, save_baseline
+
+Progress = Callable[[str], None]
+
+
+def check_against(
+    path: Path,
+    method: str = "reduced",
+    scenes: Iterable[str] = CHECK_SCENES,
+    *,
+    tolerance: float = MODEL_TOLERANCE,
+    progress: Progress = lambda scene: None,
+) -> list[Finding]:
+    """Solve scenes and compare them with a baseline file.
+
+    Raises
+    ------
+    InputError
+        If there is no baseline, it is damaged or another method's, or a scene is wrong.
+    """
+    stored = _stored(path, method)
+    return compare_snapshots(stored, take_snapshot(method, scenes, progress), tolerance)
+
+
+def update_baseline(
+    path: Path,
+    method: str = "reduced",
+    scenes: Iterable[str] = CHECK_SCENES,
+    *,
+    tolerance: float = MODEL_TOLERANCE,
+    progress: Progress = lambda scene: None,
+) -> list[Finding]:
+    """Solve scenes, find the drift against the baseline (if there is one), and store what is now.
+
+    Scenes of the baseline that were not solved stay in it as they were.
+
+    Raises
+    ------
+    InputError
+        As in `check_against`, except that a missing baseline is made.
+    """
+    stored = _stored(path, method) if path.exists() else None
+    now = take_snapshot(method, scenes, progress)
+    if stored is None:
+        save_baseline(path, now)
+        return []
+    findings = compare_snapshots(stored, now, tolerance)
+    save_baseline(path, now.model_copy(update={"scenes": stored.scenes | now.scenes}))
+    return findings
+
+
+def _stored(path: Path, method: str) -> Snapshot:
+    stored = load_baseline(path)
+    if stored.method != method:
+        raise InputError(f"{path}: expected a baseline of {method}, got one of {stored.method}")
+    return stored

@@ -1,0 +1,225 @@
+"""Two snapshots compared: who moved - the model, a reference, what they share, or the machine."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from comparisons.formatting import number, relative
+from comparisons.methods import METHODS
+from comparisons.questions.regression.snapshot import Curves, SceneSnapshot, Snapshot, Speed
+
+MODEL, REFERENCES, AGREEMENT, SPEED = "reduced model", "references", "agreement", "speed"
+# The model has no iterations: other processors and library versions change its last digits only.
+MODEL_TOLERANCE = 1e-9
+# References iterate to 1e-6 relative, and other machines stop elsewhere within that.
+REFERENCE_TOLERANCE = 1e-5
+# Two curves moved alike if their factors agree to this share of the move.
+ALIKE = 0.1
+# Readings taken in turns scatter by some 20 %; a machine is called slower from a quarter on.
+SLOWER_MODEL, SLOWER_MACHINE = 2.0, 1.25
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One line of a check.
+
+    Attributes
+    ----------
+    scene, subject : str
+        Which scene, and which of the subjects above.
+    text : str
+        What was found, in words.
+    drifted : bool
+        Whether it makes the check fail.
+    notable : bool
+        Whether it is worth a line though it does not.
+    """
+
+    scene: str
+    subject: str
+    text: str
+    drifted: bool = False
+    notable: bool = False
+
+
+@dataclass(frozen=True)
+class Move:
+    """How one method's curves changed: factors new/old by quantity, and the largest change."""
+
+    factors: dict[str, np.ndarray]
+    lost: tuple[str, ...] = ()
+    replanned: str = ""
+
+    def largest(self) -> tuple[str, float]:
+        """Return the quantity that changed most, and its relative change with sign."""
+        changes = {
+            name: float(values[np.argmax(np.abs(values - 1))] - 1)
+            for name, values in self.factors.items()
+            if len(values)
+        }
+        return max(changes.items(), key=lambda item: abs(item[1]), default=("", 0.0))
+
+    def moved(self, tolerance: float) -> bool:
+        """Whether anything changed by more than a tolerance, vanished, or is planned otherwise."""
+        return bool(self.lost or self.replanned) or abs(self.largest()[1]) > tolerance
+
+    def words(self) -> str:
+        """Return the largest change in words."""
+        if self.replanned:
+            return self.replanned
+        if self.lost:
+            return f"no answer any more for {', '.join(self.lost)}"
+        name, change = self.largest()
+        sign = "+" if change > 0 else "\N{MINUS SIGN}"
+        return f"{name.replace('_', ' ')} by {sign}{relative(abs(change))}"
+
+
+def compare_snapshots(
+    stored: Snapshot, now: Snapshot, tolerance: float = MODEL_TOLERANCE
+) -> list[Finding]:
+    """Compare what is with what was, scene by scene.
+
+    Parameters
+    ----------
+    stored, now : Snapshot
+    tolerance : float
+        Relative change of the model that is not called a move.
+
+    Returns
+    -------
+    list of Finding
+        For every scene: the model, the references, their agreement, the speed.
+    """
+    found = []
+    who = "the reduced model" if now.method == "reduced" else _title(now.method)
+    for name, scene in now.scenes.items():
+        before = stored.scenes.get(name)
+        if before is None:
+            found.append(Finding(name, MODEL, "not in the baseline: --update adds it", True))
+        elif before.scene and before.scene != scene.scene:
+            text = "the scene itself is not the baseline's: --update takes the new one"
+            found.append(Finding(name, MODEL, text, True))
+        elif before.loads != scene.loads:
+            found.append(Finding(name, MODEL, "the scene's loads are not the baseline's", True))
+        else:
+            found += [
+                *_moves(name, who, before, scene, tolerance),
+                _agreement(name, before, scene),
+                *_speed(name, who, before.speed, scene.speed),
+            ]
+    return found
+
+
+def _moves(
+    name: str, who: str, before: SceneSnapshot, now: SceneSnapshot, tolerance: float
+) -> list[Finding]:
+    model = _move(before.model, now.model)
+    truths = {
+        method: _move(curves, now.references.get(method))
+        for method, curves in before.references.items()
+    }
+    moved = {m: move for m, move in truths.items() if move.moved(REFERENCE_TOLERANCE)}
+    model_moved = model.moved(tolerance)
+    shared = [m for m, move in moved.items() if model_moved and _alike(model, move)]
+    if shared:
+        return [_shared(name, who, model, shared, truths)]
+    findings = [
+        Finding(name, MODEL, f"{who} moved: {model.words()}", True)
+        if model_moved
+        else Finding(name, MODEL, "unchanged")
+    ]
+    if moved:
+        texts = [f"{_title(m)}: {move.words()}" for m, move in moved.items()]
+        still = [_title(m) for m in truths if m not in moved]
+        rest = f"; {_list(still)} did not" if still else ""
+        text = f"the reference moved: {'; '.join(texts)}{rest}"
+        findings.append(Finding(name, REFERENCES, text, True))
+    else:
+        findings.append(Finding(name, REFERENCES, "unchanged"))
+    return findings
+
+
+def _shared(
+    name: str, who: str, model: Move, shared: list[str], truths: dict[str, Move]
+) -> Finding:
+    quantity, change = model.largest()
+    still = [_title(m) for m, move in truths.items() if not move.moved(REFERENCE_TOLERANCE)]
+    rest = f"; {_list(still)} did not move" if still else ""
+    words = quantity.replace("_", " ")
+    text = (
+        f"{who} and {_list([_title(m) for m in shared])} moved by the same factor "
+        f"{number(1 + change, 6)} ({words}): something they share has changed{rest}"
+    )
+    return Finding(name, MODEL, text, True)
+
+
+def _move(before: Curves | None, now: Curves | None) -> Move:
+    if before is None:
+        return Move({})
+    if now is None:
+        return Move({}, lost=("the whole scene",))
+    if before.resolution != now.resolution:
+        text = f"resolution {now.resolution} where the baseline has {before.resolution}"
+        return Move({}, replanned=text)
+    factors, lost = {}, []
+    for name in before.quantities:
+        if name not in now.quantities:
+            lost.append(name)
+            continue
+        old, new = before.array(name), now.array(name)
+        if np.isnan(new[np.isfinite(old)]).any():
+            lost.append(name)
+            continue
+        kept = np.isfinite(old) & np.isfinite(new)
+        same = old[kept] == new[kept]
+        with np.errstate(divide="ignore", invalid="ignore"):
+            factors[name] = np.where(same, 1.0, new[kept] / old[kept])
+    return Move(factors, tuple(lost))
+
+
+def _alike(model: Move, truth: Move) -> bool:
+    """Whether every common quantity moved by the same factor at every load."""
+    common = [name for name in model.factors if name in truth.factors]
+    if not common or model.lost or truth.lost or model.replanned or truth.replanned:
+        return False
+    size = max(float(np.abs(model.factors[name] - 1).max(initial=0.0)) for name in common)
+    if size <= REFERENCE_TOLERANCE:
+        return False
+    apart = max(
+        float(np.abs(model.factors[name] - truth.factors[name]).max(initial=0.0)) for name in common
+    )
+    return apart <= ALIKE * size
+
+
+def _agreement(name: str, before: SceneSnapshot, now: SceneSnapshot) -> Finding:
+    if not now.disagreements:
+        return Finding(name, AGREEMENT, "the references agree within their bars")
+    text = " ".join(now.disagreements)
+    if now.alone:
+        text = f"{_list([_title(m) for m in now.alone])} stands alone against the others. {text}"
+    new = not before.disagreements or now.alone != before.alone
+    return Finding(name, AGREEMENT, text if new else f"as in the baseline: {text}", new, True)
+
+
+def _speed(name: str, who: str, before: Speed | None, now: Speed | None) -> list[Finding]:
+    if before is None or now is None:
+        return []
+    model = now.ratio / before.ratio
+    machine = now.yardstick_seconds / before.yardstick_seconds
+    if model > SLOWER_MODEL:
+        text = f"{who} is slower: {number(model, 2)} times its share of the yardstick"
+        return [Finding(name, SPEED, text, True)]
+    if machine > SLOWER_MACHINE:
+        text = f"the machine is slower: {number(machine, 2)} times; the model keeps its share of it"
+        return [Finding(name, SPEED, text, notable=True)]
+    return [Finding(name, SPEED, f"{number(model, 2)} times the baseline's share of the yardstick")]
+
+
+def _title(method: str) -> str:
+    return METHODS[method].title if method in METHODS else method
+
+
+def _list(names: list[str]) -> str:
+    return " and ".join(filter(None, [", ".join(names[:-1]), names[-1]]))

@@ -1,0 +1,166 @@
+"""A snapshot taken: the model and its references solved once, their agreement, the model's time."""
+
+from __future__ import annotations
+
+import datetime
+import hashlib
+import json
+from collections.abc import Callable, Iterable
+
+import numpy as np
+
+from comparisons.errors import InputError
+from comparisons.judging.truth import (
+    Reference,
+    Solved,
+    disagreements,
+    finest,
+    mean_curves,
+    references,
+)
+from comparisons.machine import machine, machine_text, versions
+from comparisons.methods import METHODS, method_for
+from comparisons.questions.benchmarks.yardstick import interleaved, measurement
+from comparisons.questions.regression.snapshot import Curves, SceneSnapshot, Snapshot, Speed
+from comparisons.scene.scene import Scene, load_scene
+from comparisons.scene.suites import SINGLE
+from comparisons.solving.kept import solve_plan
+from comparisons.solving.planning import Plan, plan_scene
+
+CHECK_SCENES = (*SINGLE, "rough-periodic")
+# Two half-space solvers share their kernel: the dense one would only repeat the FFT one's vote.
+REFERENCES = ("closed_form", "bem_fft", "fem")
+REALISATIONS = 3
+YARDSTICK = "np.argsort of 1e5 numbers"
+# Crosses zero, so that relative changes have no meaning there.
+LEFT_OUT = ("penetration_mean_plane",)
+
+
+def take_snapshot(
+    method: str = "reduced",
+    scenes: Iterable[str] = CHECK_SCENES,
+    progress: Callable[[str], None] = lambda scene: None,
+) -> Snapshot:
+    """Solve scenes with the judged method and the references.
+
+    Parameters
+    ----------
+    method : str
+        Name of a registered method.
+    scenes : iterable of str
+        Names of built-in scenes or scene files.
+    progress : callable
+        Called with each scene's name before it is solved.
+
+    Raises
+    ------
+    InputError
+        If the method or a scene is wrong.
+    """
+    if method not in METHODS:
+        raise InputError(f"--method: expected one of {', '.join(METHODS)}, got {method!r}")
+    found = {}
+    for source in scenes:
+        plan = _plan(source, method)
+        progress(plan.scene.name)
+        found[plan.scene.name] = _scene(plan, method)
+    return Snapshot(
+        method=method,
+        created=datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
+        machine=machine_text(machine(1)),
+        versions=versions(),
+        scenes=found,
+    )
+
+
+def _plan(source: str, method: str) -> Plan:
+    changes: dict[str, object] = {"compare.methods": [*REFERENCES, method]}
+    scene = load_scene(source, changes)
+    if scene.surface is not None:
+        # Finite elements would take most of the time, for a patch of another scene.
+        changes["compare.methods"] = ["bem_fft", method]
+        changes["surface.realisations"] = REALISATIONS
+        scene = load_scene(source, changes)
+    return plan_scene(scene)[0]
+
+
+def _scene(plan: Plan, method: str) -> SceneSnapshot:
+    solved = solve_plan(plan, repeats=1)
+    truths = [each for each in references(solved) if each.method != method]
+    told, alone = _agreement(solved, truths, plan.scene.compare.quantities)
+    return SceneSnapshot(
+        scene=_identity(plan.scene),
+        loads=[float(value) for value in plan.loads.values],
+        model=_curves(solved, method),
+        references={
+            each.method: curves
+            for each in truths
+            if (curves := _curves(solved, each.method)) is not None
+        },
+        disagreements=told,
+        alone=alone,
+        speed=_speed(plan, method),
+    )
+
+
+def _identity(scene: Scene) -> str:
+    """Return what tells one problem from another: all that its file says but names and methods."""
+    told = scene.model_dump(
+        mode="json", exclude_defaults=True, exclude={"name", "title", "compare", "methods"}
+    )
+    return hashlib.sha256(json.dumps(told, sort_keys=True).encode()).hexdigest()[:16]
+
+
+def _curves(solved: Solved, method: str) -> Curves | None:
+    resolution = finest(solved, method)
+    if resolution is None:
+        return None
+    means = mean_curves(solved[method, resolution])
+    return Curves(
+        resolution=resolution,
+        quantities={
+            name: [float(v) if np.isfinite(v) else None for v in values]
+            for name, values in means.items()
+            if name not in LEFT_OUT
+        },
+    )
+
+
+def _agreement(
+    solved: Solved, truths: list[Reference], quantities: tuple[str, ...]
+) -> tuple[list[str], list[str]]:
+    """Return who differs from whom by more than their bars, and who differs from all others."""
+    told: list[str] = []
+    against: dict[str, set[str]] = {each.method: set() for each in truths}
+    for index, one in enumerate(truths):
+        for other in truths[index + 1 :]:
+            pair = {key: s for key, s in solved.items() if key[0] in (one.method, other.method)}
+            sentences = disagreements(pair, one, quantities)
+            if sentences:
+                told += sentences
+                against[one.method].add(other.method)
+                against[other.method].add(one.method)
+    others = len(truths) - 1
+    alone = [name for name, foes in against.items() if others >= 2 and len(foes) == others]
+    # Where everyone differs from everyone, nobody is the odd one out.
+    return told, alone if len(alone) == 1 else []
+
+
+def _speed(plan: Plan, method: str) -> Speed | None:
+    """Time the finest task of the model in turns with the yardstick.
+
+    A method in a process of its own would be measured with the start of that process: it is not.
+    """
+    tasks = [task for task in plan.tasks if task.method == method]
+    solver = method_for(method, plan.scene)
+    if not tasks or solver.isolated:
+        return None
+    numbers = np.random.default_rng(0).random(100_000)
+    readings = interleaved(
+        {
+            "model": lambda: solver.solve(tasks[-1]),
+            YARDSTICK: lambda: np.argsort(numbers),
+        }
+    )
+    row = measurement(method, readings["model"], YARDSTICK, readings[YARDSTICK])
+    return Speed(seconds=row.seconds, yardstick_seconds=row.yardstick_seconds, ratio=row.ratio)

@@ -1,0 +1,345 @@
+"""Experiments: the form they share, and what each finds against independent closed forms."""
+
+from __future__ import annotations
+
+import importlib.util
+import math
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from comparisons.errors import InputError
+from comparisons.questions.claims.claim import load_claims
+from comparisons.questions.claims.runner import judge_claim
+from comparisons.questions.experiments import EXPERIMENTS, cost, reading_scan
+from comparisons.questions.experiments.running import Finding, experiment
+from reference.halfspace import FreeOperator, fft
+
+
+def measure(name, value=None, effort="quick", **parameters):
+    return EXPERIMENTS[name].measure(value, effort, **parameters)
+
+
+# --- the form ----------------------------------------------------------------------------------
+
+
+def test_wrong_parameters_are_named_with_what_was_meant():
+    with pytest.raises(InputError, match="no parameter 'hurts', did you mean hurst"):
+        measure("rough-contact", 0.01, hurts=0.8)
+    with pytest.raises(InputError, match=r"hurst must be a number.*periodic must be true or false"):
+        measure("rough-contact", 0.01, hurst="rough", periodic=1)
+    with pytest.raises(InputError, match="varied and given"):
+        measure("rough-contact", 0.01, load=0.1)
+    with pytest.raises(InputError, match="'quick' or 'full'"):
+        measure("far-field", 2.0, effort="slow")
+    with pytest.raises(InputError, match="distance must be"):
+        measure("far-field", 0.1)
+
+
+def test_counts_that_would_take_all_memory_are_refused():
+    with pytest.raises(InputError, match=r"points must be at most 2048, not 1e\+09"):
+        measure("rough-contact", 0.01, points=1e9)
+    with pytest.raises(InputError, match="realisations must be at most"):
+        measure("best-reading", 0.01, realisations=1e12)
+    with pytest.raises(InputError, match="is too large"):
+        measure("active-set", 0.3, points=2000)
+
+
+def test_another_parameter_can_be_varied():
+    by_points = measure("line-moments", 32, quantity="height")
+    by_hurst = measure("line-moments", 0.8, along="hurst", points=32, quantity="height")
+    assert by_points.error == by_hurst.error
+    assert by_hurst.parameter == 0.8
+
+
+def test_a_result_that_is_no_number_is_no_result():
+    broken = experiment("broken", "", "", "x", lambda effort, *, x=1.0: Finding(math.nan, 0.0, {}))
+    with pytest.raises(ArithmeticError, match="nan"):
+        broken.measure(1.0)
+
+
+# --- kernel and iteration ----------------------------------------------------------------------
+
+
+def test_the_misprint_of_the_kernel_hides_from_neighbours():
+    """+466 % at offset (5, 7), nothing for the own cell and its neighbours (theory.md, checked)."""
+    repaired = measure("influence-coefficient", 7, reading="bracket")
+    assert repaired.details["error at (5, 7)"] == pytest.approx(4.66, abs=0.01)
+    assert repaired.details["largest error of neighbours"] < 1e-14
+    assert abs(measure("influence-coefficient", 63, reading="corrected").error) < 1e-10
+    # the bracket: two terms without 1/pi make the own cell (1 + pi)/2 times as soft
+    letter = measure("influence-coefficient", 0)
+    assert letter.error == pytest.approx((1 + math.pi) / 2 - 1, rel=1e-12)
+
+
+@pytest.mark.parametrize("start", ["overlap", "random", "summit"])
+def test_the_active_set_ends_and_the_bar_is_that_of_a_share(start):
+    """100 runs without a failure: below 1 - 0.05^(1/100) = 3.0 %."""
+    found = measure("active-set", 0.1, start=start)
+    assert found.error == 0
+    assert found.uncertainty == pytest.approx(1 - 0.05 ** (1 / 100), rel=1e-6)
+    assert measure("active-set", 0.3, rounds=2).error > 0.9
+
+
+# --- far field, energy, bodies, neighbours ----------------------------------------------------
+
+
+def test_the_far_field_lacks_a_pi():
+    assert measure("far-field", 50.0).error == pytest.approx(np.pi - 1, rel=1e-3)
+    assert measure("far-field", 50.0, reading="corrected").error == pytest.approx(0, abs=1e-4)
+
+
+@pytest.mark.slow
+def test_the_far_field_is_that_of_a_solved_punch():
+    """BEM: a disc of cells at unit depth; outside it 2/pi arcsin(a/r), to the edge's staircase."""
+    n = 64
+    axis = (np.arange(n) - n / 2 + 0.5) / 8
+    r = np.hypot(axis[:, None], axis)
+    gap = np.where(r < 1, 0.0, np.inf)
+    contact = fft.solve(FreeOperator((n, n), (1 / 8, 1 / 8), 1.0), gap, penetration=1.0)
+    at = np.argmin(np.abs(r - 3.0))
+    found = measure("far-field", float(r.flat[at]) / 2).details["u/d"]
+    assert contact.displacement.flat[at] == pytest.approx(found, rel=0.02)
+
+
+def test_half_of_the_energy_lies_within_a_diameter_and_the_rest_falls_as_one_over_r():
+    shares = [measure("energy-share", k) for k in (1.0, 4.0, 16.0)]
+    assert shares[0].error == pytest.approx(0.452, abs=0.002)
+    scaled = [found.error * k for found, k in zip(shares, (1, 4, 16), strict=True)]
+    assert scaled[1] == pytest.approx(scaled[2], rel=0.02)
+
+
+def test_the_energy_far_away_is_that_of_a_point_force_and_a_quarter_of_the_print():
+    """Finite elements against the closed form: the next term falls as (D/r)^2."""
+    near, far = (measure("energy-share", k, reading="corrected") for k in (2.0, 5.0))
+    assert near.error / far.error == pytest.approx(6.25, rel=0.1)
+    assert measure("energy-share", 20.0, reading="corrected").error < 0.001
+    printed = measure("energy-share", 20.0, reading="letter")
+    assert printed.error == pytest.approx(np.pi * 0.7 / 0.499096 - 1, rel=0.01)
+
+
+def test_size_matters_in_two_dimensions_only():
+    three, two = (measure("body-size", 100.0, kind=kind) for kind in ("axisymmetric", "plane"))
+    assert three.error < 0.006
+    # k ~ 1/ln(R/a + ...): with ten times the size down by ln 10 over the logarithm
+    assert 0.3 < two.error < 0.6
+    growth = measure("plane-logarithm", 100.0)
+    assert abs(growth.error) <= growth.uncertainty + 2e-4
+
+
+def test_the_kinetic_energy_is_that_of_the_rigid_body_to_first_order():
+    for ratio in (0.02, 0.1):
+        rigid = measure("kinetic-energy", ratio)
+        assert rigid.error == pytest.approx(1.182 * ratio, rel=0.12)
+        assert abs(measure("kinetic-energy", ratio, reading="linear").error) < ratio**2
+        assert abs(measure("kinetic-energy", ratio, frame="centre").error) < ratio**2
+    with pytest.raises(InputError, match="nothing is far"):
+        measure("kinetic-energy", 0.1, kind="plane")
+
+
+def test_pairs_are_independent_as_one_over_the_distance_and_arrays_are_not():
+    near, far = (measure("independent-contacts", s).error for s in (5.0, 50.0))
+    assert near / far == pytest.approx(10, rel=0.01)
+    assert measure("independent-contacts", 10.0, per_side=20).error > 1
+
+
+def test_impacts_lose_more_the_faster_they_are():
+    slow, fast = (measure("quasi-static-impact", v) for v in (1e-4, 1e-2))
+    assert 0.009 < slow.error < 0.012
+    assert fast.error > 10 * slow.error
+    assert slow.uncertainty < 0.02 * slow.error
+
+
+# --- rough lines ------------------------------------------------------------------------------
+
+
+def test_the_line_keeps_heights_and_laplacian_but_not_footnote_seven():
+    assert abs(measure("line-moments", 64, rule="rings").error) < 1e-12
+    assert measure("line-moments", 64).error == pytest.approx(0.102, abs=0.001)
+    kept = measure("line-moments", 64, quantity="curvature_laplacian", rule="rings")
+    assert abs(kept.error) < 0.005
+    assert measure("line-moments", 64, quantity="curvature_product").error == pytest.approx(-1)
+    section = measure("line-moments", 64, quantity="section_slope", rule="split")
+    assert section.error == pytest.approx(np.sqrt(2) - 1, rel=1e-9)
+
+
+def test_peaks_are_not_half_as_curved():
+    """Gaussian theory says 0.852 of the surface's mean radius and 1.360 of its mean curvature."""
+    radius = measure("line-peaks", 0.8)
+    assert abs(radius.error - (2 * 0.852 - 1)) < radius.uncertainty
+    curvature = measure("line-peaks", 0.8, quantity="mean_curvature")
+    assert abs(curvature.error - (1.360 / 2 - 1)) < 2 * curvature.uncertainty
+
+
+def test_a_line_without_plateau_has_no_normal_heights():
+    """One wave rules both; the line has fewer of them, so its distribution is the flatter one."""
+    found = measure("line-heights", 0.8)
+    assert found.error > found.uncertainty
+    assert found.details["excess kurtosis of lines"] < found.details["excess kurtosis of surfaces"]
+
+
+def test_rough_lines_keep_displacements_and_lose_areas():
+    area = measure("rough-contact", 0.01)
+    assert area.error - area.uncertainty > 0.5
+    for quantity in ("stiffness", "penetration"):
+        found = measure("rough-contact", 0.01, quantity=quantity)
+        assert abs(found.error) < 0.15
+
+
+def test_theories_bracket_the_periodic_surface():
+    """About 2 is kappa: Persson's 1.6 is below it, the 2.51 of Bush, Gibson and Thomas above."""
+    persson = measure("rough-contact", 0.03, statement="persson", periodic=True)
+    bush = measure("rough-contact", 0.03, statement="bush", periodic=True)
+    assert persson.error < 0 < bush.error
+    with pytest.raises(InputError, match="speaks of contact_area"):
+        measure("rough-contact", 0.03, statement="bush", quantity="mean_gap")
+
+
+def test_the_best_reading_is_the_best_of_all_and_judged_on_other_surfaces(monkeypatch):
+    """A scan of few surfaces on a coarse grid; the judgement is that of the reading alone."""
+    monkeypatch.setattr(reading_scan, "HURSTS", (0.3, 0.8))
+    monkeypatch.setitem(reading_scan._COUNTS, "quick", (3, 450))
+    reading_scan.scan.cache_clear()
+    tried = reading_scan.scan(32, "quick")
+    worst = {reading: np.abs(np.log1p(errors)).max() for reading, errors in tried.items()}
+    assert len(tried) == 2 * 4 * 4
+    hurst, roll_off, length = reading_scan.best_reading(32, effort="quick")
+    assert worst[hurst, roll_off, length] == min(worst.values())
+    chosen = {"hurst": hurst, "roll_off": roll_off, "line_length": length}
+    counted = {"quantity": "contact_area_raw", "grid": "native", "points": 32}
+    alone = measure("rough-contact", 0.01, **counted, **chosen)
+    assert measure("best-reading", 0.01, points=32).error == alone.error
+    reading_scan.scan.cache_clear()
+
+
+def test_the_bar_of_the_grid_covers_the_change_to_finer_grids():
+    native = measure("rough-contact", 0.01, quantity="contact_area_raw", grid="native")
+    refined = measure("rough-contact", 0.01, quantity="contact_area_raw")
+    assert refined.error > native.error
+    assert refined.uncertainty > native.uncertainty
+
+
+def test_a_line_of_two_bodies_is_the_sum_of_two_lines():
+    """At small loads; mates that lie on each other are another matter for the surfaces."""
+    same = measure("two-rough-bodies", 0.003)
+    assert abs(same.error) < 2 * same.uncertainty
+    free, mating = (
+        measure("two-rough-bodies", 0.01, against="surfaces", quantity="stiffness", correlation=c)
+        for c in (0.0, -0.8)
+    )
+    assert mating.error < free.error - 0.2
+
+
+# --- stresses ---------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("rule", ["own_curvature", "one_radius", "abel"])
+def test_first_yield_of_the_paraboloid_is_exact_by_every_rule(rule):
+    found = measure("first-yield", 2, rule=rule)
+    assert abs(found.error) <= found.uncertainty
+
+
+def test_first_yield_of_other_shapes():
+    """Self-similar shapes: forces go as the stresses to the power -(n + 1)/(n - 1)."""
+    for rule in ("own_curvature", "one_radius"):
+        found = measure("first-yield", 4, rule=rule)
+        ratio = found.details["largest stress at true yield, stated over true"]
+        assert found.error == pytest.approx(ratio ** (-5 / 3) - 1, rel=1e-5)
+    assert abs(measure("first-yield", 4, rule="abel").error) < 1e-6
+
+
+def test_first_yield_lies_below_the_surface():
+    """Hertz, nu = 0.3: von Mises 0.62 p0 (Johnson 4.2); by the letter 0.62^3 of the force."""
+    found = measure("first-yield", 2, criterion="mises")
+    assert found.error == pytest.approx(0.62**3 - 1, abs=0.002)
+
+
+def test_rules_without_a_value_are_refused():
+    with pytest.raises(InputError, match="infinite"):
+        measure("first-yield", 1.5)
+    with pytest.raises(InputError, match="infinite"):
+        measure("first-yield", shape="rounded_punch")
+
+
+def test_one_radius_per_contact_cuts_off_the_largest_stresses():
+    """A share of zero has a bar as well, and it is no NaN."""
+    found = measure("above-hardness", 1.0, rule="one_radius")
+    assert found.error == -1
+    assert np.isfinite(found.uncertainty)
+
+
+# --- cost -------------------------------------------------------------------------------------
+
+
+def test_cost_at_equal_error_follows_the_laws_of_cost_and_error(monkeypatch):
+    """Planted laws: seconds 1e-3 N^3 against 1e-6 N^2, errors 2 N^-2 against N^-1.
+
+    At an error of 0.02 finite elements need N = 10 and a second, the other N = 50 and 2.5 ms.
+    """
+    n = np.array([8.0, 16.0, 32.0])
+    planted = {
+        "fem": cost.Series(n, 1e-3 * n**3, 1e6 * n**3, 2 / n**2),
+        "bem_fft": cost.Series(n, 1e-6 * n**2, 1e6 * n**2, 1 / n),
+        "reduced": cost.Series(n, 1e-9 * n, 1e6 * n, 1 / n),
+    }
+    monkeypatch.setattr(cost, "measure_series", lambda method, effort: planted[method])
+    equal = measure("finite-element-cost", 0.02)
+    assert equal.error == pytest.approx(2.5e-3, rel=1e-9)
+    assert equal.details["exponent of time, finite elements"] == pytest.approx(3, rel=1e-12)
+    line = measure("finite-element-cost", points=64, against="reduced")
+    assert line.error == pytest.approx(1e-6 / 64**2, rel=1e-9)
+    memory = measure("finite-element-cost", points=10, resource="memory")
+    assert memory.error == pytest.approx(0.1, rel=1e-9)
+
+
+# --- claims and page --------------------------------------------------------------------------
+
+JUDGED = [claim for claim in load_claims() if claim.experiment]
+
+
+@pytest.mark.parametrize("claim", JUDGED, ids=lambda claim: claim.id)
+def test_every_claim_gives_its_experiment_what_it_knows(claim):
+    """Keywords only, without measuring: an unknown one would cost the claim its result."""
+    known = {"along", *_keywords(claim.experiment)}
+    assert set(claim.parameters) <= known
+    assert claim.parameters.get("along", next(iter(known))) in known
+    assert claim.expected is not None
+
+
+def _keywords(name):
+    """Return the keywords of an experiment, from what it says to a wrong one."""
+    with pytest.raises(InputError) as refused:
+        EXPERIMENTS[name].measure(None, "quick", **{"?": 1})
+    return str(refused.value).rpartition("known: ")[2].split(", ")
+
+
+@pytest.mark.slow
+def test_quick_verdicts_are_those_of_the_full_run_or_open():
+    """The contract of `roughline claims --quick`, for all claims of experiments (a minute)."""
+    differs = []
+    for claim in JUDGED:
+        record = judge_claim(claim, "quick")
+        if record.differs:
+            differs.append((claim.id, record.verdict, record.expected, record.sentence))
+    assert differs == []
+
+
+def test_the_tables_of_the_page_stand_as_their_script_makes_them(monkeypatch):
+    """Every marker has its table; the quick one is made anew and compared as it stands."""
+    root = Path(__file__).parents[4]
+    spec = importlib.util.spec_from_file_location(
+        "experiment_tables", root / "docs" / "examples" / "experiment_tables.py"
+    )
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    page = (root / "docs" / "experiments.md").read_text(encoding="utf-8")
+    for name in module.TABLES:
+        (block,) = re.findall(f"<!-- table: {name} -->\n(.*?)\n<!-- end -->", page, re.DOTALL)
+        assert len(block.splitlines()) > 3
+        if name == "constants":
+            assert module.markdown(module.constants()) == block
+    monkeypatch.setattr(module, "LOADS", (0.01,))
+    rows = module.readings(realisations=3, effort="quick")
+    assert len(rows) == 1 + len(module.READINGS)

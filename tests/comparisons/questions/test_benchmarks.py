@@ -1,0 +1,210 @@
+"""Benchmarks: what they measure, how readings become ratios, and the command's file."""
+
+from __future__ import annotations
+
+import json
+import time
+from itertools import pairwise
+
+import numpy as np
+import pytest
+
+from comparisons.questions import benchmarks
+from comparisons.questions.benchmarks import bem, bem_cases, bem_cost, reduced
+from comparisons.questions.benchmarks import fem as fem_benchmark
+from comparisons.questions.benchmarks.yardstick import interleaved, measurement, vector_features
+from reduced.rough.press import press
+from reference.halfspace import fft
+from reports.cli.cli import run_command
+
+KEYS = {"name", "seconds", "yardstick", "yardstick_seconds", "ratio", "target", "met"}
+
+
+def test_readings_take_turns_and_the_first_call_is_not_measured():
+    """A task whose first call sleeps (compilation): its readings do not show it."""
+    calls = []
+
+    def slow_at_first():
+        time.sleep(0.0 if calls.count("a") else 0.05)
+        calls.append("a")
+
+    times = interleaved({"a": slow_at_first, "b": lambda: calls.append("b")}, repeats=3)
+    assert all(len(readings) == 3 for readings in times.values())
+    # The sleep of 50 ms is three orders above what appending to a list costs.
+    assert max(times["a"]) < 0.01
+    switches = sum(one != two for one, two in pairwise(calls))
+    assert switches >= 5
+
+
+def test_ratio_is_the_median_of_neighbouring_readings():
+    """One disturbed reading out of three moves neither the times nor the ratio."""
+    row = measurement("x", [1.0, 9.0, 1.0], "y", [2.0, 2.0, 2.0], 0.5)
+    assert (row.seconds, row.yardstick_seconds, row.ratio, row.met) == (1.0, 2.0, 0.5, True)
+    assert measurement("x", [2.0], "y", [2.0], 0.5).met is False
+    assert measurement("x", [2.0], "y", [2.0]).met is None
+
+
+def test_growth_is_the_exponent_of_the_fit():
+    """Cost ~ N^1.5 has exponent 1.5, above N log N; cost ~ N has 1.0, below it."""
+    sizes = reduced.SIZES
+    fast = reduced._growth({n: 1e-8 * n for n in sizes})
+    slow = reduced._growth({n: 1e-8 * n**1.5 for n in sizes})
+    assert fast.name.endswith("1.00")
+    assert slow.name.endswith("1.50")
+    assert (fast.met, slow.met) == (True, False)
+
+
+def test_the_lines_of_the_benchmark_are_rough_lines_in_partial_contact():
+    """Rms height 1, and three decades of force that stay short of full contact."""
+    lines = reduced.rough_lines(3, 64)
+    assert np.std(lines, axis=1) == pytest.approx(1.0, rel=1e-12)
+    loads = reduced.load_lists(lines, 15)
+    contact = press(lines, 1.0, 1.0, force=loads["force"])
+    assert 0.3 * 64 < contact.contact_length[:, -1].mean() < 0.9 * 64
+    assert contact.contact_length.max() < 64
+    assert contact.force.max() / contact.force.min() == pytest.approx(1e3)
+
+
+def test_command_prints_the_table_and_writes_the_rows(monkeypatch, tmp_path, capsys):
+    """Exit code 0 although a target is missed; the file has the keys of the contract.
+
+    Nobody reads it on a terminal here, so no line is folded, however much the processor can.
+    """
+    monkeypatch.delenv("COLUMNS", raising=False)
+    rows = [measurement("a", [1.0], "np.argsort", [1.0], 0.5), measurement("b", [1.0], "y", [1.0])]
+    monkeypatch.setitem(benchmarks.BENCHMARKS, "reduced", lambda: rows)
+    path = tmp_path / "bench.json"
+    assert run_command(["bench", "reduced", "--json", str(path)]) == 0
+    written = json.loads(path.read_text(encoding="utf-8"))
+    assert [set(row) for row in written] == [KEYS, KEYS]
+    assert [row["met"] for row in written] == [False, None]
+    printed = capsys.readouterr().out
+    assert "not met" in printed
+    assert f"vector units: {vector_features()}" in printed.splitlines()
+
+
+def test_an_unknown_benchmark_is_wrong_input(capsys):
+    assert run_command(["bench", "nothing"]) == 2
+    assert "expected one of reduced, bem" in capsys.readouterr().err
+
+
+@pytest.mark.slow
+def test_the_whole_benchmark_runs_and_names_each_row_once():
+    """Times are for people to read: none is asserted."""
+    found = reduced.measure()
+    rows = {row.name: row for row in found}
+    assert len(rows) == len(found)
+    assert all(row.seconds > 0 and np.isfinite(row.ratio) for row in rows.values())
+
+
+# --- the half-space solver against public codes ---------------------------------------------------
+
+
+def tiny(target=0.125):
+    return bem_cases.rough(32, 8, bem_cases.USUAL, target)
+
+
+def test_the_surfaces_of_the_half_space_benchmark_are_in_the_contact_they_promise():
+    """20 to 25 % and 3 to 5 % of the cells, at a cutoff of 8 cells."""
+    for fraction, low, high in ((bem_cases.USUAL, 0.2, 0.25), (bem_cases.LIGHT, 0.03, 0.05)):
+        case = bem_cases.rough(64, 8, fraction, None)
+        contact = fft.solve(case.operator(), case.gaps[0], force=float(case.loads[0]))
+        assert low <= contact.mask.mean() <= high
+        assert f"{contact.mask.mean():.0%}"[:1] in case.name
+
+
+@pytest.mark.parametrize("cropped", [False, True])
+def test_the_paraboloid_of_the_benchmark_touches_over_the_radius_it_promises(cropped):
+    """Hertz: a cell count errs by less than its rim; cropping changes nothing but the grid."""
+    case = bem_cases.hertz(64, 12, None, cropped=cropped)
+    assert case.gaps.shape[1] == (34 if cropped else 64)
+    contact = fft.solve(case.operator(), case.gaps[0], force=float(case.loads[0]))
+    assert np.sqrt(contact.mask.sum() / np.pi) == pytest.approx(12, abs=0.5)
+
+
+def test_rows_without_a_peer_say_so_and_still_have_our_time(monkeypatch):
+    monkeypatch.setattr(bem.press, "installed", lambda peer: False)
+    row = bem.against_peers(tiny())
+    assert row.seconds > 0
+    assert row.yardstick == "no peer installed: pip install 'roughline[peers]'"
+    assert (row.yardstick_seconds, row.ratio, row.target, row.met) == (None, None, 0.125, None)
+    assert json.loads(json.dumps(row.row(), allow_nan=False))["met"] is None
+
+
+def test_the_faster_peer_is_the_yardstick_and_a_missed_target_is_said(monkeypatch):
+    """Two peers of 1 ms and 1 us beside a solve of milliseconds."""
+    monkeypatch.setattr(bem.press, "installed", lambda peer: True)
+    times = {"tamaas": 1e-3, "contactmechanics": 1e-6}
+
+    def answer(peer, *_, **__):
+        return bem.press.PeerResult(processor_seconds=[times[peer]] * 3)
+
+    monkeypatch.setattr(bem.press, "press", answer)
+    monkeypatch.setattr(bem.press, "attempt", answer)
+    row = bem.against_peers(tiny())
+    assert row.yardstick.startswith("ContactMechanics")
+    assert row.yardstick_seconds == 1e-6
+    assert row.met is False
+
+
+def test_share_of_transforms_is_a_share():
+    """At 128 points a side transforms are a good part of the work, and not all of it."""
+    share = bem_cost.fft_share(bem_cases.rough(128, 8, bem_cases.USUAL, None))
+    assert 0.1 < share < 0.95
+
+
+def test_the_memory_of_a_solve_is_that_of_its_own_process():
+    found = bem_cost.largest(32)
+    assert found["seconds"] > 0
+    assert found["peak"] > 2e7  # Python with NumPy alone has more
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("peer", tuple(bem.press.PACKAGES))
+def test_a_real_peer_becomes_a_yardstick_at_the_same_violation(peer, monkeypatch):
+    if not bem.press.installed(peer):
+        pytest.skip(f"{peer} is not installed")
+    monkeypatch.setattr(bem.press, "installed", lambda each: each == peer)
+    row = bem.against_peers(tiny())
+    assert row.yardstick.startswith(bem.press.PACKAGES[peer][0])
+    ours, theirs = (float(text.rpartition(" ")[2]) for text in (row.name, row.yardstick))
+    assert ours / 20 < theirs <= 1.1 * ours  # both printed with one digit
+    assert row.ratio == pytest.approx(row.seconds / row.yardstick_seconds)
+
+
+def test_the_finite_element_job_is_hertz_at_thirty_depths():
+    """Three elements per radius hold 2e-4 at every depth; the parts add up to the whole."""
+    job = fem_benchmark.run(3)
+    assert job.errors.shape == (30,)
+    assert np.abs(job.errors).max() < 2e-4
+    shares = fem_benchmark._shares([job])
+    assert set(shares) == {"mesh", "assembly", "condensation", "sweep"}
+    assert sum(shares.values()) == pytest.approx(1.0)
+
+
+def test_pressure_peak_and_radius_rows_are_shares_of_the_errors_allowed():
+    rows = fem_benchmark.accuracy()
+    assert [row.met for row in rows] == [True, True, True]
+    assert fem_benchmark.order().met
+
+
+def test_cost_of_the_square_has_exponent_two():
+    row = fem_benchmark.growth({n: 1e-9 * n**2.0 for n in (5_000, 20_000, 80_000)})
+    assert row.ratio == pytest.approx(1.0)
+    assert "2.00" in row.name
+    assert "from 20000 to 80000" in row.name
+
+
+def test_a_peer_that_is_not_there_has_a_row_that_says_so():
+    row = fem_benchmark.against_peer("nobody")
+    assert (row.ratio, row.met) == (None, None)
+    assert "no such method" in row.yardstick
+
+
+def test_a_peer_is_timed_on_its_coarsest_mesh_with_the_error_asked_for():
+    """The FFT solver stands in for a finite-element code: any method will do."""
+    seconds, error, unknowns = fem_benchmark._peer_seconds("bem_fft", 5e-3)
+    assert seconds > 0
+    assert error <= 5e-3
+    assert unknowns > 100
+    assert "best error" in fem_benchmark._peer_seconds("bem_fft", 1e-9)

@@ -1,0 +1,130 @@
+"""Claim files: everything that is wrong is told at once, and what is right reaches the scene."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from comparisons.questions.claims.claim import ClaimError, load_claims, make_claim, overrides
+from comparisons.questions.experiments import EXPERIMENTS, Experiment, Measurement
+from comparisons.scene.scene import load_scene
+
+RIGHT = {
+    "id": "wide-ellipsoid",
+    "text": "An ellipsoid is a sphere of the Gaussian radius.",
+    "equation": "19.3",
+    "scene": "ellipsoid-2",
+    "vary": {"path": "indenter.radius_x", "from": 1, "to": 8, "steps": 4, "unit": "10 mm"},
+    "quantity": "force",
+    "tolerance": 0.01,
+    "refuted_by": "An error beyond 1 %.",
+}
+
+
+def problems(**changes):
+    data = {key: value for key, value in (RIGHT | changes).items() if value is not None}
+    with pytest.raises(ClaimError) as caught:
+        make_claim(data, "a.toml", Path())
+    return caught.value.problems
+
+
+def test_every_built_in_claim_is_valid_and_named_like_its_file():
+    claims = load_claims()
+    assert claims
+    for claim in claims:
+        assert (Path(claim.directory) / f"{claim.id}.toml").is_file()
+
+
+def test_all_problems_of_a_file_are_listed_at_once():
+    found = problems(
+        id="A b",
+        equation=None,
+        tolerance=-1,
+        quantity="forc",
+        experiment="far-field",
+        colour=1,
+        vary={"path": "indenter.radius_x", "from": 2, "to": 1, "steps": 1},
+    )
+    text = "\n".join(found)
+    for part in ("id:", "equation:", "tolerance:", "quantity:", "colour: unknown key"):
+        assert part in text
+    assert "vary.steps" in text
+    assert "exactly one of scene and experiment, got scene and experiment" in text
+
+
+def test_no_other_load_is_held_equal_where_steps_are_speeds_or_a_path():
+    found = problems(
+        scene="impact-ball",
+        quantity="contact_duration",
+        at="force",
+        vary={"path": "dynamics.mass", "from": 1, "to": 8, "steps": 4, "unit": "1 g"},
+    )
+    assert found == [
+        "a.toml: at: expected nothing, steps of this scene are no loads to interpolate at"
+    ]
+
+
+def test_a_range_that_runs_backwards_is_refused():
+    found = problems(vary=RIGHT["vary"] | {"from": 9})
+    assert "expected from < to" in found[0]
+
+
+def test_problems_of_the_scene_at_either_end_are_told():
+    """A negative radius at the start of the range is a wrong claim, not a failed measurement."""
+    (found,) = problems(vary=RIGHT["vary"] | {"from": -1})
+    assert "indenter.radius_x: expected a positive finite length" in found
+
+
+def test_a_parameter_that_changes_nothing_is_refused():
+    """A list index beyond the end would otherwise be varied without any effect."""
+    (found,) = problems(
+        scene="triangle-punch",
+        vary={"path": "indenter.vertices.7.0", "from": 1, "to": 2, "steps": 2},
+    )
+    assert "changes nothing" in found
+
+
+def test_unknown_experiments_and_missing_keys_are_named():
+    found = problems(scene=None, experiment="no-such", changes={"a": 1})
+    assert any("expected one of" in each and "no-such" in each for each in found)
+    assert any("changes: only with a scene" in each for each in found)
+    (found,) = problems(scene=None, experiment={"name": "kernel"})
+    assert "experiment: expected a text" in found
+    found = problems(quantity=None, vary={"from": 1, "to": 2, "steps": 2}, parameters={"a": 1})
+    assert any("vary.path" in each for each in found)
+    assert any("quantity" in each for each in found)
+    assert any("parameters: only with an experiment" in each for each in found)
+
+
+def test_missing_files_and_files_that_are_not_toml_are_told_together(tmp_path):
+    broken = tmp_path / "broken.toml"
+    broken.write_text("id = ")
+    with pytest.raises(ClaimError) as caught:
+        load_claims((str(broken), "no-such-claim"))
+    assert len(caught.value.problems) == 2
+
+
+def test_the_parameter_stands_in_the_scene_with_its_unit():
+    claim = make_claim(RIGHT, "a.toml", Path())
+    scene = load_scene(claim.source, overrides(claim, 3.0))
+    assert scene.indenter.radius_x == 0.03
+    assert scene.compare.quantities == ("force",)
+    assert scene.compare.tolerance == claim.tolerance
+
+
+def test_a_parameter_may_stand_inside_a_list():
+    triangle = {"path": "indenter.vertices.2.1", "from": 1, "to": 3, "steps": 2, "unit": "1 mm"}
+    claim = make_claim(RIGHT | {"scene": "triangle-punch", "vary": triangle}, "a.toml", Path())
+    scene = load_scene(claim.source, overrides(claim, 2.0))
+    assert scene.indenter.vertices[2] == (0.001, 0.002)
+
+
+def test_an_experiment_names_its_own_parameter(monkeypatch):
+    measure = lambda value, effort: Measurement(value, 0.0, 0.0)  # noqa: E731
+    monkeypatch.setitem(EXPERIMENTS, "nothing", Experiment("nothing", "Nothing.", "x/y", measure))
+    data = {k: RIGHT[k] for k in ("id", "text", "equation", "tolerance", "refuted_by")}
+    claim = make_claim(
+        data | {"experiment": "nothing", "vary": {"from": 0, "to": 1, "steps": 2}}, "a.toml", Path()
+    )
+    assert claim.parameter == "x/y"

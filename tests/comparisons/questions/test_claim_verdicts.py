@@ -1,0 +1,352 @@
+"""Verdicts on claims: the rule, the search along a parameter, the words, resuming."""
+
+from __future__ import annotations
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+
+from comparisons.questions.claims.claim import (
+    FAILS,
+    HOLDS,
+    IN_A_RANGE,
+    NOT_RESOLVED,
+    Vary,
+    load_claims,
+    make_claim,
+)
+from comparisons.questions.claims.record import load_claims_record
+from comparisons.questions.claims.runner import MEASUREMENTS, ClaimRun, judge_claim
+from comparisons.questions.claims.scenes import _deciding, _plan, interval, measure_scene
+from comparisons.questions.claims.search import grid, ranges_of, search, verdict_of
+from comparisons.questions.experiments import EXPERIMENTS, Experiment, Measurement
+from comparisons.results.store import ResultsError
+
+TOLERANCE = 0.01
+
+
+def vary(start=1.0, end=10.0, steps=4, **more):
+    return Vary.model_validate({"from": start, "to": end, "steps": steps, **more})
+
+
+def found(law, bar=0.0, bisections=12, **more):
+    """Search a claim whose error is `law` of the parameter."""
+
+    def measure(value):
+        return Measurement(value, law(value), bar(value) if callable(bar) else bar)
+
+    return search(vary(**more), TOLERANCE, measure, bisections)
+
+
+def experiment_claim(monkeypatch, measure, **more):
+    """Return a claim on an experiment that is made up here."""
+    monkeypatch.setitem(EXPERIMENTS, "made-up", Experiment("made-up", "A law.", "x", measure))
+    data = {
+        "id": "a-law",
+        "text": "The law holds.",
+        "equation": "(1)",
+        "experiment": "made-up",
+        "vary": {"from": 1, "to": 10, "steps": 4},
+        "tolerance": TOLERANCE,
+        "refuted_by": "An error beyond 1 %.",
+    }
+    return make_claim(data | more, "a.toml", Path())
+
+
+@pytest.mark.parametrize(
+    ("errors", "verdict"),
+    [
+        ((0.0, 0.009), HOLDS),
+        ((0.02, -0.03), FAILS),
+        ((0.0, -0.03), IN_A_RANGE),
+        ((0.0, 0.0101), NOT_RESOLVED),
+        ((0.0101, 0.0099), NOT_RESOLVED),
+        ((0.02, 0.0101), FAILS),
+        ((0.0, math.nan), NOT_RESOLVED),
+    ],
+)
+def test_one_point_outside_refutes_and_all_must_be_within(errors, verdict):
+    """With a bar of 0.05 % around a tolerance of 1 %."""
+    points = found(lambda x: errors[0] if x < 5 else errors[1], bar=5e-4, bisections=0)
+    assert verdict_of(points) == verdict
+    open_failure = verdict == FAILS and any(point.word == NOT_RESOLVED for point in points)
+    assert verdict_of(points, "quick") == (NOT_RESOLVED if open_failure else verdict)
+
+
+@given(st.floats(1.05, 9.5), st.sampled_from(["linear", "log"]))
+def test_the_boundary_of_a_range_is_found_to_the_halved_interval(edge, spacing):
+    """Error = t x / edge: it holds up to the edge, and twelve halvings of a third enclose it."""
+    points = found(lambda x: TOLERANCE * x / edge, spacing=spacing)
+    (stretch,) = ranges_of(points)
+    assert verdict_of(points) == IN_A_RANGE
+    assert stretch.low == 1
+    assert stretch.below is None
+    assert stretch.high <= edge <= stretch.above
+    assert stretch.above / stretch.high - 1 < 3 * 10 / 2**12
+
+
+def test_two_stretches_are_both_found():
+    """|x - 4| > 1.5 within: the error is a bump around 4."""
+    points = found(lambda x: 0.02 if abs(x - 4) < 1.5 else 0.0)
+    first, second = ranges_of(points)
+    assert first.high <= 2.5 <= first.above
+    assert second.below <= 5.5 <= second.low
+
+
+def test_bisection_stops_where_nothing_is_resolved():
+    """Around the boundary the bar is wide: the range ends at the last certain point."""
+    points = found(lambda x: 0.002 * x, bar=lambda x: 0.02 if 4.2 < x < 6.5 else 0.0, bisections=40)
+    assert len(points) < 10
+    assert verdict_of(points) == IN_A_RANGE
+
+
+def test_whole_numbers_stay_whole():
+    points = found(lambda n: 0.5 / n**2, start=2, end=64, steps=5, spacing="log", integer=True)
+    values = [point.parameter for point in points]
+    assert all(value == int(value) for value in values)
+    (stretch,) = ranges_of(points)
+    # 0.5 / n^2 <= 0.01 from n = 7.07: eight springs do, seven do not.
+    assert (stretch.below, stretch.low, stretch.high) == (7, 8, 64)
+
+
+def test_a_logarithmic_range_may_span_all_numbers():
+    """Six hundred decades: neither the grid nor a midpoint overflows."""
+    wide = vary(1e-300, 1e300, 5, spacing="log")
+    np.testing.assert_allclose(grid(wide), [1e-300, 1e-150, 1.0, 1e150, 1e300], rtol=1e-12)
+    points = search(wide, 0.01, lambda x: Measurement(x, float(x > 1e100), 0.0), 4)
+    assert all(math.isfinite(point.parameter) for point in points)
+    assert verdict_of(points) == IN_A_RANGE
+
+
+def test_springs_that_would_take_all_memory_are_no_result():
+    vary = {"path": "resolution", "from": 10, "to": 1e12, "steps": 2}
+    claim = make_claim(
+        {
+            "id": "springs",
+            "text": "The force is exact.",
+            "equation": "(1)",
+            "scene": "paraboloid",
+            "quantity": "force",
+            "vary": vary,
+            "tolerance": 0.01,
+            "refuted_by": "An error.",
+        },
+        "a.toml",
+        Path(),
+    )
+    last = judge_claim(claim, "quick").points[-1]
+    assert "GB, and" in str(last.details["no result"])
+
+
+def test_the_grid_has_its_ends_exactly():
+    for spacing in ("linear", "log"):
+        values = grid(vary(0.1, 0.7, 7, spacing=spacing))
+        assert (values[0], values[-1]) == (0.1, 0.7)
+        assert np.all(np.diff(values) > 0)
+
+
+sizes = st.lists(st.floats(-0.1, 0.1), min_size=1, max_size=6)
+
+
+@given(sizes, st.lists(st.floats(0, 0.05), min_size=6, max_size=6), st.randoms())
+def test_the_interval_holds_the_measure_whatever_the_true_errors_are(errors, bars, random):
+    """Any errors inside their bars have a maximum, an rms and a last value inside the interval."""
+    (claim,) = load_claims(("ellipsoid-force",))
+    errors, bars = np.array(errors), np.array(bars[: len(errors)])
+    truth = errors + bars * np.array([random.uniform(-1, 1) for _ in errors])
+    for measure, value in (
+        ("maximum", np.abs(truth).max()),
+        ("rms", np.sqrt(np.mean(truth**2))),
+        ("last", abs(truth[-1])),
+    ):
+        judged = claim.model_copy(update={"measure": measure})
+        error, bar, _ = interval(judged, "force", errors, {"grid": bars})
+        slack = 1e-12
+        assert abs(error) - bar - slack <= value <= abs(error) + bar + slack
+
+
+def test_a_load_step_without_an_error_leaves_a_claim_open_but_cannot_save_it():
+    (claim,) = load_claims(("ellipsoid-force",))
+    bars = {"grid": np.zeros(2)}
+    error, bar, details = interval(claim, "force", np.array([0.001, np.nan]), bars)
+    assert math.isinf(bar)
+    assert details["load steps without a value"] == 1
+    error, bar, _ = interval(claim, "force", np.array([-0.5, np.nan]), bars)
+    assert (error, bar) == (-0.5, 0)
+
+
+def test_the_words_come_from_the_numbers(monkeypatch):
+    """Error 0.2 % per unit of x, known to 0.01 %: it holds to x = 4.95."""
+    claim = experiment_claim(monkeypatch, lambda x, effort: Measurement(x, -0.002 * x, 1e-4))
+    record = judge_claim(claim, "full")
+    assert record.verdict == IN_A_RANGE
+    stretch = record.ranges[0]
+    assert stretch.high <= 4.95 <= stretch.above
+    assert f"x from 1 to {stretch.high:.4g} (not at" in record.sentence
+    assert "−2.0 ± 0.010\u202f% at 10" in record.sentence
+    single = experiment_claim(
+        monkeypatch, lambda x, effort: Measurement(None, 0.03, 0.001), vary=None
+    )
+    assert judge_claim(single, "quick").sentence == ("Error 3.0 ± 0.10\u202f%: outside 1\u202f%.")
+
+
+def test_a_measurement_that_raises_costs_its_own_point(monkeypatch):
+    def measure(x, effort):
+        if x == 4:
+            raise ArithmeticError("no answer here")
+        return Measurement(x, 0.0, 0.0)
+
+    record = judge_claim(experiment_claim(monkeypatch, measure), "quick")
+    assert record.verdict == NOT_RESOLVED
+    assert [point.word for point in record.points].count("within") == 3
+    assert "ArithmeticError: no answer here" in record.sentence
+
+
+def test_a_killed_run_goes_on_where_it_stopped(monkeypatch, tmp_path):
+    """The second run measures only the points that the first did not finish."""
+    calls: list[float] = []
+
+    def measure(x, effort):
+        calls.append(x)
+        if len(calls) == 3:
+            raise KeyboardInterrupt
+        return Measurement(x, 0.001, 0.0)
+
+    claim = experiment_claim(monkeypatch, measure)
+    with pytest.raises(KeyboardInterrupt):
+        ClaimRun([claim], tmp_path / "out", "quick").run()
+    assert load_claims_record(tmp_path / "out").interrupted
+    with pytest.raises(ResultsError, match="--resume"):
+        ClaimRun([claim], tmp_path / "out", "quick").run()
+    record = ClaimRun([claim], tmp_path / "out", "quick", resume=True).run()
+    assert record.claims[0].verdict == HOLDS
+    assert len(calls) == 5
+    assert load_claims_record(tmp_path / "out") == record
+
+
+def test_a_torn_measurement_is_made_again(monkeypatch, tmp_path):
+    claim = experiment_claim(monkeypatch, lambda x, effort: Measurement(x, 0.001, 0.0))
+    ClaimRun([claim], tmp_path / "out", "quick").run()
+    for path in (tmp_path / "out" / MEASUREMENTS).iterdir():
+        path.write_text(path.read_text()[:-5])
+    record = ClaimRun([claim], tmp_path / "out", "quick", resume=True).run()
+    assert record.claims[0].verdict == HOLDS
+
+
+def test_overwriting_leaves_the_files_of_others(monkeypatch, tmp_path):
+    claim = experiment_claim(monkeypatch, lambda x, effort: Measurement(x, 0.001, 0.0))
+    ClaimRun([claim], tmp_path / "out", "quick").run()
+    mine = tmp_path / "out" / MEASUREMENTS / "notes.txt"
+    mine.write_text("mine")
+    ClaimRun([claim], tmp_path / "out", "quick", overwrite=True).run()
+    assert mine.read_text() == "mine"
+    (tmp_path / "other").mkdir()
+    (tmp_path / "other" / "thesis.txt").write_text("mine")
+    with pytest.raises(ResultsError, match="no claims of roughline"):
+        ClaimRun([claim], tmp_path / "other", "quick", overwrite=True).run()
+
+
+def test_results_from_strangers_are_checked(tmp_path):
+    with pytest.raises(ResultsError, match="no claims were judged"):
+        load_claims_record(tmp_path)
+    (tmp_path / "claims.json").write_text(json.dumps({"claims": 1}))
+    with pytest.raises(ResultsError, match="damaged"):
+        load_claims_record(tmp_path)
+
+
+def test_quick_may_leave_open_what_full_decides(monkeypatch):
+    claim = experiment_claim(
+        monkeypatch, lambda x, effort: Measurement(x, 0.0, 0.02), expected="holds"
+    )
+    assert judge_claim(claim, "quick").verdict == NOT_RESOLVED
+    assert not judge_claim(claim, "quick").differs
+    assert judge_claim(claim, "full").differs
+
+
+def test_a_quick_refutation_may_leave_the_range_open(monkeypatch):
+    """Outside for x > 1; at x = 1 within by a sharp bar, open by a wide one: no contradiction.
+
+    Without an open point a quick "fails" contradicts a range.
+    """
+
+    def measure(x, effort):
+        bar = 0.001 if effort == "full" else 0.02
+        return Measurement(x, 0.005 if x == 1 else 0.1, bar)
+
+    claim = experiment_claim(monkeypatch, measure, expected=IN_A_RANGE)
+    assert judge_claim(claim, "full").verdict == IN_A_RANGE
+    quick = judge_claim(claim, "quick")
+    assert quick.verdict == NOT_RESOLVED
+    assert "% at 4, 7, 10; whether it holds anywhere" in quick.sentence
+    assert not quick.differs
+    closed = experiment_claim(
+        monkeypatch, lambda x, effort: Measurement(x, 0.1, 0.001), expected=IN_A_RANGE
+    )
+    assert judge_claim(closed, "quick").differs
+
+
+def test_a_range_around_a_change_of_sign_is_called_that(monkeypatch):
+    """Error x - 5.25 in per cent: within at 5.25 only because it passes zero there."""
+    claim = experiment_claim(monkeypatch, lambda x, effort: Measurement(x, (x - 5.25) / 50, 1e-4))
+    record = judge_claim(claim, "full")
+    assert record.verdict == IN_A_RANGE
+    (found,) = record.ranges
+    assert (
+        f"the error changes sign between {found.below:.3g} and {found.above:.3g}" in record.sentence
+    )
+    one_sign = experiment_claim(monkeypatch, lambda x, effort: Measurement(x, 0.002 * x, 1e-4))
+    assert "sign" not in judge_claim(one_sign, "full").sentence
+
+
+def test_the_gaussian_radius_errs_as_the_exact_ellipse_says():
+    """Radii 2 : 1: the force at equal penetration is 1.0 % low (theory notes, checked by hand)."""
+    (claim,) = load_claims(("ellipsoid-force",))
+    measured = measure_scene(claim, 2.0, "quick", independent=False)
+    assert measured.error == pytest.approx(-0.00990, abs=2e-5)
+    assert measured.uncertainty < 1e-10
+
+
+def test_what_only_checks_a_closed_form_is_coarser_at_quick_effort():
+    """The peeled grids under a JKR ball: 6 and 12 cells instead of 24, whose way costs 16 times."""
+    (claim,) = load_claims(("adhesion-ball-force",))
+    grids = {}
+    for effort in ("quick", "full"):
+        plan = _plan(claim, None, effort, independent=True)
+        grids[effort] = {each.method: each.resolutions for each in plan.methods}
+    assert grids["quick"]["bem_fft"] == (6, 12)
+    assert grids["full"]["bem_fft"] == (6, 12, 24)
+    assert grids["quick"]["reduced"] == grids["full"]["reduced"]
+
+
+def test_a_fault_in_the_judged_method_and_in_the_truth_is_seen_by_the_second_truth(monkeypatch):
+    """A closed form that is 2 % off disagrees with both 3-D solvers, and the claim says so."""
+    from comparisons.methods.closed_form import ClosedForm
+
+    (claim,) = load_claims(("ellipsoid-force",))
+    solve = ClosedForm.solve
+
+    def wrong(self, task):
+        solution = solve(self, task)
+        solution.quantities["force"] *= 1.02
+        return solution
+
+    monkeypatch.setattr(ClosedForm, "solve", wrong)
+    measured = measure_scene(claim, 1.0, "full", independent=True)
+    text = measured.details["references disagree"]
+    assert "FFT BEM and closed form differ in force" in text
+    assert "FEM and closed form differ in force" in text
+
+
+def test_of_several_quantities_the_worst_decides_whatever_the_sign_of_its_error():
+    """-5 % is further out than +0.2 %, and one that is missing is not passed over."""
+    within, outside, missing = (0.002, 1e-3, {}), (-0.05, 1e-3, {}), (np.nan, np.nan, {})
+    unresolved = (0.001, 0.2, {})
+    assert _deciding([within, outside], TOLERANCE) is outside
+    assert _deciding([unresolved, outside], TOLERANCE) is outside
+    assert _deciding([within, missing], TOLERANCE) is missing
+    assert _deciding([within, unresolved], TOLERANCE) is unresolved

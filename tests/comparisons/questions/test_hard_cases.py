@@ -1,0 +1,177 @@
+"""The catalogue of hard cases: each method does on each case what the catalogue says.
+
+Expectations bound the error against a closed form, or against a trusted solution together with
+its bar; refusals are asserted by their words. Times do not matter here, so nothing is repeated.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from comparisons.methods import METHODS
+from comparisons.questions.hard_cases.case import Expected
+from comparisons.questions.hard_cases.catalogue import catalogue
+from comparisons.questions.hard_cases.run import LEFT_OUT, run_case, run_cases, words
+from comparisons.scene.method_names import METHOD_NAMES
+from comparisons.solving import execution
+
+BUILT_IN = tuple(name for name in METHOD_NAMES if not METHODS[name].peer)
+# What the catalogue promises to hold, each with a case that shows it.
+TOPICS = {
+    "Poisson's ratio to 1/2": ("nu-0", "nu-0-3", "nu-0-49", "nu-0-499", "nu-0-4999", "nu-0-5"),
+    "negative Poisson's ratio": ("nu-negative", "nu-auxetic"),
+    "penalties over 12 decades": ("penalty-1e-2", "penalty-1", "penalty-1e4", "penalty-1e10"),
+    "contact of a fraction of a cell": ("map-fraction-of-a-cell", "rough-decades"),
+    "forces over 15 decades": ("decades-ball", "decades-cone", "rough-decades"),
+    "full contact": ("rough-full-contact-periodic", "rough-full-contact-free"),
+    "white noise": ("rough-white-noise", "rough-white-noise-continuum"),
+    "slopes above 1": ("steep", "rough-steep"),
+    "depth beyond the radius": ("depth-beyond-radius", "depth-beyond-sphere"),
+    "re-entrant and hollow": ("profile-re-entrant", "profile-hollow"),
+    "ties": ("map-flat-tops", "map-plateau"),
+    "conforming": ("conforming-20", "conforming-100"),
+    "edges on and off nodes": ("edge-on-nodes", "edge-off-nodes", "edge-odd-cells"),
+    "elongated, rectangular cells": ("rough-elongated", "rough-rectangular-cells", "needle"),
+    "holes and outliers": ("map-holes", "map-holes-unsaid", "map-outlier"),
+    "scales": ("scale-nanometre", "scale-planet"),
+    "coarse and fine": ("grid-coarse", "grid-fine", "rough-coarse", "rough-fine"),
+    "active-set cycling": ("map-checkerboard", "map-cycling"),
+    "symmetry broken by round-off": ("map-round-off",),
+    "single precision": ("map-single-precision",),
+    "memory": ("memory-step-over-relaxation", "memory-imprint-of-a-fluid", "impact-sticky"),
+    "sliding from creeping to racing": ("sliding-creeping", "sliding-racing", "sliding-dashpot"),
+    "adhesive paths": ("adhesion-again", "adhesion-afm"),
+    "one or no realisation": ("rough-one-realisation", "rough-no-realisation"),
+}
+
+
+@pytest.fixture
+def once(monkeypatch):
+    """Solve once: no median of times."""
+    monkeypatch.setattr(execution, "REPEATS", 1)
+
+
+@pytest.mark.usefixtures("once")
+@pytest.mark.parametrize("name", catalogue())
+def test_methods_do_what_the_catalogue_says(name):
+    """The cheap pairs of method and case; --full and the slow tests run all of them."""
+    found = [o for each in run_cases([catalogue()[name]], BUILT_IN, full=False) for o in each]
+    assert [each.method for each in found] == list(BUILT_IN)
+    assert {each.method: each.deviation for each in found if each.deviation} == {}
+
+
+@pytest.mark.slow
+@pytest.mark.usefixtures("once")
+def test_methods_do_what_the_catalogue_says_in_full():
+    """Every pair: no crash, no NaN, no silent wrong number."""
+    found = [o for each in run_cases(catalogue().values(), BUILT_IN, full=True) for o in each]
+    assert len(found) == len(catalogue()) * len(BUILT_IN)
+    assert [(e.case, e.method, e.deviation) for e in found if e.deviation] == []
+    assert not [each for each in found if each.kind == LEFT_OUT]
+    numbers = [e for e in found if e.kind in ("accurate", "degraded")]
+    assert np.isfinite([[e.error, e.bar, e.seconds] for e in numbers]).all()
+    assert all(each.reason for each in found if each.kind not in ("accurate", "degraded"))
+
+
+@pytest.mark.parametrize("topic", TOPICS)
+def test_the_catalogue_holds_what_it_promises(topic):
+    assert set(TOPICS[topic]) <= set(catalogue())
+
+
+# --- the judge itself --------------------------------------------------------------------------
+
+
+@pytest.fixture
+def altered(monkeypatch):
+    """Return a maker of outcomes of the reduced model with an altered solution."""
+
+    def judge(name, change):
+        class Altered(type(METHODS["reduced"])):
+            def solve(self, task):
+                return change(super().solve(task))
+
+        monkeypatch.setattr(execution, "REPEATS", 1)
+        monkeypatch.setitem(METHODS, "reduced", Altered())
+        (outcome,) = run_case(catalogue()[name], ["reduced"])
+        return outcome
+
+    return judge
+
+
+def scaled(factor):
+    def change(solution):
+        solution.quantities["force"] *= factor
+        return solution
+
+    return change
+
+
+def test_a_silent_wrong_number_is_told(altered):
+    """A stiffness off by 2 parts in a thousand is within 1 %, and far outside what is expected."""
+    outcome = altered("load-one", scaled(1.002))
+    assert outcome.kind == "accurate"
+    assert outcome.deviation.startswith("error 0.2")
+    assert altered("load-one", scaled(1.5)).deviation == "degraded instead of accurate"
+
+
+def test_a_number_where_a_refusal_is_expected_is_told(altered):
+    """The catalogue expects the last of three steps to be lost."""
+
+    def finite(solution):
+        for values in solution.quantities.values():
+            values[:] = np.nan_to_num(values, nan=1.0, posinf=1.0, neginf=1.0)
+        return solution
+
+    assert "lost steps () instead of (2,)" in altered("load-absurd-penetration", finite).deviation
+
+
+def test_an_area_out_of_bounds_is_told(altered):
+    def wide(solution):
+        solution.quantities["contact_area"] *= 1.1
+        return solution
+
+    assert "area off by 10" in altered("load-one", wide).deviation
+
+
+def test_a_warning_of_the_arithmetic_is_told(altered):
+    def careless(solution):
+        np.array([1e300]) * 1e300
+        return solution
+
+    assert altered("load-one", careless).deviation.endswith("it warns")
+
+
+def test_a_method_that_raises_has_an_outcome(altered):
+    def broken(solution):
+        raise RuntimeError("no luck")
+
+    outcome = altered("load-one", broken)
+    assert (outcome.kind, outcome.deviation) == ("lost", "lost instead of accurate")
+    assert "no luck" in outcome.reason
+
+
+def test_a_method_without_the_main_quantity_is_lost(altered):
+    def silent(solution):
+        del solution.quantities["force"]
+        return solution
+
+    outcome = altered("load-one", silent)
+    assert outcome.kind == "lost"
+    assert "gives no force" in outcome.reason
+
+
+def test_the_bar_of_the_truth_counts_against_the_claim():
+    """The truth of the punch is known to 0.01 %: nobody can be shown to be closer than that."""
+    case = catalogue()["edge-on-nodes"]
+    expected = {"bem_fft": Expected(accurate=2e-5)}
+    tight = case.model_copy(update={"expected": expected, "resolutions": {"bem_fft": 256}})
+    (outcome,) = run_case(tight, ["bem_fft"])
+    assert outcome.error < 1e-12
+    assert "instead of at most 20" in outcome.deviation
+
+
+def test_expectations_read_as_sentences():
+    assert words(Expected(accurate=0.01)) == "accurate, error at most 1.0\N{NARROW NO-BREAK SPACE}%"
+    partly = Expected(degraded=0.5, text="came out as inf", lost=(2,), why="few cells")
+    assert words(partly).endswith("no answer at step 3: came out as inf (few cells)")

@@ -1,0 +1,69 @@
+"""SIGKILL at any moment: what is finished is kept, nothing torn is read, nothing differs."""
+
+from __future__ import annotations
+
+import importlib.util
+import sys
+from pathlib import Path
+
+import pytest
+
+from comparisons.questions.study import Study
+from comparisons.results.store import FIELDS, STUDY, load_study
+from comparisons.solving.planning import plan_scene
+
+EXAMPLE = Path(__file__).resolve().parents[3] / "docs" / "examples" / "killed_runs.py"
+
+
+@pytest.mark.slow
+def test_runs_killed_at_random_moments_end_like_undisturbed_ones(monkeypatch):
+    """Three moments of the twenty of docs/cluster.md, on two processes."""
+    monkeypatch.setenv("PYTHONPATH", str(EXAMPLE.parents[2]))
+    spec = importlib.util.spec_from_file_location("killed_runs", EXAMPLE)
+    script = importlib.util.module_from_spec(spec)
+    monkeypatch.setitem(sys.modules, "killed_runs", script)
+    spec.loader.exec_module(script)
+    found, total = script.experiment(runs=3, workers=2, realisations=50, seed=7)
+    assert all(each.identical for each in found)
+    assert all(each.redone == 0 and each.left == 0 for each in found)
+    assert all(each.kept <= total for each in found)
+
+
+def test_what_a_kill_leaves_behind_is_cleaned_and_does_not_stop_a_resume(scene, tmp_path):
+    """Temporary files beside whole ones, tables without a study, a torn solution."""
+    plans = plan_scene(scene(compare={"methods": ["closed_form", "reduced"]}))
+    Study(plans, tmp_path).run()
+    fields = tmp_path / FIELDS
+    (path, *_) = sorted(fields.glob("*.npz"))
+    ours = [
+        *(tmp_path / f".{name}.abcd1234" for name in ("results.csv", "study.json", "report.html")),
+        *(fields / f".{path.name}.abcd_234", fields / f".{path.stem}.vtu.abcd1234"),
+    ]
+    theirs = [tmp_path / ".gitignore", tmp_path / ".notes.txt.abcd1234", fields / ".hidden"]
+    for each in (*ours, *theirs):
+        each.write_bytes(b"torn")
+    path.write_bytes(path.read_bytes()[:100])
+    study = Study(plans, tmp_path, resume=True)
+    study.run()
+    assert study.lost() == []
+    assert not any(each.exists() for each in ours)
+    assert all(each.exists() for each in theirs)
+
+
+def test_a_folder_is_known_as_ours_from_the_first_moment(scene, tmp_path, monkeypatch):
+    """Killed between results.csv and study.json, a first run must not look like someone else's."""
+    plans = plan_scene(scene(compare={"methods": ["closed_form"]}))
+    seen = []
+
+    def killed(study, executor):
+        seen.append(load_study(study.directory).interrupted)
+        raise MemoryError
+
+    with monkeypatch.context() as patched:
+        patched.setattr(Study, "_solve", killed)
+        with pytest.raises(MemoryError):
+            Study(plans, tmp_path / "out").run()
+    assert seen == [True]
+    assert (tmp_path / "out" / STUDY).exists()
+    Study(plans, tmp_path / "out", resume=True).run()
+    assert not load_study(tmp_path / "out").interrupted

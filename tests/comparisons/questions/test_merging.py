@@ -1,0 +1,215 @@
+"""Runs of several machines merged: the same as one run, or a list of what speaks against it."""
+
+from __future__ import annotations
+
+import json
+import shutil
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from comparisons.errors import InputError
+from comparisons.questions import merging
+from comparisons.questions.merging import merge
+from comparisons.questions.study import Study
+from comparisons.results.store import FIELDS, MEASURES, RESULTS, STUDY, load_study
+from comparisons.solving import execution
+from comparisons.solving.planning import plan_scene
+from comparisons.tasks.archive import load_solution, save_solution
+
+CLOCK = ["seconds", "setup_seconds", "compile_seconds", "memory", "machine"]
+GRIDS = {"methods": ["reduced", "bem_fft"], "resolutions": [16, 32]}
+
+
+def ensemble(rough, **compare):
+    """Return plans of 60 surfaces: three tasks for each method and resolution."""
+    return plan_scene(rough(realisations=60, compare=GRIDS | compare), "full")
+
+
+def run(plans, folder, **more):
+    study = Study(plans, folder, effort="full", **more)
+    study.run()
+    return study
+
+
+def table(folder, name=RESULTS):
+    return pd.read_csv(folder / name, dtype=str).drop(columns=CLOCK, errors="ignore")
+
+
+def same(one, other):
+    for name in (RESULTS, MEASURES):
+        pd.testing.assert_frame_equal(table(one, name), table(other, name))
+    old, new = (load_study(each).scenes for each in (one, other))
+    for a, b in zip(old, new, strict=True):
+        assert (a.text, a.plan, a.reference, a.disagreements) == (
+            *(b.text, b.plan, b.reference, b.disagreements),
+        )
+        assert {key: path.name for key, path in a.fields.items()} == {
+            key: path.name for key, path in b.fields.items()
+        }
+
+
+@pytest.fixture
+def parts(rough, tmp_path):
+    """Return the folders of a whole run and of three parts of it."""
+    run(ensemble(rough), tmp_path / "whole")
+    folders = [tmp_path / f"part-{k}" for k in (1, 2, 3)]
+    for k, folder in enumerate(folders, start=1):
+        study = run(ensemble(rough), folder, part=(k, 3))
+        assert study.lost() == []
+        assert load_study(folder).part == f"{k}/3"
+    return tmp_path / "whole", folders
+
+
+def test_three_parts_are_the_whole(parts, tmp_path):
+    whole, folders = parts
+    solved = [len(list((each / FIELDS).glob("*.npz"))) for each in folders]
+    assert sum(solved) == len(list((whole / FIELDS).glob("*.npz")))
+    assert max(solved) - min(solved) <= 1
+    study = merge(folders, tmp_path / "merged")
+    assert study.lost() == []
+    same(whole, tmp_path / "merged")
+    assert len(load_study(tmp_path / "merged").runs) == 3
+
+
+def test_a_missing_part_is_told_and_makes_no_half_mean(parts, tmp_path):
+    _, folders = parts
+    study = merge(folders[:2], tmp_path / "merged")
+    assert {reason for _, reason in study.lost()} == {"not done"}
+    assert "mean" not in (tmp_path / "merged" / RESULTS).read_text()
+    again = merge([tmp_path / "merged", folders[2]], tmp_path / "all")
+    assert again.lost() == []
+    same(parts[0], tmp_path / "all")
+    assert len(load_study(tmp_path / "all").runs) == 3
+
+
+def test_a_merged_folder_that_is_resumed_still_lists_its_runs(parts, rough, tmp_path):
+    _, folders = parts
+    path = folders[0] / STUDY
+    path.write_text(json.dumps(json.loads(path.read_text()) | {"interrupted": True}))
+    merge(folders[:2], tmp_path / "merged")
+    assert load_study(tmp_path / "merged").interrupted
+    before = load_study(tmp_path / "merged").runs
+    study = run(ensemble(rough), tmp_path / "merged", resume=True)
+    assert study.lost() == []
+    assert not load_study(tmp_path / "merged").interrupted
+    assert load_study(tmp_path / "merged").runs == before
+    assert len(before) == 2
+
+
+def test_methods_and_scenes_of_different_machines_come_together(rough, scene, tmp_path):
+    ball = {"methods": ["closed_form", "reduced"]}
+    run(
+        [*ensemble(rough), *plan_scene(scene(name="ball", compare=ball), "full")],
+        tmp_path / "whole",
+    )
+    run(ensemble(rough, methods=["reduced"]), tmp_path / "a")
+    second = ensemble(rough, methods=["bem_fft"])
+    run([*second, *plan_scene(scene(name="ball", compare=ball), "full")], tmp_path / "b")
+    merge([tmp_path / "a", tmp_path / "b"], tmp_path / "merged")
+    same(tmp_path / "whole", tmp_path / "merged")
+
+
+def test_resolutions_come_together(rough, tmp_path):
+    run(ensemble(rough), tmp_path / "whole")
+    run(ensemble(rough, resolutions=[32]), tmp_path / "a")
+    run(ensemble(rough, resolutions=[16]), tmp_path / "b")
+    merge([tmp_path / "a", tmp_path / "b"], tmp_path / "merged")
+    same(tmp_path / "whole", tmp_path / "merged")
+
+
+def test_both_machines_are_stated(rough, tmp_path, monkeypatch):
+    """Each row names the machine that solved it, a mean over blocks all of them."""
+    for k, name in ((1, "laptop"), (2, "server")):
+        monkeypatch.setattr(execution, "this_machine", lambda name=name: name)
+        run(ensemble(rough, resolutions=[16]), tmp_path / name, part=(k, 2))
+    merge([tmp_path / "laptop", tmp_path / "server"], tmp_path / "merged")
+    rows = pd.read_csv(tmp_path / "merged" / RESULTS)
+    solved = rows[rows["step"].notna()]
+    assert set(solved["machine"]) == {"laptop + server"}
+
+
+def test_other_versions_or_sources_are_listed(parts, tmp_path):
+    _, folders = parts
+    study = folders[0] / STUDY
+    document = json.loads(study.read_text())
+    document["versions"]["numpy"] = "99.9"
+    document["source"] = "edited"
+    study.write_text(json.dumps(document))
+    with pytest.raises(InputError, match=r"numpy: 99.9, here .*\n.*source: edited, here "):
+        merge(folders, tmp_path / "merged")
+    assert not (tmp_path / "merged").exists()
+
+
+def test_a_solve_with_two_answers_is_a_conflict(parts, tmp_path):
+    whole, _ = parts
+    shutil.copytree(whole, tmp_path / "other")
+    path = next((tmp_path / "other" / FIELDS).glob("*-bem_fft-32-25-*.npz"))
+    solution = load_solution(path)
+    solution.quantities["force" if "force" in solution.quantities else "contact_area"] *= 1.01
+    save_solution(path, solution)
+    with pytest.raises(InputError, match=r"bem_fft 32, realisations from 25: .* differ by 1.0e-02"):
+        merge([whole, tmp_path / "other"], tmp_path / "merged")
+    assert [each.name for each in tmp_path.iterdir() if "merged" in each.name] == []
+
+
+def test_another_scene_of_the_same_name_is_a_conflict(rough, tmp_path):
+    run(ensemble(rough, methods=["reduced"]), tmp_path / "a")
+    run(ensemble(rough, methods=["bem_fft"], tolerance=0.05), tmp_path / "b")
+    with pytest.raises(InputError, match="differ in more than methods and resolutions"):
+        merge([tmp_path / "a", tmp_path / "b"], tmp_path / "merged")
+
+
+def test_a_used_folder_and_a_single_run_are_refused(parts, tmp_path):
+    whole, folders = parts
+    with pytest.raises(InputError, match="expected a new folder"):
+        merge(folders, whole)
+    with pytest.raises(InputError, match="expected two runs or more, got 1"):
+        merge(folders[:1], tmp_path / "merged")
+
+
+def test_a_run_named_twice_or_killed_before_its_end_is_refused(parts, tmp_path):
+    """What a killed run has solved is in no plan: merging would drop it without a word."""
+    _, folders = parts
+    again = folders[1] / ".." / folders[1].name
+    study = folders[0] / STUDY
+    study.write_text(json.dumps(json.loads(study.read_text()) | {"scenes": []}))
+    told = r"part-1: ended before .*\n.*part-2: named more than once"
+    with pytest.raises(InputError, match=told):
+        merge([*folders, again], tmp_path / "merged")
+    assert not (tmp_path / "merged").exists()
+
+
+@pytest.mark.parametrize(
+    ("edit", "told"),
+    [
+        (lambda plan: plan["methods"][0].update(more=1), "not a plan of this roughline"),
+        (lambda plan: plan.pop("switched_on"), "not a plan of this roughline"),
+        (lambda plan: plan["methods"][0].update(method="other"), "other not known here"),
+    ],
+)
+def test_plans_edited_by_hand_are_refused_in_words(rough, tmp_path, edit, told):
+    folders = [tmp_path / "a", tmp_path / "b"]
+    for folder in folders:
+        run(ensemble(rough, methods=["reduced"], resolutions=[16]), folder)
+    path = folders[0] / STUDY
+    document = json.loads(path.read_text())
+    edit(document["scenes"][0]["plan"])
+    path.write_text(json.dumps(document))
+    with pytest.raises(InputError, match=told):
+        merge(folders, tmp_path / "merged")
+
+
+def test_a_torn_solution_counts_as_missing(parts, tmp_path):
+    _, folders = parts
+    path = next((folders[1] / FIELDS).glob("*.npz"))
+    path.write_bytes(path.read_bytes()[:-200])
+    assert len(merge(folders, tmp_path / "merged").lost()) == 1
+
+
+def test_equal_solutions_differ_by_nothing(parts):
+    path = next((parts[0] / FIELDS).glob("*-bem_fft-32-25-*.npz"))
+    one = load_solution(path)
+    assert merging._difference(one, load_solution(path)) == 0.0
+    assert np.isfinite(merging._difference(one, one))

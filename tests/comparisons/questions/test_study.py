@@ -1,0 +1,382 @@
+"""Studies: what is done is kept, resumed without doing it again, and the same with workers."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from comparisons.methods import METHODS, base
+from comparisons.questions import study as study_module
+from comparisons.questions.study import Study
+from comparisons.results.store import FIELDS, MEASURES, RESULTS, STUDY, ResultsError, load_study
+from comparisons.scene.scene import load_scene
+from comparisons.solving.execution import execute
+from comparisons.solving.planning import plan_scene
+
+# Columns that differ from run to run by their nature.
+CLOCK = ["seconds", "setup_seconds", "compile_seconds", "memory"]
+
+
+@pytest.fixture
+def ball(scene):
+    """Return plans of four quick solves: three of the ball, one closed form."""
+    compared = {"methods": ["closed_form", "reduced", "bem_fft"], "resolutions": [6, 12]}
+    return plan_scene(scene(compare=compared | {"quantities": ["force", "pressure"]}))
+
+
+@pytest.fixture
+def counted(monkeypatch):
+    """Return the list of tasks that were really executed."""
+    done = []
+
+    def count(task):
+        done.append(task)
+        return execute(task)
+
+    monkeypatch.setattr(study_module, "execute", count)
+    return done
+
+
+def interrupt_after(monkeypatch, number):
+    """Let a keyboard interrupt fall into the solve after `number` whole ones."""
+    done = []
+
+    def stop(task):
+        if len(done) == number:
+            raise KeyboardInterrupt
+        done.append(task)
+        return execute(task)
+
+    monkeypatch.setattr(study_module, "execute", stop)
+
+
+def results(directory) -> pd.DataFrame:
+    return pd.read_csv(directory / RESULTS, dtype={"realisation": str}).drop(columns=CLOCK)
+
+
+def snapshot(directory):
+    return {
+        path.relative_to(directory): path.read_bytes()
+        for path in directory.rglob("*")
+        if path.is_file()
+    }
+
+
+# --- a whole run ----------------------------------------------------------------------------
+
+
+def test_a_run_leaves_the_files_of_the_contract(ball, tmp_path):
+    directory = tmp_path / "out"
+    record = Study(ball, directory, command="roughline run test.toml").run()
+    names = {path.name for path in directory.iterdir()}
+    assert names == {RESULTS, MEASURES, STUDY, FIELDS}
+    assert len(list((directory / FIELDS).glob("*.npz"))) == 5
+    assert len(list((directory / FIELDS).glob("*.vtu"))) == 2  # the grids
+    assert not record.interrupted
+    assert record.command == "roughline run test.toml"
+    assert record.machine["threads"] == 1
+    assert "numpy" in record.versions
+
+
+def test_the_table_has_a_row_for_every_solve_and_step_and_the_columns_of_the_contract(
+    ball, tmp_path
+):
+    Study(ball, tmp_path / "out").run()
+    table = pd.read_csv(tmp_path / "out" / RESULTS)
+    contract = "scene method options resolution realisation step penetration force contact_area "
+    contract += "contact_area_raw error_force reference reference_uncertainty seconds "
+    contract += "setup_seconds compile_seconds unknowns iterations violation converged reason "
+    contract += "memory threads versions machine"
+    assert set(contract.split()) <= set(table.columns)
+    solved = table[table["step"].notna()]
+    assert solved.groupby(["method", "resolution"]).size().to_dict() == {
+        ("closed_form", 1): 3,
+        ("reduced", 6): 3,
+        ("reduced", 12): 3,
+        ("bem_fft", 6): 3,
+        ("bem_fft", 12): 3,
+    }
+    # Methods that were not run have a row with the reason.
+    refused = table[table["step"].isna()].set_index("method")["reason"]
+    others = set(METHODS) - set(solved["method"])
+    assert refused.to_dict() == dict.fromkeys(others, "not asked for")
+    hertz = 4 / 3 * 210e9 / 0.91 * 0.1 * solved["penetration"] ** 1.5
+    np.testing.assert_allclose(solved["force"], hertz, rtol=2e-2)
+    assert (solved["seconds"] > 0).all()
+    assert (solved["setup_seconds"] <= solved["seconds"]).all()
+
+
+def test_what_is_read_back_is_what_was_run(ball, tmp_path):
+    record = Study(ball, tmp_path / "out").run()
+    again = load_study(tmp_path / "out")
+    (old,), (new,) = record.scenes, again.scenes
+    assert new.reference["method"] == "closed_form"
+    assert new.answer == old.answer
+    assert set(new.fields) == set(old.fields)
+    np.testing.assert_array_equal(new.measures["rms"], old.measures["rms"])
+    assert "pressure" in new.load_fields("bem_fft", 12)
+    assert load_scene(tmp_path_scene(tmp_path, new.text)) == load_scene(
+        tmp_path_scene(tmp_path, old.text)
+    )
+
+
+def tmp_path_scene(folder, text):
+    path = folder / "again.toml"
+    path.write_text(text)
+    return path
+
+
+def test_progress_is_told_from_zero_to_all(ball, tmp_path):
+    told = []
+    Study(ball, tmp_path / "out", progress=lambda *each: told.append(each)).run()
+    assert [(done, total) for done, total, _ in told] == [(i, 5) for i in range(6)]
+    assert told[0][2] is None
+    assert told[1][2].method == "closed_form"  # cheap ones first
+
+
+def test_several_scenes_share_a_folder(scene, tmp_path):
+    plans = [
+        plan
+        for name in ("one", "two")
+        for plan in plan_scene(scene(name=name, compare={"methods": ["closed_form"]}))
+    ]
+    record = Study(plans, tmp_path / "out").run()
+    assert [each.name for each in record.scenes] == ["one", "two"]
+    assert set(results(tmp_path / "out")["scene"]) == {"one", "two"}
+
+
+# --- used folders ---------------------------------------------------------------------------
+
+
+def test_a_used_folder_is_left_alone(ball, tmp_path, counted):
+    (tmp_path / "notes.txt").write_text("mine")
+    before = snapshot(tmp_path)
+    with pytest.raises(ResultsError, match="is not empty: say --resume"):
+        Study(ball, tmp_path).run()
+    assert snapshot(tmp_path) == before
+    assert [path.name for path in tmp_path.iterdir()] == ["notes.txt"]
+    assert counted == []
+
+
+def test_a_finished_folder_is_named_as_such_and_resuming_it_keeps_its_time(ball, tmp_path):
+    """Nothing is in use, and nothing is solved again: the run took what it took."""
+    first = Study(ball, tmp_path / "out").run()
+    with pytest.raises(ResultsError, match="out has results already: say --resume"):
+        Study(ball, tmp_path / "out").run()
+    again = Study(ball, tmp_path / "out", resume=True).run()
+    assert again.seconds > first.seconds
+
+
+def test_resuming_and_overwriting_exclude_each_other(ball, tmp_path):
+    with pytest.raises(ResultsError, match="--resume and --overwrite: expected at most one"):
+        Study(ball, tmp_path / "out", resume=True, overwrite=True).run()
+    assert not (tmp_path / "out").exists()
+
+
+def test_a_file_in_the_place_of_the_folder_is_left_alone(ball, tmp_path):
+    file = tmp_path / "out"
+    file.write_text("mine")
+    with pytest.raises(ResultsError, match="expected a folder"):
+        Study(ball, file, overwrite=True).run()
+    assert file.read_text() == "mine"
+
+
+def test_overwriting_solves_everything_anew_and_spares_other_files(ball, tmp_path, counted):
+    (tmp_path / "notes.txt").write_text("mine")
+    Study(ball, tmp_path, overwrite=True).run()
+    (tmp_path / FIELDS / "stale-fem-3-0-0123456789ab.npz").write_bytes(b"old")
+    (tmp_path / FIELDS / "mine.npz").write_bytes(b"not roughline's")
+    Study(ball, tmp_path, overwrite=True).run()
+    assert len(counted) == 10
+    assert (tmp_path / "notes.txt").read_text() == "mine"
+    assert (tmp_path / FIELDS / "mine.npz").read_bytes() == b"not roughline's"
+    assert len(list((tmp_path / FIELDS).glob("*.npz"))) == 5 + 1
+
+
+# --- resuming -------------------------------------------------------------------------------
+
+
+def test_resuming_a_finished_run_solves_nothing(ball, tmp_path, counted):
+    Study(ball, tmp_path / "out").run()
+    first = results(tmp_path / "out")
+    counted.clear()
+    study = Study(ball, tmp_path / "out", resume=True)
+    study.run()
+    assert counted == []
+    assert study.lost() == []
+    pd.testing.assert_frame_equal(results(tmp_path / "out"), first)
+
+
+def test_resuming_solves_only_what_is_missing_torn_or_changed(ball, scene, tmp_path, counted):
+    Study(ball, tmp_path / "out").run()
+    first = results(tmp_path / "out")
+    counted.clear()
+    files = {path.name: path for path in (tmp_path / "out" / FIELDS).glob("*.npz")}
+    (torn,) = [files[name] for name in files if "bem_fft-12" in name]
+    torn.write_bytes(torn.read_bytes()[:-300])
+    (missing,) = [files[name] for name in files if "reduced-6" in name]
+    missing.unlink()
+    (foreign,) = [files[name] for name in files if "bem_fft-6" in name]
+    foreign.write_bytes(b"no npz at all")
+    Study(ball, tmp_path / "out", resume=True).run()
+    assert {(task.method, task.resolution) for task in counted} == {
+        ("bem_fft", 12),
+        ("reduced", 6),
+        ("bem_fft", 6),
+    }
+    pd.testing.assert_frame_equal(results(tmp_path / "out"), first)
+    counted.clear()
+    stiffer = plan_scene(
+        scene(compare={"methods": ["closed_form"]}, half_space={"effective_modulus": 1e9})
+    )
+    Study(stiffer, tmp_path / "out", resume=True).run()
+    assert len(counted) == 1
+
+
+def test_an_interrupt_keeps_what_is_done_and_resuming_completes_it(ball, tmp_path, monkeypatch):
+    """The interrupted and resumed run has the very numbers of an undisturbed one."""
+    Study(ball, tmp_path / "whole").run()
+    interrupt_after(monkeypatch, 2)
+    with pytest.raises(KeyboardInterrupt):
+        Study(ball, tmp_path / "out").run()
+    kept = results(tmp_path / "out")
+    assert set(kept.loc[kept["step"].notna(), "method"]) == {"closed_form", "reduced"}
+    record = load_study(tmp_path / "out")
+    assert record.interrupted
+    assert record.scenes[0].reference["method"] == "closed_form"
+    monkeypatch.setattr(study_module, "execute", execute)
+    record = Study(ball, tmp_path / "out", resume=True).run()
+    assert not record.interrupted
+    pd.testing.assert_frame_equal(results(tmp_path / "out"), results(tmp_path / "whole"))
+
+
+def test_an_interrupt_before_the_first_solve_leaves_a_readable_folder(ball, tmp_path, monkeypatch):
+    interrupt_after(monkeypatch, 0)
+    study = Study(ball, tmp_path / "out")
+    with pytest.raises(KeyboardInterrupt):
+        study.run()
+    assert load_study(tmp_path / "out").interrupted
+    assert len(study.lost()) == 5
+    assert all(reason == "not done" for _, reason in study.lost())
+
+
+def test_an_interrupted_block_of_realisations_is_not_half_a_mean(rough, tmp_path, monkeypatch):
+    """Two blocks of 25; with one of them, no mean of the ensemble is shown."""
+    many = rough(realisations=30, compare={"methods": ["reduced"], "resolutions": [64]})
+    plans = plan_scene(many, "full")
+    assert len(plans[0].tasks) == 2
+    interrupt_after(monkeypatch, 1)
+    with pytest.raises(KeyboardInterrupt):
+        Study(plans, tmp_path / "out", effort="full").run()
+    assert "mean" not in str((tmp_path / "out" / RESULTS).read_text())
+    monkeypatch.setattr(study_module, "execute", execute)
+    Study(plans, tmp_path / "out", effort="full", resume=True).run()
+    table = results(tmp_path / "out")
+    solved = table[table["step"].notna()]
+    assert solved["realisation"].tolist() == [
+        *(str(k) for k in range(30) for _ in range(2)),
+        *("mean", "mean"),
+    ]
+
+
+@pytest.mark.parametrize(
+    ("what", "now"), [("versions", {"numpy": "99"}), ("source_digest", "edited")]
+)
+def test_other_packages_or_an_edited_source_solve_anew(
+    ball, tmp_path, counted, monkeypatch, what, now
+):
+    """What another numpy, or another roughline, found is not mixed with what this one finds."""
+    Study(ball, tmp_path / "out").run()
+    counted.clear()
+    monkeypatch.setattr(base, what, lambda: now)
+    again = [replace(plan) for plan in ball]  # plans made anew, as another process would
+    Study(again, tmp_path / "out", resume=True).run()
+    assert len(counted) == 5
+
+
+def test_full_effort_refines_the_truth_in_the_folder(scene, tmp_path):
+    """A square punch, known to a fifth of 2 % only on finer grids than the two planned.
+
+    Resolutions that a scene lists are not refined, so these are planned by hand.
+    """
+    compared = {"methods": ["reduced", "bem_fft"], "tolerance": 0.02}
+    (plan,) = plan_scene(
+        scene(indenter={"shape": "square_punch", "side": 1e-3}, compare=compared), "full"
+    )
+    coarse = [replace(m, resolutions=(2, 4)) if m.supported else m for m in plan.methods]
+    Study([replace(plan, methods=tuple(coarse))], tmp_path / "out", effort="full").run()
+    record = load_study(tmp_path / "out").scenes[0]
+    assert record.reference["method"] == "bem_fft"
+    assert record.reference["resolution"] > 4
+    assert record.reference["uncertainty"]["force"] <= 0.02 / 5
+    (planned,) = [m for m in record.plan["methods"] if m["method"] == "bem_fft"]
+    assert planned["resolutions"][-1] == record.reference["resolution"]
+
+
+# --- failures -------------------------------------------------------------------------------
+
+
+def test_a_method_that_fails_costs_its_rows_and_is_counted_as_lost(ball, tmp_path, monkeypatch):
+    class Broken(type(METHODS["reduced"])):
+        def solve(self, task):
+            raise RuntimeError("out of springs")
+
+    monkeypatch.setitem(METHODS, "reduced", Broken())
+    study = Study(ball, tmp_path / "out")
+    study.run()
+    lost = [(task.method, task.resolution, reason) for task, reason in study.lost()]
+    reason = "RuntimeError: out of springs (in solve)"
+    assert lost == [("reduced", 6, reason), ("reduced", 12, reason)]
+    table = results(tmp_path / "out")
+    broken = table[table["method"] == "reduced"]
+    assert not broken["converged"].any()
+    assert broken["penetration"].tolist() == [1e-6, 2e-6, 4e-6] * 2
+    assert table.loc[table["method"] == "bem_fft", "converged"].all()
+
+
+def test_a_lost_solve_is_tried_again_on_resume(ball, tmp_path, monkeypatch, counted):
+    """Else a fixed bug, or a machine with more memory, would never get its chance."""
+
+    class Broken(type(METHODS["reduced"])):
+        def solve(self, task):
+            raise MemoryError("no room today")
+
+    with monkeypatch.context() as broken:
+        broken.setitem(METHODS, "reduced", Broken())
+        Study(ball, tmp_path / "out").run()
+    counted.clear()
+    study = Study(ball, tmp_path / "out", resume=True)
+    study.run()
+    assert {task.method for task in counted} == {"reduced"}
+    assert study.lost() == []
+
+
+def test_without_any_truth_the_rows_are_there_and_the_answer_says_so(scene, tmp_path):
+    square = {"shape": "square_punch", "side": 1e-3}
+    only = scene(indenter=square, compare={"methods": ["reduced"], "resolutions": [10]})
+    record = Study(plan_scene(only), tmp_path / "out").run()
+    assert record.scenes[0].reference == {}
+    assert "no truth to compare with" in record.scenes[0].answer
+    assert load_study(tmp_path / "out").scenes[0].reference == {}
+
+
+# --- workers --------------------------------------------------------------------------------
+
+
+@pytest.mark.slow
+def test_two_workers_find_the_same_numbers(scene, rough, tmp_path, run_apart):
+    compared = {"methods": ["reduced", "bem_fft"], "resolutions": [16, 32]}
+    plans = [
+        *plan_scene(scene(compare=compared)),
+        *plan_scene(rough("rough", realisations=3, compare=compared)),
+    ]
+    run_apart(Study(plans, tmp_path / "one"))
+    run_apart(Study(plans, tmp_path / "two", workers=2))
+    pd.testing.assert_frame_equal(results(tmp_path / "two"), results(tmp_path / "one"))
+    for directory in ("one", "two"):
+        document = json.loads((tmp_path / directory / STUDY).read_text())
+        assert [each["name"] for each in document["scenes"]] == ["test", "rough"]
