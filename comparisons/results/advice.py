@@ -188,8 +188,8 @@ def advise(record: SceneRecord) -> Advice:
     """Say which method to use for the asked quantities of a scene at its tolerance.
 
     A setting meets the tolerance t where |e| + u <= t in every quantity and at every load step,
-    with u the bar (`comparisons.results.decisions`). The truth itself is a setting too: it meets what its
-    own bar is within.
+    with u the bar (`comparisons.results.decisions`). The truth itself is a setting too: it meets
+    what its own bar is within.
     """
     nothing = unanswered(record)
     known = tuple(name for name in record.quantities if name not in nothing)

@@ -1,9 +1,9 @@
 """What decides: the verdict on each quantity of a setting, a method, a scene.
 
 Every quantity is judged once, at equal prescribed load (what is prescribed itself: at the other
-one), by the step that `comparisons.judging.verdicts.judged` names. The page, the terminal, advice, tables
-and notebooks all read their words and numbers here. Errors at the other load are rows to look up
-(`second_rows`), never the reason of a word.
+one), by the step that `comparisons.judging.verdicts.judged` names. The page, the terminal, advice,
+tables and notebooks all read their words and numbers here. Errors at the other load are rows to
+look up (`second_rows`), never the reason of a word.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """The first screen: per scene the verdict on the reduced model, and the cheapest way to the error.
 
 Also the settings for fixed errors, which compare methods at equal accuracy. Nothing is decided
-here: words and numbers are those of `comparisons.results.decisions` and `comparisons.results.advice`.
+here: words and numbers are those of `decisions` and `advice` in `comparisons.results`.
 """
 
 from __future__ import annotations
