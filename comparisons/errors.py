@@ -7,6 +7,10 @@ class InputError(ValueError):
     """Wrong input: a scene, a map, an option, a folder. The command line exits with code 2."""
 
 
+class ResultsError(InputError):
+    """A results folder cannot be read or written as asked."""
+
+
 class LostWorkError(RuntimeError):
     """Work was ended from outside: a cluster went away, a process was killed again and again.
 

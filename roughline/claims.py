@@ -11,7 +11,7 @@ import pandas as pd
 
 from comparisons import formatting as fmt
 from comparisons.errors import InputError
-from comparisons.plain import plain
+from comparisons.files import plain
 from comparisons.questions.claims import claim as files
 from comparisons.questions.claims.record import ClaimRecord
 from comparisons.questions.claims.runner import judge_claim

@@ -10,7 +10,6 @@ import pandas as pd
 from comparisons import formatting as fmt
 from comparisons.errors import InputError
 from comparisons.judging.verdicts import NO_RESULT
-from comparisons.plans import Source, refuse_unsolvable
 from comparisons.results import selection
 from comparisons.results.advice import Setting, advise
 from comparisons.results.decisions import Verdict, asked_in_vain, judged_methods, verdicts, worst
@@ -18,6 +17,7 @@ from comparisons.results.record import record_scene
 from comparisons.results.store import SceneRecord
 from comparisons.solving.kept import solve_plan
 from comparisons.solving.planning import plan_scene
+from comparisons.solving.plans import Source, refuse_unsolvable
 from reports.pages.tables import lost_solves
 from reports.plots.style import style
 from roughline import notebook

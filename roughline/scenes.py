@@ -9,11 +9,11 @@ from typing import Any
 
 import pandas as pd
 
-from comparisons.plans import Source
 from comparisons.scene.scene import Scene, builtin_names, parse_scene
 from comparisons.scene.scene import load_scene as _load_scene
 from comparisons.scene.suites import SUITES
 from comparisons.solving import planning
+from comparisons.solving.plans import Source
 from roughline import notebook
 
 

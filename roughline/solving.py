@@ -10,9 +10,9 @@ import numpy as np
 import pandas as pd
 
 from comparisons import formatting as fmt
-from comparisons.plans import Source
 from comparisons.questions.single import SingleResult, solve_scene
 from comparisons.scene.scene import Scene
+from comparisons.solving.plans import Source
 from roughline import notebook
 from roughline.scenes import load_scene
 

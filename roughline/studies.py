@@ -11,10 +11,10 @@ import pandas as pd
 
 from comparisons import formatting as fmt
 from comparisons.judging.verdicts import NO_RESULT
-from comparisons.plans import Source, plan_all
 from comparisons.questions import study
 from comparisons.results.store import StudyRecord, load_study
 from comparisons.solving.planning import Effort
+from comparisons.solving.plans import Source, plan_all
 from reports.cli.workers import Crew
 from roughline import notebook
 from roughline.comparing import Comparison

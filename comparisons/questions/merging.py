@@ -11,13 +11,13 @@ from typing import Any
 
 import numpy as np
 
-from comparisons.errors import InputError
+from comparisons.errors import InputError, ResultsError
 from comparisons.judging.refinement import refinements
 from comparisons.machine import source_digest, versions
 from comparisons.methods import METHODS, Solution, Task
 from comparisons.questions.study import Study
 from comparisons.results.runs import MOVED
-from comparisons.results.store import FIELDS, ResultsError, StudyRecord, load_study, save_study
+from comparisons.results.store import FIELDS, StudyRecord, load_study, save_study
 from comparisons.scene.scene import Scene, parse_scene, validated
 from comparisons.solving.planning import MethodPlan, Plan, plan_from
 from comparisons.tasks.archive import load_solution

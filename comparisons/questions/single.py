@@ -12,17 +12,15 @@ import numpy as np
 import pandas as pd
 
 from comparisons.errors import InputError
+from comparisons.files import plain, table_text, write_named, write_named_text
 from comparisons.geometry.prepare import IndenterGeometry
 from comparisons.judging.truth import mean_curves
 from comparisons.judging.uncertainty import standard_error
 from comparisons.methods import METHODS, Solution, method_for
-from comparisons.plain import plain
-from comparisons.results.store import table_text
 from comparisons.results.vtu import vtu_file
 from comparisons.scene.scene import Scene, load_scene
 from comparisons.solving.kept import solve_blocks
 from comparisons.solving.planning import Plan, plan_scene, task_of
-from comparisons.writing import write_named, write_named_text
 
 
 @dataclass(frozen=True)

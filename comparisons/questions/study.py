@@ -9,7 +9,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from comparisons.errors import LostWorkError
+from comparisons.errors import LostWorkError, ResultsError
 from comparisons.judging.refinement import refinements
 from comparisons.judging.truth import Solved
 from comparisons.machine import machine, source_digest, versions
@@ -17,14 +17,7 @@ from comparisons.methods import Solution, Task, method_for
 from comparisons.methods.spans import lost as unanswered
 from comparisons.results.folder import open_folder
 from comparisons.results.record import record_scene
-from comparisons.results.store import (
-    FIELDS,
-    STUDY,
-    ResultsError,
-    SceneRecord,
-    StudyRecord,
-    save_study,
-)
+from comparisons.results.store import FIELDS, STUDY, SceneRecord, StudyRecord, save_study
 from comparisons.results.study_checks import parse_study
 from comparisons.results.vtu import write_fields
 from comparisons.solving.compilation import compile_apart

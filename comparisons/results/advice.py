@@ -12,9 +12,9 @@ from typing import Any
 
 import numpy as np
 
+from comparisons.files import plain
 from comparisons.formatting import duration, quantity, relative, tolerance
 from comparisons.judging.verdicts import NO_RESULT, NOT_RESOLVED, OUTSIDE, WITHIN, judged
-from comparisons.plain import plain
 from comparisons.results import selection
 from comparisons.results.decisions import (
     Verdict,

@@ -6,7 +6,8 @@ import re
 from collections.abc import Iterable
 from pathlib import Path
 
-from comparisons.results.store import FIELDS, MEASURES, RESULTS, STUDY, ResultsError
+from comparisons.errors import ResultsError
+from comparisons.results.store import FIELDS, MEASURES, RESULTS, STUDY
 from comparisons.results.study_checks import parse_study
 
 # Names that tasks give to their files; nothing else in a folder is ours to delete.

@@ -7,6 +7,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
+from comparisons.files import plain
 from comparisons.judging.comparison import compare, truth_bars
 from comparisons.judging.truth import (
     Reference,
@@ -17,7 +18,6 @@ from comparisons.judging.truth import (
     sentence,
 )
 from comparisons.machine import versions, versions_text
-from comparisons.plain import plain
 from comparisons.results.advice import advise
 from comparisons.results.store import SceneRecord
 from comparisons.solving.execution import THREADS, this_machine

@@ -16,7 +16,6 @@ from __future__ import annotations
 
 import json
 import tomllib
-from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -25,11 +24,11 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from comparisons.errors import InputError
+from comparisons.errors import ResultsError
+from comparisons.files import read_arrays, write_table, write_text
 from comparisons.results.study_checks import parse_study
 from comparisons.results.table_checks import field_problems, table_problems, with_columns
 from comparisons.scene.physics.loads import PATHS
-from comparisons.writing import write_atomically, write_text
 
 RESULTS = "results.csv"
 MEASURES = "measures.csv"
@@ -47,10 +46,6 @@ _AS_WRITTEN: dict[str, Any] = {
     "na_values": [""],
     "dtype": dict.fromkeys(("scene", "method", "quantity", "at"), str),
 }
-
-
-class ResultsError(InputError):
-    """A results folder cannot be read or written as asked."""
 
 
 @dataclass(frozen=True)
@@ -180,36 +175,6 @@ class StudyRecord:
     source: str = ""
     part: str = ""
     runs: tuple[dict[str, Any], ...] = ()
-
-
-def write_table(path: Path, table: pd.DataFrame) -> None:
-    """Write a data frame as CSV, atomically and with every digit."""
-    write_text(path, table_text(table))
-
-
-def table_text(table: pd.DataFrame) -> str:
-    """Return a data frame as CSV."""
-    return table.to_csv(index=False, lineterminator="\n")
-
-
-def write_arrays(path: Path, arrays: Mapping[str, np.ndarray]) -> None:
-    """Write named arrays as a compressed npz, atomically."""
-    write_atomically(path, lambda stream: np.savez_compressed(stream, **arrays))
-
-
-def read_arrays(path: Path) -> dict[str, np.ndarray]:
-    """Read an npz without ever unpickling.
-
-    Raises
-    ------
-    ResultsError
-        If the file is torn or is not an npz of plain arrays.
-    """
-    try:
-        with np.load(path, allow_pickle=False) as archive:
-            return {name: archive[name] for name in archive.files}
-    except Exception as error:  # zipfile, zlib, numpy and the OS each raise their own
-        raise ResultsError(f"{path}: not a readable array file ({error})") from error
 
 
 def save_study(record: StudyRecord) -> None:

@@ -8,7 +8,7 @@ from pathlib import Path
 import meshio
 import numpy as np
 
-from comparisons.writing import write_atomically
+from comparisons.files import write_atomically
 
 
 def mesh_of(fields: dict[str, np.ndarray]) -> meshio.Mesh | None:

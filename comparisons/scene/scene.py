@@ -24,7 +24,7 @@ from pydantic import (
 )
 
 from comparisons.errors import InputError
-from comparisons.plain import plain
+from comparisons.files import plain
 from comparisons.scene import body as body_table
 from comparisons.scene.body import Body
 from comparisons.scene.fields import Positive, fail

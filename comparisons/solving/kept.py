@@ -6,9 +6,9 @@ import contextlib
 from dataclasses import replace
 from pathlib import Path
 
+from comparisons.errors import ResultsError
 from comparisons.judging.truth import Solved
 from comparisons.methods import Solution, Task
-from comparisons.results.store import ResultsError
 from comparisons.solving.execution import REPEATS, execute
 from comparisons.solving.planning import Plan
 from comparisons.tasks.archive import joined, load_solution, save_solution

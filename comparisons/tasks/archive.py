@@ -7,8 +7,9 @@ from pathlib import Path
 
 import numpy as np
 
+from comparisons.errors import ResultsError
+from comparisons.files import read_arrays, write_arrays
 from comparisons.methods import Solution
-from comparisons.results.store import ResultsError, read_arrays, write_arrays
 
 _PREFIX = "solution."
 _ARRAYS = ("converged", "iterations", "violation")
@@ -38,7 +39,7 @@ def load_solution(path: Path) -> Solution:
 
     Raises
     ------
-    comparisons.results.store.ResultsError
+    comparisons.errors.ResultsError
         If the file cannot be read, or holds something else.
     """
     arrays = read_arrays(path)

@@ -13,11 +13,11 @@ import sys
 from collections import Counter
 from pathlib import Path
 
+from comparisons.files import write_text
 from comparisons.formatting import duration, plus_minus, tolerance
 from comparisons.machine import machine_text
 from comparisons.questions.claims.claim import VERDICTS, load_claims
 from comparisons.questions.claims.record import ClaimRecord, ClaimsRecord, load_claims_record
-from comparisons.writing import write_text
 
 DOCS = Path(__file__).resolve().parents[1]
 STORED = DOCS / "claims.json"

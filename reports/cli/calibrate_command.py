@@ -26,9 +26,9 @@ def calibrate(*, out: Path = Path("roughline-results/calibration"), crew: Crew =
         Folder for calibration.csv and report.html, which are written anew.
     """
     from comparisons.errors import InputError
+    from comparisons.files import write_table
     from comparisons.judging.uncertainty import RULE
     from comparisons.questions.calibration import cases, fitted, summary, table
-    from comparisons.results.store import write_table
     from reports.pages.calibration import write_calibration_report
 
     if out.exists() and not out.is_dir():

@@ -47,10 +47,10 @@ def claims(
         Judge this method instead of the reduced model, by the claims that stand on a scene.
     """
     from comparisons.errors import LostWorkError
+    from comparisons.files import write_named_text
     from comparisons.questions.claims.claim import about_method, load_claims
     from comparisons.questions.claims.record import load_claims_record
     from comparisons.questions.claims.runner import ClaimRun
-    from comparisons.writing import write_named_text
     from reports.cli import terminal
     from reports.pages.claims import write_claims_report
 

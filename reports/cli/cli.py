@@ -138,9 +138,9 @@ def run(
     pictures
         Render 3-D pictures for the report.
     """
-    from comparisons.plans import plan_all
     from comparisons.questions.study import WHOLE, Study
     from comparisons.results.decisions import asked_in_vain
+    from comparisons.solving.plans import plan_all
     from reports.cli import terminal
 
     outside.load()
@@ -290,8 +290,8 @@ def bench(what: str | None = None, *, json: Path | None = None) -> int:
     import json as json_format
 
     from comparisons.errors import InputError
+    from comparisons.files import write_named_text
     from comparisons.questions.benchmarks import BENCHMARKS
-    from comparisons.writing import write_named_text
     from reports.cli import terminal
 
     if what is not None and what not in BENCHMARKS:
@@ -331,13 +331,13 @@ def advise(
         Print one JSON object.
     """
     from comparisons.errors import InputError
-    from comparisons.plans import refuse_unsolvable
     from comparisons.results.advice import advise as advice_of
     from comparisons.results.decisions import asked_in_vain
     from comparisons.results.record import record_scene
     from comparisons.scene.scene import load_scene
     from comparisons.solving.kept import solve_plan
     from comparisons.solving.planning import plan_scene
+    from comparisons.solving.plans import refuse_unsolvable
     from reports.cli import terminal
 
     outside.load()

@@ -47,10 +47,10 @@ def hard_cases(
         Only this case, or those of a file of yours; may be repeated.
     """
     from comparisons.errors import InputError
+    from comparisons.files import write_named_text
     from comparisons.methods import METHODS
     from comparisons.questions.hard_cases.catalogue import HardCaseError, catalogue, load_cases
     from comparisons.questions.hard_cases.record import PAGE, open_folder, save_record
-    from comparisons.writing import write_named_text
     from reports.cli import terminal
     from reports.pages.hard_cases import write_hard_cases_report
 

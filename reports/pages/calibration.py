@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from comparisons import formatting as fmt
+from comparisons.files import write_text
 from comparisons.questions.calibration import Case, Summary, summary
-from comparisons.writing import write_text
 from reports.pages.page import render
 from reports.plots.curves import error_axis
 from reports.plots.style import INK, Figure, drawing_order, inert, layout, numbers, style

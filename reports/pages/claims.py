@@ -6,9 +6,9 @@ from collections import Counter
 from dataclasses import dataclass
 from pathlib import Path
 
+from comparisons.files import write_text
 from comparisons.questions.claims.claim import VERDICTS
 from comparisons.questions.claims.record import ClaimRecord, ClaimsRecord, PointRecord
-from comparisons.writing import write_text
 from reports.pages.page import render
 from reports.plots.claim import detail, evidence
 from reports.plots.style import Figure

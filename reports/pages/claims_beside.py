@@ -6,13 +6,13 @@ import os
 from dataclasses import dataclass
 from pathlib import Path
 
+from comparisons.errors import ResultsError
 from comparisons.questions.claims.record import (
     RECORD,
     ClaimRecord,
     ClaimsRecord,
     load_claims_record,
 )
-from comparisons.results.store import ResultsError
 from reports.plots.claim import evidence
 from reports.plots.style import Figure
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections import Counter
 from pathlib import Path
 
+from comparisons.files import write_text
 from comparisons.formatting import ROUND_OFF
 from comparisons.questions.hard_cases.record import HardCasesRecord, OutcomeRecord
-from comparisons.writing import write_text
 from reports.pages.page import render
 from reports.plots.hard_cases import stability
 

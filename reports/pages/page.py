@@ -21,7 +21,7 @@ from markupsafe import Markup
 from plotly.offline import get_plotlyjs
 
 from comparisons import formatting as fmt
-from comparisons.plain import plain
+from comparisons.files import plain
 from reports.pages import glossary
 from reports.plots.style import style
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from pathlib import Path
 
+from comparisons.files import write_text
 from comparisons.results.runs import (
     CHANGED,
     FAST,
@@ -16,7 +17,6 @@ from comparisons.results.runs import (
     VERDICT,
     RunComparison,
 )
-from comparisons.writing import write_text
 from reports.pages.page import render
 from reports.plots.runs import comparison_figures
 

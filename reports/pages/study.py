@@ -11,12 +11,12 @@ from pathlib import Path
 from typing import Any
 
 from comparisons import formatting as fmt
+from comparisons.files import write_text
 from comparisons.judging.verdicts import NO_RESULT, NOT_RESOLVED, OUTSIDE, WITHIN
 from comparisons.results import selection
 from comparisons.results.advice import advise
 from comparisons.results.decisions import MODEL, Verdict, judged_methods, second_rows, verdicts
 from comparisons.results.store import SceneRecord, StudyRecord
-from comparisons.writing import write_text
 from reports.pages import glossary, load_frames, tables
 from reports.pages.claims import CLASSES as VERDICT_CLASSES
 from reports.pages.claims_beside import FOLDER, ClaimsBeside, claims_beside

@@ -7,8 +7,8 @@ from io import BytesIO
 from pathlib import Path
 
 from comparisons.errors import InputError
+from comparisons.files import write_named, write_named_text
 from comparisons.results.store import StudyRecord
-from comparisons.writing import write_named, write_named_text
 from reports.paper.figures import overview as overview_of
 from reports.paper.figures import panels, single
 from reports.paper.notation import file_name

@@ -12,8 +12,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from comparisons.files import write_arrays
 from comparisons.judging.verdicts import judge
-from comparisons.results.store import SceneRecord, StudyRecord, save_study, write_arrays
+from comparisons.results.store import SceneRecord, StudyRecord, save_study
 
 RADIUS, MODULUS = 0.01, 231e9
 DEPTHS = np.array([1e-6, 2e-6, 3e-6, 5e-6, 7e-6, 1e-5])

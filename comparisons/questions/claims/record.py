@@ -6,9 +6,9 @@ from pathlib import Path
 
 from pydantic import BaseModel, ConfigDict, ValidationError
 
+from comparisons.errors import ResultsError
+from comparisons.files import write_text
 from comparisons.questions.claims.claim import NOT_RESOLVED
-from comparisons.results.store import ResultsError
-from comparisons.writing import write_text
 
 RECORD = "claims.json"
 

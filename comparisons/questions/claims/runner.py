@@ -14,11 +14,11 @@ from pathlib import Path
 
 import numpy as np
 
-from comparisons.errors import InputError, LostWorkError
+from comparisons.errors import InputError, LostWorkError, ResultsError
+from comparisons.files import plain, write_text
 from comparisons.machine import machine, versions
 from comparisons.methods import METHODS
 from comparisons.methods.user.external import ExternalMethod
-from comparisons.plain import plain
 from comparisons.questions.claims.claim import Claim, overrides
 from comparisons.questions.claims.record import (
     RECORD,
@@ -35,11 +35,9 @@ from comparisons.questions.experiments import EXPERIMENTS, Measurement
 from comparisons.questions.experiments.base import Effort
 from comparisons.reasons import one_line
 from comparisons.results.folder import clear_leftovers
-from comparisons.results.store import ResultsError
 from comparisons.scene.scene import load_scene
 from comparisons.solving.execution import THREADS
 from comparisons.solving.executors import Done, Executor, Job, executor_for
-from comparisons.writing import write_text
 
 MEASUREMENTS = "measurements"
 OWN_FILE = re.compile(r"[a-z0-9-]+-[0-9a-f]{16}\.json|[a-z0-9_-]+-[0-9a-f]{12}\.npz")

@@ -8,10 +8,10 @@ from pathlib import Path
 import pandas as pd
 from pydantic import BaseModel, ConfigDict, ValidationError
 
-from comparisons.plain import plain
+from comparisons.errors import ResultsError
+from comparisons.files import plain, write_table, write_text
 from comparisons.questions.hard_cases.run import Outcome
-from comparisons.results.store import STUDY, ResultsError, write_table
-from comparisons.writing import write_text
+from comparisons.results.store import STUDY
 
 RECORD, TABLE, PAGE = "hard-cases.json", "hard-cases.csv", "report.html"
 

@@ -5,8 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from xml.etree import ElementTree as Xml
 
+from comparisons.files import write_named_text
 from comparisons.questions.regression.findings import Finding
-from comparisons.writing import write_named_text
 
 
 def write_junit(path: Path, findings: list[Finding]) -> None:

@@ -8,7 +8,7 @@ import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, ValidationError
 
 from comparisons.errors import InputError
-from comparisons.writing import write_named_text
+from comparisons.files import write_named_text
 
 # Made by `roughline check --update --baseline FILE`; a regression baseline, from our own output.
 PACKAGED = Path(__file__).with_name("baseline.json")

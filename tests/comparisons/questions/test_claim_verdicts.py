@@ -11,6 +11,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from comparisons.errors import ResultsError
 from comparisons.questions.claims.claim import (
     FAILS,
     HOLDS,
@@ -25,7 +26,6 @@ from comparisons.questions.claims.runner import MEASUREMENTS, ClaimRun, judge_cl
 from comparisons.questions.claims.scenes import _deciding, _plan, interval, measure_scene
 from comparisons.questions.claims.search import grid, ranges_of, search, verdict_of
 from comparisons.questions.experiments import EXPERIMENTS, Experiment, Measurement
-from comparisons.results.store import ResultsError
 
 TOLERANCE = 0.01
 

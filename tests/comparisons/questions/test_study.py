@@ -9,10 +9,11 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from comparisons.errors import ResultsError
 from comparisons.methods import METHODS, base
 from comparisons.questions import study as study_module
 from comparisons.questions.study import Study
-from comparisons.results.store import FIELDS, MEASURES, RESULTS, STUDY, ResultsError, load_study
+from comparisons.results.store import FIELDS, MEASURES, RESULTS, STUDY, load_study
 from comparisons.scene.scene import load_scene
 from comparisons.solving.execution import execute
 from comparisons.solving.planning import plan_scene

@@ -11,19 +11,17 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from comparisons.errors import ResultsError
+from comparisons.files import read_arrays, write_arrays, write_table
 from comparisons.results.store import (
     FIELDS,
     MEASURES,
     RESULTS,
     STUDY,
-    ResultsError,
     SceneRecord,
     StudyRecord,
     load_study,
-    read_arrays,
     save_study,
-    write_arrays,
-    write_table,
 )
 
 THIRD = 1 / 3

@@ -8,9 +8,10 @@ import warnings
 import numpy as np
 import pytest
 
+from comparisons.errors import ResultsError
+from comparisons.files import write_arrays
 from comparisons.methods import METHODS, Method, Solution, base
 from comparisons.methods.spans import lost
-from comparisons.results.store import ResultsError, write_arrays
 from comparisons.solving import execution
 from comparisons.solving.execution import execute
 from comparisons.solving.planning import plan_scene, task_of

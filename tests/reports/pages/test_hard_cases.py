@@ -6,12 +6,11 @@ import json
 
 import pytest
 
-from comparisons.errors import LostWorkError
+from comparisons.errors import LostWorkError, ResultsError
 from comparisons.methods import METHODS
 from comparisons.questions.hard_cases import record as files
 from comparisons.questions.hard_cases.catalogue import catalogue
 from comparisons.questions.hard_cases.record import HardCasesRecord, OutcomeRecord, load_record
-from comparisons.results.store import ResultsError
 from comparisons.solving import execution
 from reports.cli.cli import run_command
 from reports.pages.hard_cases import hard_cases_page

@@ -11,8 +11,8 @@ from pathlib import Path
 
 import pytest
 
+from comparisons.files import write_atomically, write_named, write_named_text, write_text
 from comparisons.questions.regression.junit import write_junit
-from comparisons.writing import write_atomically, write_named, write_named_text, write_text
 from reports.cli.cli import run_command
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -117,7 +117,7 @@ def test_standard_output_is_written_to_as_it_is(tmp_path, regular):
     link = tmp_path / "stdout"
     link.symlink_to(STDOUT)
     program = (
-        "from pathlib import Path; from comparisons.writing import write_named_text;"
+        "from pathlib import Path; from comparisons.files import write_named_text;"
         f"print('before'); write_named_text(Path({str(link)!r}), 'table\\n'); print('after')"
     )
     sent = tmp_path / "sent.txt"

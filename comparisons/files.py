@@ -3,17 +3,26 @@
 In a results folder a name is ours: whatever stands there is replaced, a link as well, since results
 come from strangers and must not lead out of their folder. A name that a user gives is theirs: a
 link stays and its target is replaced, a pipe or a device (``/dev/stdout``) is written through.
+Tables are CSV with every digit, arrays are npz that nobody ever unpickles, documents plain JSON.
 """
 
 from __future__ import annotations
 
+import math
 import os
 import stat
 import sys
 import tempfile
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import BinaryIO
+from typing import TYPE_CHECKING, Any, BinaryIO
+
+import numpy as np
+
+from comparisons.errors import ResultsError
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 Write = Callable[[BinaryIO], object]
 # Folders that list the open files of this very process (Linux; macOS and BSD).
@@ -117,3 +126,52 @@ def _name(error: BaseException, path: Path) -> None:
     if isinstance(error, OSError) and error.errno is not None:
         error.filename = str(path)
         del error.filename2  # None would be told, too
+
+
+def write_table(path: Path, table: pd.DataFrame) -> None:
+    """Write a data frame as CSV, atomically and with every digit."""
+    write_text(path, table_text(table))
+
+
+def table_text(table: pd.DataFrame) -> str:
+    """Return a data frame as CSV."""
+    return table.to_csv(index=False, lineterminator="\n")
+
+
+def write_arrays(path: Path, arrays: Mapping[str, np.ndarray]) -> None:
+    """Write named arrays as a compressed npz, atomically."""
+    write_atomically(path, lambda stream: np.savez_compressed(stream, **arrays))
+
+
+def read_arrays(path: Path) -> dict[str, np.ndarray]:
+    """Read an npz without ever unpickling.
+
+    Raises
+    ------
+    ResultsError
+        If the file is torn or is not an npz of plain arrays.
+    """
+    try:
+        with np.load(path, allow_pickle=False) as archive:
+            return {name: archive[name] for name in archive.files}
+    except Exception as error:  # zipfile, zlib, numpy and the OS each raise their own
+        raise ResultsError(f"{path}: not a readable array file ({error})") from error
+
+
+def plain(value: Any) -> Any:
+    """Return JSON's types; NaN and infinities, which JSON does not know, become None.
+
+    Examples
+    --------
+    >>> plain({"a": np.array([1.0, np.nan]), "b": (np.float64(2.0), "c")})
+    {'a': [1.0, None], 'b': [2.0, 'c']}
+    """
+    if isinstance(value, dict):
+        return {key: plain(each) for key, each in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [plain(each) for each in value]
+    if isinstance(value, (np.ndarray, np.generic)):
+        return plain(value.tolist())
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value
