@@ -7,8 +7,8 @@ rms height and rms slope, and question what no profiler or microscope measures.
 from __future__ import annotations
 
 from comparisons.formatting import count, number, with_unit
+from comparisons.geometry.plausibility import CHECK
 from comparisons.geometry.prepare import RoughGeometry
-from comparisons.solving.plausibility import CHECK
 
 # What measured surfaces keep within; beyond, a unit or the size is more likely wrong.
 SMALLEST_SIDE, LARGEST_SIDE = 1e-9, 1.0  # metres: a few atoms; larger than any profiler's stage

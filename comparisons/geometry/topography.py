@@ -23,7 +23,7 @@ from comparisons.geometry.map_files import (
     Window,
     open_map,
 )
-from comparisons.geometry.trends import TRENDS, subtracted, trend_of, trend_problem
+from comparisons.scene.trends import TRENDS, subtracted, trend_of, trend_problem
 
 __all__ = ["Map", "MapError", "read_map"]
 

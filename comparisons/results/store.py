@@ -26,8 +26,8 @@ import pandas as pd
 
 from comparisons.errors import ResultsError
 from comparisons.files import read_arrays, write_table, write_text
+from comparisons.results.checks import field_problems, table_problems, with_columns
 from comparisons.results.study_checks import parse_study
-from comparisons.results.table_checks import field_problems, table_problems, with_columns
 from comparisons.scene.physics.loads import PATHS
 
 RESULTS = "results.csv"

@@ -17,8 +17,8 @@ from pydantic import (
     model_validator,
 )
 
-from comparisons.geometry.trends import trend_problem
 from comparisons.scene.fields import Finite, Length, Positive, fail
+from comparisons.scene.trends import trend_problem
 
 
 class _Table(BaseModel):

@@ -16,6 +16,7 @@ import numpy as np
 
 from comparisons.errors import InputError
 from comparisons.geometry.bodies import BodyGeometry, with_body
+from comparisons.geometry.plausibility import scene_notes
 from comparisons.geometry.prepare import Geometry, IndenterGeometry, RoughGeometry, prepare
 from comparisons.geometry.roughness import surface_notes
 from comparisons.machine import MEMORY_SHARE, free_memory
@@ -25,7 +26,6 @@ from comparisons.scene.physics.descriptions import left_out, switched_on
 from comparisons.scene.physics.loads import Loads, loads_of
 from comparisons.scene.scene import Scene, SceneError, validated
 from comparisons.scene.surface import MeasuredMap, SelfAffine
-from comparisons.solving.plausibility import scene_notes
 
 Effort = Literal["quick", "full"]
 QUICK_REALISATIONS = 10

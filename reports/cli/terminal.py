@@ -87,9 +87,9 @@ def print_plans(plans: list[Plan]) -> None:
 def print_study(record: StudyRecord, lost: list[tuple[Task, str]]) -> None:
     """Print the verdicts, each scene's answer, and where the report is."""
     from comparisons.formatting import duration
+    from comparisons.geometry.plausibility import CHECK
     from comparisons.results.advice import advise
     from comparisons.results.decisions import asked_in_vain, judged_methods, title_of, verdicts
-    from comparisons.solving.plausibility import CHECK
 
     console = _console()
     for scene in record.scenes:

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from comparisons.results.table_checks import field_problems
+from comparisons.results.checks import field_problems
 from comparisons.scene.scene import parse_scene
 from comparisons.solving.execution import execute
 from comparisons.solving.planning import plan_scene

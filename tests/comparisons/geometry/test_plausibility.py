@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import pytest
 
+from comparisons.geometry.plausibility import CHECK
 from comparisons.scene.scene import builtin_names, load_scene, validated
 from comparisons.solving.planning import plan_scene
-from comparisons.solving.plausibility import CHECK
 
 
 def checks(shape=None, loading=None, **half_space):
