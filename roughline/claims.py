@@ -15,6 +15,7 @@ from comparisons.files import plain
 from comparisons.questions.claims import claim as files
 from comparisons.questions.claims.record import ClaimRecord
 from comparisons.questions.claims.runner import judge_claim
+from reports.plots.claim import evidence
 from roughline import notebook
 
 if TYPE_CHECKING:
@@ -68,12 +69,12 @@ class ClaimVerdict:
         InputError
             If the claim has no parameter, or matplotlib is missing.
         """
-        from reports.paper.single import claim_figure
+        from reports.paper.figures import single
 
-        figure = claim_figure(self.record)
+        figure = evidence(self.record, fewest=1)
         if figure is None:
             raise InputError(f"plot: {self.record.id} has no parameter to draw an error along")
-        return figure
+        return single(figure)
 
     def __repr__(self) -> str:
         return f"{self.record.id}: {self.verdict}. {self.sentence}"

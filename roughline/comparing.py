@@ -19,7 +19,7 @@ from comparisons.solving.kept import solve_plan
 from comparisons.solving.planning import plan_scene
 from comparisons.solving.plans import Source, refuse_unsolvable
 from reports.pages.tables import lost_solves
-from reports.plots.style import style
+from reports.plots.style import look
 from roughline import notebook
 from roughline.scenes import scene_of
 
@@ -106,7 +106,7 @@ class Comparison:
         """What `plot` knows: "force-penetration", "error-force", "speed-force" ..."""
         from reports.paper.figures import panels
 
-        return [each.key for each in panels(self.record)]
+        return list(panels(self.record))
 
     def plot(self, name: str | None = None) -> PaperFigure:
         """Return a figure as papers print it; ``savefig`` writes PDF, SVG or PNG.
@@ -123,7 +123,7 @@ class Comparison:
         """
         from reports.paper.figures import overview, panels, single
 
-        known = {each.key: each for each in panels(self.record)}
+        known = panels(self.record)
         figure = overview(self.record) if name is None else None
         if name in known:
             figure = single(known[name])
@@ -159,13 +159,13 @@ class Comparison:
             if method not in refused:
                 rows += self._judged_rows(method)
             elif refused[method] != "not asked for":
-                label = style(method).label
+                label = look(method).label
                 rows.append((label, "", "", "", refused[method], notebook.badge("not run")))
         return rows
 
     def _judged_rows(self, method: str) -> list[tuple[object, ...]]:
         """Return one row per quantity, at the load and the step that decided."""
-        label = style(method).label
+        label = look(method).label
         found = [each for each in verdicts(self.record, method) if each.word != NO_RESULT]
         if not found:
             truth = selection.reference(self.record)[0]

@@ -13,6 +13,7 @@ from comparisons import formatting as fmt
 from comparisons.questions.single import SingleResult, solve_scene
 from comparisons.scene.scene import Scene
 from comparisons.solving.plans import Source
+from reports.plots.curves import solution_figure
 from roughline import notebook
 from roughline.scenes import load_scene
 
@@ -97,11 +98,11 @@ class Solution:
         quantity : str, optional
             One of `quantities`; default: the first that the scene compares.
         """
-        from reports.paper.single import solution_figure
+        from reports.paper.figures import single
 
         if quantity is not None:
             self[quantity]  # an unknown one is told
-        return solution_figure(self.result, quantity)
+        return single(solution_figure(self.result, quantity))
 
     def to_csv(self, path: str | Path) -> None:
         """Write the load steps as a table."""

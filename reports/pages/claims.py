@@ -11,7 +11,7 @@ from comparisons.questions.claims.claim import VERDICTS
 from comparisons.questions.claims.record import ClaimRecord, ClaimsRecord, PointRecord
 from reports.pages.page import render
 from reports.plots.claim import detail, evidence
-from reports.plots.style import Figure
+from reports.plots.figure import Figure
 
 # The colours of the verdicts on scenes: green, red, yellow; a part that holds is yellow too.
 CLASSES = dict(zip(VERDICTS, ("within", "outside", "partly", "not-resolved"), strict=True))
@@ -44,7 +44,7 @@ def write_claims_report(record: ClaimsRecord, path: Path) -> None:
 def claims_page(record: ClaimsRecord) -> str:
     """Return the whole page as text."""
     views = [_view(claim) for claim in record.claims]
-    drawn = {f"{v.anchor}-{v.figure.key}": v.figure.spec for v in views if v.figure}
+    drawn = {f"{v.anchor}-{v.figure.key}": v.figure for v in views if v.figure}
     counts = Counter(claim.verdict for claim in record.claims)
     return render(
         "claims.html.j2",

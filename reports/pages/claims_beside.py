@@ -14,7 +14,7 @@ from comparisons.questions.claims.record import (
     load_claims_record,
 )
 from reports.plots.claim import evidence
-from reports.plots.style import Figure
+from reports.plots.figure import Figure
 
 FOLDER = "claims"  # where `roughline claims` writes, beside the folders of studies
 

@@ -36,7 +36,7 @@ def hard_cases_page(record: HardCasesRecord) -> str:
     counts = Counter(outcome.kind for outcome in record.outcomes)
     return render(
         "hard_cases.html.j2",
-        {figure.key: figure.spec} if figure else {},
+        {figure.key: figure} if figure else {},
         record=record,
         cases=cases,
         figure=figure,

@@ -23,7 +23,9 @@ from plotly.offline import get_plotlyjs
 from comparisons import formatting as fmt
 from comparisons.files import plain
 from reports.pages import glossary
-from reports.plots.style import style
+from reports.plots.figure import Figure
+from reports.plots.interactive import spec
+from reports.plots.style import look
 
 TEMPLATES = Path(__file__).with_name("templates")
 # One program in the page, in this order: later parts use the names of earlier ones.
@@ -55,7 +57,7 @@ class Judged(Protocol):
         """What was asked for."""
 
 
-def render(template: str, drawn: Mapping[str, Any], **values: Any) -> str:
+def render(template: str, drawn: Mapping[str, Figure | dict[str, Any]], **values: Any) -> str:
     """Return a page as text.
 
     Parameters
@@ -63,7 +65,7 @@ def render(template: str, drawn: Mapping[str, Any], **values: Any) -> str:
     template : str
         Its name in the folder of templates.
     drawn : mapping
-        Key -> plotly data and layout, for the canvases that carry the key.
+        Key -> figure (or plotly's data and layout), for the canvases that carry the key.
     values
         What else the template shows.
     """
@@ -76,7 +78,10 @@ def render(template: str, drawn: Mapping[str, Any], **values: Any) -> str:
             style=Markup((TEMPLATES / "report.css").read_text(encoding="utf-8")),  # noqa: S704
             script=Markup(script),  # noqa: S704  our own files
             library=Markup(library),  # noqa: S704  the plotly package's own file
-            figure_data={key: embedded_json(spec) for key, spec in drawn.items()},
+            figure_data={
+                key: embedded_json(spec(each) if isinstance(each, Figure) else each)
+                for key, each in drawn.items()
+            },
             **values,
         )
     )
@@ -125,7 +130,7 @@ def environment() -> Environment:
     )
     found.globals |= {
         "fmt": fmt,
-        "method_style": style,
+        "look": look,
         "term": _term,
         "strip": _strip,
         "finite": fmt.finite,

@@ -43,7 +43,7 @@ def comparison_page(record: RunComparison, command: str) -> str:
     figures = comparison_figures(record)
     return render(
         "comparison.html.j2",
-        {each.key: each.spec for each in figures},
+        {each.key: each for each in figures},
         record=record,
         command=command,
         tally=[(word, counts[word]) for word in CLASSES if counts[word]],

@@ -17,14 +17,15 @@ from comparisons.results import selection
 from comparisons.results.advice import advise
 from comparisons.results.decisions import MODEL, Verdict, judged_methods, second_rows, verdicts
 from comparisons.results.store import SceneRecord, StudyRecord
-from reports.pages import glossary, load_frames, tables
+from reports.pages import glossary, tables
 from reports.pages.claims import CLASSES as VERDICT_CLASSES
 from reports.pages.claims_beside import FOLDER, ClaimsBeside, claims_beside
 from reports.pages.page import render
 from reports.pages.summary import Summary, compared_methods, summary, times_to_errors
 from reports.pictures import pictures
-from reports.plots import curves, model, pressure, speed
-from reports.plots.style import Figure, style
+from reports.plots import curves, errors, loads, model, pressure, speed
+from reports.plots.figure import Figure
+from reports.plots.style import look
 
 CLASSES = {
     OUTSIDE: "outside",
@@ -49,7 +50,7 @@ class SceneView:
     figures: dict[str, list[Figure]]
     picture: pictures.Picture
     summary: Summary
-    loads: load_frames.Loads
+    loads: loads.Loads
     settings: tables.Table
     times: tables.Table
     stability: tables.Table
@@ -98,10 +99,12 @@ def page(record: StudyRecord, *, with_pictures: bool = True) -> str:
     )
 
 
-def _drawn(views: list[SceneView], claims: ClaimsBeside | None) -> dict[str, dict[str, Any]]:
+def _drawn(
+    views: list[SceneView], claims: ClaimsBeside | None
+) -> dict[str, Figure | dict[str, Any]]:
     """Return all that is drawn, under the keys of its canvases."""
     found = {
-        f"{view.anchor}-{figure.key}": figure.spec
+        f"{view.anchor}-{figure.key}": figure
         for view in views
         for group in view.figures.values()
         for figure in group
@@ -111,7 +114,7 @@ def _drawn(views: list[SceneView], claims: ClaimsBeside | None) -> dict[str, dic
             found[f"{view.anchor}-{TURNING}"] = view.picture.view
     for item in claims.views if claims else ():
         if item.figure:
-            found[item.key] = item.figure.spec
+            found[item.key] = item.figure
     return found
 
 
@@ -151,7 +154,7 @@ def _view(scene: SceneRecord, anchor: str, picture: pictures.Picture) -> SceneVi
         anchor=anchor,
         verdicts={each.quantity: each for each in found},
         judged={
-            "" if name == MODEL else style(name).label: {each.quantity: each for each in items}
+            "" if name == MODEL else look(name).label: {each.quantity: each for each in items}
             for name, items in judged.items()
         },
         at_other_load=second_rows(scene),
@@ -160,13 +163,13 @@ def _view(scene: SceneRecord, anchor: str, picture: pictures.Picture) -> SceneVi
         figures={
             "model": [reduced] if reduced else [],
             "curves": curves.curves(scene),
-            "errors": curves.errors(scene),
+            "errors": errors.errors(scene),
             "pressure": pressure.pressures(scene),
             "speed": speed.speed(scene),
         },
         picture=picture,
         summary=summary(scene, found, advice),
-        loads=load_frames.loads_of(scene),
+        loads=loads.loads_of(scene),
         settings=tables.settings(scene),
         times=times_to_errors(scene, advice),
         stability=tables.stability(scene),

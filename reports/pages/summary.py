@@ -14,7 +14,7 @@ from comparisons.results.advice import Advice, Setting, truth_known_to
 from comparisons.results.decisions import Verdict, worst
 from comparisons.results.store import SceneRecord
 from reports.pages.tables import Cell, Head, Table
-from reports.plots.style import style
+from reports.plots.style import look
 
 FIXED_ERRORS = (0.01, 0.001)
 MOST_NAMED = 2
@@ -39,7 +39,7 @@ def _truth(scene: SceneRecord, advice: Advice) -> str:
     method, _ = selection.reference(scene)
     if not method:
         return "none"
-    label = style(method).label
+    label = look(method).label
     if method == "closed_form":
         return label
     known = truth_known_to(scene, advice.quantities)
@@ -54,7 +54,7 @@ def compared_methods(scenes: tuple[SceneRecord, ...]) -> list[str]:
     }
     ordered = [name for name in selection.METHOD_ORDER if name in solved]
     ordered += [name for name in dict.fromkeys(names) if name in solved and name not in ordered]
-    return [style(name).label for name in ordered if name != "reduced"]
+    return [look(name).label for name in ordered if name != "reduced"]
 
 
 def times_to_errors(scene: SceneRecord, advice: Advice) -> Table:
@@ -68,7 +68,7 @@ def times_to_errors(scene: SceneRecord, advice: Advice) -> Table:
     ]
     rows = tuple(
         (
-            Cell(style(name).label, style(name).label, "method", name),
+            Cell(look(name).label, look(name).label, "method", name),
             *(_time_cell(settings.get(name)) for settings in columns.values()),
         )
         for name in selection.methods(scene)

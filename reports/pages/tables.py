@@ -11,7 +11,7 @@ import pandas as pd
 from comparisons import formatting as fmt
 from comparisons.results import selection
 from comparisons.results.store import SceneRecord
-from reports.plots.style import style
+from reports.plots.style import look
 
 MOST_ROWS = 400
 
@@ -89,7 +89,7 @@ def _setting_row(
         for name in ("unknowns", "seconds", "setup_seconds", "memory")
     }
     cells = [
-        Cell(style(method).label, style(method).label, "method", method),
+        Cell(look(method).label, look(method).label, "method", method),
         Cell(fmt.count(level), level),
         Cell(fmt.count(first["unknowns"]), first["unknowns"]),
         Cell(fmt.duration(first["seconds"]), first["seconds"]),
@@ -150,7 +150,7 @@ def _stability_row(scene: SceneRecord, method: str, level: float) -> tuple[Cell,
     reasons = dict.fromkeys(why for why in selection.words(own[~good], "reason") if why)
     failed = "; ".join(reasons) or ("no reason given" if solved < total else "nothing")
     return (
-        Cell(style(method).label, style(method).label, "method", method),
+        Cell(look(method).label, look(method).label, "method", method),
         Cell(fmt.count(level), level),
         Cell(fmt.count(solved), solved, "number" if solved == total else "failed"),
         Cell(fmt.count(total), total),
@@ -173,7 +173,7 @@ def lost_solves(scene: SceneRecord) -> list[str]:
         key = (item.method, item.resolution, item.reason)
         found[key] = found.get(key, 0) + int(np.isfinite(item.load))
     return [
-        f"{style(method).label}, N = {fmt.count(level)}"
+        f"{look(method).label}, N = {fmt.count(level)}"
         + (f", {steps} load step{'s' if steps > 1 else ''}" if steps else "")
         + f": {reason or 'no reason given'}"
         for (method, level, reason), steps in found.items()
@@ -218,7 +218,7 @@ def _step_rows(
 ) -> list[tuple[Cell, ...]]:
     columns: list[list[Cell]] = [
         [
-            Cell(style(method).label, style(method).label, "method", method)
+            Cell(look(method).label, look(method).label, "method", method)
             for method in selection.words(rows, "method")
         ],
         [Cell(fmt.count(v), v) for v in selection.column(rows, "resolution")],
@@ -246,7 +246,7 @@ def plan_rows(scene: SceneRecord) -> list[dict[str, Any]]:
         found.append(
             {
                 "method": method,
-                "label": style(method).label,
+                "label": look(method).label,
                 "supported": method not in refused,
                 "text": refused.get(method) or str(item.get("modelled") or ""),
                 "resolutions": ", ".join(fmt.count(level) for level in levels),

@@ -63,8 +63,8 @@ def write_paper(
 
 def _figures(study: StudyRecord, *, overview: bool) -> Iterator[tuple[str, PaperFigure]]:
     for scene in study.scenes:
-        for panel in panels(scene):
-            yield file_name(scene.name, panel.key), single(panel)
+        for name, panel in panels(scene).items():
+            yield file_name(scene.name, name), single(panel)
         whole = overview_of(scene) if overview else None
         if whole is not None:
             yield file_name(scene.name, "overview"), whole

@@ -1,7 +1,6 @@
-"""The look of printed figures: column widths, one colour, marker and dash per method.
+"""The look of printed figures: column widths, fonts, colours on white.
 
-Colours, markers and dashes are those of the report (`reports.plots.style`), translated from
-plotly's words to matplotlib's. What is written holds no dates and no random names: the same
+What is written holds no dates and no random names: the same
 results give the same bytes.
 """
 
@@ -9,14 +8,13 @@ from __future__ import annotations
 
 from base64 import b64encode
 from contextlib import AbstractContextManager
-from dataclasses import dataclass
 from io import BytesIO
 from pathlib import Path
 from typing import Any
 
 from comparisons import formatting as fmt
 from comparisons.errors import InputError
-from reports.plots.style import INK, MUTED, style
+from reports.plots.style import INK, MUTED, PEER, TRUTH
 
 try:
     import matplotlib as mpl
@@ -30,32 +28,7 @@ HEIGHT = 62.0
 FORMATS = ("pdf", "svg", "png")
 _MILLIMETRE = 1 / 25.4
 _SPACE = "\N{NO-BREAK SPACE}"  # a label is broken into lines, but never before its unit
-TRUTH = "#8a8a8a"
-_TOKENS = {INK: "#1a1a1a", MUTED: "#707070", "@peer": "#767676"}
-_MARKERS = {
-    "star": "*",
-    "circle": "o",
-    "square": "s",
-    "diamond": "D",
-    "triangle-up": "^",
-    "pentagon": "p",
-    "hexagon": "h",
-    "star-triangle-up": "P",
-    "triangle-down": "v",
-    "bowtie": "8",
-    "x": "X",
-    "cross": "d",
-}
-_DASHES: dict[str, Any] = {
-    "solid": "-",
-    "dash": (0, (4, 1.5)),
-    "dot": (0, (1, 1.2)),
-    "dashdot": (0, (5, 1.5, 1, 1.5)),
-    "longdash": (0, (7, 2)),
-    "longdashdot": (0, (7, 1.5, 1, 1.5)),
-    "6px,3px": (0, (5, 2.5)),
-    "4px,2px": (0, (3, 1.5)),
-}
+_COLOURS = {INK: "#1a1a1a", MUTED: "#707070", PEER: "#767676", TRUTH: "#8a8a8a"}
 _RC: dict[str, Any] = {
     "font.family": "DejaVu Sans",
     "font.size": 7.5,
@@ -106,17 +79,6 @@ _SYMBOLS = {
 }
 
 
-@dataclass(frozen=True)
-class Look:
-    """How matplotlib draws a method."""
-
-    label: str
-    colour: str
-    marker: str
-    dash: Any
-    size: float
-
-
 class PaperFigure(Figure):
     """A figure that is saved as publishers want it, and shows itself in a notebook."""
 
@@ -148,21 +110,9 @@ def new_figure(width: float = COLUMN, height: float = HEIGHT) -> PaperFigure:
     return figure
 
 
-def look(method: str) -> Look:
-    """Return a method's look: the report's, in matplotlib's words."""
-    own = style(method)
-    return Look(
-        literal(own.label),
-        colour(own.colour),
-        _MARKERS[own.symbol],
-        _DASHES[own.dash],
-        0.38 * own.size,
-    )
-
-
 def colour(name: str) -> str:
     """Return a colour of the report as it is printed: on white."""
-    return _TOKENS.get(name, name)
+    return _COLOURS.get(name, name)
 
 
 def axis_label(name: str, unit: str) -> str:

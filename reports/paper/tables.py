@@ -15,7 +15,7 @@ from comparisons.results.advice import advise
 from comparisons.results.decisions import Verdict, equal_at, verdicts
 from comparisons.results.store import SceneRecord, StudyRecord
 from reports.paper.notation import error_with_bar, file_name, markdown, tex
-from reports.plots.style import style
+from reports.plots.style import look
 
 
 @dataclass(frozen=True)
@@ -101,7 +101,7 @@ def setting_table(scene: SceneRecord) -> PaperTable:
     names = [str(name) for name in dict.fromkeys(asked)]
     rows = [
         (
-            style(method).label,
+            look(method).label,
             fmt.count(level),
             fmt.count(_first(scene, method, level, "unknowns")),
             fmt.duration(_first(scene, method, level, "seconds")),

@@ -23,7 +23,7 @@ from comparisons import formatting as fmt
 from comparisons.results import selection
 from comparisons.results.store import SceneRecord
 from reports.pictures import turning
-from reports.plots.style import style
+from reports.plots.style import look
 
 STARTUP_SECONDS, PICTURE_SECONDS = 60.0, 30.0
 NOTHING = "No picture: no method stored a surface or a body for this scene."
@@ -180,7 +180,7 @@ def _rough_job(method: str, level: int, fields: dict[str, np.ndarray]) -> Job | 
     caption = (
         f"The rough surface, peaks up ({fmt.with_unit(size[0], 'm')} × "
         f"{fmt.with_unit(size[1], 'm')}); its contacts at the last load in orange "
-        f"({fmt.relative(touching.mean())} of the cells, {style(method).label}, N = {level}). "
+        f"({fmt.relative(touching.mean())} of the cells, {look(method).label}, N = {level}). "
         f"{_exaggerated('Heights', exaggeration)}"
     )
     bar = ColourBar(
@@ -223,7 +223,7 @@ def _body_job(method: str, level: int, fields: dict[str, np.ndarray]) -> Job | N
         "exaggeration": np.array(exaggeration),
     }
     caption = (
-        f"The body cut open ({style(method).label}, N = {level}) at the last load; the line "
+        f"The body cut open ({look(method).label}, N = {level}) at the last load; the line "
         f"surrounds the contact. {_exaggerated('Displacements', exaggeration)} "
         f"The piece shown is {fmt.with_unit(2 * reach, 'm')} wide."
     )
@@ -248,7 +248,7 @@ def _hill_job(method: str, level: int, fields: dict[str, np.ndarray]) -> Job | N
         "highest": np.array(highest),
     }
     caption = (
-        f"The contact pressure as a hill at the last load ({style(method).label}, N = {level})."
+        f"The contact pressure as a hill at the last load ({look(method).label}, N = {level})."
     )
     top = fmt.number(highest * scale.factor)
     return Job(arrays, caption, ColourBar(f"pressure p / {scale.unit}", "0", top, "viridis"))

@@ -1,4 +1,4 @@
-"""The plots of a scene: load curves, and errors against load.
+"""Load curves: a quantity over the load, all methods at their finest resolution.
 
 Every function takes a SceneRecord and returns figures, or none where there is nothing to draw:
 a page never shows an empty plot.
@@ -6,49 +6,29 @@ a page never shows an empty plot.
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Iterator
+from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
 
 from comparisons import formatting as fmt
 from comparisons.judging.metrics import sizes_along_path
+from comparisons.questions.single import SingleResult
 from comparisons.results import selection
 from comparisons.results.store import SceneRecord
 from comparisons.scene.loading import NORMAL
-from reports.plots.style import (
-    INK,
-    Figure,
-    axis,
-    axis_words,
-    band,
-    drawing_order,
-    inert,
-    layout,
-    log_ticks,
-    numbers,
-    style,
-    value_axis,
-    wants_log,
-)
+from reports.plots.axes import value_axis, wants_log
+from reports.plots.figure import Band, Figure, Series
+from reports.plots.style import drawing_order, look
 
-ERROR_CAPTION = (
-    "Each method at its finest resolution. Filled markers: above the reference, hollow: below; on "
-    "the lower edge: smaller than the axis shows. Horizontal line: the tolerance asked for. "
-    "Shaded: below what the reference itself is sure of."
-)
-PATH_CAPTION = "Errors are relative to the largest value along the path, because it passes zero."
 VISIBLE = 2e-3  # of the largest value: a bar thinner than a line of the plot is not drawn
 SPREAD = 5.0  # quantities over speeds that spread wider than this take a logarithmic axis
-NOTE_MARGIN = {"l": 60, "r": 52, "t": 30, "b": 50}  # room for "asked 1 %" on the right
+TRUTH_BAR = "bar of the truth"
 
 
 def curves(scene: SceneRecord) -> list[Figure]:
-    """Return each quantity against the prescribed load, all methods at their finest resolution.
-
-    Along a path the points are joined in its order, so that a loop is seen as one; a history is
-    drawn over time.
-    """
+    """Return each quantity against the prescribed load, or over time for a history."""
     first = "penetration" if scene.control == "force" else "force"
     names = dict.fromkeys([first, "contact_area", *scene.quantities])
     if scene.control not in NORMAL:
@@ -57,124 +37,123 @@ def curves(scene: SceneRecord) -> list[Figure]:
         names = dict.fromkeys([scene.control, *names])  # what is prescribed is seen first
     along = selection.drawn_along(scene)
     drawable = [name for name in names if name != along and "pressure" not in name]
-    found = [_curve_figure(scene, name) for name in drawable]
-    return [figure for figure in found if figure is not None]
+    return [figure for name in drawable if (figure := curve(scene, along, name))]
 
 
-def _curve_figure(scene: SceneRecord, name: str) -> Figure | None:
-    tables = {m: selection.curve(scene, m) for m in drawing_order(selection.methods(scene))}
-    tables = {
-        method: rows
-        for method, rows in tables.items()
-        if np.isfinite(selection.column(rows, name)).any()
-    }
-    if not tables:
+def printed_curves(scene: SceneRecord) -> list[Figure]:
+    """Return the curves that papers print.
+
+    Under normal loads force against penetration, and area against force, whichever of them is
+    prescribed; else every quantity along the path, over time or over the speeds.
+    """
+    if scene.control in NORMAL and not scene.is_path:
+        pairs = [("penetration", "force"), ("force", "contact_area")]
+    else:
+        along = selection.drawn_along(scene)
+        names = [q for q in scene.quantities if q != along and "pressure" not in q]
+        pairs = [(along, name) for name in names]
+    return [figure for pair in pairs if (figure := curve(scene, *pair))]
+
+
+def curve(scene: SceneRecord, across: str, up: str) -> Figure | None:
+    """Return a quantity over another, with the bar of the truth, and the scatter of ensembles.
+
+    Along a path the points are joined in its order, so that a loop is seen as one.
+    """
+    every = (
+        _Curve(scene, method, selection.curve(scene, method), across, up)
+        for method in drawing_order(selection.methods(scene))
+    )
+    drawn = [each for each in every if each.known]
+    if not drawn:
         return None
-    along = selection.drawn_along(scene)
-    loads = np.concatenate([selection.column(rows, along) for rows in tables.values()])
-    values = np.concatenate([selection.column(rows, name) for rows in tables.values()])
-    across = fmt.prefix_for(loads, fmt.quantity(along).unit)
-    up = fmt.prefix_for(values, fmt.quantity(name).unit)
+    x, y = (np.concatenate([each.column(name) for each in drawn]) for name in (across, up))
+    loads = np.concatenate([each.column(selection.drawn_along(scene)) for each in drawn])
     log = wants_log(loads) and not scene.is_path
     # Load curves are near power laws; what is drawn over speeds need not be.
-    upright = log and (scene.control in NORMAL or wants_log(values, SPREAD))
-    data: list[dict[str, Any]] = []
-    for method, rows in tables.items():
-        data += _uncertainty_band(scene, method, rows, name, across.factor, up.factor)
-        data += _ensemble_bands(scene, method, rows, name, across.factor, up.factor)
-    data += [_curve_trace(scene, method, rows, name, across, up) for method, rows in tables.items()]
-    spec = {
-        "data": data,
-        "layout": layout(
-            value_axis(axis_words(along, across.unit), loads * across.factor, log),
-            value_axis(axis_words(name, up.unit), values * up.factor, upright),
-        ),
-    }
-    title = f"{fmt.quantity(name).words} against {fmt.quantity(along).words}"
+    upright = log and (scene.control in NORMAL or wants_log(y, SPREAD))
+    title = f"{fmt.quantity(up).words} against {fmt.quantity(across).words}"
     return Figure(
-        f"curve-{name}", title[0].upper() + title[1:], _curve_caption(scene, name), spec, name
+        f"curve-{up}",
+        title[0].upper() + title[1:],
+        _caption(scene, up),
+        value_axis(across, x, log),
+        value_axis(up, y, upright),
+        tuple(each.series for each in drawn),
+        tuple(band for each in drawn for band in each.bands()),
+        quantity=up,
     )
 
 
-def _curve_trace(
-    scene: SceneRecord,
-    method: str,
-    rows: pd.DataFrame,
-    name: str,
-    across: fmt.Scale,
-    up: fmt.Scale,
-) -> dict[str, Any]:
-    look = style(method)
-    level = selection.column(rows, "resolution")[0]
-    mode = "lines" if method == "closed_form" else "lines+markers"
-    label = inert(f"{look.label}, N = {fmt.number(level, 6)}" if mode != "lines" else look.label)
-    units = {"x": across.unit, "y": up.unit}
-    trace = {
-        "type": "scatter",
-        "mode": mode,
-        "name": inert(look.label),
-        "x": numbers(selection.column(rows, selection.drawn_along(scene)), across.factor),
-        "y": numbers(selection.column(rows, name), up.factor),
-        "line": {"color": look.colour, "dash": look.dash, "width": 2},
-        "marker": {"color": look.colour, "symbol": look.symbol, "size": look.size},
-        "hovertemplate": f"{label}<br>%{{x:.3g}} {units['x']}<br>"
-        f"%{{y:.3g}} {units['y']}<extra></extra>",
-    }
-    return trace | _error_bars(scene, method, rows, name, up.factor)
+@dataclass(frozen=True)
+class _Curve:
+    """One method's curve, and the bands around it: on the axis that is not prescribed."""
 
+    scene: SceneRecord
+    method: str
+    rows: pd.DataFrame
+    across: str
+    up: str
 
-def _error_bars(
-    scene: SceneRecord, method: str, rows: pd.DataFrame, name: str, factor: float
-) -> dict[str, Any]:
-    """Return the bars of the truth, where they are wide enough to be seen."""
-    half = _half_widths(scene, method, rows, name)
-    value = np.abs(selection.column(rows, name))
-    if not np.any(half > VISIBLE * np.nanmax(value, initial=0.0)):
-        return {}
-    bars = {"type": "data", "array": numbers(half, factor), "thickness": 1.2, "width": 4}
-    return {"error_y": bars}
+    def column(self, name: str) -> np.ndarray:
+        return selection.column(self.rows, name)
 
+    @property
+    def known(self) -> bool:
+        here = np.isfinite(self.column(self.across)) & np.isfinite(self.column(self.up))
+        return bool(here.any())
 
-def _half_widths(scene: SceneRecord, method: str, rows: pd.DataFrame, name: str) -> np.ndarray:
-    """Return the half-widths of the truth's bars in the unit of the quantity; NaN for others."""
-    value = selection.column(rows, name)
-    if method != selection.reference(scene)[0]:
-        return np.full(len(value), np.nan)
-    bar = selection.column(rows, f"reference_uncertainty_{name}")
-    return bar * (sizes_along_path(value) if scene.is_path else np.abs(value))
+    @property
+    def resolution(self) -> float:
+        return float(self.column("resolution")[0])
 
+    @property
+    def sideways(self) -> bool:
+        return self.up == self.scene.control
 
-def _uncertainty_band(
-    scene: SceneRecord, method: str, rows: pd.DataFrame, name: str, across: float, up: float
-) -> list[dict[str, Any]]:
-    if method != selection.reference(scene)[0]:
-        return []
-    value, half = selection.column(rows, name), _half_widths(scene, method, rows, name)
-    x = numbers(selection.column(rows, selection.drawn_along(scene)), across)
-    low, high = numbers(value - half, up), numbers(value + half, up)
-    return band(x, low, high, "@truth", 0.3)
+    @property
+    def name(self) -> str:
+        return self.across if self.sideways else self.up
 
+    @property
+    def series(self) -> Series:
+        exact = self.method == "closed_form"
+        own = look(self.method)
+        half, size = self._half_widths(), np.abs(self.column(self.name))
+        visible = bool(np.any(half > VISIBLE * np.nanmax(size, initial=0.0)))
+        return Series(
+            *(own, self.column(self.across), self.column(self.up)),
+            marks=not exact,
+            bars=half if visible and not self.sideways else None,
+            hover=own.label if exact else f"{own.label}, N = {fmt.number(self.resolution, 6)}",
+        )
 
-def _ensemble_bands(
-    scene: SceneRecord, method: str, rows: pd.DataFrame, name: str, across: float, up: float
-) -> list[dict[str, Any]]:
-    """Realisations from the 5 % to the 95 % quantile, faint; the mean's standard error, stronger.
+    def _half_widths(self) -> np.ndarray:
+        """Return the half-widths of the truth's bars; NaN for other methods."""
+        value = self.column(self.name)
+        if self.method != selection.reference(self.scene)[0]:
+            return np.full(len(value), np.nan)
+        bar = self.column(f"reference_uncertainty_{self.name}")
+        return bar * (sizes_along_path(value) if self.scene.is_path else np.abs(value))
 
-    Both stand at the mean's loads: the prescribed load is the same for every realisation.
-    """
-    level = selection.column(rows, "resolution")[0]
-    single = selection.realisations(scene, method, level)
-    if single.empty:
-        return []
-    x = numbers(selection.column(rows, selection.drawn_along(scene)), across)
-    colour = style(method).colour
-    mean, deviation = (selection.column(rows, column) for column in (name, f"stderr_{name}"))
-    steps = selection.column(rows, "step")
-    low, high = quantiles(single, name, steps)
-    return [
-        *band(x, numbers(low, up), numbers(high, up), colour, 0.10),
-        *band(x, numbers(mean - deviation, up), numbers(mean + deviation, up), colour, 0.28),
-    ]
+    def bands(self) -> Iterator[Band]:
+        """Yield the truth's bar; the realisations' 5 % to 95 %, faint; the mean's standard error.
+
+        All stand at the mean's loads: the prescribed load is the same for every realisation.
+        """
+        value, half = self.column(self.name), self._half_widths()
+        along = self.column(self.up if self.sideways else self.across)
+        if (half > fmt.ROUND_OFF * np.abs(value)).any():
+            yield Band(along, value - half, value + half, label=TRUTH_BAR, sideways=self.sideways)
+        single = selection.realisations(self.scene, self.method, self.resolution)
+        if single.empty:
+            return
+        colour, deviation = look(self.method).colour, self.column(f"stderr_{self.name}")
+        low, high = quantiles(single, self.name, self.column("step"))
+        yield Band(along, low, high, colour, 0.10, sideways=self.sideways)
+        yield Band(
+            along, value - deviation, value + deviation, colour, 0.28, sideways=self.sideways
+        )
 
 
 def quantiles(single: pd.DataFrame, name: str, steps: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -184,7 +163,7 @@ def quantiles(single: pd.DataFrame, name: str, steps: np.ndarray) -> tuple[np.nd
     return low.reindex(steps).to_numpy(), high.reindex(steps).to_numpy()
 
 
-def _curve_caption(scene: SceneRecord, name: str) -> str:
+def _caption(scene: SceneRecord, name: str) -> str:
     parts = ["Each method at its finest resolution."]
     if scene.along == "step":
         parts.append("Points are joined in the order of the path.")
@@ -195,12 +174,7 @@ def _curve_caption(scene: SceneRecord, name: str) -> str:
             "Light band and error bars: the reference's uncertainty, at most "
             f"{fmt.relative(bar)}{hidden}."
         )
-    several = [
-        m
-        for m in selection.methods(scene)
-        if not selection.realisations(scene, m, _finest(scene, m)).empty
-    ]
-    if several:
+    if any(_is_ensemble(scene, method) for method in selection.methods(scene)):
         parts.append(
             "Lines: means over the realisations, with one standard error; "
             "faint: 5 % to 95 % of the realisations."
@@ -208,190 +182,22 @@ def _curve_caption(scene: SceneRecord, name: str) -> str:
     return " ".join(parts)
 
 
-def _finest(scene: SceneRecord, method: str) -> float:
+def _is_ensemble(scene: SceneRecord, method: str) -> bool:
     levels = selection.resolutions(scene, method)
-    return levels[-1] if levels else float("nan")
+    return bool(levels) and not selection.realisations(scene, method, levels[-1]).empty
 
 
-def errors(scene: SceneRecord) -> list[Figure]:
-    """Return the size of each compared quantity's error at every load step."""
-    found = [_error_figure(scene, name) for name in scene.quantities]
-    return [figure for figure in found if figure is not None]
-
-
-def error_tables(scene: SceneRecord, name: str) -> dict[str, pd.DataFrame]:
-    """Return the load steps of each method's finest resolution that has errors of a quantity."""
-    tables = {}
-    for method in drawing_order(selection.methods(scene)):
-        levels = [
-            level
-            for level in selection.resolutions(scene, method)
-            if not selection.is_reference(scene, method, level)
-        ]
-        rows = selection.curve(scene, method, levels[-1]) if levels else pd.DataFrame()
-        if np.isfinite(selection.column(rows, f"error_{name}")).any():
-            tables[method] = rows
-    return tables
-
-
-def _error_figure(scene: SceneRecord, name: str) -> Figure | None:
-    tables = error_tables(scene, name)
-    if not tables:
-        return None
-    stacked = {
-        method: (
-            selection.compared_along(scene, rows),
-            selection.column(rows, f"error_{name}"),
-            selection.column(rows, f"reference_uncertainty_{name}"),
-        )
-        for method, rows in tables.items()
-    }
-    loads = np.concatenate([item[0] for item in stacked.values()])
-    sizes = np.abs(np.concatenate([item[1] for item in stacked.values()]))
-    across = fmt.prefix_for(loads, fmt.quantity(scene.along).unit)
-    low, high = error_range(sizes, scene.tolerance)
-    data = _truth_floor(stacked, across.factor, low)
-    for method, (x, error, _) in stacked.items():
-        level = selection.column(tables[method], "resolution")[0]
-        data.append(_error_trace(method, level, x, error, across, low))
-    data += _lost_steps(scene, across, high)
-    spec = {
-        "data": data,
-        "layout": layout(
-            value_axis(
-                axis_words(scene.along, across.unit),
-                loads * across.factor,
-                wants_log(loads) and not scene.is_path,
-            ),
-            error_axis(low, high, "relative error |e|"),
-            shapes=[tolerance_line(scene.tolerance)],
-            annotations=[tolerance_note(scene.tolerance)],
-            margin=NOTE_MARGIN,
-        ),
-    }
-    equal = scene.along
-    if equal in NORMAL:
-        equal = {"force": "penetration", "penetration": "force"}.get(name, equal)
-    title = f"Error of {fmt.quantity(name).words} at equal {fmt.quantity(equal).words}"
-    caption = f"{ERROR_CAPTION} {PATH_CAPTION}" if scene.is_path else ERROR_CAPTION
-    return Figure(f"error-{name}", title, caption, spec, name)
-
-
-def error_range(sizes: np.ndarray, tolerance: float) -> tuple[float, float]:
-    """Return whole decades that hold all errors and the tolerance, at least two of them."""
-    # Larger errors than an axis can have decades for come from damaged results only.
-    known = sizes[(sizes < 1e200) & (sizes > fmt.ROUND_OFF)]
-    low = min(float(known.min()) if len(known) else tolerance, tolerance) / 1.5
-    high = max(float(known.max()) if len(known) else tolerance, tolerance) * 1.5
-    low, high = 10.0 ** np.floor(np.log10(low)), 10.0 ** np.ceil(np.log10(high))
-    return float(max(low, 1e-16)), float(max(high, 100 * low))
-
-
-def error_axis(low: float, high: float, title: str) -> dict[str, Any]:
-    """Return a logarithmic axis of relative errors, labelled in per cent and ppm."""
-    ticks = log_ticks(low, high, lambda value: fmt.tolerance(value))
-    limits = [float(np.log10(low)), float(np.log10(high))]
-    return axis(title, log=True, range=limits, **ticks)
-
-
-def tolerance_line(tolerance: float) -> dict[str, Any]:
-    """Return the horizontal line at the asked tolerance."""
-    return {
-        "type": "line",
-        "xref": "paper",
-        "x0": 0,
-        "x1": 1,
-        "y0": tolerance,
-        "y1": tolerance,
-        "line": {"color": INK, "width": 1},
-    }
-
-
-def tolerance_note(tolerance: float) -> dict[str, Any]:
-    """Return the tolerance line's label, in the right margin where no marker can cover it."""
-    return {
-        "xref": "paper",
-        "x": 1.01,
-        "y": float(np.log10(tolerance)),
-        "text": f"asked<br>{fmt.tolerance(tolerance)}",
-        "showarrow": False,
-        "xanchor": "left",
-        "yanchor": "middle",
-        "align": "left",
-        "font": {"size": 11, "color": INK},
-    }
-
-
-def _truth_floor(
-    stacked: dict[str, tuple[np.ndarray, np.ndarray, np.ndarray]], factor: float, low: float
-) -> list[dict[str, Any]]:
-    """Shade what lies below the reference's uncertainty (taken from the method with most steps)."""
-    loads, _, bars = max(stacked.values(), key=lambda item: np.isfinite(item[2]).sum())
-    bars = np.where(bars > low, bars, np.nan)
-    return band(numbers(loads, factor), [low] * len(loads), numbers(bars), "@truth", 0.3)
-
-
-def _error_trace(
-    method: str, level: float, x: np.ndarray, error: np.ndarray, across: fmt.Scale, low: float
-) -> dict[str, Any]:
-    look = style(method)
-    size = np.maximum(np.abs(error), low)
-    above = error >= 0
-    return {
-        "type": "scatter",
-        "mode": "lines+markers",
-        "name": inert(look.label),
-        "x": numbers(x, across.factor),
-        "y": numbers(size),
-        "text": [fmt.relative(value) for value in error],
-        "line": {"color": look.colour, "dash": look.dash, "width": 1.5},
-        "marker": {
-            "color": look.colour,
-            "size": max(look.size - 1, 7),
-            "symbol": [look.symbol if up else f"{look.symbol}-open" for up in above],
-            "line": {"width": 1.5, "color": look.colour},
-        },
-        "cliponaxis": False,
-        "hovertemplate": f"{inert(look.label)}, N = {fmt.number(level, 6)}<br>"
-        f"%{{x:.3g}} {across.unit}<br>error %{{text}}<extra></extra>",
-    }
-
-
-def _lost_steps(scene: SceneRecord, across: fmt.Scale, high: float) -> list[dict[str, Any]]:
-    """Load steps without a result: hollow crosses at the upper edge, the reason on hover."""
-    lost: dict[str, dict[float, list[str]]] = {}
-    for item in selection.failures(scene):
-        if np.isfinite(item.load):
-            lost.setdefault(item.method, {}).setdefault(item.load, []).append(_reason(item))
-    return [
-        failure_trace(
-            method,
-            numbers(reasons, across.factor),
-            high,
-            ["<br>".join(texts) for texts in reasons.values()],
-        )
-        for method, reasons in lost.items()
-    ]
-
-
-def failure_trace(
-    method: str, x: list[float | None], edge: float, reasons: list[str]
-) -> dict[str, Any]:
-    """Return hollow crosses at the upper edge of a plot."""
-    look = style(method)
-    return {
-        "type": "scatter",
-        "mode": "markers",
-        "name": inert(f"{look.label}: failed"),
-        "x": x,
-        # A hair inside: rounding in the logarithm must not push them out of the plot.
-        "y": [0.995 * edge] * len(x),
-        "text": reasons,
-        "marker": {"symbol": "x-open", "size": 11, "color": look.colour, "line": {"width": 1.5}},
-        "cliponaxis": False,
-        "hovertemplate": "%{text}<extra></extra>",
-    }
-
-
-def _reason(item: selection.Failure) -> str:
-    return inert(f"{style(item.method).label}, N = {fmt.number(item.resolution, 6)}: {item.reason}")
+def solution_figure(result: SingleResult, quantity: str | None = None) -> Figure:
+    """Return a quantity of one solve over the prescribed load: by default the first compared."""
+    columns = result.columns()
+    control, axis = result.plan.loads.control, result.plan.loads.axis
+    along = "time" if axis == "time" and "time" in columns else control
+    if quantity is None:
+        given = [q for q in result.plan.scene.compare.quantities if q in columns and q != along]
+        quantity = given[0] if given else next(iter(columns))
+    x, y = (np.asarray(columns[name], dtype=float) for name in (along, quantity))
+    log = along in NORMAL and wants_log(x) and bool((y[np.isfinite(y)] > 0).all())
+    own = look(result.method)
+    heading = result.plan.scene.heading
+    axes = value_axis(along, x, log), value_axis(quantity, y, log)
+    return Figure(f"curve-{quantity}", heading, "", *axes, (Series(own, x, y),), quantity=quantity)

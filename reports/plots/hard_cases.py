@@ -2,24 +2,14 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 
 from comparisons import formatting as fmt
 from comparisons.questions.hard_cases.record import HardCasesRecord, OutcomeRecord
-from reports.plots.curves import failure_trace
-from reports.plots.style import (
-    MUTED,
-    Figure,
-    axis,
-    drawing_order,
-    inert,
-    layout,
-    log_ticks,
-    numbers,
-    style,
-)
+from reports.plots.axes import log_axis
+from reports.plots.errors import failed
+from reports.plots.figure import Figure, Level, Series
+from reports.plots.style import DOTTED, MUTED, drawing_order, look
 
 # Below the smallest error that a plot of errors distinguishes everything is round-off.
 SMALLEST, LARGEST = 1e-12, 1e7
@@ -43,20 +33,17 @@ def stability(record: HardCasesRecord) -> Figure | None:
     total = [_height(each) for each in solved]
     edges = max(SMALLEST, min(total) / MARGIN), min(LARGEST, max(*total, 0.05) * MARGIN)
     names = drawing_order(record.methods)
-    data = [_trace(name, [each for each in solved if each.method == name]) for name in names]
-    data += _failures(record, names, span, edges[1])
-    decades = [float(np.log10(each)) for each in edges]
-    across = log_ticks(*span, fmt.duration)
-    up = log_ticks(*edges, lambda value: fmt.relative(value, 1))
-    spec = {
-        "data": [trace for trace in data if trace["x"]],
-        "layout": layout(
-            axis("time", log=True, range=np.log10(span).tolist(), **across),
-            axis("largest error", log=True, range=decades, **up),
-            shapes=[_line_at(0.01)],
-        ),
-    }
-    return Figure("stability", "Hard cases: time and error", CAPTION, spec)
+    series = [_series(name, [each for each in solved if each.method == name]) for name in names]
+    series += _failures(record, names, span, edges[1])
+    return Figure(
+        "stability",
+        "Hard cases: time and error",
+        CAPTION,
+        log_axis("time", span, fmt.duration),
+        log_axis("largest error", edges, lambda value: fmt.relative(value, 1)),
+        tuple(each for each in series if len(each.x)),
+        levels=(Level(0.01, colour=MUTED, dash=DOTTED),),
+    )
 
 
 def _height(outcome: OutcomeRecord) -> float:
@@ -64,24 +51,17 @@ def _height(outcome: OutcomeRecord) -> float:
     return float(np.clip(error, SMALLEST, LARGEST))
 
 
-def _trace(method: str, own: list[OutcomeRecord]) -> dict[str, Any]:
-    look = style(method)
-    return {
-        "type": "scatter",
-        "mode": "markers",
-        "name": inert(look.label),
-        "x": numbers(each.seconds for each in own),
-        "y": numbers(_height(each) for each in own),
-        "text": [inert(f"{look.label}, {each.title}: {_words(each)}") for each in own],
-        "marker": {
-            "color": look.colour,
-            "symbol": look.symbol,
-            "size": max(look.size - 2, 6),
-            "opacity": 0.75,
-        },
-        "cliponaxis": False,
-        "hovertemplate": "%{text}<extra></extra>",
-    }
+def _series(method: str, own: list[OutcomeRecord]) -> Series:
+    drawn = look(method)
+    return Series(
+        drawn,
+        np.array([each.seconds for each in own], dtype=float),
+        np.array([_height(each) for each in own]),
+        line=False,
+        hover=tuple(f"{drawn.label}, {each.title}: {_words(each)}" for each in own),
+        size=max(drawn.size - 2, 6),
+        faint=0.75,
+    )
 
 
 def _words(outcome: OutcomeRecord) -> str:
@@ -93,9 +73,9 @@ def _words(outcome: OutcomeRecord) -> str:
 
 def _failures(
     record: HardCasesRecord, names: list[str], span: tuple[float, float], high: float
-) -> list[dict[str, Any]]:
+) -> list[Series]:
     """Crosses for what gave no number; methods never meant for a case have not failed."""
-    unplaced, found = 0, []
+    unplaced, series = 0, []
     for name in names:
         own = [e for e in record.outcomes if e.method == name and e.kind in ("refused", "lost")]
         x = []
@@ -103,18 +83,6 @@ def _failures(
             # Without a time: at the right edge, side by side.
             x.append(each.seconds or span[1] / (span[1] / span[0]) ** (0.008 * unplaced))
             unplaced += each.seconds is None
-        reasons = [inert(f"{style(name).label}, {each.title}: {_words(each)}") for each in own]
-        found.append(failure_trace(name, numbers(x), high, reasons))
-    return found
-
-
-def _line_at(error: float) -> dict[str, Any]:
-    return {
-        "type": "line",
-        "xref": "paper",
-        "x0": 0,
-        "x1": 1,
-        "y0": error,
-        "y1": error,
-        "line": {"color": MUTED, "width": 1, "dash": "dot"},
-    }
+        reasons = [f"{look(name).label}, {each.title}: {_words(each)}" for each in own]
+        series.append(failed(name, x, high, reasons))
+    return series

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
-from typing import Any
 
 import numpy as np
 
@@ -11,19 +11,9 @@ from comparisons import formatting as fmt
 from comparisons.results import selection
 from comparisons.results.store import SceneRecord
 from comparisons.tasks.shown_loads import at_step, stored_steps
-from reports.pages import load_frames
-from reports.pages.load_frames import Loads
-from reports.plots.style import (
-    STYLES,
-    Figure,
-    axis,
-    drawing_order,
-    inert,
-    layout,
-    numbers,
-    short_numbers,
-    style,
-)
+from reports.plots.figure import Axis, Figure, Map, Series
+from reports.plots.loads import NO_LOADS, Loads, loads_of
+from reports.plots.style import drawing_order, look
 
 MOST_PIXELS = 96
 MOST_MARKERS = 300
@@ -55,9 +45,9 @@ def pressures(scene: SceneRecord) -> list[Figure]:
     fields = pressure_fields(scene)
     if not fields:
         return []
-    loads = load_frames.loads_of(scene)
+    loads = loads_of(scene)
     if not any(item.earlier for item in fields):
-        loads = load_frames.NO_LOADS
+        loads = NO_LOADS
     radius, mean = _contact_scales(scene)
     if np.isfinite(radius) and not any(item.rough for item in fields):
         return [_radial(fields, radius, mean, loads)]
@@ -76,7 +66,7 @@ def pressures(scene: SceneRecord) -> list[Figure]:
 
 def _trusted(item: Field) -> tuple[bool, bool]:
     """Order maps where the truth has none: ours before those of peers, FFT BEM first."""
-    return item.method not in STYLES, item.method != "bem_fft"
+    return item.method not in selection.METHOD_ORDER, item.method != "bem_fft"
 
 
 def pressure_fields(scene: SceneRecord) -> list[Field]:
@@ -111,6 +101,11 @@ def _at_loads(item: Field, loads: Loads) -> list[Field | None]:
     return [item.earlier.get(step) for step in loads.steps[:-1]] + [item]
 
 
+def _moving(figures: Sequence[Figure]) -> Figure:
+    """Return the figure of the last load with those before."""
+    return replace(figures[-1], earlier=tuple(figures[:-1]))
+
+
 def _shape(stored: dict[str, np.ndarray], count: int) -> tuple[int, int] | None:
     sides = [int(side) for side in np.ravel(stored.get("pressure_shape", []))]
     return (sides[0], sides[1]) if len(sides) == 2 and sides[0] * sides[1] == count else None
@@ -131,25 +126,23 @@ def _contact_scales(scene: SceneRecord) -> tuple[float, float]:
 
 def _radial(fields: list[Field], radius: float, mean: float, loads: Loads) -> Figure:
     curves = [[_scaled(each, radius, mean) for each in _at_loads(item, loads)] for item in fields]
-    data = [_profile_trace(item, *each[-1]) for item, each in zip(fields, curves, strict=True)]
     highest = max(float(np.nanmax(p, initial=0.0)) for each in curves for _, p in each)
-    top = min(1.08 * highest, LARGEST_SHOWN)
-    spec = {
-        "data": data,
-        "layout": layout(
-            axis("distance from the axis r / a", range=[0, 1.5]),
-            axis("pressure p / mean pressure", range=[0, top]),
-        ),
-    }
-    spec = _with_profiles(spec, curves, loads)
-    cut = highest > LARGEST_SHOWN
     caption = (
         f"Contact pressure. a = {fmt.with_unit(radius, 'm')} is the contact radius and "
         f"F/(πa²) = {fmt.with_unit(mean, 'Pa')} the mean pressure, both of the reference at the "
-        "last load. "
-        + ("The pressure is singular; the plot ends at four times the mean." if cut else "")
+        "last load."
     )
-    return Figure("pressure-radial", "Pressure along a radius", caption.strip(), spec, "pressure")
+    if highest > LARGEST_SHOWN:
+        caption += " The pressure is singular; the plot ends at four times the mean."
+    empty = Figure(
+        "pressure-radial",
+        "Pressure along a radius",
+        caption,
+        Axis("distance from the axis r / a", limits=(0.0, 1.5)),
+        Axis("pressure p / mean pressure", limits=(0.0, min(1.08 * highest, LARGEST_SHOWN))),
+        quantity="pressure",
+    )
+    return _with_profiles(empty, fields, curves)
 
 
 def _scaled(item: Field | None, radius: float, mean: float) -> tuple[np.ndarray, np.ndarray]:
@@ -163,20 +156,21 @@ def _scaled(item: Field | None, radius: float, mean: float) -> tuple[np.ndarray,
 
 
 def _with_profiles(
-    spec: dict[str, Any], curves: list[list[tuple[np.ndarray, np.ndarray]]], loads: Loads
-) -> dict[str, Any]:
-    """Return a figure of profiles with its frames: `curves` has per trace one (x, p) per load."""
-    if not loads.steps:
-        return spec
-    frames = [
-        {"data": [_coordinates(*each) for each in at_load]} for at_load in zip(*curves, strict=True)
-    ]
-    return load_frames.with_frames(spec, frames)
+    empty: Figure, fields: list[Field], curves: list[list[tuple[np.ndarray, np.ndarray]]]
+) -> Figure:
+    """Return a figure with profiles: `curves` has one (x, p) per load for each field."""
+    # Every load is drawn as the last one: only the values move.
+    series = [_profile_series(item, *each[-1]) for item, each in zip(fields, curves, strict=True)]
+    at_loads = (
+        tuple(replace(s, **_thinned(*each)) for s, each in zip(series, at_load, strict=True))
+        for at_load in zip(*curves, strict=True)
+    )
+    return _moving([replace(empty, series=drawn) for drawn in at_loads])
 
 
-def _coordinates(x: np.ndarray, p: np.ndarray) -> dict[str, Any]:
+def _thinned(x: np.ndarray, p: np.ndarray) -> dict[str, np.ndarray]:
     stride = -(-len(x) // MOST_MARKERS) or 1
-    return {"x": short_numbers(x[::stride]), "y": short_numbers(p[::stride])}
+    return {"x": x[::stride], "y": p[::stride]}
 
 
 def _along_radius(item: Field) -> tuple[np.ndarray, np.ndarray]:
@@ -189,21 +183,17 @@ def _along_radius(item: Field) -> tuple[np.ndarray, np.ndarray]:
     return r[order], p[order]
 
 
-def _profile_trace(item: Field, r: np.ndarray, p: np.ndarray) -> dict[str, Any]:
-    look = style(item.method)
+def _profile_series(item: Field, r: np.ndarray, p: np.ndarray) -> Series:
+    own = look(item.method)
     mesh = not item.on_a_line and item.shape is None
-    mode = "markers" if mesh else "lines+markers" if len(r) <= 60 else "lines"
-    mode = "lines" if item.method == "closed_form" else mode
-    return {
-        "type": "scatter",
-        "mode": mode,
-        "name": inert(look.label),
-        **_coordinates(r, p),
-        "line": {"color": look.colour, "dash": look.dash, "width": 2},
-        "marker": {"color": look.colour, "symbol": look.symbol, "size": max(look.size - 3, 5)},
-        "hovertemplate": f"{inert(look.label)}, N = {item.resolution}<br>"
-        "%{x:.3g}, %{y:.3g}<extra></extra>",
-    }
+    return Series(
+        *(own, r, p),
+        line=not mesh,
+        marks=mesh or (len(r) <= 60 and item.method != "closed_form"),
+        hover=f"{own.label}, N = {item.resolution}",
+        size=max(own.size - 3, 5),
+        digits=4,  # all that a profile on a screen can show
+    )
 
 
 def _axes_of(item: Field) -> tuple[np.ndarray, np.ndarray]:
@@ -236,50 +226,35 @@ def _coarsened(values: np.ndarray, x: np.ndarray, y: np.ndarray) -> tuple[np.nda
 
 def _map(item: Field, loads: Loads) -> Figure:
     x, y, p, cells = _shown_part(item)
-    across = fmt.prefix_for(np.concatenate([x, y]), "m")
-    up = fmt.prefix_for(p, "Pa")
-    limits = _ceiling(np.where(p > 0, p * up.factor, np.nan))
-    trace = {
-        "type": "heatmap",
-        **_map_data(x, y, p, across.factor, up.factor),
-        "colorscale": "Viridis",
-        "colorbar": {
-            "title": {"text": f"p / {up.unit}", "side": "right"},
-            "thickness": 14,
-            "xpad": 18,
-        },
-        "hoverongaps": False,
-        "hovertemplate": f"p = %{{z:.3g}} {up.unit}<extra></extra>",
-        # One colour bar for all loads: they can be compared.
-        "zmin": 0,
-        "zmax": limits or float(f"{np.max(p) * up.factor:.3g}"),
-    }
-    ranges = [_outer(values * across.factor) for values in (x, y)]
-    spec = {
-        "data": [trace],
-        "layout": layout(
-            axis(f"x / {across.unit}", constrain="domain", showgrid=False, range=ranges[0]),
-            axis(
-                f"y / {across.unit}",
-                scaleanchor="x",
-                constrain="domain",
-                showgrid=False,
-                range=ranges[1],
-            ),
-        ),
-    }
-    if loads.steps and item.earlier:
-        fields = _at_loads(item, loads)
-        spec = load_frames.with_frames(
-            spec, [{"data": [_map_frame(each, across.factor, up.factor)]} for each in fields]
-        )
-    label = style(item.method).label
-    caption = f"Contact pressure, {label}, N = {item.resolution}. Empty: no contact."
+    limit = _ceiling(np.where(p > 0, p, np.nan))
+    caption = f"Contact pressure, {look(item.method).label}, N = {item.resolution}. "
+    caption += "Empty: no contact."
     if cells != p.shape:
         caption += " Each pixel shows the largest pressure of the cells it covers."
-    if limits is not None:
+    if limit is not None:
         caption += " Colours end at the 99.5 % quantile: sharp edges are singular."
-    return Figure("pressure-map", "Contact pressure", caption, spec, "pressure")
+    across = fmt.prefix_for(np.concatenate([x, y]), "m")
+    # One colour bar for all loads: they can be compared.
+    empty = Map(*(np.empty(0),) * 2, np.empty((0, 0)), "p", fmt.prefix_for(p, "Pa"))
+    empty = replace(empty, highest=limit or float(np.max(p)))
+    figure = Figure(
+        "pressure-map",
+        "Contact pressure",
+        caption,
+        Axis("x", scale=across, limits=_outer(x)),
+        Axis("y", scale=across, limits=_outer(y)),
+        quantity="pressure",
+    )
+    shown = _at_loads(item, loads if item.earlier else NO_LOADS)
+    return _moving([replace(figure, map=_filled(empty, each)) for each in shown])
+
+
+def _filled(empty: Map, item: Field | None) -> Map:
+    """Return the map of a load, empty where nothing is stored."""
+    if item is None or item.shape is None:
+        return empty
+    x, y, p, _ = _shown_part(item)
+    return replace(empty, x=x, y=y, values=np.where(p > 0, p, np.nan))
 
 
 def _shown_part(item: Field) -> tuple[np.ndarray, np.ndarray, np.ndarray, tuple[int, ...]]:
@@ -294,27 +269,10 @@ def _shown_part(item: Field) -> tuple[np.ndarray, np.ndarray, np.ndarray, tuple[
     return x, y, p, cells
 
 
-def _map_data(
-    x: np.ndarray, y: np.ndarray, p: np.ndarray, across: float, up: float
-) -> dict[str, Any]:
-    # plotly's rows run along y, ours along x.
-    values = np.where(p > 0, p * up, np.nan).T
-    highest = float(np.nanmax(values)) if np.isfinite(values).any() else 0.0
-    z = load_frames.coded_map(values, highest)
-    return {"x": numbers(x, across), "y": numbers(y, across), "z": z}
-
-
-def _map_frame(item: Field | None, across: float, up: float) -> dict[str, Any]:
-    if item is None or item.shape is None:
-        return {"x": [], "y": [], "z": []}
-    x, y, p, _ = _shown_part(item)
-    return _map_data(x, y, p, across, up)
-
-
-def _outer(centres: np.ndarray) -> list[float]:
+def _outer(centres: np.ndarray) -> tuple[float, float]:
     """Return the range from the outer edge of the first pixel to that of the last."""
     half = (centres[-1] - centres[0]) / max(len(centres) - 1, 1) / 2
-    return numbers([centres[0] - half, centres[-1] + half])
+    return float(centres[0] - half), float(centres[-1] + half)
 
 
 def _ceiling(values: np.ndarray) -> float | None:
@@ -323,7 +281,7 @@ def _ceiling(values: np.ndarray) -> float | None:
     if len(known) < 20:
         return None
     high = float(np.quantile(known, 0.995))
-    return float(f"{high:.3g}") if known.max() > 2 * high else None
+    return high if known.max() > 2 * high else None
 
 
 def _cut(fields: list[Field], chosen: Field, loads: Loads) -> Figure:
@@ -333,28 +291,23 @@ def _cut(fields: list[Field], chosen: Field, loads: Loads) -> Figure:
     centre = 0.0 if not chosen.rough else float(chosen.x.mean())
     curves = [[_row(each, height, extent) for each in _at_loads(item, loads)] for item in fields]
     across = fmt.prefix_for(np.concatenate([each[-1][0] for each in curves]), "m")
-    up = fmt.prefix_for([np.max(each[-1][1]) for each in curves], "Pa")
-    curves = [[(x * across.factor, p * up.factor) for x, p in each] for each in curves]
-    limits = None if chosen.rough else [centre - 0.75 * extent, centre + 0.75 * extent]
-    spec = {
-        "data": [
-            _profile_trace(item, *each[-1]) for item, each in zip(fields, curves, strict=True)
-        ],
-        "layout": layout(
-            axis(
-                f"x / {across.unit}",
-                **({"range": [v * across.factor for v in limits]} if limits else {}),
-            ),
-            axis(
-                f"contact pressure p / {up.unit}",
-                range=[0, 1.08 * max(float(np.max(each[-1][1])) for each in curves)],
-            ),
-        ),
-    }
-    spec = _with_profiles(spec, curves, loads)
+    highest = max(float(np.max(each[-1][1])) for each in curves)
     where = f"y = {fmt.with_unit(height, 'm')}" if height else "y = 0"
-    caption = f"Cut through the contact along x at {where}."
-    return Figure("pressure-cut", "Pressure along a cut", caption, spec, "pressure")
+    empty = Figure(
+        "pressure-cut",
+        "Pressure along a cut",
+        f"Cut through the contact along x at {where}.",
+        Axis(
+            "x",
+            scale=across,
+            limits=None if chosen.rough else (centre - 0.75 * extent, centre + 0.75 * extent),
+        ),
+        Axis(
+            "contact pressure p", scale=fmt.prefix_for(highest, "Pa"), limits=(0.0, 1.08 * highest)
+        ),
+        quantity="pressure",
+    )
+    return _with_profiles(empty, fields, curves)
 
 
 def _row(item: Field | None, height: float, extent: float) -> tuple[np.ndarray, np.ndarray]:

@@ -3,46 +3,33 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from dataclasses import dataclass
 
 import numpy as np
 
 from comparisons import formatting as fmt
 from comparisons.results.runs import BAD, Change, RunComparison
-from reports.plots.style import (
-    MUTED,
-    Figure,
-    axis,
-    drawing_order,
-    inert,
-    layout,
-    log_ticks,
-    numbers,
-    style,
-)
+from reports.plots.axes import log_axis
+from reports.plots.figure import Figure, Series
+from reports.plots.style import DOTTED, MUTED, Look, drawing_order, look
 
-ERRORS = (
-    "One marker per solve: its largest error against its run's truth, before and after. On the "
-    "line nothing changed; above it the error grew. Hollow markers: what the table lists first."
-)
-TIMES = (
-    "One marker per solve: its time before and after. Above the line it became slower; readings "
-    "scatter by some 20 %. Hollow markers: what the table lists first."
-)
 MARGIN = 1.6
 # Errors below are round-off, and a plot of their ratios would show noise.
 SMALLEST = 1e-12
+DIAGONAL = Look("unchanged", MUTED, dash=DOTTED)
 
 Pair = tuple[float, float]
 
 
-def comparison_figures(record: RunComparison) -> list[Figure]:
-    """Return the plots; one that would be empty is left out."""
-    found = [
-        _figure(record, "errors", "Error before and after", ERRORS, _errors, _error_label),
-        _figure(record, "times", "Time before and after", TIMES, lambda c: c.seconds, fmt.duration),
-    ]
-    return [each for each in found if each is not None]
+@dataclass(frozen=True)
+class _Compared:
+    """What is drawn before and after: its words, its two numbers, and how they are written."""
+
+    key: str
+    word: str
+    caption: str
+    pair: Callable[[Change], Pair]
+    label: Callable[[object], str]
 
 
 def _errors(change: Change) -> Pair:
@@ -50,73 +37,59 @@ def _errors(change: Change) -> Pair:
     return max(before, SMALLEST), max(after, SMALLEST)
 
 
-def _error_label(value: object) -> str:
-    return fmt.relative(value, 1)
+ERRORS = _Compared(
+    "errors",
+    "error",
+    "One marker per solve: its largest error against its run's truth, before and after. On the "
+    "line nothing changed; above it the error grew. Hollow markers: what the table lists first.",
+    _errors,
+    lambda value: fmt.relative(value, 1),
+)
+TIMES = _Compared(
+    "times",
+    "time",
+    "One marker per solve: its time before and after. Above the line it became slower; readings "
+    "scatter by some 20 %. Hollow markers: what the table lists first.",
+    lambda change: change.seconds,
+    fmt.duration,
+)
 
 
-def _figure(
-    record: RunComparison,
-    key: str,
-    title: str,
-    caption: str,
-    pair: Callable[[Change], Pair],
-    label: Callable[[object], str],
-) -> Figure | None:
-    shown = [each for each in record.changes if all(np.isfinite(v) and v > 0 for v in pair(each))]
+def comparison_figures(record: RunComparison) -> list[Figure]:
+    """Return the plots; one that would be empty is left out."""
+    return [figure for each in (ERRORS, TIMES) if (figure := _figure(record, each))]
+
+
+def _figure(record: RunComparison, what: _Compared) -> Figure | None:
+    shown = [c for c in record.changes if all(np.isfinite(v) and v > 0 for v in what.pair(c))]
     if not shown:
         return None
-    values = np.array([pair(each) for each in shown])
+    values = np.array([what.pair(each) for each in shown])
     span = float(values.min()) / MARGIN, float(values.max()) * MARGIN
-    decades = np.log10(span).tolist()
-    ticks = log_ticks(*span, label)
     names = drawing_order({each.method for each in shown})
-    word = title.split()[0].lower()
-    spec = {
-        "data": [_trace(n, [c for c in shown if c.method == n], pair, label) for n in names],
-        "layout": layout(
-            axis(f"{word} before", log=True, range=decades, **ticks),
-            axis(f"{word} after", log=True, range=decades, **ticks),
-            shapes=[_diagonal(span)],
-        ),
-    }
-    return Figure(key, title, caption, spec)
+    line = Series(DIAGONAL, np.array(span), np.array(span), marks=False, legend=False, width=1)
+    return Figure(
+        what.key,
+        f"{what.word.capitalize()} before and after",
+        what.caption,
+        log_axis(f"{what.word} before", span, what.label),
+        log_axis(f"{what.word} after", span, what.label),
+        (line, *(_series(n, [c for c in shown if c.method == n], what) for n in names)),
+    )
 
 
-def _trace(
-    method: str,
-    own: list[Change],
-    pair: Callable[[Change], Pair],
-    label: Callable[[object], str],
-) -> dict[str, Any]:
-    look = style(method)
-    texts = [
-        f"{look.label}, {c.scene}, N = {c.resolution}: "
-        f"{label(pair(c)[0])} before, {label(pair(c)[1])} after; {c.text}"
-        for c in own
-    ]
-    symbols = [
-        f"{look.symbol}-open" if any(k in BAD for k in c.kinds) else look.symbol for c in own
-    ]
-    return {
-        "type": "scatter",
-        "mode": "markers",
-        "name": inert(look.label),
-        "x": numbers(pair(c)[0] for c in own),
-        "y": numbers(pair(c)[1] for c in own),
-        "text": [inert(text) for text in texts],
-        "marker": {"color": look.colour, "symbol": symbols, "size": look.size, "opacity": 0.8},
-        "cliponaxis": False,
-        "hovertemplate": "%{text}<extra></extra>",
-    }
-
-
-def _diagonal(span: Pair) -> dict[str, Any]:
-    return {
-        "type": "line",
-        "x0": span[0],
-        "y0": span[0],
-        "x1": span[1],
-        "y1": span[1],
-        "layer": "below",
-        "line": {"color": MUTED, "width": 1, "dash": "dot"},
-    }
+def _series(method: str, own: list[Change], what: _Compared) -> Series:
+    drawn, pairs = look(method), np.array([what.pair(each) for each in own])
+    texts = (
+        f"{drawn.label}, {c.scene}, N = {c.resolution}: "
+        f"{what.label(pair[0])} before, {what.label(pair[1])} after; {c.text}"
+        for c, pair in zip(own, pairs, strict=True)
+    )
+    return Series(
+        drawn,
+        *pairs.T,
+        line=False,
+        hollow=np.array([any(kind in BAD for kind in c.kinds) for c in own]),
+        hover=tuple(texts),
+        faint=0.8,
+    )

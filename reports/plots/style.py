@@ -1,93 +1,88 @@
-"""The look of every plot: one colour, marker and dash per method, axes, bands.
+"""The look of a method on every plot and in every table: colour, marker, dash.
 
-Colours that depend on light or dark are tokens ("@ink"); the page's script replaces them when it
-draws and again when the reader's preference changes. Figures are plain dicts of plotly.js, so the
-plotly package is needed only for the script itself.
+Colours that depend on light or dark are tokens ("@ink"): the page's script and the printed figures
+have their own for each.
 """
 
 from __future__ import annotations
 
-import html
-import math
-import re
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
 from typing import Any
 
-import numpy as np
-
-from comparisons import formatting as fmt
+from comparisons.scene.method_names import METHOD_NAMES
 
 # Okabe & Ito, "Color Universal Design" (2008): told apart with any kind of colour vision.
 BLACK, ORANGE, SKY, GREEN = "#000000", "#E69F00", "#56B4E9", "#009E73"
 YELLOW, BLUE, VERMILION, PURPLE = "#F0E442", "#0072B2", "#D55E00", "#CC79A7"
-INK, MUTED, GRID, CONTACT = "@ink", "@muted", "@grid", ORANGE
-LOG_SPAN = 15.0  # loads spread wider than this are drawn on logarithmic axes
+INK, MUTED, PEER, TRUTH, CONTACT = "@ink", "@muted", "@peer", "@truth", ORANGE
 
 
 @dataclass(frozen=True)
-class MethodStyle:
-    """How a method looks on every plot: sizes nest, so coinciding markers all stay visible."""
+class Marker:
+    """A marker in the words of both renderers."""
+
+    plotly: str
+    matplotlib: str
+
+
+@dataclass(frozen=True)
+class Dash:
+    """A dash in the words of both renderers: matplotlib counts in widths of the line."""
+
+    plotly: str
+    matplotlib: Any
+
+
+SOLID, DASHED = Dash("solid", "-"), Dash("dash", (0, (4, 1.5)))
+DOTTED = Dash("dot", (0, (1, 1.2)))
+OUTSIDE = Dash("longdashdot", (0, (7, 1.5, 1, 1.5)))
+CIRCLE, CROSS = Marker("circle", "o"), Marker("x", "x")
+
+
+@dataclass(frozen=True)
+class Look:
+    """How something is drawn: sizes of markers nest, so that coinciding ones all stay visible."""
 
     label: str
     colour: str
-    symbol: str
-    dash: str
-    size: float
+    marker: Marker = CIRCLE
+    dash: Dash = SOLID
+    size: float = 8.0
+
+    def named(self, label: str) -> Look:
+        """Return the same look under another name."""
+        return replace(self, label=label)
 
 
-STYLES = {
-    "closed_form": MethodStyle("closed form", INK, "star", "solid", 9),
-    "reduced": MethodStyle("reduced model", VERMILION, "circle", "dash", 6),
-    "bem_dense": MethodStyle("dense BEM", SKY, "square", "dot", 10),
-    "bem_fft": MethodStyle("FFT BEM", BLUE, "diamond", "dashdot", 9),
-    "fem": MethodStyle("FEM", GREEN, "triangle-up", "longdash", 12),
+LOOKS = {
+    name: Look(METHOD_NAMES[name].title, *drawn)
+    for name, drawn in {
+        "closed_form": (INK, Marker("star", "*"), SOLID, 9),
+        "reduced": (VERMILION, CIRCLE, DASHED, 6),
+        "bem_dense": (SKY, Marker("square", "s"), DOTTED, 10),
+        "bem_fft": (BLUE, Marker("diamond", "D"), Dash("dashdot", (0, (5, 1.5, 1, 1.5))), 9),
+        "fem": (GREEN, Marker("triangle-up", "^"), Dash("longdash", (0, (7, 2))), 12),
+        # Other people's codes are grey.
+        "tamaas": (PEER, Marker("pentagon", "p"), OUTSIDE, 11),
+        "contactmechanics": (PEER, Marker("hexagon", "h"), Dash("6px,3px", (0, (5, 2.5))), 8),
+        "ngsolve": (PEER, Marker("star-triangle-up", "P"), Dash("4px,2px", (0, (3, 1.5))), 9),
+    }.items()
 }
-# Other people's codes are grey.
-PEER_STYLES = {
-    "tamaas": MethodStyle("Tamaas", "@peer", "pentagon", "longdashdot", 11),
-    "contactmechanics": MethodStyle("ContactMechanics", "@peer", "hexagon", "6px,3px", 8),
-    "ngsolve": MethodStyle("NGSolve", "@peer", "star-triangle-up", "4px,2px", 9),
-}
-PEER_SYMBOLS = ("triangle-down", "bowtie", "x", "cross")
+OUTSIDE_MARKERS = (
+    *(Marker("triangle-down", "v"), Marker("bowtie", "8")),
+    *(Marker("x", "X"), Marker("cross", "d")),
+)
 # Later ones are drawn on top: the widest markers first, the model under test last.
 DRAWING_ORDER = ("closed_form", "fem", "bem_dense", "bem_fft")
 
 
-@dataclass(frozen=True)
-class Figure:
-    """One plot of the page.
-
-    Attributes
-    ----------
-    key, title, caption : str
-        Plain text.
-    spec : dict
-        plotly's data and layout; `frames` where a load slider moves it (`load_frames`).
-    quantity : str
-        The columns that it shows, separated by spaces: what the page's choice of a quantity
-        keeps. Always shown where empty.
-    """
-
-    key: str
-    title: str
-    caption: str
-    spec: dict[str, Any] = field(repr=False)
-    quantity: str = ""
-
-    @property
-    def moves(self) -> bool:
-        """Whether a load slider moves the plot."""
-        return "frames" in self.spec
-
-
-def style(method: str) -> MethodStyle:
-    """Return a method's style; methods of other people are grey, with a marker of their own."""
-    known = STYLES | PEER_STYLES
-    if method in known:
-        return known[method]
-    symbol = PEER_SYMBOLS[sum(method.encode()) % len(PEER_SYMBOLS)]
-    return MethodStyle(method.replace("_", " "), "@peer", symbol, "longdashdot", 8)
+def look(method: str) -> Look:
+    """Return a method's look; methods of other people are grey, with a marker of their own."""
+    if method in LOOKS:
+        return LOOKS[method]
+    marker = OUTSIDE_MARKERS[sum(method.encode()) % len(OUTSIDE_MARKERS)]
+    return Look(method.replace("_", " "), PEER, marker, OUTSIDE, 8)
 
 
 def drawing_order(methods: Iterable[str]) -> list[str]:
@@ -96,108 +91,3 @@ def drawing_order(methods: Iterable[str]) -> list[str]:
     last = [name for name in names if name == "reduced"]
     first = [name for name in DRAWING_ORDER if name in names]
     return first + [name for name in names if name not in first + last] + last
-
-
-def inert(text: object) -> str:
-    """Make text harmless inside plotly, which reads a little HTML in names and hovers."""
-    return html.escape(str(text), quote=False)
-
-
-def numbers(values: Iterable[object], factor: float = 1.0) -> list[float | None]:
-    """Return scaled values with six digits, None (a gap in the curve) where there is none."""
-    return [
-        float(f"{float(value) * factor:.6g}") if fmt.finite(value) else None  # type: ignore[arg-type]
-        for value in values
-    ]
-
-
-def short_numbers(values: Iterable[object]) -> list[float | None]:
-    """Return values with four digits, which is what a profile on a screen can show."""
-    return [float(f"{float(v):.4g}") if fmt.finite(v) else None for v in values]  # type: ignore[arg-type]
-
-
-def colour_with_alpha(colour: str, alpha: float) -> str:
-    """Return a light version of a method's colour for bands; tokens keep theirs in the page."""
-    if colour.startswith("@"):
-        return f"{colour}-band"
-    red, green, blue = (int(colour[i : i + 2], 16) for i in (1, 3, 5))
-    return f"rgba({red},{green},{blue},{alpha})"
-
-
-def band(
-    x: Sequence[object], low: Sequence[object], high: Sequence[object], colour: str, alpha: float
-) -> list[dict[str, Any]]:
-    """Return a filled band between two curves, silent under the mouse."""
-    kept = [
-        (a, b, c)
-        for a, b, c in zip(x, low, high, strict=True)
-        if a is not None and b is not None and c is not None
-    ]
-    if len(kept) < 2:
-        return []
-    return [
-        {
-            "type": "scatter",
-            "x": [a for a, _, _ in kept] + [a for a, _, _ in reversed(kept)],
-            "y": [b for _, b, _ in kept] + [c for _, _, c in reversed(kept)],
-            "fill": "toself",
-            "fillcolor": colour_with_alpha(colour, alpha),
-            "line": {"width": 0},
-            "mode": "lines",
-            "hoverinfo": "skip",
-            "showlegend": False,
-        }
-    ]
-
-
-def axis(title: str, *, log: bool = False, **more: Any) -> dict[str, Any]:
-    """Return an axis with its title; logarithmic ones show decades as plain numbers."""
-    return {"title": {"text": title}, "type": "log" if log else "linear"} | more
-
-
-def axis_words(name: str, unit: str) -> str:
-    """Return the title of a quantity's axis; plotly sets what follows an underscore lower.
-
-    >>> axis_words("pull_off_force", "mN")
-    'pull-off force F<sub>off</sub> / mN'
-    """
-    title, symbol = inert(fmt.axis_title(name, unit)), fmt.quantity(name).symbol
-    return title.replace(symbol, re.sub(r"_(\w+)", r"<sub>\1</sub>", symbol)) if symbol else title
-
-
-def value_axis(title: str, values: np.ndarray, log: bool) -> dict[str, Any]:
-    """Return the axis of a quantity: from zero if linear, with ticks at 1, 2 and 5 if not."""
-    known = values[np.isfinite(values) & (values > 0)]
-    if not log or not len(known):
-        return axis(title, rangemode="tozero")
-    low, high = np.log10(known.min()), np.log10(known.max())
-    margin = max(0.06 * (high - low), 0.05)
-    ticks = log_ticks(10 ** (low - margin), 10 ** (high + margin), lambda v: fmt.number(v, 1))
-    return axis(title, log=True, range=[float(low - margin), float(high + margin)], **ticks)
-
-
-def log_ticks(low: float, high: float, label: Any, most: int = 8) -> dict[str, Any]:
-    """Return ticks inside `low` to `high` with worded labels: 1-2-5, or whole decades if many."""
-    first, last = math.floor(math.log10(low)), math.ceil(math.log10(high))
-    stride = max(1, math.ceil((last - first + 1) / most))
-    steps = (1, 2, 5) if 3 * (last - first) <= most + 2 else (1,)
-    values = [
-        float(f"{step}e{power}") for power in range(first, last + 1, stride) for step in steps
-    ]
-    values = [value for value in values if 0.999 * low <= value <= 1.001 * high]
-    return {"tickvals": values, "ticktext": [label(value) for value in values]}
-
-
-def layout(xaxis: dict[str, Any], yaxis: dict[str, Any], **more: Any) -> dict[str, Any]:
-    """Return the layout all plots share; fonts, grid and paper come from the page."""
-    return {"xaxis": xaxis, "yaxis": yaxis} | more
-
-
-def wants_log(values: Iterable[object], span: float = LOG_SPAN) -> bool:
-    """Tell whether positive values spread so wide that only a logarithmic axis shows them all.
-
-    >>> wants_log([1, 2, 5]), wants_log([1e-7, 1e-5]), wants_log([0.0, 1.0])
-    (False, True, False)
-    """
-    known = np.array([float(v) for v in values if fmt.finite(v)])  # type: ignore[arg-type]
-    return bool(len(known) and known.min() > 0 and known.max() / known.min() > span)

@@ -13,6 +13,7 @@ from comparisons.questions.claims.record import load_claims_record
 from reports.cli.cli import run_command
 from reports.pages.claims import claims_page
 from reports.plots.claim import evidence
+from reports.plots.interactive import spec
 
 CLAIM = """
 id = "square"
@@ -69,7 +70,7 @@ def test_the_page_shows_words_numbers_pictures_and_commands(judged):
 def test_the_shaded_stretch_is_the_range_found(judged):
     _, root = judged
     claim = load_claims_record(root / "out").claims[0]
-    shaded = evidence(claim).spec["layout"]["shapes"][0]
+    shaded = spec(evidence(claim))["layout"]["shapes"][0]
     (stretch,) = claim.ranges
     # Values, although the axis is logarithmic: annotations alone take logarithms.
     assert claim.spacing == "log"

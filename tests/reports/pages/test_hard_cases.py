@@ -15,6 +15,7 @@ from comparisons.solving import execution
 from reports.cli.cli import run_command
 from reports.pages.hard_cases import hard_cases_page
 from reports.plots.hard_cases import stability
+from reports.plots.interactive import spec
 
 
 def outcome(case="ball", method="reduced", kind="accurate", **more):
@@ -204,14 +205,14 @@ def test_failures_are_hollow_crosses_at_the_upper_edge(record):
             outcome("map", kind="not for", reason="no form"),
         )
     )
-    solved, failed = figure.spec["data"]
+    solved, failed = spec(figure)["data"]
     assert solved["y"] == [pytest.approx(1.1e-3)]
     assert failed["marker"]["symbol"] == "x-open"
     assert [text.partition(": ")[2] for text in failed["text"]] == [
         "refused: hollow",
         "lost: no luck",
     ]
-    low, high = figure.spec["layout"]["yaxis"]["range"]
+    low, high = spec(figure)["layout"]["yaxis"]["range"]
     assert all(y == pytest.approx(10**high, rel=0.01) for y in failed["y"])
     assert low < high
     assert len(set(failed["x"])) == 2

@@ -11,7 +11,8 @@ import pytest
 from comparisons.results import selection
 from comparisons.results.store import SceneRecord
 from reports.pages import tables
-from reports.plots import curves, speed
+from reports.plots import curves, errors, speed
+from reports.plots.interactive import spec
 
 
 def record(control: str, axis: str, columns: dict, bar: float = 0.0) -> SceneRecord:
@@ -53,7 +54,7 @@ def loop() -> SceneRecord:
 
 
 def trace(figure, name):
-    return next(each for each in figure.spec["data"] if each.get("name") == name)
+    return next(each for each in spec(figure)["data"] if each.get("name") == name)
 
 
 def test_a_loop_is_drawn_in_the_order_of_the_path(loop):
@@ -66,16 +67,16 @@ def test_a_loop_is_drawn_in_the_order_of_the_path(loop):
 def test_the_band_of_a_path_has_one_width_even_where_the_value_is_zero(loop):
     """A bar of 10 % of the largest value: 0.3 um to both sides of every step."""
     (figure,) = curves.curves(loop)
-    ribbon = np.array(figure.spec["data"][0]["y"], dtype=float)  # along one edge, and back
+    ribbon = np.array(spec(figure)["data"][0]["y"], dtype=float)  # along one edge, and back
     width = np.abs(ribbon[:8] - ribbon[:7:-1])
     assert width == pytest.approx(np.full(8, 0.6), rel=1e-12)
 
 
 def test_errors_of_a_path_stand_over_its_steps(loop):
-    (figure,) = curves.errors(loop)
+    (figure,) = errors.errors(loop)
     assert figure.title == "Error of tangential displacement at equal step of the path"
     assert trace(figure, "reduced model")["x"] == list(range(1, 9))
-    assert figure.spec["layout"]["xaxis"].get("type") != "log"
+    assert spec(figure)["layout"]["xaxis"].get("type") != "log"
     assert "largest value along the path" in figure.caption
 
 
@@ -94,8 +95,8 @@ def test_a_history_is_drawn_over_time():
 def test_speeds_over_decades_take_a_logarithmic_axis():
     speeds = {"friction_coefficient": [0.1, 0.4, 0.2], "speed": [1e-3, 1e-1, 10.0]}
     (figure,) = curves.curves(record("speed", "speed", speeds))
-    assert figure.spec["layout"]["xaxis"]["type"] == "log"
-    assert figure.spec["layout"]["yaxis"].get("type") != "log"  # 0.1 to 0.4 is no spread
+    assert spec(figure)["layout"]["xaxis"]["type"] == "log"
+    assert spec(figure)["layout"]["yaxis"].get("type") != "log"  # 0.1 to 0.4 is no spread
     assert figure.title == "Coefficient of friction against sliding speed"
 
 
@@ -112,4 +113,4 @@ def test_a_lost_step_of_a_path_is_told_at_its_step(loop):
 def test_errors_against_time_are_those_at_equal_step(loop):
     (figure,) = speed.speed(loop)
     assert figure.title == "Error of tangential displacement at equal step of the path"
-    json.dumps(figure.spec, allow_nan=False)
+    json.dumps(spec(figure), allow_nan=False)

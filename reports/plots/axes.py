@@ -1,0 +1,95 @@
+"""The kinds of axes: of a quantity, of relative errors, of times."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterable
+
+import numpy as np
+
+from comparisons import formatting as fmt
+from reports.plots.figure import Axis, Level
+
+LOG_SPAN = 15.0  # loads spread wider than this are drawn on logarithmic axes
+Ticks = tuple[tuple[float, str], ...]
+
+
+def value_axis(name: str, values: np.ndarray, log: bool) -> Axis:
+    """Return the axis of a quantity: one prefix for all; from zero, or with ticks at 1, 2 and 5."""
+    scale = fmt.prefix_for(values, fmt.quantity(name).unit)
+    known = values[np.isfinite(values) & (values > 0)]
+    if not log or not len(known):
+        return Axis(quantity=name, scale=scale)
+    limits = padded(known, 0.06, 0.05)
+    ticks = log_ticks(limits, lambda v: fmt.number(v, 1), factor=scale.factor)
+    return Axis(quantity=name, scale=scale, log=True, limits=limits, ticks=ticks)
+
+
+def error_axis(low: float, high: float, title: str) -> Axis:
+    """Return a logarithmic axis of relative errors, labelled in per cent and ppm."""
+    ticks = log_ticks((low, high), fmt.tolerance)
+    return Axis(title, log=True, limits=(low, high), ticks=ticks)
+
+
+def log_axis(
+    title: str, limits: tuple[float, float], label: Callable[[float], str], most: int = 8
+) -> Axis:
+    """Return a logarithmic axis with worded ticks."""
+    return Axis(title, log=True, limits=limits, ticks=log_ticks(limits, label, most))
+
+
+def time_axis(title: str, limits: tuple[float, float]) -> Axis:
+    """Return a logarithmic axis of times."""
+    return log_axis(title, limits, lambda value: fmt.with_unit(value, "s", 1), most=6)
+
+
+def padded(values: np.ndarray, share: float, least: float) -> tuple[float, float]:
+    """Return ends around positive values, a share of their decades and at least `least` apart."""
+    low, high = np.log10(values.min()), np.log10(values.max())
+    margin = max(share * (high - low), least)
+    return float(10 ** (low - margin)), float(10 ** (high + margin))
+
+
+def error_range(sizes: np.ndarray, tolerance: float) -> tuple[float, float]:
+    """Return whole decades that hold all errors and the tolerance, at least two of them."""
+    # Larger errors than an axis can have decades for come from damaged results only.
+    known = sizes[(sizes < 1e200) & (sizes > fmt.ROUND_OFF)]
+    low = min(float(known.min()) if len(known) else tolerance, tolerance) / 1.5
+    high = max(float(known.max()) if len(known) else tolerance, tolerance) * 1.5
+    low, high = 10.0 ** np.floor(np.log10(low)), 10.0 ** np.ceil(np.log10(high))
+    return float(max(low, 1e-16)), float(max(high, 100 * low))
+
+
+def asked(tolerance: float) -> Level:
+    """Return the line at the tolerance that was asked for."""
+    return Level(tolerance, f"asked: {fmt.tolerance(tolerance)}")
+
+
+def log_ticks(
+    limits: tuple[float, float], label: Callable[[float], str], most: int = 8, factor: float = 1.0
+) -> Ticks:
+    """Return ticks inside limits with worded labels: 1-2-5, or whole decades if many.
+
+    `factor` is that of the axis' unit: ticks are round in it.
+
+    >>> log_ticks((0.9e-6, 3e-6), str, factor=1e6)
+    ((1e-06, '1.0'), (2e-06, '2.0'))
+    """
+    low, high = (edge * factor for edge in limits)
+    first, last = math.floor(math.log10(low)), math.ceil(math.log10(high))
+    stride = max(1, math.ceil((last - first + 1) / most))
+    steps = (1, 2, 5) if 3 * (last - first) <= most + 2 else (1,)
+    values = (
+        float(f"{step}e{power}") for power in range(first, last + 1, stride) for step in steps
+    )
+    return tuple((v / factor, label(v)) for v in values if 0.999 * low <= v <= 1.001 * high)
+
+
+def wants_log(values: Iterable[object], span: float = LOG_SPAN) -> bool:
+    """Tell whether positive values spread so wide that only a logarithmic axis shows them all.
+
+    >>> wants_log([1, 2, 5]), wants_log([1e-7, 1e-5]), wants_log([0.0, 1.0])
+    (False, True, False)
+    """
+    known = np.array([float(v) for v in values if fmt.finite(v)])  # type: ignore[arg-type]
+    return bool(len(known) and known.min() > 0 and known.max() / known.min() > span)

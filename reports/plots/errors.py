@@ -1,0 +1,137 @@
+"""Errors of a scene's compared quantities at every load step."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import replace
+
+import numpy as np
+import pandas as pd
+
+from comparisons import formatting as fmt
+from comparisons.results import selection
+from comparisons.results.store import SceneRecord
+from comparisons.scene.loading import NORMAL
+from reports.plots.axes import asked, error_axis, error_range, value_axis, wants_log
+from reports.plots.curves import TRUTH_BAR
+from reports.plots.figure import Band, Figure, Series
+from reports.plots.style import CROSS, drawing_order, look
+
+CAPTION = (
+    "Each method at its finest resolution. Filled markers: above the reference, hollow: below; on "
+    "the lower edge: smaller than the axis shows. Horizontal line: the tolerance asked for. "
+    "Shaded: below what the reference itself is sure of."
+)
+PATH_CAPTION = "Errors are relative to the largest value along the path, because it passes zero."
+
+
+def errors(scene: SceneRecord) -> list[Figure]:
+    """Return the size of each compared quantity's error at every load step."""
+    return [figure for name in scene.quantities if (figure := error_figure(scene, name))]
+
+
+def error_figure(scene: SceneRecord, name: str) -> Figure | None:
+    """Return the size of a quantity's error at every load step, None where none is known."""
+    tables = _tables(scene, name)
+    if not tables:
+        return None
+    loads = np.concatenate([selection.compared_along(scene, rows) for rows in tables.values()])
+    sizes = [np.abs(selection.column(rows, f"error_{name}")) for rows in tables.values()]
+    low, high = error_range(np.concatenate(sizes), scene.tolerance)
+    log = wants_log(loads) and not scene.is_path
+    axes = value_axis(scene.along, loads, log), error_axis(low, high, "relative error |e|")
+    series = [_series(scene, method, rows, name, low) for method, rows in tables.items()]
+    return Figure(
+        f"error-{name}",
+        f"Error of {fmt.quantity(name).words} at equal {_equal(scene, name)}",
+        f"{CAPTION} {PATH_CAPTION}" if scene.is_path else CAPTION,
+        *axes,
+        (*series, *_lost_steps(scene, high)),
+        _floor(scene, tables, name, low),
+        (asked(scene.tolerance),),
+        quantity=name,
+    )
+
+
+def _equal(scene: SceneRecord, name: str) -> str:
+    equal = scene.along
+    if equal in NORMAL:
+        equal = {"force": "penetration", "penetration": "force"}.get(name, equal)
+    return fmt.quantity(equal).words
+
+
+def _tables(scene: SceneRecord, name: str) -> dict[str, pd.DataFrame]:
+    """Return the load steps of each method's finest resolution that has errors of a quantity."""
+    tables = {}
+    for method in drawing_order(selection.methods(scene)):
+        levels = [
+            level
+            for level in selection.resolutions(scene, method)
+            if not selection.is_reference(scene, method, level)
+        ]
+        rows = selection.curve(scene, method, levels[-1]) if levels else pd.DataFrame()
+        if np.isfinite(selection.column(rows, f"error_{name}")).any():
+            tables[method] = rows
+    return tables
+
+
+def _floor(
+    scene: SceneRecord, tables: dict[str, pd.DataFrame], name: str, low: float
+) -> tuple[Band, ...]:
+    """Shade what lies below the reference's uncertainty (taken from the method with most steps)."""
+    column = f"reference_uncertainty_{name}"
+    rows = max(tables.values(), key=lambda rows: np.isfinite(selection.column(rows, column)).sum())
+    bars = selection.column(rows, column)
+    bars = np.where(bars > low, bars, np.nan)
+    if not np.isfinite(bars).any():
+        return ()
+    loads = selection.compared_along(scene, rows)
+    return (Band(loads, np.full(len(loads), low), bars, label=TRUTH_BAR),)
+
+
+def _series(scene: SceneRecord, method: str, rows: pd.DataFrame, name: str, low: float) -> Series:
+    own, error = look(method), selection.column(rows, f"error_{name}")
+    loads, unit = selection.compared_along(scene, rows), fmt.quantity(scene.along).unit
+    level = fmt.number(selection.column(rows, "resolution")[0], 6)
+    texts = (
+        f"{own.label}, N = {level}\n{fmt.with_unit(load, unit)}\nerror {fmt.relative(value)}"
+        for load, value in zip(loads, error, strict=True)
+    )
+    return Series(
+        *(own, loads, np.maximum(np.abs(error), low)),
+        hollow=~(error >= 0),
+        hover=tuple(texts),
+        size=max(own.size - 1, 7),
+        width=1.5,
+    )
+
+
+def _lost_steps(scene: SceneRecord, high: float) -> list[Series]:
+    """Load steps without a result: hollow crosses at the upper edge, the reason on hover."""
+    lost: dict[str, dict[float, list[str]]] = {}
+    for item in selection.failures(scene):
+        if np.isfinite(item.load):
+            lost.setdefault(item.method, {}).setdefault(item.load, []).append(why(item))
+    return [
+        failed(method, reasons, high, ["\n".join(texts) for texts in reasons.values()])
+        for method, reasons in lost.items()
+    ]
+
+
+def failed(method: str, x: Iterable[float], edge: float, reasons: list[str]) -> Series:
+    """Return crosses at the upper edge of a plot."""
+    own, places = look(method), np.array(list(x), dtype=float)
+    return Series(
+        replace(own, label=f"{own.label}: failed", marker=CROSS, size=11),
+        places,
+        # A hair inside: rounding in the logarithm must not push them out of the plot.
+        np.full(len(places), 0.995 * edge),
+        line=False,
+        hollow=True,
+        hover=tuple(reasons),
+    )
+
+
+def why(item: selection.Failure) -> str:
+    """Return a failure's setting and reason."""
+    return f"{look(item.method).label}, N = {fmt.number(item.resolution, 6)}: {item.reason}"

@@ -1,0 +1,322 @@
+"""Figures for the page, as plotly.js takes them: plain dicts, so that no plotly is needed here.
+
+plotly reads a little HTML in names and hovers: all texts are escaped. A plot that moves has one
+frame for each load: what differs of each trace, and of the layout, from the last load.
+"""
+
+from __future__ import annotations
+
+import base64
+import html
+import re
+from collections.abc import Iterable
+from typing import Any
+
+import numpy as np
+
+from comparisons import formatting as fmt
+from reports.plots.figure import Axis, Band, Figure, Guide, Level, Map, Series, Stretch
+
+LARGEST_CODE = 2**16 - 1
+NOTE_MARGIN = {"l": 60, "r": 52, "t": 30, "b": 50}  # room for "asked 1 %" on the right
+FEW_TICKS = 6  # of them none need be turned
+TOKENS = ("@ink", "@peer", "@truth")  # their light versions are the page's own
+
+
+def spec(figure: Figure) -> dict[str, Any]:
+    """Return data and layout of a figure, and its frames if it moves."""
+    last = {"data": _traces(figure), "layout": _layout(figure)}
+    if not figure.earlier:
+        return last
+    frames = []
+    for each in (*figure.earlier, figure):
+        traces = zip(_traces(each), last["data"], strict=True)
+        layout = {"shapes": _shapes(each)} if figure.levels else {}
+        frames.append({"data": [_differing(*pair) for pair in traces], "layout": layout})
+    return last | {"frames": frames}
+
+
+def _differing(trace: dict[str, Any], last: dict[str, Any]) -> dict[str, Any]:
+    return {key: value for key, value in trace.items() if value != last.get(key)}
+
+
+def _traces(figure: Figure) -> list[dict[str, Any]]:
+    units = figure.x.scale, figure.y.scale
+    drawn = [_map(figure.map, figure)] if figure.map else []
+    drawn += [_band(band, *units) for band in figure.bands]
+    return drawn + [_series(series, figure) for series in figure.series]
+
+
+def _series(series: Series, figure: Figure) -> dict[str, Any]:
+    look = series.look
+    trace: dict[str, Any] = {
+        "type": "scatter",
+        "mode": "+".join(["lines"] * series.line + ["markers"] * series.marks),
+        "name": inert(look.label),
+        "x": numbers(series.x, figure.x.scale.factor, series.digits),
+        "y": numbers(series.y, figure.y.scale.factor, series.digits),
+    }
+    if series.line:
+        line = {"color": look.colour, "dash": look.dash.plotly, "width": series.width}
+        trace["line"] = line | ({"shape": "hv"} if series.stairs else {})
+    if series.marks:
+        trace["marker"] = _marker(series)
+        trace["cliponaxis"] = figure.clipped
+    if not series.legend:
+        trace["showlegend"] = False
+    if series.group:
+        trace["legendgroup"] = inert(series.group)
+    if series.bars is not None:
+        trace["error_y"] = _bars(series, figure)
+    return trace | _hover(series, figure)
+
+
+def _marker(series: Series) -> dict[str, Any]:
+    look, name = series.look, series.look.marker.plotly
+    hollow = np.asarray(series.hollow)
+    marker: dict[str, Any] = {
+        "color": look.colour,
+        "symbol": [f"{name}-open" if each else name for each in hollow]
+        if hollow.ndim
+        else f"{name}-open" * bool(hollow) or name,
+        "size": series.size or look.size,
+    }
+    if hollow.any():
+        marker["line"] = {"width": 1.5, "color": look.colour}
+    if series.outlined:
+        marker["line"] = {"width": 2, "color": "@ink"}
+    return marker | ({"opacity": series.faint} if series.faint < 1.0 else {})
+
+
+def _bars(series: Series, figure: Figure) -> dict[str, Any]:
+    up = numbers(series.bars, figure.y.scale.factor)
+    bars: dict[str, Any] = {"type": "data", "array": up, "thickness": 1.2, "width": 4}
+    if figure.y.log:
+        # A bar that reaches zero ends at the foot of a logarithmic axis.
+        down = np.minimum(series.bars, 0.999 * np.abs(series.y))
+        bars |= {"symmetric": False, "arrayminus": numbers(down, figure.y.scale.factor)}
+    return bars
+
+
+def _hover(series: Series, figure: Figure) -> dict[str, Any]:
+    if series.hover is None:
+        return {"hoverinfo": "skip"}
+    if not isinstance(series.hover, str):
+        return {
+            "text": [lines(text) for text in series.hover],
+            "hovertemplate": "%{text}<extra></extra>",
+        }
+    units = [axis.scale.unit for axis in (figure.x, figure.y)]
+    where = "<br>".join(
+        f"%{{{name}:.3g}} {unit}".strip() for name, unit in zip("xy", units, strict=True)
+    )
+    return {"hovertemplate": f"{lines(series.hover)}<br>{where}<extra></extra>"}
+
+
+def _band(band: Band, x: fmt.Scale, y: fmt.Scale) -> dict[str, Any]:
+    """Return a filled polygon, silent under the mouse."""
+    keep = np.isfinite(band.along) & np.isfinite(band.low) & np.isfinite(band.high)
+    along, low, high = (
+        np.asarray(values, dtype=float)[keep] for values in (band.along, band.low, band.high)
+    )
+    if len(along) < 2:
+        along = low = high = np.empty(0)
+    there = np.concatenate([along, along[::-1]]), np.concatenate([low, high[::-1]])
+    right, up = reversed(there) if band.sideways else there
+    return {
+        "type": "scatter",
+        "x": numbers(right, x.factor),
+        "y": numbers(up, y.factor),
+        "fill": "toself",
+        "fillcolor": _light(band.colour, band.opacity),
+        "line": {"width": 0},
+        "mode": "lines",
+        "hoverinfo": "skip",
+        "showlegend": False,
+    }
+
+
+def _light(colour: str, opacity: float) -> str:
+    """Return a light version of a colour; tokens keep theirs in the page."""
+    if colour in TOKENS:
+        return f"{colour}-band"
+    red, green, blue = (int(colour[i : i + 2], 16) for i in (1, 3, 5))
+    return f"rgba({red},{green},{blue},{opacity})"
+
+
+def _map(drawn: Map, figure: Figure) -> dict[str, Any]:
+    # plotly's rows run along y, ours along x.
+    z = (drawn.values * drawn.scale.factor).T
+    unit = drawn.scale.unit
+    return {
+        "type": "heatmap",
+        "x": numbers(drawn.x, figure.x.scale.factor),
+        "y": numbers(drawn.y, figure.y.scale.factor),
+        "z": coded_map(z) if z.size else [],
+        "colorscale": "Viridis",
+        "colorbar": {
+            "title": {"text": inert(f"{drawn.symbol} / {unit}"), "side": "right"},
+            "thickness": 14,
+            "xpad": 18,
+        },
+        "hoverongaps": False,
+        "hovertemplate": f"{inert(drawn.symbol)} = %{{z:.3g}} {unit}<extra></extra>",
+        "zmin": 0,
+        "zmax": float(f"{drawn.highest * drawn.scale.factor:.3g}"),
+    }
+
+
+def coded_map(values: np.ndarray) -> dict[str, Any]:
+    """Return a map of positive values (NaN: a gap) in 16-bit codes, a third of its JSON.
+
+    One code is the highest value over 65535; what is positive but smaller than half of it keeps
+    code 1.
+    """
+    known = np.nan_to_num(values, nan=0.0)
+    highest = float(known.max(initial=0.0))
+    step = highest / LARGEST_CODE if highest > 0 else 1.0
+    codes = np.clip(np.round(known / step), np.where(known > 0, 1, 0), LARGEST_CODE)
+    text = base64.b64encode(codes.astype("<u2").tobytes()).decode()
+    return {"codes": text, "shape": list(values.shape), "step": float(f"{step:.6g}")}
+
+
+def _layout(figure: Figure) -> dict[str, Any]:
+    """Return what is the figure's own of the layout; fonts, grid and paper come from the page."""
+    layout: dict[str, Any] = {"xaxis": _axis(figure.x), "yaxis": _axis(figure.y)}
+    if len(figure.x.ticks) <= FEW_TICKS and figure.x.ticks:
+        layout["xaxis"]["tickangle"] = 0
+    if figure.map:
+        for name in ("xaxis", "yaxis"):
+            layout[name] |= {"constrain": "domain", "showgrid": False}
+        layout["yaxis"]["scaleanchor"] = "x"
+    layout["shapes"] = _shapes(figure)
+    layout["annotations"] = [_level_note(each) for each in figure.levels if each.label]
+    if layout["annotations"]:
+        layout["margin"] = NOTE_MARGIN
+    layout["annotations"] += [_guide_note(each, figure.x) for each in figure.guides if each.text]
+    return {key: value for key, value in layout.items() if value} | (
+        {} if figure.legend else {"showlegend": False}
+    )
+
+
+def _axis(axis: Axis) -> dict[str, Any]:
+    found: dict[str, Any] = {
+        "title": {"text": _title(axis)},
+        "type": "log" if axis.log else "linear",
+    }
+    if axis.limits:
+        limits = np.array(axis.limits) * axis.scale.factor
+        found["range"] = [float(each) for each in (np.log10(limits) if axis.log else limits)]
+    elif axis.quantity:
+        found["rangemode"] = "tozero"
+    if axis.ticks:
+        found["tickvals"] = numbers([value for value, _ in axis.ticks], axis.scale.factor)
+        found["ticktext"] = [text for _, text in axis.ticks]
+    return found
+
+
+def _title(axis: Axis) -> str:
+    """Return the title of an axis; plotly sets what follows an underscore lower.
+
+    >>> _title(Axis(quantity="pull_off_force", scale=fmt.Scale(1e3, "mN")))
+    'pull-off force F<sub>off</sub> / mN'
+    """
+    title, symbol = inert(axis.words), fmt.quantity(axis.quantity).symbol
+    return title.replace(symbol, re.sub(r"_(\w+)", r"<sub>\1</sub>", symbol)) if symbol else title
+
+
+def _shapes(figure: Figure) -> list[dict[str, Any]]:
+    shapes = [_stretch(each, figure.x) for each in figure.stretches]
+    shapes += [_level(each, figure.y) for each in figure.levels if np.isfinite(each.value)]
+    return shapes + [_guide(each, figure.x) for each in figure.guides]
+
+
+def _level(level: Level, axis: Axis) -> dict[str, Any]:
+    height = level.value * axis.scale.factor
+    return {
+        "type": "line",
+        "xref": "paper",
+        "x0": 0,
+        "x1": 1,
+        "y0": height,
+        "y1": height,
+        "line": {"color": level.colour, "width": 1, "dash": level.dash.plotly},
+    }
+
+
+def _level_note(level: Level) -> dict[str, Any]:
+    """Return the line's label, in the right margin where no marker can cover it."""
+    return {
+        "xref": "paper",
+        "x": 1.01,
+        "y": float(np.log10(level.value)),
+        "text": inert(level.label).replace(": ", "<br>"),
+        "showarrow": False,
+        "xanchor": "left",
+        "yanchor": "middle",
+        "align": "left",
+        "font": {"size": 11, "color": level.colour},
+    }
+
+
+def _guide(guide: Guide, axis: Axis) -> dict[str, Any]:
+    place = guide.value * axis.scale.factor
+    return {
+        "type": "line",
+        "yref": "paper",
+        "y0": 0,
+        "y1": 1,
+        "x0": place,
+        "x1": place,
+        "layer": "below",
+        "line": {"color": guide.colour, "width": 1, "dash": "dot"},
+    }
+
+
+def _guide_note(guide: Guide, axis: Axis) -> dict[str, Any]:
+    place = guide.value * axis.scale.factor
+    # Only annotations take logarithms on a logarithmic axis.
+    return {
+        "x": float(np.log10(place) if axis.log else place),
+        "yref": "paper",
+        "y": 1.0,
+        "yanchor": "bottom",
+        "yshift": 5,
+        "text": inert(guide.text),
+        "showarrow": False,
+        "font": {"size": 11, "color": guide.colour},
+    }
+
+
+def _stretch(stretch: Stretch, axis: Axis) -> dict[str, Any]:
+    """Return a shaded part; a single point is a line."""
+    ends = [each * axis.scale.factor for each in (stretch.low, stretch.high)]
+    return {
+        "type": "rect",
+        "yref": "paper",
+        "x0": ends[0],
+        "x1": ends[1],
+        "y0": 0,
+        "y1": 1,
+        "line": {"width": 1, "color": _light(stretch.colour, 0.4)},
+        "fillcolor": _light(stretch.colour, 0.12),
+        "layer": "below",
+    }
+
+
+def inert(text: object) -> str:
+    """Make text harmless inside plotly, which reads a little HTML in names and hovers."""
+    return html.escape(str(text), quote=False)
+
+
+def lines(text: str) -> str:
+    """Return harmless text with its lines kept apart."""
+    return "<br>".join(inert(line) for line in text.split("\n"))
+
+
+def numbers(values: Iterable[object], factor: float = 1.0, digits: int = 6) -> list[float | None]:
+    """Return scaled values, rounded, and None (a gap in the curve) where there is none."""
+    return [
+        float(f"{float(value) * factor:.{digits}g}") if fmt.finite(value) else None  # type: ignore[arg-type]
+        for value in values
+    ]
