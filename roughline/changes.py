@@ -7,11 +7,11 @@ from pathlib import Path
 
 import pandas as pd
 
-from comparisons import formatting as fmt
 from comparisons.errors import InputError
 from comparisons.results import runs
 from comparisons.results.runs import MOVED, SAME, SLOWER, Change, RunComparison
 from comparisons.results.store import StudyRecord, load_study
+from reports.tables.runs import changes
 from roughline import notebook
 from roughline.studies import Results
 
@@ -68,19 +68,7 @@ class Changes:
         notable = sorted(
             (c for c in self.record.changes if c.kinds != (SAME,)), key=lambda c: not c.bad
         )
-        rows = [
-            (
-                each.scene,
-                each.method,
-                each.resolution or "",
-                notebook.badge("moved" if each.bad else "told"),
-                each.text,
-                " \N{RIGHTWARDS ARROW} ".join(map(fmt.duration, each.seconds)),
-            )
-            for each in notable[:MOST_ROWS]
-        ]
-        heads = ("scene", "method", "N", "", "what", "time")
-        body = notebook.table(heads, rows) if rows else ""
+        body = notebook.table(changes(notable[:MOST_ROWS])) if notable else ""
         left = notebook.more(len(notable) - MOST_ROWS, "solves that changed")
         return notebook.block(self._heading(), *self.notes, body, left)
 

@@ -9,13 +9,13 @@ from typing import TYPE_CHECKING, Any
 
 import pandas as pd
 
-from comparisons import formatting as fmt
 from comparisons.errors import InputError
 from comparisons.files import plain
 from comparisons.questions.claims import claim as files
 from comparisons.questions.claims.record import ClaimRecord
 from comparisons.questions.claims.runner import judge_claim
 from reports.plots.claim import evidence
+from reports.tables.claims import measurements
 from roughline import notebook
 
 if TYPE_CHECKING:
@@ -81,21 +81,13 @@ class ClaimVerdict:
 
     def _repr_html_(self) -> str:
         points = self.record.points
-        rows = [
-            (
-                fmt.number(each.parameter),
-                fmt.plus_minus(each.error, each.uncertainty),
-                notebook.badge(each.word),
-            )
-            for each in points[:MOST_ROWS]
-        ]
-        heads = (self.record.parameter or "parameter", "error", "")
+        measured = measurements(self.record).without("time", "details").first(MOST_ROWS)
         return notebook.block(
             f"{self.record.id}, {self.record.equation}",
             self.record.text,
             notebook.badge(self.verdict) + f" {self.sentence}",
             *self.record.disagreements,
-            notebook.table(heads, rows),
+            notebook.table(measured),
             notebook.more(len(points) - MOST_ROWS, "measurements"),
         )
 

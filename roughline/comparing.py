@@ -9,7 +9,6 @@ import pandas as pd
 
 from comparisons import formatting as fmt
 from comparisons.errors import InputError
-from comparisons.judging.verdicts import NO_RESULT
 from comparisons.results import selection
 from comparisons.results.advice import Setting, advise
 from comparisons.results.decisions import Verdict, asked_in_vain, judged_methods, verdicts, worst
@@ -18,8 +17,8 @@ from comparisons.results.store import SceneRecord
 from comparisons.solving.kept import solve_plan
 from comparisons.solving.planning import plan_scene
 from comparisons.solving.plans import Source, refuse_unsolvable
-from reports.pages.tables import lost_solves
-from reports.plots.style import look
+from reports.tables.judged import methods_table
+from reports.tables.scene import lost_solves
 from roughline import notebook
 from roughline.scenes import scene_of
 
@@ -141,44 +140,14 @@ class Comparison:
         return "\n".join([*told, self.answer, finest.to_string(index=False)])
 
     def _repr_html_(self) -> str:
-        heads = ("method", "N", "time", "quantity", "largest error", "verdict")
         asked = fmt.tolerance(self.record.tolerance)
         return notebook.block(
             f"{self.record.title} ({self.name}), asked: {asked}",
             *self.disagreements,
             self.answer,
-            notebook.table(heads, self._rows()),
+            notebook.table(methods_table(self.record)),
             *self.lost,
         )
-
-    def _rows(self) -> list[tuple[object, ...]]:
-        """Return each method's deciding verdicts at its finest resolution; refusals, and why."""
-        rows: list[tuple[object, ...]] = []
-        refused = selection.unsupported(self.record)
-        for method in selection.methods(self.record):
-            if method not in refused:
-                rows += self._judged_rows(method)
-            elif refused[method] != "not asked for":
-                label = look(method).label
-                rows.append((label, "", "", "", refused[method], notebook.badge("not run")))
-        return rows
-
-    def _judged_rows(self, method: str) -> list[tuple[object, ...]]:
-        """Return one row per quantity, at the load and the step that decided."""
-        label = look(method).label
-        found = [each for each in verdicts(self.record, method) if each.word != NO_RESULT]
-        if not found:
-            truth = selection.reference(self.record)[0]
-            word = "reference" if method == truth else NO_RESULT
-            return [(label, "", "", "", "", notebook.badge(word))]
-        solved = selection.curve(self.record, method, found[0].resolution)
-        time = fmt.duration(selection.column(solved, "seconds")[0])
-        rows = []
-        for index, each in enumerate(found):
-            setting = (label, f"{each.resolution:.0f}", time) if index == 0 else ("", "", "")
-            what = f"{fmt.quantity(each.quantity).words} ({each.where})"
-            rows.append((*setting, what, each.number, notebook.badge(each.word)))
-        return rows
 
 
 def compare(

@@ -9,7 +9,8 @@ import pandas as pd
 from comparisons.methods import METHODS, Method
 from comparisons.methods.user.external import ExternalMethod, add_methods
 from comparisons.methods.user.session import add_to_session
-from comparisons.scene.method_names import known_methods
+from reports.tables import lists
+from reports.tables.frames import frame
 
 
 def list_methods() -> pd.DataFrame:
@@ -20,11 +21,7 @@ def list_methods() -> pd.DataFrame:
     >>> list_methods().loc["reduced", "solves"]
     'a line'
     """
-    rows = [
-        (name, each.title, "a line" if each.dimension == 1 else "the 3-D contact")
-        for name, each in known_methods().items()
-    ]
-    return pd.DataFrame(rows, columns=["name", "title", "solves"]).set_index("name")
+    return frame(lists.methods()).set_index("name")
 
 
 def add_method(method: Method | str | Path) -> list[str]:

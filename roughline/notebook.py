@@ -6,43 +6,45 @@ stand without the word.
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from markupsafe import Markup
 
-from markupsafe import Markup, escape
+from reports.tables.table import Cell, Table, tone
 
-_GOOD, _BAD, _OPEN, _NONE = (
-    ("#00624a", "#dff2ea"),
-    ("#9c3a00", "#fde6d8"),
-    ("#5c5300", "#f6f0c4"),
-    ("#444444", "#e9eaec"),
-)
+_OPEN, _NONE = ("#5c5300", "#f6f0c4"), ("#444444", "#e9eaec")
 _COLOURS = {
-    **dict.fromkeys(("within", "holds", "same"), _GOOD),
-    **dict.fromkeys(("outside", "fails", "moved"), _BAD),
-    **dict.fromkeys(("not resolved", "holds in a range"), _OPEN),
+    "within": ("#00624a", "#dff2ea"),
+    "outside": ("#9c3a00", "#fde6d8"),
+    "not-resolved": _OPEN,
+    "partly": _OPEN,
 }
 
 
 def badge(word: str) -> Markup:
-    """Return a verdict as word and colour; other words are grey.
+    """Return a word in the colour of its tone; those that judge nothing are grey.
 
     >>> print(badge("<within>"))
     <span style="color:#444444;background:#e9eaec;...">&lt;within&gt;</span>
     """
-    ink, ground = _COLOURS.get(word, _NONE)
+    ink, ground = _COLOURS.get(tone(word), _NONE)
     style = f"color:{ink};background:{ground};padding:0 .4em;border-radius:3px;font-weight:600"
     return Markup('<span style="{};white-space:nowrap">{}</span>').format(style, word)
 
 
-def table(headings: Sequence[str], rows: Iterable[Sequence[object]]) -> Markup:
-    """Return a table with texts to the left; cells are escaped unless they are `Markup`."""
+def table(drawn: Table) -> Markup:
+    """Return a table with texts to the left, verdicts in colour, everything else escaped."""
     cell = Markup('<t{0} style="text-align:left;padding:.15em .6em">{1}</t{0}>')
-    head = Markup("").join(cell.format("h", each) for each in headings)
+    head = Markup("").join(cell.format("h", each.text) for each in drawn.heads)
     body = Markup("").join(
-        Markup("<tr>{}</tr>").format(Markup("").join(cell.format("d", each) for each in row))
-        for row in rows
+        Markup("<tr>{}</tr>").format(
+            Markup("").join(cell.format("d", _shown(each)) for each in row)
+        )
+        for row in drawn.rows
     )
     return Markup("<table><thead><tr>{}</tr></thead><tbody>{}</tbody></table>").format(head, body)
+
+
+def _shown(cell: Cell) -> str | Markup:
+    return Markup(" ").join(map(badge, cell.badges)) if cell.badges else cell.text
 
 
 def block(heading: str, *parts: object) -> str:
@@ -56,8 +58,3 @@ def block(heading: str, *parts: object) -> str:
 def more(count: int, what: str) -> str:
     """Return how many rows a short table leaves out."""
     return "" if count <= 0 else f"... and {count} more {what}: .table() has all of them"
-
-
-def words(name: str) -> str:
-    """Return a column's name as words."""
-    return str(escape(name)).replace("_", " ")

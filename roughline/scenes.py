@@ -9,11 +9,13 @@ from typing import Any
 
 import pandas as pd
 
-from comparisons.scene.scene import Scene, builtin_names, parse_scene
+from comparisons.scene.scene import Scene, parse_scene
 from comparisons.scene.scene import load_scene as _load_scene
-from comparisons.scene.suites import SUITES
 from comparisons.solving import planning
 from comparisons.solving.plans import Source
+from reports.tables.frames import frame
+from reports.tables.lists import scenes
+from reports.tables.plans import plan as plan_table
 from roughline import notebook
 
 
@@ -65,11 +67,7 @@ def list_scenes() -> pd.DataFrame:
     >>> "paraboloid" in list_scenes().index
     True
     """
-    rows = [
-        (name, _load_scene(name).heading, ", ".join(s for s, own in SUITES.items() if name in own))
-        for name in builtin_names()
-    ]
-    return pd.DataFrame(rows, columns=["name", "title", "suites"]).set_index("name")
+    return frame(scenes()).set_index("name")
 
 
 @dataclass(frozen=True, repr=False)
@@ -113,15 +111,10 @@ class Plan:
         return self.table().to_string(index=False)
 
     def _repr_html_(self) -> str:
-        rows = [
-            (row.method, ", ".join(map(str, row.resolutions)) or "not run", row.plan)
-            for row in self.table().itertuples()
-        ]
         left = [f"Left out: {what} \N{EN DASH} {why}." for what, why in self.left_out.items()]
-        heading = ", ".join(f"{plan.scene.heading} ({plan.scene.name})" for plan in self.plans)
-        return notebook.block(
-            heading, notebook.table(("method", "resolutions", "plan"), rows), *left, *self.notes
-        )
+        planned = [plan_table(each) for each in self.plans]
+        heading = ", ".join(each.title for each in planned)
+        return notebook.block(heading, *map(notebook.table, planned), *left, *self.notes)
 
 
 def plan(scene: Source, *methods: str, full: bool = False) -> Plan:

@@ -14,6 +14,7 @@ from comparisons.questions.single import SingleResult, solve_scene
 from comparisons.scene.scene import Scene
 from comparisons.solving.plans import Source
 from reports.plots.curves import solution_figure
+from reports.tables.solution import load_steps, shown
 from roughline import notebook
 from roughline.scenes import load_scene
 
@@ -113,29 +114,18 @@ class Solution:
         self.result.write_vtu(Path(path))
 
     def __repr__(self) -> str:
-        return f"{self._heading()}\n{self.table()[self._shown()].to_string()}"
+        return f"{self._heading()}\n{self.table()[shown(self.result)].to_string()}"
 
     def _repr_html_(self) -> str:
-        found = self.table()
-        scales = {n: fmt.prefix_for(found[n], fmt.quantity(n).unit) for n in self._shown()}
-        heads = [fmt.axis_title(name, scale.unit) for name, scale in scales.items()]
-        rows = [
-            [fmt.number(row[name] * scale.factor, 4) for name, scale in scales.items()]
-            for row in found.head(MOST_ROWS).to_dict("records")
-        ]
-        left = notebook.more(len(found) - MOST_ROWS, "load steps")
+        steps = load_steps(self.result)
+        left = notebook.more(len(steps.rows) - MOST_ROWS, "load steps")
         return notebook.block(
-            self._heading(), notebook.table(heads, rows), left, *self.result.reasons
+            self._heading(), notebook.table(steps.first(MOST_ROWS)), left, *self.result.reasons
         )
 
     def _heading(self) -> str:
         time = fmt.duration(self.seconds)
         return f"{self.scene.heading}: {self.method}, N = {self.resolution}, {time}"
-
-    def _shown(self) -> list[str]:
-        given = list(self.result.plan.loads.columns)
-        asked = [q for q in self.scene.compare.quantities if q not in given]
-        return [name for name in (*given, *asked) if name in self.quantities]
 
 
 def solve(

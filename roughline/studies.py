@@ -10,12 +10,13 @@ from typing import Any
 import pandas as pd
 
 from comparisons import formatting as fmt
-from comparisons.judging.verdicts import NO_RESULT
 from comparisons.questions import study
+from comparisons.results.decisions import judged_methods
 from comparisons.results.store import StudyRecord, load_study
 from comparisons.solving.planning import Effort
 from comparisons.solving.plans import Source, plan_all
 from reports.cli.workers import Crew
+from reports.tables.judged import answers
 from roughline import notebook
 from roughline.comparing import Comparison
 from roughline.scenes import Plan
@@ -89,17 +90,13 @@ class Results:
         return "\n".join([f"{self.folder}: {len(self)} scenes", *lines])
 
     def _repr_html_(self) -> str:
-        rows = []
-        for each in list(self)[:MOST_ROWS]:
-            found = each.judged()
-            error = found.number if found.word != NO_RESULT else found.reason
-            rows.append((each.name, error, notebook.badge(found.word), each.answer))
+        shown = self.record.scenes[:MOST_ROWS]
+        judged = [judged_methods(scene)[0] for scene in shown]
         told = [f"{each.name}: {text}" for each in self for text in each.disagreements]
-        heads = ("scene", "largest error of the reduced model", "verdict", "cheapest settings")
         return notebook.block(
             f"{self.folder}, {self.record.effort}, {fmt.duration(self.record.seconds)}",
             *told,
-            notebook.table(heads, rows),
+            notebook.table(answers(shown, judged)),
             notebook.more(len(self) - MOST_ROWS, "scenes"),
         )
 

@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from comparisons import formatting as fmt
 from comparisons.files import write_text
-from comparisons.questions.calibration import Case, Summary, summary
+from comparisons.questions.calibration import Case, summary
 from reports.pages.page import render
 from reports.plots.calibration import covered, widths
 from reports.plots.style import look
+from reports.tables import cells
+from reports.tables.table import Table, table
 
 
 def write_calibration_report(found: list[Case], command: str, path: Path) -> None:
@@ -26,7 +29,7 @@ def calibration_page(found: list[Case], command: str) -> str:
         command=command,
         figures=drawn,
         halves=[(half, summary(_of(found, half=half))) for half in ("reported", "fitting")],
-        rows=rows(reported),
+        parts=parts(reported),
     )
 
 
@@ -39,10 +42,13 @@ def _of(found: list[Case], **wanted: str) -> list[Case]:
     return [c for c in found if all(getattr(c, key) == value for key, value in wanted.items())]
 
 
-def rows(found: list[Case]) -> list[tuple[str, str, Summary]]:
+def parts(found: list[Case]) -> Table:
     """Return coverage and width for each method, each quantity and each shape."""
-    return [
-        (key, _label(key, value), summary(_of(found, **{key: value})))
-        for key in ("method", "quantity", "shape")
-        for value in dict.fromkeys(getattr(case, key) for case in found)
-    ]
+    rows = []
+    for key in ("method", "quantity", "shape"):
+        for value in dict.fromkeys(getattr(case, key) for case in found):
+            got = summary(_of(found, **{key: value}))
+            coverage = cells.number(f"{100 * got.coverage:.1f} %", got.coverage)
+            width = cells.number(fmt.number(got.width, 2), got.width)
+            rows.append((key, _label(key, value), cells.count(got.count), coverage, width))
+    return table(("by", "part", "cases", "coverage", "median width"), rows)

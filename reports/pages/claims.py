@@ -10,11 +10,10 @@ from comparisons.files import write_text
 from comparisons.questions.claims.claim import VERDICTS
 from comparisons.questions.claims.record import ClaimRecord, ClaimsRecord, PointRecord
 from reports.pages.page import render
-from reports.plots.claim import detail, evidence
+from reports.plots.claim import evidence
 from reports.plots.figure import Figure
-
-# The colours of the verdicts on scenes: green, red, yellow; a part that holds is yellow too.
-CLASSES = dict(zip(VERDICTS, ("within", "outside", "partly", "not-resolved"), strict=True))
+from reports.tables.claims import measurements
+from reports.tables.table import Table
 
 
 @dataclass(frozen=True)
@@ -25,6 +24,7 @@ class ClaimView:
     anchor: str
     deciding: Deciding
     figure: Figure | None
+    measurements: Table
 
 
 @dataclass(frozen=True)
@@ -52,8 +52,6 @@ def claims_page(record: ClaimsRecord) -> str:
         record=record,
         views=views,
         tally=[(word, counts[word]) for word in VERDICTS if counts[word]],
-        classes=CLASSES,
-        detail=detail,
     )
 
 
@@ -65,7 +63,7 @@ def _view(claim: ClaimRecord) -> ClaimView:
         uncertainty=nan if largest.uncertainty is None else largest.uncertainty,
         tolerance=claim.tolerance,
     )
-    return ClaimView(claim, f"claim-{claim.id}", deciding, evidence(claim))
+    return ClaimView(claim, f"claim-{claim.id}", deciding, evidence(claim), measurements(claim))
 
 
 def _size(point: PointRecord) -> float:

@@ -11,15 +11,7 @@ from comparisons.questions.hard_cases.record import HardCasesRecord, OutcomeReco
 from reports.pages.page import render
 from reports.plots.hard_cases import stability
 
-# The colours of the verdicts on scenes; a refusal is an answer, a lost solve is not.
-CLASSES = {
-    "accurate": "within",
-    "degraded": "not-resolved",
-    "refused": "partly",
-    "not for": "no-result",
-    "left out": "no-result",
-    "lost": "outside",
-}
+KINDS = ("accurate", "degraded", "refused", "not for", "left out", "lost")
 
 
 def write_hard_cases_report(record: HardCasesRecord, path: Path) -> None:
@@ -40,7 +32,6 @@ def hard_cases_page(record: HardCasesRecord) -> str:
         record=record,
         cases=cases,
         figure=figure,
-        tally=[(word, counts[word]) for word in CLASSES if counts[word]],
-        classes=CLASSES,
+        tally=[(word, counts[word]) for word in KINDS if counts[word]],
         round_off=ROUND_OFF,
     )

@@ -19,17 +19,9 @@ from comparisons.results.runs import (
 )
 from reports.pages.page import render
 from reports.plots.runs import comparison_figures
+from reports.tables.runs import changes
 
-CLASSES = {
-    LOST: "outside",
-    CHANGED: "outside",
-    VERDICT: "partly",
-    SLOW: "not-resolved",
-    FOUND: "within",
-    FAST: "within",
-    ONE_SIDED: "no-result",
-    SAME: "within",
-}
+KINDS = (LOST, CHANGED, VERDICT, SLOW, FOUND, FAST, ONE_SIDED, SAME)
 
 
 def write_comparison_page(record: RunComparison, command: str, path: Path) -> None:
@@ -46,10 +38,9 @@ def comparison_page(record: RunComparison, command: str) -> str:
         {each.key: each for each in figures},
         record=record,
         command=command,
-        tally=[(word, counts[word]) for word in CLASSES if counts[word]],
-        classes=CLASSES,
-        notable=[c for c in record.changes if c.kinds not in ((SAME,), (ONE_SIDED,))],
-        one_sided=[each for each in record.changes if each.kinds == (ONE_SIDED,)],
-        unchanged=[each for each in record.changes if each.kinds == (SAME,)],
+        tally=[(word, counts[word]) for word in KINDS if counts[word]],
+        notable=changes([c for c in record.changes if c.kinds not in ((SAME,), (ONE_SIDED,))]),
+        one_sided=changes([each for each in record.changes if each.kinds == (ONE_SIDED,)]),
+        unchanged=changes([each for each in record.changes if each.kinds == (SAME,)]),
         figures=figures,
     )

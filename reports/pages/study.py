@@ -17,8 +17,7 @@ from comparisons.results import selection
 from comparisons.results.advice import advise
 from comparisons.results.decisions import MODEL, Verdict, judged_methods, second_rows, verdicts
 from comparisons.results.store import SceneRecord, StudyRecord
-from reports.pages import glossary, tables
-from reports.pages.claims import CLASSES as VERDICT_CLASSES
+from reports.pages import glossary
 from reports.pages.claims_beside import FOLDER, ClaimsBeside, claims_beside
 from reports.pages.page import render
 from reports.pages.summary import Summary, compared_methods, summary, times_to_errors
@@ -26,13 +25,10 @@ from reports.pictures import pictures
 from reports.plots import curves, errors, loads, model, pressure, speed
 from reports.plots.figure import Figure
 from reports.plots.style import look
+from reports.tables import scene as tables
+from reports.tables.plans import plan_rows
+from reports.tables.table import Table
 
-CLASSES = {
-    OUTSIDE: "outside",
-    NOT_RESOLVED: "not-resolved",
-    WITHIN: "within",
-    NO_RESULT: "no-result",
-}
 TURNING = "picture-view"
 
 
@@ -51,10 +47,10 @@ class SceneView:
     picture: pictures.Picture
     summary: Summary
     loads: loads.Loads
-    settings: tables.Table
-    times: tables.Table
-    stability: tables.Table
-    steps: tables.Table
+    settings: Table
+    times: Table
+    stability: Table
+    steps: Table
     seconds: float
 
     @property
@@ -90,9 +86,7 @@ def page(record: StudyRecord, *, with_pictures: bool = True) -> str:
         quantities=_columns(views),
         choosable=_shown_quantities(views),
         tally=_tally(views),
-        classes=CLASSES,
         claims=claims,
-        claim_classes=VERDICT_CLASSES,
         claims_folder=record.directory.parent / FOLDER,
         seeds=_seeds(record),
         glossary=glossary,
@@ -159,7 +153,7 @@ def _view(scene: SceneRecord, anchor: str, picture: pictures.Picture) -> SceneVi
         },
         at_other_load=second_rows(scene),
         answer=advice.sentence,
-        plan=tables.plan_rows(scene),
+        plan=plan_rows(scene),
         figures={
             "model": [reduced] if reduced else [],
             "curves": curves.curves(scene),

@@ -13,8 +13,9 @@ from comparisons.results import selection
 from comparisons.results.advice import Advice, Setting, truth_known_to
 from comparisons.results.decisions import Verdict, worst
 from comparisons.results.store import SceneRecord
-from reports.pages.tables import Cell, Head, Table
 from reports.plots.style import look
+from reports.tables import cells
+from reports.tables.table import Cell, Head, Table, table
 
 FIXED_ERRORS = (0.01, 0.001)
 MOST_NAMED = 2
@@ -62,15 +63,11 @@ def times_to_errors(scene: SceneRecord, advice: Advice) -> Table:
     wanted = sorted({*FIXED_ERRORS, scene.tolerance}, reverse=True)
     columns = {error: advice.cheapest_for(error) for error in wanted}
     known = {name for settings in columns.values() for name in settings}
-    headers = [Head("method")]
-    headers += [
+    heads = (
         Head(f"time to {fmt.tolerance(error)}", csv=f"time to {error:g} / s") for error in wanted
-    ]
-    rows = tuple(
-        (
-            Cell(look(name).label, look(name).label, "method", name),
-            *(_time_cell(settings.get(name)) for settings in columns.values()),
-        )
+    )
+    rows = (
+        (cells.method(name), *(_time_cell(settings.get(name)) for settings in columns.values()))
         for name in selection.methods(scene)
         if name in known
     )
@@ -80,10 +77,11 @@ def times_to_errors(scene: SceneRecord, advice: Advice) -> Table:
         f"{quantities}: |e| + u at every load step, its own and those of all finer settings of the "
         "method. –: no setting that was run does. The truth counts with its own bar."
     )
-    return Table(tuple(headers), rows, note)
+    return table(("method", *heads), rows, note=note)
 
 
 def _time_cell(setting: Setting | None) -> Cell:
     if setting is None:
-        return Cell(fmt.MISSING, float("nan"))
-    return Cell(f"{fmt.duration(setting.seconds)} (N = {setting.resolution})", setting.seconds)
+        return cells.NOTHING
+    text = f"{fmt.duration(setting.seconds)} (N = {setting.resolution})"
+    return cells.number(text, setting.seconds)

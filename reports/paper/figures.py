@@ -2,19 +2,29 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from typing import Any
 
 from comparisons.results.selection import METHOD_ORDER
 from comparisons.results.store import SceneRecord
 from reports.paper.drawing import draw
-from reports.paper.notation import file_name
 from reports.paper.style import PAGE, PaperFigure, house_style, literal, new_figure
 from reports.plots.curves import printed_curves
 from reports.plots.errors import errors
 from reports.plots.figure import Figure
 from reports.plots.speed import speed
 from reports.plots.style import look
+
+
+def file_name(*names: str) -> str:
+    """Return names joined to what a file may be called: letters, digits and hyphens only.
+
+    >>> file_name("../ball", "contact_area")
+    'ball-contact-area'
+    """
+    parts = (re.sub("[^a-z0-9]+", "-", name.lower()).strip("-") for name in names)
+    return "-".join(part for part in parts if part)[:150]
 
 
 def panels(scene: SceneRecord) -> dict[str, Figure]:

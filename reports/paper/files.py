@@ -9,11 +9,13 @@ from pathlib import Path
 from comparisons.errors import InputError
 from comparisons.files import write_named, write_named_text
 from comparisons.results.store import StudyRecord
+from reports.paper.figures import file_name, panels, single
 from reports.paper.figures import overview as overview_of
-from reports.paper.figures import panels, single
-from reports.paper.notation import file_name
 from reports.paper.style import FORMATS, PaperFigure
-from reports.paper.tables import PaperTable, setting_table, verdict_table
+from reports.tables.judged import printed_verdicts
+from reports.tables.scene import printed_settings
+from reports.tables.table import Table
+from reports.tables.written import in_markdown, latex
 
 
 def write_paper(
@@ -53,9 +55,9 @@ def write_paper(
             path = folder / f"{name}.{suffix}"
             _save(figure, path, suffix)
             written.append(path)
-    for table in _tables(study):
-        for suffix, text in (("tex", table.latex()), ("md", table.markdown())):
-            path = folder / f"{table.label}.{suffix}"
+    for name, table in _tables(study):
+        for suffix, text in (("tex", latex(table, name)), ("md", in_markdown(table))):
+            path = folder / f"{name}.{suffix}"
             write_named_text(path, text)
             written.append(path)
     return written
@@ -70,8 +72,10 @@ def _figures(study: StudyRecord, *, overview: bool) -> Iterator[tuple[str, Paper
             yield file_name(scene.name, "overview"), whole
 
 
-def _tables(study: StudyRecord) -> list[PaperTable]:
-    return [verdict_table(study), *(setting_table(scene) for scene in study.scenes)]
+def _tables(study: StudyRecord) -> Iterator[tuple[str, Table]]:
+    yield "verdicts", printed_verdicts(study.scenes)
+    for scene in study.scenes:
+        yield file_name(scene.name, "settings"), printed_settings(scene)
 
 
 def _save(figure: PaperFigure, path: Path, suffix: str) -> None:

@@ -81,7 +81,7 @@ def _marker(series: Series) -> dict[str, Any]:
         else f"{name}-open" * bool(hollow) or name,
         "size": series.size or look.size,
     }
-    if hollow.any():
+    if hollow.any() or hollow.ndim:  # filled ones beside hollow ones are of one size
         marker["line"] = {"width": 1.5, "color": look.colour}
     if series.outlined:
         marker["line"] = {"width": 2, "color": "@ink"}

@@ -22,7 +22,10 @@ from comparisons.results.store import load_study, save_study
 from reports.cli.cli import run_command
 from reports.paper.figures import overview, panels, single
 from reports.paper.files import write_paper
-from reports.paper.tables import PaperTable, setting_table, verdict_table
+from reports.tables.judged import printed_verdicts
+from reports.tables.scene import printed_settings
+from reports.tables.table import table
+from reports.tables.written import in_markdown, printed
 
 ROOT = Path(__file__).parents[2]
 MILLIMETRES_PER_POINT = 25.4 / 72
@@ -203,16 +206,17 @@ def test_hostile_titles_are_text_in_every_format(folder):
 
 
 def test_a_table_has_a_row_for_every_setting_and_the_truth_is_named(rough, study):
-    table = setting_table(rough)
-    assert table.heads[:4] == ("method", "N", "unknowns", "time")
-    assert ("truth",) * (len(table.heads) - 4) in {row[4:] for row in table.rows}
-    found = verdict_table(study)
-    assert {row[0] for row in found.rows} == {"steel-ball", "rough-patch", ""}
+    settings = printed_settings(rough)
+    assert [head.text for head in settings.heads[:4]] == ["method", "N", "unknowns", "time"]
+    rows = [tuple(map(printed, row)) for row in settings.rows]
+    assert ("reference",) * (len(settings.heads) - 4) in {row[4:] for row in rows}
+    found = printed_verdicts(study.scenes)
+    assert {row[0].text for row in found.rows} == {"steel-ball", "rough-patch", ""}
 
 
 def test_cells_of_markdown_tables_cannot_leave_their_cell():
-    table = PaperTable("x", "a", ("h",), "l", (("a|b\nc *d* <e>",),))
-    assert table.markdown().splitlines()[-1] == r"| a\|b c \*d\* &lt;e&gt; |"
+    hostile = table(("h",), [("a|b\nc *d* <e>",)], title="a")
+    assert in_markdown(hostile).splitlines()[-1] == r"| a\|b c \*d\* &lt;e&gt; |"
 
 
 # --- what goes wrong ----------------------------------------------------------------------------
@@ -243,8 +247,7 @@ def test_a_scene_without_errors_has_only_curves(rough):
 def test_measures_without_their_verdict_column_are_no_verdicts(study, ball):
     """A table that somebody cut is told as it is, and ends nothing."""
     cut = replace(ball, measures=ball.measures.drop(columns="verdict"))
-    table = verdict_table(replace(study, scenes=(cut,)))
-    assert {row[3] for row in table.rows} == {"no result"}
+    assert {row[3].text for row in printed_verdicts([cut]).rows} == {"no result"}
 
 
 def test_a_run_without_results_makes_no_empty_tables(study, tmp_path):

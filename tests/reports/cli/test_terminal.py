@@ -131,8 +131,8 @@ def test_a_solution_is_printed_in_prefixed_units(capsys):
     result = solve_scene("paraboloid", "closed_form")
     terminal.print_solution(result)
     lines = capsys.readouterr().out.splitlines()
-    heading = next(line for line in lines if "penetration / µm" in line)
-    assert "force / kN" in heading
+    heading = next(line for line in lines if "penetration depth d / µm" in line)
+    assert "force F / kN" in heading
     first = lines[lines.index(heading) + 1].split()
     force = 4 / 3 * 210e9 / 0.91 * 0.1 * 1e-9 / 1e3
     assert float(first[0]) == pytest.approx(1.0, rel=1e-5)

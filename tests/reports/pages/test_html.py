@@ -15,8 +15,8 @@ from comparisons.judging.verdicts import judge
 from comparisons.results.advice import advise
 from comparisons.results.decisions import second_rows, verdicts, worst
 from reports.pages import study as html
-from reports.pages import tables
 from reports.pages.page import embedded_json
+from reports.tables import scene as tables
 
 SECTIONS = ("picture", "plan", "curves", "errors", "pressure", "speed", "table", "repeat")
 

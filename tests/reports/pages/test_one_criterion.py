@@ -21,8 +21,10 @@ from comparisons.solving.kept import solve_plan
 from comparisons.solving.planning import plan_scene
 from reports.cli import terminal
 from reports.pages import study as html
-from reports.paper.notation import error_with_bar
-from reports.paper.tables import setting_table, verdict_table
+from reports.tables.judged import printed_verdicts
+from reports.tables.notation import error_with_bar
+from reports.tables.scene import printed_settings
+from reports.tables.written import printed
 from roughline.comparing import Comparison
 
 FEW = {"compare.methods": ["closed_form", "reduced", "bem_fft"]}
@@ -75,6 +77,11 @@ def study_of(scene, folder):
     return StudyRecord(folder, "2026-01-31T12:00:00", "", "quick", 1.0, {}, {}, (scene,))
 
 
+def rows_of(table):
+    """Return the rows of a table as papers print them."""
+    return [tuple(map(printed, row)) for row in table.rows]
+
+
 def assert_one_voice(scene, folder, capsys):
     """Read page, terminal, advice, paper tables and notebook; compare with the verdicts."""
     study, advice, told = study_of(scene, folder), advise(scene), verdicts(scene)
@@ -83,11 +90,11 @@ def assert_one_voice(scene, folder, capsys):
     terminal.print_advice([(scene.name, advice)])
     advised = words(capsys.readouterr().out)
     page = words(" ".join(Text(html.page(study, with_pictures=False)).parts))
-    paper, notebook = verdict_table(study), Comparison(scene)
+    paper, notebook = rows_of(printed_verdicts([scene])), Comparison(scene)
     for text in (run, advised, page, words(notebook.answer)):
         assert words(advice.sentence) in text
     assert notebook.verdict == worst(told).word
-    for item, row in zip(told, paper.rows, strict=True):
+    for item, row in zip(told, paper, strict=True):
         if item.word == "no result":
             assert row[3] == "no result"
             continue
@@ -97,14 +104,14 @@ def assert_one_voice(scene, folder, capsys):
         assert words(f"{item.word} {item.number}") in page
         number = error_with_bar(item.error, item.uncertainty)
         assert row[1:4] == (quantity, number, f"{item.word} {asked}")
-        finest = [each for each in setting_table(scene).rows if each[0] == "reduced model"][-1]
+        finest = [row for row in rows_of(printed_settings(scene)) if row[0] == "reduced model"][-1]
         assert number in finest
     assert_times_were_measured(scene, advice)
     # Who is within is advised, and who is advised is within.
     reached = {each.method for each in advice.reaching()}
     assert ("reduced" in reached) == (worst(told).word == "within")
     if advice.cheapest is not None:
-        assert paper.rows[0][-1] == advice.cheapest.text == notebook.cheapest.text
+        assert paper[0][-1] == advice.cheapest.text == notebook.cheapest.text
         assert words(advice.cheapest.text) in page
 
 

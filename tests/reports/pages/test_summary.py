@@ -12,13 +12,13 @@ from comparisons.questions.claims.record import ClaimRecord, ClaimsRecord, Point
 from comparisons.results.advice import advise
 from comparisons.results.decisions import verdicts
 from reports.pages import study as html
-from reports.pages import tables
 from reports.pages.claims_beside import claims_beside
 from reports.pages.summary import compared_methods, summary, times_to_errors
+from reports.tables import scene as tables
 
 
 def cells(table):
-    heads = [head.text for head in table.headers]
+    heads = [head.text for head in table.heads]
     return [dict(zip(heads, row, strict=True)) for row in table.rows]
 
 

@@ -10,9 +10,9 @@ import pytest
 
 from comparisons.results import selection
 from comparisons.results.store import SceneRecord
-from reports.pages import tables
 from reports.plots import curves, errors, speed
 from reports.plots.interactive import spec
+from reports.tables import scene as tables
 
 
 def record(control: str, axis: str, columns: dict, bar: float = 0.0) -> SceneRecord:
@@ -88,7 +88,7 @@ def test_a_history_is_drawn_over_time():
     assert depth.title == "Penetration depth against time"  # what is prescribed is seen first
     assert figure.title == "Force against time"
     assert trace(figure, "reduced model")["x"] == pytest.approx([0.0, 1.0, 2.0])
-    headers = [head.text for head in tables.load_steps(history).headers]
+    headers = [head.text for head in tables.load_steps(history).heads]
     assert headers[3:5] == ["time t / ms", "penetration depth d / µm"]
 
 

@@ -67,16 +67,6 @@ def error_with_bar(error: object, bar: object) -> str:
     return f"({texts[0]} ± {texts[1]}){unit}"
 
 
-def file_name(*names: str) -> str:
-    """Return names joined to what a file may be called: letters, digits and hyphens only.
-
-    >>> file_name("../ball", "contact_area")
-    'ball-contact-area'
-    """
-    parts = (re.sub("[^a-z0-9]+", "-", name.lower()).strip("-") for name in names)
-    return "-".join(part for part in parts if part)[:150]
-
-
 def _unit(largest: float) -> tuple[float, str]:
     """Return factor and unit: per cent, ppm, or a power of ten for what is smaller still."""
     if largest >= 1e-4:

@@ -1,66 +1,69 @@
-"""The tables of a scene: one row per setting (cost and errors), one per load step."""
+"""The tables of a scene: what is planned, its settings, their cost and errors, its load steps."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import Any
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
 
 from comparisons import formatting as fmt
+from comparisons.judging.truth import OTHER_AXIS
 from comparisons.results import selection
+from comparisons.results.decisions import equal_at
 from comparisons.results.store import SceneRecord
 from reports.plots.style import look
+from reports.tables import cells
+from reports.tables.table import Cell, Head, Table
 
 MOST_ROWS = 400
 
 
-@dataclass(frozen=True)
-class Cell:
-    """What is printed, and what it is sorted by."""
-
-    text: str
-    key: float | str = ""
-    kind: str = "number"  # "number", "text", "method" or "failed"
-    method: str = ""
-    bar: float | None = None
-
-
-@dataclass(frozen=True)
-class Head:
-    """A column: its header, the glossary term behind it, and its name in a CSV file."""
-
-    text: str
-    term: str = ""
-    csv: str = ""
-
-
-@dataclass(frozen=True)
-class Table:
-    """A sortable table: headers, rows of cells, a note below."""
-
-    headers: tuple[Head, ...]
-    rows: tuple[tuple[Cell, ...], ...]
-    note: str = ""
-
-
 def settings(scene: SceneRecord) -> Table:
     """Return cost and largest errors of every method and resolution, failures included."""
-    table = selection.compared_measures(scene, details=True)
-    pairs = list(dict.fromkeys(zip(table["quantity"], selection.words(table, "at"), strict=True)))
+    measures = selection.compared_measures(scene, details=True)
+    at = selection.words(measures, "at")
+    pairs = list(dict.fromkeys(zip(measures["quantity"], at, strict=True)))
+    return replace(
+        _settings(scene, measures, pairs),
+        note="Errors: the largest over all load steps ± its uncertainty.",
+    )
+
+
+def printed_settings(scene: SceneRecord) -> Table:
+    """Return cost and errors at the loads that verdicts are given at, for papers."""
+    measures = selection.compared_measures(scene)
+    names = dict.fromkeys(str(name) for name in measures["quantity"])
+    pairs = [(name, equal_at(scene, name)) for name in names]
+    title = (
+        f"{scene.title}: largest relative errors over all load steps{_held(scene)}, with the 95 % "
+        "half-widths of their bars, and the cost of each setting on one thread. "
+        f"{scene.reference.get('text', 'There is no reference.')}"
+    )
+    found = _settings(scene, measures, pairs).without("set-up", "memory", "outcome")
+    return replace(found, title=title)
+
+
+def _held(scene: SceneRecord) -> str:
+    """Return at which equal loads the quantities of a table are compared."""
+    held = f" at equal {fmt.quantity(scene.along).words}"
+    if scene.along not in OTHER_AXIS or scene.along not in scene.quantities:
+        return held
+    other = fmt.quantity(OTHER_AXIS[scene.along]).words
+    return f"{held} ({fmt.quantity(scene.along).words} itself at equal {other})"
+
+
+def _settings(scene: SceneRecord, measures: pd.DataFrame, pairs: list[tuple[str, str]]) -> Table:
     names = [name for name, _ in pairs]
-    headers = [Head("method"), Head("N", "resolution"), Head("unknowns", "unknowns")]
-    headers += [Head("time", csv="time / s"), Head("set-up", "set-up", "set-up / s")]
-    headers += [Head("memory", csv="memory / B"), Head("outcome")]
+    heads = [Head("method"), Head("N", "resolution"), Head("unknowns", "unknowns")]
+    heads += [Head("time", csv="time / s"), Head("set-up", "set-up", "set-up / s")]
+    heads += [Head("memory", csv="memory / B"), Head("outcome")]
     for name, at in pairs:
+        words = fmt.quantity(name).words
         suffix = f", equal {fmt.quantity(at).words}" if names.count(name) > 1 else ""
-        headers.append(Head(f"error of {fmt.quantity(name).words}{suffix}", "uncertainty"))
-    rows = [
-        _setting_row(scene, method, level, table, pairs) for method, level in _all_settings(scene)
-    ]
-    note = "Errors: the largest over all load steps ± its uncertainty."
-    return Table(tuple(headers), tuple(rows), note)
+        heads.append(Head(f"error of {words}{suffix}", "uncertainty", short=words))
+    rows = (_setting_row(scene, *each, measures, pairs) for each in _all_settings(scene))
+    return Table(tuple(heads), tuple(rows))
 
 
 def _all_settings(scene: SceneRecord) -> list[tuple[str, float]]:
@@ -88,32 +91,30 @@ def _setting_row(
         name: next((v for v in selection.column(own, name) if np.isfinite(v)), np.nan)
         for name in ("unknowns", "seconds", "setup_seconds", "memory")
     }
-    cells = [
-        Cell(look(method).label, look(method).label, "method", method),
-        Cell(fmt.count(level), level),
-        Cell(fmt.count(first["unknowns"]), first["unknowns"]),
-        Cell(fmt.duration(first["seconds"]), first["seconds"]),
-        Cell(fmt.duration(first["setup_seconds"]), first["setup_seconds"]),
-        Cell(fmt.memory(first["memory"]), first["memory"]),
-        _outcome(own, selection.is_reference(scene, method, level)),
-    ]
+    truth = selection.is_reference(scene, method, level)
     mine = measures[measures["method"] == method]
     mine = mine[selection.column(mine, "resolution") == level]
-    truth = selection.is_reference(scene, method, level)
-    cells += [_error_cell(mine, pair, truth) for pair in pairs]
-    return tuple(cells)
+    return (
+        cells.method(method),
+        cells.count(level),
+        cells.count(first["unknowns"]),
+        cells.duration(first["seconds"]),
+        cells.duration(first["setup_seconds"]),
+        cells.number(fmt.memory(first["memory"]), first["memory"]),
+        _outcome(own, truth),
+        *(_error_cell(mine, pair, truth) for pair in pairs),
+    )
 
 
 def _error_cell(measures: pd.DataFrame, pair: tuple[str, str], truth: bool) -> Cell:
     if truth:
-        return Cell("reference", 0.0)
+        return cells.number("reference", 0.0)
     at = np.array(selection.words(measures, "at"))
     row = measures[(measures["quantity"] == pair[0]) & (at == pair[1])].head(1)
     error = selection.column(row, "maximum")
     if not len(error):
-        return Cell(fmt.MISSING, float("nan"))
-    bar = selection.column(row, "uncertainty")[0]
-    return Cell(fmt.plus_minus(error[0], bar), float(error[0]), bar=float(bar))
+        return cells.NOTHING
+    return cells.error(error[0], selection.column(row, "uncertainty")[0])
 
 
 def _outcome(rows: pd.DataFrame, truth: bool) -> Cell:
@@ -127,12 +128,12 @@ def _outcome(rows: pd.DataFrame, truth: bool) -> Cell:
 
 def stability(scene: SceneRecord) -> Table:
     """Return which loads of every setting converged, in how many iterations, and what failed."""
-    headers = (Head("method"), Head("N", "resolution"), Head("loads solved"), Head("of"))
-    headers += (Head("iterations, least"), Head("iterations, most"))
-    headers += (Head("largest violation", "violation"), Head("what failed"))
+    heads = (Head("method"), Head("N", "resolution"), Head("loads solved"), Head("of"))
+    heads += (Head("iterations, least"), Head("iterations, most"))
+    heads += (Head("largest violation", "violation"), Head("what failed"))
     rows = tuple(_stability_row(scene, *each) for each in _all_settings(scene))
     note = "Over all load steps and realisations. Iterations: 0 where a method has none."
-    return Table(headers, rows, note)
+    return Table(heads, rows, note=note)
 
 
 def _stability_row(scene: SceneRecord, method: str, level: float) -> tuple[Cell, ...]:
@@ -150,13 +151,13 @@ def _stability_row(scene: SceneRecord, method: str, level: float) -> tuple[Cell,
     reasons = dict.fromkeys(why for why in selection.words(own[~good], "reason") if why)
     failed = "; ".join(reasons) or ("no reason given" if solved < total else "nothing")
     return (
-        Cell(look(method).label, look(method).label, "method", method),
-        Cell(fmt.count(level), level),
+        cells.method(method),
+        cells.count(level),
         Cell(fmt.count(solved), solved, "number" if solved == total else "failed"),
-        Cell(fmt.count(total), total),
-        Cell(fmt.count(least), least),
-        Cell(fmt.count(most), most),
-        Cell(fmt.relative(worst), worst),
+        cells.count(total),
+        cells.count(least),
+        cells.count(most),
+        cells.relative(worst),
         Cell(failed, failed, "text wrap" if solved == total else "failed wrap"),
     )
 
@@ -203,53 +204,30 @@ def load_steps(scene: SceneRecord) -> Table:
         name: fmt.prefix_for(selection.column(rows, name), fmt.quantity(name).unit)
         for name in names
     }
-    headers = [Head("method"), Head("N", "resolution"), Head("step")]
-    headers += [Head(fmt.axis_title(name, scales[name].unit)) for name in names]
-    headers += [Head(f"error of {fmt.quantity(name).words}") for name in errors]
-    headers += [Head("iterations")]
+    heads = [Head("method"), Head("N", "resolution"), Head("step")]
+    heads += [Head(fmt.axis_title(name, scales[name].unit)) for name in names]
+    heads += [Head(f"error of {fmt.quantity(name).words}") for name in errors]
+    heads += [Head("iterations")]
     note = f"The first {MOST_ROWS} of {total} rows; " if total > MOST_ROWS else ""
     note += "all rows, realisations and columns are in results.csv."
     body = tuple(_step_rows(rows, names, scales, errors))
-    return Table(tuple(headers), body, note[0].upper() + note[1:])
+    return Table(tuple(heads), body, note=note[0].upper() + note[1:])
 
 
 def _step_rows(
     rows: pd.DataFrame, names: list[str], scales: dict[str, fmt.Scale], errors: list[str]
 ) -> list[tuple[Cell, ...]]:
     columns: list[list[Cell]] = [
-        [
-            Cell(look(method).label, look(method).label, "method", method)
-            for method in selection.words(rows, "method")
-        ],
-        [Cell(fmt.count(v), v) for v in selection.column(rows, "resolution")],
-        [Cell(fmt.count(v + 1), v + 1) for v in selection.column(rows, "step")],
+        [cells.method(method) for method in selection.words(rows, "method")],
+        [cells.count(v) for v in selection.column(rows, "resolution")],
+        [cells.count(v + 1) for v in selection.column(rows, "step")],
     ]
     for name in names:
         values = selection.column(rows, name)
         scaled = values * scales[name].factor
-        columns.append([Cell(fmt.number(v), v) for v in scaled])
+        columns.append([cells.number(fmt.number(v), v) for v in scaled])
     for name in errors:
         values = selection.column(rows, f"error_{name}")
-        columns.append([Cell(fmt.relative(v), v) for v in values])
-    columns.append([Cell(fmt.count(v), v) for v in selection.column(rows, "iterations")])
+        columns.append([cells.relative(v) for v in values])
+    columns.append([cells.count(v) for v in selection.column(rows, "iterations")])
     return list(zip(*columns, strict=True))
-
-
-def plan_rows(scene: SceneRecord) -> list[dict[str, Any]]:
-    """Return what each method models and at which resolutions, or why it cannot."""
-    refused = selection.unsupported(scene)
-    planned = {str(item.get("method", "")): item for item in scene.plan.get("methods", [])}
-    found = []
-    for method in selection.methods(scene):
-        item = planned.get(method, {})
-        levels = item.get("resolutions") or selection.resolutions(scene, method)
-        found.append(
-            {
-                "method": method,
-                "label": look(method).label,
-                "supported": method not in refused,
-                "text": refused.get(method) or str(item.get("modelled") or ""),
-                "resolutions": ", ".join(fmt.count(level) for level in levels),
-            }
-        )
-    return found

@@ -1,0 +1,1 @@
+"""Tables as data, one builder each, drawn for pages, terminals, papers and notebooks."""

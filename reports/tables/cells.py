@@ -1,0 +1,54 @@
+"""The kinds of cells that tables share."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+
+from comparisons import formatting as fmt
+from reports.plots.style import look
+from reports.tables.table import Cell
+
+NOTHING = Cell(fmt.MISSING, float("nan"), "number")
+
+
+def method(name: str, shown: str = "") -> Cell:
+    """Return a method's name with its colour."""
+    text = shown or look(name).label
+    return Cell(text, text, "method", name)
+
+
+def number(text: str, key: float) -> Cell:
+    """Return a number as it is printed, and itself."""
+    return Cell(text, key, "number")
+
+
+def count(value: float) -> Cell:
+    """Return a whole number."""
+    return number(fmt.count(value), value)
+
+
+def duration(seconds: float) -> Cell:
+    """Return a time."""
+    return number(fmt.duration(seconds), seconds)
+
+
+def relative(value: float) -> Cell:
+    """Return a relative error without its bar."""
+    return number(fmt.relative(value), value)
+
+
+def error(value: float, bar: float) -> Cell:
+    """Return a relative error with its bar."""
+    return Cell(fmt.plus_minus(value, bar), float(value), "number", bar=float(bar))
+
+
+def verdict(*words: str, said: str = "") -> Cell:
+    """Return words that judge; `said` is the text where it says more than they do."""
+    return Cell(said or ", ".join(words), words[0] if words else "", "text", badges=words)
+
+
+def change(before: float, after: float, written: Callable[[float], str] = fmt.relative) -> Cell:
+    """Return a number before and after, if there are both."""
+    if not (fmt.finite(before) and fmt.finite(after)):
+        return NOTHING
+    return Cell(f"{written(before)} \N{RIGHTWARDS ARROW} {written(after)}", after)

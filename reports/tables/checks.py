@@ -1,0 +1,70 @@
+"""What checks of the software itself give: benchmarks, drifts from a baseline, hard cases."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from comparisons import formatting as fmt
+from comparisons.questions.benchmarks.yardstick import Measurement
+from comparisons.questions.hard_cases.record import HardCasesRecord, OutcomeRecord
+from comparisons.questions.regression import Finding
+from reports.tables import cells
+from reports.tables.table import Cell, Table, table
+
+MET = {None: "", True: "met", False: "not met"}
+
+
+def measured(name: str, rows: Iterable[Measurement]) -> Table:
+    """Return a benchmark's times as ratios to its yardsticks."""
+    heads = ("what", "time", "yardstick", "its time", "ratio", "target", "")
+    body = (
+        (
+            row.name,
+            cells.duration(row.seconds),
+            row.yardstick,
+            "" if row.yardstick_seconds is None else cells.duration(row.yardstick_seconds),
+            "" if row.ratio is None else f"{row.ratio:.3g}",
+            "" if row.target is None else f"{row.target:g}",
+            MET[row.met],
+        )
+        for row in rows
+    )
+    return table(heads, body, title=f"Benchmark: {name}")
+
+
+def against_baseline(findings: list[Finding], baseline: str) -> Table:
+    """Return everything that drifted, strong, and what is worth knowing besides."""
+    rows: list[tuple[str, str, str]] = []
+    drifted = set()
+    for scene in dict.fromkeys(each.scene for each in findings):
+        told = [e for e in findings if e.scene == scene and (e.drifted or e.notable)]
+        if not told:
+            rows.append((scene, "", "as in the baseline"))
+        for index, each in enumerate(told):
+            if each.drifted:
+                drifted.add(len(rows))
+            rows.append((scene if index == 0 else "", each.subject, each.text))
+    title = f"Against {baseline}"
+    return table(("scene", "what", "found"), rows, title=title, strong=frozenset(drifted))
+
+
+def outcomes(record: HardCasesRecord) -> Table:
+    """Return what every method made of every hard case; (!) where that was not expected."""
+    cases: dict[str, dict[str, OutcomeRecord]] = {}
+    for outcome in record.outcomes:
+        cases.setdefault(outcome.case, {})[outcome.method] = outcome
+    rows = (
+        (case, *(_outcome(row.get(name)) for name in record.methods)) for case, row in cases.items()
+    )
+    return table(("case", *record.methods), rows, title=f"Hard cases ({record.effort})")
+
+
+def _outcome(outcome: OutcomeRecord | None) -> Cell | str:
+    if outcome is None:
+        return ""
+    number = ""
+    if outcome.error is not None:
+        small = outcome.error < fmt.ROUND_OFF
+        number = f" {'round-off' if small else fmt.relative(outcome.error)}"
+    said = f"{outcome.kind}{number}{' (!)' if outcome.deviation else ''}"
+    return cells.verdict(outcome.kind, said=said)

@@ -1,0 +1,49 @@
+"""Claims: those of a run with their verdicts, and the measurements behind one."""
+
+from __future__ import annotations
+
+from comparisons import formatting as fmt
+from comparisons.questions.claims.record import ClaimRecord, ClaimsRecord, PointRecord
+from reports.plots.claim import detail
+from reports.tables import cells
+from reports.tables.table import Cell, Head, Table, table
+
+NAN = float("nan")
+
+
+def claims(record: ClaimsRecord) -> Table:
+    """Return the verdict on every claim; those that differ from the expected one are strong."""
+    rows = []
+    for claim in record.claims:
+        expected = f", expected {claim.expected}" if claim.differs else ""
+        word = cells.verdict(claim.verdict, said=f"{claim.verdict}{expected}")
+        rows.append((claim.id, claim.equation, word, claim.sentence))
+    heads = ("claim", "equation", "verdict", "what was found")
+    strong = frozenset(place for place, claim in enumerate(record.claims) if claim.differs)
+    return table(heads, rows, title=f"Claims, {record.effort}", strong=strong)
+
+
+def measurements(claim: ClaimRecord) -> Table:
+    """Return every measurement of a claim: parameter, error with its bar, word, time, details."""
+    heads = ("error", "verdict", Head("time", csv="time / s"), "details")
+    parameter = (claim.parameter,) if claim.parameter else ()
+    rows = ((*_parameter(claim, point), *_measured(point)) for point in claim.points)
+    return table((*parameter, *heads), rows)
+
+
+def _parameter(claim: ClaimRecord, point: PointRecord) -> tuple[Cell, ...]:
+    if not claim.parameter:
+        return ()
+    value = NAN if point.parameter is None else point.parameter
+    return (cells.number(fmt.number(point.parameter, 4), value),)
+
+
+def _measured(point: PointRecord) -> tuple[Cell, ...]:
+    error, bar = (NAN if v is None else v for v in (point.error, point.uncertainty))
+    details = "; ".join(f"{key}: {detail(given)}" for key, given in point.details.items())
+    return (
+        cells.error(error, bar),
+        cells.verdict(point.word),
+        cells.duration(point.seconds),
+        Cell(details, details, "wrap"),
+    )

@@ -1,0 +1,119 @@
+"""Verdicts: of one method over scenes, of all methods on a scene."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import replace
+
+from comparisons import formatting as fmt
+from comparisons.judging.verdicts import NO_RESULT
+from comparisons.results import selection
+from comparisons.results.advice import Advice, advise
+from comparisons.results.decisions import MODEL, Verdict, title_of, verdicts, worst
+from comparisons.results.store import SceneRecord
+from reports.tables import cells
+from reports.tables.table import Cell, Table, table
+
+NOT_ASKED = "not asked for"
+
+
+def verdict_table(scenes: Iterable[SceneRecord], method: str, *, reasons: bool = True) -> Table:
+    """Return a method's verdict on every quantity, and each scene's cheapest sure setting.
+
+    `reasons` says why there is no result, where there is none.
+    """
+    rows = []
+    for scene in scenes:
+        cheapest = advise(scene).cheapest
+        best = "" if cheapest is None else cheapest.text
+        for index, each in enumerate(verdicts(scene, method)):
+            first = index == 0
+            words = fmt.quantity(each.quantity).words
+            judged = cells.verdict(each.word, said=_said(each, reasons))
+            sides = (scene.name, best) if first else ("", "")
+            rows.append((sides[0], words, _error(each), each.when, judged, sides[1]))
+    heads = ("scene", "quantity", "largest error", "at", "verdict", "cheapest")
+    return table(heads, rows, title=f"The {title_of(method)}")
+
+
+def printed_verdicts(scenes: Iterable[SceneRecord]) -> Table:
+    """Return the reduced model's verdicts for papers, with a caption that stands alone."""
+    caption = (
+        "Largest relative error of the reduced model over all load steps at the prescribed load "
+        "(what is prescribed itself: at the other), with the 95 % half-width of its bar; verdict "
+        "at the tolerance asked for; the cheapest setting that was run and is sure to be within "
+        "it, with its measured time."
+    )
+    return replace(verdict_table(scenes, MODEL, reasons=False).without("at"), title=caption)
+
+
+def _error(verdict: Verdict) -> Cell:
+    if verdict.word == NO_RESULT:
+        return cells.NOTHING
+    return cells.error(verdict.error, verdict.uncertainty)
+
+
+def _said(verdict: Verdict, reasons: bool) -> str:
+    if verdict.word != NO_RESULT:
+        return f"{verdict.word} {fmt.tolerance(verdict.tolerance)}"
+    return f"{NO_RESULT}: {verdict.reason}" if reasons else NO_RESULT
+
+
+def methods_table(scene: SceneRecord) -> Table:
+    """Return each method's verdicts at its finest resolution; refusals, and why."""
+    rows: list[tuple[Cell | str, ...]] = []
+    refused = selection.unsupported(scene)
+    for method in selection.methods(scene):
+        if method not in refused:
+            rows += _method_rows(scene, method)
+        elif refused[method] != NOT_ASKED:
+            why = refused[method]
+            rows.append((cells.method(method), "", "", "", why, cells.verdict("not run")))
+    return table(("method", "N", "time", "quantity", "largest error", "verdict"), rows)
+
+
+def _method_rows(scene: SceneRecord, method: str) -> list[tuple[Cell | str, ...]]:
+    """Return one row per quantity, at the load and the step that decided."""
+    label = cells.method(method)
+    found = [each for each in verdicts(scene, method) if each.word != NO_RESULT]
+    if not found:
+        truth = selection.reference(scene)[0]
+        word = "reference" if method == truth else NO_RESULT
+        return [(label, "", "", "", "", cells.verdict(word))]
+    solved = selection.curve(scene, method, found[0].resolution)
+    time = cells.duration(selection.column(solved, "seconds")[0])
+    rows: list[tuple[Cell | str, ...]] = []
+    for index, each in enumerate(found):
+        setting = (label, cells.count(each.resolution), time) if index == 0 else ("", "", "")
+        what = f"{fmt.quantity(each.quantity).words} ({each.where})"
+        rows.append((*setting, what, _error(each), cells.verdict(each.word)))
+    return rows
+
+
+def answers(scenes: Iterable[SceneRecord], judged: Iterable[str]) -> Table:
+    """Return each scene's deciding verdict on one method, and the advice."""
+    rows = []
+    for scene, method in zip(scenes, judged, strict=True):
+        found = worst(verdicts(scene, method))
+        error = _error(found) if found.word != NO_RESULT else found.reason
+        rows.append((scene.name, error, cells.verdict(found.word), advise(scene).sentence))
+    heads = ("scene", "largest error of the reduced model", "verdict", "cheapest settings")
+    return table(heads, rows)
+
+
+def measured_settings(advice: Advice) -> Table:
+    """Return everything that was measured for an advice, fastest first."""
+    rows = (
+        (
+            cells.method(each.method, f"{each.title}{', the truth' if each.is_truth else ''}"),
+            cells.number(str(each.resolution), each.resolution),
+            cells.duration(each.seconds),
+            cells.verdict(each.verdict),
+            each.deciding.text,
+        )
+        for each in advice.settings
+    )
+    chosen = (place for place, each in enumerate(advice.settings) if each is advice.cheapest)
+    heads = ("method", "N", "time", "verdict", "decided by")
+    title = "Measured just now, fastest first"
+    return table(heads, rows, title=title, strong=frozenset(chosen))

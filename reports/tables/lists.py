@@ -1,0 +1,44 @@
+"""What there is: scenes, methods, claims and hard cases by their names."""
+
+from __future__ import annotations
+
+from reports.tables.table import Table, table
+
+
+def scenes() -> Table:
+    """Return the built-in scenes and the suites that they belong to."""
+    from comparisons.scene.scene import builtin_names, load_scene
+    from comparisons.scene.suites import SUITES
+
+    rows = (
+        (name, load_scene(name).heading, ", ".join(s for s, own in SUITES.items() if name in own))
+        for name in builtin_names()
+    )
+    return table(("name", "title", "suites"), rows, title="Built-in scenes")
+
+
+def methods() -> Table:
+    """Return all methods, and whether they solve a line or the 3-D contact."""
+    from comparisons.scene.method_names import known_methods
+
+    rows = (
+        (name, each.title, "a line" if each.dimension == 1 else "the 3-D contact")
+        for name, each in known_methods().items()
+    )
+    return table(("name", "title", "solves"), rows, title="Methods")
+
+
+def claims() -> Table:
+    """Return what the built-in claims say."""
+    from comparisons.questions.claims.headlines import headlines
+
+    rows = ((each.id, each.equation, each.reading, each.text) for each in headlines())
+    return table(("id", "equation", "reading", "what it says"), rows, title="Built-in claims")
+
+
+def hard_cases() -> Table:
+    """Return the catalogue of hard cases: what is hard about each."""
+    from comparisons.questions.hard_cases.catalogue import catalogue
+
+    rows = ((case.id, case.title, case.hard) for case in catalogue().values())
+    return table(("id", "title", "what is hard"), rows, title="Hard cases")

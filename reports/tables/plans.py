@@ -1,0 +1,45 @@
+"""What is planned: what each method models and at which resolutions, or why it cannot."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from comparisons import formatting as fmt
+from comparisons.results import selection
+from comparisons.results.store import SceneRecord
+from comparisons.solving.planning import Plan
+from reports.plots.style import look
+from reports.tables import cells
+from reports.tables.table import Table, table
+
+
+def plan(planned: Plan) -> Table:
+    """Return what each method would do."""
+    rows = []
+    for each in planned.methods:
+        levels = ", ".join(str(n) for n in each.resolutions) if each.supported else fmt.MISSING
+        left_out = f" [{each.reason}]" if each.reason.startswith("left out") else ""
+        words = each.modelled + left_out if each.supported else f"not run: {each.reason}"
+        rows.append((cells.method(each.method, each.method), levels, words))
+    title = f"{planned.scene.heading} ({planned.scene.name})"
+    return table(("method", "resolutions", "plan"), rows, title=title)
+
+
+def plan_rows(scene: SceneRecord) -> list[dict[str, Any]]:
+    """Return what each method modelled and at which resolutions, or why it could not."""
+    refused = selection.unsupported(scene)
+    planned = {str(item.get("method", "")): item for item in scene.plan.get("methods", [])}
+    rows = []
+    for method in selection.methods(scene):
+        item = planned.get(method, {})
+        levels = item.get("resolutions") or selection.resolutions(scene, method)
+        rows.append(
+            {
+                "method": method,
+                "label": look(method).label,
+                "supported": method not in refused,
+                "text": refused.get(method) or str(item.get("modelled") or ""),
+                "resolutions": ", ".join(fmt.count(level) for level in levels),
+            }
+        )
+    return rows

@@ -1,0 +1,31 @@
+"""The load steps of one solve."""
+
+from __future__ import annotations
+
+from comparisons import formatting as fmt
+from comparisons.questions.single import SingleResult
+from reports.tables import cells
+from reports.tables.table import Table, table
+
+
+def shown(result: SingleResult) -> list[str]:
+    """Return what is prescribed, and what the scene compares."""
+    given = list(result.plan.loads.columns)
+    asked = [q for q in result.plan.scene.compare.quantities if q not in given]
+    known = result.columns()
+    return [name for name in (*given, *asked) if name in known]
+
+
+def load_steps(result: SingleResult, digits: int = 4) -> Table:
+    """Return one row per load step, each quantity in one unit."""
+    columns = {name: result.columns()[name] for name in shown(result)}
+    scales = {name: fmt.prefix_for(v, fmt.quantity(name).unit) for name, v in columns.items()}
+    heads = [fmt.axis_title(name, scale.unit) for name, scale in scales.items()]
+    rows = zip(
+        *(
+            [cells.number(fmt.number(v * scales[name].factor, digits), float(v)) for v in values]
+            for name, values in columns.items()
+        ),
+        strict=True,
+    )
+    return table(heads, rows, title=f"{result.plan.scene.heading}: {result.method}")

@@ -1,0 +1,64 @@
+"""Tables in files: LaTeX with the rules of booktabs, and Markdown."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+
+from reports.tables.notation import error_with_bar, markdown, tex
+from reports.tables.table import Cell, Table
+
+
+def latex(table: Table, label: str) -> str:
+    """Return the table in LaTeX, its title as the caption."""
+    lines = [
+        "% needs \\usepackage{booktabs} and \\usepackage{textcomp}",
+        r"\begin{table}",
+        rf"  \caption{{{tex(table.title)}}}",
+        rf"  \label{{tab:{label}}}",
+        rf"  \begin{{tabular}}{{@{{}}{alignment(table)}@{{}}}}",
+        r"    \toprule",
+        f"    {_row(_heads(table), tex)}",
+        r"    \midrule",
+        *(f"    {_row(map(printed, row), tex)}" for row in table.rows),
+        r"    \bottomrule",
+        r"  \end{tabular}",
+        r"\end{table}",
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def in_markdown(table: Table) -> str:
+    """Return the table in Markdown below its title."""
+    rules = ["---" if kind == "l" else "--:" for kind in alignment(table)]
+    lines = [
+        markdown(table.title),
+        "",
+        _bars(map(markdown, _heads(table))),
+        _bars(rules),
+        *(_bars(markdown(printed(cell)) for cell in row) for row in table.rows),
+    ]
+    return "\n".join(lines) + "\n"
+
+
+def alignment(table: Table) -> str:
+    """Return "l" for each column of words and "r" for each of numbers."""
+    columns = range(len(table.heads))
+    numbers = [any(row[place].kind == "number" for row in table.rows) for place in columns]
+    return "".join("r" if each else "l" for each in numbers)
+
+
+def _heads(table: Table) -> list[str]:
+    return [head.short or head.text for head in table.heads]
+
+
+def printed(cell: Cell) -> str:
+    """Return what stands in a printed cell: errors have their bars in brackets."""
+    return cell.text if cell.bar is None else error_with_bar(cell.key, cell.bar)
+
+
+def _row(cells: Iterable[str], escaped: Callable[[str], str]) -> str:
+    return " & ".join(escaped(cell) for cell in cells) + r" \\"
+
+
+def _bars(cells: Iterable[str]) -> str:
+    return f"| {' | '.join(cells)} |"
