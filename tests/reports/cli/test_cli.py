@@ -353,7 +353,7 @@ def test_solve_prints_a_table_for_people(roughline, ball):
     result = roughline("solve", ball, "--method", "closed_form")
     assert result.code == 0
     assert "Steel ball on a half-space: closed_form" in result.out
-    assert "penetration / µm" in result.out
+    assert "penetration depth d / µm" in result.out
 
 
 def test_options_of_the_method_with_or_without_its_name(roughline, ball, tmp_path):
