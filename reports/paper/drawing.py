@@ -32,6 +32,8 @@ def draw(axes: Any, figure: Figure) -> None:
         height = level.value * figure.y.scale.factor
         axes.axhline(height, **own, label=literal(level.label) or None)
     for guide in figure.guides:
+        if guide.text:
+            continue  # the ticks say it, too
         place = guide.value * figure.x.scale.factor
         axes.axvline(place, color=colour(guide.colour), lw=0.6, ls=":", zorder=0.5)
     _finish(axes, figure)
@@ -104,7 +106,9 @@ def _finish(axes: Any, figure: Figure) -> None:
 
 
 def _title(axis: Axis) -> str:
-    return axis_label(axis.quantity, axis.scale.unit) if axis.quantity else literal(axis.words)
+    if axis.quantity:
+        return axis_label(axis.quantity, axis.scale.unit)
+    return literal(f"{axis.words} of {axis.of}" if axis.of else axis.words)
 
 
 def _set_ticks(axis: Any, own: Axis) -> None:

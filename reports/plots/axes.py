@@ -25,10 +25,10 @@ def value_axis(name: str, values: np.ndarray, log: bool) -> Axis:
     return Axis(quantity=name, scale=scale, log=True, limits=limits, ticks=ticks)
 
 
-def error_axis(low: float, high: float, title: str) -> Axis:
+def error_axis(low: float, high: float, title: str, of: str = "") -> Axis:
     """Return a logarithmic axis of relative errors, labelled in per cent and ppm."""
     ticks = log_ticks((low, high), fmt.tolerance)
-    return Axis(title, log=True, limits=(low, high), ticks=ticks)
+    return Axis(title, of, log=True, limits=(low, high), ticks=ticks)
 
 
 def log_axis(

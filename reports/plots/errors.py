@@ -39,7 +39,10 @@ def error_figure(scene: SceneRecord, name: str) -> Figure | None:
     sizes = [np.abs(selection.column(rows, f"error_{name}")) for rows in tables.values()]
     low, high = error_range(np.concatenate(sizes), scene.tolerance)
     log = wants_log(loads) and not scene.is_path
-    axes = value_axis(scene.along, loads, log), error_axis(low, high, "relative error |e|")
+    axes = (
+        value_axis(scene.along, loads, log),
+        error_axis(low, high, "relative error |e|", fmt.quantity(name).words),
+    )
     series = [_series(scene, method, rows, name, low) for method, rows in tables.items()]
     return Figure(
         f"error-{name}",

@@ -24,6 +24,8 @@ class Axis:
     ----------
     title : str
         Its words; those of a quantity come from `quantity`.
+    of : str
+        What the title speaks of; the page says so above the plot, print beside the axis.
     quantity : str
         The column whose words and symbol are the title.
     scale : comparisons.formatting.Scale
@@ -36,6 +38,7 @@ class Axis:
     """
 
     title: str = ""
+    of: str = ""
     quantity: str = ""
     scale: fmt.Scale = NO_SCALE
     log: bool = False
