@@ -7,7 +7,6 @@ the page are written anew::
 """
 
 # %%
-import re
 from pathlib import Path
 
 import numpy as np
@@ -22,6 +21,7 @@ from reference.halfspace.cohesive import CohesiveProblem
 from reference.halfspace.cohesive_laws import CohesiveLaw, dugdale, exponential
 from reference.halfspace.cohesive_path import CohesivePath, trace
 from reference.halfspace.detachment import Peeling, peel
+from reports.tables.documents import rewrite
 
 PAGE = Path(__file__).resolve().parents[1] / "adhesion.md"
 WORK = 0.01
@@ -246,12 +246,6 @@ def ellipsoids() -> list[list[str]]:
 
 
 # %%
-def markdown(rows: list[list[str]]) -> str:
-    """Rows as a table."""
-    head, *body = (f"| {' | '.join(row)} |" for row in rows)
-    return "\n".join([head, "|" + "---|" * len(rows[0]), *body])
-
-
 TABLES = {
     "springs": springs,
     "cycles": cycles,
@@ -262,15 +256,6 @@ TABLES = {
 }
 
 
-def written(page: str) -> str:
-    """Return the page with every table between its markers made anew."""
-    for name, make in TABLES.items():
-        block = re.compile(f"(<!-- table: {name} -->\n).*?(<!-- end -->)", re.DOTALL)
-        table = markdown(make())
-        page = block.sub(lambda found, table=table: f"{found[1]}{table}\n{found[2]}", page)
-    return page
-
-
 # %%
 if __name__ == "__main__":
-    PAGE.write_text(written(PAGE.read_text(encoding="utf-8")), encoding="utf-8")
+    rewrite(PAGE, TABLES)

@@ -7,7 +7,6 @@ the page are written anew::
 """
 
 # %%
-import re
 import sys
 from pathlib import Path
 
@@ -20,6 +19,7 @@ from comparisons.questions.experiments.cost import LEAST_MEMORY, measure_series
 from reference.closed_form.random_field import line_peaks, surface_peaks
 from reference.fem.section import press_section
 from reference.impact import impact, rayleigh_share
+from reports.tables.documents import rewrite
 
 PAGE = Path(__file__).resolve().parents[1] / "experiments.md"
 LOADS = (0.001, 0.003, 0.01, 0.03, 0.1)
@@ -145,12 +145,6 @@ def costs(effort: str = "full") -> list[list[str]]:
 
 
 # %%
-def markdown(rows: list[list[str]]) -> str:
-    """Rows as a table."""
-    head, *body = (f"| {' | '.join(row)} |" for row in rows)
-    return "\n".join([head, "|" + "---|" * len(rows[0]), *body])
-
-
 TABLES = {
     "constants": constants,
     "readings": readings,
@@ -160,17 +154,6 @@ TABLES = {
 }
 
 
-def written(page: str, names: list[str]) -> str:
-    """Return the page with these tables (all if none is named) between their markers made anew."""
-    for name, make in TABLES.items():
-        if names and name not in names:
-            continue
-        block = re.compile(f"(<!-- table: {name} -->\n).*?(<!-- end -->)", re.DOTALL)
-        table = markdown(make())
-        page = block.sub(lambda found, table=table: f"{found[1]}{table}\n{found[2]}", page)
-    return page
-
-
 # %%
 if __name__ == "__main__":
-    PAGE.write_text(written(PAGE.read_text(encoding="utf-8"), sys.argv[1:]), encoding="utf-8")
+    rewrite(PAGE, TABLES, sys.argv[1:])

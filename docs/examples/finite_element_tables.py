@@ -7,7 +7,6 @@ page are written anew::
 """
 
 # %%
-import re
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -17,6 +16,7 @@ from scipy.special import gamma
 
 from reference.closed_form import ellipsoid
 from reference.fem import ball_body, indent, press, recover
+from reports.tables.documents import rewrite
 
 PAGE = Path(__file__).resolve().parents[1] / "finite-elements.md"
 RATIOS = (0.0, 0.3, 0.49, 0.4999)
@@ -205,24 +205,9 @@ def stress_table() -> list[list[str]]:
 
 
 # %%
-def markdown(rows: list[list[str]]) -> str:
-    """Rows as a table."""
-    head, *body = (f"| {' | '.join(row)} |" for row in rows)
-    return "\n".join([head, "|" + "---|" * len(rows[0]), *body])
-
-
 TABLES = {"errors": error_table, "penalty": penalty_table, "stresses": stress_table}
-
-
-def written(page: str) -> str:
-    """Return the page with every table between its markers made anew."""
-    for name, make in TABLES.items():
-        block = re.compile(f"(<!-- table: {name} -->\n).*?(<!-- end -->)", re.DOTALL)
-        table = markdown(make())
-        page = block.sub(lambda found, table=table: f"{found[1]}{table}\n{found[2]}", page)
-    return page
 
 
 # %%
 if __name__ == "__main__":
-    PAGE.write_text(written(PAGE.read_text(encoding="utf-8")), encoding="utf-8")
+    rewrite(PAGE, TABLES)

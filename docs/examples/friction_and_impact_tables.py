@@ -8,7 +8,6 @@ page are written anew::
 
 # %%
 import math
-import re
 import time
 from collections.abc import Callable
 from pathlib import Path
@@ -28,6 +27,7 @@ from reference.dynamics import collision, oscillator
 from reference.dynamics.event_driven import follow
 from reference.dynamics.friction_forms import stick_slip
 from reference.dynamics.moreau_jean import march
+from reports.tables.documents import rewrite
 
 PAGE = Path(__file__).resolve().parents[1] / "friction-and-impact.md"
 
@@ -343,12 +343,6 @@ def forced() -> list[list[str]]:
 
 
 # %%
-def markdown(rows: list[list[str]]) -> str:
-    """Rows as a table."""
-    head, *body = (f"| {' | '.join(row)} |" for row in rows)
-    return "\n".join([head, "|" + "---|" * len(rows[0]), *body])
-
-
 TABLES = {
     "slope": slope,
     "stopping": stopping,
@@ -363,15 +357,6 @@ TABLES = {
 }
 
 
-def written(page: str) -> str:
-    """Return the page with every table between its markers made anew."""
-    for name, make in TABLES.items():
-        block = re.compile(f"(<!-- table: {name} -->\n).*?(<!-- end -->)", re.DOTALL)
-        table = markdown(make())
-        page = block.sub(lambda found, table=table: f"{found[1]}{table}\n{found[2]}", page)
-    return page
-
-
 # %%
 if __name__ == "__main__":
-    PAGE.write_text(written(PAGE.read_text(encoding="utf-8")), encoding="utf-8")
+    rewrite(PAGE, TABLES)

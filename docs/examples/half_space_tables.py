@@ -7,7 +7,6 @@ are written anew::
 """
 
 # %%
-import re
 import time
 from collections.abc import Callable
 from functools import partial
@@ -28,6 +27,7 @@ from reference.halfspace import (
     starts,
 )
 from reference.surfaces import self_affine
+from reports.tables.documents import rewrite
 
 PAGE = Path(__file__).resolve().parents[1] / "half-space.md"
 POINTS = 256
@@ -215,12 +215,6 @@ def hardest() -> list[list[str]]:
 
 
 # %%
-def markdown(rows: list[list[str]]) -> str:
-    """Rows as a table."""
-    head, *body = (f"| {' | '.join(row)} |" for row in rows)
-    return "\n".join([head, "|" + "---|" * len(rows[0]), *body])
-
-
 TABLES = {
     "transfer-ratio": transfer_ratio,
     "kernel-choice": kernel_choice,
@@ -231,15 +225,6 @@ TABLES = {
 }
 
 
-def written(page: str) -> str:
-    """Return the page with every table between its markers made anew."""
-    for name, make in TABLES.items():
-        block = re.compile(f"(<!-- table: {name} -->\n).*?(<!-- end -->)", re.DOTALL)
-        table = markdown(make())
-        page = block.sub(lambda found, table=table: f"{found[1]}{table}\n{found[2]}", page)
-    return page
-
-
 # %%
 if __name__ == "__main__":
-    PAGE.write_text(written(PAGE.read_text(encoding="utf-8")), encoding="utf-8")
+    rewrite(PAGE, TABLES)

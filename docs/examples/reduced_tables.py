@@ -7,7 +7,6 @@ are written anew::
 """
 
 # %%
-import re
 from pathlib import Path
 
 import numpy as np
@@ -19,6 +18,7 @@ from reduced.rough.press import press
 from reduced.rough.surface_spectrum import self_affine
 from reduced.springs.indent import indent
 from reduced.springs.stress import abel, local_rule, one_radius_rule
+from reports.tables.documents import rewrite
 
 PAGE = Path(__file__).resolve().parents[1] / "reduced-model.md"
 DRAWS = 2000
@@ -207,12 +207,6 @@ def stiffness_exponents(points: int = 2**15, realisations: int = 400) -> list[li
 
 
 # %%
-def markdown(rows: list[list[str]]) -> str:
-    """Rows as a table."""
-    head, *body = (f"| {' | '.join(row)} |" for row in rows)
-    return "\n".join([head, "|" + "---|" * len(rows[0]), *body])
-
-
 TABLES = {
     "convergence": convergence,
     "printed-height": printed_height,
@@ -222,15 +216,6 @@ TABLES = {
 }
 
 
-def written(page: str) -> str:
-    """Return the page with every table between its markers made anew."""
-    for name, make in TABLES.items():
-        block = re.compile(f"(<!-- table: {name} -->\n).*?(<!-- end -->)", re.DOTALL)
-        table = markdown(make())
-        page = block.sub(lambda found, table=table: f"{found[1]}{table}\n{found[2]}", page)
-    return page
-
-
 # %%
 if __name__ == "__main__":
-    PAGE.write_text(written(PAGE.read_text(encoding="utf-8")), encoding="utf-8")
+    rewrite(PAGE, TABLES)

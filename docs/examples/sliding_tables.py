@@ -7,7 +7,6 @@ between the markers of the page are written anew::
 """
 
 # %%
-import re
 from pathlib import Path
 
 import numpy as np
@@ -25,6 +24,7 @@ from reference.sliding.contact import solve
 from reference.sliding.operators import Travelling
 from reference.sliding.studies import GridStudy, paraboloid
 from reference.viscoelastic.materials import GeneralisedMaxwell
+from reports.tables.documents import rewrite
 
 PAGE = Path(__file__).resolve().parents[1] / "rubber-sliding.md"
 LOAD = 3e-3
@@ -225,12 +225,6 @@ def surface() -> list[list[str]]:
 
 
 # %%
-def markdown(rows: list[list[str]]) -> str:
-    """Rows as a table."""
-    head, *body = (f"| {' | '.join(row)} |" for row in rows)
-    return "\n".join([head, "|" + "---|" * len(rows[0]), *body])
-
-
 TABLES = {
     "printed": printed,
     "energy": energy,
@@ -240,15 +234,6 @@ TABLES = {
 }
 
 
-def written(page: str) -> str:
-    """Return the page with every table between its markers made anew."""
-    for name, make in TABLES.items():
-        block = re.compile(f"(<!-- table: {name} -->\n).*?(<!-- end -->)", re.DOTALL)
-        table = markdown(make())
-        page = block.sub(lambda found, table=table: f"{found[1]}{table}\n{found[2]}", page)
-    return page
-
-
 # %%
 if __name__ == "__main__":
-    PAGE.write_text(written(PAGE.read_text(encoding="utf-8")), encoding="utf-8")
+    rewrite(PAGE, TABLES)

@@ -7,7 +7,6 @@ are written anew::
 """
 
 # %%
-import re
 import time
 from pathlib import Path
 
@@ -26,6 +25,7 @@ from reference.halfspace.cerruti import Compliance
 from reference.halfspace.friction import FrictionStep, sweep, tangential_stiffness
 from reference.halfspace.traction import NormalAndTangential
 from reference.surfaces import self_affine
+from reports.tables.documents import rewrite
 
 PAGE = Path(__file__).resolve().parents[1] / "tangential-contact.md"
 MU = 0.3
@@ -351,12 +351,6 @@ def _lines(load: float, shares: np.ndarray, options: dict) -> list[np.ndarray]:
 
 
 # %%
-def markdown(rows: list[list[str]]) -> str:
-    """Rows as a table."""
-    head, *body = (f"| {' | '.join(row)} |" for row in rows)
-    return "\n".join([head, "|" + "---|" * len(rows[0]), *body])
-
-
 TABLES = {
     "springs": springs,
     "grid": grid,
@@ -368,15 +362,6 @@ TABLES = {
 }
 
 
-def written(page: str) -> str:
-    """Return the page with every table between its markers made anew."""
-    for name, make in TABLES.items():
-        block = re.compile(f"(<!-- table: {name} -->\n).*?(<!-- end -->)", re.DOTALL)
-        table = markdown(make())
-        page = block.sub(lambda found, table=table: f"{found[1]}{table}\n{found[2]}", page)
-    return page
-
-
 # %%
 if __name__ == "__main__":
-    PAGE.write_text(written(PAGE.read_text(encoding="utf-8")), encoding="utf-8")
+    rewrite(PAGE, TABLES)

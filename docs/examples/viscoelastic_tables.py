@@ -7,7 +7,6 @@ are written anew::
 """
 
 # %%
-import re
 import time
 from itertools import pairwise
 from pathlib import Path
@@ -21,6 +20,7 @@ from reduced.profiles.shapes import cone, cylinder, paraboloid, power_law
 from reference import closed_form
 from reference.halfspace import FreeOperator
 from reference.viscoelastic import GeneralisedMaxwell, impact, indentation, press_in_time
+from reports.tables.documents import rewrite
 
 PAGE = Path(__file__).resolve().parents[1] / "viscoelastic.md"
 SPRINGS = prony(1.0, [3.0, 2.0], [0.3, 5.0])
@@ -234,12 +234,6 @@ def cost() -> list[list[str]]:
 
 
 # %%
-def markdown(rows: list[list[str]]) -> str:
-    """Rows as a table."""
-    head, *body = (f"| {' | '.join(row)} |" for row in rows)
-    return "\n".join([head, "|" + "---|" * len(rows[0]), *body])
-
-
 TABLES = {
     "ting": ting,
     "steps": steps_in_time,
@@ -251,15 +245,6 @@ TABLES = {
 }
 
 
-def written(page: str) -> str:
-    """Return the page with every table between its markers made anew."""
-    for name, make in TABLES.items():
-        block = re.compile(f"(<!-- table: {name} -->\n).*?(<!-- end -->)", re.DOTALL)
-        table = markdown(make())
-        page = block.sub(lambda found, table=table: f"{found[1]}{table}\n{found[2]}", page)
-    return page
-
-
 # %%
 if __name__ == "__main__":
-    PAGE.write_text(written(PAGE.read_text(encoding="utf-8")), encoding="utf-8")
+    rewrite(PAGE, TABLES)

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from reference.halfspace import FreeOperator, PeriodicOperator, kernels
+from reports.tables.documents import markdown
 
 
 def love_with_50_digits(i: int, j: int, dx: float, dy: float):
@@ -162,4 +163,4 @@ def test_the_kernels_on_the_page_are_those_of_the_code():
     tables = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(tables)
     page = (root / "docs" / "half-space.md").read_text(encoding="utf-8")
-    assert tables.markdown(tables.transfer_ratio()) in page
+    assert markdown(tables.transfer_ratio()) in page

@@ -18,6 +18,7 @@ from reference.dynamics import blocks as coulomb
 from reference.dynamics.collision import collide, power_law_collision
 from reference.dynamics.event_driven import follow
 from reference.dynamics.moreau_jean import march
+from reports.tables.documents import markdown
 
 ROOT = Path(__file__).resolve().parents[3]
 
@@ -40,7 +41,7 @@ def test_the_tables_of_the_page_are_those_of_the_script():
         (block,) = re.findall(f"<!-- table: {name} -->\n(.*?)\n<!-- end -->", page, re.DOTALL)
         assert len(block.splitlines()) > 3
         if name in ("stopping", "stability", "backbone"):
-            anew = module.markdown(make())
+            anew = markdown(make())
             assert re.sub(number, "#", anew) == re.sub(number, "#", block)
             shown, found = ([float(x) for x in re.findall(number, t)] for t in (block, anew))
             np.testing.assert_allclose(shown, found, rtol=2e-3)

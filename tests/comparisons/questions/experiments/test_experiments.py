@@ -16,6 +16,7 @@ from comparisons.questions.claims.runner import judge_claim
 from comparisons.questions.experiments import EXPERIMENTS, cost, reading_scan
 from comparisons.questions.experiments.running import Finding, experiment
 from reference.halfspace import FreeOperator, fft
+from reports.tables.documents import markdown
 
 
 def measure(name, value=None, effort="quick", **parameters):
@@ -339,7 +340,7 @@ def test_the_tables_of_the_page_stand_as_their_script_makes_them(monkeypatch):
         (block,) = re.findall(f"<!-- table: {name} -->\n(.*?)\n<!-- end -->", page, re.DOTALL)
         assert len(block.splitlines()) > 3
         if name == "constants":
-            assert module.markdown(module.constants()) == block
+            assert markdown(module.constants()) == block
     monkeypatch.setattr(module, "LOADS", (0.01,))
     rows = module.readings(realisations=3, effort="quick")
     assert len(rows) == 1 + len(module.READINGS)

@@ -1,0 +1,35 @@
+"""Tables in the pages of the documentation: Markdown between markers, made anew by scripts."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Callable, Collection, Mapping, Sequence
+from pathlib import Path
+
+Rows = Sequence[Sequence[str]]
+
+
+def markdown(rows: Rows) -> str:
+    """Return rows, the heads first, as a table; cells are Markdown already.
+
+    >>> print(markdown([["N", "error"], ["4", "1 %"]]))
+    | N | error |
+    |---|---|
+    | 4 | 1 % |
+    """
+    head, *body = (f"| {' | '.join(row)} |" for row in rows)
+    return "\n".join([head, "|" + "---|" * len(rows[0]), *body])
+
+
+def rewrite(
+    page: Path, tables: Mapping[str, Callable[[], Rows]], names: Collection[str] = ()
+) -> None:
+    """Make every table of a page anew between its markers, or only those with these names."""
+    text = page.read_text(encoding="utf-8")
+    for name, make in tables.items():
+        if names and name not in names:
+            continue
+        block = re.compile(f"(<!-- table: {name} -->\n).*?(<!-- end -->)", re.DOTALL)
+        table = markdown(make())
+        text = block.sub(lambda old, table=table: f"{old[1]}{table}\n{old[2]}", text)
+    page.write_text(text, encoding="utf-8")
