@@ -64,7 +64,7 @@ def adhere(
     """Lead an adhesive body along a path of penetrations or forces, starting out of contact.
 
     Springs of stiffness E* dx stand at x = +-(i + offset) dx; between them the profile is the
-    monotone cubic of `foundation.indent`, and the contact ends at any a between springs where
+    monotone cubic of `springs.indent.indent`, and the contact ends at any a between springs where
 
         d = g(a) - l(a),   l = sqrt(2 pi a w/E*),   F = 2 E* int_0^a (d - g(x)) dx.
 

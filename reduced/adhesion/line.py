@@ -35,7 +35,7 @@ _EPSILON = float(np.finfo(float).eps)
 
 
 class Half(NamedTuple):
-    """Cubics of a half line, as `cubic_line.moments` makes them; all arrays."""
+    """Cubics of a half line, as `cubics.moments` makes them; all arrays."""
 
     x: np.ndarray
     heights: np.ndarray

@@ -126,8 +126,8 @@ def slide(
 ) -> TangentialPath:
     """Load a single contact tangentially, along any path, under a constant normal load.
 
-    The springs are those of `foundation.indent`, sub-cell edges included; the border of stick lies
-    where one of its levels lies, inside a cell, so that tangential force and stick radius
+    The springs are those of `springs.indent.indent`, sub-cell edges included; the border of stick
+    lies where one of its levels lies, inside a cell, so that tangential force and stick radius
     converge as the normal force and radius do: dx^4 for smooth profiles ("nodal": dx^2 and dx).
 
     Parameters
@@ -143,7 +143,7 @@ def slide(
     tangential_displacement, tangential_force : array_like, shape (k,)
         Exactly one: the values the path passes, in order, any sign; between them it is monotone.
     springs, spacing, edges, offset
-        As for `foundation.indent`.
+        As for `springs.indent.indent`.
 
     Returns
     -------
@@ -202,13 +202,13 @@ def slide_lines(
 ) -> TangentialPath:
     """Load rough lines tangentially, along any path, under a constant normal load.
 
-    The springs are those of `rough_line.press`: with ``"sub_cell"`` the line is straight between
+    The springs are those of `rough.press.press`: with ``"sub_cell"`` the line is straight between
     its points, and edges of contact and of stick are exact for that line.
 
     Parameters
     ----------
     lines, spacing, edges, periodic
-        As for `rough_line.press`.
+        As for `rough.press.press`.
     effective_modulus, tangential_modulus, friction : float
         E*, G*, mu.
     force, penetration : float

@@ -108,7 +108,7 @@ def follow(
     spacing : float
         dx.
     effective_modulus, tangential_modulus, friction : float
-        E*, G* (`tangential.tangential_modulus`) and Coulomb's mu.
+        E*, G* (`slide.tangential_modulus`) and Coulomb's mu.
     penetration, tangential_displacement : array_like, shape (k,)
         The points of the path, any sign and order; the path starts at d = 0 (or the negative
         first penetration), u = 0, and both change in proportion between two points.

@@ -68,7 +68,7 @@ def spring_contact(
     springs : int
         Springs per contact radius there.
     edges, offset
-        As for `foundation.indent`.
+        As for `springs.indent.indent`.
 
     Examples
     --------

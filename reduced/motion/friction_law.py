@@ -102,7 +102,7 @@ def stable_step(
     load : float
         F, |F| < mu F_N.
     scheme : str
-        One of the explicit schemes of `friction_motion`.
+        One of the explicit schemes of `blocks`.
 
     Examples
     --------

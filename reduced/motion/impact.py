@@ -74,7 +74,7 @@ def strike(
     load : float
         Constant force f >= 0 on the mass during the impact (its weight).
     springs, edges, offset
-        As for `foundation.indent`.
+        As for `springs.indent.indent`.
 
     Raises
     ------

@@ -40,7 +40,7 @@ class Ensemble:
     Attributes
     ----------
     samples : dict of str to ndarray, shape (m, k)
-        Every realisation's curve of every quantity asked for; fields of `rough_line.LineContact`.
+        Every realisation's curve of every quantity asked for; fields of `press.LineContact`.
     levels : ndarray
         Levels of the quantiles.
     """
@@ -101,19 +101,19 @@ def press_ensemble(
     Parameters
     ----------
     spectrum : LineSpectrum
-        Amplitudes, see `spectrum`.
+        Amplitudes, see `line_spectrum`.
     points : int
         Points of each line.
     realisations : int
         Number of lines m, >= 1.
     effective_modulus, force, penetration, mean_gap, edges
-        As for `rough_line.press`; lines are periodic.
+        As for `rough.press.press`; lines are periodic.
     length : float, optional
         Period of the lines, the spectrum's own without it.
     seed : int
         Seed of the ensemble; line k draws from ``SeedSequence(seed, spawn_key=(1, k))``.
     quantities : sequence of str
-        Fields of `rough_line.LineContact` to keep.
+        Fields of `press.LineContact` to keep.
     levels : sequence of float
         Levels of the quantiles, in [0, 1].
     workers : int

@@ -62,7 +62,7 @@ def press_lines(
     control : int
         PENETRATION, FORCE or MEAN_GAP.
     sub_cell, periodic : bool
-        As for `line_walk.walk`.
+        As for `walk.walk`.
     units : ndarray, shape (FIELDS,)
         Units of the results.
     fields : ndarray, shape (FIELDS, all, k)

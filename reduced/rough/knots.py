@@ -37,7 +37,7 @@ def roots(
     goals : ndarray, shape (k,)
         Increasing forces.
     sub_cell, periodic : bool
-        As for `line_walk.walk`.
+        As for `walk.walk`.
     room : ndarray, shape (n + 1,)
         Room to work in.
     found : ndarray, shape (k,)

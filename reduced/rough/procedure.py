@@ -22,11 +22,11 @@ class Variant:
     name : str
         What tables call it.
     spectrum : str
-        Rule from two to one dimension, see `spectrum.line_of`.
+        Rule from two to one dimension, see `line_spectrum.line_of`.
     edges : str
-        Discrete law of the springs, see `rough_line.press`.
+        Discrete law of the springs, see `rough.press.press`.
     stress : str
-        Rule of the stress, see `line_regions.line_stress`.
+        Rule of the stress, see `regions.line_stress`.
     refinement : int
         Points of the line per point of the map's longer side.
     """

@@ -64,7 +64,7 @@ def regions(
     edges: str = "sub_cell",
     periodic: bool = True,
 ) -> Regions:
-    """Find the connected contacts of a line, as `rough_line.press` counts them.
+    """Find the connected contacts of a line, as `rough.press.press` counts them.
 
     Parameters
     ----------

@@ -23,7 +23,7 @@ def add_up(
     Parameters
     ----------
     depth, levels, sub_cell, periodic
-        As for `line_walk.walk`.
+        As for `walk.walk`.
     out : ndarray, shape (k + 1, ROOM)
         The first three numbers of each of the first k rows are filled with: force over E* dx,
         contact length over dx, and the rate at which the length grows with the penetration (0 for

@@ -198,9 +198,9 @@ def self_affine(
     long_cutoff: float | None = None,
     short_cutoff: float | None = None,
 ) -> SurfaceSpectrum:
-    """Prescribed spectrum of a synthetic self-affine surface; parameters as for `spectrum`.
+    """Prescribed spectrum of a synthetic self-affine surface; parameters as for `line_spectrum`.
 
-    See `spectrum.prescribed` for parameters and errors.
+    See `line_spectrum.prescribed` for parameters and errors.
     """
     shape, sides = pair(points, "points"), pair(size, "size")
     refuse(

@@ -14,7 +14,7 @@ What the print leaves open or gets wrong (`sliding_printed` does it literally), 
   spring moves: here the work of the contact forces over the way.
 
 The force is imposed on the mean over the step. Over a step of one cell that mean is an integral
-over the cell, so the state this tends to is that of `sliding.slide` on the same line.
+over the cell, so the state this tends to is that of `steady.slide` on the same line.
 """
 
 from __future__ import annotations

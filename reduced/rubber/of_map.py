@@ -44,11 +44,11 @@ def friction(
     Parameters
     ----------
     spectrum : LineSpectrum
-        Amplitudes, see `spectrum`.
+        Amplitudes, see `line_spectrum`.
     points, realisations : int
         Points of each line, and number of lines m.
     material, speed, force
-        As for `sliding.slide`; the force is on each line.
+        As for `steady.slide`; the force is on each line.
     length, seed : float, int
         As for `ensemble.press_ensemble`: line k is the same line there.
     workers : int

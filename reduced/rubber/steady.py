@@ -2,7 +2,7 @@
 
 Problem 1 of the chapter moves the line step by step until nothing changes any more. What it
 tends to can be had at once: at constant level Z0 all springs go through the same history, one after
-the other, so that one spring drawn under the line (`sliding_pass`) is the whole contact, and the
+the other, so that one spring drawn under the line (`one_spring`) is the whole contact, and the
 level follows from the force, which falls monotonically with it. `sliding_history` is the time loop.
 
 Per unit length of line a spring of the reduced model carries (19.30), (19.31)
@@ -77,7 +77,7 @@ def slide(
 ) -> SteadySliding:
     """Slide rigid lines under a viscoelastic foundation until nothing changes: steady friction.
 
-    The line is straight between its points; everything else is exact (`sliding_pass`), for every
+    The line is straight between its points; everything else is exact (`one_spring`), for every
     speed and spacing. The level is found by bracketing: the force falls with it. Over one period
     the arms carry nothing in the mean, so that the mean deflection of a periodic line is
     F/(4 G_inf L) at any speed.
@@ -151,7 +151,7 @@ def slide(
 
 @dataclass(frozen=True)
 class _Line:
-    """One line at one speed: all that `sliding_pass.draw` needs but level and state."""
+    """One line at one speed: all that `one_spring.draw` needs but level and state."""
 
     path: np.ndarray
     step: float
@@ -251,7 +251,7 @@ def _deep_enough(excess, path: np.ndarray, deflection: float, spacing: float) ->
 
 
 def _lengths(material: Prony, speed: float) -> tuple:
-    """Return the material with times as lengths, and its modes, as `sliding_pass.draw` takes it."""
+    """Return the material with times as lengths, and its modes, as `one_spring.draw` takes it."""
     modes = material.creep().times
     matrix = 1 / (1 - material.times[:, None] / modes)
     if material.viscosity > 0:

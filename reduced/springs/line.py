@@ -60,7 +60,7 @@ class SmoothLine:
     """Springs joined by the monotone cubic through heights and slopes: edges inside the cells.
 
     The two halves of the line see the springs at different places. Each is a tuple of knots from
-    x = 0 outwards, heights, end slopes of the cubics and running integrals, see `cubic_line`.
+    x = 0 outwards, heights, end slopes of the cubics and running integrals, see `cubics`.
     """
 
     def __init__(self, profile: Profile, spacing: float, offset: float, largest: float) -> None:

@@ -30,6 +30,8 @@ from types import FrameType
 import numpy as np
 from scipy.io import savemat
 
+from comparisons.questions.claims.headlines import builtin_claims
+from comparisons.scene.scene import builtin_folder
 from reports.cli.cli import run_command
 
 try:  # of the extra topography; without it their suffixes hold text
@@ -39,8 +41,8 @@ except ImportError:
     h5py = tifffile = None
 
 SECONDS, BYTES = 5, 1_000_000_000
-SCENES = Path(__file__).parents[2] / "comparisons" / "scene" / "built_in"
-CLAIMS = Path(__file__).parents[2] / "comparisons" / "claims"
+SCENES = builtin_folder()
+CLAIMS = sorted(builtin_claims().values())
 Files = dict[str, bytes]
 
 TOKENS = [
@@ -248,7 +250,7 @@ def scene_case(rng: np.random.Generator) -> tuple[Files, list[str]]:
 
 def claim_case(rng: np.random.Generator) -> tuple[Files, list[str]]:
     """Read a mutated claim; the method that it judges does not exist, so nothing is solved."""
-    source = rng.choice(sorted(CLAIMS.glob("*.toml")))
+    source = rng.choice(CLAIMS)
     text = mutated_text(Path(source).read_bytes(), rng)
     return {"claim.toml": text}, ["claims", "claim.toml", "--method", "none", "--out", "out"]
 
