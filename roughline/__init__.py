@@ -9,8 +9,8 @@ SI units; a scene may also say "10 mm".
 >>> hertz = roughline.solve(ball, "closed_form")
 >>> bool(hertz["force"][-1] > 0)
 True
->>> found = roughline.compare(ball, "closed_form", "reduced")
->>> found.verdict
+>>> comparison = roughline.compare(ball, "closed_form", "reduced")
+>>> comparison.verdict
 'within'
 
 Importing the package imports nothing heavy: each name is fetched when it is first used.

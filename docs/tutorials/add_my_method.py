@@ -42,10 +42,10 @@ roughline.add_method(winkler)
 # One scene
 # ---------
 # Three resolutions of the method, the exact solution as the truth, and the reduced model beside it.
-found = roughline.compare(
+comparison = roughline.compare(
     "paraboloid", "closed_form", "reduced", "winkler", quantities=["force", "contact_area"]
 )
-found
+comparison
 
 # %%
 # The steps tell what is wrong. The area is twice the true one at every load: 2 pi R d, the
@@ -53,16 +53,16 @@ found
 # contact, too. The force grows as d^2 instead of d^1.5: too small at the lightest load, too large
 # at the heaviest. Refinement changes nothing; it is the model's own error and not its
 # discretisation's.
-steps = found.steps().query("method == 'winkler' and resolution == 80")
+steps = comparison.steps().query("method == 'winkler' and resolution == 80")
 print(steps[["penetration", "error_force", "error_contact_area"]].to_string(index=False))
 assert abs(steps["error_contact_area"] - 1).max() < 0.02
 assert steps["error_force"].iloc[0] < -0.4 < 1.3 < steps["error_force"].iloc[-1]
-assert found.verdict == "within"  # the reduced model
-assert found.judged("winkler").word == "outside"
+assert comparison.verdict == "within"  # the reduced model
+assert comparison.judged("winkler").word == "outside"
 
 # %%
 # The plot shows the same at a glance: the method's line does not go down with its cost.
-found.plot("speed-force")
+comparison.plot("speed-force")
 
 # %%
 # A claim

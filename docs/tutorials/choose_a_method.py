@@ -19,21 +19,21 @@ import numpy as np
 import roughline
 
 scene = roughline.load_scene("ellipsoid-2")
-found = roughline.compare(
+comparison = roughline.compare(
     scene, "closed_form", "reduced", "bem_fft", tolerance=0.02, quantities=["force"]
 )
-found
+comparison
 
 # %%
 # Both methods get there. The sentence names settings that were run, each with its measured time.
-best = found.cheapest
-print(found.answer)
+best = comparison.cheapest
+print(comparison.answer)
 print(f"cheapest: {best.method}, N = {best.resolution}")
 assert best.method == "reduced"
 
 # %%
 # Down and left is better. Points beyond the horizontal line are not good enough, however fast.
-found.plot("speed-force")
+comparison.plot("speed-force")
 
 # %%
 # Where does that stop being true?

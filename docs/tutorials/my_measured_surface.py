@@ -75,8 +75,8 @@ planned
 # --------------
 # The FFT half-space solver runs on grids of 32, 64 and 128 points. The finest is the truth, and the
 # others say how well it is known; the reduced model presses lines with the map's spectrum.
-found = roughline.compare(scene)
-found
+comparison = roughline.compare(scene)
+comparison
 
 # %%
 # How to read it: each row has the largest error over the three loads, with the 95 % half-width of
@@ -90,7 +90,7 @@ found
 #   penetration; a single map, whose highest peak decides where contact begins, need not.
 # - The *area* is another matter: the lines overestimate it by more than a factor of two, on
 #   averages as well, and no refinement of the lines changes that.
-table = found.table().query("at == 'force'").set_index(["method", "resolution", "quantity"])
+table = comparison.table().query("at == 'force'").set_index(["method", "resolution", "quantity"])
 print(table.loc["reduced", ["maximum", "uncertainty", "verdict"]].to_string())
 assert set(table.loc["reduced", "verdict"]) == {"outside"}
 assert table.loc[("bem_fft", 64, "mean_gap"), "verdict"] == "within"
@@ -98,7 +98,7 @@ assert table.loc[("bem_fft", 64, "contact_area"), "verdict"] == "not resolved"
 
 # %%
 # The curves of both methods, the errors along the loads, and what they cost:
-found.plot()
+comparison.plot()
 
 # %%
 # What to do
@@ -110,5 +110,5 @@ answer
 # %%
 # A map larger than 16 x 16 points of which all methods are asked gets a second scene by itself, a
 # patch around its highest point, on which the dense and the finite-element solver check the FFT
-# solver; ``found.patch`` has it. The same from the command line, with a report:
+# solver; ``comparison.patch`` has it. The same from the command line, with a report:
 # ``roughline run my-surface.toml``.
