@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import importlib.util
+import pkgutil
 import re
 from pathlib import Path
 
@@ -40,6 +41,67 @@ def test_links_between_the_pages_lead_somewhere(page):
         # The site's gallery is made of the tutorials.
         source = re.sub(r"^gallery/(.*)\.rst$", r"tutorials/\1.py", target)
         assert (page.parent / source).exists(), target
+
+
+PACKAGES = ("reduced", "reference", "comparisons", "reports", "roughline")
+FOLDERS = "|".join((*PACKAGES, "tests", "docs"))
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.name)
+def test_paths_and_modules_that_a_page_names_are_there(page):
+    """Paths (with patterns), files of ours by their bare name, modules with what is in them."""
+    named = {
+        name
+        for text in re.findall(r"`([^`\n]+)`", page.read_text("utf-8"))
+        for name in text.split()
+    }
+    paths = {name for name in named if re.match(rf"({FOLDERS})/", name)}
+    missing = {name for name in paths if not any(ROOT.glob(name.rstrip("/")))}
+    files = {name for name in named if re.fullmatch(r"[a-z_]+\.py", name)}
+    missing |= {name for name in files - YOURS if not any(ours(name))}
+    modules = {name for name in named if re.match(rf"({'|'.join(PACKAGES)})\.\w", name)}
+    missing |= {name for name in modules if not there(re.match(r"[\w.]+", name)[0])}
+    assert not missing
+
+
+# Files that a reader writes, named on the pages.
+YOURS = {"method.py", "mine.py"}
+
+
+def ours(name: str):
+    """Return the files of the packages, the tests and the examples that have this name."""
+    return (path for folder in FOLDERS.split("|") for path in (ROOT / folder).rglob(name))
+
+
+def there(name: str) -> bool:
+    """Whether a dotted name is a module, or something in one."""
+    try:
+        pkgutil.resolve_name(name)
+    except (ImportError, AttributeError):
+        return False
+    return True
+
+
+def test_every_room_is_on_the_map_of_the_code_and_no_other():
+    """Each folder of modules has its line; what a line points to is defined in that file."""
+    page = (ROOT / "docs" / "where-things-are.md").read_text(encoding="utf-8")
+    rooms = {
+        f"{path.parent.relative_to(ROOT).as_posix()}/"
+        for package in PACKAGES
+        for path in (ROOT / package).rglob("__init__.py")
+    }
+    headings = set(re.findall(r"^### `([a-z]+/)`", page, re.MULTILINE))
+    assert set(re.findall(r"^\| `([a-z_/]+/)` \|", page, re.MULTILINE)) | headings == rooms
+    pointers = re.findall(r"`([\w/]+\.(?:py|js))`: `(\w+)`", page)
+    assert len(pointers) > 10
+    for path, name in pointers:
+        text = (ROOT / path).read_text(encoding="utf-8")
+        assert re.search(rf"\b(def|class|function|const) {name}\b", text), f"{path}: {name}"
+
+
+def test_the_readme_stays_short():
+    assert len((ROOT / "README.md").read_text(encoding="utf-8").splitlines()) <= 160
+    assert len(script("claims_table").EIGHT) == 8
 
 
 def script(name: str):

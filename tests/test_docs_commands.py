@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 import roughline
-from comparisons.questions.claims.headlines import headlines
+from comparisons.questions.claims.headlines import builtin_claims, headlines
 from comparisons.questions.hard_cases.catalogue import catalogue
 from comparisons.scene.scene import builtin_names
 from comparisons.scene.suites import SUITES
@@ -127,7 +127,7 @@ def folder(tmp_path_factory):
     (home / "my-scene.toml").write_text(scene, encoding="utf-8")
     shutil.copy(DOCS / "examples" / "winkler.py", home / "winkler.py")
     shutil.copy(DOCS / "examples" / "winkler.py", home / "mine.py")
-    claim = (ROOT / "comparisons" / "claims" / "ellipsoid-force.toml").read_text(encoding="utf-8")
+    claim = builtin_claims()["ellipsoid-force"].read_text(encoding="utf-8")
     claim = claim.replace('id = "ellipsoid-force"', 'id = "mine"')
     (home / "my.toml").write_text(claim, encoding="utf-8")
     hard_cases = (DOCS / "hard-cases.md").read_text(encoding="utf-8")

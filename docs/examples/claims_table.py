@@ -1,7 +1,8 @@
-"""Write the verdicts on the claims into README.md and docs/claims.md, from stored full runs.
+"""Write the verdicts on the claims into their pages, from stored full runs.
 
-The record of the runs is docs/claims.json. A run of all claims, or of those that are new or
-changed, is put into it, and the tables between the markers of both pages are written anew::
+Eight stand in README.md, one for each statement of the chapter in docs/findings.md, all in
+docs/claims.md. The record of the runs is docs/claims.json. A run of all claims, or of those that
+are new or changed, is put into it, and the tables between the markers are written anew::
 
     roughline claims --full --json run.json
     python docs/examples/claims_table.py run.json
@@ -18,13 +19,33 @@ from comparisons.formatting import duration, plus_minus, tolerance
 from comparisons.machine import machine_text
 from comparisons.questions.claims.claim import VERDICTS, load_claims
 from comparisons.questions.claims.record import ClaimRecord, ClaimsRecord, load_claims_record
+from reports.tables.documents import markdown
 
 DOCS = Path(__file__).resolve().parents[1]
 STORED = DOCS / "claims.json"
-PAGES = (DOCS.parent / "README.md", DOCS / "claims.md")
-BLOCK = re.compile(r"(<!-- claims (short|long) -->\n).*?(<!-- end of claims -->)", re.DOTALL)
-# What the README tells of: one claim, printed or corrected, for each statement of the chapter.
-TOLD = (
+PAGES = (DOCS.parent / "README.md", DOCS / "findings.md", DOCS / "claims.md")
+BLOCK = re.compile(r"(<!-- claims (eight|short|long) -->\n).*?(<!-- end of claims -->)", re.DOTALL)
+# The README's eight, in words that need no chapter beside them; the verdict is on the claim itself.
+EIGHT = {
+    "half-radius-cone": "Any body of revolution may be replaced by a one-dimensional cross-section "
+    "with half its radius of curvature: a cone, force within 1 %.",
+    "transform-cone": "The cross-section that the integral transform of Popov & Heß (2015) gives, "
+    "in place of the chapter's, is exact: a cone, within 0.01 %.",
+    "punch-triangle": "A flat punch has the stiffness of a round one of equal area, with an error "
+    "of less than 3 %: a triangular punch.",
+    "partial-slip-rigid": "Springs that stick until their friction is used up give how far a "
+    "tangential force moves a ball: within 1 % for every Poisson's ratio.",
+    "adhesion-ball-force": "Springs that hold up to a given stretch give the adhesion of a ball "
+    "(Johnson, Kendall & Roberts): depth, area and pull-off force within 0.1 %.",
+    "rough-penetration": "Under the same force a rough line on springs is pressed in as deep as "
+    "the rough surface: within 10 %.",
+    "rough-area-printed": "The line has the real contact area of the rough surface, with the "
+    "numbers of the chapter's figure: within 10 %.",
+    "rubber-paraboloid": "Springs that relax give the friction of a ball that slides over rubber: "
+    "within 10 % at any speed.",
+}
+# What docs/findings.md tells of: one claim, printed or corrected, for each statement.
+SHORT = (
     *("exact-paraboloid", "half-radius-cone", "transform-cone", "ellipsoid-force"),
     *("punch-square", "punch-triangle", "quasi-static-energy", "size-unimportant-plane"),
     *("line-height-printed", "line-peak-radius", "rough-area-printed", "rough-area"),
@@ -44,8 +65,8 @@ def put_together(records: list[ClaimsRecord]) -> ClaimsRecord:
     of single measurements are left out: `roughline claims` finds them again.
     """
     known = [claim.id for claim in load_claims()]
-    found = {claim.id: claim for record in records for claim in record.claims}
-    kept = [_bare(found[name]) for name in known if name in found]
+    judged = {claim.id: claim for record in records for claim in record.claims}
+    kept = [_bare(judged[name]) for name in known if name in judged]
     main = max(reversed(records), key=lambda record: len(record.claims))
     return main.model_copy(update={"claims": kept})
 
@@ -57,58 +78,62 @@ def _bare(claim: ClaimRecord) -> ClaimRecord:
 
 # %%
 def largest(claim: ClaimRecord) -> str:
-    """Return the largest error found, with its bar."""
+    """Return the largest error, with its bar."""
     known = [point for point in claim.points if point.error is not None]
     if not known:
         return "–"
-    point = max(known, key=lambda each: abs(each.error))
+    point = max(known, key=lambda point: abs(point.error))
     return plus_minus(point.error, point.uncertainty)
 
 
-def _cell(text: str) -> str:
-    return text.replace("|", "\\|").replace("\n", " ").strip()
+def _cells(texts: tuple[str, ...]) -> list[str]:
+    return [text.replace("|", "\\|").replace("\n", " ").strip() for text in texts]
 
 
-def short_row(claim: ClaimRecord) -> str:
-    """Return what the README says of a claim."""
+def readme_row(claim: ClaimRecord) -> tuple[str, ...]:
+    """Return what the README says of a claim, and the command that measures it."""
+    command = f"`roughline claims {claim.id} --full`"
+    return (EIGHT[claim.id], f"**{claim.verdict}**", claim.sentence, command)
+
+
+def short_row(claim: ClaimRecord) -> tuple[str, ...]:
+    """Return what docs/findings.md says of a claim."""
     text = claim.text + (" *(as corrected)*" if claim.reading == "corrected" else "")
-    cells = (claim.equation, text, f"**{claim.verdict}**", claim.sentence)
-    return "| " + " | ".join(map(_cell, cells)) + " |"
+    return (claim.equation, text, f"**{claim.verdict}**", claim.sentence, f"`{claim.id}`")
 
 
-def long_row(claim: ClaimRecord) -> str:
+def long_row(claim: ClaimRecord) -> tuple[str, ...]:
     """Return what docs/claims.md says of a claim: its text, its verdict, the decisive numbers."""
-    cells = (
+    return (
         *(claim.id, claim.equation, claim.reading, claim.text),
         f"{tolerance(claim.tolerance)}{' (chapter)' if claim.tolerance_from == 'chapter' else ''}",
         *(f"**{claim.verdict}**", largest(claim), claim.sentence),
     )
-    return "| " + " | ".join(map(_cell, cells)) + " |"
 
 
 HEADS = {
-    "short": ("equation", "the chapter says", "verdict", "found"),
+    "eight": ("the statement", "verdict", "measured", "by"),
+    "short": ("equation", "the chapter says", "verdict", "measured", "claim"),
     "long": (
         *("claim", "equation", "reading", "text", "tolerance", "verdict", "largest error"),
-        "what was found",
+        "measured",
     ),
 }
+ROWS = {"eight": readme_row, "short": short_row, "long": long_row}
 
 
 # %%
 def rendered(record: ClaimsRecord, kind: str) -> str:
     """Return one table, with a line that says when and on what it was made.
 
-    The short one has the claims that are `TOLD`, in that order; the long one has all.
+    The README has the `EIGHT`, docs/findings.md the claims of `SHORT`, docs/claims.md has all.
     """
-    row = short_row if kind == "short" else long_row
     by_id = {claim.id: claim for claim in record.claims}
-    shown = [by_id[name] for name in TOLD] if kind == "short" else record.claims
-    lines = ["| " + " | ".join(HEADS[kind]) + " |", "|" + "---|" * len(HEADS[kind])]
-    lines += [row(claim) for claim in shown]
+    shown = {"eight": EIGHT, "short": SHORT, "long": by_id}[kind]
+    table = markdown([HEADS[kind], *(_cells(ROWS[kind](by_id[name])) for name in shown)])
     made = f"`{record.command}`, {record.created[:10]}, {duration(record.seconds)}"
-    lines += ["", f"{tally(record)} (Most of them by {made}, {machine_text(record.machine)}.)"]
-    return "\n".join(lines) + "\n"
+    origin = f"(Most of them by {made}, {machine_text(record.machine)}.)"
+    return f"{table}\n\n{tally(record)} {origin}\n"
 
 
 def tally(record: ClaimsRecord) -> str:
@@ -116,11 +141,11 @@ def tally(record: ClaimsRecord) -> str:
     told = []
     for reading in ("printed", "corrected"):
         claims = [claim for claim in record.claims if claim.reading == reading]
-        words = Counter(claim.verdict for claim in claims)
+        number = Counter(claim.verdict for claim in claims)
         counts = ", ".join(
-            f"{words[word]} {word.replace('holds', 'hold').replace('fails', 'fail')}"
-            for word in VERDICTS
-            if words[word]
+            f"{number[verdict]} {verdict.replace('holds', 'hold').replace('fails', 'fail')}"
+            for verdict in VERDICTS
+            if number[verdict]
         )
         told.append(f"{len(claims)} claims as {reading}: {counts}")
     return "; ".join(told) + "."
