@@ -11,6 +11,7 @@ from xml.etree import ElementTree as Xml
 import pytest
 
 from comparisons.errors import InputError
+from comparisons.methods import reduced as reduced_method
 from comparisons.questions.regression import (
     CHECK_SCENES,
     PACKAGED,
@@ -28,7 +29,6 @@ from comparisons.questions.regression.junit import write_junit
 from comparisons.questions.regression.measure import _identity
 from comparisons.questions.regression.snapshot import Speed
 from comparisons.scene.scene import Scene, load_scene
-from reduced.springs import indent
 from reference.halfspace import kernels
 
 FAULT = 1.002
@@ -54,12 +54,12 @@ def test_the_same_code_has_not_moved(before):
 
 def test_a_stiffer_reduced_model_is_named(before, monkeypatch):
     """A factor 1.002 in the springs: the model's force moves by 0.2 %, the references do not."""
-    sound = indent.indent
+    sound = reduced_method.indent
 
     def faulty(profile, effective_modulus, **loads):
         return sound(profile, FAULT * effective_modulus, **loads)
 
-    monkeypatch.setattr(indent, "indent", faulty)
+    monkeypatch.setattr(reduced_method, "indent", faulty)
     findings = compare_snapshots(before, take_snapshot(scenes=["paraboloid"]))
     moved = about(findings, MODEL)
     assert moved.drifted
