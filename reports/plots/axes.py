@@ -3,24 +3,33 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Sequence
 
 import numpy as np
 
 from comparisons import formatting as fmt
 from reports.plots.figure import Axis, Level
 
+HALF_DECADE = 10**0.5
 LOG_SPAN = 15.0  # loads spread wider than this are drawn on logarithmic axes
 Ticks = tuple[tuple[float, str], ...]
 
 
-def value_axis(name: str, values: np.ndarray, log: bool) -> Axis:
-    """Return the axis of a quantity: one prefix for all; from zero, or with ticks at 1, 2 and 5."""
+def value_axis(
+    name: str, values: np.ndarray, log: bool, edges: Sequence[float] | np.ndarray = ()
+) -> Axis:
+    """Return the axis of a quantity: one prefix for all; from zero, or with ticks at 1, 2 and 5.
+
+    `edges` are those of bands, which widen a logarithmic axis by half a decade at most: a bar that
+    nearly reaches zero would take all of it.
+    """
     scale = fmt.prefix_for(values, fmt.quantity(name).unit)
     known = values[np.isfinite(values) & (values > 0)]
     if not log or not len(known):
         return Axis(quantity=name, scale=scale)
-    limits = padded(known, 0.06, 0.05)
+    wide = np.asarray(edges, dtype=float)
+    wide = np.clip(wide[np.isfinite(wide)], known.min() / HALF_DECADE, known.max() * HALF_DECADE)
+    limits = padded(np.concatenate([known, wide]), 0.06, 0.05)
     ticks = log_ticks(limits, lambda v: fmt.number(v, 1), factor=scale.factor)
     return Axis(quantity=name, scale=scale, log=True, limits=limits, ticks=ticks)
 
@@ -28,7 +37,7 @@ def value_axis(name: str, values: np.ndarray, log: bool) -> Axis:
 def error_axis(low: float, high: float, title: str, of: str = "") -> Axis:
     """Return a logarithmic axis of relative errors, labelled in per cent and ppm."""
     ticks = log_ticks((low, high), fmt.tolerance)
-    return Axis(title, of, log=True, limits=(low, high), ticks=ticks)
+    return Axis(title, "|e|" if of else "", of, log=True, limits=(low, high), ticks=ticks)
 
 
 def log_axis(

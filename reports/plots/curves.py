@@ -18,6 +18,7 @@ from comparisons.questions.single import SingleResult
 from comparisons.results import selection
 from comparisons.results.store import SceneRecord
 from comparisons.scene.loading import NORMAL
+from comparisons.scene.method_names import known_methods
 from reports.plots.axes import value_axis, wants_log
 from reports.plots.figure import Band, Figure, Series
 from reports.plots.style import drawing_order, look
@@ -68,6 +69,8 @@ def curve(scene: SceneRecord, across: str, up: str) -> Figure | None:
     if not drawn:
         return None
     x, y = (np.concatenate([each.column(name) for each in drawn]) for name in (across, up))
+    bands = tuple(band for each in drawn for band in each.bands())
+    edges = np.concatenate([np.empty(0), *(each for b in bands for each in (b.low, b.high))])
     loads = np.concatenate([each.column(selection.drawn_along(scene)) for each in drawn])
     log = wants_log(loads) and not scene.is_path
     # Load curves are near power laws; what is drawn over speeds need not be.
@@ -77,10 +80,10 @@ def curve(scene: SceneRecord, across: str, up: str) -> Figure | None:
         f"curve-{up}",
         title[0].upper() + title[1:],
         _caption(scene, up),
-        value_axis(across, x, log),
-        value_axis(up, y, upright),
+        value_axis(across, x, log, edges if up == scene.control else ()),
+        value_axis(up, y, upright, () if up == scene.control else edges),
         tuple(each.series for each in drawn),
-        tuple(band for each in drawn for band in each.bands()),
+        bands,
         quantity=up,
     )
 
@@ -146,7 +149,9 @@ class _Curve:
         if (half > fmt.ROUND_OFF * np.abs(value)).any():
             yield Band(along, value - half, value + half, label=TRUTH_BAR, sideways=self.sideways)
         single = selection.realisations(self.scene, self.method, self.resolution)
-        if single.empty:
+        truth = selection.reference(self.scene)[0]
+        # Solvers of the same surfaces scatter alike: of them the truth's band says it all.
+        if single.empty or (truth not in ("", self.method) and not _is_line(self.method)):
             return
         colour, deviation = look(self.method).colour, self.column(f"stderr_{self.name}")
         low, high = quantiles(single, self.name, self.column("step"))
@@ -154,6 +159,11 @@ class _Curve:
         yield Band(
             along, value - deviation, value + deviation, colour, 0.28, sideways=self.sideways
         )
+
+
+def _is_line(method: str) -> bool:
+    known = known_methods().get(method)
+    return known is not None and known.dimension == 1
 
 
 def quantiles(single: pd.DataFrame, name: str, steps: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -177,7 +187,7 @@ def _caption(scene: SceneRecord, name: str) -> str:
     if any(_is_ensemble(scene, method) for method in selection.methods(scene)):
         parts.append(
             "Lines: means over the realisations, with one standard error; "
-            "faint: 5 % to 95 % of the realisations."
+            "faint: 5 % to 95 % of the realisations (of solvers in 3-D the reference's)."
         )
     return " ".join(parts)
 

@@ -41,7 +41,7 @@ def error_figure(scene: SceneRecord, name: str) -> Figure | None:
     log = wants_log(loads) and not scene.is_path
     axes = (
         value_axis(scene.along, loads, log),
-        error_axis(low, high, "relative error |e|", fmt.quantity(name).words),
+        error_axis(low, high, "relative error", fmt.quantity(name).words),
     )
     series = [_series(scene, method, rows, name, low) for method, rows in tables.items()]
     return Figure(

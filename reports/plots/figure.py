@@ -24,8 +24,9 @@ class Axis:
     ----------
     title : str
         Its words; those of a quantity come from `quantity`.
-    of : str
-        What the title speaks of; the page says so above the plot, print beside the axis.
+    symbol, of : str
+        The title's symbol, and what it speaks of: the page says so above the plot and takes the
+        symbol, print has to say it beside the axis.
     quantity : str
         The column whose words and symbol are the title.
     scale : comparisons.formatting.Scale
@@ -38,6 +39,7 @@ class Axis:
     """
 
     title: str = ""
+    symbol: str = ""
     of: str = ""
     quantity: str = ""
     scale: fmt.Scale = NO_SCALE
@@ -50,7 +52,8 @@ class Axis:
         """The title as plain text, with symbol and unit."""
         if self.quantity:
             return fmt.axis_title(self.quantity, self.scale.unit)
-        return f"{self.title} / {self.scale.unit}" if self.scale.unit else self.title
+        words = f"{self.title} {self.symbol}".strip()
+        return f"{words} / {self.scale.unit}" if self.scale.unit else words
 
 
 @dataclass(frozen=True)

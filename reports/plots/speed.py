@@ -81,7 +81,7 @@ def _figure(scene: SceneRecord, points: pd.DataFrame, name: str, at: str) -> Fig
         f"Error of {fmt.quantity(name).words}{equal}",
         CAPTION,
         time_axis("time for the whole scene", span),
-        error_axis(low, high, "largest error |e|", fmt.quantity(name).words),
+        error_axis(low, high, "largest error", fmt.quantity(name).words),
         (*series, *_failures(scene, span, high)),
         (floor,) if bar > low else (),
         (asked(scene.tolerance),),

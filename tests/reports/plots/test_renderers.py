@@ -42,7 +42,7 @@ def test_print_and_page_have_the_same_limits_and_ticks(study):
     assert (
         layout["yaxis"]["title"]["text"] == "relative error |e|"
     )  # the heading names the quantity
-    assert axes.get_ylabel() == "relative error |e| of force"
+    assert axes.get_ylabel() == "relative error of force"
 
 
 def test_a_lost_solve_is_a_cross_in_print_too(study):
