@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import Any
 
 import pandas as pd
 
-from comparisons.methods import METHODS, Method
-from comparisons.methods.user.external import ExternalMethod, add_methods
-from comparisons.methods.user.session import add_to_session
+from comparisons.methods.registry import add_class
+from comparisons.methods.solver import Solver
+from comparisons.methods.user.external import add_methods, outside_methods
 from reports.tables import lists
 from reports.tables.frames import frame
 
@@ -24,29 +25,28 @@ def list_methods() -> pd.DataFrame:
     return frame(lists.methods()).set_index("name")
 
 
-def add_method(method: Method | str | Path) -> list[str]:
+def add_method(method: type[Solver[Any]] | str | Path) -> list[str]:
     """Add a method of yours, to be judged like the built-in ones; return the names added.
 
     Parameters
     ----------
-    method : Method, str or Path
-        What the decorator `method` made of a function, or an object of a class derived from
-        ``comparisons.methods.Method``: known in this process only. Or a Python file with methods:
+    method : class, str or Path
+        What the decorator `method` made of a function, or a class derived from
+        ``comparisons.methods.Solver``: known in this process only. Or a Python file with methods:
         each call then runs in a process of its own with limits on time and memory, and worker
         processes of a `Study` know it, too.
 
     Raises
     ------
     InputError
-        If the file is no method, or the name is taken by a method of roughline's own.
+        If the file or the class is no method, or the name is taken by a method of roughline's own.
 
     Notes
     -----
     A method from outside never becomes the truth, whatever its dimension.
     """
-    if isinstance(method, Method):
-        return [add_to_session(method)]
+    if not isinstance(method, (str, Path)):
+        return [add_class(method)]
     add_methods([method])
     source = f"file:{Path(method).resolve()}"
-    outside = [each for each in METHODS.values() if isinstance(each, ExternalMethod)]
-    return [each.name for each in outside if each.origin.source == source]
+    return [made.name for made in outside_methods() if made.origin.source == source]

@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING, Any
 import pytest
 
 if TYPE_CHECKING:
-    from comparisons.methods import Method
+    from comparisons.methods import Solver
 
 UPDATE = "--roughline-update"
 
@@ -31,7 +31,7 @@ def roughline_check(request: pytest.FixtureRequest) -> Callable[..., None]:
 
     ``roughline_check(method, baseline, scenes=("paraboloid",), tolerance=1e-9)``
 
-    - method: a method object (docs/adding-a-method.md), or the name of a built-in one;
+    - method: a method of yours (docs/adding-a-method.md), or the name of a built-in one;
     - baseline: path of the JSON file, relative to the test's file; ``--roughline-update`` writes
       it;
     - scenes: built-in names or scene files; default: those of ``roughline check``;
@@ -41,7 +41,7 @@ def roughline_check(request: pytest.FixtureRequest) -> Callable[..., None]:
     """
 
     def check(
-        method: str | Method,
+        method: str | type[Solver],
         baseline: str | Path,
         scenes: Iterable[str] | None = None,
         tolerance: float | None = None,
@@ -82,10 +82,10 @@ def _shadows() -> list[str]:
     return foreign_packages()
 
 
-def _registered(method: str | Method) -> str:
-    """Make a method object known by its name for the rest of the session."""
+def _registered(method: str | type[Solver]) -> str:
+    """Make a class known by its name for the rest of the session."""
     if isinstance(method, str):
         return method
-    from comparisons.methods.user.session import add_to_session
+    from comparisons.methods.registry import add_class
 
-    return add_to_session(method)
+    return add_class(method)

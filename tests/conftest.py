@@ -6,20 +6,20 @@ import signal
 
 import pytest
 
-from comparisons.methods import METHODS
+from comparisons.facts.methods import METHODS
+from comparisons.methods.registry import SOLVERS
 from comparisons.methods.user.external import VARIABLE
-from comparisons.scene import method_names
 
 
 @pytest.fixture
 def methods_restored(monkeypatch):
     """Take away again the methods that a test adds."""
-    known = dict(METHODS)
+    known, solvers = dict(METHODS), dict(SOLVERS)
     monkeypatch.setenv(VARIABLE, "[]")
-    monkeypatch.setattr(method_names, "_from_outside", dict(method_names._from_outside))
     yield
-    for name in [each for each in METHODS if each not in known]:
-        del METHODS[name]
+    for table, before in ((METHODS, known), (SOLVERS, solvers)):
+        table.clear()
+        table.update(before)
 
 
 @pytest.fixture

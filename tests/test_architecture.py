@@ -10,8 +10,8 @@ from pathlib import Path
 
 import pytest
 
-from comparisons.methods import METHODS
-from comparisons.scene.method_names import METHOD_NAMES
+from comparisons.facts.methods import OWN
+from comparisons.methods.registry import SOLVERS
 from comparisons.scene.options import MethodOptions
 from reports.cli import shadowed
 
@@ -135,12 +135,11 @@ def test_nothing_heavy_is_imported_for_a_list(what):
     assert not HEAVY & set(done.stderr.split())
 
 
-def test_methods_are_listed_as_they_call_themselves():
-    """The names stand apart from the methods, so that listing them imports no solver."""
-    own = {name: (method.title, method.dimension) for name, method in METHODS.items()}
-    listed = {name: (each.title, each.dimension) for name, each in METHOD_NAMES.items()}
-    assert own == listed
-    assert list(MethodOptions.model_fields) == list(METHOD_NAMES)
+def test_every_method_has_a_row_of_facts_solvers_and_options():
+    """The facts stand apart from the solvers, so that listing them imports none."""
+    plain = {name for name in OWN if any(not maker.physics for maker in SOLVERS[name])}
+    assert plain == set(OWN) == {maker.name for name in OWN for maker in SOLVERS[name]}
+    assert list(MethodOptions.model_fields) == list(OWN)
 
 
 # --- that the house is ours -----------------------------------------------------------------

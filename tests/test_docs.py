@@ -10,13 +10,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from comparisons.methods import METHODS, Task
+from comparisons.methods.registry import add_class
 from comparisons.questions.claims.claim import load_claims
 from comparisons.questions.claims.record import load_claims_record
-from comparisons.scene.options import Options
 from comparisons.scene.scene import builtin_folder, load_scene, parse_scene
 from comparisons.solving.execution import execute
 from comparisons.solving.planning import plan_scene
+from comparisons.tasks.task import Task
 
 ROOT = Path(__file__).resolve().parent.parent
 PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").glob("*.md"))]
@@ -143,7 +143,7 @@ def method_examples() -> dict:
 def curve(name: str, quantity: str) -> tuple:
     """Return plan and values of one quantity of a method on the paraboloid."""
     (plan, *_) = plan_scene(load_scene("paraboloid"))
-    task = Task(plan.scene, plan.geometry, plan.loads, name, 40, Options(), (quantity,))
+    task = Task(plan.scene, plan.geometry, plan.loads, name, 40, (quantity,))
     solution = execute(task)
     assert solution.converged.all(), solution.reasons
     return plan, solution.quantities[quantity][0]
@@ -154,21 +154,21 @@ def test_the_function_of_the_page_is_the_shipped_example():
     assert function == (ROOT / "docs" / "examples" / "winkler.py").read_text(encoding="utf-8")
 
 
-def test_the_function_of_the_page_runs_as_printed(monkeypatch):
+def test_the_function_of_the_page_runs_as_printed(methods_restored):
     """A Winkler foundation of stiffness E*/a under a paraboloid: F = E*/a * pi R d^2.
 
     The sum over cells errs by the ragged edge, where the pressure vanishes: below 1 % here.
     """
-    monkeypatch.setitem(METHODS, "winkler", method_examples()["winkler"])
+    add_class(method_examples()["winkler"])
     plan, force = curve("winkler", "force")
     d, radius, a = plan.loads.values, plan.scene.indenter.radius, plan.geometry.contact_radius
     exact = plan.scene.effective_modulus / a * np.pi * radius * d**2
     np.testing.assert_allclose(force[-1], exact[-1], rtol=0.01)
 
 
-def test_the_class_of_the_page_runs_as_printed(monkeypatch):
+def test_the_class_of_the_page_runs_as_printed(methods_restored):
     """A disc as wide as the overlap of a paraboloid: F = 2 E* sqrt(2 R d) d."""
-    monkeypatch.setitem(METHODS, "disc", method_examples()["Disc"]())
+    add_class(method_examples()["Disc"])
     plan, force = curve("disc", "force")
     d, radius = plan.loads.values, plan.scene.indenter.radius
     exact = 2 * plan.scene.effective_modulus * np.sqrt(2 * radius * d) * d

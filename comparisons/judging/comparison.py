@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from comparisons.facts.methods import METHODS
 from comparisons.judging.metrics import at_equal, relative_error, rms_and_maximum
 from comparisons.judging.pressures import pressure_measures, truth_bar
 from comparisons.judging.truth import (
@@ -26,9 +27,9 @@ from comparisons.judging.truth import (
 )
 from comparisons.judging.uncertainty import combined, ensemble_uncertainty, standard_error
 from comparisons.judging.verdicts import judged
-from comparisons.methods import METHODS, Solution
 from comparisons.scene.scene import QUANTITIES
 from comparisons.solving.planning import Plan
+from comparisons.tasks.solution import Solution
 
 SCALARS = tuple(name for name in QUANTITIES if name != "pressure")
 # What the judged method adds to the reference's own sources.

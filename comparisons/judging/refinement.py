@@ -5,16 +5,15 @@ from __future__ import annotations
 from collections.abc import Callable, Generator
 from dataclasses import replace
 
+from comparisons.facts.methods import growth
 from comparisons.judging.truth import Reference, Solved, choose_reference, known_to
-from comparisons.methods import Solution
 from comparisons.solving.planning import MethodPlan, Plan, refusal
+from comparisons.tasks.solution import Solution
 
 SHARE = 0.2
 # Seconds that one refined solve may be expected to take, from the time of the last one and the
-# growth of work when N doubles: grids go with N^2 log N and more iterations, meshes with N^5.
+# growth of work when N doubles.
 BUDGET = 600.0
-GROWTH = {"fem": 40.0, "bem_dense": 64.0}
-USUAL_GROWTH = 6.0
 
 
 def refined(
@@ -81,7 +80,7 @@ def refinements(
 
 def _over_budget(reference: Reference, known: Solved, budget: float) -> str:
     last: Solution = known[reference.method, reference.resolution]
-    expected = last.seconds * GROWTH.get(reference.method, USUAL_GROWTH)
+    expected = last.seconds * growth(reference.method)
     if expected <= budget:
         return ""
     return f"the next would take about {expected:.0f} s, more than the budget of {budget:.0f} s"

@@ -7,15 +7,14 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from comparisons.facts.methods import METHODS, leading
 from comparisons.formatting import relative
 from comparisons.judging.metrics import relative_error, rms_and_maximum, sizes_along_path
 from comparisons.judging.uncertainty import combined, ensemble_uncertainty, grid_uncertainty
-from comparisons.methods import METHODS, Solution
+from comparisons.tasks.solution import Solution
 
 # Closed forms are evaluated to some ten last digits.
 EXACT = 1e-12
-PREFERENCE = ("closed_form", "bem_fft", "fem", "bem_dense")
-GRIDS = ("bem_fft", "bem_dense")
 # The load that is compared at besides the prescribed one.
 OTHER_AXIS = {"penetration": "force", "force": "penetration", "mean_gap": "force"}
 Solved = dict[tuple[str, int], Solution]
@@ -62,7 +61,7 @@ class Reference:
     @property
     def label(self) -> str:
         """Method and resolution, as in results.csv."""
-        return self.method if self.method == "closed_form" else f"{self.method} {self.resolution}"
+        return self.method if METHODS[self.method].exact else f"{self.method} {self.resolution}"
 
 
 def mean_curves(solution: Solution) -> dict[str, np.ndarray]:
@@ -118,18 +117,17 @@ def choose_reference(solved: Solved, quantities: tuple[str, ...]) -> Reference |
     """Return the best reference: the closed form, else the 3-D method known best.
 
     Among 3-D methods the one whose compared quantities have the smallest bar wins; equal or
-    unknown bars follow the order of PREFERENCE. The dense half-space solver has the same error
-    as the FFT one on the same grid: of the two only the finer grid is a candidate, lest a bar
-    that is small by chance on coarse grids wins.
+    unknown bars follow their order of preference. Half-space solvers have the same error on the
+    same grid: of them only the finest grid is a candidate, lest a bar that is small by chance on
+    coarse grids wins.
     """
     candidates = [each for each in references(solved) if not METHODS[each.method].peer]
-    grids = {each.method: each.resolution for each in candidates if each.method in GRIDS}
-    if len(grids) == len(GRIDS):
-        worse = "bem_dense" if grids["bem_fft"] >= grids["bem_dense"] else "bem_fft"
-        candidates = [each for each in candidates if each.method != worse]
+    grids = [each for each in candidates if METHODS[each.method].grid]
+    best = max(grids, key=lambda grid: grid.resolution, default=None)
+    candidates = [each for each in candidates if each is best or each not in grids]
     if not candidates:
         return None
-    if candidates[0].method == "closed_form":
+    if METHODS[candidates[0].method].exact:
         return candidates[0]
 
     def widest(reference: Reference) -> float:
@@ -142,12 +140,8 @@ def choose_reference(solved: Solved, quantities: tuple[str, ...]) -> Reference |
 
 def references(solved: Solved) -> list[Reference]:
     """Return every 3-D method's finest solution as a candidate, in order of preference."""
-    names = [name for name in PREFERENCE if name in METHODS]
-    names += [
-        n for n, m in METHODS.items() if m.dimension == 3 and not m.external and n not in names
-    ]
     found = []
-    for name in names:
+    for name in leading(METHODS):
         resolution = finest(solved, name)
         if resolution is not None:
             found.append(_reference(solved, name, resolution))
@@ -227,7 +221,7 @@ def _reference(solved: Solved, method: str, resolution: int) -> Reference:
     sources = {name: _sources(solved, method, resolution, name) for name in curves}
     count = len(solution.converged)
     text = "The truth is the closed form, exact to round-off."
-    if method != "closed_form":
+    if not METHODS[method].exact:
         text = f"The truth is the finest solution of {METHODS[method].title} (N = {resolution}"
         text += f", mean of {count} realisations)" if count > 1 else ")"
     return Reference(method, resolution, curves, sources, text, solution.path)
@@ -237,7 +231,7 @@ def _sources(solved: Solved, method: str, resolution: int, name: str) -> Sources
     """Return what is not known of a quantity of a solution, source by source."""
     solution = solved[method, resolution]
     steps = solution.converged.shape[1]
-    if method == "closed_form":
+    if METHODS[method].exact:
         return {ARITHMETIC: np.full(steps, EXACT)}
     residual = np.where(np.isnan(solution.violation), 0.0, solution.violation).max(axis=0)
     return {
@@ -250,7 +244,7 @@ def _sources(solved: Solved, method: str, resolution: int, name: str) -> Sources
 
 def sentence(control: str, reference: Reference, quantities: tuple[str, ...]) -> str:
     """Return which solution is the truth, and how well each compared quantity is known."""
-    if reference.method == "closed_form":
+    if METHODS[reference.method].exact:
         return reference.text
     known = {name: known_to(control, reference, name) for name in quantities}
     bars = [

@@ -7,94 +7,77 @@ from typing import Any
 import numpy as np
 
 from comparisons.geometry.prepare import Geometry, IndenterGeometry
-from comparisons.methods.adhesive_grid import cohesive_walk, edge_doubt, peeled_walk
-from comparisons.methods.base import Solution, Support, Task
+from comparisons.methods.adhesive_grid import (
+    AdhesiveContact,
+    cohesive_walk,
+    edge_doubt,
+    peeled_walk,
+)
 from comparisons.methods.bem_fft import BemFft
-from comparisons.methods.closed_form import ClosedForm
-from comparisons.methods.reduced import Reduced, profile_of
+from comparisons.methods.closed_form import ClosedForm, shape_of
+from comparisons.methods.reduced import ReducedProfile
+from comparisons.methods.solver import Refused, Solver, needed
+from comparisons.scene.physics.tables import Adhesion as AdhesionTable
 from comparisons.scene.scene import Scene
 from comparisons.scene.shapes import Indenter, PowerLaw
-from reduced import errors as reduced_errors
+from comparisons.tasks.solution import Solution
+from comparisons.tasks.task import Task
 from reduced.adhesion.adhere import Adhesion, adhere, pull_off
 from reduced.adhesion.walk import State
 from reduced.profiles.shapes import paraboloid
-from reference import errors as reference_errors
 from reference.closed_form import adhesive
 
 PHYSICS = frozenset({"adhesion"})
+ONLY_INDENTERS = "only single contacts adhere here: the area rule (19.29) says nothing about edges"
 
 
-def _refused(scene: Scene) -> str:
-    """Return why a scene is no adhesive contact of a shape, "" where it is."""
-    if scene.indenter is None:
-        return "only single contacts adhere here: the area rule (19.29) says nothing about edges"
-    if isinstance(scene.indenter, PowerLaw) and scene.indenter.exponent <= 0.5:
-        return "the tip is sharper than the root of r: adhesion does not hold it"
-    return ""
+def _adhesive(scene: Scene) -> tuple[Indenter, AdhesionTable]:
+    """Return what adheres.
+
+    Raises
+    ------
+    Refused
+        If the scene is no adhesive contact of a shape.
+    """
+    indenter = needed(scene.indenter, ONLY_INDENTERS)
+    if isinstance(indenter, PowerLaw) and indenter.exponent <= 0.5:
+        raise Refused("the tip is sharper than the root of r: adhesion does not hold it")
+    return indenter, needed(scene.adhesion, "no [adhesion]")
 
 
-def _curves(
-    radius: np.ndarray, penetration: np.ndarray, force: np.ndarray, pull: float, round_one: bool
-) -> dict[str, np.ndarray]:
-    """Return the quantities of circular contacts; the pull stands in every step."""
-    area = np.pi * radius**2
-    curves = {
-        "penetration": penetration,
-        "force": force,
-        "contact_area": area,
-        "contact_area_raw": area,
-        "equivalent_radius": radius,
-        "pull_off_force": np.full(len(radius), pull),
-    }
-    return curves | ({"contact_radius": radius} if round_one else {})
-
-
-class ReducedAdhesion(Reduced):
+class ReducedAdhesion(ReducedProfile):
     """The edge-stretch rule, whatever the range of attraction and the outline."""
 
     physics = PHYSICS
+    only_indenters = ONLY_INDENTERS
 
-    def supports(self, scene: Scene) -> Support:
-        """Every shape with an equivalent profile."""
-        reason = _refused(scene)
-        return Support(False, reason) if reason else super().supports(scene)
+    def __init__(self, scene: Scene) -> None:
+        super().__init__(scene)
+        _, self.adhesion = _adhesive(scene)
 
-    def model(self, scene: Scene, geometry: Geometry) -> str:
+    def model(self, geometry: IndenterGeometry) -> str:
         """Name the line, and what is taken for zero."""
-        assert scene.adhesion is not None
-        taken = "" if scene.adhesion.short_range else "; the range is taken for zero"
-        return f"{super().model(scene, geometry)}; edges hold a stretch √(2π a w/E*){taken}"
+        taken = "" if self.adhesion.short_range else "; the range is taken for zero"
+        return f"{super().model(geometry)}; edges hold a stretch √(2π a w/E*){taken}"
 
-    def warm_up(self, task: Task) -> None:
+    def warm_up(self, task: Task[IndenterGeometry]) -> None:
         """Compile the half line for the control of the task."""
         load: dict[str, Any] = {task.loads.control: [0.1, -1.0]}
         adhere(paraboloid(1.0), 1.0, 0.01, **load, springs=4)
 
-    def solve(self, task: Task) -> Solution:
+    def solve(self, task: Task[IndenterGeometry]) -> Solution:
         """Walk the whole path."""
-        scene, solution = task.scene, Solution.empty(task)
-        assert scene.indenter is not None
-        assert scene.adhesion is not None
-        body = profile_of(scene), scene.effective_modulus, scene.adhesion.work
-        try:
-            contact = adhere(*body, **task.loads.keyword, springs=task.resolution)
-            strongest = pull_off(*body, springs=task.resolution).before
-        except reduced_errors.ConvergenceError as error:
-            for step in range(len(task.loads.values)):
-                solution.fail((0, step), error.reason)
-            return solution
-        curves = _curves(
-            contact.contact_radius,
-            contact.penetration,
-            contact.force,
-            _largest_pull(contact, strongest),
-            scene.indenter.axisymmetric,
-        )
-        curves["energy"] = contact.elastic_energy
-        solution.quantities = {name: values[None, :] for name, values in curves.items()}
-        solution.converged[:] = True
-        solution.unknowns = 2 * task.resolution
-        return solution
+        body = self.profile, self.modulus, self.adhesion.work
+        contact = adhere(*body, **task.loads.keyword, springs=task.resolution)
+        strongest = pull_off(*body, springs=task.resolution).before
+        curves = {
+            "penetration": contact.penetration,
+            "force": contact.force,
+            "equivalent_radius": contact.contact_radius,
+            "pull_off_force": _largest_pull(contact, strongest),
+            "energy": contact.elastic_energy,
+        }
+        return Solution.of(task, curves, unknowns=2 * task.resolution)
 
 
 def _largest_pull(contact: Adhesion, strongest: State) -> float:
@@ -123,41 +106,36 @@ def adhesive_form_of(
     return form
 
 
-class ClosedFormAdhesion(ClosedForm):
+class ClosedFormAdhesion(Solver[IndenterGeometry]):
     """Johnson, Kendall & Roberts for bodies of revolution; Kendall's punch."""
 
+    name = "closed_form"
     physics = PHYSICS
 
-    def supports(self, scene: Scene) -> Support:
-        """Short range, and a shape whose solution is known."""
-        reason = _refused(scene)
-        if reason:
-            return Support(False, reason)
-        assert scene.indenter is not None
-        assert scene.adhesion is not None
-        if not scene.adhesion.short_range:
-            return Support(False, "the closed forms are those of short range")
-        form = adhesive_form_of(scene.indenter, scene.effective_modulus, scene.adhesion.work)
-        if form is None:
-            kind = scene.indenter.model_dump()["shape"].replace("_", " ")
-            return Support(False, f"no adhesive closed form is known for a {kind}")
-        return Support(True, form.source)
-
-    def solve(self, task: Task) -> Solution:
-        """Follow the stable branch, with its jumps."""
-        scene, solution = task.scene, Solution.empty(task)
-        assert scene.indenter is not None
-        assert scene.adhesion is not None
-        form = adhesive_form_of(scene.indenter, scene.effective_modulus, scene.adhesion.work)
-        assert form is not None
-        path = form.follow(task.loads.control, task.loads.values)
-        curves = _curves(
-            path.contact_radius, path.penetration, path.force, path.largest_pull, round_one=True
+    def __init__(self, scene: Scene) -> None:
+        super().__init__(scene)
+        indenter, adhesion = _adhesive(scene)
+        if not adhesion.short_range:
+            raise Refused("the closed forms are those of short range")
+        self.form = needed(
+            adhesive_form_of(indenter, scene.effective_modulus, adhesion.work),
+            f"no adhesive closed form is known for a {shape_of(indenter)}",
         )
-        solution.quantities = {name: values[None, :] for name, values in curves.items()}
-        solution.converged[:] = True
-        solution.violation[:] = 0.0
-        return solution
+        self.note = self.form.source
+
+    resolutions = ClosedForm.resolutions
+    model = ClosedForm.model
+
+    def solve(self, task: Task[IndenterGeometry]) -> Solution:
+        """Follow the stable branch, with its jumps."""
+        path = self.form.follow(task.loads.control, task.loads.values)
+        curves = {
+            "penetration": path.penetration,
+            "force": path.force,
+            "equivalent_radius": path.contact_radius,
+            "pull_off_force": path.largest_pull,
+        }
+        return Solution.of(task, curves, violation=0.0)
 
 
 class GridAdhesion(BemFft):
@@ -165,20 +143,17 @@ class GridAdhesion(BemFft):
 
     physics = PHYSICS
 
-    def supports(self, scene: Scene) -> Support:
-        """Single contacts."""
-        reason = _refused(scene)
-        return Support(not reason, reason)
+    def __init__(self, scene: Scene) -> None:
+        super().__init__(scene)
+        self.indenter, self.adhesion = _adhesive(scene)
 
-    def resolutions(self, scene: Scene, geometry: Geometry) -> tuple[int, ...]:
+    def resolutions(self, geometry: Geometry) -> tuple[int, ...]:
         """Cells per contact radius at the largest load."""
-        assert scene.adhesion is not None
-        return (6, 12, 24) if scene.adhesion.short_range else (8, 16, 32)
+        return (6, 12, 24) if self.adhesion.short_range else (8, 16, 32)
 
-    def model(self, scene: Scene, geometry: Geometry) -> str:
+    def model(self, geometry: Geometry) -> str:
         """Name the law of detachment."""
-        assert scene.adhesion is not None
-        if scene.adhesion.short_range:
+        if self.adhesion.short_range:
             law = "cells let go at a tension calibrated to the mesh (Pohrt & Popov 2015)"
         else:
             law = "a constant tension out to the range, over a ramp of ±30 % of it (Maugis 1992)"
@@ -188,42 +163,29 @@ class GridAdhesion(BemFft):
         """Compile the convolution."""
         self.operator(task, (8, 8), (1.0, 1.0)).apply(np.ones((8, 8)))
 
-    def refused(self, task: Task) -> str:
+    def refusal(self, task: Task) -> str:
         """Refuse grids whose way takes minutes: work grows as the fourth power of their number."""
-        assert task.scene.adhesion is not None
-        most = 32 if task.scene.adhesion.short_range else 48
+        most = 32 if self.adhesion.short_range else 48
         if task.resolution <= most:
             return ""
         return f"takes a contact apart cell by cell: at most {most} cells per contact radius"
 
     def solve(self, task: Task) -> Solution:
         """Follow the path of equilibria, and read the loads off it."""
-        assert task.scene.adhesion is not None
-        assert isinstance(task.geometry, IndenterGeometry)
-        solution = Solution.empty(task)
-        walk = peeled_walk if task.scene.adhesion.short_range else cohesive_walk
-        try:
-            found = walk(task.scene, task.geometry, task.loads, task.resolution)
-        except reference_errors.ConvergenceError as error:
-            for step in range(len(task.loads.values)):
-                solution.fail((0, step), error.reason)
-            return solution
-        flat = task.geometry.indenter.flat
-        curves = _curves(
-            np.sqrt(found.area / np.pi),
-            found.penetration,
-            found.force,
-            found.largest_pull,
-            task.geometry.indenter.axisymmetric,
-        )
-        solution.quantities = {name: values[None, :] for name, values in curves.items()}
-        solution.converged[:] = True
-        solution.violation[:] = found.residual
-        if task.scene.adhesion.short_range:
+        short, modulus = self.adhesion.short_range, self.scene.effective_modulus
+        body = AdhesiveContact(self.indenter, self.adhesion, modulus, task.geometry)
+        walk = peeled_walk if short else cohesive_walk
+        path = walk(body, task.loads, task.resolution)
+        curves = {
+            "penetration": path.penetration,
+            "force": path.force,
+            "equivalent_radius": np.sqrt(path.area / np.pi),
+            "pull_off_force": path.largest_pull,
+        }
+        unknowns, residual = path.unknowns, path.residual
+        solution = Solution.of(task, curves, unknowns=unknowns, violation=residual)
+        if short:
             solution.truncation = edge_doubt(task.geometry, task.resolution)
+            flat = self.indenter.flat
             solution.exact = ("contact_area", "contact_area_raw") if flat else ()
-        solution.unknowns = found.unknowns
         return solution
-
-
-WIRINGS = (ReducedAdhesion(), ClosedFormAdhesion(), GridAdhesion())

@@ -9,7 +9,8 @@ import numpy as np
 
 from comparisons.geometry.prepare import IndenterGeometry
 from comparisons.scene.physics.loads import Loads
-from comparisons.scene.scene import Scene
+from comparisons.scene.physics.tables import Adhesion
+from comparisons.scene.shapes import Indenter
 from reference.errors import ConvergenceError
 from reference.halfspace import FreeOperator
 from reference.halfspace.cohesive import CohesiveContact, CohesiveProblem
@@ -30,8 +31,18 @@ _FLAT_DOUBT, _ROUND_DOUBT = 1.05, 2.1
 
 
 @dataclass(frozen=True)
+class AdhesiveContact:
+    """What adheres, and an estimate of its contact at the largest load."""
+
+    indenter: Indenter
+    adhesion: Adhesion
+    modulus: float
+    geometry: IndenterGeometry
+
+
+@dataclass(frozen=True)
 class GridWalk:
-    """What a grid found along a path: arrays of shape (k,), and the largest pull on the way."""
+    """What a grid gives along a path: arrays of shape (k,), and the largest pull on the way."""
 
     penetration: np.ndarray
     force: np.ndarray
@@ -41,19 +52,17 @@ class GridWalk:
     unknowns: int
 
 
-def peeled_walk(
-    scene: Scene, geometry: IndenterGeometry, loads: Loads, resolution: int
-) -> GridWalk:
+def peeled_walk(body: AdhesiveContact, loads: Loads, resolution: int) -> GridWalk:
     """Short range: the sets of cells that hold, largest first, serve the way in and out.
 
     That is right for bodies with one stable contact at a load: single compact ones.
     """
-    assert scene.adhesion is not None
-    operator, gap = _grid(scene, geometry, resolution, _widest_gap(scene, geometry))
-    touching = np.isfinite(gap) & (gap <= _widest_gap(scene, geometry))
-    way = peel(
-        operator, gap, touching, scene.adhesion.work, tolerance=_TOLERANCE, until=_until(scene)
-    )
+    widest, work = _widest_gap(body), body.adhesion.work
+    operator, gap = _grid(body, resolution, widest)
+    touching = np.isfinite(gap) & (gap <= widest)
+    # Share of the cells that need not be peeled off any more: far inside every fold.
+    until = 0.3 if body.indenter.flat else 0.02
+    way = peel(operator, gap, touching, work, tolerance=_TOLERANCE, until=until)
     states, pull, attached = [], 0.0, False
     for load in loads.values:
         attached = attached or load >= 0
@@ -76,12 +85,6 @@ def edge_doubt(geometry: IndenterGeometry, resolution: int) -> float:
     return (_FLAT_DOUBT if geometry.indenter.flat else _ROUND_DOUBT) / resolution
 
 
-def _until(scene: Scene) -> float:
-    """Share of the cells that need not be peeled off any more: far inside every fold."""
-    assert scene.indenter is not None
-    return 0.3 if scene.indenter.flat else 0.02
-
-
 def _peeled_state(way: Peeling, held: int, load: float, control: str) -> tuple[float, float, float]:
     """Penetration, force and area of a set under a load; zeros where nothing holds."""
     if held == way.cells.size:
@@ -102,43 +105,36 @@ def _pull_on_the_way(way: Peeling, held: int, attached: bool, control: str) -> f
     return float(-way.force[passed].min())
 
 
-def _widest_gap(scene: Scene, geometry: IndenterGeometry) -> float:
+def _widest_gap(body: AdhesiveContact) -> float:
     """Gap of the undeformed body at the edge of the widest set of cells."""
-    assert scene.indenter is not None
-    if scene.indenter.flat:
+    if body.indenter.flat:
         return 0.0
-    radius = _MARGIN * geometry.contact_radius
-    if scene.indenter.axisymmetric:
-        return float(scene.indenter.gap(np.array(radius), np.array(0.0)))
+    radius = _MARGIN * body.geometry.contact_radius
+    if body.indenter.axisymmetric:
+        return float(body.indenter.gap(np.array(radius), np.array(0.0)))
     # an ellipsoid: the gap on the ellipse of the same area as the circle
-    half_x, half_y = scene.indenter.reach(1.0)
+    half_x, half_y = body.indenter.reach(1.0)
     return radius**2 / (half_x * half_y)
 
 
-def _grid(
-    scene: Scene, geometry: IndenterGeometry, resolution: int, level: float
-) -> tuple[FreeOperator, np.ndarray]:
+def _grid(body: AdhesiveContact, resolution: int, level: float) -> tuple[FreeOperator, np.ndarray]:
     """Operator and gap on square cells wherever the undeformed gap is at most `level`."""
-    assert scene.indenter is not None
-    cell = geometry.contact_radius / resolution
-    half = scene.indenter.reach(level)
+    cell = body.geometry.contact_radius / resolution
+    half = body.indenter.reach(level)
     shape = tuple(2 * max(1, int(np.ceil(each / cell - 1e-9))) for each in half)
     # off the axis, lest whole rings of mirror images change sides at once
     x, y = (cell * (np.arange(n) - (n - 1) / 2 + o) for n, o in zip(shape, _OFF, strict=True))
-    gap = scene.indenter.gap(*np.meshgrid(x, y, indexing="ij"))
-    return FreeOperator(shape, (cell, cell), scene.effective_modulus), gap
+    gap = body.indenter.gap(*np.meshgrid(x, y, indexing="ij"))
+    return FreeOperator(shape, (cell, cell), body.modulus), gap
 
 
-def cohesive_walk(
-    scene: Scene, geometry: IndenterGeometry, loads: Loads, resolution: int
-) -> GridWalk:
+def cohesive_walk(body: AdhesiveContact, loads: Loads, resolution: int) -> GridWalk:
     """Any range: the whole path of equilibria, and on it the places where the loads lead."""
-    assert scene.adhesion is not None
-    work, reach = scene.adhesion.work, scene.adhesion.range
+    work, reach, geometry = body.adhesion.work, body.adhesion.range, body.geometry
     law = dugdale(work, work / reach, ramp=_RAMP)
-    pulled = float(np.sqrt(2 * np.pi * work / scene.effective_modulus * geometry.contact_radius))
+    pulled = float(np.sqrt(2 * np.pi * work / body.modulus * geometry.contact_radius))
     level = (1 + _RAMP) * reach + pulled + max(geometry.penetration, 0.0)
-    operator, gap = _grid(scene, geometry, resolution, level)
+    operator, gap = _grid(body, resolution, level)
     problem = CohesiveProblem(operator, gap, law)
     path = _path(problem, loads, max(geometry.penetration, 0.0), pulled + reach)
     places = path.follow(loads.control, loads.values)

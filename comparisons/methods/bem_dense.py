@@ -7,48 +7,46 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from comparisons.geometry.prepare import Geometry, RoughGeometry
-from comparisons.methods.base import Support, Task
 from comparisons.methods.grid import (
-    GridMethod,
+    GridSolver,
     Operator,
     cells,
     contact_cells,
     rough_resolutions,
 )
-from comparisons.scene.method_names import METHOD_NAMES
-from comparisons.scene.options import DenseOptions
+from comparisons.methods.solver import Refused
 from comparisons.scene.scene import Scene
+from comparisons.tasks.task import Task
 from reference.halfspace import Contact, FreeOperator, dense
 from reference.halfspace.edge_cells import respond_dense
 
 
-class BemDense(GridMethod):
+class BemDense(GridSolver):
     """Exact to round-off on its grid, with work that grows as the cube of the contact cells."""
 
     name = "bem_dense"
-    title = METHOD_NAMES[name].title
     face = staticmethod(respond_dense)
 
-    def supports(self, scene: Scene) -> Support:
-        """Free half-space under force or penetration control."""
+    def __init__(self, scene: Scene) -> None:
+        super().__init__(scene)
         if scene.surface is not None and scene.surface.periodic:
-            return Support(False, "the chapter's kernel (19.3) is that of a free half-space")
+            raise Refused("the chapter's kernel (19.3) is that of a free half-space")
         if scene.loading.control == "mean_gap":
-            return Support(False, "no mean-gap control on a free half-space with few contacts")
-        return Support(True)
+            raise Refused("no mean-gap control on a free half-space with few contacts")
+        self.most_cells = scene.methods.bem_dense.max_cells
 
-    def resolutions(self, scene: Scene, geometry: Geometry) -> tuple[int, ...]:
+    def resolutions(self, geometry: Geometry) -> tuple[int, ...]:
         """Up to some 1000 contact cells: beyond it the FFT gives the same answer sooner."""
         if isinstance(geometry, RoughGeometry):
             return rough_resolutions(geometry)
         return (5, 10, 20)
 
-    def refused(self, task: Task) -> str:
+    def refusal(self, task: Task) -> str:
         """Refuse contacts of more cells than a dense matrix should hold."""
-        assert isinstance(task.options, DenseOptions)
-        if super().refused(task):
-            return super().refused(task)
-        number, limit = contact_cells(task), task.options.max_cells
+        elongated = super().refusal(task)
+        if elongated:
+            return elongated
+        number, limit = contact_cells(task), self.most_cells
         if number <= limit:
             return ""
         return f"about {number:.0f} contact cells, more than {limit}: use bem_fft"
@@ -58,7 +56,7 @@ class BemDense(GridMethod):
         # The iteration starts from the whole geometric overlap.
         return 24.0 * min(2.5 * contact_cells(task), cells(task.geometry, task.resolution)) ** 2
 
-    def model(self, scene: Scene, geometry: Geometry) -> str:
+    def model(self, geometry: Geometry) -> str:
         """Name the matrix."""
         return (
             "the contact cells alone enter the matrix; the contact set is found by dropping "

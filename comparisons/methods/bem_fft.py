@@ -7,11 +7,9 @@ from collections.abc import Callable, Iterator
 import numpy as np
 
 from comparisons.geometry.prepare import Geometry, IndenterGeometry, RoughGeometry
-from comparisons.methods.base import Support, Task
-from comparisons.methods.grid import GridMethod, Operator, cells, rough_resolutions
-from comparisons.scene.method_names import METHOD_NAMES
-from comparisons.scene.options import FftOptions
+from comparisons.methods.grid import GridSolver, Operator, cells, rough_resolutions
 from comparisons.scene.scene import Scene
+from comparisons.tasks.task import Task
 from reference.errors import ConvergenceError
 from reference.halfspace import Contact, FreeOperator, PeriodicOperator, fft
 
@@ -22,23 +20,22 @@ ARRAYS_PERIODIC = 32
 ARRAYS_FREE = 50
 
 
-class BemFft(GridMethod):
+class BemFft(GridSolver):
     """Free (zero-padded) or periodic half-space; every scene."""
 
     name = "bem_fft"
-    title = METHOD_NAMES[name].title
 
-    def supports(self, scene: Scene) -> Support:
-        """Every scene."""
-        return Support(True)
+    def __init__(self, scene: Scene) -> None:
+        super().__init__(scene)
+        self.options = scene.methods.bem_fft
 
-    def resolutions(self, scene: Scene, geometry: Geometry) -> tuple[int, ...]:
+    def resolutions(self, geometry: Geometry) -> tuple[int, ...]:
         """Cells per contact radius from the tolerance; on rough scenes three grids."""
         if isinstance(geometry, RoughGeometry):
             return rough_resolutions(geometry)
         # Measured on Hertz: the force errs by about 1 % at 8 cells per radius, and falls with
         # the square of the cell; area and sharp edges converge only linearly.
-        finest = int(np.clip(64 * np.sqrt(0.01 / scene.compare.tolerance), 32, 256))
+        finest = int(np.clip(64 * np.sqrt(0.01 / self.scene.compare.tolerance), 32, 256))
         if geometry.indenter.flat:
             # One solve serves all loads, and a fine grid is what knows corners to 0.05 %.
             finest = max(finest, 128)
@@ -55,7 +52,7 @@ class BemFft(GridMethod):
         kept = 4 * len(task.realisations)
         return 8.0 * (arrays + kept) * cells(task.geometry, task.resolution)
 
-    def model(self, scene: Scene, geometry: Geometry) -> str:
+    def model(self, geometry: Geometry) -> str:
         """Name the domain."""
         if isinstance(geometry, IndenterGeometry):
             return (
@@ -71,16 +68,13 @@ class BemFft(GridMethod):
         """Return the free or the periodic operator."""
         modulus = task.scene.effective_modulus
         if isinstance(task.geometry, RoughGeometry) and task.geometry.periodic:
-            assert isinstance(task.options, FftOptions)
-            return PeriodicOperator(shape, spacing, modulus, kernel=task.options.kernel)
+            return PeriodicOperator(shape, spacing, modulus, kernel=self.options.kernel)
         return FreeOperator(shape, spacing, modulus)
 
     def sweep(
         self, task: Task, operator: Operator, gap: np.ndarray
     ) -> Callable[[np.ndarray], Iterator[Contact]]:
         """Return the FFT solver's sweep."""
-        options = task.options
-        assert isinstance(options, FftOptions)
 
         def run(loads: np.ndarray) -> Iterator[Contact]:
             # A load beyond what this surface admits is a lost step, not a wrong argument, because
@@ -89,7 +83,7 @@ class BemFft(GridMethod):
             within = loads[loads < limit]
             if len(within):
                 load = {task.loads.control: within}
-                yield from fft.sweep(operator, gap, **load, tolerance=options.tolerance)
+                yield from fft.sweep(operator, gap, **load, tolerance=self.options.tolerance)
             if len(within) < len(loads):
                 control = task.loads.control.replace("_", " ")
                 raise ConvergenceError(f"{control} {loads[len(within)]:.3g} m: {why}")

@@ -7,12 +7,13 @@ from typing import Any
 
 import numpy as np
 
-from comparisons.geometry.prepare import Geometry, IndenterGeometry
-from comparisons.methods.base import Method, Solution, Support, Task
+from comparisons.geometry.prepare import IndenterGeometry
 from comparisons.methods.radial import profile_fields, unit_rings
-from comparisons.scene.method_names import METHOD_NAMES
+from comparisons.methods.solver import Solver, needed
 from comparisons.scene.scene import Scene
 from comparisons.scene.shapes import Indenter
+from comparisons.tasks.solution import Solution
+from comparisons.tasks.task import Task
 from reference import closed_form as forms
 
 
@@ -29,64 +30,59 @@ def form_of(indenter: Indenter, modulus: float) -> forms.ClosedForm | None:
     return form
 
 
-class ClosedForm(Method):
+class ClosedForm(Solver[IndenterGeometry]):
     """Exact solution on the half-space; no discretisation, so its resolution is 1."""
 
     name = "closed_form"
-    title = METHOD_NAMES[name].title
+    only_indenters = "a rough surface has no closed form"
 
-    def supports(self, scene: Scene) -> Support:
-        """Only single contacts whose solution is known."""
-        if scene.indenter is None:
-            return Support(False, "a rough surface has no closed form")
-        form = form_of(scene.indenter, scene.effective_modulus)
-        if form is None:
-            kind = scene.indenter.model_dump()["shape"].replace("_", " ")
-            return Support(False, f"no closed form is known for a {kind}")
-        return Support(True, form.source)
+    def __init__(self, scene: Scene) -> None:
+        super().__init__(scene)
+        self.indenter = needed(scene.indenter, self.only_indenters)
+        self.modulus = scene.effective_modulus
+        self.form = needed(
+            form_of(self.indenter, self.modulus),
+            f"no closed form is known for a {shape_of(self.indenter)}",
+        )
+        self.note = self.form.source
 
-    def resolutions(self, scene: Scene, geometry: Geometry) -> tuple[int, ...]:
+    def resolutions(self, geometry: IndenterGeometry) -> tuple[int, ...]:
         """Return one: a closed form needs no refinement."""
         return (1,)
 
-    def model(self, scene: Scene, geometry: Geometry) -> str:
+    def model(self, geometry: IndenterGeometry) -> str:
         """Cite the solution."""
-        return f"exact solution, nothing is discretised ({self.supports(scene).reason})"
+        return f"exact solution, nothing is discretised ({self.note})"
 
-    def solve(self, task: Task) -> Solution:
+    def solve(self, task: Task[IndenterGeometry]) -> Solution:
         """Evaluate the solution at all loads at once."""
-        assert isinstance(task.geometry, IndenterGeometry)
-        solution = Solution.empty(task, unknowns=0)
-        form = form_of(task.geometry.indenter, task.scene.effective_modulus)
-        assert form is not None
-        loads = task.loads.values
+        form, loads = self.form, task.loads.values
         depth = loads if task.loads.control == "penetration" else form.penetration(loads)
-        area = form.contact_area(depth)
         curves = {
             "penetration": depth,
             "force": form.force(depth),
-            "contact_area": area,
-            "contact_area_raw": area,
-            "equivalent_radius": np.sqrt(area / np.pi),
+            "contact_area": form.contact_area(depth),
             "stiffness": form.stiffness(depth),
-            "contact_length_stiffness": form.stiffness(depth) / task.scene.effective_modulus,
             "energy": form.energy(depth),
         }
         if form.contact_radius is not None:
             curves["contact_radius"] = form.contact_radius(depth)
-        solution.quantities = {k: np.array(v, dtype=float)[None, :] for k, v in curves.items()}
-        solution.converged[:] = True
-        solution.violation[:] = 0.0
+        solution = Solution.of(task, curves, violation=0.0)
         solution.fields = {"penetration": np.array(depth[-1])}
         if task.wants_pressure:
-            solution.fields |= _profile(form, float(depth[-1]))
-            for step, each in enumerate(depth):
-                solution.keep((0, step), partial(_profile, form, float(each)))
+            solution.fields |= _pressure(form, float(depth[-1]))
+            for step, value in enumerate(depth):
+                solution.keep((0, step), partial(_pressure, form, float(value)))
         return solution
 
 
-def _profile(form: forms.ClosedForm, depth: float) -> dict[str, np.ndarray]:
+def shape_of(indenter: Indenter) -> str:
+    """Return the shape in words."""
+    return str(indenter.model_dump()["shape"]).replace("_", " ")
+
+
+def _pressure(form: forms.ClosedForm, depth: float) -> dict[str, np.ndarray]:
     """Pressure along the x axis."""
-    half_x, half_y = (float(each) for each in form.semi_axes(depth))
+    half_x, half_y = (float(half) for half in form.semi_axes(depth))
     x = half_x * unit_rings()[0]
     return profile_fields(half_x, half_y, x, np.asarray(form.pressure(x, 0.0, depth)))

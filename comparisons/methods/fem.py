@@ -2,32 +2,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from functools import partial
-from typing import Any, NamedTuple
+from typing import Any, TypeVar
 
 import numpy as np
 
-from comparisons.geometry.bodies import BodyGeometry
-from comparisons.geometry.prepare import Geometry, IndenterGeometry, RoughGeometry
-from comparisons.methods import fem_body, fem_pair, fem_punch
-from comparisons.methods.base import Method, Solution, Support, Task
+from comparisons.geometry.prepare import Geometry, IndenterGeometry
+from comparisons.methods import fem_punch
 from comparisons.methods.fem_punch import STRAIGHT_EDGED
-from comparisons.methods.sweeps import outcomes
-from comparisons.scene.method_names import METHOD_NAMES
-from comparisons.scene.options import FemOptions
+from comparisons.methods.fem_step import contact_step, recovered
+from comparisons.methods.solver import Refused, Solver, needed
 from comparisons.scene.scene import Scene
 from comparisons.scene.shapes import Ellipsoid, EllipticPunch, Indenter, RoundedPunch
-from comparisons.tasks.shown_loads import point_pressure
+from comparisons.tasks.steps import Row, Step
+from comparisons.tasks.task import Task
 from reference import fem
 from reference.closed_form import ellipsoid
-from reference.errors import ConvergenceError
 from reference.fem import pardiso
-from reference.halfspace.areas import corrected_area
+
+G = TypeVar("G", bound=Geometry)
 
 LARGEST_POISSON = 0.4999
-# Surface points per side of a rough patch: 32 take 2 s, and the cost grows as the fourth power.
-LARGEST_PATCH = 32
 # Condensed compliance, elimination fronts and mesh, per unknown: measured 13 000 at 24 000 unknowns
 # and 11 000 at 310 000 (``roughline bench fem``), rounded up.
 BYTES_PER_UNKNOWN = 16_000
@@ -43,205 +39,157 @@ FITTED_LEVELS = ((3e-3, (2, 3, 4)), (3e-4, (3, 4, 6)), (5e-5, (4, 6, 8)))
 FINEST = (6, 8, 10)
 # What is meshed with no, one and two planes of symmetry.
 PARTS = ("", "half of ", "a quarter of ")
+FAR = "outside it Boussinesq fields"
 
 
-class Fem(Method):
+class FemSolver(Solver[G]):
     """Elastic body of hexahedra with a Boussinesq far field, condensed onto the surface."""
 
-    name = "fem"
-    title = METHOD_NAMES[name].title
     span = 1e6  # each load scales the mesh onto its own contact
 
-    def supports(self, scene: Scene) -> Support:
-        """Free half-space, force or penetration control; nu = 1/2 where elements are quadratic."""
-        bodies = [each for each in (scene.half_space, scene.counter_body) if each is not None]
-        nu = max(each.elastic_constants[1] for each in bodies)
+    def __init__(self, scene: Scene) -> None:
+        super().__init__(scene)
+        bodies = [table for table in (scene.half_space, scene.counter_body) if table is not None]
+        nu = max(table.elastic_constants[1] for table in bodies)
         if nu > LARGEST_POISSON and not _quadratic(scene):
-            return Support(
-                False,
+            raise Refused(
                 f"nu = {nu:g} is incompressible: the mixed form needs 27-node elements, which this "
-                "scene does not have; 8-node elements go to 0.4999",
+                "scene does not have; 8-node elements go to 0.4999"
             )
         if scene.loading.control == "mean_gap":
-            return Support(False, "no mean-gap control")
+            raise Refused("no mean-gap control")
         unfit = _points_problem(scene) or _solver_problem(scene)
         if unfit:
-            return Support(False, unfit)
+            raise Refused(unfit)
         if scene.surface is not None and scene.surface.periodic:
-            return Support(False, "models one free patch, not a periodic half-space")
-        return Support(True)
+            raise Refused("models one free patch, not a periodic half-space")
+        self.options = scene.methods.fem
+        self.how: dict[str, Any] = {
+            "contact": self.options.contact,
+            "penalty": self.options.penalty,
+        }
 
-    def supports_body(self, geometry: BodyGeometry) -> Support:
-        """Any: with the boundary conditions of its supports."""
-        return Support(True)
+    def press(
+        self, task: Task[G], body: fem.CondensedBody, gap: np.ndarray, loads: np.ndarray
+    ) -> Iterator[fem.Contact]:
+        """Yield the contact at each load on a mesh that stays."""
+        load: dict[str, Any] = {task.loads.control: loads}
+        yield from fem.press(body, gap, **load, **self.how)
 
-    def resolutions(self, scene: Scene, geometry: Geometry) -> tuple[int, ...]:
-        """Elements per contact radius; a rough patch takes the points of its map, then more."""
-        if isinstance(geometry, BodyGeometry):
-            return fem_body.resolutions(geometry)
-        if isinstance(geometry, RoughGeometry):
-            n, most = geometry.points[0], max(geometry.points)
-            return tuple(f * n for f in (1, 2, 3) if f * most <= LARGEST_PATCH) or (n,)
-        fine = scene.compare.tolerance < 0.003
-        if fem_pair.meshes_both(scene, geometry):
-            return (3, 4, 6) if fine else (2, 3, 4)
-        if isinstance(geometry.indenter, STRAIGHT_EDGED):
-            return fem_punch.resolutions(geometry.indenter, fine=fine)
-        wanted = scene.compare.tolerance
+
+def meshes_both(scene: Scene) -> bool:
+    """Whether both bodies get a mesh: an indenter with a counter body, and a coupling."""
+    pair = scene.counter_body is not None and scene.indenter is not None
+    return pair and scene.methods.fem.coupling != "effective_modulus"
+
+
+class Fem(FemSolver[IndenterGeometry]):
+    """Single contacts: a mesh around the contact, fitted to its edge or along straight sides."""
+
+    name = "fem"
+
+    def __init__(self, scene: Scene) -> None:
+        super().__init__(scene)
+        self.indenter = needed(scene.indenter, "single contacts only")
+        self.straight = isinstance(self.indenter, STRAIGHT_EDGED)
+
+    @classmethod
+    def takes(cls, scene: Scene) -> bool:
+        """Rigid indenters on a half-space, and two elastic bodies put into one."""
+        return not scene.rough and scene.body is None and not meshes_both(scene)
+
+    def resolutions(self, geometry: IndenterGeometry) -> tuple[int, ...]:
+        """Elements per contact radius."""
+        wanted = self.scene.compare.tolerance
+        if self.straight:
+            return fem_punch.resolutions(self.indenter, fine=wanted < 0.003)
         return next((levels for least, levels in FITTED_LEVELS if wanted >= least), FINEST)
 
-    def refused(self, task: Task) -> str:
-        """Refuse patches whose elimination would take minutes."""
-        if isinstance(task.geometry, BodyGeometry):
-            nu = task.scene.elastic_constants[1]
-            return fem_body.unsuited(task.geometry, nu) or fem_body.refused(
-                task.geometry, task.resolution
-            )
-        if not isinstance(task.geometry, RoughGeometry):
-            return _elongated(task.geometry, task.resolution)
-        points = max(task.geometry.points) * task.resolution // task.geometry.points[0]
-        if points <= LARGEST_PATCH:
-            return ""
-        return f"{points} points per side, more than {LARGEST_PATCH}: the mesh would be too large"
+    def refusal(self, task: Task[IndenterGeometry]) -> str:
+        """Refuse very elongated contacts."""
+        if self.straight:
+            number = fem_punch.face_grid(task.geometry, task.resolution).unknowns
+            most = fem_punch.MOST_UNKNOWNS
+            return f"about {number} unknowns, more than {most}" if number > most else ""
+        return elongated(self.indenter)
 
-    def memory(self, task: Task) -> float:
+    def memory(self, task: Task[IndenterGeometry]) -> float:
         """Bytes of the elimination, from the number of unknowns expected."""
-        if isinstance(task.geometry, BodyGeometry):
-            return BYTES_PER_UNKNOWN * fem_body.unknowns(task.geometry, task.resolution)
-        if fem_pair.meshes_both(task.scene, task.geometry):
-            return BYTES_PER_UNKNOWN * fem_pair.unknowns(task.resolution)
-        if isinstance(task.geometry, RoughGeometry):
-            return BYTES_PER_UNKNOWN * fem.tensor_unknowns(*_map_lines(task))
-        if isinstance(task.geometry.indenter, STRAIGHT_EDGED):
+        if self.straight:
             return BYTES_PER_UNKNOWN * fem_punch.face_grid(task.geometry, task.resolution).unknowns
         # Measured 110 N^3 unknowns on round contacts, 270 N^3 where they are 8 times as long.
-        aspect = max(contact_stretch(task.geometry.indenter)) ** 2
+        aspect = max(contact_stretch(self.indenter)) ** 2
         return BYTES_PER_UNKNOWN * 110.0 * task.resolution**3 * (1.0 + 0.8 * np.log(aspect))
 
-    def model(self, scene: Scene, geometry: Geometry) -> str:
+    def model(self, geometry: IndenterGeometry) -> str:
         """Name the mesh."""
-        if isinstance(geometry, BodyGeometry):
-            return fem_body.model(geometry)
-        if fem_pair.meshes_both(scene, geometry):
-            return fem_pair.model(scene)
-        far = "outside it Boussinesq fields"
-        if isinstance(geometry, RoughGeometry):
-            return f"a block below the patch, mesh nodes at the points of the map; {far}"
-        part = PARTS[sum(geometry.indenter.even)]
-        fitted = "" if isinstance(geometry.indenter, STRAIGHT_EDGED) else ", scaled to each load"
-        solver = scene.methods.fem.solver
+        part = PARTS[sum(self.indenter.even)]
+        fitted = "" if self.straight else ", scaled to each load"
+        solver = self.options.solver
         how = "solved by" if solver == "multigrid" else "condensed by"
         block = f"{part}a block of graded hexahedra around the contact{fitted}"
-        return f"{block}; {far}; {how} {solver.replace('_', ' ')}"
+        return f"{block}; {FAR}; {how} {solver.replace('_', ' ')}"
 
-    def solve(self, task: Task) -> Solution:
-        """Build and condense the body once, then press it load by load."""
-        if isinstance(task.geometry, BodyGeometry):
-            return fem_body.solve(task)
-        if fem_pair.meshes_both(task.scene, task.geometry):
-            return fem_pair.solve(task)
-        solution = Solution.empty(task)
-        with solution.setup():
-            body = make_body(task)
-        solution.unknowns = body.unknowns
-        solution.truncation = _truncation(task, fitted=body.ring is not None)
-        last: Step | None = None
-        for row, realisation in enumerate(task.realisations):
-            sweep = _sweep(task, body, realisation)
-            for index, outcome in enumerate(outcomes(sweep, task.loads.values, ConvergenceError)):
-                if isinstance(outcome, ConvergenceError):
-                    solution.fail((row, index), outcome.reason)
-                    continue
-                solution.put((row, index), _quantities(task, outcome))
-                solution.iterations[row, index] = outcome.contact.iterations
-                solution.violation[row, index] = outcome.contact.violation
-                if task.wants_pressure:
-                    place, pressure = outcome.body.points, outcome.contact.pressure
-                    solution.keep((row, index), partial(point_pressure, place, pressure))
-                if row == 0 and index == len(task.loads.values) - 1:
-                    last = outcome
-        if last is not None:
-            solution.fields = _fields(task, last)
-            if task.with_body:
-                solution.body_fields = partial(_body_fields, last)
-        return solution
+    def rows(self, task: Task[IndenterGeometry]) -> Iterator[Row]:
+        """Build and condense the body once."""
+        body = self.body(task)
+        sweep = partial(self._steps, task, body)
+        yield Row(sweep, unknowns=body.unknowns, truncation=self._truncation(task, body))
 
+    def body(self, task: Task[IndenterGeometry]) -> fem.CondensedBody:
+        """Return the condensed half-space that fits the scene's contact."""
+        (modulus, nu), geometry = self.scene.elastic_constants, task.geometry
+        if self.straight:
+            return fem_punch.face_grid(geometry, task.resolution).body(modulus, nu)
+        # The size is arbitrary: a half-space has no length, and each load scales the mesh.
+        return fem.ball_body(
+            geometry.contact_radius,
+            modulus,
+            nu,
+            elements=task.resolution,
+            edge=geometry.contact_radius,
+            sharp=self._sharp(geometry),
+            solver=self.options.solver,
+            stretch=contact_stretch(self.indenter),
+        )
 
-def _truncation(task: Task, *, fitted: bool) -> float:
-    if fitted:
-        largest = TRUNCATION_SHARP if _sharp(task.geometry) else TRUNCATION_SMOOTH
-        return largest / task.resolution**3
-    geometry = task.geometry
-    second = isinstance(geometry, IndenterGeometry) and fem_punch.second_order(geometry.indenter)
-    return TRUNCATION_SQUARE if second else TRUNCATION_GRID
+    def _sharp(self, geometry: IndenterGeometry) -> bool:
+        """Whether the pressure is singular at the edge of the contact, or nearly so."""
+        if isinstance(self.indenter, RoundedPunch):
+            return self.indenter.flat_radius > 0.3 * geometry.contact_radius
+        return self.indenter.flat
 
+    def _truncation(self, task: Task[IndenterGeometry], body: fem.CondensedBody) -> float:
+        if body.ring is not None:
+            largest = TRUNCATION_SHARP if self._sharp(task.geometry) else TRUNCATION_SMOOTH
+            return largest / task.resolution**3
+        return TRUNCATION_SQUARE if fem_punch.second_order(self.indenter) else TRUNCATION_GRID
 
-class Step(NamedTuple):
-    """One load: the body (fitted to the contact where it is a single one), the gap, the contact."""
+    def _steps(
+        self, task: Task[IndenterGeometry], body: fem.CondensedBody, loads: np.ndarray
+    ) -> Iterator[Step]:
+        """Yield the steps of the loads still to do."""
+        for scaled, gap, contact in self._contacts(task, body, loads):
+            # The face of a flat punch is known.
+            flat = self.indenter.flat
+            area = self.indenter.area if flat else contact.contact_area  # type: ignore[attr-defined]
+            inside = partial(recovered, scaled, contact.reactions)
+            yield contact_step(task, scaled, gap, contact, area, body_fields=inside)
 
-    body: fem.CondensedBody
-    gap: np.ndarray
-    contact: fem.Contact
-
-
-def _sweep(
-    task: Task, body: fem.CondensedBody, realisation: int
-) -> Callable[[np.ndarray], Iterator[Step]]:
-    """Return the solver as a function of the loads still to do.
-
-    A single contact scales the mesh onto its edge at each load; everything else is pressed on a
-    fixed mesh.
-    """
-    options, geometry = task.options, task.geometry
-    assert isinstance(options, FemOptions)
-    how = {"contact": options.contact, "penalty": options.penalty}
-    points = options.points
-
-    def fitted(loads: np.ndarray) -> Iterator[Step]:
-        assert isinstance(geometry, IndenterGeometry)
-        shape = geometry.indenter.gap
+    def _contacts(
+        self, task: Task[IndenterGeometry], body: fem.CondensedBody, loads: np.ndarray
+    ) -> Iterator[tuple[fem.CondensedBody, np.ndarray, fem.Contact]]:
+        """Scale the mesh onto the edge of the contact at each load; a face has a fixed mesh."""
+        points, shape = self.options.points, self.indenter.gap
+        if body.ring is None:
+            pressed = body if points == "nodes" else fem.at_quadrature_points(body)
+            gap = fem_punch.face_gap(task.geometry, pressed.points)
+            for contact in self.press(task, pressed, gap, loads):
+                yield pressed, gap, contact
+            return
         load: dict[str, Any] = {task.loads.control: loads}
-        for scaled, contact in fem.indent(body, shape, **load, **how, points=points):
-            yield Step(scaled, shape(*scaled.points.T), contact)
-
-    def fixed(loads: np.ndarray) -> Iterator[Step]:
-        pressed = body if points == "nodes" else fem.at_quadrature_points(body)
-        gap = _gap(task, pressed, realisation)
-        load: dict[str, Any] = {task.loads.control: loads}
-        for contact in fem.press(pressed, gap, **load, **how):
-            yield Step(pressed, gap, contact)
-
-    return fixed if body.ring is None else fitted
-
-
-def make_body(task: Task) -> fem.CondensedBody:
-    """Return the condensed half-space that fits the scene's contact."""
-    modulus, nu = task.scene.elastic_constants
-    geometry = task.geometry
-    if isinstance(geometry, RoughGeometry):
-        return fem.tensor_body(*_map_lines(task), modulus, nu)
-    if isinstance(geometry.indenter, STRAIGHT_EDGED):
-        return fem_punch.face_grid(geometry, task.resolution).body(modulus, nu)
-    assert isinstance(task.options, FemOptions)
-    # The size is arbitrary: a half-space has no length, and each load scales the mesh.
-    return fem.ball_body(
-        geometry.contact_radius,
-        modulus,
-        nu,
-        elements=task.resolution,
-        edge=geometry.contact_radius,
-        sharp=_sharp(geometry),
-        solver=task.options.solver,
-        stretch=contact_stretch(geometry.indenter),
-    )
-
-
-def _map_lines(task: Task) -> list[np.ndarray]:
-    """Return the mesh lines of a rough patch: through the points of the map."""
-    geometry = task.geometry
-    assert isinstance(geometry, RoughGeometry)
-    counts = (n * task.resolution // geometry.points[0] for n in geometry.points)
-    return [(np.arange(n) + 0.5) * side / n for n, side in zip(counts, geometry.size, strict=True)]
+        for scaled, contact in fem.indent(body, shape, **load, **self.how, points=points):
+            yield scaled, shape(*scaled.points.T), contact
 
 
 def _points_problem(scene: Scene) -> str:
@@ -283,14 +231,6 @@ def _quadratic(scene: Scene) -> bool:
     return scene.indenter.quarter_symmetric
 
 
-def _sharp(geometry: IndenterGeometry) -> bool:
-    """Whether the pressure is singular at the edge of the contact, or nearly so."""
-    indenter = geometry.indenter
-    if isinstance(indenter, RoundedPunch):
-        return indenter.flat_radius > 0.3 * geometry.contact_radius
-    return indenter.flat
-
-
 def contact_stretch(indenter: Indenter) -> tuple[float, float]:
     """Return how the contact ellipse deviates from the circle of equal area."""
     if isinstance(indenter, Ellipsoid):
@@ -303,89 +243,9 @@ def contact_stretch(indenter: Indenter) -> tuple[float, float]:
     return ratio, 1 / ratio
 
 
-def _elongated(geometry: IndenterGeometry, resolution: int) -> str:
+def elongated(indenter: Indenter) -> str:
     """Return why a very elongated contact is out of reach, or an empty text."""
-    if isinstance(geometry.indenter, STRAIGHT_EDGED):
-        number, most = fem_punch.face_grid(geometry, resolution).unknowns, fem_punch.MOST_UNKNOWNS
-        return f"about {number} unknowns, more than {most}" if number > most else ""
-    longer = max(contact_stretch(geometry.indenter)) ** 2
+    longer = max(contact_stretch(indenter)) ** 2
     if longer <= LARGEST_ASPECT:
         return ""
     return f"a contact {longer:.0f} times as long as wide: elements are tested to {LARGEST_ASPECT}"
-
-
-def _gap(task: Task, body: fem.CondensedBody, realisation: int) -> np.ndarray:
-    if isinstance(task.geometry, RoughGeometry):
-        heights = task.geometry.heights(realisation, task.resolution)
-        return np.ravel(heights.max() - heights)
-    assert isinstance(task.geometry, IndenterGeometry)
-    return fem_punch.face_gap(task.geometry, body.points)
-
-
-def _quantities(task: Task, step: Step) -> dict[str, float]:
-    contact = step.contact
-    area = _area(task.geometry, contact)
-    values = {
-        "penetration": contact.penetration,
-        "force": contact.force,
-        "contact_area": area,
-        "contact_area_raw": contact.contact_area_raw,
-        "equivalent_radius": float(np.sqrt(area / np.pi)),
-        "stiffness": contact.stiffness,
-        "contact_length_stiffness": contact.stiffness / step.body.effective_modulus,
-        "energy": contact.energy,
-    }
-    if isinstance(task.geometry, RoughGeometry):
-        gap = step.gap
-        values["mean_gap"] = float(np.mean(gap + contact.displacement) - contact.penetration)
-        values["penetration_mean_plane"] = contact.penetration - float(gap.mean())
-    elif task.geometry.indenter.axisymmetric:
-        values["contact_radius"] = values["equivalent_radius"]
-    return values
-
-
-def _area(geometry: Geometry, contact: fem.Contact) -> float:
-    """Return the best estimate of the contact area.
-
-    The nodes of a rough patch form a grid, so the perimeter correction of grids applies. The face
-    of a flat punch is known.
-    """
-    if isinstance(geometry, RoughGeometry):
-        points = round(np.sqrt(contact.active.size * geometry.points[0] / geometry.points[1]))
-        mask = contact.active.reshape(points, -1)
-        spacing = geometry.spacing(mask)
-        return float(corrected_area(mask, spacing))
-    if geometry.indenter.flat:
-        return geometry.indenter.area
-    return contact.contact_area
-
-
-def _fields(task: Task, step: Step) -> dict[str, np.ndarray]:
-    """Return the arrays that plots and pictures use."""
-    body, contact = step.body, step.contact
-    fields = {"penetration": np.array(contact.penetration)}
-    if isinstance(task.geometry, RoughGeometry):
-        fields["heights"] = task.geometry.heights(task.realisations[0], task.resolution)
-        fields["size"] = np.array(task.geometry.size)
-        fields["contact"] = (contact.pressure > 0).reshape(fields["heights"].shape)
-    if not task.wants_pressure:
-        return fields
-    return fields | {
-        "pressure_x": body.points[:, 0],
-        "pressure_y": body.points[:, 1],
-        "pressure": contact.pressure,
-        # The symmetric parts count with the one that is meshed.
-        "pressure_weight": body.symmetry * body.weights,
-        "displacement": contact.displacement,
-        "gap": step.gap - contact.penetration + contact.displacement,
-    }
-
-
-def _body_fields(step: Step) -> dict[str, np.ndarray]:
-    recovered = fem.recover(step.body, step.contact.reactions)
-    return {
-        "mesh_points": recovered.points,
-        "mesh_cells": recovered.cells,
-        "mesh_displacement": recovered.displacement,
-        "mesh_von_mises": recovered.von_mises,
-    }

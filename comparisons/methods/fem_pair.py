@@ -6,18 +6,19 @@ grids do not match, and neither has a length of its own, so each load scales bot
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from functools import partial
 
 import numpy as np
 
-from comparisons.geometry.prepare import Geometry, IndenterGeometry
-from comparisons.methods.base import Solution, Task
-from comparisons.methods.fem_body import round_area
-from comparisons.scene.options import FemOptions
+from comparisons.geometry.prepare import IndenterGeometry
+from comparisons.methods.fem import BYTES_PER_UNKNOWN, FemSolver, elongated, meshes_both
+from comparisons.methods.fem_step import contact_step, recovered, round_area
+from comparisons.methods.solver import needed
 from comparisons.scene.scene import Scene
-from comparisons.tasks.shown_loads import point_pressure
+from comparisons.tasks.steps import NoAnswerError, Row, Step
+from comparisons.tasks.task import Task
 from reference import fem
-from reference.errors import ConvergenceError
 from reference.fem.two_bodies import BodyPair, couple
 
 # Cells of the grid per element along a contact radius: it covers the geometric overlap.
@@ -26,125 +27,81 @@ COVERED = 1.45
 UNKNOWNS_PER_SQUARE = 2_200
 
 
-def meshes_both(scene: Scene, geometry: Geometry) -> bool:
-    """Whether both bodies get a mesh: an indenter with a counter body, and a coupling."""
-    options = scene.methods.fem
-    return (
-        scene.counter_body is not None
-        and isinstance(geometry, IndenterGeometry)
-        and options.coupling != "effective_modulus"
-    )
+class FemPair(FemSolver[IndenterGeometry]):
+    """Two elastic half-spaces in quarter symmetry, pressed together load by load."""
+
+    name = "fem"
+
+    def __init__(self, scene: Scene) -> None:
+        super().__init__(scene)
+        self.indenter = needed(scene.indenter, "an indenter and its counter body only")
+        self.counter_body = needed(scene.counter_body, "no [counter_body]")
+
+    @classmethod
+    def takes(cls, scene: Scene) -> bool:
+        """Indenters with a counter body, both meshed."""
+        return meshes_both(scene)
+
+    def resolutions(self, geometry: IndenterGeometry) -> tuple[int, ...]:
+        """Elements per contact radius."""
+        return (3, 4, 6) if self.scene.compare.tolerance < 0.003 else (2, 3, 4)
+
+    def refusal(self, task: Task[IndenterGeometry]) -> str:
+        """Refuse very elongated contacts."""
+        return elongated(self.indenter)
+
+    def memory(self, task: Task[IndenterGeometry]) -> float:
+        """Bytes of the elimination of the larger of the two bodies."""
+        return BYTES_PER_UNKNOWN * UNKNOWNS_PER_SQUARE * (task.resolution + 1) ** 2
+
+    def model(self, geometry: IndenterGeometry) -> str:
+        """Say what is solved."""
+        coupling = self.options.coupling.replace("_", "-")
+        return (
+            f"a quarter of both bodies, on grids that do not match, {coupling} contact between "
+            "them, scaled to each load; outside them Boussinesq fields"
+        )
+
+    def rows(self, task: Task[IndenterGeometry]) -> Iterator[Row]:
+        """Condense and couple both bodies once."""
+        pair = self._pair(task)
+        yield Row(partial(self._steps, task, pair), unknowns=pair.combined.unknowns)
+
+    def _pair(self, task: Task[IndenterGeometry]) -> BodyPair:
+        """Return both bodies; the pressures live on the half-space of the scene."""
+        bodies = []
+        for cells, table in (
+            (task.resolution, self.scene.half_space),
+            (task.resolution + 1, self.counter_body),
+        ):
+            share = np.linspace(0.0, 1.0, round(COVERED * cells) + 1)
+            lines = [half * share for half in task.geometry.reach]
+            moduli = table.elastic_constants
+            bodies.append(fem.tensor_body(*lines, *moduli, symmetry="quarter", order=2))
+        return couple(*bodies, coupling=self.options.coupling)
+
+    def _steps(
+        self, task: Task[IndenterGeometry], pair: BodyPair, loads: np.ndarray
+    ) -> Iterator[Step]:
+        geometry, steps = task.geometry, len(task.loads.values)
+        for step in range(steps - len(loads), steps):
+            size = geometry.contact_radii[step] / geometry.contact_radius
+            if not size > 0.0:
+                raise NoAnswerError(geometry.unreached.get(step, "no estimate of its contact"))
+            scaled = pair.scaled(size)
+            load = {task.loads.control: task.loads.values[step]}
+            (contact,) = scaled.press(self.indenter.gap, **load)
+            yield self._step(task, scaled, contact)
+
+    def _step(self, task: Task[IndenterGeometry], pair: BodyPair, contact: fem.Contact) -> Step:
+        body, area = pair.combined, contact.contact_area
+        if self.indenter.axisymmetric:
+            area = round_area(body, contact)
+        gap = self.indenter.gap(*body.points.T)
+        # The fields in the half-space of the scene.
+        inside = partial(_inside, pair, contact)
+        return contact_step(task, body, gap, contact, area, body_fields=inside)
 
 
-def unknowns(resolution: int) -> int:
-    """Return about how many unknowns the larger of the two bodies has."""
-    return UNKNOWNS_PER_SQUARE * (resolution + 1) ** 2
-
-
-def model(scene: Scene) -> str:
-    """Say what is solved."""
-    coupling = scene.methods.fem.coupling.replace("_", "-")
-    return (
-        f"a quarter of both bodies, on grids that do not match, {coupling} contact between them, "
-        "scaled to each load; outside them Boussinesq fields"
-    )
-
-
-def solve(task: Task) -> Solution:
-    """Condense and couple both bodies once, then press them together load by load."""
-    geometry = task.geometry
-    assert isinstance(geometry, IndenterGeometry)
-    solution = Solution.empty(task)
-    with solution.setup():
-        pair = _pair(task, geometry)
-    solution.unknowns = pair.combined.unknowns
-    for step, load in enumerate(task.loads.values):
-        size = geometry.contact_radii[step] / geometry.contact_radius
-        if not size > 0.0:
-            solution.fail((0, step), geometry.unreached.get(step, "no estimate of its contact"))
-            continue
-        scaled = pair.scaled(size)
-        try:
-            (contact,) = scaled.press(geometry.indenter.gap, **{task.loads.control: load})
-        except ConvergenceError as error:
-            solution.fail((0, step), error.reason)
-            continue
-        solution.put((0, step), _quantities(task, geometry, scaled, contact))
-        solution.iterations[0, step] = contact.iterations
-        solution.violation[0, step] = contact.violation
-        if task.wants_pressure:
-            build = partial(point_pressure, scaled.combined.points, contact.pressure)
-            solution.keep((0, step), build)
-        if step == len(task.loads.values) - 1:
-            solution.fields = _fields(task, geometry, scaled, contact)
-            if task.with_body:
-                solution.body_fields = partial(_body_fields, scaled, contact)
-    return solution
-
-
-def _pair(task: Task, geometry: IndenterGeometry) -> BodyPair:
-    """Return both bodies; the pressures live on the half-space of the scene."""
-    scene, options = task.scene, task.options
-    assert scene.counter_body is not None
-    assert isinstance(options, FemOptions)
-    bodies = []
-    for cells, table in (
-        (task.resolution, scene.half_space),
-        (task.resolution + 1, scene.counter_body),
-    ):
-        share = np.linspace(0.0, 1.0, round(COVERED * cells) + 1)
-        lines = [half * share for half in geometry.reach]
-        moduli = table.elastic_constants
-        bodies.append(fem.tensor_body(*lines, *moduli, symmetry="quarter", order=2))
-    return couple(*bodies, coupling=options.coupling)
-
-
-def _quantities(
-    task: Task, geometry: IndenterGeometry, pair: BodyPair, contact: fem.Contact
-) -> dict[str, float]:
-    area = contact.contact_area
-    if geometry.indenter.axisymmetric:
-        area = round_area(pair.combined, contact)
-    values = {
-        "penetration": contact.penetration,
-        "force": contact.force,
-        "contact_area": area,
-        "contact_area_raw": contact.contact_area_raw,
-        "equivalent_radius": float(np.sqrt(area / np.pi)),
-        "stiffness": contact.stiffness,
-        "contact_length_stiffness": contact.stiffness / task.scene.effective_modulus,
-        "energy": contact.energy,
-    }
-    if geometry.indenter.axisymmetric:
-        values["contact_radius"] = values["equivalent_radius"]
-    return values
-
-
-def _fields(
-    task: Task, geometry: IndenterGeometry, pair: BodyPair, contact: fem.Contact
-) -> dict[str, np.ndarray]:
-    fields = {"penetration": np.array(contact.penetration)}
-    if not task.wants_pressure:
-        return fields
-    body = pair.combined
-    gap = geometry.indenter.gap(*body.points.T)
-    return fields | {
-        "pressure_x": body.points[:, 0],
-        "pressure_y": body.points[:, 1],
-        "pressure": contact.pressure,
-        "pressure_weight": body.symmetry * body.weights,
-        # of both bodies together: what the indenter's own surface gives way counts too
-        "displacement": contact.displacement,
-        "gap": gap - contact.penetration + contact.displacement,
-    }
-
-
-def _body_fields(pair: BodyPair, contact: fem.Contact) -> dict[str, np.ndarray]:
-    """Return the fields in the half-space of the scene."""
-    recovered = fem.recover(pair.slave, pair.forces(contact)[0])
-    return {
-        "mesh_points": recovered.points,
-        "mesh_cells": recovered.cells,
-        "mesh_displacement": recovered.displacement,
-        "mesh_von_mises": recovered.von_mises,
-    }
+def _inside(pair: BodyPair, contact: fem.Contact) -> dict[str, np.ndarray]:
+    return recovered(pair.slave, pair.forces(contact)[0])

@@ -3,278 +3,251 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from functools import partial
 from typing import Any
 
 import numpy as np
 
-from comparisons.geometry.prepare import Geometry, RoughGeometry
-from comparisons.methods.base import Solution, Support, Task
+from comparisons.geometry.prepare import Geometry, IndenterGeometry, RoughGeometry
 from comparisons.methods.bem_fft import BemFft
-from comparisons.methods.closed_form import ClosedForm, form_of
-from comparisons.methods.friction_path import finer_path, normal_load
+from comparisons.methods.closed_form import ClosedForm, shape_of
+from comparisons.methods.friction_path import finer_path, held_steps, normal_load
 from comparisons.methods.grid import Grid, cells, make_grid
-from comparisons.methods.reduced import Reduced, draw_lines, line_picture, profile_of
-from comparisons.scene.options import FftOptions, ReducedOptions
+from comparisons.methods.reduced import ReducedProfile, line_picture
+from comparisons.methods.reduced_lines import Lines, ReducedLines
+from comparisons.methods.solver import Refused, needed
 from comparisons.scene.scene import Scene
-from reduced.errors import ConvergenceError as ReducedError
+from comparisons.tasks.solution import Solution
+from comparisons.tasks.steps import NoAnswerError, Row, Step, solve_rows
+from comparisons.tasks.task import Task
 from reduced.friction.slide import TangentialPath, slide, slide_lines
 from reduced.rough.press import press
 from reduced.springs.indent import Indentation, indent
 from reference.closed_form import PartialSlip
-from reference.errors import ConvergenceError
 from reference.halfspace import areas
 from reference.halfspace.cerruti import Compliance
 from reference.halfspace.friction import FrictionStep, sweep, tangential_stiffness
 from reference.halfspace.traction import NormalAndTangential
 
 PHYSICS = frozenset({"friction"})
+NO_TABLE = "no [friction]"
 SLIDES = "the tangential force is not below friction times the normal force: it slides as a whole"
+SPRINGS = "tangential springs of 4G/(2 - nu) dx that stick and slip one by one"
 # Rough grids of more points a side take minutes a surface along a path: where pressing and shearing
 # act on each other, and where they do not.
 LARGEST_COUPLED, LARGEST_ROUGH = 160, 200
 
 
-def _friction(scene: Scene) -> float:
-    assert scene.friction is not None
-    return scene.friction.coefficient
-
-
-def _steps_below(task: Task, force: float) -> int:
-    """Return how many steps of the path come before the contact slides as a whole."""
-    if task.loads.control != "tangential_force":
-        return len(task.loads.values)
-    above = np.abs(task.loads.values) > _friction(task.scene) * force
-    return int(np.argmax(above)) if above.any() else len(above)
-
-
-class ReducedTangential(Reduced):
+class ReducedFriction(ReducedProfile):
     """Springs 4G/(2 - nu) dx that slip at mu times their normal force (19.18), (19.19)."""
 
     physics = PHYSICS
 
-    def model(self, scene: Scene, geometry: Geometry) -> str:
+    def __init__(self, scene: Scene) -> None:
+        super().__init__(scene)
+        self.friction = needed(scene.friction, NO_TABLE).coefficient
+
+    def model(self, geometry: IndenterGeometry) -> str:
         """Name the line, and the tangential springs."""
-        springs = "tangential springs of 4G/(2 - nu) dx that stick and slip one by one"
-        return f"{super().model(scene, geometry)}; {springs}"
+        return f"{super().model(geometry)}; {SPRINGS}"
 
-    def warm_up(self, task: Task) -> None:
-        """Compile the springs of a profile, or the walk along a line."""
-        if isinstance(task.geometry, RoughGeometry):
-            line = np.cos(np.arange(16.0))
-            press(line, 1.0, 1.0, penetration=[0.5])
-            press(line, 1.0, 1.0, force=[0.5])
-        else:
-            _slide_profile(task, springs=4)
+    def warm_up(self, task: Task[IndenterGeometry]) -> None:
+        """Compile the springs of a profile."""
+        self._slide(task, springs=4)
 
-    def solve(self, task: Task) -> Solution:
-        """Follow the path on one profile, or on each of a set of lines."""
-        solution = Solution.empty(task)
-        solve = _slide_lines if isinstance(task.geometry, RoughGeometry) else _solve_profile
-        try:
-            solve(task, solution)
-        except ReducedError as error:
-            for row, step in np.argwhere(~solution.converged):
-                solution.fail((int(row), int(step)), error.reason)
+    def solve(self, task: Task[IndenterGeometry]) -> Solution:
+        """Follow the path as far as the contact holds."""
+        normal, path, held = self._slide(task, task.resolution)
+        contact, stick = float(normal.contact_radius[0]), path.stick_length / 2
+        curves = {
+            "tangential_force": path.tangential_force,
+            "tangential_displacement": path.tangential_displacement,
+            "friction_coefficient": path.tangential_force / path.force,
+            "stick_area": np.pi * stick**2,
+        }
+        steady = {
+            "penetration": path.penetration,
+            "force": path.force,
+            "equivalent_radius": contact,
+            "contact_length": 2 * contact,
+            "stiffness": float(normal.stiffness[0]),
+            "tangential_stiffness": self.scene.tangential_modulus * 2 * contact,
+        }
+        solution = Solution.empty(task, unknowns=int(normal.springs))
+        for step in range(held):
+            along = {name: float(values[step]) for name, values in curves.items()}
+            solution.put((0, step), steady | along)
+        for step in range(held, task.shape[1]):
+            solution.fail((0, step), SLIDES)
+        solution.fields = line_picture(self.profile, path.penetration, contact, normal.spacing)
         return solution
 
-
-def _slide_profile(task: Task, springs: int) -> tuple[Indentation, TangentialPath, int]:
-    """Return the normal contact, the path as far as it holds, and the number of its steps."""
-    control, load = normal_load(task)
-    options, scene = task.options, task.scene
-    assert isinstance(options, ReducedOptions)
-    profile, modulus = profile_of(scene), scene.effective_modulus
-    line: dict[str, Any] = {control: [load], "springs": springs, "edges": options.edges}
-    normal = indent(profile, modulus, **line)
-    held = _steps_below(task, float(normal.force[0]))
-    path: dict[str, Any] = {task.loads.control: task.loads.values[: max(held, 1)] * (held > 0)}
-    answer = slide(
-        *(profile, modulus, scene.tangential_modulus, _friction(scene)),
-        **path,
-        **line | {control: load},
-    )
-    return normal, answer, held
+    def _slide(
+        self, task: Task[IndenterGeometry], springs: int
+    ) -> tuple[Indentation, TangentialPath, int]:
+        """Return the normal contact, the path as far as it holds, and the number of its steps."""
+        control, load = normal_load(task)
+        line: dict[str, Any] = {"springs": springs, "edges": self.options.edges}
+        normal = indent(self.profile, self.modulus, **{control: [load]}, **line)
+        held = held_steps(task, self.friction, float(normal.force[0]))
+        path: dict[str, Any] = {task.loads.control: task.loads.values[: max(held, 1)] * (held > 0)}
+        moduli = self.modulus, self.scene.tangential_modulus
+        answer = slide(self.profile, *moduli, self.friction, **path, **line, **{control: load})
+        return normal, answer, held
 
 
-def _solve_profile(task: Task, solution: Solution) -> None:
-    """Fill a solution from one profile."""
-    normal, answer, held = _slide_profile(task, task.resolution)
-    radius = answer.stick_length / 2
-    values = {
-        "tangential_force": answer.tangential_force,
-        "tangential_displacement": answer.tangential_displacement,
-        "friction_coefficient": answer.tangential_force / answer.force,
-        "stick_area": np.pi * radius**2,
-    }
-    contact = float(normal.contact_radius[0])
-    held_fixed = {
-        "penetration": answer.penetration,
-        "force": answer.force,
-        "contact_area": np.pi * contact**2,
-        "contact_area_raw": np.pi * contact**2,
-        "equivalent_radius": contact,
-        "contact_length": 2 * contact,
-        "stiffness": float(normal.stiffness[0]),
-        "tangential_stiffness": task.scene.tangential_modulus * 2 * contact,
-    }
-    _fill(solution, 0, values, held_fixed, held)
-    solution.unknowns = int(normal.springs)
-    profile = profile_of(task.scene)
-    solution.fields = line_picture(profile, answer.penetration, contact, normal.spacing)
+class ReducedFrictionLines(ReducedLines):
+    """The same springs along rough lines, each line by itself."""
 
+    physics = PHYSICS
 
-def _fill(
-    solution: Solution,
-    row: int,
-    values: dict[str, np.ndarray],
-    held_fixed: dict[str, float],
-    held: int,
-) -> None:
-    """Store the steps of a path up to where the contact slides as a whole."""
-    for step in range(solution.converged.shape[1]):
-        if step >= held:
-            solution.fail((row, step), SLIDES)
-            continue
-        along = {name: float(array[step]) for name, array in values.items()}
-        solution.put((row, step), held_fixed | along)
+    def __init__(self, scene: Scene) -> None:
+        super().__init__(scene)
+        self.friction = needed(scene.friction, NO_TABLE).coefficient
 
+    def model(self, geometry: RoughGeometry) -> str:
+        """Name the line, and the tangential springs."""
+        return f"{super().model(geometry)}; {SPRINGS}"
 
-def _slide_lines(task: Task, solution: Solution) -> None:
-    """Fill a solution from lines; each stands for `patches` patches, see `Reduced`."""
-    options, scene = task.options, task.scene
-    assert isinstance(options, ReducedOptions)
-    assert isinstance(task.geometry, RoughGeometry)
-    with solution.setup():
-        lines, spacing, patches = draw_lines(task, task.geometry)
-    control, load = normal_load(task)
-    normal: dict[str, Any] = {control: load * (patches if control == "force" else 1.0)}
-    for row, line in enumerate(lines):
-        contact = press(
-            line,
-            spacing,
-            scene.effective_modulus,
-            **{control: [normal[control]]},
-            edges=options.edges,
-        )
+    def warm_up(self, task: Task[RoughGeometry]) -> None:
+        """Compile the walk along a line."""
+        line = np.cos(np.arange(16.0))
+        press(line, 1.0, 1.0, penetration=[0.5])
+        press(line, 1.0, 1.0, force=[0.5])
+
+    def solve(self, task: Task[RoughGeometry]) -> Solution:
+        """Follow the path on each line."""
+        return solve_rows(task, self.rows(task))
+
+    def rows(self, task: Task[RoughGeometry]) -> Iterator[Row]:
+        """Draw all lines."""
+        lines = self.draw(task)
+        for line in lines.heights:
+            yield Row(partial(self._steps, task, lines, line), unknowns=line.size)
+
+    def _steps(
+        self, task: Task[RoughGeometry], lines: Lines, line: np.ndarray, loads: np.ndarray
+    ) -> Iterator[Step]:
+        """Yield the steps of one line as far as it holds; it stands for `patches` patches."""
+        spacing, patches, modulus = lines.spacing, lines.patches, self.modulus
+        control, load = normal_load(task)
+        normal = load * (patches if control == "force" else 1.0)
+        how: dict[str, Any] = {"edges": self.options.edges}
+        contact = press(line, spacing, modulus, **{control: [normal]}, **how)
         force = float(contact.force[0, 0])
-        held = _steps_below(task, force / patches)
-        shares = patches if task.loads.control == "tangential_force" else 1.0
-        path: dict[str, Any] = {
-            task.loads.control: task.loads.values[: max(held, 1)] * (held > 0) * shares
-        }
+        held = held_steps(task, self.friction, force / patches)
+        share = patches if task.loads.control == "tangential_force" else 1.0
+        path: dict[str, Any] = {task.loads.control: loads[: max(held, 1)] * (held > 0) * share}
         answer = slide_lines(
-            *(line, spacing, scene.effective_modulus, scene.tangential_modulus, _friction(scene)),
-            **normal,
+            *(line, spacing, modulus, self.scene.tangential_modulus, self.friction),
+            **{control: normal},
             **path,
-            edges=options.edges,
+            **how,
         )
-        values = {
-            "tangential_force": answer.tangential_force[0] / patches,
-            "tangential_displacement": answer.tangential_displacement[0],
-            "friction_coefficient": answer.tangential_force[0] / force,
-        }
-        area = float(contact.contact_area[0, 0]) / patches
-        held_fixed = {
+        length = float(contact.contact_length[0, 0])
+        steady = {
             "penetration": float(contact.penetration[0, 0]),
             "force": force / patches,
-            "contact_area": area,
-            "contact_area_raw": area,
-            "equivalent_radius": float(np.sqrt(area / np.pi)),
+            "contact_area": float(contact.contact_area[0, 0]) / patches,
             "stiffness": float(contact.stiffness[0, 0]) / patches,
-            "tangential_stiffness": scene.tangential_modulus
-            * float(contact.contact_length[0, 0])
-            / patches,
+            "tangential_stiffness": self.scene.tangential_modulus * length / patches,
         }
-        _fill(solution, row, values, held_fixed, held)
-    solution.unknowns = lines.shape[1]
+        pulled, moved = answer.tangential_force[0], answer.tangential_displacement[0]
+        for step in range(held):
+            along = {
+                "tangential_force": float(pulled[step] / patches),
+                "tangential_displacement": float(moved[step]),
+                "friction_coefficient": float(pulled[step] / force),
+            }
+            yield Step(steady | along)
+        if held < len(loads):
+            raise NoAnswerError(SLIDES)
 
 
-class ClosedFormTangential(ClosedForm):
+class ClosedFormFriction(ClosedForm):
     """Jaeger's and Ciavarella's superposition, where nothing is left out by it."""
 
     physics = PHYSICS
 
-    def supports(self, scene: Scene) -> Support:
-        """Take a flat circular punch at nu = 1/2: nothing else has an exact solution."""
-        support = super().supports(scene)
-        if not support.ok:
-            return support
-        assert scene.indenter is not None
+    def __init__(self, scene: Scene) -> None:
+        super().__init__(scene)
         if scene.poisson_ratio != 0.5:
-            return Support(False, "no exact solution where pressing drags the surface (nu < 1/2)")
-        if scene.indenter.model_dump()["shape"] != "cylinder":
-            return Support(False, "Cattaneo's superposition leaves out slip across the load")
-        return Support(True, "Mindlin 1949: all of a flat circle sticks until all of it slips")
+            raise Refused("no exact solution where pressing drags the surface (nu < 1/2)")
+        if shape_of(self.indenter) != "cylinder":
+            raise Refused("Cattaneo's superposition leaves out slip across the load")
+        self.friction = needed(scene.friction, NO_TABLE).coefficient
+        self.note = "Mindlin 1949: all of a flat circle sticks until all of it slips"
 
-    def solve(self, task: Task) -> Solution:
+    def rows(self, task: Task[IndenterGeometry]) -> Iterator[Row]:
+        """Press the circle."""
+        yield Row(partial(self._steps, task))
+
+    def solve(self, task: Task[IndenterGeometry]) -> Solution:
         """Follow the path."""
-        scene, solution = task.scene, Solution.empty(task)
-        assert scene.indenter is not None
-        form = form_of(scene.indenter, scene.effective_modulus)
-        assert form is not None
+        return solve_rows(task, self.rows(task))
+
+    def _steps(self, task: Task[IndenterGeometry], loads: np.ndarray) -> Iterator[Step]:
         control, load = normal_load(task)
-        depth = load if control == "penetration" else float(form.penetration(load))
-        ratio = scene.tangential_modulus / scene.effective_modulus
-        slip = PartialSlip(form, depth, _friction(scene), ratio)
-        stiffness = ratio * float(form.stiffness(depth))
+        depth = load if control == "penetration" else float(self.form.penetration(load))
+        ratio = self.scene.tangential_modulus / self.modulus
+        slip = PartialSlip(self.form, depth, self.friction, ratio)
+        stiffness = ratio * float(self.form.stiffness(depth))
+        area = float(self.form.contact_area(depth))
         at, force = 0.0, 0.0
-        for step, value in enumerate(task.loads.values):
+        for value in loads:
             if task.loads.control == "tangential_force":
                 if abs(value) > slip.limit:
-                    for late in range(step, len(task.loads.values)):
-                        solution.fail((0, late), SLIDES)
-                    break
+                    raise NoAnswerError(SLIDES)
                 at, force = at + (value - force) / stiffness, float(value)
             else:
                 moved = force + stiffness * (value - at)
                 at, force = float(value), float(np.clip(moved, -slip.limit, slip.limit))
-            area = float(form.contact_area(depth))
-            sticks = abs(force) < slip.limit
-            solution.put(
-                (0, step),
-                {
-                    "tangential_force": force,
-                    "tangential_displacement": at,
-                    "friction_coefficient": force / slip.force,
-                    "tangential_stiffness": stiffness,
-                    "penetration": depth,
-                    "force": slip.force,
-                    "contact_area": area,
-                    "contact_area_raw": area,
-                    "stick_area": area if sticks else 0.0,
-                },
-            )
-        solution.violation[:] = 0.0
-        return solution
+            values = {
+                "tangential_force": force,
+                "tangential_displacement": at,
+                "friction_coefficient": force / slip.force,
+                "tangential_stiffness": stiffness,
+                "penetration": depth,
+                "force": slip.force,
+                "contact_area": area,
+                "stick_area": area if abs(force) < slip.limit else 0.0,
+            }
+            yield Step(values, violation=0.0)
 
 
-class BemFftTangential(BemFft):
+class GridFriction(BemFft):
     """The half-space with Cerruti's kernels; pressing and shearing act on each other."""
 
     physics = PHYSICS
 
-    def resolutions(self, scene: Scene, geometry: Geometry) -> tuple[int, ...]:
+    def __init__(self, scene: Scene) -> None:
+        super().__init__(scene)
+        friction = needed(scene.friction, NO_TABLE)
+        self.friction = friction.coefficient
+        self.coupled = friction.coupling == "full" and scene.poisson_ratio < 0.5
+
+    def resolutions(self, geometry: Geometry) -> tuple[int, ...]:
         """Half the cells of a frictionless contact; rough, the grids that a path affords."""
         if isinstance(geometry, RoughGeometry):
-            planned = super().resolutions(scene, geometry)
-            most = LARGEST_COUPLED if _coupled(scene) else LARGEST_ROUGH
+            planned = super().resolutions(geometry)
+            most = LARGEST_COUPLED if self.coupled else LARGEST_ROUGH
             return tuple(n for n in planned if n <= most) or planned[:1]
-        finest = int(np.clip(32 * np.sqrt(0.01 / scene.compare.tolerance), 16, 64))
+        finest = int(np.clip(32 * np.sqrt(0.01 / self.scene.compare.tolerance), 16, 64))
         return finest // 4, finest // 2, finest
 
-    def model(self, scene: Scene, geometry: Geometry) -> str:
+    def model(self, geometry: Geometry) -> str:
         """Name the domain, and what acts on what."""
         text = "tangential tractions with Cerruti's kernel, slip in any direction"
-        coupled = _coupled(scene)
-        how = "pressing and shearing act on each other" if coupled else "pressure as without them"
-        return f"{super().model(scene, geometry)}; {text}; {how}"
+        both = "pressing and shearing act on each other"
+        how = both if self.coupled else "pressure as without them"
+        return f"{super().model(geometry)}; {text}; {how}"
 
-    def refused(self, task: Task) -> str:
+    def refusal(self, task: Task) -> str:
         """Refuse rough grids that a path would take hours on."""
         geometry = task.geometry
         if isinstance(geometry, RoughGeometry) and cells(geometry, task.resolution) > 512**2:
             return "a path on more than 512 x 512 cells takes hours"
-        return super().refused(task)
+        return super().refusal(task)
 
     def warm_up(self, task: Task) -> None:
         """Solve a small step of a paraboloid."""
@@ -284,60 +257,39 @@ class BemFftTangential(BemFft):
         for _ in sweep(body, gap, 0.5, penetration=1.0, tangential_displacement=[0.1]):
             pass
 
-    def solve(self, task: Task) -> Solution:
-        """Follow the path on every realisation."""
-        solution = Solution.empty(task)
+    # A flat face has no edge cells here.
+    face = None
+
+    def rows(self, task: Task) -> Iterator[Row]:
+        """Yield the grid of each realisation, all on the same half-space."""
         body = None
-        for row, realisation in enumerate(task.realisations):
-            with solution.setup():
-                grid = make_grid(task.geometry, task.resolution, realisation)
-                body = body or _body(task, grid)
-                solution.unknowns = 3 * int(np.isfinite(grid.gap).sum())
-            try:
-                for step, found in enumerate(_path(task, body, grid)):
-                    solution.put((row, step), _quantities(task, body, found, grid))
-                    solution.iterations[row, step] = found.iterations
-                    solution.violation[row, step] = max(found.violation, found.slip_error)
-            except ConvergenceError as error:
-                for late in np.flatnonzero(~solution.converged[row]):
-                    solution.fail((row, int(late)), error.reason)
-        return solution
+        for realisation in task.realisations:
+            grid = make_grid(task.geometry, task.resolution, realisation)
+            body = body or self._body(task, grid)
+            unknowns = 3 * int(np.isfinite(grid.gap).sum())
+            yield Row(partial(self._path, task, body, grid), unknowns=unknowns)
 
+    def _body(self, task: Task, grid: Grid) -> NormalAndTangential:
+        """Return the half-space under the grid."""
+        nu = self.scene.poisson_ratio
+        periodic = isinstance(task.geometry, RoughGeometry) and task.geometry.periodic
+        compliance = Compliance.of(self.scene.effective_modulus * (1 - nu) / 2, nu)
+        return NormalAndTangential(grid.gap.shape, grid.spacing, compliance, periodic=periodic)
 
-def _coupled(scene: Scene) -> bool:
-    options = scene.methods.bem_fft
-    assert isinstance(options, FftOptions)
-    return options.coupling == "full" and scene.poisson_ratio < 0.5
-
-
-def _body(task: Task, grid: Grid) -> NormalAndTangential:
-    """Return the half-space under the grid."""
-    scene = task.scene
-    nu = scene.poisson_ratio
-    periodic = isinstance(task.geometry, RoughGeometry) and task.geometry.periodic
-    compliance = Compliance.of(scene.effective_modulus * (1 - nu) / 2, nu)
-    return NormalAndTangential(grid.gap.shape, grid.spacing, compliance, periodic=periodic)
-
-
-def _path(task: Task, body: NormalAndTangential, grid: Grid) -> Iterator[FrictionStep]:
-    """Yield the steps of the scene's path, finer ones and those of pressing left out."""
-    coupled = _coupled(task.scene)
-    way = finer_path(task, _cells_per_radius(task), coupled)
-    options = task.options
-    assert isinstance(options, FftOptions)
-    steps = sweep(
-        *(body, grid.gap, _friction(task.scene)),
-        **way.loads,
-        coupled=coupled,
-        tolerance=max(options.tolerance, 1e-6),
-    )
-    yield from way.asked(steps)
-
-
-def _cells_per_radius(task: Task) -> int:
-    """Return the resolution of a round contact; of a rough one that of its sixteenth."""
-    rough = isinstance(task.geometry, RoughGeometry)
-    return task.resolution // 16 if rough else task.resolution
+    def _path(
+        self, task: Task, body: NormalAndTangential, grid: Grid, loads: np.ndarray
+    ) -> Iterator[Step]:
+        """Yield the steps of the scene's path, finer ones and those of pressing left out."""
+        rough = isinstance(task.geometry, RoughGeometry)
+        # The resolution of a round contact; of a rough one that of its sixteenth.
+        per_radius = task.resolution // 16 if rough else task.resolution
+        way = finer_path(task, per_radius, self.coupled)
+        tolerance = max(self.options.tolerance, 1e-6)
+        how: dict[str, Any] = {"coupled": self.coupled, "tolerance": tolerance}
+        for step in way.asked(sweep(body, grid.gap, self.friction, **way.loads, **how)):
+            violation = max(step.violation, step.slip_error)
+            values = _quantities(task, body, step, grid)
+            yield Step(values, iterations=step.iterations, violation=violation)
 
 
 def _quantities(
@@ -357,13 +309,9 @@ def _quantities(
         "force": step.force,
         "contact_area": area,
         "contact_area_raw": raw,
-        "equivalent_radius": float(np.sqrt(area / np.pi)),
     }
     if "tangential_stiffness" in task.quantities:
         values["tangential_stiffness"] = tangential_stiffness(body, mask)[0]
     if "stiffness" in task.quantities:
         values["stiffness"] = float(areas.contact_stiffness(body.normal, mask))
     return values
-
-
-WIRINGS = (ReducedTangential(), ClosedFormTangential(), BemFftTangential())

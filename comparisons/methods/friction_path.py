@@ -9,7 +9,8 @@ from typing import TypeVar
 
 import numpy as np
 
-from comparisons.methods.base import Task
+from comparisons.methods.solver import needed
+from comparisons.tasks.task import Task
 
 # The contact is pressed in this many geometric steps from a share of its load, for the slip that
 # pressing itself causes; per unit of resolution, at least.
@@ -37,9 +38,16 @@ class FinerPath:
 
 def normal_load(task: Task) -> tuple[str, float]:
     """Return the control and the normal load that is held."""
-    normal = task.loads.normal
-    assert normal is not None
+    normal = needed(task.loads.normal, "no normal load is held")
     return normal.control, float(normal.values[-1])
+
+
+def held_steps(task: Task, friction: float, force: float) -> int:
+    """Return how many steps of the path come before the contact slides as a whole."""
+    if task.loads.control != "tangential_force":
+        return len(task.loads.values)
+    above = np.abs(task.loads.values) > friction * force
+    return int(np.argmax(above)) if above.any() else len(above)
 
 
 def finer_path(task: Task, per_radius: int, coupled: bool) -> FinerPath:

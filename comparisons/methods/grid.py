@@ -5,15 +5,17 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
+from typing import ClassVar
 
 import numpy as np
 
 from comparisons.geometry.prepare import Geometry, IndenterGeometry, RoughGeometry
-from comparisons.methods.base import Method, Solution, Task
 from comparisons.methods.punches import Respond, solve_punch
-from comparisons.methods.sweeps import outcomes
+from comparisons.methods.solver import Solver
 from comparisons.tasks.shown_loads import MOST_POINTS
-from reference.errors import ConvergenceError
+from comparisons.tasks.solution import Solution
+from comparisons.tasks.steps import Row, Step
+from comparisons.tasks.task import Task
 from reference.halfspace import Contact, FreeOperator, PeriodicOperator
 from reference.halfspace import areas as area_measures
 from reference.halfspace.edge_cells import respond
@@ -100,13 +102,13 @@ def rough_resolutions(geometry: RoughGeometry) -> tuple[int, ...]:
     return tuple(finer or [n])
 
 
-class GridMethod(Method):
+class GridSolver(Solver[Geometry]):
     """A solver of the half-space on a grid of rectangular cells.
 
-    `face` is its solver of the linear problem of a flat face.
+    `face` is its solver of the linear problem of a flat face; without one, faces are like others.
     """
 
-    face: Respond = staticmethod(respond)
+    face: ClassVar[Respond | None] = staticmethod(respond)
 
     def operator(
         self, task: Task, shape: tuple[int, int], spacing: tuple[float, float]
@@ -131,7 +133,7 @@ class GridMethod(Method):
         for _ in self.sweep(task, operator, gap)(np.array([load, 1.1 * load])):
             pass
 
-    def refused(self, task: Task) -> str:
+    def refusal(self, task: Task) -> str:
         """Refuse grids that only a very elongated indenter asks for."""
         number = cells(task.geometry, task.resolution)
         # A round contact needs some 10 N^2 cells.
@@ -142,30 +144,39 @@ class GridMethod(Method):
 
     def solve(self, task: Task) -> Solution:
         """Solve every realisation on the same operator; a flat punch with its edge cells."""
-        if isinstance(task.geometry, IndenterGeometry) and task.geometry.indenter.flat:
-            return solve_punch(task, self.face)
-        solution = Solution.empty(task)
+        geometry, face = task.geometry, self.face
+        if face is not None and isinstance(geometry, IndenterGeometry) and geometry.indenter.flat:
+            return solve_punch(task, geometry, face)
+        return super().solve(task)
+
+    def rows(self, task: Task) -> Iterator[Row]:
+        """Yield the grid of each realisation, all on the same operator."""
         operator = None
-        for row, realisation in enumerate(task.realisations):
-            with solution.setup():
-                grid = make_grid(task.geometry, task.resolution, realisation)
-                if operator is None:
-                    operator = self.operator(task, grid.gap.shape, grid.spacing)
-                    # kernels are made when first asked for: they are set-up
-                    operator.convolution(np.float64)
-                    solution.unknowns = int(np.isfinite(grid.gap).sum())
-            solver = self.sweep(task, operator, grid.gap)
-            for step, outcome in enumerate(outcomes(solver, task.loads.values, ConvergenceError)):
-                if isinstance(outcome, ConvergenceError):
-                    solution.fail((row, step), outcome.reason)
-                    continue
-                solution.put((row, step), contact_quantities(task, operator, outcome, grid))
-                solution.iterations[row, step] = outcome.iterations
-                solution.violation[row, step] = outcome.violation
-                keep_pressure(task, solution, (row, step), outcome, grid)
-                if row == 0 and step == len(task.loads.values) - 1:
-                    solution.fields = contact_fields(task, outcome, grid)
-        return solution
+        for realisation in task.realisations:
+            grid = make_grid(task.geometry, task.resolution, realisation)
+            if operator is None:
+                operator = self.operator(task, grid.gap.shape, grid.spacing)
+                # kernels are made when first asked for: they are set-up
+                operator.convolution(np.float64)
+            sweep = partial(self._steps, task, operator, grid)
+            yield Row(sweep, unknowns=int(np.isfinite(grid.gap).sum()))
+
+    def _steps(
+        self, task: Task, operator: Operator, grid: Grid, loads: np.ndarray
+    ) -> Iterator[Step]:
+        for contact in self.sweep(task, operator, grid.gap)(loads):
+            yield contact_step(task, operator, contact, grid)
+
+
+def contact_step(task: Task, operator: Operator, contact: Contact, grid: Grid) -> Step:
+    """Return the step of a solved contact on a grid."""
+    return Step(
+        contact_quantities(task, operator, contact, grid),
+        iterations=contact.iterations,
+        violation=contact.violation,
+        pressure=_pressure_of(task, contact, grid),
+        fields=partial(contact_fields, task, contact, grid),
+    )
 
 
 def contact_quantities(
@@ -175,25 +186,18 @@ def contact_quantities(
     mask = contact.pressure > 0
     asked = set(task.quantities)
     periodic = operator.periodic
-    raw = float(area_measures.raw_area(mask, grid.spacing))
-    area = float(area_measures.corrected_area(mask, grid.spacing, periodic=periodic))
     values = {
         "penetration": contact.penetration,
         "force": contact.force,
-        "contact_area_raw": raw,
-        "contact_area": area,
-        "equivalent_radius": float(np.sqrt(area / np.pi)),
+        "contact_area_raw": float(area_measures.raw_area(mask, grid.spacing)),
+        "contact_area": float(area_measures.corrected_area(mask, grid.spacing, periodic=periodic)),
     }
     if isinstance(task.geometry, RoughGeometry):
         values["mean_gap"] = contact.mean_gap
         values["penetration_mean_plane"] = contact.penetration - float(grid.gap.mean())
         values |= _patch_quantities(mask, grid, periodic, asked)
-    elif task.geometry.indenter.axisymmetric:
-        values["contact_radius"] = values["equivalent_radius"]
     if asked & {"stiffness", "contact_length_stiffness"}:
-        stiffness = float(area_measures.contact_stiffness(operator, mask))
-        values["stiffness"] = stiffness
-        values["contact_length_stiffness"] = stiffness / operator.effective_modulus
+        values["stiffness"] = float(area_measures.contact_stiffness(operator, mask))
     if "energy" in asked:
         values["energy"] = float(area_measures.elastic_energy(operator, contact.pressure))
     return values
@@ -209,12 +213,13 @@ def _patch_quantities(
     return {"contact_count": float(found.count), "contact_length": length}
 
 
-def keep_pressure(
-    task: Task, solution: Solution, index: tuple[int, int], contact: Contact, grid: Grid
-) -> None:
-    """Keep the pressure of a load step that the report shows, in single precision."""
-    if task.wants_pressure and contact.pressure.size <= MOST_POINTS:
-        solution.keep(index, partial(_pressure_map, grid, contact.pressure.astype(np.float32)))
+def _pressure_of(
+    task: Task, contact: Contact, grid: Grid
+) -> Callable[[], dict[str, np.ndarray]] | None:
+    """Return what makes the pressure that the report shows, kept in single precision."""
+    if not task.wants_pressure or contact.pressure.size > MOST_POINTS:
+        return None
+    return partial(_pressure_map, grid, contact.pressure.astype(np.float32))
 
 
 def _pressure_map(grid: Grid, pressure: np.ndarray) -> dict[str, np.ndarray]:

@@ -1,138 +1,128 @@
-"""Impact of a rigid mass on an elastic contact: springs, closed forms, and static load curves."""
+"""Impact of a mass in elastic contact: springs, closed forms, and static load curves."""
 
 from __future__ import annotations
 
-from comparisons.geometry.prepare import Geometry
-from comparisons.methods.base import Solution, Support, Task
+from collections.abc import Iterator
+from functools import partial
+
+import numpy as np
+
+from comparisons.geometry.prepare import IndenterGeometry
 from comparisons.methods.bem_dense import BemDense
 from comparisons.methods.bem_fft import BemFft
-from comparisons.methods.closed_form import ClosedForm, form_of
+from comparisons.methods.closed_form import ClosedForm
 from comparisons.methods.fem import Fem
 from comparisons.methods.impact_course import closed_course, spring_course
-from comparisons.methods.impacts import CurveImpact, no_impact
-from comparisons.methods.reduced import Reduced, profile_of
+from comparisons.methods.impacts import ONLY_INDENTERS, CurveImpact
+from comparisons.methods.reduced import ReducedProfile
+from comparisons.methods.solver import Refused, needed
 from comparisons.scene.scene import Scene
-from reduced.errors import ConvergenceError
+from comparisons.tasks.solution import Solution
+from comparisons.tasks.steps import Row, Step, solve_rows
+from comparisons.tasks.task import Task
 from reduced.motion.impact import Impact, strike
 from reference.dynamics.collision import collide
-from reference.errors import ConvergenceError as ClosedFormError
 
 PHYSICS = frozenset({"dynamics"})
+NO_TABLE = "no [dynamics]"
 
 
-class ReducedImpact(Reduced):
+class ReducedImpact(ReducedProfile):
     """The mass on the springs of its equivalent profile: by energy, or in steps of time."""
 
     physics = PHYSICS
+    only_indenters = ONLY_INDENTERS
 
-    def supports(self, scene: Scene) -> Support:
-        """Every shape with an equivalent profile."""
-        reason = no_impact(scene)
-        if scene.loading.time is not None and scene.methods.reduced.edges == "nodal":
-            reason = "steps in time need contact edges inside the cells (edges = 'sub_cell')"
-        return Support(False, reason) if reason else super().supports(scene)
+    def __init__(self, scene: Scene) -> None:
+        super().__init__(scene)
+        if scene.loading.time is not None and self.options.edges == "nodal":
+            raise Refused("steps in time need contact edges inside the cells (edges = 'sub_cell')")
+        self.dynamics = needed(scene.dynamics, NO_TABLE)
 
-    def model(self, scene: Scene, geometry: Geometry) -> str:
+    def model(self, geometry: IndenterGeometry) -> str:
         """Name the line and what is done with it."""
         how = "by its energy, without time steps"
-        if scene.loading.time is not None:
+        if self.scene.loading.time is not None:
             how = "in steps of time that keep the energy, refined with the springs"
-        return f"{super().model(scene, geometry)}; the impact {how}"
+        return f"{super().model(geometry)}; the impact {how}"
 
-    def warm_up(self, task: Task) -> None:
+    def warm_up(self, task: Task[IndenterGeometry]) -> None:
         """Compile the springs, and the steps where there are any."""
         if task.loads.times is None:
-            _struck(task, springs=4)
+            self._struck(task, springs=4)
         else:
-            spring_course(task, 1)
+            spring_course(task, task.loads.times, self.profile, self.dynamics, 1)
 
-    def solve(self, task: Task) -> Solution:
+    def solve(self, task: Task[IndenterGeometry]) -> Solution:
         """Let the mass strike at all velocities, or follow it in time."""
         if task.loads.times is not None:
-            return spring_course(task, task.resolution)
-        solution = Solution.empty(task)
-        try:
-            found = _struck(task, springs=task.resolution)
-        except ConvergenceError as error:
-            for step in range(len(task.loads.values)):
-                solution.fail((0, step), error.reason)
-            return solution
+            course = task.loads.times, self.profile, self.dynamics
+            return spring_course(task, *course, task.resolution)
+        hit = self._struck(task, springs=task.resolution)
         curves = {
-            "velocity": found.velocity,
-            "penetration": found.penetration,
-            "force": found.force,
-            "restitution": found.restitution,
-            "contact_duration": found.duration,
+            "velocity": hit.velocity,
+            "penetration": hit.penetration,
+            "force": hit.force,
+            "restitution": hit.restitution,
+            "contact_duration": hit.duration,
         }
-        solution.quantities = {name: values[None, :] for name, values in curves.items()}
-        solution.converged[:] = True
-        solution.unknowns = 2 * task.resolution
-        return solution
+        return Solution.of(task, curves, unknowns=2 * task.resolution)
 
-
-def _struck(task: Task, springs: int) -> Impact:
-    scene = task.scene
-    assert scene.indenter is not None
-    assert scene.dynamics is not None
-    return strike(
-        profile_of(scene),
-        scene.effective_modulus,
-        scene.dynamics.mass,
-        task.loads.values,
-        springs=springs,
-        edges=scene.methods.reduced.edges,
-    )
+    def _struck(self, task: Task[IndenterGeometry], springs: int) -> Impact:
+        mass, edges = self.dynamics.mass, self.options.edges
+        velocities = task.loads.values
+        body = self.profile, self.modulus, mass
+        return strike(*body, velocities, springs=springs, edges=edges)
 
 
 class ClosedFormImpact(ClosedForm):
     """The static closed form: integrated over the impact to round-off, or in time."""
 
     physics = PHYSICS
+    only_indenters = ONLY_INDENTERS
 
-    def supports(self, scene: Scene) -> Support:
-        """Shapes whose static contact is known."""
-        reason = no_impact(scene)
-        return Support(False, reason) if reason else super().supports(scene)
+    def __init__(self, scene: Scene) -> None:
+        super().__init__(scene)
+        self.dynamics = needed(scene.dynamics, NO_TABLE)
 
-    def solve(self, task: Task) -> Solution:
-        """Integrate each impact; elastic bodies give back all of the energy."""
+    def solve(self, task: Task[IndenterGeometry]) -> Solution:
+        """Integrate each impact, or follow one in time."""
         if task.loads.times is not None:
-            return closed_course(task)
-        scene, solution = task.scene, Solution.empty(task)
-        assert scene.indenter is not None
-        assert scene.dynamics is not None
-        form = form_of(scene.indenter, scene.effective_modulus)
-        assert form is not None
-        for step, velocity in enumerate(task.loads.values):
-            try:
-                hit = collide(form, scene.dynamics.mass, float(velocity))
-            except ClosedFormError as error:
-                solution.fail((0, step), error.reason)
-                continue
+            return closed_course(task, task.loads.times, self.form, self.dynamics)
+        return solve_rows(task, self.rows(task))
+
+    def rows(self, task: Task[IndenterGeometry]) -> Iterator[Row]:
+        """Nothing is set up."""
+        yield Row(partial(self._steps))
+
+    def _steps(self, loads: np.ndarray) -> Iterator[Step]:
+        """Integrate each impact; elastic bodies give back all of the energy."""
+        for velocity in loads:
+            hit = collide(self.form, self.dynamics.mass, float(velocity))
             values = {"velocity": float(velocity), "restitution": 1.0}
             values |= {"penetration": hit.penetration, "force": hit.force}
-            solution.put((0, step), values | {"contact_duration": hit.duration})
-        solution.violation[:] = 0.0
-        return solution
+            yield Step(values | {"contact_duration": hit.duration}, violation=0.0)
 
 
-class FftImpact(CurveImpact, BemFft):
+class FftImpact(CurveImpact):
     """Along the load curve of the half-space on a grid."""
 
-    static = BemFft()
+    name = "bem_fft"
+    static = BemFft
+    shared_cells = BemFft.shared_cells
 
 
-class DenseImpact(CurveImpact, BemDense):
+class DenseImpact(CurveImpact):
     """Along the load curve of the dense half-space solver."""
 
-    static = BemDense()
+    name = "bem_dense"
+    static = BemDense
 
 
-class FemImpact(CurveImpact, Fem):
+class FemImpact(CurveImpact):
     """Along the load curve of the finite-element body."""
 
-    static = Fem()
+    name = "fem"
+    static = Fem
+    span = Fem.span
     ladder_span = Fem.span  # each load scales the mesh onto its own contact
-
-
-WIRINGS = (ReducedImpact(), ClosedFormImpact(), FftImpact(), DenseImpact(), FemImpact())

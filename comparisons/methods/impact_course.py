@@ -4,12 +4,15 @@ from __future__ import annotations
 
 import numpy as np
 
-from comparisons.methods.base import Solution, Task
-from comparisons.methods.closed_form import form_of
-from comparisons.methods.reduced import profile_of
+from comparisons.scene.physics.loads import Loads
+from comparisons.scene.physics.tables import Dynamics
+from comparisons.tasks.solution import Solution
+from comparisons.tasks.task import Task
 from reduced.errors import ConvergenceError
 from reduced.motion.contact import SpringContact, impact_depth, spring_contact
 from reduced.motion.course import Motion, move
+from reduced.profiles.shapes import Profile
+from reference.closed_form import ClosedForm
 from reference.dynamics.course import course
 
 # Steps per shortest period of the motion, for each spring per contact radius.
@@ -21,73 +24,54 @@ _DEEPER, _ROUNDS = 1.5, 12
 History = tuple[np.ndarray, np.ndarray] | None
 
 
-def history_of(task: Task) -> History:
+def history_of(loads: Loads, times: np.ndarray) -> History:
     """Return times and forces on the mass, None where nothing pushes it."""
-    if task.loads.control != "force":
-        return None
-    assert task.loads.times is not None
-    return task.loads.times, task.loads.values
+    return (times, loads.values) if loads.control == "force" else None
 
 
-def closed_course(task: Task) -> Solution:
+def closed_course(task: Task, times: np.ndarray, form: ClosedForm, dynamics: Dynamics) -> Solution:
     """Integrate the motion on the closed form of the contact."""
-    solution, scene = Solution.empty(task), task.scene
-    assert scene.indenter is not None
-    assert scene.dynamics is not None
-    assert task.loads.times is not None
-    form = form_of(scene.indenter, scene.effective_modulus)
-    assert form is not None
-    times, start = task.loads.times, scene.dynamics.velocity.values[0]
     x = np.zeros(times.size)
-    later = times > 0
-    x[later] = course(form, scene.dynamics.mass, start, times[later], history_of(task))[0]
+    later, history = times > 0, history_of(task.loads, times)
+    x[later] = course(form, dynamics.mass, dynamics.velocity.values[0], times[later], history)[0]
     inside = np.maximum(x, 0.0)
-    _fill(solution, task, x, np.asarray(form.force(inside)), np.asarray(form.contact_area(inside)))
-    solution.violation[:] = 0.0
-    return solution
+    curves = {"penetration": x, "contact_area": np.asarray(form.contact_area(inside))}
+    return Solution.of(task, curves | _force(task, form.force(inside)), violation=0.0)
 
 
-def spring_course(task: Task, resolution: int) -> Solution:
+def spring_course(
+    task: Task, times: np.ndarray, profile: Profile, dynamics: Dynamics, resolution: int
+) -> Solution:
     """Step the mass on the springs; springs and steps are refined together."""
-    solution = Solution.empty(task, unknowns=2 * resolution)
-    try:
-        contact, motion = _moved(task, resolution)
-    except ConvergenceError as error:
-        for step in range(len(task.loads.values)):
-            solution.fail((0, step), error.reason)
-        return solution
-    x = motion.at(task.loads.times)[0]
+    modulus, history = task.scene.effective_modulus, history_of(task.loads, times)
+    contact, motion = _moved(profile, modulus, dynamics, history, float(times[-1]), resolution)
+    x = motion.at(times)[0]
     force, _, stiffness = contact.respond(x)
-    radius = stiffness / (2 * task.scene.effective_modulus)
-    _fill(solution, task, x, force, np.pi * radius**2)
-    solution.iterations[:] = motion.evaluations
-    return solution
+    curves = {"penetration": x, "equivalent_radius": stiffness / (2 * modulus)}
+    curves |= _force(task, force)
+    return Solution.of(task, curves, unknowns=2 * resolution, iterations=motion.evaluations)
 
 
-def _fill(
-    solution: Solution, task: Task, x: np.ndarray, force: np.ndarray, area: np.ndarray
-) -> None:
-    """Store the curves; where a force on the mass is prescribed, that of the contact is another."""
-    curves = {"penetration": x, "contact_area": area, "contact_area_raw": area}
-    if task.loads.control != "force":
-        curves["force"] = force
-    solution.quantities = {name: values[None, :] for name, values in curves.items()}
-    solution.converged[:] = True
+def _force(task: Task, force: np.ndarray) -> dict[str, np.ndarray]:
+    """Return the contact's force, but where one on the mass is prescribed: that is another."""
+    return {} if task.loads.control == "force" else {"force": np.asarray(force)}
 
 
-def _moved(task: Task, resolution: int) -> tuple[SpringContact, Motion]:
+def _moved(
+    profile: Profile,
+    modulus: float,
+    dynamics: Dynamics,
+    history: History,
+    end: float,
+    resolution: int,
+) -> tuple[SpringContact, Motion]:
     """Lay out springs and steps for the deepest point, and again where the motion goes deeper.
 
     A force that swings in time may drive the mass deeper than its energy at the start.
     """
-    scene, history = task.scene, history_of(task)
-    assert scene.dynamics is not None
-    assert task.loads.times is not None
-    profile, modulus, mass = profile_of(scene), scene.effective_modulus, scene.dynamics.mass
-    speed = scene.dynamics.velocity.values[0]
+    mass, speed = dynamics.mass, dynamics.velocity.values[0]
     push = 0.0 if history is None else max(0.0, float(history[1].max()))
     deepest = impact_depth(profile, modulus, 0.5 * mass * speed**2, push)
-    end = float(task.loads.times[-1])
     for _ in range(_ROUNDS):
         contact = spring_contact(profile, modulus, deepest, springs=resolution)
         stiffness = float(contact.respond(deepest)[2])

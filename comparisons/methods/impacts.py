@@ -8,13 +8,16 @@ ladder's steps is part of the bar.
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any, ClassVar
 
 import numpy as np
 
-from comparisons.geometry.prepare import Geometry, IndenterGeometry, equivalent_profile, prepare
-from comparisons.methods.base import Method, Solution, Support, Task
-from comparisons.methods.spans import solve_in_spans
+from comparisons.geometry.prepare import IndenterGeometry, equivalent_profile, prepare
+from comparisons.methods.runner import run
+from comparisons.methods.solver import Refused, Solver, needed
 from comparisons.scene.scene import Scene, validated
+from comparisons.tasks.solution import Solution
+from comparisons.tasks.task import Task
 from reduced.motion.contact import impact_depth
 from reference.dynamics.collision import collide_curve
 
@@ -23,11 +26,7 @@ _SHALLOWEST, _DEEPEST = 0.05, 1.2
 _PER_DECADE, _FEWEST = 10, 12
 
 
-def no_impact(scene: Scene) -> str:
-    """Return why a scene is no single impact of a shape, "" where it is."""
-    if scene.indenter is None:
-        return "only single contacts strike here, no rough surfaces"
-    return ""
+ONLY_INDENTERS = "only single contacts strike here, no rough surfaces"
 
 
 def static_scene(scene: Scene, penetration: np.ndarray) -> Scene:
@@ -40,51 +39,61 @@ def static_scene(scene: Scene, penetration: np.ndarray) -> Scene:
     return validated(data)
 
 
-class CurveImpact(Method):
+class CurveImpact(Solver[IndenterGeometry]):
     """A 3-D method that strikes along its own static load curve.
 
-    `static` is the method that presses; a subclass inherits from its class too. `ladder_span` is
-    the largest ratio of contact radii on one of its grids: energy sums up the curve from its
-    beginning, so that contacts differ less than where each load stands for itself.
+    `static` is the solver that presses. `ladder_span` is the largest ratio of contact radii on one
+    of its grids: energy sums up the curve from its beginning, so that contacts differ less than
+    where each load stands for itself.
     """
 
     physics = frozenset({"dynamics"})
-    static: Method
+    static: ClassVar[type[Solver[Any]]]
     ladder_span = 3.0
 
-    def supports(self, scene: Scene) -> Support:
-        """Whatever the slow contact supports; no courses in time."""
-        reason = no_impact(scene)
+    def __init__(self, scene: Scene) -> None:
+        super().__init__(scene)
+        self.indenter = needed(scene.indenter, ONLY_INDENTERS)
         if scene.loading.time is not None:
-            reason = "gives impacts, not their course in time"
-        if reason:
-            return Support(False, reason)
+            raise Refused("gives impacts, not their course in time")
+        self.dynamics = needed(scene.dynamics, "no [dynamics]")
         # Any depth will do: only the kind of load matters here.
-        return self.static.supports(static_scene(scene, np.array([1e-9])))
+        self.slow = self.static(static_scene(scene, np.array([1e-9])))
+        self.note = self.slow.note
 
-    def model(self, scene: Scene, geometry: Geometry) -> str:
+    def resolutions(self, geometry: IndenterGeometry) -> tuple[int, ...]:
+        """Those of the slow contact."""
+        return self.slow.resolutions(geometry)
+
+    def refusal(self, task: Task[IndenterGeometry]) -> str:
+        """Refuse what the slow contact refuses."""
+        return self.slow.refusal(task)
+
+    def memory(self, task: Task[IndenterGeometry]) -> float:
+        """Bytes of the slow contact."""
+        return self.slow.memory(task)
+
+    def model(self, geometry: IndenterGeometry) -> str:
         """Name the static model and what is done with it."""
-        return f"{super().model(scene, geometry)}; the impact by energy along its load curve"
+        return f"{self.slow.model(geometry)}; the impact by energy along its load curve"
 
-    def warm_up(self, task: Task) -> None:
+    def warm_up(self, task: Task[IndenterGeometry]) -> None:
         """Compile what the slow contact needs."""
-        self.static.warm_up(_pressed(task))
+        self.slow.warm_up(self._pressed(task))
 
-    def solve(self, task: Task) -> Solution:
+    def solve(self, task: Task[IndenterGeometry]) -> Solution:
         """Press slowly, then strike at each velocity."""
-        dynamics = task.scene.dynamics
-        assert dynamics is not None
-        slow = _pressed(task)
-        pressed = solve_in_spans(slow, self.ladder_span, self.static.solve, str)
-        found = pressed.converged[0]
+        slow = self._pressed(task)
+        pressed = run(self.static(slow.scene), slow, span=self.ladder_span, reason=str)
+        answered = pressed.converged[0]
         solution = Solution.empty(task, unknowns=pressed.unknowns)
         solution.setup_seconds = pressed.setup_seconds
         solution.exact = ("restitution",)
-        violation = float(np.nanmax(pressed.violation, initial=0.0))
-        curve = (slow.loads.values[found], pressed.quantities["force"][0, found])
+        curve = (slow.loads.values[answered], pressed.quantities["force"][0, answered])
+        mass = self.dynamics.mass
         for step, velocity in enumerate(task.loads.values):
             try:
-                hit = collide_curve(*curve, dynamics.mass, float(velocity), bar=pressed.truncation)
+                hit = collide_curve(*curve, mass, float(velocity), bar=pressed.truncation)
             except (ValueError, RuntimeError) as error:
                 solution.fail((0, step), str(error))
                 continue
@@ -93,23 +102,18 @@ class CurveImpact(Method):
             solution.put((0, step), values)
             solution.truncation = max(solution.truncation, hit.bar)
         solution.iterations[:] = pressed.iterations.sum()
-        solution.violation[:] = violation
+        solution.violation[:] = float(np.nanmax(pressed.violation, initial=0.0))
         return solution
 
-
-def _pressed(task: Task) -> Task:
-    """Return the task of the slow contact, on a ladder of penetrations."""
-    scene, geometry = task.scene, task.geometry
-    assert scene.dynamics is not None
-    assert scene.indenter is not None
-    assert isinstance(geometry, IndenterGeometry)
-    slowest = 0.5 * scene.dynamics.mass * float(task.loads.values[0]) ** 2
-    profile = equivalent_profile(scene.indenter)
-    low = _SHALLOWEST * impact_depth(profile, scene.effective_modulus, slowest)
-    high = _DEEPEST * geometry.penetration
-    count = max(_FEWEST, round(_PER_DECADE * np.log10(high / low)) + 1)
-    slow = static_scene(scene, np.geomspace(low, high, count))
-    pressed, loads = prepare(slow)
-    return replace(
-        task, scene=slow, geometry=pressed, loads=loads, quantities=("force",), with_body=False
-    )
+    def _pressed(self, task: Task[IndenterGeometry]) -> Task:
+        """Return the task of the slow contact, on a ladder of penetrations."""
+        slowest = 0.5 * self.dynamics.mass * float(task.loads.values[0]) ** 2
+        profile = equivalent_profile(self.indenter)
+        low = _SHALLOWEST * impact_depth(profile, self.scene.effective_modulus, slowest)
+        high = _DEEPEST * task.geometry.penetration
+        count = max(_FEWEST, round(_PER_DECADE * np.log10(high / low)) + 1)
+        slow = static_scene(self.scene, np.geomspace(low, high, count))
+        pressed, loads = prepare(slow)
+        return replace(
+            task, scene=slow, geometry=pressed, loads=loads, quantities=("force",), with_body=False
+        )

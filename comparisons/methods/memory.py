@@ -7,25 +7,30 @@ both and the bar covers both.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
+from functools import partial
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
 from comparisons.geometry.prepare import Geometry, IndenterGeometry
-from comparisons.methods.base import Solution, Support, Task
 from comparisons.methods.bem_fft import BemFft
-from comparisons.methods.closed_form import ClosedForm, form_of
-from comparisons.methods.grid import make_grid
-from comparisons.methods.reduced import Reduced, line_picture, profile_of
-from comparisons.scene.options import FftOptions, ReducedOptions
+from comparisons.methods.closed_form import ClosedForm
+from comparisons.methods.grid import Grid, Operator, make_grid
+from comparisons.methods.reduced import ReducedProfile, line_picture
+from comparisons.methods.solver import Refused, needed
 from comparisons.scene.physics.loads import Loads, loads_of
+from comparisons.scene.physics.viscoelastic import Viscoelastic
 from comparisons.scene.scene import Scene
-from reduced import errors as reduced_errors
+from comparisons.tasks.solution import Solution
+from comparisons.tasks.steps import Row, Step
+from comparisons.tasks.task import Task
 from reduced.memory.indent import History, graded_times, indent_in_time
 from reduced.memory.materials import Prony, prony
 from reduced.profiles.shapes import paraboloid
+from reference import closed_form as forms
 from reference import viscoelastic as reference
-from reference.errors import ConvergenceError
 from reference.halfspace import areas
 from reference.viscoelastic.materials import GeneralisedMaxwell
 
@@ -37,33 +42,52 @@ STEPS_OF_CELLS = 2
 STEPS_OF_SURFACE = 32
 # What warms up the springs' code.
 _BALL, _SOLID = paraboloid(1.0), prony(1.0, [1.0], [1.0])
+SOURCES = "Lee & Radok 1960, Ting 1968"
 
 
-def springs_of(scene: Scene) -> Prony:
-    """Return the material of the scene for the springs."""
-    body = scene.viscoelastic
-    assert body is not None
+def body_of(scene: Scene) -> Viscoelastic:
+    """Return the viscoelastic body of a scene.
+
+    Raises
+    ------
+    Refused
+        If it has none.
+    """
+    return needed(scene.viscoelastic, "no [viscoelastic]")
+
+
+def springs_of(body: Viscoelastic) -> Prony:
+    """Return the material for the springs."""
     moduli, times = zip(*body.branches, strict=True) if body.branches else ((), ())
     return prony(body.long_term_modulus, moduli, times, viscosity=body.dashpot_viscosity)
 
 
-def material_of(scene: Scene) -> GeneralisedMaxwell:
-    """Return the material of the scene for the references."""
-    body = scene.viscoelastic
-    assert body is not None
+def material_of(body: Viscoelastic) -> GeneralisedMaxwell:
+    """Return the material for the references."""
     moduli, times = zip(*body.branches, strict=True) if body.branches else ((), ())
     return GeneralisedMaxwell(body.long_term_modulus, moduli, times, body.dashpot_viscosity)
 
 
-def _refused(scene: Scene) -> str:
-    """Return why a scene has no history that the methods here walk, "" where it has one."""
-    loads = loads_of(scene)
+def _pressed(scene: Scene) -> Viscoelastic:
+    """Return the body of a scene whose history the solvers here can walk.
+
+    Raises
+    ------
+    Refused
+        If it has none.
+    """
+    body, loads = body_of(scene), loads_of(scene)
     if loads.control == "force" and (loads.values[1:] <= 0).any():
-        return "a force that ends leaves the depth open: the body has left, or rests"
-    damped = scene.viscoelastic is not None and scene.viscoelastic.dashpot_viscosity > 0
-    if damped and loads.control == "penetration" and loads.values[0] > 0:
-        return "the dashpot of a Kelvin-Voigt body resists a jump of the depth without bound"
-    return ""
+        raise Refused("a force that ends leaves the depth open: the body has left, or rests")
+    jumps = loads.control == "penetration" and loads.values[0] > 0
+    if body.dashpot_viscosity > 0 and jumps:
+        why = "the dashpot of a Kelvin-Voigt body resists a jump of the depth without bound"
+        raise Refused(why)
+    return body
+
+
+def _times(loads: Loads) -> np.ndarray:
+    return needed(loads.times, "no history in time")
 
 
 def _divided(loads: Loads, steps: int, *, graded: bool = False) -> tuple[np.ndarray, int]:
@@ -71,8 +95,7 @@ def _divided(loads: Loads, steps: int, *, graded: bool = False) -> tuple[np.ndar
 
     Graded, the first stretch has its short steps first.
     """
-    times = loads.times
-    assert times is not None
+    times = _times(loads)
     parts = max(1, -(-steps // max(1, times.size - 1)))
     shares = np.arange(1, parts + 1) / parts
     inner = [(1 - shares) * a + shares * b for a, b in pairwise(times)]
@@ -81,247 +104,181 @@ def _divided(loads: Loads, steps: int, *, graded: bool = False) -> tuple[np.ndar
     return np.concatenate([times[:1], *inner]), parts
 
 
-class ReducedViscoelastic(Reduced):
+def _history(loads: Loads, times: np.ndarray) -> dict[str, Any]:
+    """Return the prescribed load at the times of finer steps."""
+    return {loads.control: np.interp(times, _times(loads), loads.values)}
+
+
+class ReducedMemory(ReducedProfile):
     """Springs with memory, exact in time under a prescribed depth."""
 
     physics = PHYSICS
+    only_indenters = "rough lines with memory slide here, they are not pressed"
 
-    def supports(self, scene: Scene) -> Support:
-        """Every indenter."""
-        if scene.indenter is None:
-            return Support(False, "rough lines with memory slide here, they are not pressed")
-        reason = _refused(scene)
-        return Support(False, reason) if reason else super().supports(scene)
+    def __init__(self, scene: Scene) -> None:
+        super().__init__(scene)
+        self.material = springs_of(_pressed(scene))
 
-    def model(self, scene: Scene, geometry: Geometry) -> str:
+    def model(self, geometry: IndenterGeometry) -> str:
         """Name the line and its springs."""
-        return f"{super().model(scene, geometry)}; each with the memory of (19.31), on its own"
+        return f"{super().model(geometry)}; each with the memory of (19.31), on its own"
 
-    def warm_up(self, task: Task) -> None:
+    def warm_up(self, task: Task[IndenterGeometry]) -> None:
         """Compile the springs on a history that cannot fail."""
         indent_in_time(_BALL, _SOLID, [0.0, 1.0], penetration=[0.1, 0.05], springs=4)
 
-    def solve(self, task: Task) -> Solution:
+    def solve(self, task: Task[IndenterGeometry]) -> Solution:
         """Walk through the history once."""
-        solution = Solution.empty(task)
-        try:
-            found, parts = self._solved(task, springs=task.resolution)
-        except reduced_errors.ConvergenceError as error:
-            return _lost(solution, error.reason)
-        radius = found.contact_radius[::parts]
-        area = np.pi * radius**2
+        history, parts = self._walk(task.loads, springs=task.resolution)
+        largest = int(np.argmax(history.contact_radius))
+        deepest, widest = history.penetration[largest], history.contact_radius[largest]
         curves = {
-            "penetration": found.penetration[::parts],
-            "force": found.force[::parts],
-            "contact_area": area,
-            "contact_area_raw": area,
-            "equivalent_radius": radius,
-            "contact_length": found.contact_length[::parts],
+            "penetration": history.penetration[::parts],
+            "force": history.force[::parts],
+            "equivalent_radius": history.contact_radius[::parts],
+            "contact_length": history.contact_length[::parts],
         }
-        assert task.scene.indenter is not None
-        if task.scene.indenter.axisymmetric:
-            curves["contact_radius"] = radius
-        solution.quantities = {name: values[None, :] for name, values in curves.items()}
-        solution.converged[:] = True
-        largest = int(np.argmax(found.contact_radius))
-        solution.unknowns = int(2 * found.contact_radius[largest] / found.spacing)
-        solution.fields = line_picture(
-            profile_of(task.scene),
-            float(found.penetration[largest]),
-            float(found.contact_radius[largest]),
-            found.spacing,
-        )
+        solution = Solution.of(task, curves, unknowns=int(2 * widest / history.spacing))
+        picture = self.profile, float(deepest), float(widest), history.spacing
+        solution.fields = line_picture(*picture)
         return solution
 
-    def _solved(self, task: Task, springs: int) -> tuple[History, int]:
-        loads, material = task.loads, springs_of(task.scene)
+    def _walk(self, loads: Loads, springs: int) -> tuple[History, int]:
         forced = loads.control == "force"
-        times, parts = _divided(
-            loads,
-            STEPS_OF_SPRINGS * springs if forced else 1,
-            graded=forced and material.viscosity > 0,
-        )
-        options = task.options
-        assert isinstance(options, ReducedOptions)
-        assert loads.times is not None
-        history = {loads.control: np.interp(times, loads.times, loads.values)}
-        found = indent_in_time(
-            *(profile_of(task.scene), material, times),
-            **history,
-            poisson_ratio=task.scene.poisson_ratio,
+        steps = STEPS_OF_SPRINGS * springs if forced else 1
+        times, parts = _divided(loads, steps, graded=forced and self.material.viscosity > 0)
+        history = indent_in_time(
+            *(self.profile, self.material, times),
+            **_history(loads, times),
+            poisson_ratio=self.scene.poisson_ratio,
             springs=springs,
-            edges=options.edges,
+            edges=self.options.edges,
         )
-        return found, parts
+        return history, parts
 
 
-def _lost(solution: Solution, reason: str) -> Solution:
-    """Record that the whole history has no answer."""
-    for step in range(solution.converged.shape[1]):
-        solution.fail((0, step), reason)
-    return solution
+def circular(form: forms.ClosedForm) -> forms.ClosedForm:
+    """Return a closed form whose contact is a circle.
+
+    Raises
+    ------
+    Refused
+        If it is none.
+    """
+    if form.contact_radius is None:
+        raise Refused("the integrals of Lee-Radok and Ting are for circular contacts")
+    return form
 
 
-class ClosedFormViscoelastic(ClosedForm):
+class ClosedFormMemory(ClosedForm):
     """Lee & Radok's and Ting's integrals, on the static closed form."""
 
     physics = PHYSICS
 
-    def supports(self, scene: Scene) -> Support:
-        """Bodies of revolution on histories that the integrals know."""
-        reason = "" if scene.indenter is None else _refused(scene)
-        support = super().supports(scene)
-        if reason or not support.ok:
-            return Support(False, reason) if reason else support
-        if not circular(scene):
-            return Support(False, "the integrals of Lee-Radok and Ting are for circular contacts")
+    def __init__(self, scene: Scene) -> None:
+        super().__init__(scene)
+        self.material = material_of(_pressed(scene))
+        self.form = circular(self.form)
+        loads = loads_of(scene)
         try:
-            _integrated(scene, loads_of(scene), np.array([loads_of(scene).values.size - 1]))
-        except ValueError as error:
-            return Support(False, str(error))
-        return Support(True, f"Lee & Radok 1960, Ting 1968; {support.reason}")
+            self._integrated(loads, np.array([loads.values.size - 1]))
+        except ValueError as error:  # a history that the integrals do not know
+            raise Refused(str(error)) from error
+        self.note = f"{SOURCES}; {self.note}"
 
-    def solve(self, task: Task) -> Solution:
+    def solve(self, task: Task[IndenterGeometry]) -> Solution:
         """Evaluate the integrals at every time."""
-        solution = Solution.empty(task)
-        found = _integrated(task.scene, task.loads, np.arange(task.loads.values.size))
-        area = np.pi * found.contact_radius**2
+        curve = self._integrated(task.loads, np.arange(task.loads.values.size))
         curves = {
-            "penetration": found.penetration,
-            "force": found.force,
-            "contact_area": area,
-            "contact_area_raw": area,
-            "equivalent_radius": found.contact_radius,
-            "contact_radius": found.contact_radius,
+            "penetration": curve.penetration,
+            "force": curve.force,
+            "equivalent_radius": curve.contact_radius,
         }
-        solution.quantities = {name: values[None, :] for name, values in curves.items()}
-        solution.converged[:] = True
-        solution.violation[:] = 0.0
-        return solution
+        return Solution.of(task, curves, violation=0.0)
+
+    def _integrated(self, loads: Loads, steps: np.ndarray) -> reference.Curve:
+        """Evaluate the integral of the control at some of the steps."""
+        integrate = reference.creep if loads.control == "force" else reference.indentation
+        times = _times(loads)
+        return integrate(
+            *(self.form, self.modulus, self.material, times, loads.values, times[steps]),
+            poisson_ratio=self.scene.poisson_ratio,
+        )
 
 
-def circular(scene: Scene) -> bool:
-    """Whether the closed form of the shape knows a contact radius."""
-    assert scene.indenter is not None
-    form = form_of(scene.indenter, scene.effective_modulus)
-    return form is not None and form.contact_radius is not None
-
-
-def _integrated(scene: Scene, loads: Loads, steps: np.ndarray) -> reference.Curve:
-    """Evaluate the integral of the scene's control at some of its steps."""
-    assert scene.indenter is not None
-    assert loads.times is not None
-    modulus = scene.effective_modulus
-    form = form_of(scene.indenter, modulus)
-    assert form is not None
-    integrate = reference.creep if loads.control == "force" else reference.indentation
-    return integrate(
-        *(form, modulus, material_of(scene), loads.times, loads.values, loads.times[steps]),
-        poisson_ratio=scene.poisson_ratio,
-    )
-
-
-class BemFftViscoelastic(BemFft):
+class GridMemory(BemFft):
     """The half-space in time: a contact problem per step, on a surface that remembers."""
 
     physics = PHYSICS
 
-    def supports(self, scene: Scene) -> Support:
-        """Every shape that is no flat face, and every surface."""
-        reason = _refused(scene)
-        if not reason and scene.indenter is not None and scene.indenter.flat:
-            reason = "a flat face has edges inside cells; its contact stays, and needs no history"
-        return Support(not reason, reason)
+    def __init__(self, scene: Scene) -> None:
+        super().__init__(scene)
+        body = _pressed(scene)
+        if scene.indenter is not None and scene.indenter.flat:
+            why = "a flat face has edges inside cells; its contact stays, and needs no history"
+            raise Refused(why)
+        self.material = material_of(body)
+        self.damped = body.dashpot_viscosity > 0
 
-    def resolutions(self, scene: Scene, geometry: Geometry) -> tuple[int, ...]:
+    def resolutions(self, geometry: Geometry) -> tuple[int, ...]:
         """As for one load, but no finer than a history of some hundred steps can pay for."""
         if not isinstance(geometry, IndenterGeometry):
-            return super().resolutions(scene, geometry)[:2]
-        finest = int(np.clip(64 * np.sqrt(0.01 / scene.compare.tolerance), 32, 128))
+            return super().resolutions(geometry)[:2]
+        finest = int(np.clip(64 * np.sqrt(0.01 / self.scene.compare.tolerance), 32, 128))
         return finest // 4, finest // 2, finest
 
-    def model(self, scene: Scene, geometry: Geometry) -> str:
+    def model(self, geometry: Geometry) -> str:
         """Name the domain, and what a step is."""
-        return f"{super().model(scene, geometry)}; pressures linear in time, with all memory"
+        return f"{super().model(geometry)}; pressures linear in time, with all memory"
 
-    def solve(self, task: Task) -> Solution:
-        """Walk every realisation through the history."""
-        solution, options = Solution.empty(task), task.options
-        assert isinstance(options, FftOptions)
+    def rows(self, task: Task) -> Iterator[Row]:
+        """Yield the grid of each realisation."""
+        for realisation in task.realisations:
+            grid = make_grid(task.geometry, task.resolution, realisation)
+            operator = self.operator(task, grid.gap.shape, grid.spacing)
+            operator.convolution(np.float64)
+            walk = partial(self._walk, task, operator, grid)
+            yield Row(walk, unknowns=int(np.isfinite(grid.gap).sum()))
+
+    def _walk(
+        self, task: Task, operator: Operator, grid: Grid, loads: np.ndarray
+    ) -> Iterator[Step]:
+        """Yield the steps at the scene's times.
+
+        Against a dashpot instants lie in the middles of steps: at its end a stretch has the line
+        through its last two, and before the first step nothing has moved.
+        """
         cells = task.resolution if isinstance(task.geometry, IndenterGeometry) else STEPS_OF_SURFACE
         times, parts = _divided(task.loads, STEPS_OF_CELLS * cells)
-        for row, realisation in enumerate(task.realisations):
-            with solution.setup():
-                grid = make_grid(task.geometry, task.resolution, realisation)
-                operator = self.operator(task, grid.gap.shape, grid.spacing)
-                operator.convolution(np.float64)
-                solution.unknowns = int(np.isfinite(grid.gap).sum())
-            assert task.loads.times is not None
-            history = {task.loads.control: np.interp(times, task.loads.times, task.loads.values)}
-            instants: list[reference.Instant] = []
-            reason = ""
-            try:
-                instants.extend(
-                    reference.press_in_time(
-                        *(operator, grid.gap, material_of(task.scene), times),
-                        **history,
-                        poisson_ratio=task.scene.poisson_ratio,
-                        tolerance=options.tolerance,
-                    )
-                )
-            except ConvergenceError as error:
-                reason = error.reason
-            _record(task, solution, row, instants, grid.spacing, operator.periodic, parts)
-            for step in np.flatnonzero(~solution.converged[row]):
-                solution.fail((row, int(step)), reason or "no instant")
-        return solution
+        instants = reference.press_in_time(
+            *(operator, grid.gap, self.material, times),
+            **_history(task.loads, times),
+            poisson_ratio=self.scene.poisson_ratio,
+            tolerance=self.options.tolerance,
+        )
+        step, before = 0, None
+        for number, instant in enumerate(instants):
+            while step < loads.size and max(step * parts - self.damped, 0) == number:
+                values = _quantities(instant, grid, periodic=operator.periodic)
+                if self.damped and step == 0:
+                    values = dict.fromkeys(values, 0.0)
+                elif self.damped and before is not None:
+                    last = _quantities(before, grid, periodic=operator.periodic)
+                    values = {name: 1.5 * values[name] - 0.5 * last[name] for name in values}
+                prescribed = {task.loads.control: float(loads[step])}
+                yield Step(values | prescribed, violation=instant.violation)
+                step += 1
+            before = instant
 
 
-def _record(
-    task: Task,
-    solution: Solution,
-    row: int,
-    instants: list[reference.Instant],
-    spacing: tuple[float, float],
-    periodic: bool,
-    parts: int,
-) -> None:
-    """Put the instants at the scene's times into a solution.
-
-    Against a dashpot instants lie in the middles of steps: at its end a stretch has the line
-    through its last two, and before the first step nothing has moved.
-    """
-
-    def values(instant: reference.Instant) -> dict[str, float]:
-        mask = instant.pressure > 0
-        area = float(areas.corrected_area(mask, spacing, periodic=periodic))
-        found = {
-            "penetration": instant.penetration,
-            "force": instant.force,
-            "contact_area_raw": float(areas.raw_area(mask, spacing)),
-            "contact_area": area,
-            "equivalent_radius": float(np.sqrt(area / np.pi)),
-        }
-        indenter = task.scene.indenter
-        if indenter is not None and indenter.axisymmetric:
-            found["contact_radius"] = found["equivalent_radius"]
-        return found
-
-    damped = springs_of(task.scene).viscosity > 0
-    for step, load in enumerate(task.loads.values):
-        last = step * parts - damped
-        if last >= len(instants):
-            break
-        if damped and step == 0:
-            found = dict.fromkeys(values(instants[0]), 0.0) if instants else {}
-        else:
-            found = values(instants[last])
-        if damped and step > 0:
-            before = values(instants[last - 1])
-            found = {name: 1.5 * found[name] - 0.5 * before[name] for name in found}
-        solution.put((row, step), found | {task.loads.control: float(load)})
-        solution.violation[row, step] = instants[max(last, 0)].violation
-        solution.iterations[row, step] = 0
-
-
-WIRINGS = (ReducedViscoelastic(), ClosedFormViscoelastic(), BemFftViscoelastic())
+def _quantities(instant: reference.Instant, grid: Grid, *, periodic: bool) -> dict[str, float]:
+    mask = instant.pressure > 0
+    area = float(areas.corrected_area(mask, grid.spacing, periodic=periodic))
+    return {
+        "penetration": instant.penetration,
+        "force": instant.force,
+        "contact_area_raw": float(areas.raw_area(mask, grid.spacing)),
+        "contact_area": area,
+        # linear in time like the others, where it is drawn through two instants
+        "equivalent_radius": float(np.sqrt(area / np.pi)),
+    }

@@ -2,116 +2,113 @@
 
 from __future__ import annotations
 
-from comparisons.geometry.prepare import Geometry
-from comparisons.methods.base import Solution, Support, Task
-from comparisons.methods.closed_form import ClosedForm, form_of
-from comparisons.methods.memory import circular, material_of, springs_of
-from comparisons.methods.reduced import Reduced, profile_of
-from comparisons.scene.options import ReducedOptions
+from collections.abc import Iterator
+from functools import partial
+
+import numpy as np
+
+from comparisons.geometry.prepare import IndenterGeometry
+from comparisons.methods.closed_form import ClosedForm
+from comparisons.methods.impacts import ONLY_INDENTERS
+from comparisons.methods.memory import SOURCES, body_of, circular, material_of, springs_of
+from comparisons.methods.reduced import ReducedProfile
+from comparisons.methods.solver import Refused, needed
+from comparisons.scene.physics.tables import Dynamics
 from comparisons.scene.scene import Scene
-from reduced import errors as reduced_errors
-from reduced.memory.impact import Impact
+from comparisons.tasks.solution import Solution
+from comparisons.tasks.steps import Row, Step, solve_rows
+from comparisons.tasks.task import Task
 from reduced.memory.impact import impact as strike
 from reduced.memory.materials import prony
 from reduced.profiles.shapes import paraboloid
 from reference import viscoelastic as reference
-from reference.errors import ConvergenceError
 
 PHYSICS = frozenset({"viscoelastic", "dynamics"})
 # Steps in the duration of an elastic impact for each spring per contact radius.
 STEPS = 10
 
 
-class ReducedImpact(Reduced):
+def _striking(scene: Scene) -> Dynamics:
+    """Return the mass that strikes once.
+
+    Raises
+    ------
+    Refused
+        If the course of the impact is asked for.
+    """
+    if scene.loading.time is not None:
+        raise Refused("gives impacts, not their course in time")
+    return needed(scene.dynamics, "no [dynamics]")
+
+
+class ReducedImpact(ReducedProfile):
     """A mass on springs with memory, step by step."""
 
     physics = PHYSICS
+    only_indenters = ONLY_INDENTERS
 
-    def supports(self, scene: Scene) -> Support:
-        """Every indenter; impacts only."""
-        reason = _no_impact(scene)
-        return Support(False, reason) if reason else super().supports(scene)
+    def __init__(self, scene: Scene) -> None:
+        super().__init__(scene)
+        self.mass = _striking(scene).mass
+        self.material = springs_of(body_of(scene))
 
-    def model(self, scene: Scene, geometry: Geometry) -> str:
+    def model(self, geometry: IndenterGeometry) -> str:
         """Name the line, its springs and the mass."""
-        return f"{super().model(scene, geometry)}; each with memory; the mass in implicit steps"
+        return f"{super().model(geometry)}; each with memory; the mass in implicit steps"
 
-    def warm_up(self, task: Task) -> None:
+    def warm_up(self, task: Task[IndenterGeometry]) -> None:
         """Compile the springs on an impact that cannot fail."""
         strike(paraboloid(1.0), prony(1.0, [1.0], [1.0]), 1.0, 0.01, springs=4, steps=10)
 
-    def solve(self, task: Task) -> Solution:
+    def solve(self, task: Task[IndenterGeometry]) -> Solution:
         """Let the mass strike at every velocity."""
-        solution = Solution.empty(task)
-        for step, velocity in enumerate(task.loads.values):
-            try:
-                hit = self._struck(task, float(velocity), springs=task.resolution)
-            except reduced_errors.ConvergenceError as error:
-                solution.fail((0, step), error.reason)
-                continue
+        return solve_rows(task, self.rows(task))
+
+    def rows(self, task: Task[IndenterGeometry]) -> Iterator[Row]:
+        """Nothing is set up."""
+        yield Row(partial(self._steps, task.resolution), unknowns=2 * task.resolution)
+
+    def _steps(self, springs: int, loads: np.ndarray) -> Iterator[Step]:
+        for velocity in loads:
+            hit = strike(
+                *(self.profile, self.material, self.mass, float(velocity)),
+                poisson_ratio=self.scene.poisson_ratio,
+                springs=springs,
+                steps=STEPS * springs,
+                edges=self.options.edges,
+            )
             values = {"velocity": float(velocity), "restitution": hit.restitution}
             values |= {"contact_duration": hit.duration, "force": float(hit.force.max())}
-            solution.put((0, step), values | {"penetration": float(hit.penetration.max())})
-        solution.unknowns = 2 * task.resolution
-        return solution
-
-    def _struck(self, task: Task, velocity: float, springs: int) -> Impact:
-        scene, options = task.scene, task.options
-        assert scene.dynamics is not None
-        assert isinstance(options, ReducedOptions)
-        return strike(
-            *(profile_of(scene), springs_of(scene), scene.dynamics.mass, velocity),
-            poisson_ratio=scene.poisson_ratio,
-            springs=springs,
-            steps=STEPS * springs,
-            edges=options.edges,
-        )
+            yield Step(values | {"penetration": float(hit.penetration.max())})
 
 
 class ClosedFormImpact(ClosedForm):
     """The hereditary integrals as states of an initial value problem."""
 
     physics = PHYSICS
+    only_indenters = ONLY_INDENTERS
 
-    def supports(self, scene: Scene) -> Support:
-        """Bodies of revolution whose static contact is known."""
-        reason = _no_impact(scene)
-        support = super().supports(scene)
-        if reason or not support.ok:
-            return Support(False, reason) if reason else support
-        if not circular(scene):
-            return Support(False, "the integrals of Lee-Radok and Ting are for circular contacts")
-        return Support(True, f"Lee & Radok 1960, Ting 1968; {support.reason}")
+    def __init__(self, scene: Scene) -> None:
+        super().__init__(scene)
+        self.mass = _striking(scene).mass
+        self.form = circular(self.form)
+        self.material = material_of(body_of(scene))
+        self.note = f"{SOURCES}; {self.note}"
 
-    def solve(self, task: Task) -> Solution:
+    def solve(self, task: Task[IndenterGeometry]) -> Solution:
         """Integrate each impact."""
-        scene, solution = task.scene, Solution.empty(task)
-        assert scene.indenter is not None
-        assert scene.dynamics is not None
-        modulus = scene.effective_modulus
-        form = form_of(scene.indenter, modulus)
-        assert form is not None
-        for step, velocity in enumerate(task.loads.values):
-            try:
-                hit = reference.impact(
-                    *(form, modulus, material_of(scene), scene.dynamics.mass, float(velocity)),
-                    poisson_ratio=scene.poisson_ratio,
-                )
-            except ConvergenceError as error:
-                solution.fail((0, step), error.reason)
-                continue
+        return solve_rows(task, self.rows(task))
+
+    def rows(self, task: Task[IndenterGeometry]) -> Iterator[Row]:
+        """Nothing is set up."""
+        yield Row(self._steps)
+
+    def _steps(self, loads: np.ndarray) -> Iterator[Step]:
+        for velocity in loads:
+            hit = reference.impact(
+                *(self.form, self.modulus, self.material, self.mass, float(velocity)),
+                poisson_ratio=self.scene.poisson_ratio,
+            )
             values = {"velocity": float(velocity), "restitution": hit.restitution}
             values |= {"contact_duration": hit.duration, "force": hit.force}
-            solution.put((0, step), values | {"penetration": hit.penetration})
-            solution.violation[0, step] = hit.error
-        return solution
-
-
-def _no_impact(scene: Scene) -> str:
-    """Return why a scene is no single impact of a shape, "" where it is."""
-    if scene.indenter is None:
-        return "only single contacts strike here, no rough surfaces"
-    return "gives impacts, not their course in time" if scene.loading.time is not None else ""
-
-
-WIRINGS = (ReducedImpact(), ClosedFormImpact())
+            yield Step(values | {"penetration": hit.penetration}, violation=hit.error)

@@ -6,15 +6,15 @@ from importlib import metadata, util
 
 import numpy as np
 
-from comparisons.geometry.prepare import Geometry, IndenterGeometry
+from comparisons.geometry.prepare import IndenterGeometry
 from comparisons.isolation import parent
 from comparisons.machine import MEMORY_SHARE, free_memory
-from comparisons.methods.base import Method, Solution, Support, Task
-from comparisons.methods.fem import contact_stretch
-from comparisons.scene.method_names import METHOD_NAMES
-from comparisons.scene.options import NgSolveOptions
+from comparisons.methods.fem import FemSolver, contact_stretch
+from comparisons.methods.solver import Refused, Solver, needed
 from comparisons.scene.scene import Scene
 from comparisons.scene.shapes import Ellipsoid
+from comparisons.tasks.solution import Solution
+from comparisons.tasks.task import Task
 from reference.closed_form import ellipsoid
 from reference.fem.contact_area import moment_radius
 
@@ -30,40 +30,38 @@ UNKNOWNS_PER_SQUARE, BYTES_PER_UNKNOWN = 6_500, 20_000
 AGREES = 0.05
 
 
-class NgSolve(Method):
+class NgSolve(Solver[IndenterGeometry]):
     """NGSolve and Netgen (Schöberl, J. Comput. Vis. Sci. 1 (1997) 41; ngsolve.org)."""
 
     name = "ngsolve"
-    title = METHOD_NAMES[name].title
-    span = 1e6  # each load scales the mesh onto its own contact
-    isolated = True
-    peer = True
+    span = FemSolver.span  # each load scales the mesh onto its own contact
 
-    def supports(self, scene: Scene) -> Support:
-        """Where it is installed: indenters whose formula is translated."""
+    def __init__(self, scene: Scene) -> None:
+        super().__init__(scene)
         if util.find_spec("ngsolve") is None:
-            return Support(False, "not installed: pip install 'roughline[peers]'")
-        if scene.indenter is None:
-            return Support(False, "single contacts only: its mesh is fitted to one contact edge")
-        shape = scene.indenter.model_dump()["shape"]
+            raise Refused("not installed: pip install 'roughline[peers]'")
+        why = "single contacts only: its mesh is fitted to one contact edge"
+        self.indenter = needed(scene.indenter, why)
+        shape = self.indenter.model_dump()["shape"]
         if shape not in SHAPES:
-            return Support(False, f"no mesh is fitted to a {shape.replace('_', ' ')}")
+            raise Refused(f"no mesh is fitted to a {shape.replace('_', ' ')}")
         nu = scene.elastic_constants[1]
         if nu > LARGEST_POISSON:
-            return Support(False, f"nu = {nu:g}: displacement elements, up to {LARGEST_POISSON}")
-        if "ngsolve" not in (scene.compare.methods or ()):
-            return Support(False, "takes seconds for each load: runs where it is asked for by name")
-        return Support(True, f"ngsolve {metadata.version('ngsolve')}, in its own process")
+            raise Refused(f"nu = {nu:g}: displacement elements, up to {LARGEST_POISSON}")
+        if self.name not in (scene.compare.methods or ()):
+            raise Refused("takes seconds for each load: runs where it is asked for by name")
+        self.seconds = scene.methods.ngsolve.seconds
+        self.note = f"ngsolve {metadata.version('ngsolve')}, in its own process"
 
-    def resolutions(self, scene: Scene, geometry: Geometry) -> tuple[int, ...]:
+    def resolutions(self, geometry: IndenterGeometry) -> tuple[int, ...]:
         """Return elements per contact radius; one mesh: it checks, not leads."""
-        return (3,) if scene.compare.tolerance < 0.003 else (2,)
+        return (3,) if self.scene.compare.tolerance < 0.003 else (2,)
 
-    def memory(self, task: Task) -> float:
+    def memory(self, task: Task[IndenterGeometry]) -> float:
         """Bytes of the factorisation."""
         return BYTES_PER_UNKNOWN * UNKNOWNS_PER_SQUARE * float(task.resolution) ** 2
 
-    def model(self, scene: Scene, geometry: Geometry) -> str:
+    def model(self, geometry: IndenterGeometry) -> str:
         """Name the mesh and the contact."""
         return (
             "NGSolve, a public code: a quarter ball of tetrahedra of fourth order fitted to the "
@@ -71,10 +69,8 @@ class NgSolve(Method):
             "Boussinesq field of the force"
         )
 
-    def solve(self, task: Task) -> Solution:
+    def solve(self, task: Task[IndenterGeometry]) -> Solution:
         """Solve all loads in one process of the peer."""
-        assert isinstance(task.options, NgSolveOptions)
-        assert isinstance(task.geometry, IndenterGeometry)
         geometry, solution = task.geometry, Solution.empty(task)
         steps = _steps(task, geometry, solution)
         if not steps:
@@ -82,7 +78,7 @@ class NgSolve(Method):
         outcome = parent.run(
             WORK,
             _problem(task, geometry, list(steps.values())),
-            seconds=task.options.seconds,
+            seconds=self.seconds,
             memory=MEMORY_SHARE * free_memory(),
         )
         if not outcome.ok:
@@ -150,7 +146,7 @@ def _quantities(
     """Return the quantities with their units; the load as it was prescribed."""
     radius, depth, modulus = scales["radius"], scales["depth"], task.scene.effective_modulus
     raw = radius**2 * found["counted_area"]
-    values = {
+    return {
         "penetration": depth * found["penetration"],
         "force": modulus * radius * depth * found["force"],
         "contact_area": _area(geometry, radius, raw, found),
@@ -158,10 +154,6 @@ def _quantities(
         "stiffness": modulus * radius * found["stiffness"],
         "contact_length_stiffness": radius * found["stiffness"],
     }
-    values["equivalent_radius"] = float(np.sqrt(values["contact_area"] / np.pi))
-    if geometry.indenter.axisymmetric:
-        values["contact_radius"] = values["equivalent_radius"]
-    return values
 
 
 def _area(geometry: IndenterGeometry, radius: float, raw: float, found: dict[str, float]) -> float:

@@ -12,9 +12,9 @@ from functools import partial
 import numpy as np
 
 from comparisons.geometry.prepare import IndenterGeometry
-from comparisons.methods.base import Solution, Task
 from comparisons.scene.polygons import area_fractions, offset_outline, signed_area
-from reference.errors import ConvergenceError
+from comparisons.tasks.solution import Solution, Stopwatch
+from comparisons.tasks.task import Task
 from reference.halfspace import FreeOperator
 from reference.halfspace.edge_cells import EDGE_OFFSET, EDGE_SCATTER, FaceResponse, respond
 
@@ -49,57 +49,39 @@ def face_grid(
     return FreeOperator(shape, (side, side), modulus), fractions, origin
 
 
-def solve_punch(task: Task, solver: Respond = respond) -> Solution:
-    """Solve a flat punch once, and scale the answer to every load."""
-    geometry = task.geometry
-    assert isinstance(geometry, IndenterGeometry)
-    solution = Solution.empty(task)
-    with solution.setup():
+def solve_punch(task: Task, geometry: IndenterGeometry, solver: Respond = respond) -> Solution:
+    """Solve a flat punch once, and scale the answer to every load: F = k d on the whole face."""
+    with Stopwatch() as setup:
         grid = face_grid(geometry, task.resolution, task.scene.effective_modulus)
-        solution.unknowns = int(np.count_nonzero(grid[1]))
+    operator, fractions, _ = grid
+    cells = int(np.count_nonzero(fractions))
+    answer = solver(operator, fractions)
+    loads, stiffness = task.loads.values, answer.stiffness
+    depths = loads if task.loads.control == "penetration" else loads / stiffness
+    curves = {
+        "penetration": depths,
+        "force": stiffness * depths,
+        "contact_area_raw": float(cells * operator.cell_area),
+        "contact_area": geometry.indenter.area,  # type: ignore[attr-defined]
+        "stiffness": stiffness,
+        "energy": stiffness * depths * (depths / 2),
+    }
+    solution = Solution.of(
+        task,
+        curves,
+        unknowns=cells,
+        iterations=answer.iterations,
+        violation=answer.residual,
+        setup_seconds=setup.seconds,
+    )
     solution.exact = ("contact_area", "contact_radius", "equivalent_radius")
     # The stiffness goes with the radius: both err by the same share.
     solution.truncation = EDGE_SCATTER / task.resolution
-    loads = task.loads.values
-    try:
-        answer = solver(*grid[:2])
-    except ConvergenceError as error:
-        for step in range(len(loads)):
-            solution.fail((0, step), error.reason)
-        return solution
-    depths = loads if task.loads.control == "penetration" else loads / answer.stiffness
-    for step, depth in enumerate(depths):
-        solution.put((0, step), _quantities(geometry, grid, answer.stiffness, float(depth)))
-        solution.iterations[0, step] = answer.iterations
-        solution.violation[0, step] = answer.residual
-        if task.wants_pressure:
+    if task.wants_pressure:
+        for step, depth in enumerate(depths):
             solution.keep((0, step), partial(_pressure, grid, answer, float(depth)))
     solution.fields = _fields(task, grid, answer, float(depths[-1]))
     return solution
-
-
-def _quantities(
-    geometry: IndenterGeometry,
-    grid: tuple[FreeOperator, np.ndarray, tuple[float, float]],
-    stiffness: float,
-    depth: float,
-) -> dict[str, float]:
-    """Return the quantities at one penetration: F = k d, and the whole face in contact."""
-    operator, fractions, _ = grid
-    area = geometry.indenter.area  # type: ignore[attr-defined]
-    values = {
-        "penetration": depth,
-        "force": stiffness * depth,
-        "contact_area_raw": float(np.count_nonzero(fractions) * operator.cell_area),
-        "contact_area": area,
-        "equivalent_radius": float(np.sqrt(area / np.pi)),
-        "stiffness": stiffness,
-        "contact_length_stiffness": stiffness / operator.effective_modulus,
-        "energy": stiffness * depth * (depth / 2),
-    }
-    if geometry.indenter.axisymmetric:
-        values["contact_radius"] = values["equivalent_radius"]
-    return values
 
 
 def _pressure(

@@ -6,21 +6,27 @@ speed: fast rubber is stiff, and its contact small.
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
 from comparisons.geometry.prepare import Geometry, IndenterGeometry, RoughGeometry
-from comparisons.methods.base import Solution, Support, Task
 from comparisons.methods.bem_fft import BemFft
-from comparisons.methods.grid import make_grid
-from comparisons.methods.memory import material_of, springs_of
-from comparisons.methods.reduced import Reduced, draw_lines, profile_of
+from comparisons.methods.friction_path import normal_load
+from comparisons.methods.grid import Grid, make_grid
+from comparisons.methods.memory import body_of, material_of, springs_of
+from comparisons.methods.reduced import ReducedProfile
+from comparisons.methods.reduced_lines import ReducedLines
+from comparisons.methods.solver import Refused
+from comparisons.scene.physics.viscoelastic import Viscoelastic
 from comparisons.scene.scene import Scene
-from reduced import errors as reduced_errors
-from reduced.profiles import shapes
+from comparisons.tasks.solution import Solution, Stopwatch
+from comparisons.tasks.steps import Row, Step, solve_rows
+from comparisons.tasks.task import Task
+from reduced.memory.materials import Prony
 from reduced.rubber.steady import SteadySliding, slide
-from reference.errors import ConvergenceError
 from reference.halfspace import areas
 from reference.sliding.cells import LIMIT
 from reference.sliding.contact import SlidingContact, solve
@@ -36,14 +42,20 @@ _MARGIN, _OFFSET = 1.1, 0.382
 _FITS = 8
 
 
-def _refused(scene: Scene) -> str:
-    """Return why a scene has no steady sliding, "" where it has."""
-    assert scene.viscoelastic is not None
-    if not scene.viscoelastic.long_term_modulus > 0:
-        return "a fluid sinks without end: nothing is steady"
+def _sliding(scene: Scene) -> Viscoelastic:
+    """Return the body of a scene that slides steadily.
+
+    Raises
+    ------
+    Refused
+        If nothing is steady, or has no bound.
+    """
+    body = body_of(scene)
+    if not body.long_term_modulus > 0:
+        raise Refused("a fluid sinks without end: nothing is steady")
     if scene.indenter is not None and scene.indenter.flat:
-        return "a flat face slides on its sharp edge, where pressures have no bound"
-    return ""
+        raise Refused("a flat face slides on its sharp edge, where pressures have no bound")
+    return body
 
 
 def _relative_stiffness(scene: Scene) -> float:
@@ -51,66 +63,56 @@ def _relative_stiffness(scene: Scene) -> float:
     return 0.5 / (1 - scene.poisson_ratio)
 
 
-class ReducedSliding(Reduced):
-    """Problem 1 as corrected: the steady state of every speed at once."""
+def _springs(scene: Scene) -> Prony:
+    return springs_of(_sliding(scene)).scaled(_relative_stiffness(scene))
+
+
+def _compile(material: Prony, speeds: np.ndarray) -> None:
+    line = -(np.linspace(-1.0, 1.0, 17) ** 2)
+    slide(line, 0.125, material, speeds[:1], 1e-9, periodic=True)
+
+
+STEADY = "steady sliding on springs with memory (19.31)"
+
+
+class ReducedSliding(ReducedProfile):
+    """Problem 1 as corrected: the steady state of a profile at each speed."""
 
     physics = PHYSICS
 
-    def supports(self, scene: Scene) -> Support:
-        """Shapes with an equivalent profile, and rough lines."""
-        reason = _refused(scene)
-        if not reason and scene.indenter is None and scene.loading.control != "force":
-            reason = "rough lines slide under a force here"
-        return Support(False, reason) if reason else super().supports(scene)
+    def __init__(self, scene: Scene) -> None:
+        super().__init__(scene)
+        self.material = _springs(scene)
 
-    def model(self, scene: Scene, geometry: Geometry) -> str:
+    def model(self, geometry: IndenterGeometry) -> str:
         """Name the line and its springs."""
-        return f"{super().model(scene, geometry)}; steady sliding on springs with memory (19.31)"
+        return f"{super().model(geometry)}; {STEADY}"
 
-    def warm_up(self, task: Task) -> None:
+    def warm_up(self, task: Task[IndenterGeometry]) -> None:
         """Compile the springs."""
-        line = -(np.linspace(-1.0, 1.0, 17) ** 2)
-        slide(line, 0.125, springs_of(task.scene), task.loads.values[:1], 1e-9, periodic=True)
+        _compile(self.material, task.loads.values)
 
-    def solve(self, task: Task) -> Solution:
-        """Slide the profile or the lines at every speed."""
-        solution = Solution.empty(task)
-        try:
-            if isinstance(task.geometry, RoughGeometry):
-                self._slide_lines(task, solution)
-            else:
-                self._slide_profile(task, solution)
-        except reduced_errors.ConvergenceError as error:
-            for row, step in np.argwhere(~solution.converged):
-                solution.fail((int(row), int(step)), error.reason)
-        return solution
+    def solve(self, task: Task[IndenterGeometry]) -> Solution:
+        """Slide the profile at every speed."""
+        return solve_rows(task, self.rows(task))
 
-    def _slide_lines(self, task: Task, solution: Solution) -> None:
-        with solution.setup():
-            lines, spacing, patches = draw_lines(task, task.geometry)
-        found = slide(
-            *(lines, spacing, springs_of(task.scene).scaled(_relative_stiffness(task.scene))),
-            *(task.loads.values, patches * _normal(task)["force"]),
-        )
-        solution.quantities = _curves(found, patches)
-        solution.converged[:] = True
-        solution.unknowns = lines.shape[1]
+    def rows(self, task: Task[IndenterGeometry]) -> Iterator[Row]:
+        """Nothing is set up: each speed has a line of its own."""
+        yield Row(partial(self._steps, task), unknowns=int(2 * _MARGIN * task.resolution))
 
-    def _slide_profile(self, task: Task, solution: Solution) -> None:
-        profile = profile_of(task.scene)
-        solution.unknowns = int(2 * _MARGIN * task.resolution)
-        for step, speed in enumerate(task.loads.values):
-            found = self._settled(task, profile, float(speed))
-            values = {name: float(curve[0, 0]) for name, curve in _curves(found, 1.0).items()}
-            solution.put((0, step), values | {"speed": float(speed)})
+    def _steps(self, task: Task[IndenterGeometry], speeds: np.ndarray) -> Iterator[Step]:
+        for speed in speeds:
+            state = self._settled(task, float(speed))
+            values = {name: float(curve[0, 0]) for name, curve in _curves(state, 1.0).items()}
+            yield Step(values | {"speed": float(speed)})
 
-    def _settled(self, task: Task, profile: shapes.Profile, speed: float) -> SteadySliding:
+    def _settled(self, task: Task[IndenterGeometry], speed: float) -> SteadySliding:
         """Slide on a line fitted to the contact, whose radius a coarse line tells for a force."""
-        load = _normal(task)
-        radius = task.geometry.contact_radius
-        if "penetration" in load:
-            radius = float(profile.contact_radius(load["penetration"]))
-        material = springs_of(task.scene).scaled(_relative_stiffness(task.scene))
+        control, load = normal_load(task)
+        given = control == "penetration"
+        profile, radius = self.profile, task.geometry.contact_radius
+        if given:
+            radius = float(profile.contact_radius(load))
         for _ in range(_FITS):
             spacing = radius / task.resolution
             count = int(np.ceil(_MARGIN * task.resolution)) + 1
@@ -119,68 +121,95 @@ class ReducedSliding(Reduced):
             line = -np.asarray(profile.height(np.abs(x)), dtype=float)
             # depths are counted from the axis, the line's from its highest spring
             top = float(line.max())
-            deep = {name: value + top for name, value in load.items() if name == "penetration"}
-            found = slide(line, spacing, material, speed, **(load | deep), periodic=False)
-            found = replace(found, penetration=found.penetration - top)
-            wide = float(profile.contact_radius(found.penetration[0, 0]))
-            if "penetration" in load or wide > 0.9 * radius:
+            pressed = {control: load + top if given else load}
+            state = slide(line, spacing, self.material, speed, **pressed, periodic=False)
+            state = replace(state, penetration=state.penetration - top)
+            wide = float(profile.contact_radius(state.penetration[0, 0]))
+            if given or wide > 0.9 * radius:
                 break
             radius = wide
-        return found
+        return state
 
 
-def _normal(task: Task) -> dict[str, float]:
-    """Return the normal load as a keyword."""
-    normal = task.loads.normal
-    assert normal is not None
-    return {str(normal.control): float(normal.values[-1])}
-
-
-def _curves(found: SteadySliding, patches: float) -> dict[str, np.ndarray]:
-    """Quantities of lines that each stand for a number of patches, per patch."""
-    area = found.contact_area / patches
-    return {
-        "friction_coefficient": found.friction_coefficient,
-        "tangential_force": found.tangential_force / patches,
-        "force": found.force / patches,
-        "penetration": found.penetration,
-        "contact_area": area,
-        "contact_area_raw": area,
-        "equivalent_radius": np.sqrt(area / np.pi),
-        "contact_length": found.contact_length / patches,
-        "contact_count": found.contact_count / patches,
-    }
-
-
-class BemFftSliding(BemFft):
-    """The half-space under travelling pressure, its unsymmetric contact solved directly."""
+class ReducedSlidingLines(ReducedLines):
+    """Problem 1 as corrected: the steady state of rough lines at every speed at once."""
 
     physics = PHYSICS
 
-    def supports(self, scene: Scene) -> Support:
-        """Shapes that are no flat faces, and rough surfaces."""
-        reason = _refused(scene)
-        return Support(not reason, reason)
+    def __init__(self, scene: Scene) -> None:
+        super().__init__(scene)
+        self.material = _springs(scene)
+        if scene.loading.control != "force":
+            raise Refused("rough lines slide under a force here")
 
-    def resolutions(self, scene: Scene, geometry: Geometry) -> tuple[int, ...]:
+    def model(self, geometry: RoughGeometry) -> str:
+        """Name the line and its springs."""
+        return f"{super().model(geometry)}; {STEADY}"
+
+    def warm_up(self, task: Task[RoughGeometry]) -> None:
+        """Compile the springs."""
+        _compile(self.material, task.loads.values)
+
+    def solve(self, task: Task[RoughGeometry]) -> Solution:
+        """Slide the lines at every speed."""
+        with Stopwatch() as setup:
+            lines = self.draw(task)
+        force = lines.patches * normal_load(task)[1]
+        state = slide(lines.heights, lines.spacing, self.material, task.loads.values, force)
+        points = lines.heights.shape[1]
+        curves = _curves(state, lines.patches)
+        return Solution.of(task, curves, unknowns=points, setup_seconds=setup.seconds)
+
+
+def _curves(state: SteadySliding, patches: float) -> dict[str, np.ndarray]:
+    """Quantities of lines that each stand for a number of patches, per patch."""
+    return {
+        "friction_coefficient": state.friction_coefficient,
+        "tangential_force": state.tangential_force / patches,
+        "force": state.force / patches,
+        "penetration": state.penetration,
+        "contact_area": state.contact_area / patches,
+        "contact_length": state.contact_length / patches,
+        "contact_count": state.contact_count / patches,
+    }
+
+
+class GridSliding(BemFft):
+    """The half-space under travelling pressure, its unsymmetric contact solved directly."""
+
+    physics = PHYSICS
+    # Every speed has a grid of its own, with no edge cells.
+    face = None
+
+    def __init__(self, scene: Scene) -> None:
+        super().__init__(scene)
+        body, factor = material_of(_sliding(scene)), _relative_stiffness(scene)
+        self.material = GeneralisedMaxwell(
+            factor * body.equilibrium_modulus,
+            factor * body.arm_moduli,
+            body.arm_times,
+            factor * body.viscosity,
+        )
+
+    def resolutions(self, geometry: Geometry) -> tuple[int, ...]:
         """Cells per half-width of the overlap; points per side of a rough surface."""
         if isinstance(geometry, RoughGeometry):
             return tuple(f * geometry.points[0] for f in (1, 2, 4) if f * geometry.points[0] <= 256)
-        finest = 16 * int(np.clip(np.ceil(4 * np.sqrt(0.01 / scene.compare.tolerance)), 2, 6))
+        tolerance = self.scene.compare.tolerance
+        finest = 16 * int(np.clip(np.ceil(4 * np.sqrt(0.01 / tolerance)), 2, 6))
         return finest // 4, finest // 2, finest
 
-    def refused(self, task: Task) -> str:
+    def refusal(self, task: Task) -> str:
         """Refuse contacts too large to factorise."""
-        if not isinstance(task.geometry, RoughGeometry):
+        geometry = task.geometry
+        if not isinstance(geometry, RoughGeometry):
             return ""
-        normal = task.loads.normal
-        assert normal is not None
-        geometry, modulus = task.geometry, task.scene.effective_modulus
+        control, load = normal_load(task)
         cells = task.resolution**2 * geometry.points[1] / geometry.points[0]
         share = 1.0
-        if normal.control == "force":
-            nominal = modulus * geometry.area * geometry.rms_slope
-            share = min(1.0, 2.5 * float(normal.values[-1]) / nominal)
+        if control == "force":
+            nominal = self.scene.effective_modulus * geometry.area * geometry.rms_slope
+            share = min(1.0, 2.5 * load / nominal)
         if cells * share <= LIMIT:
             return ""
         return f"about {cells * share:.0f} cells in contact, of which {LIMIT} can be factorised"
@@ -191,76 +220,72 @@ class BemFftSliding(BemFft):
         contact = LIMIT if isinstance(task.geometry, RoughGeometry) else 2 * task.resolution**2
         return 16.0 * min(contact, LIMIT) ** 2 + 400.0 * cells
 
-    def model(self, scene: Scene, geometry: Geometry) -> str:
+    def model(self, geometry: Geometry) -> str:
         """Name the domain, and the kernel."""
-        return f"{super().model(scene, geometry)}; of pressure that travels over a creeping body"
+        return f"{super().model(geometry)}; of pressure that travels over a creeping body"
 
     def warm_up(self, task: Task) -> None:
         """Compile the contact."""
-        material = self._material(task)
         speed = float(task.loads.values[0])
         x = np.linspace(-1.0, 1.0, 8)
-        operator = Travelling((8, 8), (0.25, 0.25), material, speed)
+        operator = Travelling((8, 8), (0.25, 0.25), self.material, speed)
         solve(operator, x[:, None] ** 2 + x**2, penetration=0.3)
 
-    def solve(self, task: Task) -> Solution:
-        """Slide every realisation at every speed."""
-        solution = Solution.empty(task)
-        for row, realisation in enumerate(task.realisations):
-            before: SlidingContact | None = None
-            for step, speed in enumerate(task.loads.values):
-                try:
-                    found = self._slid(task, realisation, float(speed), before)
-                except ConvergenceError as error:
-                    solution.fail((row, step), error.reason)
-                    continue
-                before = found
-                values = _quantities(found, task)
-                solution.put((row, step), values | {"speed": float(speed)})
-                solution.violation[row, step] = found.violation
-                solution.iterations[row, step] = found.rounds
-                solution.unknowns = max(solution.unknowns, int(found.mask.sum()))
-        return solution
+    def rows(self, task: Task) -> Iterator[Row]:
+        """Yield each realisation; an indenter's grids are made for each speed."""
+        for realisation in task.realisations:
+            if isinstance(task.geometry, IndenterGeometry):
+                yield Row(partial(self._shape_steps, task, task.geometry))
+            else:
+                grid = make_grid(task.geometry, task.resolution, realisation)
+                yield Row(_SurfaceSweep(self.material, grid, task))
 
-    @staticmethod
-    def _material(task: Task) -> GeneralisedMaxwell:
-        factor, body = _relative_stiffness(task.scene), material_of(task.scene)
-        return GeneralisedMaxwell(
-            factor * body.equilibrium_modulus,
-            factor * body.arm_moduli,
-            body.arm_times,
-            factor * body.viscosity,
-        )
-
-    def _slid(
-        self, task: Task, realisation: int, speed: float, before: SlidingContact | None
-    ) -> SlidingContact:
-        """Slide once; a surface's contact starts from the one at the speed before."""
-        material, load = self._material(task), _normal(task)
-        if isinstance(task.geometry, IndenterGeometry):
-            gap, reach = task.geometry.indenter.gap, task.geometry.indenter.reach
-            depth = window_depth(gap, reach, material, speed, **load)
-            cells = 2 * task.resolution
-            return slide_shape(gap, reach(depth), material, speed, cells, **load)
-        grid = make_grid(task.geometry, task.resolution, realisation)
-        operator = Travelling(
-            *(grid.gap.shape, grid.spacing, material, speed), periodic=task.geometry.periodic
-        )
-        return solve(operator, grid.gap, start=None if before is None else before.mask, **load)
+    def _shape_steps(
+        self, task: Task, geometry: IndenterGeometry, speeds: np.ndarray
+    ) -> Iterator[Step]:
+        control, load = normal_load(task)
+        gap, reach = geometry.indenter.gap, geometry.indenter.reach
+        for speed in speeds:
+            depth = window_depth(gap, reach, self.material, float(speed), **{control: load})
+            window = reach(depth), self.material, float(speed), 2 * task.resolution
+            yield _step(slide_shape(gap, *window, **{control: load}), float(speed))
 
 
-def _quantities(found: SlidingContact, task: Task) -> dict[str, float]:
-    spacing = found.operator.spacing
-    area = float(areas.corrected_area(found.mask, spacing, periodic=found.operator.periodic))
+class _SurfaceSweep:
+    """Speeds one after the other; a surface's contact starts from the one at the speed before."""
+
+    def __init__(self, material: GeneralisedMaxwell, grid: Grid, task: Task) -> None:
+        self._material, self._grid, self._task = material, grid, task
+        self._mask: np.ndarray | None = None
+
+    def __call__(self, speeds: np.ndarray) -> Iterator[Step]:
+        control, load = normal_load(self._task)
+        grid, periodic = self._grid, self._task.geometry.periodic
+        for speed in speeds:
+            where = grid.gap.shape, grid.spacing, self._material, float(speed)
+            operator = Travelling(*where, periodic=periodic)
+            state = solve(operator, grid.gap, start=self._mask, **{control: load})
+            self._mask = state.mask
+            yield _step(state, float(speed))
+
+
+def _step(state: SlidingContact, speed: float) -> Step:
+    return Step(
+        _quantities(state) | {"speed": speed},
+        iterations=state.rounds,
+        violation=state.violation,
+        unknowns=int(state.mask.sum()),
+    )
+
+
+def _quantities(state: SlidingContact) -> dict[str, float]:
+    spacing = state.operator.spacing
+    area = float(areas.corrected_area(state.mask, spacing, periodic=state.operator.periodic))
     return {
-        "friction_coefficient": found.friction_coefficient,
-        "tangential_force": found.tangential_force,
-        "force": found.force,
-        "penetration": found.penetration,
+        "friction_coefficient": state.friction_coefficient,
+        "tangential_force": state.tangential_force,
+        "force": state.force,
+        "penetration": state.penetration,
         "contact_area": area,
-        "contact_area_raw": float(areas.raw_area(found.mask, spacing)),
-        "equivalent_radius": float(np.sqrt(area / np.pi)),
+        "contact_area_raw": float(areas.raw_area(state.mask, spacing)),
     }
-
-
-WIRINGS = (ReducedSliding(), BemFftSliding())

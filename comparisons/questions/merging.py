@@ -12,15 +12,17 @@ from typing import Any
 import numpy as np
 
 from comparisons.errors import InputError, ResultsError
+from comparisons.facts.methods import METHODS
 from comparisons.judging.refinement import refinements
 from comparisons.machine import source_digest, versions
-from comparisons.methods import METHODS, Solution, Task
 from comparisons.questions.study import Study
 from comparisons.results.runs import MOVED
 from comparisons.results.store import FIELDS, StudyRecord, load_study, save_study
 from comparisons.scene.scene import Scene, parse_scene, validated
 from comparisons.solving.planning import MethodPlan, Plan, plan_from
 from comparisons.tasks.archive import load_solution
+from comparisons.tasks.solution import Solution
+from comparisons.tasks.task import Task
 
 # Why a method was left out that another run may well have been asked for.
 NOT_ASKED = "not asked for"

@@ -12,15 +12,16 @@ import numpy as np
 import pandas as pd
 
 from comparisons.errors import InputError
+from comparisons.facts.methods import METHODS
 from comparisons.files import plain, table_text, write_named, write_named_text
 from comparisons.geometry.prepare import IndenterGeometry
 from comparisons.judging.truth import mean_curves
 from comparisons.judging.uncertainty import standard_error
-from comparisons.methods import METHODS, Solution, method_for
 from comparisons.results.vtu import vtu_file
 from comparisons.scene.scene import Scene, load_scene
 from comparisons.solving.kept import solve_blocks
-from comparisons.solving.planning import Plan, plan_scene, task_of
+from comparisons.solving.planning import Plan, plan_scene, single_resolution, task_of
+from comparisons.tasks.solution import Solution
 
 
 @dataclass(frozen=True)
@@ -155,7 +156,7 @@ def _chosen(plan: Plan, method: str, resolution: int | None) -> int:
     if not planned.supported:
         at = "" if resolution is None else f" at resolution {resolution}"
         raise InputError(f"{plan.scene.name}: {method} cannot do this scene{at}: {planned.reason}")
-    return method_for(method, plan.scene).usual(planned.resolutions, plan.geometry)
+    return single_resolution(planned.resolutions, plan.geometry)
 
 
 def _largest(violation: np.ndarray) -> np.ndarray:

@@ -13,8 +13,7 @@ from comparisons.errors import LostWorkError, ResultsError
 from comparisons.judging.refinement import refinements
 from comparisons.judging.truth import Solved
 from comparisons.machine import machine, source_digest, versions
-from comparisons.methods import Solution, Task, method_for
-from comparisons.methods.spans import lost as unanswered
+from comparisons.methods.registry import solver_of
 from comparisons.results.folder import open_folder
 from comparisons.results.record import record_scene
 from comparisons.results.store import FIELDS, STUDY, SceneRecord, StudyRecord, save_study
@@ -25,7 +24,9 @@ from comparisons.solving.execution import THREADS, execute
 from comparisons.solving.executors import Done, Executor, Job, executor_for
 from comparisons.solving.forecast import Forecast, Remaining
 from comparisons.solving.planning import Plan
-from comparisons.tasks.archive import joined, load_solution, save_solution
+from comparisons.tasks.archive import load_solution, save_solution
+from comparisons.tasks.solution import REALISATIONS, Solution
+from comparisons.tasks.task import Task
 
 Progress = Callable[[int, int, Task | None], None]
 # A part of a study that several machines share: which one, of how many.
@@ -221,7 +222,7 @@ class Study:
             self._asked[task.key] = (task, index)
             if not self._restore(task):
                 self._missing[index].add(task.key)
-                memory = method_for(task.method, task.scene).memory(task)
+                memory = solver_of(task).memory(task)
                 executor.add([Job(task.key, solve_task, (task,), memory)])
 
     def _go_on(self, index: int, executor: Executor) -> None:
@@ -236,7 +237,7 @@ class Study:
                 self._ask(index, executor, self.plans[index].tasks)
 
     def _keep(self, task: Task, done: Done) -> None:
-        solution = unanswered(task, done.lost) if done.lost else done.value
+        solution = Solution.lost(task, done.lost) if done.lost else done.value
         save_solution(self._path(task), solution)
         self._solutions[task.key] = solution
         self._forecast.learn(task, done.seconds - solution.compile_seconds)
@@ -276,7 +277,7 @@ class Study:
         for planned, parts in blocks.items():
             complete = [part for part in parts if part is not None]
             if len(complete) == len(parts):
-                solved[planned] = joined(complete)
+                solved[planned] = Solution.concat(complete, axis=REALISATIONS)
         return solved
 
     def _scene_record(self, plan: Plan) -> SceneRecord:

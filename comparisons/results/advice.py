@@ -12,6 +12,7 @@ from typing import Any
 
 import numpy as np
 
+from comparisons.facts.methods import title_of
 from comparisons.files import plain
 from comparisons.formatting import duration, quantity, relative, tolerance
 from comparisons.judging.verdicts import NO_RESULT, NOT_RESOLVED, OUTSIDE, WITHIN, judged
@@ -22,7 +23,6 @@ from comparisons.results.decisions import (
     finest,
     levels,
     setting_verdicts,
-    title_of,
     unanswered,
     worst,
 )

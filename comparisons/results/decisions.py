@@ -16,11 +16,11 @@ import numpy as np
 import pandas as pd
 
 from comparisons import formatting as fmt
+from comparisons.facts.methods import OWN, title_of
 from comparisons.judging.truth import main_axis
 from comparisons.judging.verdicts import NO_RESULT, OUTSIDE, WITHIN, WORST_FIRST, word_for
 from comparisons.results import selection
 from comparisons.results.store import SceneRecord
-from comparisons.scene.method_names import METHOD_NAMES, known_methods
 
 MODEL = "reduced"
 PRESSURE, LAST_LOAD = "pressure", "last load"
@@ -111,12 +111,6 @@ def worst(items: Iterable[Verdict]) -> Verdict:
         return WORST_FIRST.index(item.word), -size, -error
 
     return min(counted, key=rank)
-
-
-def title_of(method: str) -> str:
-    """Return the words for a method, or the name of one that is not known here."""
-    known = known_methods()
-    return known[method].title if method in known else method
 
 
 def equal_at(record: SceneRecord, name: str) -> str:
@@ -236,7 +230,7 @@ def second_rows(record: SceneRecord, method: str = MODEL) -> list[Verdict]:
 
 def judged_methods(record: SceneRecord) -> list[str]:
     """Return whose verdicts a page leads with: the reduced model, and methods of the user's own."""
-    own = [name for name in selection.methods(record) if name not in METHOD_NAMES]
+    own = [name for name in selection.methods(record) if name not in OWN]
     return [*([] if own and _not_asked(record, MODEL) else [MODEL]), *own]
 
 

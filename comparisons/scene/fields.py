@@ -6,9 +6,10 @@ import math
 import sys
 from typing import Annotated, Any, Literal
 
-from pydantic import BeforeValidator
+from pydantic import AfterValidator, BeforeValidator
 from pydantic_core import PydanticCustomError
 
+from comparisons.facts.methods import METHODS
 from comparisons.scene.units import FORCE, LENGTH, NUMBER, PRESSURE, Dimension, to_si
 
 _NOTHING = object()
@@ -54,3 +55,12 @@ Force = Annotated[float, quantity(FORCE, kind="force")]
 Modulus = Annotated[float, quantity(PRESSURE, kind="modulus")]
 Positive = Annotated[float, quantity(NUMBER)]
 Finite = Annotated[float, quantity(NUMBER, sign="any")]
+
+
+def _known(name: str) -> str:
+    if name not in METHODS:
+        raise fail(f"expected one of {', '.join(METHODS)}", name)
+    return name
+
+
+KnownMethod = Annotated[str, AfterValidator(_known)]

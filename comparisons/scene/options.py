@@ -55,13 +55,10 @@ class FftOptions(Options):
 
     tolerance: largest overlap outside and tension inside the contact, relative.
     kernel: of the periodic half-space: "continuum" |q|, or that of uniform pressure on "cells".
-    coupling: with [friction]: "full", or "none" between pressure and tangential displacement and
-    back, which is what the springs leave out.
     """
 
     tolerance: Annotated[Positive, Field(gt=1e-13, lt=1e-2)] = 1e-8
     kernel: Literal["continuum", "cells"] = "continuum"
-    coupling: Literal["full", "none"] = "full"
 
 
 class FemOptions(Options):

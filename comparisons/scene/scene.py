@@ -27,10 +27,9 @@ from comparisons.errors import InputError
 from comparisons.files import plain
 from comparisons.scene import body as body_table
 from comparisons.scene.body import Body
-from comparisons.scene.fields import Positive, fail
+from comparisons.scene.fields import KnownMethod, Positive, fail
 from comparisons.scene.half_space import RELAXES, HalfSpace
 from comparisons.scene.loading import PATH, Loading
-from comparisons.scene.method_names import KnownMethod
 from comparisons.scene.options import MethodOptions
 from comparisons.scene.physics import PHYSICS, Adhesion, Dynamics, Friction, Sliding, Viscoelastic
 from comparisons.scene.physics.combinations import (

@@ -15,9 +15,10 @@ from dataclasses import replace
 from pathlib import Path
 from typing import IO, Any
 
+from comparisons.facts.methods import METHODS
 from comparisons.isolation import parent
 from comparisons.machine import source_digest, versions
-from comparisons.methods import METHODS, Task
+from comparisons.tasks.task import Task
 
 _WORK = "comparisons.solving.compilation:compile_for"
 _SECONDS = 900.0

@@ -7,21 +7,28 @@ import ctypes
 import statistics
 import sys
 import time
-import traceback
 import warnings
 from collections.abc import Callable
 from functools import lru_cache
 from pathlib import Path
+from typing import Any
 
-import numpy as np
 import psutil
 from threadpoolctl import threadpool_limits
 
+from comparisons.facts.methods import METHODS
 from comparisons.geometry.prepare import RoughGeometry
 from comparisons.machine import machine, machine_text
-from comparisons.methods import METHODS, Solution, Task, method_for
-from comparisons.methods.spans import lost, solve_in_spans
+from comparisons.methods.registry import solver_of
+from comparisons.methods.runner import in_words, run
+from comparisons.methods.solver import Solver
+from comparisons.methods.user.external import add_announced
 from comparisons.tasks.shown_loads import earlier_fields
+from comparisons.tasks.solution import Solution
+from comparisons.tasks.task import Task
+
+# A worker starts with the methods of the process that hands out the work.
+add_announced()
 
 REPEATS = 3
 REPEAT_SECONDS = 1.0
@@ -43,27 +50,26 @@ def execute(task: Task, repeats: int = REPEATS) -> Solution:
     marked as failed with the reason. So is a step that comes back with NaN or inf.
     """
     try:
+        solver = solver_of(task)
         if METHODS[task.method].isolated:
-            solution = _solve(task)
-            _refuse_nan(solution)
+            solution = _solve(solver, task)
             _add_fields(solution)
             solution.machine = this_machine()
             return solution
         with threadpool_limits(limits=THREADS):
-            compile_seconds = warm_up(task)
+            compile_seconds = warm_up(solver, task)
             _prepare(task)
-            solution, seconds, memory = _first(lambda: _solve(task))
+            solution, seconds, memory = _first(lambda: _solve(solver, task))
             times, setups = [seconds], [solution.setup_seconds]
             answered = solution.converged.any()
             while answered and len(times) < repeats and sum(times) < REPEAT_SECONDS:
                 start = time.perf_counter()
-                again = _solve(task)
+                again = _solve(solver, task)
                 times.append(time.perf_counter() - start)
                 setups.append(again.setup_seconds)
-            _refuse_nan(solution)
             _add_fields(solution)
     except Exception as error:  # the study carries on
-        return lost(task, _reason(error))
+        return Solution.lost(task, in_words(error))
     finally:
         if isinstance(task.geometry, RoughGeometry):
             task.geometry.forget()
@@ -96,40 +102,19 @@ def _add_fields(solution: Solution) -> None:
             solution.fields |= compute()
 
 
-def _refuse_nan(solution: Solution) -> None:
-    """Take away the answer of each step with a quantity that is no number."""
-    for name, values in solution.quantities.items():
-        if values.shape != solution.converged.shape:
-            raise ValueError(f"{name} has shape {values.shape}, not {solution.converged.shape}")
-        for row, step in np.argwhere(solution.converged & ~np.isfinite(values)):
-            solution.fail((int(row), int(step)), f"{name} came out as {values[row, step]}")
-    for index in solution.reasons:
-        solution.converged[index] = False
-        for values in solution.quantities.values():
-            values[index] = np.nan
-
-
-def _solve(task: Task) -> Solution:
-    """Solve in spans of similar contact sizes.
+def _solve(solver: Solver[Any], task: Task) -> Solution:
+    """Solve, and hold back what the arithmetic warns of.
 
     Warnings of the arithmetic (overflow at absurd scales) are told only if every step has an
     answer: where steps are lost, the reason says it.
     """
-    method = method_for(task.method, task.scene)
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", RuntimeWarning)
-        solution = solve_in_spans(task, method.span, method.solve, _reason)
-    finite = all(np.isfinite(values).all() for values in solution.quantities.values())
-    if solution.converged.all() and finite:
+        solution = run(solver, task)
+    if solution.converged.all():
         for each in caught:
             warnings.warn_explicit(each.message, each.category, each.filename, each.lineno)
     return solution
-
-
-def _reason(error: Exception) -> str:
-    where = traceback.extract_tb(error.__traceback__)[-1]
-    name = type(error).__name__
-    return f"{name}: {error} (in {where.name})" if str(error) else f"{name} in {where.name}"
 
 
 def kind_of(task: Task) -> tuple[object, ...]:
@@ -144,12 +129,12 @@ def is_compiled(task: Task) -> bool:
     return kind_of(task) in _compiled
 
 
-def warm_up(task: Task) -> float:
+def warm_up(solver: Solver[Any], task: Task) -> float:
     """Compile once per process and kind of scene; return how long it took the first time."""
     key = kind_of(task)
     if key not in _compiled:
         start = time.perf_counter()
-        method_for(task.method, task.scene).warm_up(task)
+        solver.warm_up(task)
         _compiled[key] = time.perf_counter() - start
         return _compiled[key]
     return 0.0

@@ -14,12 +14,14 @@ from importlib import metadata
 from pathlib import Path
 from typing import Any
 
+from comparisons.facts.methods import GROUP
 from comparisons.geometry.prepare import prepare
-from comparisons.methods import METHODS, Method, Task
-from comparisons.scene.method_names import GROUP
+from comparisons.methods import registry
+from comparisons.methods.solver import Refused, Solver
 from comparisons.scene.scene import Scene
 from comparisons.solving.execution import execute
 from comparisons.tasks.archive import arrays_of
+from comparisons.tasks.task import Task
 
 
 def describe(source: str) -> dict[str, Any]:
@@ -34,66 +36,57 @@ def describe(source: str) -> dict[str, Any]:
 
 def plan(source: str, name: str, scene: Scene) -> dict[str, Any]:
     """Return what a method would do with a scene."""
-    method = _method(source, name)
-    support = method.supports(scene)
-    found: dict[str, Any] = {"ok": bool(support.ok), "reason": str(support.reason)}
-    if not support.ok:
-        return found
+    try:
+        solver = _method(source, name)(scene)
+    except Refused as reason:
+        return {"ok": False, "reason": str(reason)}
     geometry, _ = prepare(scene)
-    levels = tuple(int(n) for n in method.resolutions(scene, geometry))
-    found["resolutions"] = list(levels)
-    found["model"] = str(method.model(scene, geometry))
-    found["usual"] = int(method.usual(levels, geometry))
-    return found
+    return {
+        "ok": True,
+        "reason": str(solver.note),
+        "resolutions": [int(n) for n in solver.resolutions(geometry)],
+        "model": str(solver.model(geometry)),
+    }
 
 
 def solve(source: str, name: str, task: Task, repeats: int) -> dict[str, Any]:
     """Return the solution of a task, with its times taken here, on warm code."""
-    method = _method(source, name)
-    refused = method.refused(task)
+    made = _method(source, name)
+    registry.add_class(made)
+    refused = registry.solver_of(task).refusal(task)
     if refused:
         raise ValueError(refused)
-    METHODS[name] = method
     return arrays_of(execute(task, repeats))
 
 
-def _method(source: str, name: str) -> Method:
-    (found,) = [each for each in _methods(source) if each.name == name]
-    return found
+def _method(source: str, name: str) -> type[Solver[Any]]:
+    (made,) = [made for made in _methods(source) if made.name == name]
+    return made
 
 
 @lru_cache(maxsize=1)
-def _methods(source: str) -> list[Method]:
-    """Return the methods of ``file:PATH`` or ``entry:NAME``, as instances; loaded once."""
+def _methods(source: str) -> list[type[Solver[Any]]]:
+    """Return the methods of ``file:PATH`` or ``entry:NAME``; loaded once."""
     kind, _, where = source.partition(":")
     if kind == "entry":
         (point,) = metadata.entry_points(group=GROUP, name=where)
-        return [_instance(point.load())]
+        made = point.load()
+        if not _is_method(made):
+            raise TypeError(f"expected a class derived from Solver, got {made!r:.60}")
+        return [made]
     module = _module(Path(where))
-    own = [
-        value
-        for value in vars(module).values()
-        if isinstance(value, Method)
-        or (
-            inspect.isclass(value)
-            and issubclass(value, Method)
-            and value.__module__ == module.__name__
-            and value.name
-        )
-    ]
+    own = [made for made in vars(module).values() if _is_method(made)]
+    own = [made for made in own if made.__module__ == module.__name__]
     if not own:
         raise ValueError(
             "no method in the file: expected a function under @method(name), or a class derived "
-            "from comparisons.methods.Method that has a name"
+            "from comparisons.methods.Solver that has a name"
         )
-    return [_instance(each) for each in own]
+    return own
 
 
-def _instance(found: Any) -> Method:
-    instance = found() if inspect.isclass(found) else found
-    if not isinstance(instance, Method):
-        raise TypeError(f"expected a Method, got {type(instance).__name__}")
-    return instance
+def _is_method(value: object) -> bool:
+    return inspect.isclass(value) and issubclass(value, Solver) and bool(value.name)
 
 
 def _module(path: Path) -> Any:

@@ -6,8 +6,8 @@ import math
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 
-from comparisons.judging.refinement import GROWTH, USUAL_GROWTH
-from comparisons.methods import Task
+from comparisons.facts.methods import growth
+from comparisons.tasks.task import Task
 
 
 @dataclass(frozen=True)
@@ -45,8 +45,8 @@ class Forecast:
         nearest = min(own, key=lambda n: abs(math.log(n / task.resolution)))
         spent, count = own[nearest]
         doublings = math.log2(task.resolution / nearest)
-        growth = GROWTH.get(task.method, USUAL_GROWTH) ** doublings
-        return spent / count * len(task.realisations) * growth
+        more = growth(task.method) ** doublings
+        return spent / count * len(task.realisations) * more
 
     def _of_method(self, task: Task) -> float | None:
         found = [

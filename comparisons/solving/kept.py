@@ -8,10 +8,11 @@ from pathlib import Path
 
 from comparisons.errors import ResultsError
 from comparisons.judging.truth import Solved
-from comparisons.methods import Solution, Task
 from comparisons.solving.execution import REPEATS, execute
 from comparisons.solving.planning import Plan
-from comparisons.tasks.archive import joined, load_solution, save_solution
+from comparisons.tasks.archive import load_solution, save_solution
+from comparisons.tasks.solution import REALISATIONS, Solution
+from comparisons.tasks.task import Task
 
 
 def solve_plan(
@@ -60,7 +61,7 @@ def solve_plan(
 
 def solve_blocks(tasks: list[Task], repeats: int = REPEATS, kept: Path | None = None) -> Solution:
     """Solve the blocks of realisations of one method at one resolution as one solution."""
-    return joined([_solved(task, repeats, kept) for task in tasks])
+    return Solution.concat([_solved(task, repeats, kept) for task in tasks], axis=REALISATIONS)
 
 
 def _solved(task: Task, repeats: int, kept: Path | None) -> Solution:

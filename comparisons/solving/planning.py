@@ -15,17 +15,20 @@ from typing import Any, Literal
 import numpy as np
 
 from comparisons.errors import InputError
+from comparisons.facts.methods import METHODS
 from comparisons.geometry.bodies import BodyGeometry, with_body
 from comparisons.geometry.plausibility import scene_notes
 from comparisons.geometry.prepare import Geometry, IndenterGeometry, RoughGeometry, prepare
 from comparisons.geometry.roughness import surface_notes
 from comparisons.machine import MEMORY_SHARE, free_memory
-from comparisons.methods import METHODS, Support, Task, covers, method_for
 from comparisons.methods.bem_fft import ARRAYS_FREE, ARRAYS_PERIODIC
+from comparisons.methods.registry import solver_for
+from comparisons.methods.solver import Refusal, Solver
 from comparisons.scene.physics.descriptions import left_out, switched_on
 from comparisons.scene.physics.loads import Loads, loads_of
 from comparisons.scene.scene import Scene, SceneError, validated
 from comparisons.scene.surface import MeasuredMap, SelfAffine
+from comparisons.tasks.task import Task
 
 Effort = Literal["quick", "full"]
 QUICK_REALISATIONS = 10
@@ -93,7 +96,9 @@ class Plan:
     def blocks(self, method: str, resolution: int = 1) -> list[tuple[int, ...]]:
         """Return the realisations of a method in blocks of one task each, smaller on fine grids."""
         count = realisation_count(self.scene, method, self.realisations)
-        shared = method_for(method, self.scene).shared_cells / resolution**2
+        solver = solver_for(method, self.scene)
+        most = Solver.shared_cells if isinstance(solver, Refusal) else solver.shared_cells
+        shared = most / resolution**2
         size = int(max(1, min(BLOCK, shared)))
         return [tuple(range(k, min(k + size, count))) for k in range(0, count, size)]
 
@@ -157,7 +162,6 @@ def task_of(
         loads=plan.loads,
         method=method,
         resolution=resolution,
-        options=plan.scene.methods.of(method),
         quantities=plan.scene.compare.quantities,
         realisations=realisations,
         with_body=with_body,
@@ -256,62 +260,63 @@ def _plan_methods(draft: Plan) -> Iterable[MethodPlan]:
 
 
 def _plan_method(draft: Plan, name: str) -> MethodPlan:
-    scene, method = draft.scene, method_for(name, draft.scene)
+    scene = draft.scene
     if scene.compare.methods is not None and name not in scene.compare.methods:
         return MethodPlan(name, False, "not asked for")
-    support = _support(draft, name)
-    if support.broken and method.given:
-        raise InputError(f"--method-file: {name}: {scene.name}: {support.reason}")
-    if not support.ok:
-        return MethodPlan(name, False, support.reason)
-    planned = method.resolutions(scene, draft.geometry)
+    solver = solver_for(name, scene)
+    if isinstance(solver, Refusal):
+        if solver.broken:
+            raise InputError(f"--method-file: {name}: {scene.name}: {solver.reason}")
+        return MethodPlan(name, False, solver.reason)
+    planned = solver.resolutions(draft.geometry)
     if scene.compare.resolutions is not None and planned != EXACT:
         planned = scene.compare.resolutions
-    refusals = {n: refusal(draft, name, n) for n in planned}
+    refusals = {n: _refusal(draft, solver, n) for n in planned}
     kept = tuple(n for n in planned if not refusals[n])
     dropped = [f"{n}: {why}" for n, why in refusals.items() if why]
     if not kept:
         return MethodPlan(name, False, dropped[0].partition(": ")[2])
-    reason = support.reason if not dropped else "left out " + "; ".join(dropped)
-    modelled = method.model(scene, draft.geometry)
-    need = max(_memory(draft, name, n) for n in kept)
+    reason = solver.note if not dropped else "left out " + "; ".join(dropped)
+    modelled = solver.model(draft.geometry)
+    need = max(solver.memory(_first_task(draft, name, n)) for n in kept)
     if need > WORTH_SAYING:
         modelled += f"; about {need / 1e9:.1f} GB of memory"
     return MethodPlan(name, True, reason, kept, modelled)
 
 
-def _memory(draft: Plan, name: str, resolution: int) -> float:
-    task = task_of(draft, name, resolution, draft.blocks(name, resolution)[0])
-    return method_for(name, draft.scene).memory(task)
+def single_resolution(planned: tuple[int, ...], geometry: Geometry) -> int:
+    """Return the one resolution that a single solve uses: a synthetic surface's own points.
+
+    Else the finest planned, which is the one that aims at the tolerance.
+    """
+    synthetic = isinstance(geometry, RoughGeometry) and geometry.recipe is not None
+    return planned[0] if synthetic else planned[-1]
 
 
-def _support(draft: Plan, name: str) -> Support:
-    method = method_for(name, draft.scene)
-    if draft.scene.physics and not (covered := covers(name, draft.scene)).ok:
-        return covered
-    if isinstance(draft.geometry, BodyGeometry):
-        support = method.supports_body(draft.geometry)
-        if not support.ok or not (own := method.supports(draft.scene)).ok:
-            return support if not support.ok else own
-        return support
-    return method.supports(draft.scene)
+def _first_task(draft: Plan, name: str, resolution: int) -> Task:
+    return task_of(draft, name, resolution, draft.blocks(name, resolution)[0])
 
 
 def refusal(draft: Plan, name: str, resolution: int) -> str:
     """Return why a resolution is not run, or an empty text."""
-    geometry, method = draft.geometry, method_for(name, draft.scene)
-    if isinstance(geometry, RoughGeometry) and method.dimension == 3:
+    solver = solver_for(name, draft.scene)
+    return solver.reason if isinstance(solver, Refusal) else _refusal(draft, solver, resolution)
+
+
+def _refusal(draft: Plan, solver: Solver[Any], resolution: int) -> str:
+    geometry, name = draft.geometry, solver.name
+    if isinstance(geometry, RoughGeometry) and METHODS[name].dimension == 3:
         problem = _grid_problem(geometry, resolution)
         if problem:
             return problem
-    task = task_of(draft, name, resolution, draft.blocks(name, resolution)[0])
+    task = _first_task(draft, name, resolution)
     try:
-        refused = method.refused(task)
+        refused = solver.refusal(task)
     except (ValueError, ArithmeticError) as error:
         return str(error)
     if refused:
         return refused
-    need, free = _memory(draft, name, resolution), free_memory()
+    need, free = solver.memory(task), free_memory()
     if need > MEMORY_SHARE * free:
         return f"needs about {need / 1e9:.1f} GB, and {free / 1e9:.1f} GB are free"
     return ""

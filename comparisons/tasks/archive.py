@@ -9,7 +9,7 @@ import numpy as np
 
 from comparisons.errors import ResultsError
 from comparisons.files import read_arrays, write_arrays
-from comparisons.methods import Solution
+from comparisons.tasks.solution import Solution
 
 _PREFIX = "solution."
 _ARRAYS = ("converged", "iterations", "violation")
@@ -70,39 +70,6 @@ def solution_of(arrays: dict[str, np.ndarray]) -> Solution:
         exact=tuple(document["exact"]),
         path=bool(document["path"]),
         machine=str(document.get("machine", "")),
-    )
-
-
-def joined(parts: list[Solution]) -> Solution:
-    """Join blocks of realisations into one solution: times add up, memory is the largest."""
-    if len(parts) == 1:
-        return parts[0]
-    names = {name for part in parts for name in part.quantities}
-    reasons, row = {}, 0
-    for part in parts:
-        reasons |= {(row + r, step): why for (r, step), why in part.reasons.items()}
-        row += part.converged.shape[0]
-    return Solution(
-        quantities={
-            name: np.concatenate(
-                [p.quantities.get(name, np.full(p.converged.shape, np.nan)) for p in parts]
-            )
-            for name in sorted(names)
-        },
-        converged=np.concatenate([p.converged for p in parts]),
-        iterations=np.concatenate([p.iterations for p in parts]),
-        violation=np.concatenate([p.violation for p in parts]),
-        unknowns=parts[0].unknowns,
-        reasons=reasons,
-        fields=parts[0].fields,
-        truncation=max(p.truncation for p in parts),
-        exact=parts[0].exact,
-        path=parts[0].path,
-        seconds=sum(p.seconds for p in parts),
-        setup_seconds=sum(p.setup_seconds for p in parts),
-        compile_seconds=sum(p.compile_seconds for p in parts),
-        memory=max(p.memory for p in parts),
-        machine=" + ".join(sorted({p.machine for p in parts if p.machine})),
     )
 
 

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from comparisons import formatting as fmt
-from comparisons.methods import METHODS
+from comparisons.facts.methods import METHODS
 from comparisons.questions.experiments import EXPERIMENTS
 from comparisons.questions.experiments.cost import LEAST_MEMORY, measure_series
 from reference.closed_form.random_field import line_peaks, surface_peaks

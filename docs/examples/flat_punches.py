@@ -10,8 +10,8 @@ from pathlib import Path
 import numpy as np
 
 from comparisons.judging.truth import choose_reference
-from comparisons.methods import METHODS
 from comparisons.scene.scene import parse_scene
+from comparisons.solving.execution import execute
 from comparisons.solving.planning import plan_scene, task_of
 
 LEVELS = (16, 32, 64, 128)
@@ -41,7 +41,7 @@ def row(name: str, indenter: str) -> str:
     scene = f'name = "face"\n[half_space]\neffective_modulus = 1.0\n[indenter]\n{indenter}\n'
     scene += '[loading]\npenetration = [1e-3]\n[compare]\nquantities = ["stiffness"]\n'
     plan = plan_scene(parse_scene(scene, name, Path()))[0]
-    solved = {("bem_fft", n): METHODS["bem_fft"].solve(task_of(plan, "bem_fft", n)) for n in LEVELS}
+    solved = {("bem_fft", n): execute(task_of(plan, "bem_fft", n), 1) for n in LEVELS}
     reference = choose_reference(solved, ("stiffness",))
     assert reference is not None
     values = [f"{each.quantities['stiffness'][0, 0]:.5f}" for each in solved.values()]

@@ -16,7 +16,6 @@ from pathlib import Path
 
 import numpy as np
 
-from comparisons.methods import Solution, Task
 from comparisons.questions.study import solve_task
 from comparisons.scene.scene import make_scene
 from comparisons.solving.compilation import compile_apart
@@ -24,6 +23,8 @@ from comparisons.solving.execution import execute
 from comparisons.solving.executors import Job, ProcessExecutor, executor_for
 from comparisons.solving.planning import plan_scene, task_of
 from comparisons.tasks.archive import save_solution
+from comparisons.tasks.solution import Solution
+from comparisons.tasks.task import Task
 
 SCENE = {
     "name": "ensemble",

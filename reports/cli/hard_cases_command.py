@@ -47,8 +47,8 @@ def hard_cases(
         Only this case, or those of a file of yours; may be repeated.
     """
     from comparisons.errors import InputError
+    from comparisons.facts.methods import METHODS
     from comparisons.files import write_named_text
-    from comparisons.methods import METHODS
     from comparisons.questions.hard_cases.catalogue import HardCaseError, catalogue, load_cases
     from comparisons.questions.hard_cases.record import PAGE, open_folder, save_record
     from reports.cli import terminal

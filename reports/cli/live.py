@@ -19,9 +19,9 @@ from rich.table import Table
 from rich.text import Text
 
 if TYPE_CHECKING:
-    from comparisons.methods import Task
     from comparisons.questions.study import Study
     from comparisons.results.advice import Setting
+    from comparisons.tasks.task import Task
 
 Watch = Callable[["Study", "Task | None"], None]
 # Seconds of a run before its speeds and errors are drawn, between drawings, and between plain

@@ -41,7 +41,7 @@ class Outside:
         from importlib import metadata
 
         from comparisons.errors import InputError
-        from comparisons.scene.method_names import GROUP
+        from comparisons.facts.methods import GROUP
 
         limits = {"seconds": self.method_seconds, "gigabytes": self.method_gigabytes}
         wrong = [

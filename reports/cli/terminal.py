@@ -20,7 +20,6 @@ from reports.tables.terminal import drawn
 if TYPE_CHECKING:
     from pathlib import Path
 
-    from comparisons.methods import Task
     from comparisons.questions.benchmarks.yardstick import Measurement
     from comparisons.questions.claims.record import ClaimsRecord
     from comparisons.questions.hard_cases.record import HardCasesRecord
@@ -31,6 +30,7 @@ if TYPE_CHECKING:
     from comparisons.results.runs import RunComparison
     from comparisons.results.store import StudyRecord
     from comparisons.solving.planning import Plan
+    from comparisons.tasks.task import Task
 
 MANY = 12
 UNFOLDED = 100_000  # columns, more than any line has
@@ -140,15 +140,15 @@ def print_claims(record: ClaimsRecord, report: Path) -> None:
 
 def print_lists() -> None:
     """Print how many there are of everything that can be listed."""
+    from comparisons.facts.methods import METHODS
     from comparisons.questions.claims.headlines import builtin_claims
     from comparisons.questions.hard_cases.catalogue import catalogue
-    from comparisons.scene.method_names import known_methods
     from comparisons.scene.scene import builtin_names
 
     console = _console()
     known = {
         "scenes": builtin_names(),
-        "methods": known_methods(),
+        "methods": METHODS,
         "claims": builtin_claims(),
         "hard-cases": catalogue(),
     }

@@ -19,11 +19,11 @@ def scenes() -> Table:
 
 def methods() -> Table:
     """Return all methods, and whether they solve a line or the 3-D contact."""
-    from comparisons.scene.method_names import known_methods
+    from comparisons.facts.methods import METHODS
 
     rows = (
         (name, each.title, "a line" if each.dimension == 1 else "the 3-D contact")
-        for name, each in known_methods().items()
+        for name, each in METHODS.items()
     )
     return table(("name", "title", "solves"), rows, title="Methods")
 

@@ -21,14 +21,17 @@ from typing import Any
 import numpy as np
 
 from comparisons.errors import InputError
+from comparisons.facts.methods import GROUP, OWN, Method
 from comparisons.geometry.prepare import Geometry
 from comparisons.isolation import parent
-from comparisons.methods.base import Method, Solution, Support, Task
-from comparisons.methods.spans import lost
+from comparisons.methods import registry
+from comparisons.methods.solver import Refused, Solver
 from comparisons.reasons import one_line
-from comparisons.scene.method_names import GROUP, METHOD_NAMES, register_method
 from comparisons.scene.physics import PHYSICS
 from comparisons.scene.scene import QUANTITIES, Scene
+from comparisons.tasks.archive import solution_of
+from comparisons.tasks.solution import Solution
+from comparisons.tasks.task import Task
 
 WORK = "comparisons.solving.external_work"
 # Known to every process of a run: workers start with the methods of the command line.
@@ -65,51 +68,62 @@ class Origin:
     physics: tuple[str, ...] = ()
 
 
-class ExternalMethod(Method):
-    """Stands for a method from outside; asks it in a process of its own."""
-
-    isolated = True
-    external = True
-    span = math.inf  # cut in the method's own process, where the next load costs no start
+class OutsideMethod:
+    """Stands for a method from outside: makes solvers that ask it in a process of its own."""
 
     def __init__(self, origin: Origin) -> None:
         self.origin = origin
-        self.name, self.title = origin.name, origin.title
-        self.dimension = origin.dimension
-        self.physics = frozenset(origin.physics)
-        self.identity = origin.digest
+        self.name, self.physics = origin.name, frozenset(origin.physics)
         self._stuck = 0
         self._plans: dict[str, dict[str, Any]] = {}
 
     @property
-    def given(self) -> bool:
-        """Whether a user named its file for this command; an installed package nobody asked for."""
-        return self.origin.source.startswith("file:")
+    def facts(self) -> Method:
+        """What is known of it without asking it."""
+        origin = self.origin
+        return Method(
+            origin.title,
+            origin.dimension,
+            origin="outside",
+            isolated=True,
+            identity=origin.digest,
+        )
 
-    def supports(self, scene: Scene) -> Support:
-        """Ask the method; one that hangs, raises or answers nonsense supports nothing."""
-        plan = self._plan(scene)
-        return Support(plan["ok"], plan["reason"], broken=plan.get("broken", False))
+    def takes(self, scene: Scene) -> bool:
+        """Whatever it does not refuse when asked."""
+        return True
 
-    def resolutions(self, scene: Scene, geometry: Geometry) -> tuple[int, ...]:
-        """Return what the method would use."""
-        return tuple(self._plan(scene).get("resolutions", (1,)))
+    def __call__(self, scene: Scene) -> OutsideSolver:
+        """Ask it for its plan of a scene, and return its solver.
 
-    def model(self, scene: Scene, geometry: Geometry) -> str:
-        """Return the method's own words."""
-        words: str = self._plan(scene).get("model", "")
-        return words
+        Raises
+        ------
+        Refused
+            For its own reason, or because it could not be asked.
+        """
+        plan = self.plan(scene)
+        if not plan["ok"]:
+            # Of an installed package that nobody asked for it is a refusal.
+            given = self.origin.source.startswith("file:")
+            raise Refused(plan["reason"], broken=given and plan.get("broken", False))
+        return OutsideSolver(scene, self)
 
-    def _plan(self, scene: Scene) -> dict[str, Any]:
+    def planned(self, scene: Scene) -> OutsideSolver:
+        """Return its solver of a scene that it did not refuse: it is not asked again."""
+        return OutsideSolver(scene, self)
+
+    def plan(self, scene: Scene) -> dict[str, Any]:
+        """Ask the method; one that hangs, raises or answers nonsense does not do the scene."""
         key = f"{scene.directory}\n{scene.text}"
         if key not in self._plans:
             seconds = min(PLAN_SECONDS, self.origin.seconds)
-            outcome = self._ask("plan", scene, seconds=seconds)
+            outcome = self.ask("plan", scene, seconds=seconds)
             broken = None if outcome.ok else _broken(f"planning {_told(outcome)}")
             self._plans[key] = broken or _checked_plan(outcome.answer)
         return self._plans[key]
 
-    def _ask(self, question: str, *arguments: Any, seconds: float) -> parent.Outcome:
+    def ask(self, question: str, *arguments: Any, seconds: float) -> parent.Outcome:
+        """Put a question to the method, in a process of its own."""
         if self._stuck >= MOST_STUCK:
             why = f"not asked again: {MOST_STUCK} times in a row it hung or ran out of memory"
             return parent.Outcome("raised", reason=why)
@@ -121,21 +135,47 @@ class ExternalMethod(Method):
             seconds=seconds,
             memory=self.origin.memory,
             finite=False,
-            kept=f"{self.origin.source} {self.identity}",
+            kept=f"{self.origin.source} {self.origin.digest}",
         )
         stuck = outcome.ended in (parent.HUNG, parent.OUT_OF_MEMORY)
         self._stuck = self._stuck + 1 if stuck else 0
         return outcome
 
+
+class OutsideSolver(Solver[Geometry]):
+    """What a method from outside would do with a scene, and its checked answers."""
+
+    span = math.inf  # cut in the method's own process, where the next load costs no start
+
+    def __init__(self, scene: Scene, method: OutsideMethod) -> None:
+        super().__init__(scene)
+        self._method = method
+        self.name = method.name
+
+    @property
+    def note(self) -> str:
+        """What the method says of the scene."""
+        words: str = self._method.plan(self.scene)["reason"]
+        return words
+
+    def resolutions(self, geometry: Geometry) -> tuple[int, ...]:
+        """Return what the method would use."""
+        return tuple(self._method.plan(self.scene)["resolutions"])
+
+    def model(self, geometry: Geometry) -> str:
+        """Return the method's own words."""
+        words: str = self._method.plan(self.scene)["model"]
+        return words
+
     def solve(self, task: Task) -> Solution:
         """Solve in the method's own process, and check what comes back."""
-        outcome = self._ask("solve", task, 3, seconds=self.origin.seconds)
+        outcome = self._method.ask("solve", task, 3, seconds=self._method.origin.seconds)
         if not outcome.ok:
-            return lost(task, _told(outcome))
+            return Solution.lost(task, _told(outcome))
         try:
             return _checked_solution(outcome.answer, task)
         except (KeyError, TypeError, ValueError, OverflowError) as error:
-            return lost(task, f"malformed answer: {_text(error)}")
+            return Solution.lost(task, f"malformed answer: {_text(error)}")
 
 
 def add_methods(files: Sequence[str | Path] = (), limits: Limits | None = None) -> list[str]:
@@ -174,11 +214,9 @@ def adopt(methods: str) -> None:
 
     A pool's processes outlive a study: they were perhaps started before it had these methods.
     """
-    from comparisons.methods import METHODS
-
     if methods != announced():
         os.environ[VARIABLE] = methods
-        METHODS.update(registered())
+        add_announced()
 
 
 def digests() -> dict[str, str]:
@@ -187,29 +225,39 @@ def digests() -> dict[str, str]:
     A machine that does not have the file or package of a method says so in place of its digest.
     """
     found = {}
-    for method in registered().values():
-        assert isinstance(method, ExternalMethod)
+    for origin in _announced_origins():
         try:
-            found[f"method {method.name}"] = _digest(method.origin.source)[:12]
+            found[f"method {origin.name}"] = _digest(origin.source)[:12]
         except (OSError, ValueError):
-            found[f"method {method.name}"] = f"no {method.origin.source}"
+            found[f"method {origin.name}"] = f"no {origin.source}"
     return found
 
 
-def registered() -> dict[str, Method]:
-    """Return the methods that this process was started with."""
+def add_announced() -> None:
+    """Register the methods that this process was started with."""
+    for origin in _announced_origins():
+        _register(origin)
+
+
+def outside_methods() -> list[OutsideMethod]:
+    """Return the registered methods of files and packages."""
+    makers = (maker for makers in registry.SOLVERS.values() for maker in makers)
+    return [maker for maker in makers if isinstance(maker, OutsideMethod)]
+
+
+def _announced_origins() -> list[Origin]:
     try:
-        origins = [Origin(**each) for each in json.loads(announced())]
+        return [Origin(**origin) for origin in json.loads(announced())]
     except (TypeError, ValueError):
-        return {}
-    for origin in origins:
-        register_method(origin.name, origin.title, origin.dimension)
-    return {origin.name: ExternalMethod(origin) for origin in origins}
+        return []
+
+
+def _register(origin: Origin) -> None:
+    made = OutsideMethod(origin)
+    registry.add(made, made.facts)
 
 
 def _add(source: str, limits: Limits, problems: list[str]) -> None:
-    from comparisons.methods import METHODS
-
     kind, _, where = source.partition(":")
     label = f"--method-file: {where}" if kind == "file" else f"the installed method {where!r}"
     try:
@@ -234,15 +282,13 @@ def _add(source: str, limits: Limits, problems: list[str]) -> None:
     except (KeyError, TypeError, ValueError) as error:
         problems.append(f"{label}: {_text(error)}")
         return
+    taken = {made.name: made.origin.source for made in outside_methods()}
     for origin in origins:
-        known = METHODS.get(origin.name)
-        if isinstance(known, ExternalMethod) and known.origin.source != source:
+        if taken.get(origin.name, source) != source:
             problems.append(f"{label}: another method is called {origin.name!r} already")
             continue
-        METHODS[origin.name] = ExternalMethod(origin)
-        register_method(origin.name, origin.title, origin.dimension)
-    own = [m.origin for m in METHODS.values() if isinstance(m, ExternalMethod)]
-    os.environ[VARIABLE] = json.dumps([asdict(each) for each in own])
+        _register(origin)
+    os.environ[VARIABLE] = json.dumps([asdict(made.origin) for made in outside_methods()])
 
 
 def _origin(source: str, digest: str, found: Any, limits: Limits) -> Origin:
@@ -257,7 +303,7 @@ def _origin(source: str, digest: str, found: Any, limits: Limits) -> Origin:
     physics = found.get("physics", [])
     if not isinstance(name, str) or not NAME.fullmatch(name):
         raise ValueError(f"name: expected a-z, 0-9 and _, at most 40 characters, got {name!r:.60}")
-    if name in METHOD_NAMES:
+    if name in OWN:
         raise ValueError(f"name: {name!r} is a method of roughline's own")
     if dimension not in (1, 3):
         raise ValueError(f"dimension: expected 1 or 3, got {dimension!r:.60}")
@@ -317,8 +363,6 @@ def _checked_solution(answer: dict[str, Any], task: Task) -> Solution:
     ValueError, KeyError, TypeError
         Saying what is wrong.
     """
-    from comparisons.tasks.archive import solution_of
-
     arrays = {name: value for name, value in answer.items() if isinstance(value, np.ndarray)}
     solution = solution_of(arrays)
     shape = (len(task.realisations), len(task.loads.values))

@@ -3,45 +3,33 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping
+from typing import ClassVar
 
 from comparisons.geometry.prepare import Geometry, RoughGeometry
-from comparisons.methods.base import Method, Solution, Support, Task
+from comparisons.methods.solver import Refused, Solver
 from comparisons.scene.scene import Scene
+from comparisons.tasks.solution import Solution
+from comparisons.tasks.task import Task
 
 LoadStep = Callable[[Task, float, int], Mapping[str, float]]
 
 
-class FunctionMethod(Method):
+class FunctionSolver(Solver[Geometry]):
     """A function of one load step, called for every realisation and load."""
 
-    def __init__(
-        self,
-        step: LoadStep,
-        name: str,
-        title: str,
-        resolutions: tuple[int, ...],
-        refuses: Callable[[Scene], str],
-        physics: frozenset[str],
-    ) -> None:
-        self.name = name
-        self.title = title or name.replace("_", " ")
-        self.physics = physics
-        self._step = step
-        self._resolutions = resolutions
-        self._refuses = refuses
+    step: ClassVar[LoadStep]
+    levels: ClassVar[tuple[int, ...]]
+    refuses: ClassVar[Callable[[Scene], str]]
 
-    def supports(self, scene: Scene) -> Support:
-        """Everything that the method does not refuse."""
-        reason = self._refuses(scene)
-        return Support(not reason, reason)
+    def __init__(self, scene: Scene) -> None:
+        super().__init__(scene)
+        reason = type(self).refuses(scene)
+        if reason:
+            raise Refused(reason)
 
-    def resolutions(self, scene: Scene, geometry: Geometry) -> tuple[int, ...]:
+    def resolutions(self, geometry: Geometry) -> tuple[int, ...]:
         """Return the surface's own points on rough scenes, else what the function was given."""
-        return geometry.points[:1] if isinstance(geometry, RoughGeometry) else self._resolutions
-
-    def model(self, scene: Scene, geometry: Geometry) -> str:
-        """Return the first line of the function's docstring."""
-        return (self._step.__doc__ or self.title).strip().splitlines()[0]
+        return geometry.points[:1] if isinstance(geometry, RoughGeometry) else self.levels
 
     def solve(self, task: Task) -> Solution:
         """Call the function; what it raises is the reason why a step has no answer."""
@@ -49,7 +37,7 @@ class FunctionMethod(Method):
         for row, realisation in enumerate(task.realisations):
             for step, load in enumerate(task.loads.values):
                 try:
-                    values = dict(self._step(task, float(load), realisation))
+                    values = dict(type(self).step(task, float(load), realisation))
                 except (ValueError, ArithmeticError, RuntimeError) as error:
                     solution.fail((row, step), f"{type(error).__name__}: {error}")
                     continue
@@ -66,7 +54,7 @@ def method(
     resolutions: tuple[int, ...] = (10, 20, 40),
     refuses: Callable[[Scene], str] = lambda scene: "",
     physics: Iterable[str] = (),
-) -> Callable[[LoadStep], FunctionMethod]:
+) -> Callable[[LoadStep], type[FunctionSolver]]:
     """Make a method of a function ``f(task, load, realisation) -> {quantity: value}``.
 
     Parameters
@@ -88,11 +76,22 @@ def method(
     ...     '''A flat punch of twice the true stiffness.'''
     ...     radius = task.geometry.contact_radius
     ...     return {"force": 4 * task.scene.effective_modulus * radius * load}
-    >>> twice.name, twice.model(None, None)
+    >>> twice.name, twice.__doc__
     ('twice', 'A flat punch of twice the true stiffness.')
     """
 
-    def wrap(step: LoadStep) -> FunctionMethod:
-        return FunctionMethod(step, name, title, resolutions, refuses, frozenset(physics))
+    def wrap(step: LoadStep) -> type[FunctionSolver]:
+        words = title or name.replace("_", " ")
+        body = {
+            "name": name,
+            "title": words,
+            "physics": frozenset(physics),
+            "step": staticmethod(step),
+            "levels": resolutions,
+            "refuses": staticmethod(refuses),
+            "__doc__": step.__doc__ or words,
+            "__module__": step.__module__,
+        }
+        return type(name, (FunctionSolver,), body)
 
     return wrap

@@ -18,8 +18,10 @@ from pathlib import Path
 import numpy as np
 from threadpoolctl import threadpool_limits
 
+from comparisons.facts.methods import METHODS
 from comparisons.machine import free_memory
-from comparisons.methods import METHODS
+from comparisons.methods import runner
+from comparisons.methods.registry import solver_of
 from comparisons.questions.benchmarks.yardstick import Measurement, interleaved, measurement
 from comparisons.scene.scene import parse_scene
 from comparisons.solving.planning import plan_scene, task_of
@@ -297,7 +299,8 @@ resolutions = {list(PEER_LEVELS)}
     best = np.inf
     for level in planned.resolutions:
         start = time.process_time()
-        solution = METHODS[peer].solve(task_of(plan, peer, level))
+        task = task_of(plan, peer, level)
+        solution = runner.run(solver_of(task), task)
         # a peer in a process of its own reports its seconds; ours does not see them pass
         own = np.isfinite(solution.seconds)
         spent = solution.seconds if own else time.process_time() - start

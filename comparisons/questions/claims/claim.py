@@ -23,10 +23,10 @@ from pydantic import (
 )
 
 from comparisons.errors import InputError
+from comparisons.facts.methods import METHODS
 from comparisons.questions.claims.headlines import builtin_claims, chapter_order
 from comparisons.questions.experiments import EXPERIMENTS
-from comparisons.scene.fields import Finite, Positive, fail
-from comparisons.scene.method_names import KnownMethod, known_methods
+from comparisons.scene.fields import Finite, KnownMethod, Positive, fail
 from comparisons.scene.problems import readable
 from comparisons.scene.scene import QUANTITIES, load_scene
 from comparisons.scene.toml_files import read_toml
@@ -188,10 +188,8 @@ def about_method(claims: list[Claim], method: str) -> list[Claim]:
     ClaimError
         If there is no such method, or no claim that could be about it.
     """
-    if method not in known_methods():
-        raise ClaimError(
-            [f"--method: expected one of {', '.join(known_methods())}, got {method!r}"]
-        )
+    if method not in METHODS:
+        raise ClaimError([f"--method: expected one of {', '.join(METHODS)}, got {method!r}"])
     found = [
         claim.model_copy(update={"method": method, "expected": None})
         for claim in claims

@@ -17,8 +17,7 @@ import numpy as np
 from comparisons.errors import InputError, LostWorkError, ResultsError
 from comparisons.files import plain, write_text
 from comparisons.machine import machine, versions
-from comparisons.methods import METHODS
-from comparisons.methods.user.external import ExternalMethod
+from comparisons.methods.user.external import outside_methods
 from comparisons.questions.claims.claim import Claim, overrides
 from comparisons.questions.claims.record import (
     RECORD,
@@ -202,10 +201,10 @@ def judge_claim(claim: Claim, effort: Effort, kept: Path | None = None) -> Claim
 def _repeats(claim: Claim, effort: Effort) -> str:
     """Return the command that judges the claim again."""
     command = f"roughline claims {claim.id} --{effort}"
-    method = METHODS[claim.method]
-    if not isinstance(method, ExternalMethod):
+    sources = {made.name: made.origin.source for made in outside_methods()}
+    if claim.method not in sources:
         return command
-    kind, _, where = method.origin.source.partition(":")
+    kind, _, where = sources[claim.method].partition(":")
     file = f" --method-file {shlex.quote(where)}" if kind == "file" else ""
     return f"{command} --method {claim.method}{file}"
 

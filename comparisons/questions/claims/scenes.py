@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from comparisons.errors import InputError
+from comparisons.facts.methods import METHODS
 from comparisons.geometry.prepare import IndenterGeometry
 from comparisons.judging.comparison import error_sources, errors_of
 from comparisons.judging.metrics import rms_and_maximum
@@ -29,7 +30,8 @@ from comparisons.judging.truth import (
 )
 from comparisons.judging.uncertainty import combined
 from comparisons.judging.verdicts import OUTSIDE, WORST_FIRST, judged
-from comparisons.methods import METHODS, covers, method_for
+from comparisons.methods.registry import solver_for
+from comparisons.methods.solver import Refusal
 from comparisons.questions.claims.claim import RESOLUTION, Claim, overrides
 from comparisons.questions.experiments import Measurement
 from comparisons.questions.experiments.base import Effort
@@ -122,7 +124,7 @@ def _plan(claim: Claim, value: float | None, effort: Effort, independent: bool) 
     """
     changed = overrides(claim, value)
     scene = load_scene(claim.source, changed)
-    exact = covers("closed_form", scene).ok and method_for("closed_form", scene).supports(scene).ok
+    exact = not isinstance(solver_for("closed_form", scene), Refusal)
     methods = [claim.method, "closed_form"]
     if independent or not exact:
         methods.append("bem_fft")

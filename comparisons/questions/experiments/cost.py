@@ -11,11 +11,11 @@ from functools import lru_cache
 
 import numpy as np
 
-from comparisons.methods import Task
 from comparisons.questions.experiments.running import Finding, above, experiment, one_of
 from comparisons.scene.scene import load_scene
 from comparisons.solving.execution import execute
 from comparisons.solving.planning import plan_scene
+from comparisons.tasks.task import Task
 
 # A patch whose shortest wave has four points on the coarsest of these grids (eight per side).
 _RECIPE = {

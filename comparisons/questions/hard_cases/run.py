@@ -12,11 +12,13 @@ from typing import Any
 import numpy as np
 
 from comparisons.errors import InputError
+from comparisons.facts.methods import METHODS
 from comparisons.formatting import relative
 from comparisons.judging.metrics import relative_error
 from comparisons.judging.truth import ENSEMBLE, EXACT, GRID, Solved, mean_curves, references
 from comparisons.judging.uncertainty import combined
-from comparisons.methods import METHODS, Solution, covers, method_for
+from comparisons.methods.registry import solver_for
+from comparisons.methods.solver import Refusal
 from comparisons.questions.hard_cases.case import (
     ACCURATE,
     ACCURATE_TO,
@@ -29,8 +31,9 @@ from comparisons.questions.hard_cases.case import (
 from comparisons.questions.hard_cases.formulas import Curves
 from comparisons.solving.execution import execute
 from comparisons.solving.executors import Executor, Job, SerialExecutor
-from comparisons.solving.planning import MethodPlan, Plan, plan_scene, refusal, task_of
-from comparisons.tasks.archive import joined
+from comparisons.solving.planning import EXACT as EXACT_LEVELS
+from comparisons.solving.planning import Plan, plan_scene, refusal, single_resolution, task_of
+from comparisons.tasks.solution import REALISATIONS, Solution
 
 # Bytes that the methods of a case are taken to need, one after the other.
 MEMORY = 2e9
@@ -134,28 +137,19 @@ def _outcome(case: HardCase, plan: Plan, truth: _Truth, name: str) -> Outcome:
         return _judged(case, name, kind=NOT_FOR, reason=case.only)
     (planned,) = [each for each in plan.methods if each.method == name]
     resolution = case.resolutions.get(name)
-    method = method_for(name, plan.scene)
-    covered = covers(name, plan.scene)
-    if not covered.ok:
-        return _judged(case, name, kind=NOT_FOR, reason=covered.reason)
-    if resolution is None or method.resolutions(plan.scene, plan.geometry) == (1,):
-        resolution = _usual(planned, plan)
+    solver = solver_for(name, plan.scene)
+    if isinstance(solver, Refusal):
+        return _judged(case, name, kind=NOT_FOR, reason=solver.reason)
+    if resolution is None or solver.resolutions(plan.geometry) == EXACT_LEVELS:
+        levels = planned.resolutions
+        resolution = single_resolution(levels, plan.geometry) if levels else 0
     why = planned.reason if not planned.supported else ""
     if resolution and not why:
         why = refusal(plan, name, resolution)
     if why:
-        meant = method.supports(plan.scene).ok
-        return _judged(case, name, kind=REFUSED if meant else NOT_FOR, reason=why)
+        return _judged(case, name, kind=REFUSED, reason=why)
     solution, warned = _solve(plan, name, resolution)
     return _measured(case, plan, truth, name, resolution, solution, warned)
-
-
-def _usual(planned: MethodPlan, plan: Plan) -> int:
-    return (
-        method_for(planned.method, plan.scene).usual(planned.resolutions, plan.geometry)
-        if planned.resolutions
-        else 0
-    )
 
 
 def _solve(plan: Plan, name: str, resolution: int) -> tuple[Solution, list[str]]:
@@ -164,7 +158,7 @@ def _solve(plan: Plan, name: str, resolution: int) -> tuple[Solution, list[str]]
         warnings.simplefilter("ignore")
         warnings.simplefilter("always", RuntimeWarning)
         tasks = [task_of(plan, name, resolution, block) for block in plan.blocks(name, resolution)]
-        solution = joined([execute(task) for task in tasks])
+        solution = Solution.concat([execute(task) for task in tasks], axis=REALISATIONS)
     texts = [str(each.message) for each in caught if issubclass(each.category, RuntimeWarning)]
     return solution, list(dict.fromkeys(texts))
 

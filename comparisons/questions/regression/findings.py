@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from comparisons.facts.methods import title_of
 from comparisons.formatting import number, relative
-from comparisons.methods import METHODS
 from comparisons.questions.regression.snapshot import Curves, SceneSnapshot, Snapshot, Speed
 
 MODEL, REFERENCES, AGREEMENT, SPEED = "reduced model", "references", "agreement", "speed"
@@ -218,7 +218,7 @@ def _speed(name: str, who: str, before: Speed | None, now: Speed | None) -> list
 
 
 def _title(method: str) -> str:
-    return METHODS[method].title if method in METHODS else method
+    return title_of(method)
 
 
 def _list(names: list[str]) -> str:

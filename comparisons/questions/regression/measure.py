@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterable
 import numpy as np
 
 from comparisons.errors import InputError
+from comparisons.facts.methods import METHODS
 from comparisons.judging.truth import (
     Reference,
     Solved,
@@ -19,7 +20,8 @@ from comparisons.judging.truth import (
     references,
 )
 from comparisons.machine import machine, machine_text, versions
-from comparisons.methods import METHODS, method_for
+from comparisons.methods.registry import solver_of
+from comparisons.methods.runner import run
 from comparisons.questions.benchmarks.yardstick import interleaved, measurement
 from comparisons.questions.regression.snapshot import Curves, SceneSnapshot, Snapshot, Speed
 from comparisons.scene.scene import Scene, load_scene
@@ -152,13 +154,13 @@ def _speed(plan: Plan, method: str) -> Speed | None:
     A method in a process of its own would be measured with the start of that process: it is not.
     """
     tasks = [task for task in plan.tasks if task.method == method]
-    solver = method_for(method, plan.scene)
-    if not tasks or solver.isolated:
+    if not tasks or METHODS[method].isolated:
         return None
+    solver = solver_of(tasks[-1])
     numbers = np.random.default_rng(0).random(100_000)
     readings = interleaved(
         {
-            "model": lambda: solver.solve(tasks[-1]),
+            "model": lambda: run(solver, tasks[-1]),
             YARDSTICK: lambda: np.argsort(numbers),
         }
     )

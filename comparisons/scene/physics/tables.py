@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from pydantic import BaseModel, ConfigDict, model_validator
 
@@ -21,9 +21,14 @@ class PhysicsTable(BaseModel):
 
 
 class Friction(PhysicsTable):
-    """Coulomb friction: a point slips where its shear stress reaches `coefficient` times p."""
+    """Coulomb friction: a point slips where its shear stress reaches `coefficient` times p.
+
+    coupling: "full", or "none" between pressure and tangential displacement and back, which is what
+    the springs leave out; elements always have it, and then do not take part.
+    """
 
     coefficient: Positive
+    coupling: Literal["full", "none"] = "full"
 
 
 class Sliding(PhysicsTable):

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 from comparisons.judging.truth import references
-from comparisons.methods import METHODS
+from comparisons.methods.registry import solver_for
+from comparisons.solving.execution import execute
 from comparisons.solving.planning import plan_scene, task_of
 from reference.halfspace import PeriodicOperator, areas, fft
 
@@ -31,8 +32,8 @@ def truth(make, folder, heights, forces=FORCES):
     )
     (plan, *_) = plan_scene(made)
     solved = {
-        ("bem_fft", n): METHODS["bem_fft"].solve(task_of(plan, "bem_fft", n))
-        for n in METHODS["bem_fft"].resolutions(made, plan.geometry)
+        ("bem_fft", n): execute(task_of(plan, "bem_fft", n), 1)
+        for n in solver_for("bem_fft", made).resolutions(plan.geometry)
     }
     (reference,) = references(solved)
     return reference

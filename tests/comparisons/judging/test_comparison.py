@@ -5,10 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from comparisons.facts.methods import METHODS
 from comparisons.judging.comparison import compare, main_axis
 from comparisons.judging.truth import choose_reference, disagreements, references, sentence
-from comparisons.methods import METHODS, Solution
 from comparisons.solving.planning import plan_scene
+from comparisons.tasks.solution import Solution
 
 DEPTHS = np.array([1e-6, 2e-6, 4e-6, 8e-6])
 CONSTANTS = {"threads": 1, "versions": "a=1", "machine": "box"}

@@ -7,11 +7,12 @@ import math
 import numpy as np
 import pytest
 
-import comparisons.methods as methods
 from comparisons.judging.comparison import compare
 from comparisons.judging.metrics import relative_error
 from comparisons.judging.uncertainty import grid_uncertainty
-from comparisons.methods import Method, Solution, Support, covers, method_for
+from comparisons.methods import NoAnswerError, Row, Solver, Step, needed
+from comparisons.methods.reduced import ReducedProfile
+from comparisons.methods.registry import SOLVERS, solver_for
 from comparisons.questions.study import Study
 from comparisons.results.record import record_scene
 from comparisons.results.store import load_study
@@ -23,64 +24,67 @@ FRICTION = {"friction": {"coefficient": 0.5}}
 LOOP = {"force": "10 N", "tangential_force": ["4 N", "-4 N", "4 N"], "substeps": 3}
 
 
-class Sheared(Method):
+class Sheared(Solver):
     """A spring of stiffness k to every side, off by one per cent at N = 1, by 1/N % at N."""
 
     physics = frozenset({"friction"})
+    levels = (10, 20, 40)
     calls = 0
 
-    def __init__(self, name: str, dimension: int, levels: tuple[int, ...]) -> None:
-        self.name, self.title, self.dimension, self.levels = name, name, dimension, levels
+    def __init__(self, scene):
+        super().__init__(scene)
+        needed(scene.indenter, "a spring under an indenter")
 
-    def supports(self, scene):
-        return Support(scene.indenter is not None, "a spring")
-
-    def resolutions(self, scene, geometry):
+    def resolutions(self, geometry):
         return self.levels
 
-    def model(self, scene, geometry):
-        return "a spring"
+    def rows(self, task):
+        Sheared.calls += 1
+        yield Row(lambda loads: self.steps(task, loads))
 
-    def solve(self, task):
-        solution = Solution.empty(task)
-        type(self).calls += 1
+    def steps(self, task, loads):
         error = 0.0 if self.name == "closed_form" else 0.01 / task.resolution
         (force,) = task.loads.normal.values
-        for step, load in enumerate(task.loads.values):
+        for load in loads:
             if abs(load) > 0.5 * force:
-                solution.fail((0, step), "it slides away")
-                continue
-            values = {"tangential_displacement": 1e-6 * load * (1 + error), "force": force}
-            solution.put((0, step), values)
-        return solution
+                raise NoAnswerError("it slides away")
+            yield Step({"tangential_displacement": 1e-6 * load * (1 + error), "force": force})
+
+
+class ShearedTruth(Sheared):
+    """Exact."""
+
+    name, levels = "closed_form", (1,)
+
+
+class ShearedModel(Sheared):
+    """In three resolutions."""
+
+    name = "reduced"
 
 
 @pytest.fixture
-def wired(monkeypatch):
-    """Wire friction: a truth, and a reduced model in three resolutions."""
-    wirings = (Sheared("closed_form", 3, (1,)), Sheared("reduced", 1, (10, 20, 40)))
-    monkeypatch.setattr(methods, "WIRINGS", wirings)
-    return wirings
+def sheared(monkeypatch):
+    """Give friction a truth, and a reduced model in three resolutions."""
+    for name in ("bem_fft", "fem"):
+        plain = tuple(maker for maker in SOLVERS[name] if not maker.physics)
+        monkeypatch.setitem(SOLVERS, name, plain)
+    for made in (ShearedTruth, ShearedModel):
+        plain = tuple(maker for maker in SOLVERS[made.name] if not maker.physics)
+        monkeypatch.setitem(SOLVERS, made.name, (*plain, made))
 
 
-def test_a_wiring_takes_exactly_the_scenes_of_its_physics(scene, wired):
-    sheared = scene(loading=LOOP, **FRICTION)
-    assert method_for("reduced", sheared) is wired[1]
-    assert method_for("reduced", scene()) is methods.METHODS["reduced"]
+def test_a_solver_takes_exactly_the_scenes_of_its_physics(scene, sheared):
+    pulled = scene(loading=LOOP, **FRICTION)
+    assert isinstance(solver_for("reduced", pulled), ShearedModel)
+    assert isinstance(solver_for("reduced", scene()), ReducedProfile)
     glued = scene(loading=LOOP, adhesion={"work": 0.05}, **FRICTION)
-    assert not covers("reduced", glued).ok
-    (plan,) = plan_scene(sheared)
+    assert solver_for("reduced", glued).reason == "does not model [friction] and [adhesion]"
+    (plan,) = plan_scene(pulled)
     assert {each.method for each in plan.methods if each.supported} == {"closed_form", "reduced"}
 
 
-def test_a_plain_scene_is_planned_as_if_there_were_no_wirings(scene, monkeypatch):
-    (before,) = plan_scene(scene())
-    keys = [task.key for task in before.tasks]
-    monkeypatch.setattr(methods, "WIRINGS", ())
-    assert [task.key for task in plan_scene(scene())[0].tasks] == keys
-
-
-def test_errors_along_a_path_are_relative_to_its_largest_value(scene, wired):
+def test_errors_along_a_path_are_relative_to_its_largest_value(scene, sheared):
     (plan,) = plan_scene(scene(loading=LOOP, **FRICTION))
     result = compare(plan, solve_plan(plan, repeats=1), {})
     rows = result.rows[(result.rows["method"] == "reduced") & (result.rows["resolution"] == 10)]
@@ -93,7 +97,7 @@ def test_errors_along_a_path_are_relative_to_its_largest_value(scene, wired):
     assert float(measures["maximum"].iloc[0]) == pytest.approx(0.001, rel=1e-9)
 
 
-def test_the_bar_of_a_path_covers_its_error_where_the_values_pass_zero(scene, wired):
+def test_the_bar_of_a_path_covers_its_error_where_the_values_pass_zero(scene, sheared):
     (plan,) = plan_scene(scene(loading=LOOP, **FRICTION))
     solved = solve_plan(plan, repeats=1)
     without = {key: each for key, each in solved.items() if key[0] == "reduced"}
@@ -108,21 +112,21 @@ def test_the_bar_of_a_path_covers_its_error_where_the_values_pass_zero(scene, wi
     assert (bar >= error * (1 - 1e-9)).all()
 
 
-def test_a_step_that_fails_costs_itself_and_keeps_its_load(scene, wired):
-    loading = {"force": "10 N", "tangential_force": ["4 N", "8 N", "2 N"]}
+def test_a_step_that_fails_ends_its_path_and_keeps_its_load(scene, sheared):
+    loading = {"force": "10 N", "tangential_force": ["4 N", "2 N", "8 N"]}
     (plan,) = plan_scene(scene(loading=loading, **FRICTION))
     rows = compare(plan, solve_plan(plan, repeats=1), {}).rows
     rows = rows[(rows["method"] == "reduced") & (rows["resolution"] == 40)]
-    assert list(rows["converged"]) == [True, False, True]
-    assert list(rows["tangential_force"]) == [4.0, 8.0, 2.0]
-    assert list(rows["reason"]) == ["", "it slides away", ""]
+    assert list(rows["converged"]) == [True, True, False]
+    assert list(rows["tangential_force"]) == [4.0, 2.0, 8.0]
+    assert list(rows["reason"]) == ["", "", "it slides away"]
 
 
-def test_a_path_that_raises_is_not_cut_in_halves(scene, wired, monkeypatch):
+def test_a_path_that_raises_is_not_cut_in_halves(scene, sheared, monkeypatch):
     """The second half of a path cannot begin anew, so it must not be solved by itself."""
 
     def raises(self, task):
-        type(self).calls += 1
+        Sheared.calls += 1
         raise ValueError("no way")
 
     monkeypatch.setattr(Sheared, "solve", raises)
@@ -134,7 +138,7 @@ def test_a_path_that_raises_is_not_cut_in_halves(scene, wired, monkeypatch):
     assert "no way" in solution.reasons[0, 0]
 
 
-def test_the_record_says_along_what_was_compared_and_survives_a_folder(scene, wired, tmp_path):
+def test_the_record_says_along_what_was_compared_and_survives_a_folder(scene, sheared, tmp_path):
     (plan,) = plan_scene(scene(loading=LOOP, **FRICTION))
     record = record_scene(plan, solve_plan(plan, repeats=1))
     assert (record.control, record.along, record.is_path) == ("tangential_force", "step", True)

@@ -7,8 +7,9 @@ import pytest
 
 from comparisons.judging.pressures import pressure_measures
 from comparisons.judging.truth import choose_reference
-from comparisons.methods import METHODS, Solution
+from comparisons.solving.execution import execute
 from comparisons.solving.planning import plan_scene, task_of
+from comparisons.tasks.solution import Solution
 
 ASKED = {"quantities": ["force", "pressure"]}
 SQUARE = {"shape": "square_punch", "side": 2.0}
@@ -149,7 +150,7 @@ def test_points_where_a_rule_has_no_real_pressure_do_not_count(square):
 def test_the_cone_is_compared_away_from_its_tip(scene):
     """Exact pressure at all points but near the tip, where p ~ arcosh(a/r) (Sneddon 1965)."""
     (plan,) = plan_scene(scene(indenter={"shape": "cone", "slope": 0.1}, compare=ASKED))
-    exact = METHODS["closed_form"].solve(task_of(plan, "closed_form", 1))
+    exact = execute(task_of(plan, "closed_form", 1), 1)
     a = 2 / np.pi * plan.loads.values[-1] / 0.1
     x = np.linspace(0.01, 0.99, 99) * a
     p = 0.05 * plan.scene.effective_modulus * np.arccosh(a / x)

@@ -10,8 +10,8 @@ import psutil
 import pytest
 
 from comparisons.judging.refinement import BUDGET, refined
-from comparisons.methods import Solution
-from comparisons.solving.planning import plan_scene
+from comparisons.solving.planning import plan_scene, task_of
+from comparisons.tasks.solution import Solution
 
 SQUARE = {"shape": "square_punch", "side": 1e-3}
 
@@ -39,7 +39,7 @@ def refine(scene):
 
         def solution(each, n):
             depth = each.loads.values[None, :]
-            found = Solution.empty(SimpleNamespace(realisations=(0,), loads=each.loads))
+            found = Solution.empty(task_of(plan, "bem_fft", n))
             found.seconds = seconds * n**2
             if n < lost_from:
                 found.quantities = {"penetration": depth, "force": depth * (1 + error / n)}
@@ -94,7 +94,7 @@ def test_growth_of_work_is_that_of_the_method(refine):
 
 def test_a_scene_with_a_closed_form_needs_no_refinement(scene):
     (plan,) = plan_scene(scene(compare={"methods": ["closed_form"]}))
-    exact = Solution.empty(SimpleNamespace(realisations=(0,), loads=plan.loads))
+    exact = Solution.empty(task_of(plan, "closed_form", 1))
     exact.quantities = {"force": np.ones((1, 3)), "penetration": plan.loads.values[None, :]}
     exact.converged[:] = True
     never = pytest.fail

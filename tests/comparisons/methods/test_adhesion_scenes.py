@@ -7,11 +7,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from comparisons.methods import Task, covers, method_for
-from comparisons.scene.options import Options
+from comparisons.methods.registry import solver_for
 from comparisons.scene.scene import load_scene, parse_scene
 from comparisons.solving.execution import execute
 from comparisons.solving.planning import plan_scene
+from comparisons.tasks.task import Task
 from reference.closed_form.maugis import MaugisForm
 
 QUANTITIES = ("force", "penetration", "contact_area", "pull_off_force")
@@ -44,7 +44,7 @@ def scene_of(shape: str, loading: str, more: str = ""):
 
 def solved(scene, name: str, resolution: int):
     (plan, *_) = plan_scene(scene)
-    task = Task(plan.scene, plan.geometry, plan.loads, name, resolution, Options(), QUANTITIES)
+    task = Task(plan.scene, plan.geometry, plan.loads, name, resolution, QUANTITIES)
     solution = execute(task)
     assert solution.converged.all(), solution.reasons
     return {key: values[0] for key, values in solution.quantities.items()}
@@ -130,13 +130,13 @@ def test_first_touch_is_met_in_any_unit_of_length(unit):
 
 def test_what_no_method_does_is_said():
     ball = scene_of("paraboloid", BY_DEPTH, 'range = "1 um"')
-    assert "short range" in method_for("closed_form", ball).supports(ball).reason
-    assert covers("bem_dense", ball).reason == "does not model [adhesion]"
+    assert "short range" in solver_for("closed_form", ball).reason
+    assert solver_for("bem_dense", ball).reason == "does not model [adhesion]"
     square = scene_of("square_punch", BY_FORCE)
-    assert "square punch" in method_for("closed_form", square).supports(square).reason
+    assert "square punch" in solver_for("closed_form", square).reason
     sharp = scene_of("power_law", BY_FORCE)
     for name in ("reduced", "closed_form", "bem_fft"):
-        assert "sharper than" in method_for(name, sharp).supports(sharp).reason
+        assert "sharper than" in solver_for(name, sharp).reason
 
 
 def test_a_punch_is_lost_as_a_whole():

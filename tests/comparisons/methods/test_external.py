@@ -12,16 +12,18 @@ import pandas as pd
 import pytest
 
 from comparisons.errors import InputError
+from comparisons.facts.methods import GROUP, METHODS
 from comparisons.isolation import parent
 from comparisons.judging.truth import references
-from comparisons.methods import METHODS, Solution
+from comparisons.methods import registry
 from comparisons.methods.user import external
 from comparisons.methods.user.external import (
-    ExternalMethod,
     Limits,
     Origin,
+    OutsideMethod,
+    add_announced,
     add_methods,
-    registered,
+    outside_methods,
 )
 from comparisons.questions.claims.claim import ClaimError, about_method, load_claims
 from comparisons.questions.claims.runner import _repeats
@@ -30,13 +32,13 @@ from comparisons.questions.hard_cases.run import run_case
 from comparisons.results.decisions import judged_methods
 from comparisons.results.record import record_scene
 from comparisons.results.store import StudyRecord, load_study
-from comparisons.scene import method_names
 from comparisons.scene.scene import load_scene
 from comparisons.solving import external_work
 from comparisons.solving.execution import execute
 from comparisons.solving.kept import solve_plan
 from comparisons.solving.planning import plan_scene, task_of
 from comparisons.tasks.archive import arrays_of
+from comparisons.tasks.solution import Solution
 from reports.cli.cli import run_command
 from reports.cli.terminal import print_study
 from reports.pages.study import page
@@ -85,15 +87,7 @@ def dies(task, load, realisation):
 '''
 
 
-@pytest.fixture(autouse=True)
-def registry(monkeypatch):
-    """Forget the methods of a test: names, instances, and what is handed to workers."""
-    monkeypatch.setattr(method_names, "_from_outside", {})
-    monkeypatch.setenv(external.VARIABLE, "[]")
-    before = dict(METHODS)
-    yield
-    METHODS.clear()
-    METHODS.update(before)
+pytestmark = pytest.mark.usefixtures("methods_restored")
 
 
 @pytest.fixture
@@ -193,11 +187,11 @@ def test_a_method_that_always_hangs_is_asked_a_few_times_only(monkeypatch):
         return parent.Outcome("hung", reason="no answer within 1 s")
 
     monkeypatch.setattr(parent, "run", hang)
-    method = ExternalMethod(Origin("file:x", "slow", "slow", 3, "", 1.0, 1e9))
+    method = OutsideMethod(Origin("file:x", "slow", "slow", 3, "", 1.0, 1e9))
     scenes = [
         load_scene(name) for name in ("paraboloid", "cone", "sphere", "cylinder", "ellipsoid-2")
     ]
-    reasons = [method.supports(scene).reason for scene in scenes]
+    reasons = [method.plan(scene)["reason"] for scene in scenes]
     assert len(calls) == external.MOST_STUCK
     assert "hung: no answer within 1 s" in reasons[0]
     assert "not asked again" in reasons[-1]
@@ -208,8 +202,8 @@ def test_a_method_that_always_hangs_is_asked_a_few_times_only(monkeypatch):
 
 @pytest.fixture
 def task():
-    METHODS["other"] = ExternalMethod(Origin("file:x", "other", "other", 3, "", 1.0, 1e9))
-    method_names.register_method("other", "other", 3)
+    made = OutsideMethod(Origin("file:x", "other", "other", 3, "", 1.0, 1e9))
+    registry.add(made, made.facts)
     plan = plan_scene(load_scene("paraboloid", {"compare.methods": ["reduced"]}))[0]
     return task_of(plan, "other", 10)
 
@@ -299,10 +293,10 @@ def test_reasons_are_short_printable_and_about_steps_that_exist(answered):
 def test_resolutions_are_a_few_whole_numbers(monkeypatch, levels):
     answer = parent.Outcome("answered", answer={"ok": True, "resolutions": levels})
     monkeypatch.setattr(parent, "run", lambda *a, **k: answer)
-    method = ExternalMethod(Origin("file:x", "odd", "odd", 3, "", 1.0, 1e9))
-    support = method.supports(load_scene("paraboloid"))
-    assert not support.ok
-    assert "resolutions" in support.reason
+    method = OutsideMethod(Origin("file:x", "odd", "odd", 3, "", 1.0, 1e9))
+    plan = method.plan(load_scene("paraboloid"))
+    assert not plan["ok"]
+    assert "resolutions" in plan["reason"]
 
 
 def test_a_method_from_outside_is_never_the_truth(task):
@@ -415,10 +409,11 @@ def test_workers_are_told_in_their_environment(monkeypatch, tmp_path):
     file.write_text("")
     described(monkeypatch)
     add_methods([file], Limits(5, 1e9))
-    monkeypatch.setattr(method_names, "_from_outside", {})
-    (made,) = registered().values()
+    del METHODS["other"], registry.SOLVERS["other"]
+    add_announced()
+    (made,) = outside_methods()
     assert (made.name, made.origin.seconds, made.origin.memory) == ("other", 5, 1e9)
-    assert "other" in method_names.known_methods()
+    assert "other" in METHODS
     assert str(file) in os.environ[external.VARIABLE]
 
 
@@ -438,7 +433,7 @@ def test_a_changed_file_is_another_method(monkeypatch, tmp_path):
 def test_installed_packages_bring_methods_and_a_broken_one_is_left_out(monkeypatch):
     """The group `roughline.methods`; a package that fails must not stop other commands."""
     points = metadata.EntryPoints(
-        metadata.EntryPoint(name, f"{name}:Method", external.GROUP) for name in ("good", "torn")
+        metadata.EntryPoint(name, f"{name}:Method", GROUP) for name in ("good", "torn")
     )
     monkeypatch.setattr(metadata, "entry_points", lambda **which: points.select(**which))
 
@@ -450,7 +445,7 @@ def test_installed_packages_bring_methods_and_a_broken_one_is_left_out(monkeypat
 
     monkeypatch.setattr(parent, "run", describe)
     assert add_methods() == ["the installed method 'torn': raised: ImportError: torn"]
-    assert METHODS["good"].origin.source == "entry:good"
+    assert [made.origin.source for made in outside_methods()] == ["entry:good"]
 
 
 # --- the other side, in this process ----------------------------------------------------------
@@ -458,7 +453,7 @@ def test_installed_packages_bring_methods_and_a_broken_one_is_left_out(monkeypat
 
 def test_a_file_without_a_method_says_what_is_expected(tmp_path):
     file = tmp_path / "empty.py"
-    file.write_text("from comparisons.methods import Method\nprint('imported')\n")
+    file.write_text("from comparisons.methods import Solver\nprint('imported')\n")
     with pytest.raises(ValueError, match="no method in the file: expected a function under"):
         external_work.describe(f"file:{file}")
 
@@ -466,10 +461,10 @@ def test_a_file_without_a_method_says_what_is_expected(tmp_path):
 def test_classes_and_functions_are_found_and_imported_ones_are_not(tmp_path):
     file = tmp_path / "two.py"
     file.write_text(
-        "from comparisons.methods import Method, method\n"
-        "from comparisons.methods.reduced import Reduced\n"
-        "class Own(Method):\n    name = 'own'\n    dimension = 1\n"
-        "class Base(Method):\n    name = ''\n"
+        "from comparisons.methods import Solver, method\n"
+        "from comparisons.methods.reduced import ReducedProfile\n"
+        "class Own(Solver):\n    name = 'own'\n    dimension = 1\n"
+        "class Base(Solver):\n    name = ''\n"
         "@method('step', physics={'sliding'})\ndef step(task, load, realisation):\n"
         "    return {}\n"
     )
@@ -488,10 +483,7 @@ def test_a_method_of_ones_own_has_its_verdict_beside_the_reduced_model(capsys, t
 
     Solved in this process: starting one of its own is tested above, and takes seconds.
     """
-    own = external_work._method(f"file:{EXAMPLE}", "winkler")
-    own.external = True
-    METHODS["winkler"] = own
-    method_names.register_method("winkler", "Winkler foundation", 3)
+    registry.add_class(external_work._method(f"file:{EXAMPLE}", "winkler"))
     few = {"compare.methods": ["closed_form", "reduced", "winkler"]}
     (plan,) = plan_scene(load_scene("paraboloid", few))
     scene = record_scene(plan, solve_plan(plan, repeats=1))
@@ -519,8 +511,8 @@ def test_a_method_that_breaks_while_it_plans_is_an_error_not_a_refusal(monkeypat
     monkeypatch.setattr(parent, "run", lambda work, source, name, *a, **k: outcomes[name])
     for source in ("file:x", "entry:x"):
         for name in outcomes:
-            METHODS[name] = ExternalMethod(Origin(source, name, name, 3, "", 1.0, 1e9))
-            method_names.register_method(name, name, 3)
+            made = OutsideMethod(Origin(source, name, name, 3, "", 1.0, 1e9))
+            registry.add(made, made.facts)
         scene = load_scene("paraboloid", {"compare.methods": ["closed_form", *outcomes]})
         if source == "file:x":
             with pytest.raises(InputError) as caught:

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
-from comparisons.methods import METHODS
+from comparisons.solving.execution import execute
 from comparisons.solving.planning import plan_scene, task_of
 from reference import surfaces
 
@@ -116,7 +116,7 @@ def pressed(scene, tmp_path):
         (plan, *_) = plan_scene(made)
         own = max(map_.heights.shape) if method == "reduced" else map_.heights.shape[0]
         rows = (0, 1) if method == "reduced" else (0,)
-        solution = METHODS[method].solve(task_of(plan, method, factor * own, rows))
+        solution = execute(task_of(plan, method, factor * own, rows), 1)
         assert solution.converged.all(), solution.reasons
         return {name: solution.quantities[name] for name in QUANTITIES}
 

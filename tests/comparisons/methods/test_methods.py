@@ -8,9 +8,11 @@ from functools import cache
 import numpy as np
 import pytest
 
-from comparisons.methods import METHODS
+from comparisons.methods import Solver
+from comparisons.methods.registry import solver_for
 from comparisons.questions.single import solve_scene
 from comparisons.scene.scene import load_scene
+from comparisons.solving.execution import execute
 from comparisons.solving.planning import plan_scene, task_of
 from reports.cli.cli import run_command
 
@@ -106,10 +108,10 @@ def test_under_force_control_the_penetration_comes_back(scene, method):
     """
     first = plan_scene(scene())[0]
     level = LEVELS[method]
-    there = METHODS[method].solve(task_of(first, method, level)).quantities
+    there = execute(task_of(first, method, level), 1).quantities
     forces = there["force"][0]
     second = plan_scene(scene(loading={"force": forces.tolist()}))[0]
-    back = METHODS[method].solve(task_of(second, method, level)).quantities
+    back = execute(task_of(second, method, level), 1).quantities
     np.testing.assert_allclose(back["force"][0], forces, rtol=1e-12)
     # Force control sizes its grid by the reduced model's penetration, the same to 1e-3.
     tolerance = {"closed_form": 1e-12, "reduced": 1e-10}.get(method, 2e-3)
@@ -192,7 +194,7 @@ def test_a_table_of_a_paraboloid_is_nearly_a_paraboloid(scene):
     r = np.linspace(0, 1e-3, 101)
     table = {"shape": "profile", "r": r.tolist(), "f": (r**2 / 0.02).tolist()}
     (plan,) = plan_scene(scene(indenter=table))
-    found = METHODS["reduced"].solve(task_of(plan, "reduced", 40)).quantities["force"][0]
+    found = execute(task_of(plan, "reduced", 40), 1).quantities["force"][0]
     depth = np.array([1e-6, 2e-6, 4e-6])
     hertz = 4 / 3 * 210e9 / 0.91 * np.sqrt(0.01) * depth**1.5
     np.testing.assert_allclose(found, hertz, rtol=1e-3)
@@ -247,7 +249,7 @@ def scaled(scene, length, modulus):
 
 def solved(scene, method, level):
     (plan, *_) = plan_scene(scene)
-    result = METHODS[method].solve(task_of(plan, method, level))
+    result = execute(task_of(plan, method, level), 1)
     assert result.converged.all()
     return {name: values[0] for name, values in result.quantities.items()}
 
@@ -279,7 +281,9 @@ def assert_scales(make, source, method, length, modulus, tolerance):
         )
 
 
-CLOSED = [source for source in SHAPES if METHODS["closed_form"].supports(load_scene(source)).ok]
+CLOSED = [
+    source for source in SHAPES if isinstance(solver_for("closed_form", load_scene(source)), Solver)
+]
 
 
 @pytest.mark.parametrize("source", SHAPES)
@@ -397,7 +401,7 @@ def test_quantities_of_a_line_are_per_side_of_the_surface(rough, length):
     """A line of length L1 stands for a patch of that side: F = p L1^2, all quoted per L^2."""
     made = rough(realisations=3, methods={"reduced": {"line_length": length}})
     (plan,) = plan_scene(made)
-    solution = METHODS["reduced"].solve(task_of(plan, "reduced", 64, (0, 1, 2)))
+    solution = execute(task_of(plan, "reduced", 64, (0, 1, 2)), 1)
     found = solution.quantities
     for force in found["force"]:
         np.testing.assert_allclose(force, plan.loads.values, rtol=1e-9)
@@ -417,15 +421,14 @@ def test_solvers_of_the_finite_elements_agree_and_say_what_they_cannot():
     """Multigrid to 2e-5 of the direct force; refusals with reasons, the solver in the plan."""
     sources = {"methods.fem.solver": "multigrid"}
     plans = [plan_scene(load_scene("paraboloid", more))[0] for more in ({}, sources)]
-    forces = [METHODS["fem"].solve(task_of(plan, "fem", 3)).quantities["force"] for plan in plans]
+    forces = [execute(task_of(plan, "fem", 3), 1).quantities["force"] for plan in plans]
     np.testing.assert_allclose(forces[1], forces[0], rtol=2e-5)
-    model = METHODS["fem"].model(plans[1].scene, plans[1].geometry)
+    model = solver_for("fem", plans[1].scene).model(plans[1].geometry)
     assert "solved by multigrid" in model
     for name, more, reason in (
         ("square-punch", {}, "single contacts"),
         ("paraboloid", {"half_space.poisson_ratio": 0.5}, "definite matrix"),
         ("paraboloid", {"methods.fem.contact": "penalty"}, "active_set only"),
     ):
-        support = METHODS["fem"].supports(load_scene(name, sources | more))
-        assert not support.ok
+        support = solver_for("fem", load_scene(name, sources | more))
         assert reason in support.reason

@@ -8,7 +8,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from comparisons.methods import METHODS, peer_fem
+from comparisons.methods import peer_fem
+from comparisons.methods.registry import solver_for
 from comparisons.scene.scene import load_scene, make_scene
 from comparisons.solving.execution import execute
 from comparisons.solving.planning import plan_scene, task_of
@@ -83,12 +84,12 @@ def test_what_it_is_not_made_for_is_said():
         "rough-free": "single contacts only",
     }
     for name, reason in reasons.items():
-        assert reason in METHODS["ngsolve"].supports(load_scene(name)).reason
+        assert reason in solver_for("ngsolve", load_scene(name)).reason
 
 
 def test_its_absence_is_said(monkeypatch):
     monkeypatch.setattr(peer_fem.util, "find_spec", lambda name: None)
-    support = METHODS["ngsolve"].supports(scene("paraboloid"))
+    support = solver_for("ngsolve", scene("paraboloid"))
     assert support.reason == "not installed: pip install 'roughline[peers]'"
 
 

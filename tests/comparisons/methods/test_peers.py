@@ -12,11 +12,13 @@ import numpy as np
 import pytest
 
 from comparisons.isolation import parent
-from comparisons.methods import METHODS
+from comparisons.methods.registry import solver_for
+from comparisons.methods.solver import Refusal
 from comparisons.peers import press
 from comparisons.peers.press import Problem
 from comparisons.questions.study import Study
 from comparisons.scene.scene import load_scene
+from comparisons.solving.execution import execute
 from comparisons.solving.planning import plan_scene, task_of
 from reference import surfaces
 from reference.halfspace import FreeOperator, PeriodicOperator, fft
@@ -145,19 +147,16 @@ def test_the_study_shows_that_the_pressure_fields_agree_on_the_measured_map(peer
 def test_what_is_not_installed_says_how_to_install_it(monkeypatch):
     monkeypatch.setattr(press.util, "find_spec", lambda name: None)
     for peer in PEERS:
-        support = METHODS[peer].supports(load_scene("paraboloid"))
-        assert (support.ok, support.reason) == (
-            False,
-            "not installed: pip install 'roughline[peers]'",
-        )
+        refused = solver_for(peer, load_scene("paraboloid"))
+        assert refused == Refusal("not installed: pip install 'roughline[peers]'")
 
 
 def test_what_a_peer_cannot_do_has_its_reason(monkeypatch):
     monkeypatch.setattr(press, "installed", lambda peer: True)
     load = {"loading": {"mean_gap": [1e-9]}}
     for peer in PEERS:
-        assert "sharp edges" in METHODS[peer].supports(load_scene("cylinder")).reason
-        assert "mean-gap" in METHODS[peer].supports(load_scene("rough-free", load)).reason
+        assert "sharp edges" in solver_for(peer, load_scene("cylinder")).reason
+        assert "mean-gap" in solver_for(peer, load_scene("rough-free", load)).reason
 
 
 def answering(monkeypatch, change):
@@ -233,7 +232,7 @@ def test_a_peer_is_never_the_truth(monkeypatch):
     plan = plan_scene(load_scene("rough-periodic"))[0]
     solved = {}
     for method, level in (("bem_fft", 64), ("bem_fft", 128)):
-        solved[method, level] = METHODS[method].solve(task_of(plan, method, level))
+        solved[method, level] = execute(task_of(plan, method, level), 1)
     solved["tamaas", 64] = solved["bem_fft", 64]
     solved["tamaas", 128] = solved["bem_fft", 64]
     assert "tamaas" in [each.method for each in references(solved)]

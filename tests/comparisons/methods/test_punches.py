@@ -12,9 +12,9 @@ from scipy.special import ellipk
 
 from comparisons.judging.comparison import compare
 from comparisons.judging.truth import choose_reference
-from comparisons.methods import METHODS
 from comparisons.scene.polygons import area_fractions, offset_outline, signed_area
 from comparisons.scene.scene import parse_scene
+from comparisons.solving.execution import execute
 from comparisons.solving.planning import plan_scene, task_of
 
 TRIANGLE = [[0.0, 0.0], [1.0, 0.0], [0.5, 0.75**0.5]]
@@ -98,7 +98,7 @@ def test_stiffness_is_known_to_half_a_per_mille_and_the_bar_holds(name):
     plan = plan_of(text)
     (planned,) = [each for each in plan.methods if each.method == "bem_fft"]
     solved = {
-        ("bem_fft", level): METHODS["bem_fft"].solve(task_of(plan, "bem_fft", level))
+        ("bem_fft", level): execute(task_of(plan, "bem_fft", level), 1)
         for level in planned.resolutions
     }
     reference = choose_reference(solved, ("stiffness",))
@@ -115,14 +115,14 @@ def test_stiffness_is_known_to_half_a_per_mille_and_the_bar_holds(name):
 @pytest.mark.parametrize(("corners", "exact"), [(TRIANGLE, 0.788123), (ANGLE, 1.035581)])
 def test_stiffness_does_not_depend_on_the_angle_to_the_grid(corners, exact, angle):
     plan = plan_of(f'shape = "polygon_punch"\nvertices = {rotated(corners, angle)}')
-    found = METHODS["bem_fft"].solve(task_of(plan, "bem_fft", 64)).quantities["stiffness"][0, 0]
+    found = execute(task_of(plan, "bem_fft", 64), 1).quantities["stiffness"][0, 0]
     assert found == pytest.approx(exact, rel=4e-4)
 
 
 @pytest.mark.parametrize("name", SHAPES)
 def test_dense_and_fft_solve_the_same_cells(name):
     plan = plan_of(SHAPES[name][0])
-    one, other = (METHODS[m].solve(task_of(plan, m, 10)) for m in ("bem_fft", "bem_dense"))
+    one, other = (execute(task_of(plan, m, 10), 1) for m in ("bem_fft", "bem_dense"))
     force = [each.quantities["force"] for each in (one, other)]
     np.testing.assert_allclose(*force, rtol=1e-8)
     assert one.unknowns == other.unknowns
@@ -130,10 +130,10 @@ def test_dense_and_fft_solve_the_same_cells(name):
 
 def test_either_control_gives_the_same_line():
     text, exact = SHAPES["square"]
-    by_depth = METHODS["bem_fft"].solve(task_of(plan_of(text), "bem_fft", 16)).quantities
+    by_depth = execute(task_of(plan_of(text), "bem_fft", 16), 1).quantities
     force = by_depth["force"][0].tolist()
     plan = plan_of(text, f"force = {force}")
-    by_force = METHODS["bem_fft"].solve(task_of(plan, "bem_fft", 16)).quantities
+    by_force = execute(task_of(plan, "bem_fft", 16), 1).quantities
     np.testing.assert_allclose(by_force["penetration"], by_depth["penetration"], rtol=1e-12)
     np.testing.assert_allclose(by_depth["energy"], by_depth["force"] * by_depth["penetration"] / 2)
     np.testing.assert_allclose(by_depth["contact_area"], 1.0)
@@ -144,7 +144,7 @@ def test_pressure_carries_the_force_and_is_right_inside():
     """Johnson 1985, 3.34: p = F/(2 pi a sqrt(a^2 - r^2)), 2 % up to r = 0.9 a at 32 cells."""
     compare_pressure = 'quantities = ["force", "pressure"]'
     plan = plan_of(SHAPES["disc"][0], compare=compare_pressure)
-    solution = METHODS["bem_fft"].solve(task_of(plan, "bem_fft", 32))
+    solution = execute(task_of(plan, "bem_fft", 32), 1)
     fields, force = solution.fields, solution.quantities["force"][0, -1]
     assert (fields["pressure"] * fields["pressure_weight"]).sum() == pytest.approx(force, rel=1e-12)
     r = np.hypot(fields["pressure_x"], fields["pressure_y"])

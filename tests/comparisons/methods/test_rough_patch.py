@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from comparisons.methods import METHODS
 from comparisons.scene.scene import parse_scene
+from comparisons.solving.execution import execute
 from comparisons.solving.planning import plan_scene, task_of
 
 MAP = Path(__file__).resolve().parents[4] / "shared" / "data" / "di-6.di"
@@ -48,9 +48,7 @@ def test_measured_patch_agrees_with_the_half_space_solver_within_the_summed_esti
     """
     made = plan()
     found = {
-        method: [
-            METHODS[method].solve(task_of(made, method, n, with_body=False)) for n in resolutions
-        ]
+        method: [execute(task_of(made, method, n, with_body=False), 1) for n in resolutions]
         for method, resolutions in {"fem": (16, 32), "bem_fft": (32, 64)}.items()
     }
     for coarse, fine in found.values():

@@ -8,7 +8,8 @@ import warnings
 import numpy as np
 import pytest
 
-from comparisons.methods import METHODS
+from comparisons.methods.reduced import ReducedProfile
+from comparisons.methods.registry import SOLVERS
 from comparisons.scene.scene import SceneError
 from comparisons.solving.execution import execute
 from comparisons.solving.planning import plan_scene, task_of
@@ -83,15 +84,14 @@ def test_an_absurd_load_costs_its_own_step_only(solve, method, control):
 
 def test_a_method_that_raises_at_deep_loads_keeps_the_others(solve, monkeypatch):
     """It is called again for halves of the loads, until the one that raises stands alone."""
-    original = METHODS["reduced"]
 
-    class Shallow(type(original)):
+    class Shallow(ReducedProfile):
         def solve(self, task):
             if task.loads.values[-1] > 5e-6:
                 raise ValueError("too deep for me")
             return super().solve(task)
 
-    monkeypatch.setitem(METHODS, "reduced", Shallow())
+    monkeypatch.setitem(SOLVERS, "reduced", (Shallow,))
     _, solution = solve("reduced", 10, {"penetration": [1e-6, 2e-6, 3e-6, 4e-6, 5e-6, 6e-6]})
     assert solution.converged.tolist() == [[True] * 5 + [False]]
     assert "too deep for me" in solution.reasons[0, 5]
@@ -101,12 +101,12 @@ def test_a_method_that_always_raises_is_not_asked_for_every_load(solve, monkeypa
     """Halves of halves down to the smallest load: log2 of the number of loads, not their number."""
     calls = []
 
-    class Broken(type(METHODS["reduced"])):
+    class Broken(ReducedProfile):
         def solve(self, task):
             calls.append(len(task.loads.values))
             raise ValueError("broken")
 
-    monkeypatch.setitem(METHODS, "reduced", Broken())
+    monkeypatch.setitem(SOLVERS, "reduced", (Broken,))
     loads = {"from": 1e-6, "to": 2e-6, "steps": 64}
     _, solution = solve("reduced", 10, {"penetration": loads})
     assert not solution.converged.any()

@@ -9,13 +9,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from comparisons.methods import Task, covers, method_for
-from comparisons.methods.base import Solution
+from comparisons.methods.registry import solver_for
 from comparisons.questions.experiments import EXPERIMENTS, rough_slip
 from comparisons.questions.experiments.rough_ensemble import Surface, line_samples, press
 from comparisons.scene.scene import Scene
 from comparisons.solving.execution import execute
 from comparisons.solving.planning import plan_scene
+from comparisons.tasks.solution import Solution
+from comparisons.tasks.task import Task
 from reference.closed_form import stiffness_ratio
 
 ROOT = Path(__file__).resolve().parents[3]
@@ -26,12 +27,8 @@ PULL = {"force": "1 N", "tangential_force": ["0.2 N", "-0.2 N"], "substeps": 2}
 def solved(scene: Scene, name: str, resolution: int) -> Solution:
     """Solve a scene with one method."""
     (plan, *_) = plan_scene(scene)
-    assert covers(name, scene).ok
-    method = method_for(name, scene)
-    assert method.supports(scene).ok, method.supports(scene).reason
-    options = scene.methods.of(name)
     quantities = ("tangential_displacement", "tangential_stiffness", "stiffness")
-    task = Task(plan.scene, plan.geometry, plan.loads, name, resolution, options, quantities)
+    task = Task(plan.scene, plan.geometry, plan.loads, name, resolution, quantities)
     return execute(task)
 
 
@@ -58,7 +55,8 @@ def test_coupling_is_what_the_springs_leave_out(scene):
     apart = {}
     for coupling in ("none", "full"):
         half_space = {"youngs_modulus": "3 MPa", "poisson_ratio": 0.0}
-        ball = friction(scene, half_space=half_space, methods={"bem_fft": {"coupling": coupling}})
+        table = {"coefficient": 0.3, "coupling": coupling}
+        ball = friction(scene, half_space=half_space, friction=table)
         u = solved(ball, "reduced", 20).quantities["tangential_displacement"][0]
         v = solved(ball, "bem_fft", 12).quantities["tangential_displacement"][0]
         apart[coupling] = np.abs(u - v).max() / np.abs(v).max()
@@ -79,13 +77,12 @@ def test_finite_elements_see_the_same_coupling(scene):
 
 
 def test_finite_elements_say_where_they_have_no_friction(scene):
-    fem = method_for("fem", friction(scene))
-    assert "0.4999" in fem.supports(friction(scene)).reason
+    assert "0.4999" in solver_for("fem", friction(scene)).reason
     steel = {"youngs_modulus": "210 GPa", "poisson_ratio": 0.3}
     punch = friction(scene, half_space=steel, indenter={"shape": "cylinder", "radius": "1 mm"})
-    assert "round smooth" in fem.supports(punch).reason
-    apart = friction(scene, half_space=steel, methods={"bem_fft": {"coupling": "none"}})
-    assert "coupling" in fem.supports(apart).reason
+    assert "round smooth" in solver_for("fem", punch).reason
+    apart = friction(scene, half_space=steel, friction={"coefficient": 0.3, "coupling": "none"})
+    assert "coupling" in solver_for("fem", apart).reason
     loading = {"force": "1 N", "tangential_force": ["0.2 N", "0.4 N"]}
     slides = solved(friction(scene, half_space=steel, loading=loading), "fem", 2)
     assert slides.converged[0].tolist() == [True, False]
@@ -113,9 +110,9 @@ def test_a_flat_circle_on_rubber_has_a_closed_form(scene, kind):
 
 def test_elsewhere_the_closed_form_says_what_it_lacks(scene):
     ball = friction(scene)
-    assert "slip across" in method_for("closed_form", ball).supports(ball).reason
+    assert "slip across" in solver_for("closed_form", ball).reason
     steel = friction(scene, half_space={"youngs_modulus": "210 GPa", "poisson_ratio": 0.3})
-    assert "drags" in method_for("closed_form", steel).supports(steel).reason
+    assert "drags" in solver_for("closed_form", steel).reason
 
 
 @pytest.mark.parametrize("name", ["reduced", "bem_fft"])

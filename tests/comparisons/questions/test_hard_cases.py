@@ -9,14 +9,15 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from comparisons.methods import METHODS
+from comparisons.facts.methods import METHODS, OWN
+from comparisons.methods.reduced import ReducedProfile
+from comparisons.methods.registry import SOLVERS
 from comparisons.questions.hard_cases.case import Expected
 from comparisons.questions.hard_cases.catalogue import catalogue
 from comparisons.questions.hard_cases.run import LEFT_OUT, run_case, run_cases, words
-from comparisons.scene.method_names import METHOD_NAMES
 from comparisons.solving import execution
 
-BUILT_IN = tuple(name for name in METHOD_NAMES if not METHODS[name].peer)
+BUILT_IN = tuple(name for name in OWN if not METHODS[name].peer)
 # What the catalogue promises to hold, each with a case that shows it.
 TOPICS = {
     "Poisson's ratio to 1/2": ("nu-0", "nu-0-3", "nu-0-49", "nu-0-499", "nu-0-4999", "nu-0-5"),
@@ -87,12 +88,12 @@ def altered(monkeypatch):
     """Return a maker of outcomes of the reduced model with an altered solution."""
 
     def judge(name, change):
-        class Altered(type(METHODS["reduced"])):
+        class Altered(ReducedProfile):
             def solve(self, task):
                 return change(super().solve(task))
 
         monkeypatch.setattr(execution, "REPEATS", 1)
-        monkeypatch.setitem(METHODS, "reduced", Altered())
+        monkeypatch.setitem(SOLVERS, "reduced", (Altered,))
         (outcome,) = run_case(catalogue()[name], ["reduced"])
         return outcome
 

@@ -10,13 +10,16 @@ import pandas as pd
 import pytest
 
 from comparisons.errors import ResultsError
-from comparisons.methods import METHODS, base
+from comparisons.facts.methods import METHODS
+from comparisons.methods.reduced import ReducedProfile
+from comparisons.methods.registry import SOLVERS
 from comparisons.questions import study as study_module
 from comparisons.questions.study import Study
 from comparisons.results.store import FIELDS, MEASURES, RESULTS, STUDY, load_study
 from comparisons.scene.scene import load_scene
 from comparisons.solving.execution import execute
 from comparisons.solving.planning import plan_scene
+from comparisons.tasks import task as task_module
 
 # Columns that differ from run to run by their nature.
 CLOCK = ["seconds", "setup_seconds", "compile_seconds", "memory"]
@@ -293,7 +296,7 @@ def test_other_packages_or_an_edited_source_solve_anew(
     """What another numpy, or another roughline, found is not mixed with what this one finds."""
     Study(ball, tmp_path / "out").run()
     counted.clear()
-    monkeypatch.setattr(base, what, lambda: now)
+    monkeypatch.setattr(task_module, what, lambda: now)
     again = [replace(plan) for plan in ball]  # plans made anew, as another process would
     Study(again, tmp_path / "out", resume=True).run()
     assert len(counted) == 5
@@ -322,11 +325,11 @@ def test_full_effort_refines_the_truth_in_the_folder(scene, tmp_path):
 
 
 def test_a_method_that_fails_costs_its_rows_and_is_counted_as_lost(ball, tmp_path, monkeypatch):
-    class Broken(type(METHODS["reduced"])):
+    class Broken(ReducedProfile):
         def solve(self, task):
             raise RuntimeError("out of springs")
 
-    monkeypatch.setitem(METHODS, "reduced", Broken())
+    monkeypatch.setitem(SOLVERS, "reduced", (Broken,))
     study = Study(ball, tmp_path / "out")
     study.run()
     lost = [(task.method, task.resolution, reason) for task, reason in study.lost()]
@@ -342,12 +345,12 @@ def test_a_method_that_fails_costs_its_rows_and_is_counted_as_lost(ball, tmp_pat
 def test_a_lost_solve_is_tried_again_on_resume(ball, tmp_path, monkeypatch, counted):
     """Else a fixed bug, or a machine with more memory, would never get its chance."""
 
-    class Broken(type(METHODS["reduced"])):
+    class Broken(ReducedProfile):
         def solve(self, task):
             raise MemoryError("no room today")
 
     with monkeypatch.context() as broken:
-        broken.setitem(METHODS, "reduced", Broken())
+        broken.setitem(SOLVERS, "reduced", (Broken,))
         Study(ball, tmp_path / "out").run()
     counted.clear()
     study = Study(ball, tmp_path / "out", resume=True)

@@ -13,8 +13,8 @@ from hypothesis import strategies as st
 
 from comparisons import machine
 from comparisons.errors import InputError
+from comparisons.facts.methods import METHODS
 from comparisons.judging.verdicts import judge, judged
-from comparisons.methods import METHODS
 from comparisons.results.advice import advise
 from comparisons.results.decisions import asked_in_vain, verdicts, worst
 from comparisons.results.store import SceneRecord

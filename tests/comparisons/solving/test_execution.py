@@ -10,12 +10,16 @@ import pytest
 
 from comparisons.errors import ResultsError
 from comparisons.files import write_arrays
-from comparisons.methods import METHODS, Method, Solution, base
-from comparisons.methods.spans import lost
+from comparisons.methods.reduced import ReducedProfile
+from comparisons.methods.registry import SOLVERS, solver_for
+from comparisons.methods.solver import Solver
+from comparisons.scene.scene import load_scene
 from comparisons.solving import execution
 from comparisons.solving.execution import execute
 from comparisons.solving.planning import plan_scene, task_of
-from comparisons.tasks.archive import joined, load_solution, save_solution
+from comparisons.tasks import solution as tasks_solution
+from comparisons.tasks.archive import load_solution, save_solution
+from comparisons.tasks.solution import Solution
 
 SCALARS = ("unknowns", "seconds", "setup_seconds", "compile_seconds", "memory")
 
@@ -35,14 +39,14 @@ def replace(monkeypatch):
     """Put another solve in the place of a method's own, for this test."""
 
     def put(name, solve):
-        class Replaced(type(METHODS[name])):
+        class Replaced(type(solver_for(name, load_scene("paraboloid")))):
             def solve(self, task):
                 return solve(super().solve, task)
 
             def warm_up(self, task):
                 """Nothing to compile."""
 
-        monkeypatch.setitem(METHODS, name, Replaced())
+        monkeypatch.setitem(SOLVERS, name, (Replaced,))
 
     return put
 
@@ -75,11 +79,11 @@ def test_a_method_that_raises_costs_its_own_rows(task, replace, error, reason):
 
 
 def test_a_method_that_cannot_even_warm_up_costs_its_own_rows(task, monkeypatch):
-    class Cold(type(METHODS["reduced"])):
+    class Cold(ReducedProfile):
         def warm_up(self, task):
             raise OSError("no compiler")
 
-    monkeypatch.setitem(METHODS, "reduced", Cold())
+    monkeypatch.setitem(SOLVERS, "reduced", (Cold,))
     monkeypatch.setattr(execution, "_compiled", {})
     assert "no compiler" in execute(task()).reasons[0, 0]
 
@@ -138,7 +142,7 @@ def clock(monkeypatch):
             self.now += seconds
 
     made = Clock()
-    for module in (execution, base):
+    for module in (execution, tasks_solution):
         monkeypatch.setattr(module, "time", made)
     monkeypatch.setattr(execution, "_compiled", {})
     return made
@@ -148,7 +152,7 @@ def timed_solver(clock, durations):
     """Return a reduced model that takes a second to compile, and then these times."""
     pauses = iter(durations)
 
-    class Timed(type(METHODS["reduced"])):
+    class Timed(ReducedProfile):
         def warm_up(self, task):
             clock.advance(1.0)
 
@@ -160,11 +164,11 @@ def timed_solver(clock, durations):
             clock.advance(0.25 * pause)
             return solution
 
-    return Timed()
+    return (Timed,)
 
 
 def test_time_is_the_median_of_three_and_compilation_is_apart(task, monkeypatch, clock):
-    monkeypatch.setitem(METHODS, "reduced", timed_solver(clock, [0.5, 0.125, 0.25] * 2))
+    monkeypatch.setitem(SOLVERS, "reduced", timed_solver(clock, [0.5, 0.125, 0.25] * 2))
     solution = execute(task())
     assert solution.seconds == 0.25
     assert solution.setup_seconds == 0.1875
@@ -175,7 +179,7 @@ def test_time_is_the_median_of_three_and_compilation_is_apart(task, monkeypatch,
 @pytest.mark.parametrize(("durations", "median"), [([2.0], 2.0), ([0.75, 0.5], 0.625)])
 def test_solves_are_repeated_until_one_second(task, monkeypatch, clock, durations, median):
     """A longer list would be a StopIteration here, that is, a failure."""
-    monkeypatch.setitem(METHODS, "reduced", timed_solver(clock, durations))
+    monkeypatch.setitem(SOLVERS, "reduced", timed_solver(clock, durations))
     solution = execute(task())
     assert solution.converged.all()
     assert solution.seconds == median
@@ -196,7 +200,7 @@ def test_peak_memory_is_that_of_the_solve(task, replace):
 
 
 def test_fields_of_the_body_are_computed_after_the_clock(task, monkeypatch, clock):
-    class Pictured(type(METHODS["reduced"])):
+    class Pictured(ReducedProfile):
         def solve(self, task):
             solution = super().solve(task)
 
@@ -208,7 +212,7 @@ def test_fields_of_the_body_are_computed_after_the_clock(task, monkeypatch, cloc
             solution.body_fields = body
             return solution
 
-    monkeypatch.setitem(METHODS, "reduced", Pictured())
+    monkeypatch.setitem(SOLVERS, "reduced", (Pictured,))
     solution = execute(task())
     assert "mesh_points" in solution.fields
     assert solution.seconds == 1.0
@@ -268,7 +272,7 @@ def test_blocks_join_in_order_with_their_times_added(rough):
     parts = [execute(task_of(plan, "reduced", 64, block)) for block in ((0,), (1, 2))]
     parts[1].fail((1, 0), "planted")
     parts[0].memory, parts[1].memory = 3.0, 5.0
-    whole = joined(parts)
+    whole = Solution.concat(parts, axis=0)
     for name, values in together.quantities.items():
         np.testing.assert_array_equal(whole.quantities[name], values)
     assert whole.reasons == {(2, 0): "planted"}
@@ -280,10 +284,10 @@ def test_blocks_join_in_order_with_their_times_added(rough):
 def test_a_lost_block_joins_as_lost(rough):
     (plan,) = plan_scene(rough(realisations=2))
     good = execute(task_of(plan, "reduced", 64, (0,)))
-    without = lost(task_of(plan, "reduced", 64, (1,)), "no luck")
+    without = Solution.lost(task_of(plan, "reduced", 64, (1,)), "no luck")
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        whole = joined([good, without])
+        whole = Solution.concat([good, without], axis=0)
     assert whole.converged.tolist() == [[True, True], [False, False]]
     assert np.isnan(whole.quantities["force"][1]).all()
     assert whole.reasons == {(1, 0): "no luck", (1, 1): "no luck"}
@@ -291,15 +295,10 @@ def test_a_lost_block_joins_as_lost(rough):
 
 def test_a_method_says_what_it_must(task):
     """The contract that a new method overrides."""
-    bare = Method()
     made = task()
-    for call in (
-        lambda: bare.supports(made.scene),
-        lambda: bare.resolutions(made.scene, made.geometry),
-        lambda: bare.model(made.scene, made.geometry),
-        lambda: bare.solve(made),
-    ):
+    bare = Solver(made.scene)
+    for call in (lambda: bare.resolutions(made.geometry), lambda: bare.solve(made)):
         with pytest.raises(NotImplementedError):
             call()
     assert bare.memory(made) == 0
-    assert bare.refused(made) == ""
+    assert bare.refusal(made) == ""

@@ -7,7 +7,7 @@ from dataclasses import replace
 
 import pytest
 
-from comparisons.judging.refinement import GROWTH, USUAL_GROWTH
+from comparisons.facts.methods import METHODS, Method
 from comparisons.solving.forecast import Forecast
 from comparisons.solving.planning import plan_scene, task_of
 
@@ -25,7 +25,7 @@ def test_a_like_task_costs_the_same_for_each_realisation(task):
     assert forecast.cost(replace(task, realisations=(50, 51))) == 4.0
 
 
-@pytest.mark.parametrize(("method", "growth"), [("bem_fft", USUAL_GROWTH), ("fem", GROWTH["fem"])])
+@pytest.mark.parametrize(("method", "growth"), [("bem_fft", 6.0), ("fem", METHODS["fem"].growth)])
 def test_a_finer_task_costs_more_by_the_growth_of_its_method(task, method, growth):
     forecast = Forecast()
     forecast.learn(replace(task, method=method), 1.0)
@@ -37,7 +37,7 @@ def test_the_nearest_resolution_counts_and_another_scene_only_if_its_own_is_new(
     forecast = Forecast()
     forecast.learn(replace(task, resolution=16), 1.0)
     forecast.learn(replace(task, resolution=128), 100.0)
-    assert math.isclose(forecast.cost(replace(task, resolution=256)), 100 * USUAL_GROWTH)
+    assert math.isclose(forecast.cost(replace(task, resolution=256)), 100 * Method.growth)
     other = replace(task, scene=task.scene.model_copy(update={"name": "other"}))
     assert math.isclose(forecast.cost(other), 50.5)  # the mean of all that the method has solved
 

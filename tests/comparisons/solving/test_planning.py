@@ -9,7 +9,8 @@ import numpy as np
 import psutil
 import pytest
 
-from comparisons.methods import METHODS
+from comparisons.facts.methods import METHODS
+from comparisons.methods.registry import solver_of
 from comparisons.scene.scene import SceneError, load_scene
 from comparisons.solving.execution import execute
 from comparisons.solving.planning import (
@@ -145,7 +146,7 @@ def test_memory_is_that_of_a_whole_block_of_realisations(rough, monkeypatch):
     """25 lines are held at once: a task of one line would fit where the block does not."""
     lines = rough(realisations=BLOCK, compare={"resolutions": [2**16]})
     task = task_of(plan_scene(lines)[0], "reduced", 2**16, tuple(range(BLOCK)))
-    need = METHODS["reduced"].memory(task)
+    need = solver_of(task).memory(task)
     monkeypatch.setattr(psutil, "virtual_memory", lambda: SimpleNamespace(available=need))
     found = planned(lines, "reduced", "full")
     assert not found.supported
@@ -266,9 +267,9 @@ def test_length_and_points_of_a_line_are_what_the_options_say(rough):
     (plan,) = plan_scene(rough(methods={"reduced": line}))
     (level,) = planned(plan.scene, "reduced").resolutions
     assert level == 150
-    assert METHODS["reduced"].solve(task_of(plan, "reduced", level)).unknowns == 900
+    assert execute(task_of(plan, "reduced", level), 1).unknowns == 900
     (plan,) = plan_scene(rough(methods={"reduced": {"line_length": 3.0}}))
-    assert METHODS["reduced"].solve(task_of(plan, "reduced", 64)).unknowns == 384
+    assert execute(task_of(plan, "reduced", 64), 1).unknowns == 384
 
 
 @pytest.mark.parametrize("method", ["reduced", "bem_fft"])
@@ -280,7 +281,7 @@ def test_streams_do_not_depend_on_the_blocks(rough, method):
     together, singly = (
         np.concatenate(
             [
-                METHODS[method].solve(task_of(plan, method, 16, block)).quantities["penetration"]
+                execute(task_of(plan, method, 16, block), 1).quantities["penetration"]
                 for block in dealt
             ]
         )

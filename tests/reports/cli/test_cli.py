@@ -18,7 +18,9 @@ import pandas as pd
 import psutil
 import pytest
 
-from comparisons.methods import METHODS
+from comparisons.facts.methods import METHODS
+from comparisons.methods.reduced import ReducedProfile
+from comparisons.methods.registry import SOLVERS
 from comparisons.questions import study as study_module
 from comparisons.results.store import load_study
 from comparisons.scene.scene import builtin_names
@@ -371,11 +373,11 @@ def test_options_of_the_method_with_or_without_its_name(roughline, ball, tmp_pat
 
 
 def test_a_lost_solve_is_code_1_with_the_reason(roughline, ball, monkeypatch):
-    class Broken(type(METHODS["reduced"])):
+    class Broken(ReducedProfile):
         def solve(self, task):
             raise RuntimeError("out of springs")
 
-    monkeypatch.setitem(METHODS, "reduced", Broken())
+    monkeypatch.setitem(SOLVERS, "reduced", (Broken,))
     result = roughline("solve", ball, "--method", "reduced", "--json")
     assert result.code == 1
     assert "out of springs" in result.err

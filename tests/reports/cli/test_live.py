@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from comparisons.methods import METHODS
+from comparisons.facts.methods import METHODS
 from comparisons.questions.study import Study
 from comparisons.results.advice import Setting
 from comparisons.results.decisions import Verdict

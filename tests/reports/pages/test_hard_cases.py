@@ -7,7 +7,8 @@ import json
 import pytest
 
 from comparisons.errors import LostWorkError, ResultsError
-from comparisons.methods import METHODS
+from comparisons.methods.reduced import ReducedProfile
+from comparisons.methods.registry import SOLVERS
 from comparisons.questions.hard_cases import record as files
 from comparisons.questions.hard_cases.catalogue import catalogue
 from comparisons.questions.hard_cases.record import HardCasesRecord, OutcomeRecord, load_record
@@ -86,13 +87,13 @@ def test_a_page_is_written_anew(hard_cases):
 
 
 def test_an_unexpected_outcome_is_exit_code_one(hard_cases, monkeypatch, capsys):
-    class Soft(type(METHODS["reduced"])):
+    class Soft(ReducedProfile):
         def solve(self, task):
             solution = super().solve(task)
             solution.quantities["force"] *= 0.9
             return solution
 
-    monkeypatch.setitem(METHODS, "reduced", Soft())
+    monkeypatch.setitem(SOLVERS, "reduced", (Soft,))
     code, folder = hard_cases("reduced", *FEW)
     assert code == 1
     assert "degraded instead of accurate" in capsys.readouterr().out
@@ -126,13 +127,13 @@ def test_a_folder_of_others_is_left_alone(hard_cases, tmp_path, name):
 
 
 def test_an_interrupted_run_keeps_what_is_done(hard_cases, monkeypatch, capsys):
-    class Stopped(type(METHODS["reduced"])):
+    class Stopped(ReducedProfile):
         def solve(self, task):
             if task.scene.name == "load-twins-force":
                 raise KeyboardInterrupt
             return super().solve(task)
 
-    monkeypatch.setitem(METHODS, "reduced", Stopped())
+    monkeypatch.setitem(SOLVERS, "reduced", (Stopped,))
     code, folder = hard_cases("reduced", "--case", "load-one", "--case", "load-twins-force")
     assert code == 3
     assert capsys.readouterr().err == "interrupted\n"  # this command has no --resume to speak of

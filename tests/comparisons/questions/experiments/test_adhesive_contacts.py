@@ -7,12 +7,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from comparisons.methods import Task, method_for
 from comparisons.methods.adhesive_grid import edge_doubt
 from comparisons.questions.experiments import EXPERIMENTS
-from comparisons.scene.options import Options
 from comparisons.scene.scene import parse_scene
+from comparisons.solving.execution import execute
 from comparisons.solving.planning import plan_scene
+from comparisons.tasks.task import Task
 
 
 def face(effort="quick", **parameters):
@@ -38,9 +38,9 @@ def peeled(indenter, cells):
     (plan, *_) = plan_scene(scene)
     force = {}
     for name, resolution in (("bem_fft", cells), ("reduced", 10)):
-        given = Options(), ("pull_off_force",)
-        task = Task(scene, plan.geometry, plan.loads, name, resolution, *given)
-        force[name] = method_for(name, scene).solve(task).quantities["pull_off_force"][0, 0]
+        given = name, resolution, ("pull_off_force",)
+        task = Task(scene, plan.geometry, plan.loads, *given)
+        force[name] = execute(task, 1).quantities["pull_off_force"][0, 0]
     return force["bem_fft"] / force["reduced"], edge_doubt(plan.geometry, cells)
 
 

@@ -12,10 +12,9 @@ from collections.abc import Callable
 from dataclasses import replace
 from itertools import pairwise
 
-import numpy as np
-
 from comparisons.geometry.prepare import IndenterGeometry
-from comparisons.methods.base import Solution, Task
+from comparisons.tasks.solution import STEPS, Solution
+from comparisons.tasks.task import Task
 
 Solve = Callable[[Task], Solution]
 
@@ -37,7 +36,7 @@ def solve_in_spans(
     """
     cuts = _cuts(task, span)
     parts = [_contained(_part(task, *each), solve, reason) for each in pairwise(cuts)]
-    return parts[0] if len(parts) == 1 else _one_after_another(parts)
+    return Solution.concat(parts, axis=STEPS)
 
 
 def _cuts(task: Task, span: float) -> list[int]:
@@ -82,59 +81,16 @@ def _contained(task: Task, solve: Solve, reason: Callable[[Exception], str]) -> 
     steps = len(task.loads.values)
     unreached = task.geometry.unreached if isinstance(task.geometry, IndenterGeometry) else {}
     if unreached:
-        return lost(task, f"no contact can be estimated: {unreached[0]}")
+        return Solution.lost(task, f"no contact can be estimated: {unreached[0]}")
     try:
         return solve(task)
     except Exception as error:  # the other loads carry on
         why = reason(error)
     if steps == 1 or task.loads.is_path:  # the rest of a path cannot begin anew
-        return lost(task, why)
+        return Solution.lost(task, why)
     half = steps // 2
     below = _contained(_part(task, 0, half), solve, reason)
     if not below.converged.any():
-        return lost(task, why)
-    return _one_after_another([below, _contained(_part(task, half, steps), solve, reason)])
-
-
-def lost(task: Task, reason: str) -> Solution:
-    """Return a solution without answers, for a task that could not be solved at all."""
-    solution = Solution.empty(task)
-    for row in range(len(task.realisations)):
-        for step in range(len(task.loads.values)):
-            solution.fail((row, step), reason)
-    return solution
-
-
-def _one_after_another(parts: list[Solution]) -> Solution:
-    """Join solutions of the same realisations along the load steps; fields are the last one's."""
-    starts = np.cumsum([0, *(part.converged.shape[1] for part in parts)])
-    names = dict.fromkeys(name for part in parts for name in part.quantities)
-    quantities = {
-        name: np.concatenate(
-            [p.quantities.get(name, np.full(p.converged.shape, np.nan)) for p in parts], axis=1
-        )
-        for name in names
-    }
-    return replace(
-        parts[-1],
-        quantities=quantities,
-        converged=np.concatenate([p.converged for p in parts], axis=1),
-        iterations=np.concatenate([p.iterations for p in parts], axis=1),
-        violation=np.concatenate([p.violation for p in parts], axis=1),
-        unknowns=max(p.unknowns for p in parts),
-        reasons={
-            (row, step + int(start)): why
-            for part, start in zip(parts, starts, strict=False)
-            for (row, step), why in part.reasons.items()
-        },
-        step_fields={
-            step + int(start): build
-            for part, start in zip(parts, starts, strict=False)
-            for step, build in part.step_fields.items()
-        },
-        # Of methods that take their own time; a span without an answer has none.
-        seconds=float(np.nansum([p.seconds for p in parts])),
-        setup_seconds=sum(p.setup_seconds for p in parts),
-        compile_seconds=sum(p.compile_seconds for p in parts),
-        memory=max(p.memory for p in parts),
-    )
+        return Solution.lost(task, why)
+    above = _contained(_part(task, half, steps), solve, reason)
+    return Solution.concat([below, above], axis=STEPS)

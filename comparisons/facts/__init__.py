@@ -1,0 +1,1 @@
+"""What is known of methods and quantities, a row for each; light enough to list."""

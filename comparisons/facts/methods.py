@@ -1,0 +1,97 @@
+"""One row per method: what it is called, what it solves, and how far it may lead.
+
+Light: scenes are read and methods listed without any solver. Methods from outside add their rows.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import Literal
+
+
+@dataclass(frozen=True)
+class Method:
+    """What is known of a method without asking it.
+
+    Attributes
+    ----------
+    title : str
+        The words in reports.
+    dimension : int
+        3 for a candidate of the truth, 1 for a model under test.
+    preference : float
+        Among candidates of equal or unknown bars the least one is the truth.
+    exact : bool
+        A closed form: nothing is discretised.
+    grid : bool
+        A half-space on a grid of cells: two of them have the same error on the same grid.
+    growth : float
+        Factor of the work when the resolution doubles: grids go with N^2 log N and more
+        iterations, meshes with N^5, dense matrices with N^6.
+    origin : {"own", "peer", "outside"}
+        Other people's code (peer) checks the reference, and is never the reference itself. A
+        user's (outside) is untrusted: it is judged, and takes no part in what the truth is.
+    isolated : bool
+        It works in a process of its own, and says itself how long it took.
+    identity : str
+        What tells one version of code from outside from another.
+    """
+
+    title: str
+    dimension: int = 3
+    preference: float = math.inf
+    exact: bool = False
+    grid: bool = False
+    growth: float = 6.0
+    origin: Literal["own", "peer", "outside"] = "own"
+    isolated: bool = False
+    identity: str = ""
+
+    @property
+    def peer(self) -> bool:
+        """Whether it is other people's code, to check ours."""
+        return self.origin == "peer"
+
+    @property
+    def outside(self) -> bool:
+        """Whether it is a user's."""
+        return self.origin == "outside"
+
+
+OWN: dict[str, Method] = {
+    "closed_form": Method("closed form", preference=0, exact=True),
+    "reduced": Method("reduced model", dimension=1),
+    "bem_dense": Method("dense BEM", preference=3, grid=True, growth=64.0),
+    "bem_fft": Method("FFT BEM", preference=1, grid=True),
+    "fem": Method("FEM", preference=2, growth=40.0),
+    "tamaas": Method("Tamaas", origin="peer", isolated=True),
+    "contactmechanics": Method("ContactMechanics", origin="peer", isolated=True),
+    "ngsolve": Method("NGSolve", origin="peer", isolated=True),
+}
+# Entry points under which installed packages offer methods of their own.
+GROUP = "roughline.methods"
+# All methods of this process: our own, and those from outside.
+METHODS: dict[str, Method] = dict(OWN)
+
+
+def leading(names: Iterable[str]) -> list[str]:
+    """Return the candidates of the truth among the names, the preferred first.
+
+    >>> leading(["reduced", "fem", "bem_fft", "tamaas"])
+    ['bem_fft', 'fem', 'tamaas']
+    """
+    known = [name for name in METHODS if name in set(names)]
+    able = [name for name in known if METHODS[name].dimension == 3 and not METHODS[name].outside]
+    return sorted(able, key=lambda name: METHODS[name].preference)
+
+
+def growth(name: str) -> float:
+    """Return the factor of a method's work when its resolution doubles."""
+    return METHODS[name].growth if name in METHODS else Method.growth
+
+
+def title_of(name: str) -> str:
+    """Return the words for a method, or the name of one that is not known here."""
+    return METHODS[name].title if name in METHODS else name

@@ -1,0 +1,180 @@
+"""The method `reduced` on rough surfaces: lines with the surface's spectrum, on springs."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from comparisons.geometry.prepare import RoughGeometry
+from comparisons.methods.solver import Solver, needed
+from comparisons.scene.options import ReducedOptions
+from comparisons.scene.scene import Scene
+from comparisons.tasks.solution import Solution, Stopwatch
+from comparisons.tasks.task import Task
+from reduced.rough import ensemble, regions, surface_spectrum
+from reduced.rough import line_spectrum as spectrum
+from reduced.rough.press import LineContact, press
+
+
+class Lines(NamedTuple):
+    """Heights (realisations, points), the distance of the points, and how many patches one is.
+
+    A line of length L1 stands for a patch of side L1 (19.29) under the same nominal pressure: it
+    carries F = p L1^2, and its area, force and stiffness are those of L1^2.
+    """
+
+    heights: np.ndarray
+    spacing: float
+    patches: float
+
+
+class ReducedLines(Solver[RoughGeometry]):
+    """Method of dimensionality reduction on rough lines (19.26), with the area rule (19.29)."""
+
+    name = "reduced"
+
+    def __init__(self, scene: Scene) -> None:
+        super().__init__(scene)
+        self.options = scene.methods.reduced
+        self.surface = needed(scene.surface, "lines are drawn for rough surfaces")
+        self.modulus = scene.effective_modulus
+        self.note = "rough line with C1D = pi q C2D (19.26), area rule (19.29)"
+
+    @classmethod
+    def takes(cls, scene: Scene) -> bool:
+        """Rough surfaces."""
+        return scene.rough
+
+    def resolutions(self, geometry: RoughGeometry) -> tuple[int, ...]:
+        """Points per side of the surface's grid.
+
+        The line then has two points for each of the grid's, so that it resolves the shortest
+        wave that the grid holds.
+        """
+        points = self.options.line_points
+        if points is not None:
+            return (max(2, round(points / 2 / self.options.line_length)),)
+        n = max(geometry.points)
+        return (n, 2 * n, 4 * n)
+
+    def refusal(self, task: Task[RoughGeometry]) -> str:
+        """Refuse lines too coarse for their own shortest wave."""
+        waves = highest_mode(task.geometry, self.options)
+        if self._points(task) > 2 * waves * self.options.line_length:
+            return ""
+        return f"the shortest of {waves} waves per side needs more than {2 * waves} points"
+
+    def memory(self, task: Task[RoughGeometry]) -> float:
+        """Bytes of a block's lines with sorted copies and running sums."""
+        return 80.0 * len(task.realisations) * self._points(task)
+
+    def model(self, geometry: RoughGeometry) -> str:
+        """Name the line."""
+        source = "prescribed" if geometry.recipe is not None else "measured"
+        return f"a rough line from the {source} 2-D spectrum, on springs of stiffness E* dx"
+
+    def warm_up(self, task: Task[RoughGeometry]) -> None:
+        """Compile the walk along a line."""
+        line = np.cos(np.arange(16.0))[None, :]
+        load: dict[str, Any] = {task.loads.control: np.array([0.5])}
+        press(line, 1.0, 1.0, **load, edges=self.options.edges, periodic=True)
+
+    def _points(self, task: Task[RoughGeometry]) -> int:
+        options = self.options
+        return options.line_points or max(8, round(2 * task.resolution * options.line_length))
+
+    def draw(self, task: Task[RoughGeometry]) -> Lines:
+        """Return the lines of a task."""
+        length = self.options.line_length * float(np.sqrt(task.geometry.area))
+        points = self._points(task)
+        source = line_spectrum(task.geometry, self.options)
+        seed: int = self.surface.seed
+        heights = ensemble.lines(source, points, task.realisations, seed=seed, length=length)
+        return Lines(heights, length / points, self.options.line_length**2)
+
+    def solve(self, task: Task[RoughGeometry]) -> Solution:
+        """Press all lines to all loads at once."""
+        with Stopwatch() as setup:
+            lines = self.draw(task)
+        loads = task.loads.values
+        if task.loads.control == "force":
+            loads = loads * lines.patches
+        load: dict[str, Any] = {task.loads.control: loads}
+        how: dict[str, Any] = {"edges": self.options.edges, "periodic": True}
+        contact = press(lines.heights, lines.spacing, self.modulus, **load, **how)
+        curves = _quantities(contact, lines)
+        if self.options.stress == "local" and task.wants_pressure:
+            shares = _undefined_shares(lines, contact.penetration, self.options.edges)
+            curves["local_stress_undefined_share"] = shares
+        points = lines.heights.shape[1]
+        solution = Solution.of(task, curves, unknowns=points, setup_seconds=setup.seconds)
+        # A mean gap wider than at first touch leaves a line without contact.
+        for row, step in np.argwhere(contact.contact_count == 0):
+            solution.fail((int(row), int(step)), "nothing touches at this load")
+        if (0, task.shape[1] - 1) not in solution.reasons:
+            solution.fields = _fields(lines, float(contact.penetration[0, -1]))
+        return solution
+
+
+def _fields(lines: Lines, penetration: float) -> dict[str, np.ndarray]:
+    return {
+        "penetration": np.array(penetration),
+        "line_x": np.arange(lines.heights.shape[1]) * lines.spacing,
+        "line_height": lines.heights[0],
+        "line_penetration": np.array(penetration),
+    }
+
+
+def _quantities(contact: LineContact, lines: Lines) -> dict[str, np.ndarray]:
+    """Return the quantities of lines that each stand for a number of patches, per patch."""
+    heights, patches = lines.heights, lines.patches
+    peak = heights.max(axis=1) - heights.mean(axis=1)
+    return {
+        "penetration": contact.penetration,
+        "penetration_mean_plane": contact.penetration - peak[:, None],
+        "force": contact.force / patches,
+        "contact_area": contact.contact_area / patches,
+        "contact_length": contact.contact_length / patches,
+        "contact_count": contact.contact_count / patches,
+        "mean_gap": contact.mean_gap,
+        "stiffness": contact.stiffness / patches,
+        "energy": contact.energy / patches,
+    }
+
+
+def _undefined_shares(lines: Lines, penetration: np.ndarray, edges: str) -> np.ndarray:
+    """Return the share of contact points where the local rule (19.37) has no real value."""
+    return np.array(
+        [
+            [
+                regions.line_stress(line, lines.spacing, 1.0, d, edges=edges).undefined_share
+                for d in depths
+            ]
+            for line, depths in zip(lines.heights, penetration, strict=True)
+        ]
+    )
+
+
+def line_spectrum(geometry: RoughGeometry, options: ReducedOptions) -> spectrum.LineSpectrum:
+    """Return the spectrum of the line: from the recipe of the surface, or from the measured map."""
+    recipe = geometry.recipe
+    if recipe is not None:
+        names = ("hurst", "power", "rms_slope", "rms_height", "long_cutoff", "short_cutoff")
+        return spectrum.prescribed(
+            recipe.points,
+            recipe.size,
+            **{name: getattr(recipe, name) for name in names},
+            rule=options.spectrum,
+        )
+    heights = geometry.heights(0, geometry.points[0])
+    surface = surface_spectrum.measured(heights, geometry.size, periodic=geometry.periodic)
+    return spectrum.line_of(surface, options.spectrum)
+
+
+def highest_mode(geometry: RoughGeometry, options: ReducedOptions) -> int:
+    """Return the number of the shortest wave per side that the surface's spectrum holds."""
+    source = line_spectrum(geometry, options)
+    present = source.wavenumber[np.asarray(source.power) > 0]
+    side = float(np.sqrt(geometry.area))
+    return int(np.ceil(float(present.max()) * side / (2 * np.pi) * (1 - 1e-12)))

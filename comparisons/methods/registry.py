@@ -1,0 +1,119 @@
+"""All solvers by the name of their method, and the one decision which of them a scene gets.
+
+Our own are discovered: each file here holds the solvers of one method and physics, and adding a
+file adds it. Methods from outside are put beside them by `add`.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from importlib import import_module
+from pkgutil import iter_modules
+from typing import Any, Protocol
+
+import comparisons.methods as room
+from comparisons.errors import InputError
+from comparisons.facts.methods import METHODS, OWN, Method
+from comparisons.methods.solver import Refusal, Refused, Solver
+from comparisons.scene.scene import Scene
+from comparisons.tasks.task import Task
+
+
+class Maker(Protocol):
+    """What makes the solver of a scene: a subclass of `Solver`, or what stands for one."""
+
+    name: str
+    physics: frozenset[str]
+
+    def takes(self, scene: Scene) -> bool:
+        """Whether it is the one for such scenes, among those of its method and physics."""
+
+    def __call__(self, scene: Scene) -> Solver[Any]:
+        """Return the solver, or raise `Refused`."""
+
+    def planned(self, scene: Scene) -> Solver[Any]:
+        """Return the solver of a scene that was not refused."""
+
+
+def _own() -> Iterator[type[Solver[Any]]]:
+    for module in sorted(module.name for module in iter_modules(room.__path__)):
+        for value in vars(import_module(f"{room.__name__}.{module}")).values():
+            known = isinstance(value, type) and issubclass(value, Solver) and value.name
+            if known and value.__module__ == f"{room.__name__}.{module}":
+                yield value
+
+
+_BUILT_IN = tuple(_own())
+SOLVERS: dict[str, tuple[Maker, ...]] = {
+    name: tuple(maker for maker in _BUILT_IN if maker.name == name) for name in OWN
+}
+
+
+def add(maker: Maker, facts: Method) -> None:
+    """Make a method from outside known by its name, in place of one of the same name."""
+    SOLVERS[maker.name] = (maker,)
+    METHODS[maker.name] = facts
+
+
+def add_class(made: type[Solver[Any]]) -> str:
+    """Make a user's class known by its name for the rest of this process; return the name.
+
+    One of the same name that was added before is replaced. Like every method from outside it is
+    judged and never becomes the truth. Worker processes do not know it: with several workers the
+    method belongs into a file (`comparisons.methods.user.external.add_methods`).
+
+    Raises
+    ------
+    InputError
+        If it is no class of a solver with a name, or the name is that of a method of roughline's
+        own.
+    """
+    if not (isinstance(made, type) and issubclass(made, Solver) and made.name):
+        raise InputError(
+            "expected a function under @method(name), or a class derived from Solver that has a "
+            f"name (the class, not an object of it), got {made!r:.60}"
+        )
+    if made.name in OWN:
+        raise InputError(f"{made.name!r} is a method of roughline's own: choose another name")
+    add(made, Method(made.title or made.name, made.dimension, origin="outside"))
+    return made.name
+
+
+def solver_for(name: str, scene: Scene) -> Solver[Any] | Refusal:
+    """Return the solver of a scene by a method, or why there is none.
+
+    Of our own methods each solver has just the tables of physics of its scenes; one from outside
+    takes scenes with any of those that it knows.
+    """
+    try:
+        return _maker(name, scene)(scene)
+    except Refused as refused:
+        return refused.refusal
+
+
+def solver_of(task: Task) -> Solver[Any]:
+    """Return the solver of a task that was planned.
+
+    Raises
+    ------
+    Refused
+        If the method cannot do the scene: such a task is planned nowhere.
+    """
+    return _maker(task.method, task.scene).planned(task.scene)
+
+
+def _maker(name: str, scene: Scene) -> Maker:
+    wanted = set(scene.physics)
+    able = sorted((m for m in SOLVERS[name] if m.physics >= wanted), key=lambda m: len(m.physics))
+    if not able:
+        raise Refused(_missing(name, scene))
+    return next((m for m in able if m.physics == wanted and m.takes(scene)), able[0])
+
+
+def _missing(name: str, scene: Scene) -> str:
+    """Return which tables of a scene a method does not model, or not together."""
+    makers = SOLVERS[name]
+    own = min((maker.physics for maker in makers), key=len)
+    missing = " and ".join(f"[{table}]" for table in scene.physics if table not in own)
+    apart = frozenset[str]().union(*(m.physics for m in makers)) >= set(scene.physics)
+    return f"does not model {missing}" + (" in one scene" if apart else "")

@@ -1,0 +1,92 @@
+"""The one way to run a solver: what it did not compute follows, what fails costs its own steps."""
+
+from __future__ import annotations
+
+import traceback
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+
+from comparisons.geometry.bodies import BodyGeometry
+from comparisons.geometry.prepare import IndenterGeometry
+from comparisons.methods.decades import solve_in_spans
+from comparisons.methods.solver import Solver
+from comparisons.tasks.solution import Solution
+from comparisons.tasks.steps import NO_ANSWER
+from comparisons.tasks.task import Task
+
+# Of a body that is dragged the contact is not round.
+_DRAGGED = frozenset({"friction", "sliding"})
+
+
+def in_words(error: Exception) -> str:
+    """Return an exception that a method should not raise, with the function that raised it."""
+    where = traceback.extract_tb(error.__traceback__)[-1]
+    name = type(error).__name__
+    return f"{name}: {error} (in {where.name})" if str(error) else f"{name} in {where.name}"
+
+
+def run(
+    solver: Solver[Any],
+    task: Task,
+    *,
+    span: float | None = None,
+    reason: Callable[[Exception], str] = in_words,
+) -> Solution:
+    """Solve a task, whatever its loads and whatever happens.
+
+    Loads over many decades are solved span by span (`comparisons.methods.decades`). A step without
+    an answer, or with a quantity that is no number, is NaN in all quantities, with its reason.
+
+    Parameters
+    ----------
+    solver : Solver
+    task : Task
+    span : float, optional
+        Largest ratio of contact radii on one grid, in place of the solver's own.
+    reason : callable
+        Puts an exception that is none of the numerics' own into words.
+    """
+    largest = solver.span if span is None else span
+    solution = solve_in_spans(task, largest, lambda part: _answer(solver, part), reason)
+    solution.refuse_nan()
+    return solution
+
+
+def _answer(solver: Solver[Any], task: Task) -> Solution:
+    try:
+        solution = solver.solve(task)
+    except NO_ANSWER as error:
+        return Solution.lost(task, error.reason)
+    _derive(solution, task)
+    return solution
+
+
+def _derive(solution: Solution, task: Task) -> None:
+    """Add the quantities that follow from others, where a solver has not computed them itself.
+
+    A = pi r^2 and r = (A/pi)^(1/2), whichever is missing; the contact radius of a round contact is
+    its equivalent radius; the length of contact that a stiffness tells is k/E*.
+    """
+    known = solution.quantities
+    if "equivalent_radius" in known:
+        known.setdefault("contact_area", np.pi * known["equivalent_radius"] ** 2)
+    if "contact_area" in known:
+        area = known["contact_area"]
+        known.setdefault("contact_area_raw", area.copy())
+        known.setdefault("equivalent_radius", np.sqrt(area / np.pi))
+        if _is_round(task):
+            known.setdefault("contact_radius", known["equivalent_radius"].copy())
+    if "stiffness" in known:
+        length = known["stiffness"] / task.scene.effective_modulus
+        known.setdefault("contact_length_stiffness", length)
+
+
+def _is_round(task: Task) -> bool:
+    """Whether the contact is a circle: a body of revolution pressed onto a plane."""
+    geometry = task.geometry
+    if not isinstance(geometry, IndenterGeometry) or _DRAGGED & set(task.scene.physics):
+        return False
+    flat = not isinstance(geometry, BodyGeometry) or geometry.flat_surface
+    return geometry.indenter.axisymmetric and flat

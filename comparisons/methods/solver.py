@@ -1,0 +1,144 @@
+"""The contract of a method: a solver is made for a scene, or refuses it with a reason.
+
+A solver says which resolutions it would use, how much memory a task needs, and solves a task. It
+never raises for physics: a load step that fails is NaN, with its reason.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Iterable
+from dataclasses import dataclass
+from typing import ClassVar, Generic, TypeVar
+
+from comparisons.geometry.prepare import Geometry
+from comparisons.scene.scene import Scene
+from comparisons.tasks.solution import Solution
+from comparisons.tasks.steps import Row, solve_rows
+from comparisons.tasks.task import Task
+
+G = TypeVar("G", bound=Geometry)
+T = TypeVar("T")
+
+
+class Refused(Exception):  # noqa: N818 - no error: a method may decline a scene
+    """Raised by the constructor of a solver: it cannot do this scene, for this reason.
+
+    A method of a user's file may be `broken`: it raised, hung or answered nonsense when it was
+    asked. That is no refusal, but an error of who gave the file.
+    """
+
+    def __init__(self, reason: str, *, broken: bool = False) -> None:
+        super().__init__(reason)
+        self.refusal = Refusal(reason, broken)
+
+
+@dataclass(frozen=True)
+class Refusal:
+    """Why a method does not solve a scene; whether that is because it is broken."""
+
+    reason: str
+    broken: bool = False
+
+
+def needed(value: T | None, reason: str) -> T:
+    """Return a part of the scene without which a solver can do nothing.
+
+    Raises
+    ------
+    Refused
+        For the reason, where the scene does not have it.
+    """
+    if value is None:
+        raise Refused(reason)
+    return value
+
+
+class Solver(Generic[G]):
+    """A method on one scene.
+
+    The constructor takes the scene and keeps what the solver needs of it; where the scene is none
+    for the method it raises `Refused`. A subclass with a `name` is a method, or one method's solver
+    of the scenes with just the tables of its `physics`. It overrides `resolutions`, and `solve`
+    (all loads at once) or `rows` (load after load).
+
+    Attributes
+    ----------
+    scene : Scene
+
+    Class attributes
+    ----------------
+    name, title, dimension
+        What the method is called, and whether it solves the contact itself (3) or is a model under
+        test (1). Our own methods have the last two in `comparisons.facts.methods`.
+    physics : frozenset of str
+        The tables that it covers all together, such as {"viscoelastic", "sliding"}.
+    bodies : bool
+        Whether it takes a finite [body] with supports, too.
+    note : str
+        Why or by what rule the scene can be done, for the plan; "" where there is nothing to say.
+        Solvers may set their own.
+    span : float
+        Largest ratio of the contact radii of an indenter's loads that one `solve` is given: loads
+        over more decades come in several calls, each with a geometry sized for its own contacts.
+    shared_cells : float
+        Cells of all realisations of a task up to which sharing a set-up among them is worth while:
+        beyond, smaller tasks lose less when they are killed, and spread better.
+    """
+
+    name: ClassVar[str] = ""
+    title: ClassVar[str] = ""
+    dimension: ClassVar[int] = 3
+    physics: ClassVar[frozenset[str]] = frozenset()
+    bodies: ClassVar[bool] = False
+    note: str = ""
+    span: ClassVar[float] = 8.0
+    shared_cells: ClassVar[float] = math.inf
+
+    def __init__(self, scene: Scene) -> None:
+        if scene.body is not None and not self.bodies:
+            raise Refused("models a half-space, and the [body] is finite")
+        self.scene = scene
+
+    @classmethod
+    def takes(cls, scene: Scene) -> bool:
+        """Whether this one of several solvers of a method is the one for such scenes."""
+        return True
+
+    @classmethod
+    def planned(cls, scene: Scene) -> Solver[G]:
+        """Return the solver of a scene that was planned: a method from outside is not asked again.
+
+        Raises
+        ------
+        Refused
+            If it cannot do the scene all the same.
+        """
+        return cls(scene)
+
+    def resolutions(self, geometry: G) -> tuple[int, ...]:
+        """Return the resolutions that the scene's tolerance asks for, coarse to fine."""
+        raise NotImplementedError
+
+    def refusal(self, task: Task[G]) -> str:
+        """Return why this resolution is out of reach ("" where it is not)."""
+        return ""
+
+    def memory(self, task: Task[G]) -> float:
+        """Estimate the peak memory of a task in bytes, before any is taken."""
+        return 0.0
+
+    def model(self, geometry: G) -> str:
+        """Say in one sentence what is modelled; by default the first line of the docstring."""
+        return (type(self).__doc__ or self.title).strip().splitlines()[0]
+
+    def warm_up(self, task: Task[G]) -> None:
+        """Compile whatever the task will need, so that no timing contains a compiler."""
+
+    def rows(self, task: Task[G]) -> Iterable[Row]:
+        """Yield each realisation, set up, with a function that yields its load steps."""
+        raise NotImplementedError
+
+    def solve(self, task: Task[G]) -> Solution:
+        """Solve all loads and realisations of a task; a ConvergenceError loses all of them."""
+        return solve_rows(task, self.rows(task))

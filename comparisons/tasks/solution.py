@@ -1,0 +1,235 @@
+"""What comes back from a task: curves over the load steps, why some are lost, what it took."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
+from dataclasses import dataclass, field, replace
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from comparisons.reasons import one_line
+from comparisons.tasks.shown_loads import Fields, shown_steps
+from comparisons.tasks.task import Task
+
+REALISATIONS, STEPS = 0, 1
+
+
+class Stopwatch:
+    """Seconds that a block of code takes."""
+
+    seconds = 0.0
+
+    def __enter__(self) -> Stopwatch:
+        self._start = time.perf_counter()
+        return self
+
+    def __exit__(self, *ended: object) -> None:
+        self.seconds = time.perf_counter() - self._start
+
+
+@dataclass
+class Solution:
+    """What a method computed, per realisation (axis 0) and load step (axis 1).
+
+    Attributes
+    ----------
+    quantities : dict
+        Name -> array (realisations, steps); NaN where a step failed. Names absent were not asked
+        for or are not defined for the method.
+    converged : ndarray of bool
+    reasons : dict
+        (realisation index, step) -> why it failed.
+    iterations, violation : ndarray
+        Solver iterations, and the largest relative overlap or tension (NaN for direct methods).
+    fields : dict
+        Arrays of realisation 0 at the last load: ``pressure``, ``pressure_x``, ...
+    truncation : float
+        Relative 95 % half-width of what a bounded domain leaves out, or of the place of an edge
+        inside a cell (0: nothing of the kind).
+    exact : tuple of str
+        Quantities that no grid and no truncation touches: the area of a flat face.
+    path : bool
+        Steps follow each other along a path or in time: errors and bars are then relative to the
+        largest value along it, because single values pass zero.
+    step_fields : dict
+        Load step -> function that returns the pressure of realisation 0 at it, for the steps of
+        `load_fields.shown_steps`; not part of the solve.
+    body_fields : callable or None
+        Computes the fields in the body, where a task asks for them; not part of the solve.
+    unknowns : int
+    machine : str
+        Where it was solved, in one short text; " + " between the machines of several blocks.
+    seconds, setup_seconds, compile_seconds, memory : float
+        Everything done for the task on warm code; the part another list of loads could reuse;
+        compilation (apart); peak memory in bytes (NaN where it cannot be measured).
+    """
+
+    quantities: dict[str, np.ndarray]
+    converged: np.ndarray
+    iterations: np.ndarray
+    violation: np.ndarray
+    unknowns: int
+    reasons: dict[tuple[int, int], str] = field(default_factory=dict)
+    fields: dict[str, np.ndarray] = field(default_factory=dict)
+    truncation: float = 0.0
+    exact: tuple[str, ...] = ()
+    path: bool = False
+    step_fields: dict[int, Callable[[], Fields]] = field(default_factory=dict)
+    body_fields: Callable[[], Fields] | None = None
+    seconds: float = float("nan")
+    setup_seconds: float = 0.0
+    compile_seconds: float = 0.0
+    memory: float = float("nan")
+    machine: str = ""
+
+    @classmethod
+    def empty(cls, task: Task, unknowns: int = 0) -> Solution:
+        """Return a solution to be filled step by step: nothing converged yet."""
+        return cls(
+            quantities={},
+            converged=np.zeros(task.shape, dtype=bool),
+            iterations=np.zeros(task.shape, dtype=int),
+            violation=np.full(task.shape, np.nan),
+            unknowns=unknowns,
+            path=task.loads.is_path,
+        )
+
+    @classmethod
+    def of(
+        cls,
+        task: Task,
+        quantities: Mapping[str, ArrayLike],
+        *,
+        unknowns: int = 0,
+        iterations: ArrayLike = 0,
+        violation: ArrayLike = np.nan,
+        setup_seconds: float = 0.0,
+    ) -> Solution:
+        """Return a solution of curves: every step has an answer.
+
+        Parameters
+        ----------
+        task : Task
+        quantities : mapping
+            Name -> (realisations, steps), or (steps,) of a single realisation, or one number that
+            belongs to the whole path and stands in every step.
+        unknowns, iterations, violation, setup_seconds : number or array
+            See the attributes.
+
+        Raises
+        ------
+        ValueError
+            If a curve has another shape.
+        """
+        solution = cls.empty(task, unknowns)
+        for name, values in quantities.items():
+            curve = np.asarray(values, dtype=float)
+            if curve.shape not in ((), task.shape) and task.shape != (1, *curve.shape):
+                raise ValueError(f"{name} has shape {curve.shape}, not {task.shape}")
+            solution.quantities[name] = np.broadcast_to(curve, task.shape).copy()
+        solution.converged[:] = True
+        solution.iterations[:] = iterations
+        solution.violation[:] = violation
+        solution.setup_seconds = setup_seconds
+        return solution
+
+    @classmethod
+    def lost(cls, task: Task, reason: str) -> Solution:
+        """Return a solution without answers, for a task that could not be solved at all."""
+        solution = cls.empty(task)
+        for row, step in np.ndindex(task.shape):
+            solution.fail((row, step), reason)
+        return solution
+
+    def put(self, index: tuple[int, int], values: Mapping[str, float]) -> None:
+        """Store the quantities of one converged step."""
+        for name, value in values.items():
+            if name not in self.quantities:
+                self.quantities[name] = np.full(self.converged.shape, np.nan)
+            self.quantities[name][index] = value
+        self.converged[index] = True
+
+    def keep(self, index: tuple[int, int], build: Callable[[], Fields]) -> None:
+        """Remember how to make the pressure of a load step, if it is one that is shown."""
+        row, step = index
+        if row == 0 and step in shown_steps(self.converged.shape[1]):
+            self.step_fields[step] = build
+
+    def fail(self, index: tuple[int, int], reason: str) -> None:
+        """Record that one step has no answer, and why in one line."""
+        self.reasons[index] = one_line(reason)
+        self.converged[index] = False
+
+    def refuse_nan(self) -> None:
+        """Take away the answer of each step that failed, or has a quantity that is no number.
+
+        Raises
+        ------
+        ValueError
+            If a quantity has another shape than the solution.
+        """
+        for name, values in self.quantities.items():
+            if values.shape != self.converged.shape:
+                raise ValueError(f"{name} has shape {values.shape}, not {self.converged.shape}")
+            for row, step in np.argwhere(self.converged & ~np.isfinite(values)):
+                self.fail((int(row), int(step)), f"{name} came out as {values[row, step]}")
+        for index in self.reasons:
+            for values in self.quantities.values():
+                values[index] = np.nan
+
+    @contextmanager
+    def setup(self) -> Iterator[None]:
+        """Count the time inside as set-up: the part that another list of loads would reuse."""
+        with Stopwatch() as watch:
+            yield
+        self.setup_seconds += watch.seconds
+
+    @classmethod
+    def concat(cls, parts: Sequence[Solution], axis: int) -> Solution:
+        """Join solutions along their realisations (axis 0) or their load steps (axis 1).
+
+        Times add up, memory is the largest. Fields are those of the first realisation at the last
+        load; a quantity that a part has not is NaN there.
+        """
+        if len(parts) == 1:
+            return parts[0]
+        sizes = [part.converged.shape[axis] for part in parts]
+        starts = np.cumsum([0, *sizes[:-1]]).tolist()
+        shown = parts[-1] if axis == STEPS else parts[0]
+        moved = list(zip(parts, starts, strict=True))
+        return replace(
+            shown,
+            quantities=_joined_quantities(parts, axis),
+            converged=np.concatenate([p.converged for p in parts], axis=axis),
+            iterations=np.concatenate([p.iterations for p in parts], axis=axis),
+            violation=np.concatenate([p.violation for p in parts], axis=axis),
+            unknowns=max(p.unknowns for p in parts),
+            truncation=max(p.truncation for p in parts),
+            reasons={
+                (row + start * (axis == REALISATIONS), step + start * (axis == STEPS)): why
+                for part, start in moved
+                for (row, step), why in part.reasons.items()
+            },
+            step_fields=shown.step_fields
+            if axis == REALISATIONS
+            else {s + start: build for p, start in moved for s, build in p.step_fields.items()},
+            # Of methods that take their own time; steps without an answer have none.
+            seconds=float((np.nansum if axis == STEPS else np.sum)([p.seconds for p in parts])),
+            setup_seconds=sum(p.setup_seconds for p in parts),
+            compile_seconds=sum(p.compile_seconds for p in parts),
+            memory=max(p.memory for p in parts),
+            machine=" + ".join(sorted({p.machine for p in parts if p.machine})),
+        )
+
+
+def _joined_quantities(parts: Sequence[Solution], axis: int) -> dict[str, np.ndarray]:
+    names = dict.fromkeys(name for part in parts for name in part.quantities)
+    return {
+        name: np.concatenate(
+            [p.quantities.get(name, np.full(p.converged.shape, np.nan)) for p in parts], axis=axis
+        )
+        for name in names
+    }

@@ -1,0 +1,117 @@
+"""Load after load: what a solver yields, and a failure that costs its own step only."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from dataclasses import dataclass
+from itertools import islice
+
+import numpy as np
+
+from comparisons.tasks.shown_loads import Fields
+from comparisons.tasks.solution import Solution
+from comparisons.tasks.task import Task
+from reduced.errors import ConvergenceError as ModelStopped
+from reference.errors import ConvergenceError as SolverStopped
+
+
+class NoAnswerError(Exception):
+    """A load step has no answer, for a reason of the model and not of its numerics."""
+
+    def __init__(self, reason: str) -> None:
+        super().__init__(reason)
+        self.reason = reason
+
+
+# What says itself why there is no answer: the physics, or the numerics of either model.
+NO_ANSWER = (NoAnswerError, ModelStopped, SolverStopped)
+
+
+@dataclass(frozen=True)
+class Step:
+    """One load step that has an answer.
+
+    Attributes
+    ----------
+    quantities : mapping
+        Name -> value, in SI units.
+    iterations, violation, unknowns : number
+        As of a `Solution`.
+    pressure : callable, optional
+        Makes the fields of the pressure, where it is asked for.
+    fields : callable, optional
+        Makes the arrays that plots and pictures use; called at the last load of realisation 0.
+    body_fields : callable, optional
+        Computes the fields in the body.
+    """
+
+    quantities: Mapping[str, float]
+    iterations: int = 0
+    violation: float = float("nan")
+    unknowns: int = 0
+    pressure: Callable[[], Fields] | None = None
+    fields: Callable[[], Fields] | None = None
+    body_fields: Callable[[], Fields] | None = None
+
+
+@dataclass(frozen=True)
+class Row:
+    """A realisation that is set up: a function that yields the steps of the loads still to do."""
+
+    sweep: Callable[[np.ndarray], Iterable[Step]]
+    unknowns: int = 0
+    truncation: float = 0.0
+
+
+def solve_rows(task: Task, rows: Iterable[Row]) -> Solution:
+    """Solve realisation after realisation, load after load.
+
+    What happens before a row is yielded is its set-up. A sweep ends at the first load that has no
+    answer; a new one starts at the next load. Of a path it is the end: its rest cannot begin anew.
+    """
+    solution = Solution.empty(task)
+    each = iter(rows)
+    for number, _ in enumerate(task.realisations):
+        with solution.setup():
+            row = next(each)
+        solution.unknowns = max(solution.unknowns, row.unknowns)
+        solution.truncation = max(solution.truncation, row.truncation)
+        for step, outcome in enumerate(_outcomes(row, task)):
+            if isinstance(outcome, str):
+                solution.fail((number, step), outcome)
+            else:
+                record(solution, (number, step), outcome, task)
+    return solution
+
+
+def _outcomes(row: Row, task: Task) -> Iterator[Step | str]:
+    """Yield one outcome for each load: a step, or why there is none."""
+    loads = task.loads.values
+    done = 0
+    while done < len(loads):
+        try:
+            for step in islice(row.sweep(loads[done:]), len(loads) - done):
+                done += 1
+                yield step
+            reason = "the solver ended before this load"
+        except NO_ANSWER as error:
+            reason = error.reason
+        lost = len(loads) - done if task.loads.is_path else min(1, len(loads) - done)
+        done += lost
+        yield from [reason] * lost
+
+
+def record(solution: Solution, index: tuple[int, int], step: Step, task: Task) -> None:
+    """Store a step in a solution."""
+    solution.put(index, step.quantities)
+    solution.iterations[index] = step.iterations
+    solution.violation[index] = step.violation
+    solution.unknowns = max(solution.unknowns, step.unknowns)
+    if step.pressure is not None and task.wants_pressure:
+        solution.keep(index, step.pressure)
+    if index != (0, task.shape[1] - 1):
+        return
+    if step.fields is not None:
+        solution.fields = dict(step.fields())
+    if step.body_fields is not None and task.with_body:
+        solution.body_fields = step.body_fields
