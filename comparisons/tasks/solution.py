@@ -56,7 +56,7 @@ class Solution:
         largest value along it, because single values pass zero.
     step_fields : dict
         Load step -> function that returns the pressure of realisation 0 at it, for the steps of
-        `load_fields.shown_steps`; not part of the solve.
+        `shown_loads.shown_steps`; not part of the solve.
     body_fields : callable or None
         Computes the fields in the body, where a task asks for them; not part of the solve.
     unknowns : int
