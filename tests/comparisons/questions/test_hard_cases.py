@@ -129,7 +129,7 @@ def test_a_number_where_a_refusal_is_expected_is_told(altered):
 
 def test_an_area_out_of_bounds_is_told(altered):
     def wide(solution):
-        solution.quantities["contact_area"] *= 1.1
+        solution.quantities["equivalent_radius"] *= np.sqrt(1.1)
         return solution
 
     assert "area off by 10" in altered("load-one", wide).deviation
