@@ -13,12 +13,12 @@ import numpy as np
 import pandas as pd
 
 from comparisons import formatting as fmt
+from comparisons.facts.methods import METHODS
 from comparisons.judging.metrics import sizes_along_path
 from comparisons.questions.single import SingleResult
 from comparisons.results import selection
 from comparisons.results.store import SceneRecord
 from comparisons.scene.loading import NORMAL
-from comparisons.scene.method_names import known_methods
 from reports.plots.axes import value_axis, wants_log
 from reports.plots.figure import Band, Figure, Series
 from reports.plots.style import drawing_order, look
@@ -162,7 +162,7 @@ class _Curve:
 
 
 def _is_line(method: str) -> bool:
-    known = known_methods().get(method)
+    known = METHODS.get(method)
     return known is not None and known.dimension == 1
 
 
