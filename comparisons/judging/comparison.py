@@ -14,7 +14,6 @@ from comparisons.judging.pressures import pressure_measures, truth_bar
 from comparisons.judging.truth import (
     OTHER_AXIS,
     Reference,
-    Solved,
     Sources,
     choose_reference,
     finest,
@@ -29,7 +28,7 @@ from comparisons.judging.uncertainty import combined, ensemble_uncertainty, stan
 from comparisons.judging.verdicts import judged
 from comparisons.scene.scene import QUANTITIES
 from comparisons.solving.planning import Plan
-from comparisons.tasks.solution import Solution
+from comparisons.tasks.solution import Solution, Solved
 
 SCALARS = tuple(name for name in QUANTITIES if name != "pressure")
 # What the judged method adds to the reference's own sources.

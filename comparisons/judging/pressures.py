@@ -10,11 +10,12 @@ from scipy.interpolate import LinearNDInterpolator
 from comparisons.facts.methods import METHODS, leading
 from comparisons.geometry.prepare import IndenterGeometry
 from comparisons.judging.metrics import SINGULAR_RING, grid_pressure_at, pressure_difference
-from comparisons.judging.truth import Reference, Solved
+from comparisons.judging.truth import Reference
 from comparisons.judging.uncertainty import SAFE
 from comparisons.methods.closed_form import form_of
 from comparisons.scene.polygons import distance_to_outline
 from comparisons.solving.planning import Plan
+from comparisons.tasks.solution import Solved
 
 # The grid solver that others are compared with cell by cell.
 (COUNTERPART, *_) = (name for name in leading(METHODS) if METHODS[name].grid)

@@ -6,9 +6,9 @@ from collections.abc import Callable, Generator
 from dataclasses import replace
 
 from comparisons.facts.methods import growth
-from comparisons.judging.truth import Reference, Solved, choose_reference, known_to
+from comparisons.judging.truth import Reference, choose_reference, known_to
 from comparisons.solving.planning import MethodPlan, Plan, refusal
-from comparisons.tasks.solution import Solution
+from comparisons.tasks.solution import Solution, Solved
 
 SHARE = 0.2
 # Seconds that one refined solve may be expected to take, from the time of the last one and the

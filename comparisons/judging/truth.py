@@ -11,13 +11,12 @@ from comparisons.facts.methods import METHODS, leading
 from comparisons.formatting import relative
 from comparisons.judging.metrics import relative_error, rms_and_maximum, sizes_along_path
 from comparisons.judging.uncertainty import combined, ensemble_uncertainty, grid_uncertainty
-from comparisons.tasks.solution import Solution
+from comparisons.tasks.solution import Solution, Solved
 
 # Closed forms are evaluated to some ten last digits.
 EXACT = 1e-12
 # The load that is compared at besides the prescribed one.
 OTHER_AXIS = {"penetration": "force", "force": "penetration", "mean_gap": "force"}
-Solved = dict[tuple[str, int], Solution]
 # What the uncertainty of a truth consists of.
 GRID, SOLVER, TRUNCATION = "discretisation", "solver", "truncation"
 ENSEMBLE, ARITHMETIC = "realisations", "arithmetic"

@@ -22,13 +22,13 @@ import pandas as pd
 
 from comparisons.errors import LostWorkError
 from comparisons.judging.metrics import relative_error, rms_and_maximum
-from comparisons.judging.truth import GRID, Solved, references
+from comparisons.judging.truth import GRID, references
 from comparisons.judging.uncertainty import RULE, Rule, combined, grid_uncertainty
 from comparisons.scene.scene import make_scene
 from comparisons.solving.execution import execute
 from comparisons.solving.executors import Executor, Job, SerialExecutor
 from comparisons.solving.planning import plan_scene, task_of
-from comparisons.tasks.solution import Solution
+from comparisons.tasks.solution import Solution, Solved
 
 FITTING: dict[str, dict[str, Any]] = {
     "paraboloid": {"shape": "paraboloid", "radius": 1.0},

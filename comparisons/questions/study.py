@@ -11,7 +11,6 @@ from typing import Any
 
 from comparisons.errors import LostWorkError, ResultsError
 from comparisons.judging.refinement import refinements
-from comparisons.judging.truth import Solved
 from comparisons.machine import machine, source_digest, versions
 from comparisons.methods.registry import solver_of
 from comparisons.results.folder import open_folder
@@ -25,7 +24,7 @@ from comparisons.solving.executors import Done, Executor, Job, executor_for
 from comparisons.solving.forecast import Forecast, Remaining
 from comparisons.solving.planning import Plan
 from comparisons.tasks.archive import load_solution, save_solution
-from comparisons.tasks.solution import REALISATIONS, Solution
+from comparisons.tasks.solution import REALISATIONS, Solution, Solved
 from comparisons.tasks.task import Task
 
 Progress = Callable[[int, int, Task | None], None]

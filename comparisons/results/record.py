@@ -9,19 +9,13 @@ from typing import Any
 
 from comparisons.files import plain
 from comparisons.judging.comparison import compare, truth_bars
-from comparisons.judging.truth import (
-    Reference,
-    Solved,
-    disagreements,
-    known_from,
-    known_to,
-    sentence,
-)
+from comparisons.judging.truth import Reference, disagreements, known_from, known_to, sentence
 from comparisons.machine import versions, versions_text
 from comparisons.results.advice import advise
 from comparisons.results.store import SceneRecord
 from comparisons.solving.execution import THREADS, this_machine
 from comparisons.solving.planning import Plan
+from comparisons.tasks.solution import Solved
 
 
 def record_scene(

@@ -7,11 +7,10 @@ from dataclasses import replace
 from pathlib import Path
 
 from comparisons.errors import ResultsError
-from comparisons.judging.truth import Solved
 from comparisons.solving.execution import REPEATS, execute
 from comparisons.solving.planning import Plan
 from comparisons.tasks.archive import load_solution, save_solution
-from comparisons.tasks.solution import REALISATIONS, Solution
+from comparisons.tasks.solution import REALISATIONS, Solution, Solved
 from comparisons.tasks.task import Task
 
 

@@ -233,3 +233,7 @@ def _joined_quantities(parts: Sequence[Solution], axis: int) -> dict[str, np.nda
         )
         for name in names
     }
+
+
+# The solutions of a scene: (method, resolution) -> what came back, all realisations joined.
+Solved = dict[tuple[str, int], Solution]

@@ -18,7 +18,6 @@ from comparisons.judging.pressures import pressure_measures
 from comparisons.judging.refinement import SHARE, refined
 from comparisons.judging.truth import (
     Reference,
-    Solved,
     choose_reference,
     disagreements,
     disputed,
@@ -38,6 +37,7 @@ from comparisons.questions.experiments.base import Effort
 from comparisons.scene.scene import load_scene
 from comparisons.solving.kept import solve_plan
 from comparisons.solving.planning import MethodPlan, Plan, plan_scene, refusal
+from comparisons.tasks.solution import Solved
 
 # Seconds that one more refinement of the truth may take at full effort.
 REFINEMENT_BUDGET = 30.0

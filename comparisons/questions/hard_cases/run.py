@@ -15,7 +15,7 @@ from comparisons.errors import InputError
 from comparisons.facts.methods import METHODS
 from comparisons.formatting import relative
 from comparisons.judging.metrics import relative_error
-from comparisons.judging.truth import ENSEMBLE, EXACT, GRID, Solved, mean_curves, references
+from comparisons.judging.truth import ENSEMBLE, EXACT, GRID, mean_curves, references
 from comparisons.judging.uncertainty import combined
 from comparisons.methods.registry import solver_for
 from comparisons.methods.solver import Refusal
@@ -33,7 +33,7 @@ from comparisons.solving.execution import execute
 from comparisons.solving.executors import Executor, Job, SerialExecutor
 from comparisons.solving.planning import EXACT as EXACT_LEVELS
 from comparisons.solving.planning import Plan, plan_scene, refusal, single_resolution, task_of
-from comparisons.tasks.solution import REALISATIONS, Solution
+from comparisons.tasks.solution import REALISATIONS, Solution, Solved
 
 # Bytes that the methods of a case are taken to need, one after the other.
 MEMORY = 2e9

@@ -11,14 +11,7 @@ import numpy as np
 
 from comparisons.errors import InputError
 from comparisons.facts.methods import METHODS
-from comparisons.judging.truth import (
-    Reference,
-    Solved,
-    disagreements,
-    finest,
-    mean_curves,
-    references,
-)
+from comparisons.judging.truth import Reference, disagreements, finest, mean_curves, references
 from comparisons.machine import machine, machine_text, versions
 from comparisons.methods.registry import solver_of
 from comparisons.methods.runner import run
@@ -28,6 +21,7 @@ from comparisons.scene.scene import Scene, load_scene
 from comparisons.scene.suites import SINGLE
 from comparisons.solving.kept import solve_plan
 from comparisons.solving.planning import Plan, plan_scene
+from comparisons.tasks.solution import Solved
 
 CHECK_SCENES = (*SINGLE, "rough-periodic")
 # Two half-space solvers share their kernel: the dense one would only repeat the FFT one's vote.
