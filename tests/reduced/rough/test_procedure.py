@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from reduced.rough.procedure import CORRECTED, LITERAL, calculate, side_by_side
+from reports.tables.documents import markdown
 
 DOCS = Path(__file__).resolve().parents[3] / "docs"
 FORCE = np.array([1e-2, 1e-1, 1.0])
@@ -129,7 +130,7 @@ def test_the_tables_of_the_page_have_the_form_their_script_makes():
         (block,) = re.findall(f"<!-- table: {name} -->\n(.*?)\n<!-- end -->", page, re.DOTALL)
         assert len(block.splitlines()) > 3
         if name == "printed-height":
-            assert module.markdown(module.TABLES[name]()) == block
+            assert markdown(module.TABLES[name]()) == block
     rows = module.convergence(draws=40)
     assert len(rows) == 15
     orders = {(row[0], row[1]): row[3] for row in rows[1:]}
