@@ -131,8 +131,9 @@ def test_every_place_says_the_same(scene, tmp_path, capsys):
     assert_one_voice(scene, tmp_path, capsys)
 
 
+# The ensemble of sliding-rough takes minutes, and sliding-ball is spoken of in the same places.
 @pytest.mark.slow
-@pytest.mark.parametrize("name", builtin_names())
+@pytest.mark.parametrize("name", sorted({*builtin_names()} - {"sliding-rough"}))
 def test_every_place_says_the_same_of_every_built_in_scene(name, tmp_path, capsys):
     assert_one_voice(solved(name, FEW), tmp_path, capsys)
 
