@@ -8,6 +8,7 @@ Tables are CSV with every digit, arrays are npz that nobody ever unpickles, docu
 
 from __future__ import annotations
 
+import errno
 import math
 import os
 import stat
@@ -25,8 +26,6 @@ if TYPE_CHECKING:
     import pandas as pd
 
 Write = Callable[[BinaryIO], object]
-# Folders that list the open files of this very process (Linux; macOS and BSD).
-_DESCRIPTORS = (f"/proc/{os.getpid()}/fd", "/dev/fd")
 _MOST_LINKS = 40
 
 
@@ -98,14 +97,16 @@ def write_named_text(path: Path, text: str) -> None:
 
 def _own_descriptor(path: Path) -> int | None:
     """Return the number of the open file of this process that a path such as /dev/stdout names."""
+    # Folders that list the open files of this very process (Linux; macOS and BSD).
+    listing = (f"/proc/{os.getpid()}/fd", "/dev/fd")
     for _ in range(_MOST_LINKS):
         folder = os.path.realpath(path.parent)
-        if folder in _DESCRIPTORS and path.name.isdecimal():
+        if folder in listing and path.name.isdecimal():
             return int(path.name)
         if not path.is_symlink():
             return None
         path = Path(folder) / path.readlink()
-    return None
+    raise OSError(errno.ELOOP, os.strerror(errno.ELOOP), str(path))
 
 
 def _permissions(path: Path) -> int:

@@ -13,6 +13,7 @@ import copy
 import lzma
 import mmap
 import re
+import string
 import zipfile
 import zlib
 from collections.abc import Callable
@@ -69,7 +70,8 @@ def _escaped(byte: int) -> bytes:
 
 
 _STREAM = re.compile(_zlib_headers() + b"|" + _XZ, re.DOTALL)
-_BASE64 = re.compile(rb"[A-Za-z0-9+/]{16,}={0,2}")
+_TEXT = re.compile(rb"[^<>]{8,}")  # of an XML element
+_NOT_BASE64 = bytes(set(range(256)) - set(b"=+/" + (string.ascii_letters + string.digits).encode()))
 
 
 class _TooLargeError(Exception):
@@ -259,10 +261,11 @@ def _weigh_xml(path: Path, budget: _Budget) -> list[str]:
     content = _bytes_of(path)
     if b"\0" in content[:_FIRST_PIECE].lstrip(_BEFORE_XML)[:2]:
         return ["XML in UTF-16: save it as UTF-8"]
-    for run in _BASE64.finditer(content):
-        text = run[0].rstrip(b"=")
-        text = text[: len(text) - (len(text) % 4 == 1)]
-        _weigh_buffer(base64.b64decode(text + b"=" * (-len(text) % 4)), budget)
+    for text in _TEXT.finditer(content):
+        # Decoders pass over line ends and any foreign character, and begin anew behind padding.
+        for run in text[0].translate(None, _NOT_BASE64).split(b"="):
+            whole = run[: len(run) - (len(run) % 4 == 1)]
+            _weigh_buffer(base64.b64decode(whole + b"=" * (-len(whole) % 4)), budget)
     return _weigh_streams(path, budget)
 
 

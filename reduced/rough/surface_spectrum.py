@@ -13,8 +13,10 @@ import scipy.fft
 
 from reduced.arguments import count_faults, positive_faults, refuse
 
-# Relative rounding of |q| L/(2 pi), generously: what lies this near to a limit lies on it.
-ROUNDING = 1e-12
+# Relative rounding of |q| L/(2 pi): what lies this near to a limit lies on it. Sides come from
+# files, some in single precision (6e-8). On a square the modes next to a limit k + 1/2 are 1/(8 k)
+# away from it: outside of this up to ring 1100.
+ROUNDING = 1e-7
 
 
 @dataclass(frozen=True)
@@ -104,7 +106,7 @@ class SurfaceSpectrum:
         A mode midway between two rings is as near to both. There are such modes where the sides are
         as an odd number to an even one (at 3 : 2 every odd wave along the shorter side), and none
         on a square, where (|q| L/2 pi)^2 is a whole number. Midway is told to `ROUNDING`, far
-        above the error of |q|, so that no ring hangs on the last digit of a side.
+        above the error of |q|, so that no ring hangs on how a side was rounded.
 
         Returns
         -------

@@ -94,6 +94,16 @@ def test_a_link_stays_and_leads_to_the_new_file(tmp_path, target):
     assert (tmp_path / "deep" / target).read_text() == "new"
 
 
+def test_links_that_lead_in_a_circle_are_an_error_and_stay(tmp_path):
+    one, other = tmp_path / "one", tmp_path / "other"
+    one.symlink_to(other)
+    other.symlink_to(one)
+    with pytest.raises(OSError, match="one"):
+        write_named_text(one, "text")
+    assert one.is_symlink()
+    assert other.is_symlink()
+
+
 def test_a_link_in_a_results_folder_does_not_lead_out_of_it(tmp_path):
     """Results come from strangers: their report.html may be a link to a file of mine."""
     mine = tmp_path / "mine"

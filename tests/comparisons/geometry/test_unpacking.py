@@ -222,9 +222,15 @@ def vtu(path, compression):
     return path
 
 
+def folded(text, width):
+    """Break base64 into lines, which its decoders pass over."""
+    return b"\n".join(text[i : i + width] for i in range(0, len(text), width))
+
+
+@pytest.mark.parametrize("width", [10**9, 76, 12])
 @pytest.mark.parametrize(("name", "pack"), [("zlib", zlib.compress), ("lzma", lzma.compress)])
-def test_vtu_whose_block_lies(tmp_path, name, pack):
-    """The header of a block says 32 bytes, its stream holds 4 MB."""
+def test_vtu_whose_block_lies(tmp_path, name, pack, width):
+    """The header of a block says 32 bytes, its stream holds 4 MB, on one line or on many."""
     path = vtu(tmp_path / "body.vtu", name)
     assert size_problems(path, REMEDY) == []
     packed = pack(BOMB)
@@ -232,7 +238,8 @@ def test_vtu_whose_block_lies(tmp_path, name, pack):
     text = path.read_bytes()
     start = text.index(b">", text.index(b"<DataArray")) + 1
     end = text.index(b"</DataArray", start)
-    path.write_bytes(text[:start] + header + base64.b64encode(packed) + text[end:])
+    stream = folded(base64.b64encode(packed), width)
+    path.write_bytes(text[:start] + header + stream + text[end:])
     with pytest.raises(BodyError, match="unpacks to more than"):
         read_body(path)
 

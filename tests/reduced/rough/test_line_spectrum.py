@@ -153,17 +153,20 @@ def midway(shape):
     return np.where((root**2 == square) & (root % 2 == 1), root, 0)
 
 
+# Sides off by the last digit of double and of single precision. A mode's place times the steepest
+# sharing of "split" is some hundred times as far off.
+@pytest.mark.parametrize(("off", "rtol"), [(1e-15, 1e-11), (6e-8, 1e-4)])
 @pytest.mark.parametrize("rule", ["rings", "split", "printed"])
-def test_no_ring_hangs_on_the_last_digit_of_a_side(rule):
-    """At 3 : 2 modes lie midway between rings. 1e-11: a mode's place times the steepest sharing."""
+def test_no_ring_hangs_on_the_last_digit_of_a_side(rule, off, rtol):
+    """At 3 : 2 modes lie midway between rings."""
     height = np.random.default_rng(3).normal(size=(16, 24))
     spectra = [
         line_of(measured(height, (1.0 * x, 1.5 * y), periodic=True), rule).power
-        for x in (1 - 1e-15, 1.0, 1 + 1e-15)
-        for y in (1 - 1e-15, 1.0, 1 + 1e-15)
+        for x in (1 - off / 2, 1.0, 1 + off / 2)
+        for y in (1 - off / 2, 1.0, 1 + off / 2)
     ]
     for power in spectra[1:]:
-        np.testing.assert_allclose(power, spectra[0], rtol=1e-11)
+        np.testing.assert_allclose(power, spectra[0], rtol=rtol)
 
 
 def test_a_mode_midway_between_two_rings_counts_half_in_each():
