@@ -13,10 +13,10 @@ import numpy as np
 
 from reduced.memory.materials import kelvin_voigt, standard_solid
 from reduced.rough.ensemble import lines
-from reduced.rough.line_spectrum import prescribed
+from reduced.rough.line_spectrum import line_of, prescribed
 from reduced.rough.press import press
+from reduced.rough.surface_spectrum import measured
 from reduced.rubber.history import slide_in_time
-from reduced.rubber.of_map import friction_of_map
 from reduced.rubber.printed import slide_as_printed
 from reduced.rubber.steady import slide
 from reference import surfaces
@@ -201,8 +201,9 @@ def surface() -> list[list[str]]:
     body = GeneralisedMaxwell.standard(0.25, 2.5, 1 / 11)
     springs = standard_solid(0.25, 2.5, relaxation_time=1 / 11)
     speeds = (0.003, 0.01, 0.03, 0.1, 0.3)
-    many = friction_of_map(h, 1.0, springs, speeds, 0.005, realisations=100, periodic=True)
-    mean = many.ensemble["friction_coefficient"]
+    many = lines(line_of(measured(h, 1.0, periodic=True)), 8 * 48, range(100))
+    friction = slide(many, 1 / (8 * 48), springs, speeds, 0.005).friction_coefficient
+    mean, scatter = friction.mean(axis=0), friction.std(axis=0, ddof=1) / 10
 
     def height(n: int) -> np.ndarray:
         return h if n == 48 else surfaces.refine(h, n // 48)
@@ -218,7 +219,7 @@ def surface() -> list[list[str]]:
             [
                 *(f"{speed:g}", f"{found[-1].mask.mean():.3f}", *values, f"{result.estimate:.5f}"),
                 f"{100 * result.uncertainty / result.estimate:.1f} %",
-                f"{mean.mean[k]:.5f} +- {mean.standard_error[k]:.5f}",
+                f"{mean[k]:.5f} +- {scatter[k]:.5f}",
             ]
         )
     return rows

@@ -16,7 +16,6 @@ import numpy as np
 from reduced.adhesion.line import FORCE, PENETRATION
 from reduced.adhesion.walk import Body, Event, walk
 from reduced.arguments import choice_faults, count_faults, positive_faults, refuse
-from reduced.profiles.quadrature import integrate_panels
 from reduced.profiles.section import Profile
 
 _CONTROLS = {"penetration": PENETRATION, "force": FORCE}
@@ -148,38 +147,6 @@ def pull_off(
     refuse(wrong + choice_faults("control", control, tuple(_CONTROLS)))
     body = Body(profile, effective_modulus, work, _CONTROLS[control])
     return walk(body, np.array([0.0, -np.inf]), springs, offset).events[-1]
-
-
-def equilibrium(
-    profile: Profile, effective_modulus: float, work: float, contact_radius: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return d(a) and F(a) of the whole branch, unstable parts too.
-
-    F = 2 E* int_0^a (d - g) dx by quadrature between the profile's breakpoints, no springs. A
-    branch is stable under penetration control where d(a) rises, under force control where F(a)
-    does.
-
-    Parameters
-    ----------
-    profile, effective_modulus, work
-        As for `adhere`.
-    contact_radius : array_like, shape (k,)
-        Positive, at most the sharp edge.
-
-    Returns
-    -------
-    tuple of ndarray
-        Penetration and force, shape (k,).
-    """
-    a = np.array(contact_radius, dtype=float, ndmin=1)
-    wrong = positive_faults(effective_modulus=effective_modulus, work=work)
-    if a.ndim != 1 or not (np.isfinite(a).all() and (a > 0).all() and (a <= profile.edge).all()):
-        wrong.append(f"contact_radius must be positive and at most {profile.edge}, got {a}")
-    refuse(wrong)
-    marks = np.minimum(np.array([0.0, *profile.breakpoints, np.inf]), a[:, None])
-    filled = integrate_panels(lambda x, _: profile.height(x), marks[:, :-1], marks[:, 1:])
-    depth = profile.height(a) - np.sqrt(2 * np.pi * work / effective_modulus * a)
-    return depth, 2 * effective_modulus * (a * depth - filled)
 
 
 def _path(**given: object) -> tuple[int, np.ndarray]:

@@ -158,8 +158,8 @@ def indent_in_time(
     Examples
     --------
     >>> from reduced.profiles.shapes import paraboloid
-    >>> from reduced.memory.materials import maxwell
-    >>> held = indent_in_time(paraboloid(1.0), maxwell(0.25, relaxation_time=1.0), [0.0, 2.0],
+    >>> from reduced.memory.materials import prony
+    >>> held = indent_in_time(paraboloid(1.0), prony(0.0, [0.25], [1.0]), [0.0, 2.0],
     ...                       penetration=[0.01, 0.01])
     >>> np.round(held.force * 1e3, 6)  # (4/3) E* sqrt(R) d^1.5, then exp(-t/tau) of it
     array([1.333333, 0.180447])

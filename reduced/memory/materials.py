@@ -53,7 +53,7 @@ class Creep:
 class Prony:
     """Relaxation function G(t) = G_inf + sum_i G_i exp(-t/tau_i) + eta delta(t) in shear.
 
-    Make one with `prony`, `kelvin_voigt`, `maxwell`, `standard_solid` or `fit`; these sort the
+    Make one with `prony`, `kelvin_voigt`, `standard_solid` or `fit`; these sort the
     arms, join equal times and drop arms of no modulus.
 
     Attributes
@@ -86,7 +86,7 @@ class Prony:
 
         Examples
         --------
-        >>> float(maxwell(2.0, relaxation_time=3.0).relaxation(0.0))
+        >>> float(prony(0.0, [2.0], [3.0]).relaxation(0.0))
         2.0
         """
         t = _times(time)
@@ -248,16 +248,6 @@ def kelvin_voigt(shear_modulus: float, viscosity: float) -> Prony:
     """Spring and dashpot side by side, G(w) = G + i w eta: the chapter's rubber in Problem 1."""
     refuse(positive_faults(shear_modulus=shear_modulus, viscosity=viscosity))
     return prony(shear_modulus, viscosity=viscosity)
-
-
-def maxwell(
-    shear_modulus: float, viscosity: float | None = None, *, relaxation_time: float | None = None
-) -> Prony:
-    """Spring and dashpot in a row, G(t) = G exp(-t G/eta); a fluid.
-
-    Exactly one of viscosity eta and relaxation time tau = eta/G is given.
-    """
-    return prony(0.0, [shear_modulus], [_arm_time(shear_modulus, viscosity, relaxation_time)])
 
 
 def standard_solid(

@@ -23,7 +23,6 @@ from reduced.rough.surface_spectrum import (
     ROUNDING,
     SurfaceSpectrum,
     cutoffs,
-    measured,
     pair,
     power_law,
     self_affine,
@@ -160,28 +159,6 @@ def line_of(surface: SurfaceSpectrum, rule: str = "rings") -> LineSpectrum:
         power += np.bincount(index + 1, share * half, count)
     wavenumber = 2 * np.pi / surface.length * np.arange(1, power.size)
     return LineSpectrum(wavenumber, power[1:], surface.length)
-
-
-def ring_sums(
-    height: np.ndarray, size: float | tuple[float, float], periodic: bool = False
-) -> LineSpectrum:
-    """Line spectrum of a height map by ring sums: `line_of` of `measured`, where all is explained.
-
-    Examples
-    --------
-    >>> h = np.cos(2 * np.pi * np.arange(8) / 8)[:, None] * np.ones(8)
-    >>> spectrum = ring_sums(h, 1.0, periodic=True)
-    >>> np.round(2 * spectrum.power[:2], 12)  # <h^2> = 1/2, all in the first ring
-    array([0.5, 0. ])
-    """
-    return line_of(measured(height, size, periodic))
-
-
-def printed_rule(
-    height: np.ndarray, size: float | tuple[float, float], periodic: bool = False
-) -> LineSpectrum:
-    """Line spectrum of a height map by the steps of Problem 1: `line_of` by the rule as printed."""
-    return line_of(measured(height, size, periodic), "printed")
 
 
 def prescribed(

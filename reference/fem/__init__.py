@@ -12,7 +12,6 @@ True
 from reference.fem.body import CondensedBody
 from reference.fem.contact import Contact, press
 from reference.fem.contact_area import contact_radius
-from reference.fem.energy import energy_within
 from reference.fem.half_space import SYMMETRIES, ball_body, tensor_body, tensor_unknowns
 from reference.fem.mesh import graded_lines
 from reference.fem.quadrature_contact import at_quadrature_points
@@ -27,7 +26,6 @@ __all__ = [
     "at_quadrature_points",
     "ball_body",
     "contact_radius",
-    "energy_within",
     "graded_lines",
     "indent",
     "press",

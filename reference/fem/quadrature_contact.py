@@ -20,7 +20,7 @@ def at_quadrature_points(body: CondensedBody, per_direction: int = 3) -> Condens
     uniform pressure then gives exactly the consistent nodal forces, and gaps count inside the
     elements, too. There are more points than nodes, so that rigid contact ("active_set") is not
     defined: `press` takes "penalty" only, with the gap at the `points` of the result. Interior
-    fields and energies follow as from nodal contact (`recover`, `energy_within`).
+    fields and energies follow as from nodal contact (`recover`).
 
     Parameters
     ----------

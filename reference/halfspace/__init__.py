@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from reference.halfspace import accuracy, areas, dense, fft, kernels
+from reference.halfspace import areas, dense, fft, kernels
 from reference.halfspace.operators import FreeOperator, HalfSpace, PeriodicOperator
 from reference.halfspace.solution import Contact
 
@@ -11,7 +11,6 @@ __all__ = [
     "FreeOperator",
     "HalfSpace",
     "PeriodicOperator",
-    "accuracy",
     "areas",
     "dense",
     "fft",

@@ -28,25 +28,22 @@ Field = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Compliance:
-    """Elastic constants of the contact: of a half-space under a rigid body, or of two half-spaces.
+    """Elastic constants of a half-space under a rigid body.
 
     Attributes
     ----------
     normal : float
-        c1 = (1 - nu)/G = 2/E*; of two bodies the sum.
+        c1 = (1 - nu)/G = 2/E*.
     lateral : float
-        c2 = nu/G; of two bodies the sum.
+        c2 = nu/G.
     coupling : float
-        c3 = (1 - 2 nu)/(2 G); of two bodies the difference, since the other one is pulled the
-        other way. Over c1 it is Dundurs' second constant; 0 for elastically similar bodies.
+        c3 = (1 - 2 nu)/(2 G). Over c1 it is Dundurs' second constant.
 
     Examples
     --------
     >>> steel = Compliance.of(80.0, 0.25)
     >>> round(steel.effective_modulus, 9), round(steel.tangential_modulus, 9)
     (213.333333333, 182.857142857)
-    >>> steel.against(steel).coupling
-    0.0
     """
 
     normal: float
@@ -71,12 +68,6 @@ class Compliance:
             raise ValueError("; ".join(faults))
         nu, G = poisson_ratio, shear_modulus
         return cls((1 - nu) / G, nu / G, (1 - 2 * nu) / (2 * G))
-
-    def against(self, other: Compliance) -> Compliance:
-        """Return the constants of the contact with a second elastic half-space."""
-        return Compliance(
-            self.normal + other.normal, self.lateral + other.lateral, self.coupling - other.coupling
-        )
 
     @property
     def effective_modulus(self) -> float:

@@ -85,11 +85,6 @@ class GeneralisedMaxwell:
         return cls(shear_modulus, viscosity=viscosity)
 
     @classmethod
-    def maxwell(cls, shear_modulus: float, relaxation_time: float) -> GeneralisedMaxwell:
-        """One arm and nothing else: a fluid."""
-        return cls(0.0, [shear_modulus], [relaxation_time])
-
-    @classmethod
     def standard(
         cls, equilibrium_modulus: float, shear_modulus: float, relaxation_time: float
     ) -> GeneralisedMaxwell:

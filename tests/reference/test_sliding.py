@@ -246,7 +246,7 @@ def test_what_cannot_be_solved_is_refused():
     with pytest.raises(ConvergenceError, match="edge of the grid"):
         solve(operator, gap, force=1.0)
     with pytest.raises(ValueError, match=r"fluid.*speed"):
-        Travelling((4, 4), (1.0, 1.0), GeneralisedMaxwell.maxwell(1.0, 1.0), 0.0)
+        Travelling((4, 4), (1.0, 1.0), GeneralisedMaxwell(0.0, (1.0,), (1.0,)), 0.0)
 
 
 def test_three_grids_that_converge_are_extrapolated():

@@ -223,7 +223,7 @@ def test_unit_of_length_costs_no_digit():
     ("material", "springs"),
     [
         (GeneralisedMaxwell.standard(0.25, 0.25, 0.01), prony(0.25, [0.25], [0.01])),
-        (GeneralisedMaxwell.maxwell(0.25, 0.05), prony(0.0, [0.25], [0.05])),
+        (GeneralisedMaxwell(0.0, (0.25,), (0.05,)), prony(0.0, [0.25], [0.05])),
         (GeneralisedMaxwell.kelvin_voigt(0.25, 0.0005), prony(0.25, viscosity=0.0005)),
     ],
     ids=["standard", "maxwell", "kelvin_voigt"],

@@ -11,9 +11,7 @@ from reduced.rough.line_spectrum import (
     LineSpectrum,
     line_of,
     prescribed,
-    printed_rule,
     resample,
-    ring_sums,
     sum_rules,
     synthesise,
 )
@@ -33,7 +31,7 @@ KEPT = 1e-12
 def test_ring_sums_keep_the_mean_square_height(nx, ny, aspect, periodic, seed):
     """Any map, any pixels: Parseval, since every mode but the mean is in exactly one ring."""
     height = 5.0 + np.random.default_rng(seed).normal(size=(nx, ny))
-    spectrum = ring_sums(height, (1.0, aspect), periodic)
+    spectrum = line_of(measured(height, (1.0, aspect), periodic))
     assert 2 * spectrum.power.sum() == pytest.approx(np.var(height), rel=KEPT)
     assert spectrum.length == max(1.0, aspect)
     np.testing.assert_allclose(np.diff(spectrum.wavenumber), 2 * np.pi / spectrum.length)
@@ -45,7 +43,7 @@ def test_single_waves_land_in_their_rings():
     h = 0.3 * np.cos(2 * np.pi * 3 * x)[:, None] + 0.2 * np.cos(
         2 * np.pi * (5 * x[:, None] + 5 * x[None, :])
     )
-    spectrum = ring_sums(h, 1.0, periodic=True)
+    spectrum = line_of(measured(h, 1.0, periodic=True))
     expected = np.zeros_like(spectrum.power)
     expected[3 - 1], expected[7 - 1] = 0.3**2 / 4, 0.2**2 / 4  # 5 sqrt 2 = 7.07
     np.testing.assert_allclose(spectrum.power, expected, atol=1e-16)
@@ -55,7 +53,7 @@ def test_corner_modes_are_kept():
     """A checkerboard has |q| = sqrt 2 times the Nyquist wavenumber of either side."""
     i = np.arange(16)
     h = (-1.0) ** (i[:, None] + i[None, :])
-    spectrum = ring_sums(h, 1.0, periodic=True)
+    spectrum = line_of(measured(h, 1.0, periodic=True))
     assert spectrum.power.size == round(8 * np.sqrt(2))
     assert spectrum.rms_height == pytest.approx(1.0, rel=KEPT)
 
@@ -78,7 +76,7 @@ def synthetic_map(points, size, seed, exponent=3.6, long=None):
 def test_parameters_and_map_give_the_same_spectrum(long):
     """`prescribed` without synthesis against ring sums of a synthesised map, mode by mode."""
     h = synthetic_map(64, 2.0, 1, long=long)
-    from_map = ring_sums(h, 2.0, periodic=True)
+    from_map = line_of(measured(h, 2.0, periodic=True))
     alone = prescribed(64, 2.0, hurst=0.8, rms_slope=0.1, long_cutoff=long)
     size = max(from_map.power.size, alone.power.size)
     padded = [np.pad(s.power, (0, size - s.power.size)) for s in (from_map, alone)]
@@ -97,7 +95,7 @@ def test_line_slope_and_curvature_are_those_of_the_surface(points, tolerance):
     k = 2 * np.pi * np.fft.fftfreq(points, 1 / points)
     q2 = k[:, None] ** 2 + k**2
     square = np.abs(np.fft.fft2(h, norm="forward")) ** 2
-    line = ring_sums(h, 1.0, periodic=True)
+    line = line_of(measured(h, 1.0, periodic=True))
     assert line.rms_slope == pytest.approx(np.sqrt(np.sum(q2 * square)), rel=tolerance)
     assert line.rms_curvature == pytest.approx(np.sqrt(np.sum(q2**2 * square)), rel=tolerance)
 
@@ -226,7 +224,7 @@ def test_printed_steps_average_over_rings():
     ring = np.rint(np.hypot(k[:, None], k))
     square = np.abs(np.fft.fft2(h, norm="forward")) ** 2
     expected = [np.pi * j * square[ring == j].mean() for j in range(1, 16)]
-    power = printed_rule(h, 1.5, periodic=True).power
+    power = line_of(measured(h, 1.5, periodic=True), "printed").power
     np.testing.assert_allclose(power, expected, rtol=1e-9)
     # and <h^2> is not kept
     assert abs(np.sqrt(2 * power.sum()) / np.std(h) - 1) > 0.02
@@ -246,7 +244,7 @@ def test_hann_window_removes_the_jump_of_a_measured_map():
     ramp = np.linspace(0, 1, 64)[:, None] * np.ones(64)
     share = {}
     for periodic in (True, False):
-        power = ring_sums(ramp, 1.0, periodic).power
+        power = line_of(measured(ramp, 1.0, periodic)).power
         share[periodic] = power[15:].sum() / power.sum()
     assert share[True] > 1e-2
     assert share[False] < 1e-5
@@ -329,9 +327,9 @@ def test_bad_arguments_are_all_named():
     with pytest.raises(ValueError, match="no mode"):
         prescribed(64, 1.0, hurst=0.8, rms_slope=0.1, short_cutoff=2.0)
     with pytest.raises(ValueError, match=r"size.*2-D"):
-        ring_sums(np.zeros(4), -1.0)
+        line_of(measured(np.zeros(4), -1.0))
     with pytest.raises(ValueError, match="finite"):
-        ring_sums(np.full((4, 4), np.nan), 1.0)
+        line_of(measured(np.full((4, 4), np.nan), 1.0))
     with pytest.raises(ValueError, match="Generator"):
         synthesise(prescribed(8, 1.0, hurst=0.8, rms_slope=0.1), 64)
     with pytest.raises(ValueError, match="length"):
