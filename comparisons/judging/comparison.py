@@ -8,38 +8,24 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from comparisons.facts.methods import METHODS
-from comparisons.judging.metrics import at_equal, relative_error, rms_and_maximum
-from comparisons.judging.pressures import pressure_measures, truth_bar
-from comparisons.judging.truth import (
-    OTHER_AXIS,
-    Reference,
-    Sources,
-    choose_reference,
-    finest,
-    main_axis,
-    mean_curves,
-    on_common_realisations,
-    own_discretisation,
-    sources_of,
-    uncertainty_of,
-)
-from comparisons.judging.uncertainty import combined, ensemble_uncertainty, standard_error
+from comparisons.judging.levels import Levels, mean_curves, on_common_realisations
+from comparisons.judging.metrics import rms_and_maximum
+from comparisons.judging.pressures import TruePressure, pressure_measures
+from comparisons.judging.truth import OTHER_AXIS, Truth, choose_truth, main_axis
+from comparisons.judging.uncertainty import combined, standard_error
 from comparisons.judging.verdicts import judged
 from comparisons.scene.scene import QUANTITIES
 from comparisons.solving.planning import Plan
 from comparisons.tasks.solution import Solution, Solved
 
 SCALARS = tuple(name for name in QUANTITIES if name != "pressure")
-# What the judged method adds to the reference's own sources.
-LINES, SPRINGS = "realisations of the line", "discretisation of the line"
 
 
 @dataclass(frozen=True)
 class Comparison:
     """What was found for one scene, as tables."""
 
-    reference: Reference | None
+    truth: Truth | None
     rows: pd.DataFrame
     measures: pd.DataFrame
 
@@ -57,11 +43,11 @@ def compare(plan: Plan, solved: Solved, constants: dict[str, Any]) -> Comparison
         knows the machine that found it.
     """
     solved = on_common_realisations(solved)
-    reference = choose_reference(solved, plan.compared)
+    truth = choose_truth(solved, plan.loads.axis, plan.compared)
     rows = [
         row
         for (method, resolution), solution in solved.items()
-        for row in _solution_rows(plan, method, resolution, solution, reference)
+        for row in _solution_rows(plan, method, resolution, solution, truth)
     ]
     rows += [
         _refusal_row(plan, planned.method, planned.reason)
@@ -71,47 +57,30 @@ def compare(plan: Plan, solved: Solved, constants: dict[str, Any]) -> Comparison
     measures = [
         row
         for (method, resolution), solution in solved.items()
-        for row in _measure_rows(plan, solved, method, resolution, solution, reference)
+        for row in _measure_rows(plan, solved, method, resolution, solution, truth)
     ]
     table = pd.DataFrame([constants | row for row in rows])
     last = [name for name in constants if name in table]
     table = table[[*(name for name in table if name not in constants), *last]]
-    return Comparison(reference, table, pd.DataFrame(measures))
-
-
-def errors_of(
-    control: str, curves: dict[str, np.ndarray], reference: Reference, name: str, at: str
-) -> np.ndarray:
-    """Return the signed relative error of a quantity at equal `at`, per load step.
-
-    At the prescribed load the values are compared step by step; at the other one the reference
-    is interpolated (`metrics.at_equal`).
-    """
-    needed = {name} if at == control else {name, at}
-    if not (needed <= set(reference.curves) and needed <= set(curves)):
-        return np.full(len(next(iter(reference.curves.values()))), np.nan)
-    if at == control:
-        return relative_error(curves[name], reference.curves[name], path=reference.path)
-    truth = at_equal(curves[at], reference.curves[at], reference.curves[name])
-    return relative_error(curves[name], truth)
+    return Comparison(truth, table, pd.DataFrame(measures))
 
 
 def _solution_rows(
-    plan: Plan, method: str, resolution: int, solution: Solution, reference: Reference | None
+    plan: Plan, method: str, resolution: int, solution: Solution, truth: Truth | None
 ) -> list[dict[str, Any]]:
     rows = []
     count = len(solution.converged)
     common = _common(plan, method, resolution, solution)
     for k in range(count):
         curves = {name: values[k] for name, values in solution.quantities.items()}
-        rows += _curve_rows(plan, curves, common | {"realisation": str(k)}, reference)
+        rows += _curve_rows(plan, curves, common | {"realisation": str(k)}, truth)
         for step, row in enumerate(rows[-len(plan.loads.values) :]):
             row["iterations"] = int(solution.iterations[k, step])
             row["violation"] = float(solution.violation[k, step])
             row["converged"] = bool(solution.converged[k, step])
             row["reason"] = solution.reasons.get((k, step), "")
     if count > 1:
-        mean = _curve_rows(plan, mean_curves(solution), common | {"realisation": "mean"}, reference)
+        mean = _curve_rows(plan, mean_curves(solution), common | {"realisation": "mean"}, truth)
         for step, row in enumerate(mean):
             row["converged"] = bool(solution.converged[:, step].all())
             for name, values in solution.quantities.items():
@@ -139,13 +108,12 @@ def _curve_rows(
     plan: Plan,
     curves: dict[str, np.ndarray],
     common: dict[str, Any],
-    reference: Reference | None,
+    truth: Truth | None,
 ) -> list[dict[str, Any]]:
-    axis = plan.loads.axis
     steps = len(plan.loads.values)
     rows = [common | {"step": step} for step in range(steps)]
-    own = reference is not None and (
-        (reference.method, reference.resolution) == (common["method"], common["resolution"])
+    own = truth is not None and (
+        (truth.method, truth.resolution) == (common["method"], common["resolution"])
     )
     for step, row in enumerate(rows):
         for name, values in curves.items():
@@ -154,16 +122,15 @@ def _curve_rows(
         for name, values in plan.loads.columns.items():
             if not np.isfinite(row.get(name, np.nan)):
                 row[name] = float(values[step])
-        row["reference"] = "" if reference is None else reference.label
-    if reference is None:
+        row["reference"] = "" if truth is None else truth.label
+    if truth is None:
         return rows
-    asked = [n for n in plan.compared if n in reference.curves]
+    asked = [n for n in plan.compared if truth.knows(n)]
     for name in SCALARS:
-        if name not in curves or name not in reference.curves:
+        if not truth.knows(name, curves):
             continue
-        at = main_axis(axis, name)
-        bar = uncertainty_of(axis, reference, name, at)
-        error = errors_of(axis, curves, reference, name, at)
+        bar = truth.bar(name)
+        error = truth.errors(curves, name, main_axis(truth.axis, name))
         for step, row in enumerate(rows):
             row[f"error_{name}"] = float("nan") if own else float(error[step])
             row[f"reference_uncertainty_{name}"] = float(bar[step])
@@ -191,12 +158,12 @@ def _measure_rows(
     method: str,
     resolution: int,
     solution: Solution,
-    reference: Reference | None,
+    truth: Truth | None,
 ) -> list[dict[str, Any]]:
-    if reference is None or (method, resolution) == (reference.method, reference.resolution):
+    if truth is None or (method, resolution) == (truth.method, truth.resolution):
         return []
-    axis = plan.loads.axis
     curves = mean_curves(solution)
+    levels = Levels.of(solved, method)
     common = _common(plan, method, resolution, solution)
     del common["compile_seconds"], common["options"]
     common["converged"] = bool(solution.converged.all())
@@ -206,15 +173,14 @@ def _measure_rows(
             rows += [
                 {"quantity": each["quantity"], "at": "last load"}
                 | _measure(plan, np.array([each["error"]]), np.array([each["bar"]]))
-                for each in pressure_measures(plan, solved, method, resolution, reference)
+                for each in pressure_measures(plan, solved, method, resolution, truth)
             ]
             continue
-        if name not in curves or name not in reference.curves:
+        if not truth.knows(name, curves):
             continue
         for at in _compared_at(plan, name):
-            error = errors_of(axis, curves, reference, name, at)
-            parts = error_sources(plan, solved, method, resolution, reference, name, at)
-            bar = combined(*parts.values())
+            error = truth.errors(curves, name, at)
+            bar = combined(*truth.error_sources(levels, resolution, name, at).values())
             rows.append({"quantity": name, "at": at} | _measure(plan, error, bar))
     return [common | row for row in rows]
 
@@ -241,50 +207,19 @@ def _measure(plan: Plan, error: np.ndarray, bar: np.ndarray) -> dict[str, Any]:
     }
 
 
-def truth_bars(plan: Plan, solved: Solved, reference: Reference) -> dict[str, dict[str, Any]]:
+def truth_bars(plan: Plan, truth: Truth) -> dict[str, dict[str, Any]]:
     """Return the widest bar of the truth in each quantity that it gives, and at which load step.
 
     On the very same surfaces: what decides whether the truth may itself be taken as an answer.
     """
-    found = {}
+    widest = {}
     for name in plan.compared:
         if name == "pressure":
-            known = truth_bar(plan, solved, reference)
-            bar = np.array([] if known is None else [known])
+            true = TruePressure(plan, truth)
+            bar = np.array([true.bar] if true.known else [])
         else:
-            at = main_axis(plan.loads.axis, name)
-            same = reference.curves.get(name)
-            bar = (
-                np.array([])
-                if same is None
-                else uncertainty_of(plan.loads.axis, reference, name, at, same_surfaces=True)
-            )
+            bar = truth.bar(name, same_surfaces=True) if truth.knows(name) else np.array([])
         if len(bar):
-            widest = judged(np.zeros(len(bar)), bar, plan.scene.compare.tolerance)
-            found[name] = {"bar": widest.uncertainty, "step": widest.step}
-    return found
-
-
-def error_sources(
-    plan: Plan,
-    solved: Solved,
-    method: str,
-    resolution: int,
-    reference: Reference,
-    name: str,
-    at: str,
-) -> Sources:
-    """Return the sources of an error's bar: the reference's, the ensemble's, the method's grid's.
-
-    3-D methods solve the very same surfaces as the reference, so the scatter over realisations
-    is not an uncertainty of the difference.
-    """
-    line = METHODS[method].dimension == 1
-    parts = sources_of(plan.loads.axis, reference, name, at, same_surfaces=not line)
-    solution = solved[method, resolution]
-    if line:
-        parts[LINES] = ensemble_uncertainty(solution.quantities[name], path=solution.path)
-        if resolution == finest(solved, method):
-            own = own_discretisation(solved, method, name)
-            parts[SPRINGS] = np.nan_to_num(own, nan=0.0)
-    return parts
+            decided = judged(np.zeros(len(bar)), bar, plan.scene.compare.tolerance)
+            widest[name] = {"bar": decided.uncertainty, "step": decided.step}
+    return widest

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -10,20 +12,97 @@ from scipy.interpolate import LinearNDInterpolator
 from comparisons.facts.methods import METHODS, leading
 from comparisons.geometry.prepare import IndenterGeometry
 from comparisons.judging.metrics import SINGULAR_RING, grid_pressure_at, pressure_difference
-from comparisons.judging.truth import Reference
+from comparisons.judging.truth import Truth
 from comparisons.judging.uncertainty import SAFE
 from comparisons.methods.closed_form import form_of
 from comparisons.scene.polygons import distance_to_outline
 from comparisons.solving.planning import Plan
 from comparisons.tasks.solution import Solved
+from reference.closed_form import ClosedForm
 
 # The grid solver that others are compared with cell by cell.
 (COUNTERPART, *_) = (name for name in leading(METHODS) if METHODS[name].grid)
 Fields = dict[str, np.ndarray]
 
 
+@dataclass(frozen=True)
+class TruePressure:
+    """The pressure that a truth gives at the last load."""
+
+    plan: Plan
+    truth: Truth
+
+    @property
+    def known(self) -> bool:
+        """Whether there is one: a closed form has it everywhere, a solution where it was kept."""
+        return self._formula is not None or "pressure" in self.truth.solution.fields
+
+    @property
+    def _penetration(self) -> float:
+        return float(self.truth.curves["penetration"][-1])
+
+    def at(self, fields: Fields) -> np.ndarray | None:
+        """Return it at a method's points; None where the truth gives none."""
+        x, y = fields["pressure_x"], fields["pressure_y"]
+        if self._formula is not None:
+            return np.asarray(self._formula.pressure(x, y, self._penetration))
+        return _look_up(self.truth.solution.fields, fields) if self.known else None
+
+    def regular(self, fields: Fields) -> np.ndarray:
+        """Return which points lie away from every singularity."""
+        x, y = fields["pressure_x"], fields["pressure_y"]
+        everywhere = np.ones(len(x), dtype=bool)
+        geometry = self.plan.geometry
+        if not isinstance(geometry, IndenterGeometry):
+            return everywhere
+        form = self._form
+        if form is not None:
+            if not form.pressure_is_singular:
+                return everywhere
+            rho = form.relative_radius(x, y, self._penetration)
+            centre = 1.0 if form.singular_at == "edge" else 0.0
+            return np.abs(rho - centre) > SINGULAR_RING
+        corners = geometry.indenter.outline
+        if corners is None:
+            return everywhere
+        return distance_to_outline(x, y, corners) > SINGULAR_RING * geometry.contact_radius
+
+    @property
+    def bar(self) -> float:
+        """How well it is known, as an L2 difference.
+
+        The change from the next coarser resolution, at first order: with r the ratio of
+        resolutions, 1.25 times that change over r - 1. NaN with one resolution.
+        """
+        if self._formula is not None:
+            return 0.0
+        coarser = self.truth.levels.below(self.truth.resolution)
+        if coarser is None:
+            return float("nan")
+        coarse = self.truth.levels.solutions[coarser].fields
+        finest = self.at(coarse) if "pressure" in coarse else None
+        if finest is None:
+            return float("nan")
+        weight, keep = coarse["pressure_weight"], self.regular(coarse)
+        change = pressure_difference(coarse["pressure"], weight, finest, keep)
+        return SAFE * change / (self.truth.resolution / coarser - 1)
+
+    @cached_property
+    def _form(self) -> ClosedForm | None:
+        """The closed form of the shape, which knows where its pressure is singular."""
+        geometry = self.plan.geometry
+        if not isinstance(geometry, IndenterGeometry):
+            return None
+        return form_of(geometry.indenter, self.plan.scene.effective_modulus)
+
+    @property
+    def _formula(self) -> ClosedForm | None:
+        """The closed form, if it is the truth."""
+        return self._form if self.truth.exact else None
+
+
 def pressure_measures(
-    plan: Plan, solved: Solved, method: str, resolution: int, reference: Reference
+    plan: Plan, solved: Solved, method: str, resolution: int, truth: Truth
 ) -> list[dict[str, Any]]:
     """Return name, error and bar of each pressure measure of one solution.
 
@@ -36,21 +115,22 @@ def pressure_measures(
         return []
     force = float(solution.quantities["force"][0, -1])
     whole = float(np.nansum(fields["pressure"] * fields["pressure_weight"]) / force - 1)
-    found = [{"quantity": "pressure_integral", "error": whole, "bar": 0.0}]
+    measures = [{"quantity": "pressure_integral", "error": whole, "bar": 0.0}]
     same = same_grid_difference(solved, method, resolution)
     if same is not None:
-        found.append({"quantity": "pressure_same_grid", "error": same, "bar": 0.0})
-    truth = _true_pressure(plan, solved, reference, fields)
-    if truth is None:
-        return found
-    keep = regular_points(plan, reference, fields) & np.isfinite(fields["pressure"])
-    distance = pressure_difference(fields["pressure"], fields["pressure_weight"], truth, keep)
-    bar = _bar(plan, solved, reference)
-    found.append({"quantity": "pressure", "error": distance, "bar": bar})
-    if keep.all() and np.max(truth) > 0:
-        peak = float(np.max(fields["pressure"]) / np.max(truth) - 1)
-        found.append({"quantity": "pressure_peak", "error": peak, "bar": bar})
-    return found
+        measures.append({"quantity": "pressure_same_grid", "error": same, "bar": 0.0})
+    true = TruePressure(plan, truth)
+    values = true.at(fields)
+    if values is None:
+        return measures
+    keep = true.regular(fields) & np.isfinite(fields["pressure"])
+    distance = pressure_difference(fields["pressure"], fields["pressure_weight"], values, keep)
+    bar = true.bar
+    measures.append({"quantity": "pressure", "error": distance, "bar": bar})
+    if keep.all() and np.max(values) > 0:
+        peak = float(np.max(fields["pressure"]) / np.max(values) - 1)
+        measures.append({"quantity": "pressure_peak", "error": peak, "bar": bar})
+    return measures
 
 
 def same_grid_difference(solved: Solved, method: str, resolution: int) -> float | None:
@@ -74,40 +154,6 @@ def same_grid_difference(solved: Solved, method: str, resolution: int) -> float 
     )
 
 
-def regular_points(plan: Plan, reference: Reference, fields: Fields) -> np.ndarray:
-    """Return which points lie away from every singularity of the true pressure."""
-    x, y = fields["pressure_x"], fields["pressure_y"]
-    everywhere = np.ones(len(x), dtype=bool)
-    if not isinstance(plan.geometry, IndenterGeometry):
-        return everywhere
-    indenter = plan.geometry.indenter
-    form = form_of(indenter, plan.scene.effective_modulus)
-    if form is not None:
-        if not form.pressure_is_singular:
-            return everywhere
-        rho = form.relative_radius(x, y, float(reference.curves["penetration"][-1]))
-        centre = 1.0 if form.singular_at == "edge" else 0.0
-        return np.abs(rho - centre) > SINGULAR_RING
-    corners = indenter.outline
-    if corners is None:
-        return everywhere
-    return distance_to_outline(x, y, corners) > SINGULAR_RING * plan.geometry.contact_radius
-
-
-def _true_pressure(
-    plan: Plan, solved: Solved, reference: Reference, fields: Fields
-) -> np.ndarray | None:
-    """Return the reference's pressure at a method's points."""
-    x, y = fields["pressure_x"], fields["pressure_y"]
-    if reference.method == "closed_form":
-        assert isinstance(plan.geometry, IndenterGeometry)
-        form = form_of(plan.geometry.indenter, plan.scene.effective_modulus)
-        assert form is not None
-        return np.asarray(form.pressure(x, y, float(reference.curves["penetration"][-1])))
-    stored = solved[reference.method, reference.resolution].fields
-    return _look_up(stored, fields) if "pressure" in stored else None
-
-
 def _look_up(stored: Fields, fields: Fields) -> np.ndarray:
     """Return a stored pressure at the points of other fields."""
     x, y = fields["pressure_x"], fields["pressure_y"]
@@ -120,33 +166,3 @@ def _look_up(stored: Fields, fields: Fields) -> np.ndarray:
     x, y = (np.abs(c) if (p >= 0).all() else c for c, p in zip((x, y), points.T, strict=True))
     look_up = LinearNDInterpolator(points, stored["pressure"], fill_value=0.0)
     return np.asarray(look_up(x, y))
-
-
-def truth_bar(plan: Plan, solved: Solved, reference: Reference) -> float | None:
-    """Return how well the reference's pressure is known, None where it gives none."""
-    fields = solved[reference.method, reference.resolution].fields
-    if reference.method != "closed_form" and "pressure" not in fields:
-        return None
-    return _bar(plan, solved, reference)
-
-
-def _bar(plan: Plan, solved: Solved, reference: Reference) -> float:
-    """Return how well the reference's pressure is known, as an L2 difference.
-
-    The change from its next coarser resolution, at first order: with r the ratio of resolutions,
-    1.25 times that change over r - 1. NaN with one resolution.
-    """
-    if reference.method == "closed_form":
-        return 0.0
-    levels = [n for m, n in solved if m == reference.method and n < reference.resolution]
-    if not levels:
-        return float("nan")
-    coarse = solved[reference.method, max(levels)].fields
-    if "pressure" not in coarse:
-        return float("nan")
-    truth = _true_pressure(plan, solved, reference, coarse)
-    if truth is None:
-        return float("nan")
-    keep = regular_points(plan, reference, coarse)
-    change = pressure_difference(coarse["pressure"], coarse["pressure_weight"], truth, keep)
-    return SAFE * change / (reference.resolution / max(levels) - 1)

@@ -6,9 +6,9 @@ from collections.abc import Callable, Generator
 from dataclasses import replace
 
 from comparisons.facts.methods import growth
-from comparisons.judging.truth import Reference, choose_reference, known_to
+from comparisons.judging.truth import Truth, choose_truth
 from comparisons.solving.planning import MethodPlan, Plan, refusal
-from comparisons.tasks.solution import Solution, Solved
+from comparisons.tasks.solution import Solved
 
 SHARE = 0.2
 # Seconds that one refined solve may be expected to take, from the time of the last one and the
@@ -53,40 +53,38 @@ def refinements(
     says so where they do not suffice. The generator is asked for more when all of the last plan
     is solved, so the refinements of many scenes can go on side by side.
     """
-    control = plan.loads.axis
     main = next((q for q in plan.compared if q != "pressure"), None)
     wanted = SHARE * plan.scene.compare.tolerance
     while main is not None:
         known = solved(plan)
-        reference = choose_reference(known, plan.compared)
-        if reference is None or known_to(control, reference, main) <= wanted:
+        truth = choose_truth(known, plan.loads.axis, plan.compared)
+        if truth is None or truth.known_to(main) <= wanted:
             return plan
         if plan.scene.compare.resolutions is not None:
             note = "full: not refined beyond the resolutions that the scene lists"
             return replace(plan, notes=(*plan.notes, note))
-        finer = 2 * reference.resolution
-        why = refusal(plan, reference.method, finer) or _over_budget(reference, known, budget)
+        finer = 2 * truth.resolution
+        why = refusal(plan, truth.method, finer) or _over_budget(truth, budget)
         if why:
-            note = f"full: refinement of {reference.method} ends at N = {reference.resolution}, "
+            note = f"full: refinement of {truth.method} ends at N = {truth.resolution}, "
             return replace(plan, notes=(*plan.notes, note + why))
-        plan = replace(plan, methods=tuple(_with(m, reference, finer) for m in plan.methods))
+        plan = replace(plan, methods=tuple(_with(m, truth, finer) for m in plan.methods))
         yield plan
-        solution = solved(plan).get((reference.method, finer))
+        solution = solved(plan).get((truth.method, finer))
         if solution is None or not solution.converged.any(axis=0).all():
-            note = f"full: {reference.method} found no answer at N = {finer}"
+            note = f"full: {truth.method} found no answer at N = {finer}"
             return replace(plan, notes=(*plan.notes, note))
     return plan
 
 
-def _over_budget(reference: Reference, known: Solved, budget: float) -> str:
-    last: Solution = known[reference.method, reference.resolution]
-    expected = last.seconds * growth(reference.method)
+def _over_budget(truth: Truth, budget: float) -> str:
+    expected = truth.solution.seconds * growth(truth.method)
     if expected <= budget:
         return ""
     return f"the next would take about {expected:.0f} s, more than the budget of {budget:.0f} s"
 
 
-def _with(planned: MethodPlan, reference: Reference, resolution: int) -> MethodPlan:
-    if planned.method != reference.method:
+def _with(planned: MethodPlan, truth: Truth, resolution: int) -> MethodPlan:
+    if planned.method != truth.method:
         return planned
     return replace(planned, resolutions=(*planned.resolutions, resolution))

@@ -9,8 +9,9 @@ import numpy as np
 
 from comparisons.facts.methods import METHODS, leading
 from comparisons.formatting import relative
-from comparisons.judging.metrics import relative_error, rms_and_maximum, sizes_along_path
-from comparisons.judging.uncertainty import combined, ensemble_uncertainty, grid_uncertainty
+from comparisons.judging.levels import Levels, mean_curves
+from comparisons.judging.metrics import at_equal, relative_error, rms_and_maximum
+from comparisons.judging.uncertainty import combined, ensemble_uncertainty
 from comparisons.tasks.solution import Solution, Solved
 
 # Closed forms are evaluated to some ten last digits.
@@ -20,293 +21,277 @@ OTHER_AXIS = {"penetration": "force", "force": "penetration", "mean_gap": "force
 # What the uncertainty of a truth consists of.
 GRID, SOLVER, TRUNCATION = "discretisation", "solver", "truncation"
 ENSEMBLE, ARITHMETIC = "realisations", "arithmetic"
+# What a model on a line adds to the bar of its error.
+LINES, SPRINGS = "realisations of the line", "discretisation of the line"
+Curves = dict[str, np.ndarray]
 Sources = dict[str, np.ndarray]
 
 
+def main_axis(axis: str, name: str) -> str:
+    """Return the load at which a quantity is compared: the prescribed one, or for it the other.
+
+    Along a path, in time or over speeds there is no other.
+    """
+    return OTHER_AXIS.get(axis, axis) if name == axis else axis
+
+
 @dataclass(frozen=True)
-class Reference:
-    """The truth of a scene: one method's finest solution, with its uncertainty.
+class Truth:
+    """What a scene is judged by: one method's finest solution, with its uncertainty.
+
+    All bars are relative 95 % half-widths, one per load step, (k,).
 
     Attributes
     ----------
-    method, resolution : str, int
+    axis : str
+        Along what the load steps are compared: the prescribed load, "step", "time" or "speed".
+    levels : Levels
+        The method's solutions at all resolutions.
+    resolution : int
+        That of the finest.
     curves : dict
         Quantity -> (k,) mean over realisations.
     sources : dict
-        Quantity -> source -> (k,) relative 95 % half-width at the prescribed load; NaN where it
-        is not known. The sources: GRID, SOLVER, TRUNCATION, ENSEMBLE; ARITHMETIC of closed forms.
-    text : str
-        One sentence for the report.
-    path : bool
-        Errors and bars are relative to the largest value along the steps.
+        Quantity -> source -> (k,) bar at the prescribed load; NaN where it is not known. The
+        sources: GRID, SOLVER, TRUNCATION, ENSEMBLE; ARITHMETIC of closed forms.
+    checks : tuple of Truth
+        The other 3-D methods' finest solutions, which should agree.
     """
 
-    method: str
+    axis: str
+    levels: Levels
     resolution: int
-    curves: dict[str, np.ndarray]
+    curves: Curves
     sources: dict[str, Sources]
-    text: str
-    path: bool = False
+    checks: tuple[Truth, ...] = ()
 
     @property
-    def uncertainty(self) -> dict[str, np.ndarray]:
-        """Quantity -> (k,) all sources together."""
-        return {name: combined(*parts.values()) for name, parts in self.sources.items()}
+    def method(self) -> str:
+        """The name of its method."""
+        return self.levels.method
 
-    def systematic(self, name: str) -> Sources:
-        """Return the sources that remain where both methods solve the very same surfaces."""
-        return {key: part for key, part in self.sources[name].items() if key != ENSEMBLE}
+    @property
+    def exact(self) -> bool:
+        """Whether it is a closed form."""
+        return METHODS[self.method].exact
+
+    @property
+    def solution(self) -> Solution:
+        """The finest solution itself."""
+        return self.levels.solutions[self.resolution]
+
+    @property
+    def path(self) -> bool:
+        """Whether errors and bars are relative to the largest value along the steps."""
+        return self.solution.path
 
     @property
     def label(self) -> str:
         """Method and resolution, as in results.csv."""
-        return self.method if METHODS[self.method].exact else f"{self.method} {self.resolution}"
+        return self.method if self.exact else f"{self.method} {self.resolution}"
 
+    def knows(self, name: str, *curves: Curves) -> bool:
+        """Tell whether it has a quantity, and so have the given curves."""
+        return all(name in known for known in (self.curves, *curves))
 
-def mean_curves(solution: Solution) -> dict[str, np.ndarray]:
-    """Return each quantity's mean over the realisations that converged, (k,)."""
-    curves = {}
-    for name, values in solution.quantities.items():
-        count = np.isfinite(values).sum(axis=0)
-        total = np.nansum(values, axis=0)
-        curves[name] = np.divide(
-            total, count, out=np.full(values.shape[1], np.nan), where=count > 0
+    def value(self, name: str, at: str, loads: np.ndarray) -> np.ndarray:
+        """Return a quantity where another one, `at`, has the given values (`metrics.at_equal`)."""
+        return at_equal(loads, self.curves[at], self.curves[name])
+
+    def errors(self, curves: Curves, name: str, at: str) -> np.ndarray:
+        """Return the signed relative error of a quantity at equal `at`, per load step.
+
+        At the prescribed load the values are compared step by step; at the other one the truth
+        is interpolated. NaN where either does not know the quantity.
+        """
+        if not (self.knows(name, curves) and (at == self.axis or self.knows(at, curves))):
+            return np.full(self.solution.converged.shape[1], np.nan)
+        if at == self.axis:
+            return relative_error(curves[name], self.curves[name], path=self.path)
+        return relative_error(curves[name], self.value(name, at, curves[at]))
+
+    def bar_sources(self, name: str, at: str, *, same_surfaces: bool = False) -> Sources:
+        """Return the sources of the uncertainty of a quantity at equal `at`.
+
+        At the other load, the uncertainty of that load enters through the slope of the curve.
+        `same_surfaces` leaves out the scatter over realisations: methods that solve the very same
+        surfaces do not differ by it.
+        """
+        own = dict(self._systematic(name) if same_surfaces else self.sources[name])
+        if at == self.axis or at not in self.curves:
+            return own
+        x, y = self.curves[at], self.curves[name]
+        if len(x) < 2 or not (np.all(x > 0) and np.all(y > 0)):
+            return own
+        steps = np.diff(np.log(x))
+        monotone = bool(np.all(steps > 0) or np.all(steps < 0))
+        slope = np.gradient(np.log(y), np.log(x)) if monotone else np.ones(len(x))
+        load = self.sources[at]
+        return {key: combined(part, slope * load[key]) for key, part in own.items()}
+
+    def bar(self, name: str, at: str = "", *, same_surfaces: bool = False) -> np.ndarray:
+        """Return the uncertainty of a quantity, all sources together.
+
+        By default at the load where the quantity is judged (`main_axis`).
+        """
+        at = at or main_axis(self.axis, name)
+        return combined(*self.bar_sources(name, at, same_surfaces=same_surfaces).values())
+
+    def error_sources(self, judged: Levels, resolution: int, name: str, at: str) -> Sources:
+        """Return the sources of the bar of a method's error in a quantity at equal `at`.
+
+        A 3-D method solves the very same surfaces as the truth, so the scatter over realisations
+        is not an uncertainty of the difference. A model on a line has lines of its own, and
+        springs whose number matters at its finest resolution.
+        """
+        line = METHODS[judged.method].dimension == 1
+        parts = self.bar_sources(name, at, same_surfaces=not line)
+        if line:
+            solution = judged.solutions[resolution]
+            parts[LINES] = ensemble_uncertainty(solution.quantities[name], path=solution.path)
+            if resolution == judged.finest:
+                parts[SPRINGS] = np.nan_to_num(judged.discretisation(name), nan=0.0)
+        return parts
+
+    def known_to(self, name: str) -> float:
+        """Return how well a quantity is known: the rms over the loads of its bar; NaN: unknown."""
+        return rms_and_maximum(self.bar(name))[0] if self.knows(name) else float("nan")
+
+    def known_from(self, name: str) -> dict[str, float]:
+        """Return the rms over the loads of each source of a quantity's bar."""
+        if not self.knows(name):
+            return {}
+        parts = self.bar_sources(name, main_axis(self.axis, name))
+        return {source: rms_and_maximum(part)[0] for source, part in parts.items()}
+
+    def sentence(self, quantities: tuple[str, ...]) -> str:
+        """Return which solution is the truth, and how well each compared quantity is known."""
+        if self.exact:
+            return "The truth is the closed form, exact to round-off."
+        count = len(self.solution.converged)
+        mean = f", mean of {count} realisations" if count > 1 else ""
+        title = METHODS[self.method].title
+        text = f"The truth is the finest solution of {title} (N = {self.resolution}{mean})"
+        known = {name: self.known_to(name) for name in quantities}
+        bars = [
+            f"{name.replace('_', ' ')} {relative(bar)}"
+            for name, bar in known.items()
+            if np.isfinite(bar)
+        ]
+        if not bars:
+            return text + "; only one resolution was run, so its error is not known."
+        return text + f", known to (95 %, rms over the loads): {', '.join(bars)}."
+
+    def disagreements(self, quantities: tuple[str, ...]) -> tuple[str, ...]:
+        """Return a sentence for each quantity in which a check differs by more than the bars."""
+        return tuple(text for check in self.checks for text in self.disagrees(check, quantities))
+
+    def disagrees(self, other: Truth, quantities: tuple[str, ...]) -> tuple[str, ...]:
+        """Return a sentence for each quantity in which another truth differs beyond both bars.
+
+        Over the load steps the rms of the difference must stay below the rms of the combined bars,
+        and no single step may exceed twice its own: of hundreds of 95 % bars some are missed by
+        chance. Curves at the prescribed load are compared; an unknown bar cannot be exceeded.
+        """
+        return tuple(
+            f"{METHODS[other.method].title} and {METHODS[self.method].title} differ in "
+            f"{name.replace('_', ' ')} by {words}."
+            for name, _, words in self._differing(other, quantities)
         )
-    return curves
+
+    def disputed(self, name: str) -> np.ndarray:
+        """Return by how much the checks differ in a quantity beyond the bars, (k,).
+
+        Zero where all agree. Where they do not, one of the bars is wrong, and it is not known
+        which: the truth is then known no better than to their difference.
+        """
+        beyond = [np.zeros(self.solution.converged.shape[1])]
+        for check in self.checks:
+            beyond += [difference for _, difference, _ in self._differing(check, (name,))]
+        return np.nan_to_num(np.max(beyond, axis=0))
+
+    def _differing(
+        self, other: Truth, quantities: tuple[str, ...]
+    ) -> Iterator[tuple[str, np.ndarray, str]]:
+        """Yield the quantity, the difference (k,), and by how much in words."""
+        for name in quantities:
+            if not self.knows(name, other.curves):
+                continue
+            own, theirs = self.curves[name], other.curves[name]
+            difference = np.abs(relative_error(theirs, own, path=self.path))
+            bars = [combined(*one._systematic(name).values()) for one in (other, self)]
+            words = _disagreement(difference, combined(*bars) + EXACT)
+            if words:
+                yield name, difference, words
+
+    def _systematic(self, name: str) -> Sources:
+        """Return the sources that remain where both methods solve the very same surfaces."""
+        return {key: part for key, part in self.sources[name].items() if key != ENSEMBLE}
 
 
-def on_common_realisations(solved: Solved) -> Solved:
-    """Take out of every 3-D ensemble the steps that another 3-D solution lost on the same surface.
-
-    Means over different surfaces would differ by their scatter. A solution that lost a step on
-    all surfaces takes part in nothing there, and removes nothing from the others.
-    """
-    ensembles = {
-        key: solution
-        for key, solution in solved.items()
-        if METHODS[key[0]].dimension == 3 and len(solution.converged) > 1
-    }
-    if not ensembles:
-        return solved
-    kept = [s.converged | ~s.converged.any(axis=0) for s in ensembles.values()]
-    common = np.logical_and.reduce(kept)
-    if common.all():
-        return solved
-    return solved | {
-        key: replace(
-            solution,
-            quantities={n: np.where(common, v, np.nan) for n, v in solution.quantities.items()},
-        )
-        for key, solution in ensembles.items()
-    }
-
-
-def finest(solved: Solved, method: str) -> int | None:
-    """Return the finest resolution of a method among those that solved the most load steps."""
-    steps = {
-        resolution: int(solution.converged.any(axis=0).sum())
-        for (name, resolution), solution in solved.items()
-        if name == method
-    }
-    most = max(steps.values(), default=0)
-    return max((n for n, count in steps.items() if count == most > 0), default=None)
-
-
-def choose_reference(solved: Solved, quantities: tuple[str, ...]) -> Reference | None:
-    """Return the best reference: the closed form, else the 3-D method known best.
+def choose_truth(solved: Solved, axis: str, quantities: tuple[str, ...]) -> Truth | None:
+    """Return the best truth: the closed form, else the 3-D method known best.
 
     Among 3-D methods the one whose compared quantities have the smallest bar wins; equal or
     unknown bars follow their order of preference. Half-space solvers have the same error on the
     same grid: of them only the finest grid is a candidate, lest a bar that is small by chance on
     coarse grids wins.
     """
-    candidates = [each for each in references(solved) if not METHODS[each.method].peer]
-    grids = [each for each in candidates if METHODS[each.method].grid]
-    best = max(grids, key=lambda grid: grid.resolution, default=None)
-    candidates = [each for each in candidates if each is best or each not in grids]
-    if not candidates:
+    everyone = truths(solved, axis)
+    able = [each for each in everyone if not METHODS[each.method].peer]
+    grids = [each for each in able if METHODS[each.method].grid]
+    finest = max(grids, key=lambda grid: grid.resolution, default=None)
+    able = [each for each in able if each is finest or each not in grids]
+    if not able:
         return None
-    if METHODS[candidates[0].method].exact:
-        return candidates[0]
 
-    def widest(reference: Reference) -> float:
-        bars = [u for q, u in reference.uncertainty.items() if q in quantities]
-        finite = [float(np.nanmax(u)) for u in bars if np.isfinite(u).any()]
+    def widest(truth: Truth) -> float:
+        bars = [combined(*s.values()) for name, s in truth.sources.items() if name in quantities]
+        finite = [float(np.nanmax(bar)) for bar in bars if np.isfinite(bar).any()]
         return max(finite, default=np.inf)
 
-    return min(candidates, key=widest)
+    best = able[0] if able[0].exact else min(able, key=widest)
+    return replace(best, checks=tuple(each for each in everyone if each is not best))
 
 
-def references(solved: Solved) -> list[Reference]:
+def truths(solved: Solved, axis: str) -> list[Truth]:
     """Return every 3-D method's finest solution as a candidate, in order of preference."""
-    found = []
-    for name in leading(METHODS):
-        resolution = finest(solved, name)
-        if resolution is not None:
-            found.append(_reference(solved, name, resolution))
-    return found
+    several = [Levels.of(solved, name) for name in leading(METHODS)]
+    return [
+        _candidate(levels, levels.finest, axis) for levels in several if levels.finest is not None
+    ]
 
 
-def own_discretisation(solved: Solved, method: str, name: str) -> np.ndarray:
-    """Return the grid uncertainty of a quantity of a method's finest solution, (k,)."""
-    levels = sorted(resolution for (m, resolution) in solved if m == method)
-    curves = [mean_curves(solved[method, n]).get(name) for n in levels]
-    kept = [(n, c) for n, c in zip(levels, curves, strict=True) if c is not None]
-    if not kept:
-        return np.full(next(iter(solved.values())).converged.shape[1], np.nan)
-    sizes = sizes_along_path(kept[-1][1]) if solved[method, levels[-1]].path else None
-    return grid_uncertainty(
-        np.array([n for n, _ in kept]), np.array([c for _, c in kept]), sizes=sizes
-    )
+def _candidate(levels: Levels, resolution: int, axis: str) -> Truth:
+    curves = mean_curves(levels.solutions[resolution])
+    sources = {name: _sources(levels, resolution, name) for name in curves}
+    return Truth(axis, levels, resolution, curves, sources)
 
 
-def main_axis(control: str, name: str) -> str:
-    """Return the load at which a quantity is compared: the prescribed one, or for it the other.
-
-    Along a path, in time or over speeds there is no other.
-    """
-    return OTHER_AXIS.get(control, control) if name == control else control
-
-
-def sources_of(
-    control: str, reference: Reference, name: str, at: str, *, same_surfaces: bool = False
-) -> Sources:
-    """Return the sources of the reference's uncertainty of a quantity at equal `at`, (k,) each.
-
-    At the other load, the uncertainty of that load enters through the slope of the curve.
-    `same_surfaces` leaves out the scatter over realisations: methods that solve the very same
-    surfaces do not differ by it.
-    """
-    own = dict(reference.systematic(name) if same_surfaces else reference.sources[name])
-    if at == control or at not in reference.curves:
-        return own
-    x, y = reference.curves[at], reference.curves[name]
-    if len(x) < 2 or not (np.all(x > 0) and np.all(y > 0)):
-        return own
-    steps = np.diff(np.log(x))
-    monotone = bool(np.all(steps > 0) or np.all(steps < 0))
-    slope = np.gradient(np.log(y), np.log(x)) if monotone else np.ones(len(x))
-    load = reference.sources[at]
-    return {key: combined(part, slope * load[key]) for key, part in own.items()}
-
-
-def uncertainty_of(
-    control: str, reference: Reference, name: str, at: str, *, same_surfaces: bool = False
-) -> np.ndarray:
-    """Return the reference's uncertainty of a quantity at equal `at`, all sources together."""
-    parts = sources_of(control, reference, name, at, same_surfaces=same_surfaces)
-    return combined(*parts.values())
-
-
-def known_to(control: str, reference: Reference, name: str) -> float:
-    """Return how well a quantity is known: the rms over the loads of its bar, NaN where unknown."""
-    if name not in reference.curves:
-        return float("nan")
-    bar = uncertainty_of(control, reference, name, main_axis(control, name))
-    return rms_and_maximum(bar)[0]
-
-
-def known_from(control: str, reference: Reference, name: str) -> dict[str, float]:
-    """Return the rms over the loads of each source of a quantity's bar."""
-    if name not in reference.curves:
-        return {}
-    parts = sources_of(control, reference, name, main_axis(control, name))
-    return {source: rms_and_maximum(part)[0] for source, part in parts.items()}
-
-
-def _reference(solved: Solved, method: str, resolution: int) -> Reference:
-    solution = solved[method, resolution]
-    curves = mean_curves(solution)
-    sources = {name: _sources(solved, method, resolution, name) for name in curves}
-    count = len(solution.converged)
-    text = "The truth is the closed form, exact to round-off."
-    if not METHODS[method].exact:
-        text = f"The truth is the finest solution of {METHODS[method].title} (N = {resolution}"
-        text += f", mean of {count} realisations)" if count > 1 else ")"
-    return Reference(method, resolution, curves, sources, text, solution.path)
-
-
-def _sources(solved: Solved, method: str, resolution: int, name: str) -> Sources:
+def _sources(levels: Levels, resolution: int, name: str) -> Sources:
     """Return what is not known of a quantity of a solution, source by source."""
-    solution = solved[method, resolution]
+    solution = levels.solutions[resolution]
     steps = solution.converged.shape[1]
-    if METHODS[method].exact:
+    if METHODS[levels.method].exact:
         return {ARITHMETIC: np.full(steps, EXACT)}
     residual = np.where(np.isnan(solution.violation), 0.0, solution.violation).max(axis=0)
     return {
-        GRID: own_discretisation(solved, method, name),
+        GRID: levels.discretisation(name),
         SOLVER: residual,
         TRUNCATION: np.full(steps, 0.0 if name in solution.exact else solution.truncation),
         ENSEMBLE: ensemble_uncertainty(solution.quantities[name], path=solution.path),
     }
 
 
-def sentence(control: str, reference: Reference, quantities: tuple[str, ...]) -> str:
-    """Return which solution is the truth, and how well each compared quantity is known."""
-    if METHODS[reference.method].exact:
-        return reference.text
-    known = {name: known_to(control, reference, name) for name in quantities}
-    bars = [
-        f"{name.replace('_', ' ')} {relative(bar)}"
-        for name, bar in known.items()
-        if np.isfinite(bar)
-    ]
-    if not bars:
-        return reference.text + "; only one resolution was run, so its error is not known."
-    return reference.text + f", known to (95 %, rms over the loads): {', '.join(bars)}."
-
-
-def disagreements(
-    solved: Solved, chosen: Reference | None, quantities: tuple[str, ...]
-) -> tuple[str, ...]:
-    """Return a sentence for each quantity in which two references differ by more than their bars.
-
-    Over the load steps the rms of the difference must stay below the rms of the combined bars,
-    and no single step may exceed twice its own: of hundreds of 95 % bars some are missed by
-    chance. Curves at the prescribed load are compared; an unknown bar cannot be exceeded.
-    """
-    if chosen is None:
-        return ()
-    return tuple(
-        f"{METHODS[other.method].title} and {METHODS[chosen.method].title} differ in "
-        f"{name.replace('_', ' ')} by {words}."
-        for other, name, _, words in _differing(solved, chosen, quantities)
-    )
-
-
-def disputed(solved: Solved, chosen: Reference, name: str) -> np.ndarray:
-    """Return by how much other references differ from the chosen one beyond their bars, (k,).
-
-    Zero where all agree. Where they do not, one of the bars is wrong, and it is not known which:
-    the truth is then known no better than to their difference.
-    """
-    steps = len(next(iter(chosen.curves.values())))
-    found = [difference for *_, difference, _ in _differing(solved, chosen, (name,))]
-    return np.nan_to_num(np.max([np.zeros(steps), *found], axis=0))
-
-
-def _differing(
-    solved: Solved, chosen: Reference, quantities: tuple[str, ...]
-) -> Iterator[tuple[Reference, str, np.ndarray, str]]:
-    """Yield another reference, the quantity, the difference (k,), and by how much in words."""
-    for other in references(solved):
-        names = [n for n in quantities if n in other.curves and n in chosen.curves]
-        for name in names if other.method != chosen.method else ():
-            mine, theirs = chosen.curves[name], other.curves[name]
-            difference = np.abs(relative_error(theirs, mine, path=chosen.path))
-            bars = [combined(*each.systematic(name).values()) for each in (other, chosen)]
-            words = _disagreement(difference, combined(*bars) + EXACT)
-            if words:
-                yield other, name, difference, words
-
-
 def _disagreement(difference: np.ndarray, allowed: np.ndarray) -> str:
     known = np.isfinite(difference) & np.isfinite(allowed)
     if not known.any():
         return ""
-    usual, limit = rms_and_maximum(difference[known])[0], rms_and_maximum(allowed[known])[0]
-    if usual > limit:
-        return f"{relative(usual)} (rms over the loads), more than their bars of {relative(limit)}"
+    typical, limit = rms_and_maximum(difference[known])[0], rms_and_maximum(allowed[known])[0]
+    if typical > limit:
+        return (
+            f"{relative(typical)} (rms over the loads), more than their bars of {relative(limit)}"
+        )
     ratio = np.where(known, difference / np.where(known, allowed, 1.0), 0.0)
     step = int(np.argmax(ratio))
     if ratio[step] <= 2:

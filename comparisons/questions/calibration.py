@@ -22,7 +22,7 @@ import pandas as pd
 
 from comparisons.errors import LostWorkError
 from comparisons.judging.metrics import relative_error, rms_and_maximum
-from comparisons.judging.truth import GRID, references
+from comparisons.judging.truth import GRID, truths
 from comparisons.judging.uncertainty import RULE, Rule, combined, grid_uncertainty
 from comparisons.scene.scene import make_scene
 from comparisons.solving.execution import execute
@@ -162,23 +162,23 @@ def _series(
     flat: bool,
 ) -> Iterable[Case]:
     """Yield a case for each quantity; the face of a punch has no area to be found."""
-    found = references(solved)
+    found = truths(solved, control)
     if not found or not all(_whole(solution) for solution in solved.values()):
         return
-    (reference,) = found
+    (truth,) = found
     levels = tuple(n for _, n in solved)
     for name in QUANTITIES:
-        if name == control or name not in reference.curves or (flat and name == "contact_area"):
+        if name == control or name not in truth.curves or (flat and name == "contact_area"):
             continue
-        parts = reference.sources[name]
+        parts = truth.sources[name]
         yield Case(
             half=half,
             shape=shape,
-            method=reference.method,
+            method=truth.method,
             control=control,
             quantity=name,
             resolutions=levels,
-            errors=np.abs(relative_error(reference.curves[name], exact[name][0])),
+            errors=np.abs(relative_error(truth.curves[name], exact[name][0])),
             bars=combined(*parts.values()),
             curves=np.array([solution.quantities[name][0] for solution in solved.values()]),
             others=combined(*(part for key, part in parts.items() if key != GRID)),

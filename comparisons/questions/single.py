@@ -15,7 +15,7 @@ from comparisons.errors import InputError
 from comparisons.facts.methods import METHODS
 from comparisons.files import plain, table_text, write_named, write_named_text
 from comparisons.geometry.prepare import IndenterGeometry
-from comparisons.judging.truth import mean_curves
+from comparisons.judging.levels import mean_curves
 from comparisons.judging.uncertainty import standard_error
 from comparisons.results.vtu import vtu_file
 from comparisons.scene.scene import Scene, load_scene

@@ -9,7 +9,7 @@ from typing import Any
 
 from comparisons.files import plain
 from comparisons.judging.comparison import compare, truth_bars
-from comparisons.judging.truth import Reference, disagreements, known_from, known_to, sentence
+from comparisons.judging.truth import Truth
 from comparisons.machine import versions, versions_text
 from comparisons.results.advice import advise
 from comparisons.results.store import SceneRecord
@@ -37,20 +37,20 @@ def record_scene(
         "machine": this_machine(),
     }
     result = compare(plan, solved, constants)
-    scene, axis, reference = plan.scene, plan.loads.axis, result.reference
+    scene, truth = plan.scene, result.truth
     asked = plan.compared
     record = SceneRecord(
         name=scene.name,
         title=scene.heading,
         text=scene.text,
         control=plan.loads.control,
-        axis=axis,
+        axis=plan.loads.axis,
         quantities=asked,
         tolerance=scene.compare.tolerance,
         plan=plan.document(),
-        reference={} if reference is None else _reference_document(plan, solved, reference),
+        reference={} if truth is None else _truth_document(plan, truth),
         answer="",
-        disagreements=disagreements(solved, reference, asked),
+        disagreements=() if truth is None else truth.disagreements(asked),
         rows=result.rows,
         measures=result.measures,
         fields=dict(fields or {}),
@@ -58,13 +58,13 @@ def record_scene(
     return replace(record, answer=advise(record).sentence)
 
 
-def _reference_document(plan: Plan, solved: Solved, reference: Reference) -> dict[str, Any]:
-    axis, asked = plan.loads.axis, plan.compared
+def _truth_document(plan: Plan, truth: Truth) -> dict[str, Any]:
+    asked = plan.compared
     return {
-        "method": reference.method,
-        "resolution": reference.resolution,
-        "text": sentence(axis, reference, asked),
-        "uncertainty": plain({name: known_to(axis, reference, name) for name in asked}),
-        "sources": plain({name: known_from(axis, reference, name) for name in asked}),
-        "bars": plain(truth_bars(plan, solved, reference)),
+        "method": truth.method,
+        "resolution": truth.resolution,
+        "text": truth.sentence(asked),
+        "uncertainty": plain({name: truth.known_to(name) for name in asked}),
+        "sources": plain({name: truth.known_from(name) for name in asked}),
+        "bars": plain(truth_bars(plan, truth)),
     }

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from comparisons.judging.truth import choose_reference
+from comparisons.judging.truth import choose_truth
 from comparisons.scene.scene import parse_scene
 from comparisons.solving.execution import execute
 from comparisons.solving.planning import plan_scene, task_of
@@ -42,10 +42,10 @@ def row(name: str, indenter: str) -> str:
     scene += '[loading]\npenetration = [1e-3]\n[compare]\nquantities = ["stiffness"]\n'
     plan = plan_scene(parse_scene(scene, name, Path()))[0]
     solved = {("bem_fft", n): execute(task_of(plan, "bem_fft", n), 1) for n in LEVELS}
-    reference = choose_reference(solved, ("stiffness",))
-    assert reference is not None
+    truth = choose_truth(solved, plan.loads.axis, ("stiffness",))
+    assert truth is not None
     values = [f"{each.quantities['stiffness'][0, 0]:.5f}" for each in solved.values()]
-    bar = float(reference.uncertainty["stiffness"][0])
+    bar = float(truth.bar("stiffness")[0])
     return f"| {name} | {' | '.join(values)} | {100 * bar:.3f} % |"
 
 

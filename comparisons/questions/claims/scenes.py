@@ -12,21 +12,11 @@ import numpy as np
 from comparisons.errors import InputError
 from comparisons.facts.methods import METHODS
 from comparisons.geometry.prepare import IndenterGeometry
-from comparisons.judging.comparison import error_sources, errors_of
+from comparisons.judging.levels import Levels, mean_curves
 from comparisons.judging.metrics import rms_and_maximum
 from comparisons.judging.pressures import pressure_measures
 from comparisons.judging.refinement import SHARE, refined
-from comparisons.judging.truth import (
-    Reference,
-    choose_reference,
-    disagreements,
-    disputed,
-    finest,
-    main_axis,
-    mean_curves,
-    own_discretisation,
-    uncertainty_of,
-)
+from comparisons.judging.truth import Truth, choose_truth, main_axis
 from comparisons.judging.uncertainty import combined
 from comparisons.judging.verdicts import OUTSIDE, WORST_FIRST, judged
 from comparisons.methods.registry import solver_for
@@ -88,18 +78,18 @@ def measure_scene(
 
     if effort == "full":
         plan = refined(plan, lambda _: solved, solve, budget=REFINEMENT_BUDGET)
-    reference = choose_reference(solved, plan.compared)
-    if reference is not None and not _fixed(claim):
+    truth = choose_truth(solved, plan.loads.axis, plan.compared)
+    if truth is not None and not _fixed(claim):
         _refine_judged(claim, plan, solved, solve)
-    level = finest(solved, claim.method)
-    if reference is None or level is None:
+    judged_at = Levels.of(solved, claim.method).finest
+    if truth is None or judged_at is None:
         reasons = [why for s in solved.values() for why in s.reasons.values()]
         details: dict[str, float | str] = {"no result": next(iter(reasons), "nothing was solved")}
         return Measurement(value, np.nan, np.nan, details, time.perf_counter() - started)
-    found = [_measured(claim, plan, solved, level, reference, name) for name in claim.quantity]
+    found = [_measured(claim, plan, solved, truth, name) for name in claim.quantity]
     error, bar, details = _deciding(found, claim.tolerance)
-    details |= {"truth": reference.label, "resolution": float(level)}
-    differing = disagreements(solved, reference, plan.compared)
+    details |= {"truth": truth.label, "resolution": float(judged_at)}
+    differing = truth.disagreements(plan.compared)
     if differing:
         details["references disagree"] = " ".join(differing)
     return Measurement(value, error, bar, details, time.perf_counter() - started)
@@ -168,63 +158,59 @@ def _refine_judged(claim: Claim, plan: Plan, solved: Solved, solve: Callable[[Pl
     if METHODS[claim.method].dimension == 3 or not isinstance(plan.geometry, IndenterGeometry):
         return
     while True:
-        level = finest(solved, claim.method)
+        levels = Levels.of(solved, claim.method)
+        level = levels.finest
         if level is None or 2 * level > MOST_SPRINGS:
             return
-        curves = mean_curves(solved[claim.method, level])
-        bars = [own_discretisation(solved, claim.method, n) for n in claim.quantity if n in curves]
+        known = mean_curves(levels.solutions[level])
+        bars = [levels.discretisation(name) for name in claim.quantity if name in known]
         if not bars or not np.nanmax(bars) > SHARE * claim.tolerance:
             return
         planned = tuple(_with(m, claim, (2 * level,)) for m in plan.methods)
         solve(replace(plan, methods=planned))
 
 
-def _measured(
-    claim: Claim, plan: Plan, solved: Solved, level: int, reference: Reference, name: str
-) -> Measured:
-    """Return signed error, bar and details of one quantity."""
-    if name in PRESSURES:
-        return _pressure(claim, plan, solved, level, reference, name)
+def _measured(claim: Claim, plan: Plan, solved: Solved, truth: Truth, name: str) -> Measured:
+    """Return signed error, bar and details of one quantity, at the judged method's finest level."""
     if name == "area_from_stiffness":
-        return _area_from_stiffness(claim, plan, solved, reference)
-    control = plan.loads.axis
-    at = claim.at or main_axis(control, name)
-    curves = mean_curves(solved[claim.method, level])
-    if name not in curves or name not in reference.curves:
+        return _area_from_stiffness(claim, plan, truth)
+    levels = Levels.of(solved, claim.method)
+    assert levels.finest is not None
+    if name in PRESSURES:
+        return _pressure(claim, plan, solved, levels.finest, truth, name)
+    at = claim.at or main_axis(truth.axis, name)
+    curves = mean_curves(levels.solutions[levels.finest])
+    if not truth.knows(name, curves):
         return np.nan, np.nan, {"no result": f"{name} is not known here"}
-    errors = errors_of(control, curves, reference, name, at)
-    parts = error_sources(plan, solved, claim.method, level, reference, name, at)
-    parts[DISPUTE] = disputed(solved, reference, name)
-    return interval(claim, name, errors, parts)
+    parts = truth.error_sources(levels, levels.finest, name, at)
+    parts[DISPUTE] = truth.disputed(name)
+    return interval(claim, name, truth.errors(curves, name, at), parts)
 
 
 def _pressure(
-    claim: Claim, plan: Plan, solved: Solved, level: int, reference: Reference, name: str
+    claim: Claim, plan: Plan, solved: Solved, level: int, truth: Truth, name: str
 ) -> Measured:
-    found = pressure_measures(plan, solved, claim.method, level, reference)
-    for each in found:
-        if each["quantity"] == name:
-            bar = {"pressure field": np.array([each["bar"]])}
-            return interval(claim, name, np.array([each["error"]]), bar)
-    why = "no pressure field" if not found else "the true pressure has no finite peak"
+    measures = pressure_measures(plan, solved, claim.method, level, truth)
+    for measure in measures:
+        if measure["quantity"] == name:
+            bar = {"pressure field": np.array([measure["bar"]])}
+            return interval(claim, name, np.array([measure["error"]]), bar)
+    why = "no pressure field" if not measures else "the true pressure has no finite peak"
     return np.nan, np.nan, {"no result": why}
 
 
-def _area_from_stiffness(
-    claim: Claim, plan: Plan, solved: Solved, reference: Reference
-) -> Measured:
+def _area_from_stiffness(claim: Claim, plan: Plan, truth: Truth) -> Measured:
     """Judge D = k/E* (19.13) read backwards: A = (pi/4) (k/E*)^2 against the true area."""
     modulus = plan.scene.effective_modulus
-    area = np.pi / 4 * (reference.curves["stiffness"] / modulus) ** 2
-    errors = area / reference.curves["contact_area"] - 1
-    control = plan.loads.axis
-    stiffness = uncertainty_of(control, reference, "stiffness", control)
-    own = uncertainty_of(control, reference, "contact_area", control)
+    area = np.pi / 4 * (truth.curves["stiffness"] / modulus) ** 2
+    errors = area / truth.curves["contact_area"] - 1
     flat = isinstance(plan.geometry, IndenterGeometry) and plan.geometry.indenter.flat
-    parts = {"stiffness, twice": 2 * stiffness}
-    parts[DISPUTE] = 2 * disputed(solved, reference, "stiffness")
+    parts = {
+        "stiffness, twice": 2 * truth.bar("stiffness"),
+        DISPUTE: 2 * truth.disputed("stiffness"),
+    }
     if not flat:  # the area of a face is known
-        parts["area"] = own
+        parts["area"] = truth.bar("contact_area")
     return interval(claim, "area_from_stiffness", errors, parts)
 
 

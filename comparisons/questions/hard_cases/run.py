@@ -14,8 +14,9 @@ import numpy as np
 from comparisons.errors import InputError
 from comparisons.facts.methods import METHODS
 from comparisons.formatting import relative
+from comparisons.judging.levels import mean_curves
 from comparisons.judging.metrics import relative_error
-from comparisons.judging.truth import ENSEMBLE, EXACT, GRID, mean_curves, references
+from comparisons.judging.truth import ENSEMBLE, EXACT, GRID, truths
 from comparisons.judging.uncertainty import combined
 from comparisons.methods.registry import solver_for
 from comparisons.methods.solver import Refusal
@@ -226,20 +227,20 @@ def _truth(case: HardCase, plan: Plan, folder: Path) -> _Truth:
     solved: Solved = {
         (truth.method, n): _solve(plan, truth.method, n)[0] for n in truth.resolutions
     }
-    reference = next(iter(references(solved)), None)
-    if reference is None:  # the trusted method refuses the scene, as others are expected to
+    trusted = next(iter(truths(solved, plan.loads.axis)), None)
+    if trusted is None:  # the trusted method refuses the scene, as others are expected to
         return _Truth({}, {})
     # All methods solve the same surfaces, so the scatter between surfaces is no error; and on the
     # very same grid only the solver is in doubt.
     left_out = {ENSEMBLE, GRID} if len(truth.resolutions) == 1 else {ENSEMBLE}
     bars = {
         name: combined(
-            np.full(len(reference.curves[name]), EXACT),
+            np.full(len(trusted.curves[name]), EXACT),
             *(bar for source, bar in sources.items() if source not in left_out),
         )
-        for name, sources in reference.sources.items()
+        for name, sources in trusted.sources.items()
     }
-    return _Truth(reference.curves, bars)
+    return _Truth(trusted.curves, bars)
 
 
 def _judged(case: HardCase, name: str, **found: Any) -> Outcome:

@@ -11,7 +11,8 @@ import numpy as np
 
 from comparisons.errors import InputError
 from comparisons.facts.methods import METHODS
-from comparisons.judging.truth import Reference, disagreements, finest, mean_curves, references
+from comparisons.judging.levels import Levels, mean_curves
+from comparisons.judging.truth import Truth, truths
 from comparisons.machine import machine, machine_text, versions
 from comparisons.methods.registry import solver_of
 from comparisons.methods.runner import run
@@ -82,15 +83,15 @@ def _plan(source: str, method: str) -> Plan:
 
 def _scene(plan: Plan, method: str) -> SceneSnapshot:
     solved = solve_plan(plan, repeats=1)
-    truths = [each for each in references(solved) if each.method != method]
-    told, alone = _agreement(solved, truths, plan.scene.compare.quantities)
+    known = [each for each in truths(solved, plan.loads.axis) if each.method != method]
+    told, alone = _agreement(known, plan.scene.compare.quantities)
     return SceneSnapshot(
         scene=_identity(plan.scene),
         loads=[float(value) for value in plan.loads.values],
         model=_curves(solved, method),
         references={
             each.method: curves
-            for each in truths
+            for each in known
             if (curves := _curves(solved, each.method)) is not None
         },
         disagreements=told,
@@ -108,10 +109,11 @@ def _identity(scene: Scene) -> str:
 
 
 def _curves(solved: Solved, method: str) -> Curves | None:
-    resolution = finest(solved, method)
+    levels = Levels.of(solved, method)
+    resolution = levels.finest
     if resolution is None:
         return None
-    means = mean_curves(solved[method, resolution])
+    means = mean_curves(levels.solutions[resolution])
     return Curves(
         resolution=resolution,
         quantities={
@@ -122,21 +124,18 @@ def _curves(solved: Solved, method: str) -> Curves | None:
     )
 
 
-def _agreement(
-    solved: Solved, truths: list[Reference], quantities: tuple[str, ...]
-) -> tuple[list[str], list[str]]:
+def _agreement(known: list[Truth], quantities: tuple[str, ...]) -> tuple[list[str], list[str]]:
     """Return who differs from whom by more than their bars, and who differs from all others."""
     told: list[str] = []
-    against: dict[str, set[str]] = {each.method: set() for each in truths}
-    for index, one in enumerate(truths):
-        for other in truths[index + 1 :]:
-            pair = {key: s for key, s in solved.items() if key[0] in (one.method, other.method)}
-            sentences = disagreements(pair, one, quantities)
+    against: dict[str, set[str]] = {each.method: set() for each in known}
+    for index, one in enumerate(known):
+        for other in known[index + 1 :]:
+            sentences = one.disagrees(other, quantities)
             if sentences:
                 told += sentences
                 against[one.method].add(other.method)
                 against[other.method].add(one.method)
-    others = len(truths) - 1
+    others = len(known) - 1
     alone = [name for name, foes in against.items() if others >= 2 and len(foes) == others]
     # Where everyone differs from everyone, nobody is the odd one out.
     return told, alone if len(alone) == 1 else []

@@ -7,7 +7,7 @@ import pytest
 
 from comparisons.facts.methods import METHODS
 from comparisons.judging.comparison import compare, main_axis
-from comparisons.judging.truth import choose_reference, disagreements, references, sentence
+from comparisons.judging.truth import choose_truth, truths
 from comparisons.solving.planning import plan_scene
 from comparisons.tasks.solution import Solution
 
@@ -150,7 +150,7 @@ def test_a_method_that_is_refused_has_a_row_with_the_reason(scene):
     (row,) = rows_of(result, "closed_form").to_dict("records")
     assert "no closed form is known" in row["reason"]
     assert not row["converged"]
-    assert result.reference is None
+    assert result.truth is None
     assert set(result.rows["machine"]) == {"box"}
 
 
@@ -209,7 +209,7 @@ def test_bars_of_an_ensemble_hold_students_t_of_the_reference_and_of_the_model(r
     solved = {("bem_fft", 16): fine, ("bem_fft", 32): fine, ("reduced", 64): solution(one)}
     result = compare(plan, solved, CONSTANTS)
     share = 4.30265 / np.sqrt(3) / 2
-    assert result.reference.uncertainty["contact_area"][0] == pytest.approx(share, rel=1e-5)
+    assert result.truth.bar("contact_area")[0] == pytest.approx(share, rel=1e-5)
     measure = measure_of(result, "reduced", "contact_area", "force")
     assert measure["uncertainty"] == pytest.approx(np.sqrt(2) * share, rel=1e-5)
 
@@ -246,6 +246,10 @@ def test_a_step_lost_on_every_surface_takes_no_other_method_along(rough):
 # --- the reference --------------------------------------------------------------------------
 
 
+def chosen(solved):
+    return choose_truth(solved, "penetration", ASKED)
+
+
 def levels(method, *curves, resolutions=(4, 8, 16)):
     return {(method, n): solution(c) for n, c in zip(resolutions, curves, strict=False)}
 
@@ -257,62 +261,62 @@ def converging(factor=1.0, error=0.04, depths=DEPTHS):
 
 def test_a_closed_form_is_the_truth_wherever_there_is_one():
     solved = levels("fem", *converging()) | {("closed_form", 1): solution(hertz())}
-    reference = choose_reference(solved, ASKED)
-    assert reference.label == "closed_form"
-    assert max(reference.uncertainty["force"]) < 1e-11
+    truth = chosen(solved)
+    assert truth.label == "closed_form"
+    assert max(truth.bar("force")) < 1e-11
     # Even against a solver whose grids agree to the last digit.
     constant = {("fem", n): solution(hertz(), violation=0.0) for n in (2, 4)}
-    assert max(choose_reference(constant, ASKED).uncertainty["force"]) == 0
-    assert choose_reference(constant | solved, ASKED).label == "closed_form"
+    assert max(chosen(constant).bar("force")) == 0
+    assert chosen(constant | solved).label == "closed_form"
 
 
 def test_otherwise_the_finest_solution_of_the_method_known_best():
     """FEM is 4 % off at its coarsest, BEM 1 %: after two halvings BEM's bar is four times less."""
     solved = levels("fem", *converging(error=0.04)) | levels("bem_fft", *converging(error=0.01))
-    reference = choose_reference(solved, ASKED)
-    assert reference.label == "bem_fft 16"
+    truth = chosen(solved)
+    assert truth.label == "bem_fft 16"
     # Roache: 1.25 times the last difference over (2 - 1), here the remaining error 0.25 %.
-    assert reference.uncertainty["force"] == pytest.approx(1.25 * 0.0025 / 1.0025, rel=1e-6)
-    assert METHODS["bem_fft"].title in reference.text
-    assert "N = 16" in reference.text
+    assert truth.bar("force") == pytest.approx(1.25 * 0.0025 / 1.0025, rel=1e-6)
+    assert METHODS["bem_fft"].title in truth.sentence(ASKED)
+    assert "N = 16" in truth.sentence(ASKED)
     turned = levels("fem", *converging(error=0.01)) | levels("bem_fft", *converging(error=0.04))
-    assert choose_reference(turned, ASKED).label == "fem 16"
+    assert chosen(turned).label == "fem 16"
 
 
 def test_a_reduced_model_is_never_the_truth():
-    assert choose_reference(levels("reduced", *converging()), ASKED) is None
+    assert chosen(levels("reduced", *converging())) is None
 
 
 def test_a_single_resolution_has_no_known_error():
-    reference = choose_reference({("bem_fft", 8): solution(hertz())}, ASKED)
-    assert np.isnan(reference.uncertainty["force"]).all()
-    assert "its error is not known" in sentence("penetration", reference, ASKED)
+    truth = chosen({("bem_fft", 8): solution(hertz())})
+    assert np.isnan(truth.bar("force")).all()
+    assert "its error is not known" in truth.sentence(ASKED)
 
 
 def test_a_resolution_with_a_lost_step_is_no_reference():
     lost = {name: np.array([*v[:2], np.nan, v[3]]) for name, v in hertz().items()}
     solved = levels("bem_fft", hertz(), lost)
-    assert choose_reference(solved, ASKED).label == "bem_fft 4"
+    assert chosen(solved).label == "bem_fft 4"
 
 
 def test_a_residual_of_the_solver_is_part_of_the_bar():
     curves = converging(error=0.0)
     solved = {("bem_fft", n): solution(c, violation=1e-3) for n, c in zip((4, 8), curves)}  # noqa: B905
-    bar = choose_reference(solved, ASKED).uncertainty["force"]
+    bar = chosen(solved).bar("force")
     np.testing.assert_allclose(bar, 1e-3, rtol=1e-9)
 
 
 def test_a_solver_without_a_residual_has_none():
     """Direct methods say NaN: no warning, and no bar from it."""
     solved = {("fem", n): solution(hertz(), violation=np.nan) for n in (4, 8)}
-    assert choose_reference(solved, ASKED).uncertainty["force"] == pytest.approx(0, abs=1e-15)
+    assert chosen(solved).bar("force") == pytest.approx(0, abs=1e-15)
 
 
 def test_bars_travel_through_the_slope_to_the_other_axis(plan):
     """F = c d^(3/2): a force known to u is a penetration at equal force known to (2/3) u."""
     solved = levels("bem_fft", *converging()) | {("reduced", 10): solution(hertz())}
     result = compare(plan, solved, CONSTANTS)
-    bar = result.reference.uncertainty["force"][0]
+    bar = result.truth.bar("force")[0]
     rows = rows_of(result, "reduced")
     np.testing.assert_allclose(rows["reference_uncertainty_force"], bar, rtol=1e-9)
     np.testing.assert_allclose(rows["reference_uncertainty_penetration"], bar * 2 / 3, rtol=1e-6)
@@ -325,9 +329,9 @@ def test_a_planted_fault_is_told_in_words():
     """FEM converges neatly, to a force that is 5 % too small."""
     solved = levels("bem_fft", *converging(error=0.01))
     solved |= levels("fem", *converging(factor=0.95, error=0.02))
-    chosen = choose_reference(solved, ASKED)
-    assert chosen.method == "bem_fft"
-    (sentence,) = disagreements(solved, chosen, ASKED)
+    truth = chosen(solved)
+    assert truth.method == "bem_fft"
+    (sentence,) = truth.disagreements(ASKED)
     titles = f"{METHODS['fem'].title} and {METHODS['bem_fft'].title}"
     assert sentence.startswith(f"{titles} differ in force by 4.8")  # 0.95 * 1.005 / 1.0025 - 1
     assert "more than their bars" in sentence
@@ -339,27 +343,26 @@ def test_a_fault_at_one_load_step_is_told_with_the_step():
     fault = np.where(np.arange(9) == 2, 1.07, 1.0)
     fem = [scaled(c, force=fault) for c in converging(error=0.06, depths=depths)]
     solved = levels("bem_fft", *converging(error=0.06, depths=depths)) | levels("fem", *fem)
-    (sentence,) = disagreements(solved, choose_reference(solved, ASKED), ASKED)
+    (sentence,) = chosen(solved).disagreements(ASKED)
     assert "7.0\u202f% at load step 3" in sentence
 
 
 def test_references_within_their_bars_do_not_disagree():
     solved = levels("bem_fft", *converging(error=0.01)) | levels("fem", *converging(error=0.04))
-    assert len(references(solved)) == 2
-    assert disagreements(solved, choose_reference(solved, ASKED), ASKED) == ()
+    assert len(truths(solved, "penetration")) == 2
+    assert chosen(solved).disagreements(ASKED) == ()
 
 
 def test_a_reference_of_unknown_error_cannot_disagree():
     solved = levels("bem_fft", *converging()) | {("fem", 4): solution(scaled(hertz(), force=2))}
-    assert disagreements(solved, choose_reference(solved, ASKED), ASKED) == ()
-    assert disagreements({}, None, ASKED) == ()
+    assert chosen(solved).disagreements(ASKED) == ()
 
 
 def test_a_closed_form_is_defended_against_every_solver():
     """The same planted fault, seen from the closed form."""
     solved = levels("fem", *converging(factor=0.95, error=0.01))
     solved[("closed_form", 1)] = solution(hertz())
-    (sentence,) = disagreements(solved, choose_reference(solved, ASKED), ASKED)
+    (sentence,) = chosen(solved).disagreements(ASKED)
     assert f"{METHODS['closed_form'].title} differ in force" in sentence
 
 

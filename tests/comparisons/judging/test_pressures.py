@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from comparisons.judging.pressures import pressure_measures
-from comparisons.judging.truth import choose_reference
+from comparisons.judging.truth import choose_truth
 from comparisons.solving.execution import execute
 from comparisons.solving.planning import plan_scene, task_of
 from comparisons.tasks.solution import Solution
@@ -42,8 +42,8 @@ def solution(plan, x, y, weight, pressure, *, shape=None, force=None):
 
 
 def measures(plan, solved, method, resolution):
-    reference = choose_reference(solved, ("force",))
-    found = pressure_measures(plan, solved, method, resolution, reference)
+    truth = choose_truth(solved, "penetration", ("force",))
+    found = pressure_measures(plan, solved, method, resolution, truth)
     return {each["quantity"]: (each["error"], each["bar"]) for each in found}
 
 
@@ -94,8 +94,10 @@ def test_a_quarter_of_a_mesh_stands_for_the_whole(square):
             square, x, y, weight, 1.01 * (1 + np.abs(x) + np.abs(y)), shape=(12, 12)
         ),
     }
-    reference = choose_reference({k: v for k, v in solved.items() if k[0] == "fem"}, ("force",))
-    found = pressure_measures(square, solved, "bem_fft", 6, reference)
+    truth = choose_truth(
+        {k: v for k, v in solved.items() if k[0] == "fem"}, "penetration", ("force",)
+    )
+    found = pressure_measures(square, solved, "bem_fft", 6, truth)
     (error,) = [each["error"] for each in found if each["quantity"] == "pressure"]
     assert error == pytest.approx(0.01, rel=1e-6)
 
@@ -128,8 +130,8 @@ def test_pressures_that_were_not_asked_for_or_not_found_are_not_compared(square)
     assert measures(square, solved, "fem", 6) == {}
     # A truth without a pressure still leaves the integral.
     solved = {("bem_fft", 5): silent, ("fem", 4): truth}
-    reference = choose_reference({("bem_fft", 5): silent}, ("force",))
-    found = pressure_measures(square, solved, "fem", 4, reference)
+    truth = choose_truth({("bem_fft", 5): silent}, "penetration", ("force",))
+    found = pressure_measures(square, solved, "fem", 4, truth)
     assert [each["quantity"] for each in found] == ["pressure_integral"]
 
 

@@ -15,7 +15,7 @@ import pytest
 from comparisons.errors import InputError
 from comparisons.facts.methods import GROUP, METHODS
 from comparisons.isolation import parent
-from comparisons.judging.truth import references
+from comparisons.judging.truth import truths
 from comparisons.methods import registry
 from comparisons.methods.user import external
 from comparisons.methods.user.external import (
@@ -304,7 +304,7 @@ def test_a_method_from_outside_is_never_the_truth(task):
     """Nor does it disagree as a reference: it is judged."""
     solution = Solution.empty(task)
     solution.put((0, 0), {"force": 1.0})
-    assert references({("other", 10): solution}) == []
+    assert truths({("other", 10): solution}, "penetration") == []
 
 
 def test_claims_are_judged_about_a_method_from_outside(task):

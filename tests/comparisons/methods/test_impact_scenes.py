@@ -55,8 +55,8 @@ def test_springs_agree_with_the_closed_form_over_speeds(hit):
 
     (plan,) = plan_scene(load_scene(hit("cone", "slope = 0.05")))
     result = compare(plan, solve_plan(plan, repeats=1), {})
-    assert result.reference is not None
-    assert result.reference.method == "closed_form"
+    assert result.truth is not None
+    assert result.truth.method == "closed_form"
     finest = result.measures[result.measures["resolution"] == 40]
     assert set(finest["quantity"]) == {"restitution", "contact_duration", "penetration"}
     assert set(finest["at"]) == {"velocity"}

@@ -36,7 +36,7 @@ def test_the_half_space_is_the_truth_and_the_springs_are_off_as_known(load):
     """The springs' friction: 79 % too high at 10 mm/s, near the half-space's at 1 m/s (3 %)."""
     plan = planned(loading=load)
     result = compare(plan, solve_plan(plan, repeats=1), {})
-    assert result.reference.method == "bem_fft"
+    assert result.truth.method == "bem_fft"
     rows = result.measures.set_index(["method", "quantity", "resolution"])["maximum"]
     assert 0.6 < rows["reduced", "friction_coefficient", 24] < 1.0
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from comparisons.judging.truth import TRUNCATION, references
+from comparisons.judging.truth import TRUNCATION, truths
 from comparisons.methods import fem as adapter
 from comparisons.scene.scene import load_scene
 from comparisons.solving.execution import execute
@@ -52,7 +52,9 @@ def test_the_truncation_is_a_source_of_the_bar():
     overrides = {"compare.methods": ["fem", "bem_fft"], "loading": {"penetration": [1e-6, 2e-6]}}
     (plan, *_) = plan_scene(load_scene("paraboloid", overrides))
     levels = (("fem", 2), ("bem_fft", 8))
-    found = references({key: execute(task_of(plan, *key), repeats=1) for key in levels})
+    found = truths(
+        {key: execute(task_of(plan, *key), repeats=1) for key in levels}, plan.loads.axis
+    )
     parts = {each.method: each.sources["force"][TRUNCATION] for each in found}
     assert parts["fem"] == pytest.approx(adapter.TRUNCATION_SMOOTH / 2**3)
     assert not parts["bem_fft"].any()

@@ -45,7 +45,7 @@ def largest_errors(plan):
     result = compare(plan, solve_plan(plan, repeats=1), {})
     finest = result.measures.groupby(["method", "quantity"])["resolution"].transform("max")
     rows = result.measures[result.measures["resolution"] == finest]
-    return result.reference.method, rows.set_index(["method", "quantity"])["maximum"]
+    return result.truth.method, rows.set_index(["method", "quantity"])["maximum"]
 
 
 def test_springs_and_grid_agree_with_the_integrals_through_unloading():
@@ -85,7 +85,7 @@ def test_a_force_ramp_from_nothing():
         for name in ("force", "penetration", "contact_area"):
             assert solution.quantities[name][0, 0] == 0.0
     result = compare(plan, solutions, {})
-    assert result.reference.method == "closed_form"
+    assert result.truth.method == "closed_form"
     finest = result.measures[result.measures["resolution"] == 32]
     errors = finest.set_index(["method", "quantity"])["maximum"]
     assert errors["reduced", "penetration"] < 1e-3
