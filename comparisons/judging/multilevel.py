@@ -1,0 +1,318 @@
+"""Means over random surfaces by multilevel Monte Carlo: many on a coarse grid, few differences.
+
+Between surfaces a quantity scatters by ten to thirty per cent, but the difference between two grids
+on the same surface by one, and a fine grid costs a hundred times as much as a coarse one. So
+
+    E[Q_L] = E[Q_0] + sum over l of E[Q_l - Q_(l-1)],
+
+each mean over its own number of surfaces (M. B. Giles, Acta Numerica 24 (2015) 259, eq. 1.4). Here
+the surfaces of a finer grid are the first of those of the coarser one, so that each is solved once
+per grid. The terms then share surfaces: with Y_0 = Q_0, Y_l = Q_l - Q_(l-1) and n_l surfaces on
+grid l, the variance of the sum is
+
+    sum over l of a_l / n_l,   a_l = Var Y_l + 2 sum over m > l of Cov(Y_l, Y_m),
+
+because two means over n_l >= n_m of the same surfaces have the covariance Cov(Y_l, Y_m) / n_l.
+
+Features of a surface that cost no solve are control variates: with x their values and X their mean
+over very many surfaces, Q - b (x - X) has the same mean as Q and the scatter that x does not
+explain (Giles, section 2.1).
+
+Nothing here knows of scenes: arrays (surfaces, load steps) go in, NaN where a solve was lost.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from scipy import stats
+
+# A variance from fewer surfaces than this says nothing.
+FEWEST = 2
+# Multipliers of the constraints settle in some tens of rounds; more change no number of surfaces.
+_ROUNDS = 500
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A mean over random surfaces, and how well it is known.
+
+    Attributes
+    ----------
+    levels : ndarray, shape (m, k)
+        Mean on each grid, coarse to fine: partial sums, all with the surfaces of the first.
+    parts : ndarray, shape (m, k)
+        What each grid contributes to the variance of the last mean, a_l / n_l.
+    freedom : ndarray, shape (k,)
+        Degrees of freedom of the variance (Welch and Satterthwaite).
+    counts : ndarray, shape (m, k)
+        Surfaces that each term is a mean over.
+    missing : tuple of str
+        Per load step: what is missing for a mean or for its bar; "" where nothing is.
+    """
+
+    levels: np.ndarray
+    parts: np.ndarray
+    freedom: np.ndarray
+    counts: np.ndarray
+    missing: tuple[str, ...]
+
+    @property
+    def mean(self) -> np.ndarray:
+        """Mean on the finest grid, (k,)."""
+        return self.levels[-1]
+
+    @property
+    def half_width(self) -> np.ndarray:
+        """95 % half-width of the mean, (k,); NaN where the scatter is not known."""
+        variance = self.parts.sum(axis=0)
+        with np.errstate(invalid="ignore"):
+            return stats.t.ppf(0.975, self.freedom) * np.sqrt(variance)
+
+    def differing(self, level: int) -> np.ndarray:
+        """Return the 95 % half-width of the mean on the finest grid less that on another, (k,).
+
+        Both have the same surfaces of the coarser grids, which drop out.
+        """
+        if level == len(self.levels) - 1:
+            return np.zeros(self.levels.shape[1])
+        parts, counts = self.parts[level + 1 :], self.counts[level + 1 :]
+        freedom = _freedom(parts, counts)
+        with np.errstate(invalid="ignore"):
+            return stats.t.ppf(0.975, freedom) * np.sqrt(parts.sum(axis=0))
+
+
+def estimate(values: Sequence[np.ndarray]) -> Estimate:
+    """Return the mean on the finest of several grids.
+
+    Parameters
+    ----------
+    values : sequence of ndarray, shapes (n_l, k)
+        A quantity on each grid, coarse to fine; row i of all of them is the same surface. NaN where
+        a solve was lost: the surface then takes part in no difference that needs it.
+
+    Raises
+    ------
+    ValueError
+        If there is no grid, or a finer grid has more surfaces than a coarser one.
+
+    Examples
+    --------
+    >>> coarse = np.array([[1.0], [2.0], [3.0], [6.0]])
+    >>> known = estimate([coarse, coarse[:2] + 0.5])
+    >>> float(known.mean[0]), known.counts[:, 0].tolist(), known.missing
+    (3.5, [4, 2], ('',))
+    """
+    terms = _terms(values)
+    means, counts = zip(*(_mean(term) for term in terms), strict=True)
+    levels, numbers = np.cumsum(means, axis=0), np.array(counts)
+    parts = np.array([_part(terms, level) for level in range(len(terms))])
+    # Rounding may leave less than nothing of a variance that covariances cancel.
+    parts = np.where(parts.sum(axis=0) < 0, np.maximum(parts, 0.0), parts)
+    missing = tuple(_missing(numbers[:, step]) for step in range(numbers.shape[1]))
+    return Estimate(levels, parts, _freedom(parts, numbers), numbers, missing)
+
+
+def variances(values: Sequence[np.ndarray]) -> np.ndarray:
+    """Return a_l of each grid and load step, (m, k): the mean's variance is sum of a_l / n_l."""
+    terms = _terms(values)
+    counts = np.array([_mean(term)[1] for term in terms])
+    return np.array([_part(terms, level) for level in range(len(terms))]) * counts
+
+
+def controlled(values: np.ndarray, features: np.ndarray, average: np.ndarray) -> np.ndarray:
+    """Return values less what features of their surfaces explain: same mean, less scatter.
+
+    Parameters
+    ----------
+    values : ndarray, shape (n, k)
+    features : ndarray, shape (n, k, c)
+        Features of the same surfaces at the same load steps.
+    average : ndarray, shape (k, c)
+        Their means over so many surfaces that these scatter no more.
+
+    Returns
+    -------
+    ndarray, shape (n, k)
+        Unchanged where there are not five surfaces to each feature, since fitted coefficients
+        would then explain the noise.
+
+    Examples
+    --------
+    >>> x = np.arange(12.0).reshape(12, 1, 1)
+    >>> controlled(3 * x[:, :, 0] + 1, x, np.array([[5.0]])).std().round(9).item()
+    0.0
+    """
+    result = np.array(values, dtype=float)
+    for step in range(result.shape[1]):
+        known = np.isfinite(result[:, step]) & np.isfinite(features[:, step]).all(axis=1)
+        count, number = int(known.sum()), features.shape[2]
+        if count < 5 * (number + 1):
+            continue
+        x = features[known, step]
+        centred = x - x.mean(axis=0)
+        y = result[known, step]
+        slopes = np.linalg.lstsq(centred, y - y.mean(), rcond=1e-10)[0]
+        result[known, step] = y - (x - average[step]) @ slopes
+    return result
+
+
+def allocate(
+    variance: np.ndarray, cost: np.ndarray, allowed: np.ndarray, least: int = FEWEST
+) -> np.ndarray:
+    """Return how many surfaces on each grid know all means well enough, at the least cost.
+
+    Minimises sum n_l c_l under sum a_lj / n_l <= allowed_j for all j. For one mean that is
+    n_l = sqrt(a_l / c_l) sum sqrt(a_m c_m) / allowed (Giles, eq. 1.6); for several the same with
+    sum over j of w_j a_lj, the weights w grown where a mean is known too badly, shrunk where it is
+    known better than asked.
+
+    Parameters
+    ----------
+    variance : ndarray, shape (m, j)
+        a_l for each grid and each mean.
+    cost : ndarray, shape (m,)
+        Of one surface on each grid, in any unit.
+    allowed : ndarray, shape (j,)
+        Variance that each mean may have.
+    least : int
+        Surfaces on every grid at least.
+
+    Returns
+    -------
+    ndarray of int, shape (m,)
+        Not increasing.
+
+    Raises
+    ------
+    ValueError
+        If a variance or a cost is not finite, or a cost or an allowed variance is not positive.
+
+    Examples
+    --------
+    >>> allocate(np.array([[1.0], [0.01]]), np.array([1.0, 4.0]), np.array([0.01])).tolist()
+    [120, 6]
+    """
+    variance, cost, allowed = (np.asarray(each, dtype=float) for each in (variance, cost, allowed))
+    if not (np.isfinite(variance).all() and np.isfinite(cost).all() and (cost > 0).all()):
+        raise ValueError("variances and costs must be finite, and costs positive")
+    if not (allowed > 0).all():
+        raise ValueError("no number of surfaces knows a mean without any error")
+    # Covariances may take away from a grid more than its own variance: it then needs no surfaces.
+    shares = np.maximum(variance, 0.0) / allowed
+    weights = np.full(shares.shape[1], 1.0 / shares.shape[1])
+    numbers = np.zeros(len(cost))
+    for _ in range(_ROUNDS):
+        weighted = shares @ weights
+        numbers = np.sqrt(weighted / cost) * np.sqrt(weighted * cost).sum()
+        reached = (shares / np.maximum(numbers, 1e-300)[:, None]).sum(axis=0)
+        if reached.max() <= 0:
+            break
+        weights *= reached / reached.max()
+        weights /= weights.sum()
+    numbers = numbers * max(reached.max(), 0.0)
+    whole = np.maximum(np.ceil(numbers * (1 - 1e-9)), least)
+    # The surfaces of a finer grid are among those of the coarser ones.
+    return np.maximum.accumulate(whole[::-1])[::-1].astype(int)
+
+
+def within_budget(numbers: np.ndarray, cost: np.ndarray, budget: float) -> np.ndarray:
+    """Return numbers in the same proportion that cost no more than a budget, at least FEWEST.
+
+    Raises
+    ------
+    ValueError
+        If the budget is too small for the fewest surfaces that know their scatter.
+
+    Examples
+    --------
+    >>> within_budget(np.array([400, 40]), np.array([1.0, 5.0]), 300.0).tolist()
+    [200, 20]
+    """
+    total = float(numbers @ cost)
+    if total <= budget:
+        return numbers
+    needed = FEWEST * float(cost.sum())
+    if needed > budget:
+        raise ValueError(
+            f"a budget of {budget:.3g} is too small: {FEWEST} surfaces on each grid, the fewest "
+            f"that know how much they scatter, cost {needed:.3g}"
+        )
+    scaled = np.maximum(np.floor(numbers * (budget / total)), FEWEST).astype(int)
+    while float(scaled @ cost) > budget:  # what the fewest of one grid take is saved on the first
+        scaled[np.argmax(scaled > FEWEST)] -= 1
+    return scaled
+
+
+def in_words(numbers: Sequence[int], resolutions: Sequence[int]) -> str:
+    """Return how many surfaces were solved on which grid.
+
+    >>> in_words([450, 38, 9], [64, 128, 256])
+    '450 surfaces at 64, 38 at 128, 9 at 256'
+    """
+    first, *rest = [f"{n} at {grid}" for n, grid in zip(numbers, resolutions, strict=True)]
+    plural = "surface" if numbers[0] == 1 else "surfaces"
+    return ", ".join([first.replace(" at", f" {plural} at", 1), *rest])
+
+
+def _terms(values: Sequence[np.ndarray]) -> list[np.ndarray]:
+    """Return Y_l, (n_l, k) each."""
+    grids = [np.asarray(each, dtype=float) for each in values]
+    if not grids:
+        raise ValueError("a mean needs at least one grid")
+    sizes = [len(each) for each in grids]
+    if sizes != sorted(sizes, reverse=True):
+        raise ValueError(f"finer grids have the first surfaces of the coarser ones, not {sizes}")
+    differences = [fine - coarse[: len(fine)] for coarse, fine in pairwise(grids)]
+    return [grids[0], *differences]
+
+
+def _mean(term: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return mean and number of the surfaces that have an answer, (k,) each."""
+    count = np.isfinite(term).sum(axis=0)
+    with np.errstate(invalid="ignore"):
+        total = np.nansum(term, axis=0)
+    return np.divide(total, count, out=np.full(term.shape[1], np.nan), where=count > 0), count
+
+
+def _part(terms: Sequence[np.ndarray], level: int) -> np.ndarray:
+    """Return what a term adds to the variance: its own, and twice its covariances with finer ones.
+
+    The covariance of two means is that of the surfaces, times the number of surfaces that they
+    share, over the numbers of both.
+    """
+    total = np.zeros(terms[0].shape[1])
+    for other in range(level, len(terms)):
+        rows = len(terms[other])
+        pair = terms[level][:rows], terms[other]
+        shared = np.isfinite(pair[0]) & np.isfinite(pair[1])
+        own, count = (_mean(terms[each])[1] for each in (level, other))
+        number = shared.sum(axis=0)
+        deviations = [np.where(shared, t, np.nan) for t in pair]
+        centred = [np.nan_to_num(d - _mean(d)[0]) for d in deviations]
+        with np.errstate(invalid="ignore", divide="ignore"):
+            covariance = (centred[0] * centred[1]).sum(axis=0) / (number - 1) * number / own / count
+        covariance = np.where(number >= FEWEST, covariance, np.nan)
+        total += covariance if other == level else 2 * covariance
+    return total
+
+
+def _freedom(parts: np.ndarray, counts: np.ndarray) -> np.ndarray:
+    """Return the degrees of freedom of a sum of variances, by Welch and Satterthwaite."""
+    with np.errstate(invalid="ignore", divide="ignore"):
+        spread = (parts**2 / np.maximum(counts - 1, 1)).sum(axis=0)
+        freedom = parts.sum(axis=0) ** 2 / spread
+    return np.where(spread > 0, np.maximum(freedom, 1.0), np.maximum(counts[-1] - 1, 1))
+
+
+def _missing(counts: np.ndarray) -> str:
+    """Return what is missing at a load step where a grid has too few surfaces."""
+    if (counts == 0).any():
+        return f"no surface has an answer on grid {int(np.argmin(counts)) + 1} of {len(counts)}"
+    if (counts < FEWEST).any():
+        which = int(np.argmax(counts < FEWEST)) + 1
+        return f"one surface on grid {which} of {len(counts)}: how it scatters is not known"
+    return ""

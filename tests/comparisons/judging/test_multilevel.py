@@ -1,0 +1,200 @@
+"""Multilevel means against closed-form toy problems, and what is said where data are missing."""
+
+from __future__ import annotations
+
+import itertools
+
+import numpy as np
+import pytest
+
+from comparisons.judging.multilevel import (
+    allocate,
+    controlled,
+    estimate,
+    in_words,
+    variances,
+    within_budget,
+)
+
+# Q_l = 10 + (1 + c_l) x + d_l z_l with x, z_l independent and standard normal: known covariances.
+SLOPES, NOISE = np.array([1.2, 1.05, 1.0]), np.array([0.0, 0.1, 0.05])
+NUMBERS = (40, 12, 5)
+
+
+def _sample(rng: np.random.Generator, repeats: int = 1, numbers=NUMBERS) -> list[np.ndarray]:
+    """Draw the surfaces of independent repetitions, which stand beside each other as load steps."""
+    x, z = rng.standard_normal((numbers[0], repeats)), rng.standard_normal((3, numbers[0], repeats))
+    return [
+        10 + SLOPES[level] * x[:n] + NOISE[level] * z[level, :n] for level, n in enumerate(numbers)
+    ]
+
+
+def _true_parts() -> np.ndarray:
+    """a_l = Var Y_l + 2 sum over m > l of Cov(Y_l, Y_m) of the toy problem."""
+    slopes = np.diff(SLOPES, prepend=0)
+    # coefficients of x, z_0, z_1, z_2 in Y_0, Y_1, Y_2
+    rows = np.array(
+        [
+            [slopes[0], NOISE[0], 0, 0],
+            [slopes[1], -NOISE[0], NOISE[1], 0],
+            [slopes[2], 0, -NOISE[1], NOISE[2]],
+        ]
+    )
+    covariance = rows @ rows.T
+    return np.array([covariance[k, k] + 2 * covariance[k, k + 1 :].sum() for k in range(3)])
+
+
+def test_the_mean_is_unbiased_and_its_variance_is_the_formula():
+    """4000 repetitions: mean to 4 standard errors, variance to 4 of its own (sqrt(2/4000))."""
+    rng = np.random.default_rng(1)
+    found = estimate(_sample(rng, 4000)).mean
+    expected = float((_true_parts() / NUMBERS).sum())
+    assert found.mean() == pytest.approx(10, abs=4 * np.sqrt(expected / 4000))
+    assert found.var(ddof=1) == pytest.approx(expected, rel=4 * np.sqrt(2 / 4000))
+
+
+def test_the_estimated_variance_is_the_true_one_on_average():
+    rng = np.random.default_rng(2)
+    found = estimate(_sample(rng, 4000)).parts.sum(axis=0)
+    assert found.mean() == pytest.approx(float((_true_parts() / NUMBERS).sum()), rel=0.03)
+
+
+def test_half_widths_cover_the_mean_in_95_of_100_cases():
+    """2000 repetitions of few surfaces: 95 +- 1.5 % (three standard deviations)."""
+    rng = np.random.default_rng(3)
+    known = estimate(_sample(rng, 2000))
+    covered = np.mean(abs(known.mean - 10) < known.half_width)
+    assert covered == pytest.approx(0.95, abs=0.015)
+
+
+def test_one_grid_is_the_ordinary_mean_with_students_t():
+    values = np.array([[1.0, 5.0], [2.0, 5.0], [6.0, 5.0]])
+    known = estimate([values])
+    assert known.mean.tolist() == [3.0, 5.0]
+    # t(0.975, 2) = 4.3027, standard deviation sqrt(7)
+    assert known.half_width == pytest.approx([4.3027 * np.sqrt(7 / 3), 0.0], rel=1e-4)
+
+
+def test_a_coarse_grid_differs_from_the_finest_by_paired_differences_only():
+    """The scatter of the surfaces, a hundred times that of the differences, drops out."""
+    rng = np.random.default_rng(4)
+    coarse = 10 + 3 * rng.standard_normal((50, 1))
+    difference = 0.5 + 0.03 * rng.standard_normal((10, 1))
+    known = estimate([coarse, coarse[:10] + difference])
+    assert known.differing(1)[0] == 0
+    # t(0.975, 9) = 2.2622
+    expected = 2.2622 * difference.std(ddof=1) / np.sqrt(10)
+    assert known.differing(0)[0] == pytest.approx(expected, rel=1e-4)
+    assert known.half_width[0] > 10 * known.differing(0)[0]
+
+
+def test_a_control_with_a_known_mean_takes_away_what_it_explains():
+    """Correlation 0.99: the standard deviation falls to sqrt(1 - 0.98) of its own, seven times."""
+    rng = np.random.default_rng(5)
+    x = rng.standard_normal((200, 1, 1))
+    values = 4 + 2 * x[:, :, 0] + 0.2849 * rng.standard_normal((200, 1))
+    less = controlled(values, x, np.zeros((1, 1)))
+    assert less.std() < values.std() / 6
+    assert abs(less.mean() - 4) < 4 * 0.2849 / np.sqrt(200)
+    few = controlled(values[:9], x[:9], np.zeros((1, 1)))
+    np.testing.assert_array_equal(few, values[:9])
+
+
+def test_the_same_digits_however_the_surfaces_were_split():
+    rng = np.random.default_rng(6)
+    whole = _sample(rng, numbers=(30, 12, 5))
+    cuts = zip(whole, (7, 3, 5), strict=True)
+    parts = [np.concatenate(np.array_split(each, pieces)) for each, pieces in cuts]
+    one, other = estimate(whole), estimate(parts)
+    assert one.mean.tobytes() == other.mean.tobytes()
+    assert one.half_width.tobytes() == other.half_width.tobytes()
+
+
+def test_numbers_of_one_mean_are_those_of_giles():
+    """n_l = sqrt(V_l/c_l) sum sqrt(V c)/allowed, rounded up."""
+    variance, cost = np.array([4.0, 0.09, 0.01]), np.array([1.0, 5.0, 25.0])
+    total = np.sqrt(variance * cost).sum()
+    expected = np.ceil(np.sqrt(variance / cost) * total / 0.02)
+    found = allocate(variance[:, None], cost, np.array([0.02]))
+    np.testing.assert_array_equal(found, expected)
+
+
+def test_no_cheaper_numbers_know_several_means_well_enough():
+    """Against every pair of numbers in reach: at most one surface more than the cheapest."""
+    variance = np.array([[1.0, 0.2, 0.6], [0.02, 0.3, 0.001]])
+    cost, allowed = np.array([1.0, 4.0]), np.array([0.02, 0.02, 0.015])
+    found = allocate(variance, cost, allowed)
+    assert ((variance / found[:, None]).sum(axis=0) <= allowed * (1 + 1e-9)).all()
+    good = [
+        pair
+        for pair in itertools.product(range(2, 150), range(2, 60))
+        if pair[1] <= pair[0] and ((variance / np.array(pair)[:, None]).sum(0) <= allowed).all()
+    ]
+    cheapest = min(float(np.array(pair) @ cost) for pair in good)
+    assert float(found @ cost) <= cheapest + cost.sum()
+
+
+def test_variances_are_what_allocation_needs():
+    rng = np.random.default_rng(7)
+    found = variances(_sample(rng, 3000)).mean(axis=1)
+    np.testing.assert_allclose(found, _true_parts(), rtol=0.1, atol=3e-4)
+
+
+def test_no_scatter_needs_the_fewest_surfaces():
+    assert allocate(np.zeros((3, 2)), np.array([1.0, 4.0, 16.0]), np.ones(2)).tolist() == [2, 2, 2]
+    known = estimate([np.full((5, 1), 3.0), np.full((2, 1), 3.5)])
+    assert (known.mean[0], known.half_width[0], known.missing) == (3.5, 0.0, ("",))
+
+
+def test_one_surface_has_a_mean_and_no_bar_and_says_so():
+    known = estimate([np.array([[2.0]])])
+    assert known.mean[0] == 2.0
+    assert np.isnan(known.half_width[0])
+    assert known.missing == ("one surface on grid 1 of 1: how it scatters is not known",)
+
+
+def test_a_grid_without_answers_is_named_step_by_step():
+    coarse, fine = np.ones((4, 2)), np.array([[1.0, np.nan], [1.1, np.nan]])
+    known = estimate([coarse, fine])
+    assert np.isfinite(known.half_width[0])
+    assert np.isnan([known.mean[1], known.half_width[1]]).all()
+    assert known.missing == ("", "no surface has an answer on grid 2 of 2")
+
+
+def test_lost_surfaces_take_part_in_no_difference():
+    """Surface 0 is lost on the coarse grid, surface 1 on the fine one."""
+    coarse = np.array([[np.nan], [2.0], [3.0], [4.0]])
+    fine = np.array([[9.0], [np.nan], [3.5], [4.7]])
+    known = estimate([coarse, fine])
+    assert known.counts[:, 0].tolist() == [3, 2]
+    assert known.mean[0] == pytest.approx(3.0 + 0.6)
+
+
+def test_budgets_scale_the_numbers_and_too_small_ones_are_refused():
+    numbers, cost = np.array([450, 38, 9]), np.array([1.0, 4.5, 20.0])
+    assert within_budget(numbers, cost, 1e4) is numbers
+    scaled = within_budget(numbers, cost, 300.0)
+    assert float(scaled @ cost) <= 300.0
+    assert (scaled >= 2).all()
+    tight = within_budget(np.array([450, 2, 2]), cost, 60.0)
+    assert tight.tolist()[1:] == [2, 2]
+    assert float(tight @ cost) <= 60.0
+    with pytest.raises(ValueError, match=r"budget of 12 is too small: 2 surfaces on each grid"):
+        within_budget(numbers, cost, 12.0)
+
+
+def test_what_allocates_nothing_is_refused():
+    with pytest.raises(ValueError, match="without any error"):
+        allocate(np.ones((1, 1)), np.ones(1), np.zeros(1))
+    with pytest.raises(ValueError, match="costs positive"):
+        allocate(np.ones((1, 1)), np.zeros(1), np.ones(1))
+    with pytest.raises(ValueError, match="costs positive"):
+        allocate(np.full((1, 1), np.nan), np.ones(1), np.ones(1))
+    with pytest.raises(ValueError, match="at least one grid"):
+        estimate([])
+    with pytest.raises(ValueError, match="first surfaces of the coarser"):
+        estimate([np.ones((1, 1)), np.ones((2, 1))])
+
+
+def test_numbers_of_surfaces_are_said_in_one_line():
+    assert in_words([1, 1], [64, 128]) == "1 surface at 64, 1 at 128"
