@@ -9,6 +9,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import TypeGuard
 
 import numpy as np
 
@@ -92,7 +93,7 @@ def quantity(name: str) -> Quantity:
     return QUANTITIES.get(name, Quantity(name.replace("_", " "), "", ""))
 
 
-def finite(value: object) -> bool:
+def finite(value: object) -> TypeGuard[float]:
     """Tell whether a value is a finite number (None, text and NaN are not).
 
     >>> [finite(v) for v in (0, 1.5, None, float("nan"), "a")]
@@ -114,7 +115,7 @@ def number(value: object, digits: int = 3) -> str:
     """
     if not finite(value):
         return MISSING
-    value = float(value)  # type: ignore[arg-type]
+    value = float(value)
     if value == 0.0:
         return "0"
     mantissa, exponent = f"{abs(value):.{digits - 1}e}".split("e")
@@ -133,7 +134,7 @@ def count(value: object) -> str:
     >>> count(1048576)
     '1\u202f048\u202f576'
     """
-    return f"{round(float(value)):,}".replace(",", THIN) if finite(value) else MISSING  # type: ignore[arg-type]
+    return f"{round(float(value)):,}".replace(",", THIN) if finite(value) else MISSING
 
 
 def prefix_for(values: Iterable[object] | object, unit: str) -> Scale:
@@ -173,7 +174,7 @@ def with_unit(value: object, unit: str, digits: int = 3) -> str:
     if not finite(value):
         return MISSING
     scale = prefix_for(value, unit)
-    return _join(number(float(value) * scale.factor, digits), scale.unit)  # type: ignore[arg-type]
+    return _join(number(float(value) * scale.factor, digits), scale.unit)
 
 
 def relative(value: object, digits: int = 2) -> str:
@@ -235,7 +236,7 @@ def plus_minus(error: object, uncertainty: object) -> str:
     text, unit = _relative_parts(error, 2)
     if not finite(uncertainty):
         return f"{_join(text, unit)} ± ?"
-    size, half = abs(float(error)), float(uncertainty)  # type: ignore[arg-type]
+    size, half = abs(float(error)), float(uncertainty)
     if size + half < ROUND_OFF:
         return "round-off"
     if size < ROUND_OFF:
@@ -256,7 +257,7 @@ def duration(value: object) -> str:
     """
     if not finite(value):
         return MISSING
-    seconds = float(value)  # type: ignore[arg-type]
+    seconds = float(value)
     if seconds < 100:
         return with_unit(seconds, "s", 2)
     minutes, rest = divmod(round(seconds), 60)
@@ -289,13 +290,13 @@ def axis_title(name: str, unit: str) -> str:
 def _relative_parts(value: object, digits: int) -> tuple[str, str]:
     if not finite(value):
         return MISSING, ""
-    size = abs(float(value))  # type: ignore[arg-type]
+    size = abs(float(value))
     if size == 0.0:
         return "0", "%"
     if size >= 0.9995e-4:
-        return number(float(value) * 100, digits), "%"  # type: ignore[arg-type]
+        return number(float(value) * 100, digits), "%"
     if size >= 0.9995e-8:
-        return number(float(value) * 1e6, digits), "ppm"  # type: ignore[arg-type]
+        return number(float(value) * 1e6, digits), "ppm"
     return number(value, digits), ""
 
 

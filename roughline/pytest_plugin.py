@@ -9,7 +9,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import pytest
 
@@ -56,13 +56,13 @@ def roughline_check(request: pytest.FixtureRequest) -> Callable[..., None]:
         from comparisons.questions.regression.findings import MODEL_TOLERANCE, SPEED
 
         path = request.path.parent / baseline
-        arguments: tuple[Any, ...] = (path, _registered(method), scenes or CHECK_SCENES)
-        allowed = {"tolerance": MODEL_TOLERANCE if tolerance is None else tolerance}
+        name, scenes = _registered(method), scenes or CHECK_SCENES
+        allowed = MODEL_TOLERANCE if tolerance is None else tolerance
         if request.config.getoption(UPDATE):
-            update_baseline(*arguments, **allowed)
+            update_baseline(path, name, scenes, tolerance=allowed)
             return
         try:
-            findings = check_against(*arguments, **allowed)
+            findings = check_against(path, name, scenes, tolerance=allowed)
         except InputError as error:
             pytest.fail(f"{error}\n(pytest {UPDATE} writes baselines)", pytrace=False)
         drifted = [f for f in findings if f.drifted and f.subject != SPEED]

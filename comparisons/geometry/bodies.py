@@ -84,7 +84,7 @@ class BodyGeometry(IndenterGeometry):
         held = np.zeros(mesh.points.shape, dtype=bool)
         for support, own in zip(self.supports, faces, strict=True):
             nodes = np.concatenate([numbers[support.nodes], mesh.nodes_of(own)]).astype(np.int64)
-            held[np.ix_(nodes, support.components)] = True
+            held[np.ix_(nodes, np.array(support.components))] = True
         return held
 
 

@@ -65,7 +65,7 @@ def read_body(path: Path) -> BodyFile:
     if problems:
         raise BodyError(problems)
     raw = _read(path)
-    solids = Counter()
+    solids: Counter[str] = Counter()
     for block in raw.cells:
         if block.dim == 3:
             solids[block.type] += len(block.data)

@@ -95,7 +95,7 @@ def _write(path: Path, answer: Any) -> None:
     members[DOCUMENT] = np.array(json.dumps(rest))
     partial = path.with_suffix(".part")
     with partial.open("wb") as file:
-        np.savez(file, **members)
+        np.savez(file, allow_pickle=False, **members)
     partial.replace(path)
 
 

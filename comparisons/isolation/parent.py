@@ -46,15 +46,18 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field
 from pathlib import Path
 from types import FrameType
-from typing import Any, Literal
+from typing import Any, Final, Literal
 
 import numpy as np
 import psutil
 
-ANSWERED, RAISED, HUNG, OUT_OF_MEMORY, KILLED, MALFORMED = (
-    *("answered", "raised", "hung", "out of memory", "killed", "malformed"),
-)
 Ended = Literal["answered", "raised", "hung", "out of memory", "killed", "malformed"]
+ANSWERED: Final = "answered"
+RAISED: Final = "raised"
+HUNG: Final = "hung"
+OUT_OF_MEMORY: Final = "out of memory"
+KILLED: Final = "killed"
+MALFORMED: Final = "malformed"
 # Names of the files through which the two processes speak, and of the JSON part of an answer.
 WORK, ANSWER, ERROR, DONE = "work.pickle", "answer.npz", "error.json", "done"
 DOCUMENT = "json"

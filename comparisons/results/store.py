@@ -34,10 +34,14 @@ RESULTS = "results.csv"
 MEASURES = "measures.csv"
 STUDY = "study.json"
 FIELDS = "fields"
-STUDY_KEYS = ("created", "command", "effort", "seconds", "machine", "versions", "interrupted")
-STUDY_KEYS += ("source", "part", "runs")
-SCENE_KEYS = ("name", "title", "text", "control", "quantities", "tolerance", "plan")
-SCENE_KEYS += ("reference", "answer", "disagreements", "axis")
+STUDY_KEYS = (
+    *("created", "command", "effort", "seconds", "machine", "versions", "interrupted"),
+    *("source", "part", "runs"),
+)
+SCENE_KEYS = (
+    *("name", "title", "text", "control", "quantities", "tolerance", "plan"),
+    *("reference", "answer", "disagreements", "axis"),
+)
 
 
 # What is missing is written as nothing: a scene or a method may well be called "nan" or "null".

@@ -87,7 +87,8 @@ def with_material(data: dict[str, Any]) -> dict[str, Any]:
 
 def table_problems(data: dict[str, Any]) -> list[str]:
     """Problems of a scene with a [body] that no single table shows."""
-    body, problems = data.get("body"), []
+    body = data.get("body")
+    problems: list[str] = []
     if body is None:
         return problems
     if "surface" in data:

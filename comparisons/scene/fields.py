@@ -6,7 +6,7 @@ import math
 import sys
 from typing import Annotated, Any, Literal
 
-from pydantic import AfterValidator, BeforeValidator
+from pydantic import AfterValidator, BeforeValidator, ValidationInfo
 from pydantic_core import PydanticCustomError
 
 from comparisons.facts.methods import METHODS
@@ -18,7 +18,12 @@ _NOTHING = object()
 def fail(expected: str, came: Any = _NOTHING) -> PydanticCustomError:
     """Make the one kind of error of scene files: what was expected, and what came."""
     text = expected if came is _NOTHING else f"{expected}, got {shown(came)}"
-    return PydanticCustomError("scene", text)  # type: ignore[arg-type]
+    return PydanticCustomError("scene", text)
+
+
+def told(info: ValidationInfo, key: str) -> bool:
+    """Whether validation is told this about the scene that a table belongs to (its context)."""
+    return bool((info.context or {}).get(key, False))
 
 
 def shown(value: Any) -> str:

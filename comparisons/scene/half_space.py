@@ -6,7 +6,7 @@ from typing import Any
 
 from pydantic import BaseModel, ConfigDict, ValidationInfo, field_validator, model_validator
 
-from comparisons.scene.fields import Modulus, fail
+from comparisons.scene.fields import Modulus, fail, told
 
 FEM_DEFAULT_POISSON = 0.3
 # What validation is told about a scene: its moduli stand in [viscoelastic].
@@ -39,8 +39,7 @@ class HalfSpace(BaseModel):
             {"shear_modulus", "poisson_ratio"},
             {"effective_modulus"},
         )
-        relaxes = bool(info.context) and info.context.get(RELAXES, False)
-        if given not in ways and not (relaxes and given == {"poisson_ratio"}):
+        if given not in ways and not (told(info, RELAXES) and given == {"poisson_ratio"}):
             raise fail(
                 "expected youngs_modulus and poisson_ratio, or shear_modulus and poisson_ratio, "
                 f"or effective_modulus alone, got {', '.join(sorted(given)) or 'nothing'}"

@@ -12,12 +12,18 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationInfo, model_validator
 
-from comparisons.scene.fields import fail, shown
+from comparisons.scene.fields import fail, shown, told
 from comparisons.scene.units import FORCE, LENGTH, NUMBER, TIME, Dimension, to_si
 
 Control = Literal[
-    *("penetration", "force", "mean_gap", "tangential_force", "tangential_displacement"),
-    *("time", "speed", "velocity"),
+    "penetration",
+    "force",
+    "mean_gap",
+    "tangential_force",
+    "tangential_displacement",
+    "time",
+    "speed",
+    "velocity",
 ]
 NORMAL = ("penetration", "force", "mean_gap")
 TANGENTIAL = ("tangential_force", "tangential_displacement")
@@ -41,8 +47,7 @@ def ranged(dimension: Dimension, order: Order | None = None) -> Any:
     """Return the validator of a range: in a fixed order, or in that of the scene's normal loads."""
 
     def read(value: Any, info: ValidationInfo) -> Any:
-        path = bool(info.context) and info.context.get(PATH, False)
-        return read_range(value, dimension, order or ("path" if path else "loads"))
+        return read_range(value, dimension, order or ("path" if told(info, PATH) else "loads"))
 
     return BeforeValidator(read)
 

@@ -26,11 +26,12 @@ def arrays_of(solution: Solution) -> dict[str, np.ndarray]:
     arrays = dict(solution.fields)
     arrays |= {f"{_PREFIX}{name}": getattr(solution, name) for name in _ARRAYS}
     arrays |= {f"{_PREFIX}q.{name}": value for name, value in solution.quantities.items()}
-    document = {name: _plain(getattr(solution, name)) for name in _NUMBERS}
-    document["machine"] = solution.machine
-    document["exact"] = solution.exact
-    document["path"] = solution.path
-    document["reasons"] = [[*index, why] for index, why in solution.reasons.items()]
+    document = {name: _plain(getattr(solution, name)) for name in _NUMBERS} | {
+        "machine": solution.machine,
+        "exact": solution.exact,
+        "path": solution.path,
+        "reasons": [[*index, why] for index, why in solution.reasons.items()],
+    }
     return arrays | {f"{_PREFIX}json": np.array(json.dumps(document))}
 
 
@@ -60,13 +61,20 @@ def solution_of(arrays: dict[str, np.ndarray]) -> Solution:
     document = json.loads(str(arrays.pop(f"{_PREFIX}json")))
     own = {name: arrays.pop(name) for name in list(arrays) if name.startswith(_PREFIX)}
     start = len(_PREFIX) + 2
+    numbers = {name: _number(document[name]) for name in _NUMBERS}
     return Solution(
         quantities={k[start:]: v for k, v in own.items() if k.startswith(f"{_PREFIX}q.")},
         reasons={(row, step): why for row, step, why in document["reasons"]},
         fields=arrays,
-        **{name: own[f"{_PREFIX}{name}"] for name in _ARRAYS},
-        **{name: _number(document[name]) for name in _NUMBERS if name != "unknowns"},
+        converged=own[f"{_PREFIX}converged"],
+        iterations=own[f"{_PREFIX}iterations"],
+        violation=own[f"{_PREFIX}violation"],
         unknowns=document["unknowns"],
+        truncation=numbers["truncation"],
+        seconds=numbers["seconds"],
+        setup_seconds=numbers["setup_seconds"],
+        compile_seconds=numbers["compile_seconds"],
+        memory=numbers["memory"],
         exact=tuple(document["exact"]),
         path=bool(document["path"]),
         machine=str(document.get("machine", "")),

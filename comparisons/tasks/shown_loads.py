@@ -60,7 +60,9 @@ def earlier_fields(
     for step in wanted:
         fields = builders[step]()
         for name in NAMES:
-            if name in fields and not np.array_equal(fields[name], last.get(name)):
+            if name not in fields:
+                continue
+            if name not in last or not np.array_equal(fields[name], last[name]):
                 found[f"step.{step}.{name}"] = _single(fields[name])
     return found
 

@@ -29,7 +29,7 @@ from reports.printable import say
 if TYPE_CHECKING:
     from comparisons.questions.study import Study
     from comparisons.results.store import StudyRecord
-    from comparisons.solving.planning import Plan
+    from comparisons.solving.planning import Effort, Plan
 
 FINE, LOST, WRONG_INPUT, INTERRUPTED = 0, 1, 2, 3
 DEFAULT_FOLDER = Path("roughline-results")
@@ -145,7 +145,7 @@ def run(
 
     outside.load()
     share_of_work = WHOLE if part is None else part_of(part)
-    effort = "full" if full else "quick"
+    effort: Effort = "full" if full else "quick"
     plans = plan_all(scenes or ("quick",), _overrides(methods, option), effort)
     if plan:
         terminal.print_plans(plans)

@@ -97,7 +97,7 @@ def _drawn(
     views: list[SceneView], claims: ClaimsBeside | None
 ) -> dict[str, Figure | dict[str, Any]]:
     """Return all that is drawn, under the keys of its canvases."""
-    found = {
+    drawn: dict[str, Figure | dict[str, Any]] = {
         f"{view.anchor}-{figure.key}": figure
         for view in views
         for group in view.figures.values()
@@ -105,11 +105,11 @@ def _drawn(
     }
     for view in views:
         if view.picture.view:
-            found[f"{view.anchor}-{TURNING}"] = view.picture.view
+            drawn[f"{view.anchor}-{TURNING}"] = view.picture.view
     for item in claims.views if claims else ():
         if item.figure:
-            found[item.key] = item.figure
-    return found
+            drawn[item.key] = item.figure
+    return drawn
 
 
 def _shown_quantities(views: list[SceneView]) -> list[str]:

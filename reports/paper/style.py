@@ -10,7 +10,7 @@ from base64 import b64encode
 from contextlib import AbstractContextManager
 from io import BytesIO
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from comparisons import formatting as fmt
 from comparisons.errors import InputError
@@ -23,13 +23,16 @@ try:
 except ModuleNotFoundError as error:
     raise InputError("figures need matplotlib: pip install 'roughline[paper]'") from error
 
+if TYPE_CHECKING:
+    from matplotlib.typing import RcKeyType
+
 COLUMN, PAGE = 85.0, 180.0  # widths in mm of one column and of a page with two
 HEIGHT = 62.0
 FORMATS = ("pdf", "svg", "png")
 _MILLIMETRE = 1 / 25.4
 _SPACE = "\N{NO-BREAK SPACE}"  # a label is broken into lines, but never before its unit
 _COLOURS = {INK: "#1a1a1a", MUTED: "#707070", PEER: "#767676", TRUTH: "#8a8a8a"}
-_RC: dict[str, Any] = {
+_RC: dict[RcKeyType, Any] = {
     "font.family": "DejaVu Sans",
     "font.size": 7.5,
     "mathtext.fontset": "dejavusans",

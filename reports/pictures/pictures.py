@@ -97,7 +97,7 @@ def render(jobs: Sequence[dict[str, np.ndarray]], command: Sequence[str] = ()) -
     barren = 0
     with tempfile.TemporaryDirectory(prefix="roughline-pictures-") as folder:
         for index, job in enumerate(jobs):
-            np.savez(Path(folder) / f"{index}.npz", **job)
+            np.savez(Path(folder) / f"{index}.npz", allow_pickle=False, **job)
         while todo and barren < 2:
             _run([Path(folder) / f"{index}.npz" for index in todo], command)
             done = [index for index in todo if (Path(folder) / f"{index}.png").exists()]

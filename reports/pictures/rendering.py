@@ -9,26 +9,30 @@ from __future__ import annotations
 import sys
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from reports.pictures.body_piece import deformed_piece
 from reports.plots.style import CONTACT
 
+if TYPE_CHECKING:
+    from pyvista import Plotter
+
 WINDOW = (810, 540)
 MOST_SURFACE_POINTS = 400
 
 
-def _plotter():
+def _plotter() -> Plotter:
     import pyvista
 
     plotter = pyvista.Plotter(off_screen=True, window_size=list(WINDOW), lighting="light kit")
     plotter.enable_anti_aliasing("ssaa")
-    plotter.enable_parallel_projection()
+    plotter.camera.enable_parallel_projection()
     return plotter
 
 
-def _look(plotter, centre: tuple[float, float, float], extent: float) -> None:
+def _look(plotter: Plotter, centre: tuple[float, float, float], extent: float) -> None:
     """Set the camera that all pictures share: from the front right, from above."""
     direction = np.array([1.0, -1.25, 0.95])
     plotter.camera.focal_point = centre
@@ -76,8 +80,8 @@ def _draw_hill(job: dict[str, np.ndarray], output: Path) -> None:
     rows = np.abs(x[:, 0] - centre[0]) <= side / 2
     columns = np.abs(y[0, :] - centre[1]) <= side / 2
     box = np.ix_(rows, columns)
-    scaled = [(axis[box] - c) / side for axis, c in zip((x, y), centre, strict=True)]
-    hill = pyvista.StructuredGrid(*scaled, 0.4 * p[box] / float(job["highest"]))
+    height = 0.4 * p[box] / float(job["highest"])
+    hill = pyvista.StructuredGrid((x[box] - centre[0]) / side, (y[box] - centre[1]) / side, height)
     plotter = _plotter()
     plotter.add_mesh(
         hill,

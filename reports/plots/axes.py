@@ -100,5 +100,5 @@ def wants_log(values: Iterable[object], span: float = LOG_SPAN) -> bool:
     >>> wants_log([1, 2, 5]), wants_log([1e-7, 1e-5]), wants_log([0.0, 1.0])
     (False, True, False)
     """
-    known = np.array([float(v) for v in values if fmt.finite(v)])  # type: ignore[arg-type]
+    known = np.array([float(v) for v in values if fmt.finite(v)])
     return bool(len(known) and known.min() > 0 and known.max() / known.min() > span)

@@ -25,14 +25,14 @@ TOKENS = ("@ink", "@peer", "@truth")  # their light versions are the page's own
 
 def spec(figure: Figure) -> dict[str, Any]:
     """Return data and layout of a figure, and its frames if it moves."""
-    last = {"data": _traces(figure), "layout": _layout(figure)}
+    traces, layout = _traces(figure), _layout(figure)
+    last = {"data": traces, "layout": layout}
     if not figure.earlier:
         return last
     frames = []
     for each in (*figure.earlier, figure):
-        traces = zip(_traces(each), last["data"], strict=True)
-        layout = {"shapes": _shapes(each)} if figure.levels else {}
-        frames.append({"data": [_differing(*pair) for pair in traces], "layout": layout})
+        moved = [_differing(*pair) for pair in zip(_traces(each), traces, strict=True)]
+        frames.append({"data": moved, "layout": {"shapes": _shapes(each)} if figure.levels else {}})
     return last | {"frames": frames}
 
 
@@ -67,7 +67,7 @@ def _series(series: Series, figure: Figure) -> dict[str, Any]:
     if series.group:
         trace["legendgroup"] = inert(series.group)
     if series.bars is not None:
-        trace["error_y"] = _bars(series, figure)
+        trace["error_y"] = _bars(series.bars, series.y, figure)
     return trace | _hover(series, figure)
 
 
@@ -88,12 +88,12 @@ def _marker(series: Series) -> dict[str, Any]:
     return marker | ({"opacity": series.faint} if series.faint < 1.0 else {})
 
 
-def _bars(series: Series, figure: Figure) -> dict[str, Any]:
-    up = numbers(series.bars, figure.y.scale.factor)
+def _bars(half: np.ndarray, y: np.ndarray, figure: Figure) -> dict[str, Any]:
+    up = numbers(half, figure.y.scale.factor)
     bars: dict[str, Any] = {"type": "data", "array": up, "thickness": 1.2, "width": 4}
     if figure.y.log:
         # A bar that reaches zero ends at the foot of a logarithmic axis.
-        down = np.minimum(series.bars, 0.999 * np.abs(series.y))
+        down = np.minimum(half, 0.999 * np.abs(y))
         bars |= {"symmetric": False, "arrayminus": numbers(down, figure.y.scale.factor)}
     return bars
 
@@ -317,6 +317,6 @@ def lines(text: str) -> str:
 def numbers(values: Iterable[object], factor: float = 1.0, digits: int = 6) -> list[float | None]:
     """Return scaled values, rounded, and None (a gap in the curve) where there is none."""
     return [
-        float(f"{float(value) * factor:.{digits}g}") if fmt.finite(value) else None  # type: ignore[arg-type]
+        float(f"{float(value) * factor:.{digits}g}") if fmt.finite(value) else None
         for value in values
     ]

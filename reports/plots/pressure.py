@@ -30,7 +30,7 @@ class Field:
     x: np.ndarray
     y: np.ndarray
     pressure: np.ndarray
-    shape: tuple[int, int] | None
+    shape: tuple[int, ...]
     rough: bool
     earlier: dict[int, Field] = field(default_factory=dict, repr=False)
 
@@ -38,6 +38,11 @@ class Field:
     def on_a_line(self) -> bool:
         """Axisymmetric solutions are given along a radius."""
         return bool(np.all(self.y == 0))
+
+    @property
+    def on_a_grid(self) -> bool:
+        """Whether the points are those of a map; else they are scattered over a mesh."""
+        return len(self.shape) == 2
 
 
 def pressures(scene: SceneRecord) -> list[Figure]:
@@ -51,7 +56,7 @@ def pressures(scene: SceneRecord) -> list[Figure]:
     radius, mean = _contact_scales(scene)
     if np.isfinite(radius) and not any(item.rough for item in fields):
         return [_radial(fields, radius, mean, loads)]
-    maps = [item for item in fields if item.shape is not None]
+    maps = [item for item in fields if item.on_a_grid]
     if not maps:
         return []
     name, level = selection.reference(scene)
@@ -106,9 +111,10 @@ def _moving(figures: Sequence[Figure]) -> Figure:
     return replace(figures[-1], earlier=tuple(figures[:-1]))
 
 
-def _shape(stored: dict[str, np.ndarray], count: int) -> tuple[int, int] | None:
-    sides = [int(side) for side in np.ravel(stored.get("pressure_shape", []))]
-    return (sides[0], sides[1]) if len(sides) == 2 and sides[0] * sides[1] == count else None
+def _shape(stored: dict[str, np.ndarray], count: int) -> tuple[int, ...]:
+    """Return that of a grid, or the mere number of points."""
+    sides = tuple(int(side) for side in np.ravel(stored.get("pressure_shape", [])))
+    return sides if len(sides) == 2 and sides[0] * sides[1] == count else (count,)
 
 
 def _contact_scales(scene: SceneRecord) -> tuple[float, float]:
@@ -162,21 +168,22 @@ def _with_profiles(
     # Every load is drawn as the last one: only the values move.
     series = [_profile_series(item, *each[-1]) for item, each in zip(fields, curves, strict=True)]
     at_loads = (
-        tuple(replace(s, **_thinned(*each)) for s, each in zip(series, at_load, strict=True))
+        tuple(_moved(s, *each) for s, each in zip(series, at_load, strict=True))
         for at_load in zip(*curves, strict=True)
     )
     return _moving([replace(empty, series=drawn) for drawn in at_loads])
 
 
-def _thinned(x: np.ndarray, p: np.ndarray) -> dict[str, np.ndarray]:
+def _moved(series: Series, x: np.ndarray, p: np.ndarray) -> Series:
+    """Return a series with the values of another load, thinned."""
     stride = -(-len(x) // MOST_MARKERS) or 1
-    return {"x": x[::stride], "y": p[::stride]}
+    return replace(series, x=x[::stride], y=p[::stride])
 
 
 def _along_radius(item: Field) -> tuple[np.ndarray, np.ndarray]:
     """Return r and p, ascending: a grid's row next to the x axis, every point of a mesh."""
     keep = np.ones(len(item.x), dtype=bool)
-    if item.shape is not None:
+    if item.on_a_grid:
         keep = np.abs(item.y) <= np.abs(item.y).min() * (1 + 1e-9)
     r, p = np.hypot(item.x[keep], item.y[keep]), item.pressure[keep]
     order = np.argsort(r, kind="stable")
@@ -185,7 +192,7 @@ def _along_radius(item: Field) -> tuple[np.ndarray, np.ndarray]:
 
 def _profile_series(item: Field, r: np.ndarray, p: np.ndarray) -> Series:
     own = look(item.method)
-    mesh = not item.on_a_line and item.shape is None
+    mesh = not item.on_a_line and not item.on_a_grid
     return Series(
         *(own, r, p),
         line=not mesh,
@@ -197,7 +204,6 @@ def _profile_series(item: Field, r: np.ndarray, p: np.ndarray) -> Series:
 
 
 def _axes_of(item: Field) -> tuple[np.ndarray, np.ndarray]:
-    assert item.shape is not None
     return item.x.reshape(item.shape)[:, 0], item.y.reshape(item.shape)[0, :]
 
 
@@ -251,7 +257,7 @@ def _map(item: Field, loads: Loads) -> Figure:
 
 def _filled(empty: Map, item: Field | None) -> Map:
     """Return the map of a load, empty where nothing is stored."""
-    if item is None or item.shape is None:
+    if item is None or not item.on_a_grid:
         return empty
     x, y, p, _ = _shown_part(item)
     return replace(empty, x=x, y=y, values=np.where(p > 0, p, np.nan))
@@ -262,7 +268,7 @@ def _shown_part(item: Field) -> tuple[np.ndarray, np.ndarray, np.ndarray, tuple[
     x, y = _axes_of(item)
     p = item.pressure.reshape(item.shape)
     if not item.rough:
-        rows, columns = _window((p > 0).any(axis=1)), _window((p > 0).any(axis=0))
+        rows, columns = _window(np.any(p > 0, axis=1)), _window(np.any(p > 0, axis=0))
         x, y, p = x[rows], y[columns], p[rows, columns]
     cells = p.shape
     p, x, y = _coarsened(p, x, y)

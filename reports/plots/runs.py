@@ -79,7 +79,8 @@ def _figure(record: RunComparison, what: _Compared) -> Figure | None:
 
 
 def _series(method: str, own: list[Change], what: _Compared) -> Series:
-    drawn, pairs = look(method), np.array([what.pair(each) for each in own])
+    drawn, pairs = look(method), [what.pair(each) for each in own]
+    before, after = np.array(pairs).T
     texts = (
         f"{drawn.label}, {c.scene}, N = {c.resolution}: "
         f"{what.label(pair[0])} before, {what.label(pair[1])} after; {c.text}"
@@ -87,7 +88,8 @@ def _series(method: str, own: list[Change], what: _Compared) -> Series:
     )
     return Series(
         drawn,
-        *pairs.T,
+        before,
+        after,
         line=False,
         hollow=np.array([any(kind in BAD for kind in c.kinds) for c in own]),
         hover=tuple(texts),

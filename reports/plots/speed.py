@@ -150,7 +150,7 @@ def _truth_bar(scene: SceneRecord, name: str, points: pd.DataFrame) -> float:
     """Return how well the truth is known: the reference's bar, else the widest of the settings."""
     known = (scene.reference.get("uncertainty") or {}).get(name)
     if fmt.finite(known):
-        return float(known)  # type: ignore[arg-type]
+        return float(known)
     bars = selection.column(points, "uncertainty")
     return float(np.nanmax(bars)) if np.isfinite(bars).any() else 0.0
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Collection, Mapping, Sequence
+from functools import partial
 from pathlib import Path
 
 Rows = Sequence[Sequence[str]]
@@ -31,5 +32,9 @@ def rewrite(
             continue
         block = re.compile(f"(<!-- table: {name} -->\n).*?(<!-- end -->)", re.DOTALL)
         table = markdown(make())
-        text = block.sub(lambda old, table=table: f"{old[1]}{table}\n{old[2]}", text)
+        text = block.sub(partial(_with_table, table), text)
     page.write_text(text, encoding="utf-8")
+
+
+def _with_table(table: str, markers: re.Match[str]) -> str:
+    return f"{markers[1]}{table}\n{markers[2]}"

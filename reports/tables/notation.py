@@ -52,10 +52,10 @@ def error_with_bar(error: object, bar: object) -> str:
     """
     if not fmt.finite(error):
         return fmt.MISSING
-    value = float(error)  # type: ignore[arg-type]
+    value = float(error)
     if not fmt.finite(bar):
         return f"{fmt.relative(value, 3)} (bar unknown)"
-    half = abs(float(bar))  # type: ignore[arg-type]
+    half = abs(float(bar))
     largest = max(abs(value), half)
     if largest < fmt.ROUND_OFF:
         return "< 10⁻⁹"

@@ -128,9 +128,11 @@ def _outcome(rows: pd.DataFrame, truth: bool) -> Cell:
 
 def stability(scene: SceneRecord) -> Table:
     """Return which loads of every setting converged, in how many iterations, and what failed."""
-    heads = (Head("method"), Head("N", "resolution"), Head("loads solved"), Head("of"))
-    heads += (Head("iterations, least"), Head("iterations, most"))
-    heads += (Head("largest violation", "violation"), Head("what failed"))
+    heads = (
+        *(Head("method"), Head("N", "resolution"), Head("loads solved"), Head("of")),
+        *(Head("iterations, least"), Head("iterations, most")),
+        *(Head("largest violation", "violation"), Head("what failed")),
+    )
     rows = tuple(_stability_row(scene, *each) for each in _all_settings(scene))
     note = "Over all load steps and realisations. Iterations: 0 where a method has none."
     return Table(heads, rows, note=note)

@@ -13,6 +13,7 @@ from comparisons.geometry.map_files.checks import (
     UNITS_PER_METRE,
     MapError,
     MapFile,
+    Size,
     Stated,
     Window,
     memory_problems,
@@ -43,19 +44,14 @@ def open_instrument(path: Path, stated: Stated) -> MapFile:
     problems = shape_problems(tuple(info.nb_grid_pts))
     problems += memory_problems(int(np.prod(info.nb_grid_pts, dtype=object)))
     problems += _metadata_problems(info, stated)
-    if problems:
+    # The reader labels lengths with one unit; where the file has none, each has its own.
+    per_metre = _per_metre(info, stated.height_unit)
+    size = _side_lengths(info, stated)
+    if problems or per_metre is None or size is None:
         raise MapError(str(path), problems)
-    unit = info.unit or stated.height_unit
-    per_metre = UNITS_PER_METRE[unit]
-    missing: dict[str, Any] = {} if info.unit else {"unit": unit}
+    missing: dict[str, Any] = {} if info.unit else {"unit": stated.height_unit}
     if info.physical_sizes is None:
-        assert stated.size is not None
-        size = stated.size
         missing["physical_sizes"] = tuple(side * per_metre for side in size)
-    else:
-        # The reader labels lengths with one unit; where the file has none, each has its own.
-        lateral = UNITS_PER_METRE[info.unit or stated.lateral_unit]
-        size = tuple(float(side) / lateral for side in info.physical_sizes)
 
     def read(window: Window) -> NDArray[np.float64]:
         x0, y0, nx, ny = window
@@ -142,6 +138,21 @@ def _choose_channel(
         raise MapError(str(path), [problem])
     note = f"channel {found[0]} {channels[found[0]].name!r} of {path.name} (channels: {listing})"
     return found[0], (note if len(channels) > 1 else f"heights of {path.name}",)
+
+
+def _per_metre(info: Any, stated: str | None) -> float | None:
+    """Return how many of the file's units, or else of a stated one, a metre has; None: unknown."""
+    return UNITS_PER_METRE.get(info.unit or stated or "")
+
+
+def _side_lengths(info: Any, stated: Stated) -> Size | None:
+    """Return those of the file, or else the stated ones, in metres; None where they are unknown."""
+    if info.physical_sizes is None:
+        return stated.size
+    lateral, sides = _per_metre(info, stated.lateral_unit), tuple(info.physical_sizes)
+    if lateral is None or len(sides) != 2:
+        return None
+    return float(sides[0]) / lateral, float(sides[1]) / lateral
 
 
 def _metadata_problems(info: Any, stated: Stated) -> list[str]:

@@ -140,44 +140,42 @@ def _columns(path: Path, layout: NumberLayout) -> NDArray[np.float64]:
 
 def _on_grid(
     path: Path, x: NDArray[np.float64], y: NDArray[np.float64], z: NDArray[np.float64]
-) -> tuple[NDArray[np.float64], list[float]]:
+) -> tuple[NDArray[np.float64], tuple[float, float]]:
     """Return heights (nx, ny), NaN where the list has no point, and the cells' sides."""
-    steps, indices, problems = [], [], []
-    for name, values in (("x", x), ("y", y)):
-        step, index = _regular(values)
-        if index is None:
-            problems.append(f"{name} is not equally spaced: a map is a regular grid of points")
-        steps.append(step)
-        indices.append(index)
+    (across, column, even_x), (along, row, even_y) = _spaced(x), _spaced(y)
+    problems = [
+        f"{name} is not equally spaced: a map is a regular grid of points"
+        for name, even in (("x", even_x), ("y", even_y))
+        if not even
+    ]
     if problems:
         raise MapError(str(path), problems)
-    shape = tuple(int(index.max()) + 1 for index in indices)
+    shape = int(column.max()) + 1, int(row.max()) + 1
     problems = shape_problems(shape)
     if shape[0] * shape[1] * _LEAST_SHARE > len(z):
         problems.append(f"{len(z)} points on a grid of {shape[0]} x {shape[1]}: scattered points")
     if problems:
         raise MapError(str(path), problems)
-    place = indices[0] * shape[1] + indices[1]
+    place = column * shape[1] + row
     twice = int(len(place) - len(np.unique(place)))
     if twice:
         raise MapError(str(path), [f"{twice} points have the x and y of another one"])
     heights = np.full(shape[0] * shape[1], np.nan)
     heights[place] = z
-    return heights.reshape(shape), steps
+    return heights.reshape(shape), (across, along)
 
 
-def _regular(values: NDArray[np.float64]) -> tuple[float, NDArray[np.int64] | None]:
-    """Return the step of equally spaced values and the place of each; None where they are not."""
+def _spaced(values: NDArray[np.float64]) -> tuple[float, NDArray[np.int64], bool]:
+    """Return the mean step of values, the nearest place of each, and whether steps are equal."""
     levels = np.unique(values)
     if len(levels) < 2:
-        return 0.0, np.zeros(len(values), np.int64)
+        return 0.0, np.zeros(len(values), np.int64), True
     gaps = np.diff(levels)
     distinct = int((gaps > _SAME * gaps.max()).sum()) + 1
     step = float((levels[-1] - levels[0]) / (distinct - 1))
     place = (values - levels[0]) / step
     index = np.rint(place).astype(np.int64)
-    regular = np.abs(place - index).max() <= _OFF_GRID
-    return step, index if regular else None
+    return step, index, bool(np.abs(place - index).max() <= _OFF_GRID)
 
 
 def holds_grid(x: NDArray[np.float64], y: NDArray[np.float64]) -> bool:

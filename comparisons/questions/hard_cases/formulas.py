@@ -43,7 +43,7 @@ class Stuck(Table):
         scene = plan.scene
         assert scene.indenter is not None
         force, modulus = float(normal.values[-1]), scene.effective_modulus
-        radius = np.cbrt(0.75 * force / modulus * scene.indenter.radius)  # type: ignore[attr-defined]
+        radius = np.cbrt(0.75 * force / modulus * scene.indenter.radius)
         steps = np.ones(len(plan.loads.values))
         shift = plan.loads.values / (2 * radius * scene.tangential_modulus)
         return {"tangential_displacement": shift, "contact_area": np.pi * radius**2 * steps}
@@ -61,7 +61,7 @@ class Creeping(Table):
         assert material is not None
         assert indenter is not None
         viscosity = sum(modulus * time for modulus, time in material.branches)
-        slope = viscosity / material.long_term_modulus / indenter.radius  # type: ignore[attr-defined]
+        slope = viscosity / material.long_term_modulus / indenter.radius
         return {"friction_coefficient": slope * plan.loads.values}
 
 

@@ -63,8 +63,8 @@ class Loads:
     @cached_property
     def columns(self) -> dict[str, np.ndarray]:
         """What each step prescribes, by the name of its column; "step" has one already."""
-        found = {self.control: self.values}
-        return found if self.times is None else found | {"time": self.times}
+        columns: dict[str, np.ndarray] = {self.control: self.values}
+        return columns if self.times is None else columns | {"time": self.times}
 
 
 def loads_of(scene: Scene, unit: float = 1.0) -> Loads:

@@ -7,14 +7,14 @@ from typing import Annotated, Any, Literal
 
 from pydantic import BeforeValidator, model_validator
 
-from comparisons.scene.fields import fail, quantity
+from comparisons.scene.fields import Sign, fail, quantity
 from comparisons.scene.physics.tables import PhysicsTable
 from comparisons.scene.units import PRESSURE, TIME, VISCOSITY, Dimension
 
 _ELEMENTS = {"kelvin_voigt": (1, 1), "maxwell": (1, 1), "standard": (2, 1)}
 
 
-def _each(dimension: Dimension, kind: str, sign: str = "positive") -> Any:
+def _each(dimension: Dimension, kind: str, sign: Sign = "positive") -> Any:
     """Return the validator of a list of quantities, or of a single one that stands for it."""
     check = quantity(dimension, sign=sign, kind=kind).func
 
