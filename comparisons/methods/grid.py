@@ -18,6 +18,7 @@ from comparisons.tasks.steps import Row, Step
 from comparisons.tasks.task import Task
 from reference.halfspace import Contact, FreeOperator, PeriodicOperator
 from reference.halfspace import areas as area_measures
+from reference.halfspace.contact_line import located_area
 from reference.halfspace.edge_cells import respond
 
 Operator = FreeOperator | PeriodicOperator
@@ -190,7 +191,7 @@ def contact_quantities(
         "penetration": contact.penetration,
         "force": contact.force,
         "contact_area_raw": float(area_measures.raw_area(mask, grid.spacing)),
-        "contact_area": float(area_measures.corrected_area(mask, grid.spacing, periodic=periodic)),
+        "contact_area": located_area(contact),
     }
     if isinstance(task.geometry, RoughGeometry):
         values["mean_gap"] = contact.mean_gap

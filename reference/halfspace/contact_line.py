@@ -1,0 +1,151 @@
+r"""Where contact ends inside a cell, and the contact area that follows: second order in the cell.
+
+Counting cells finds an area to first order: each cell at the rim counts whole or not at all. But
+the solution knows where inside the cell contact ends. At a distance t inside a smooth contact line
+the pressure is C sqrt(t), at a distance t outside the gap is (4/3) (C/E*) t^(3/2) (K. L. Johnson,
+Contact Mechanics, 1985, ch. 4 and 5, Hertz; any smooth line is alike from near). Along a grid line
+that crosses the rim at an angle to its normal, between the centre of the last cell in contact and
+that of the first one free, h apart, the ratio of the two
+
+    rho = gap E*/(p h) = (4/3) cos (1 - s)^(3/2) / s^(1/2)
+
+gives the place s h of the line beyond the last centre: C is gone. With pressures uniform on cells,
+and conditions at their centres, the ratio is a little different, which
+
+    (1 - s)^(3/2) / (s + 0.151) = 0.734 rho cos^(-0.82)
+
+describes to 0.02 cells (rms) for Love's cells and for both periodic kernels: fitted to Hertz
+contacts of 12 to 40 cells radius at any offset from the grid. A cell in contact may so have its
+centre up to 0.15 cells outside.
+
+Shifting the rim from cell edges to that place, over an outline with its curvature, changes the area
+by a sum over the crossings and a constant for each closed outline, 0.41 h^2 (Hertz contacts of 1 to
+12 cells radius), outlines of holes counting negative: by the theorem of Gauss and Bonnet the
+curvature along an outline adds up to 2 pi whatever its shape. The errors left, mean and scatter, of
+Hertz contacts anywhere on the grid: 3 cells radius 0.0 +- 0.6 %, 8 cells 0.03 +- 0.12 %, 20 cells
+0.02 +- 0.03 %; counted, corrected for the perimeter -1.8 +- 3.8, -0.8 +- 0.9, -0.4 +- 0.2 %.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import ndimage
+
+from reference.halfspace.solution import Contact
+
+Field = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+# (1 - s)^(3/2) / (s + BEYOND) = RATIO rho cos^(-ANGLE); area per closed outline in cells
+RATIO, BEYOND, ANGLE = 0.734, 0.151, 0.82
+OUTLINE = 0.41
+# Grid lines that graze the rim say little of where it is: they count with the square of the cosine,
+# and the law is not used beyond this angle.
+_LEAST_COSINE = 0.3
+# Spots of single cells, whose size no grid can see, count at least so much of their cells.
+_LEAST_SHARE = 0.1
+
+
+def located_area(contact: Contact) -> float:
+    """Return the area inside the contact line, located inside the cells.
+
+    Second order on smooth surfaces. Where the material ends, contact ends between two cells; so it
+    does on the rim of a free patch. Without adhesion only: the pressure must vanish at the line.
+
+    Parameters
+    ----------
+    contact : Contact
+        A solved contact of either solver.
+
+    Examples
+    --------
+    Hertz, pi a^2 with a = 6.3 cells, to a thousandth:
+
+    >>> from reference.halfspace import FreeOperator, fft
+    >>> x = np.arange(16) - 7.3
+    >>> K = FreeOperator((16, 16), (1.0, 1.0), 1.0)
+    >>> gap = (x[:, None] ** 2 + x**2) / 200
+    >>> hertz = fft.solve(K, gap, penetration=6.3**2 / 100)
+    >>> bool(abs(located_area(hertz) / (np.pi * 6.3**2) - 1) < 2e-3)
+    True
+    """
+    mask, periodic = contact.mask, contact.operator.periodic
+    cells = float(np.count_nonzero(mask))
+    if not mask.any() or mask.all():
+        return cells * contact.operator.cell_area
+    normals = _normals(mask, contact.operator.spacing, periodic)
+    shift, located, crossings = np.sum(
+        [_shift(contact, mask, normals, axis, side) for axis in (0, 1) for side in (1, -1)], axis=0
+    )
+    # what ends with the material or the patch is no outline of the law
+    outlines = euler_characteristic(mask, periodic) * located / max(crossings, 1)
+    area = max(cells + shift + OUTLINE * outlines, _LEAST_SHARE * cells)
+    return float(area) * contact.operator.cell_area
+
+
+def place(ratio: Field, cosine: Field | float = 1.0) -> Field:
+    """Return how far beyond the last centre contact ends, in cells, from rho and the angle.
+
+    >>> place(np.array([0.0, 0.9, 1e9])).round(2).tolist()
+    [1.0, 0.45, -0.15]
+    """
+    return np.interp(RATIO * ratio * np.asarray(cosine) ** -ANGLE, _VALUES, _PLACES)
+
+
+_PLACES = np.linspace(1.0, -BEYOND, 4001)[:-1]
+_VALUES = (1 - _PLACES) ** 1.5 / (_PLACES + BEYOND)
+
+
+def euler_characteristic(mask: Mask, periodic: bool) -> int:
+    """Return the number of patches (neighbours across edges) minus that of holes.
+
+    >>> ring = np.ones((3, 3), dtype=bool)
+    >>> ring[1, 1] = False
+    >>> euler_characteristic(np.pad(ring, 1), periodic=False)
+    0
+    """
+    if periodic:
+        mask = np.pad(mask, ((0, 1), (0, 1)), mode="wrap")
+    beside, above = mask[1:] & mask[:-1], mask[:, 1:] & mask[:, :-1]
+    squares = beside[:, 1:] & beside[:, :-1]
+    if periodic:  # what the seam repeats is counted once
+        mask, beside, above = mask[:-1, :-1], beside[:, :-1], above[:-1]
+    counts = [int(np.count_nonzero(part)) for part in (mask, beside, above, squares)]
+    return counts[0] - counts[1] - counts[2] + counts[3]
+
+
+def _normals(mask: Mask, spacing: tuple[float, float], periodic: bool) -> list[Field]:
+    """Return the gradient of the mask, smoothed across (Sobel): along the normal of the rim."""
+    mode = "wrap" if periodic else "nearest"
+    inside = mask.astype(float)
+    across = [ndimage.correlate1d(inside, [1.0, 2.0, 1.0], 1 - axis, mode=mode) for axis in (0, 1)]
+    return [
+        ndimage.correlate1d(across[axis], [-1.0, 0.0, 1.0], axis, mode=mode) / spacing[axis]
+        for axis in (0, 1)
+    ]
+
+
+def _shift(
+    contact: Contact, mask: Mask, normals: list[Field], axis: int, side: int
+) -> tuple[float, int, int]:
+    """Return the area, in cells, between cell edges and contact line on one side of all cells.
+
+    And of how many crossings of the rim it is, and how many there are in all.
+    """
+    operator = contact.operator
+    last = mask & ~np.roll(mask, -side, axis)
+    at_rim = 0
+    if not operator.periodic:
+        end = -1 if side > 0 else 0
+        at_rim = int(np.count_nonzero(mask.take(end, axis)))
+        last[(end, slice(None)) if axis == 0 else (slice(None), end)] = False
+    pressure = contact.pressure[last]
+    gap = np.maximum(np.roll(contact.gap, -side, axis)[last], 0.0)
+    steep = [part[last] + np.roll(part, -side, axis)[last] for part in normals]
+    square = steep[axis] ** 2 / np.maximum(steep[0] ** 2 + steep[1] ** 2, np.finfo(float).tiny)
+    scale = operator.effective_modulus / operator.spacing[axis]
+    open_there = np.isfinite(gap)
+    ratio, cosine = scale * gap / pressure, np.maximum(np.sqrt(square), _LEAST_COSINE)
+    shift = square * np.where(open_there, place(ratio, cosine) - 0.5, 0.0)
+    return float(shift.sum()), int(np.count_nonzero(open_there)), at_rim + len(gap)
