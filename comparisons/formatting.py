@@ -33,64 +33,11 @@ _PREFIXES = {
 
 
 @dataclass(frozen=True)
-class Quantity:
-    """How a column is called on axes and in tables."""
-
-    words: str
-    symbol: str
-    unit: str  # base SI: "m", "m2", "N", "N/m", "J", "Pa", "s", "B" or "" for a pure number
-
-
-QUANTITIES = {
-    "penetration": Quantity("penetration depth", "d", "m"),
-    "penetration_mean_plane": Quantity("penetration from the mean plane", "d_mean", "m"),
-    "force": Quantity("force", "F", "N"),
-    "contact_area": Quantity("contact area", "A", "m2"),
-    "contact_area_raw": Quantity("contact area, cells counted", "A_raw", "m2"),
-    "contact_radius": Quantity("contact radius", "a", "m"),
-    "equivalent_radius": Quantity("equivalent radius", "√(A/π)", "m"),
-    "stiffness": Quantity("contact stiffness", "k", "N/m"),
-    "mean_gap": Quantity("mean gap", "ū", "m"),
-    "contact_length": Quantity("contact length", "l", "m"),
-    "contact_length_stiffness": Quantity("contact length from stiffness", "k/E*", "m"),
-    "contact_count": Quantity("number of contacts", "n", ""),
-    "energy": Quantity("elastic energy", "U", "J"),
-    "tangential_force": Quantity("tangential force", "Fₓ", "N"),
-    "tangential_displacement": Quantity("tangential displacement", "uₓ", "m"),
-    "tangential_stiffness": Quantity("tangential stiffness", "kₓ", "N/m"),
-    "stick_area": Quantity("sticking area", "A_stick", "m2"),
-    "friction_coefficient": Quantity("coefficient of friction", "µ", ""),
-    "pull_off_force": Quantity("pull-off force", "F_off", "N"),
-    "restitution": Quantity("coefficient of restitution", "e", ""),
-    "contact_duration": Quantity("duration of contact", "T", "s"),
-    "time": Quantity("time", "t", "s"),
-    "speed": Quantity("sliding speed", "v", "m/s"),
-    "velocity": Quantity("velocity of impact", "v₀", "m/s"),
-    "step": Quantity("step of the path", "", ""),
-    "pressure": Quantity("contact pressure", "p", "Pa"),
-    "pressure_peak": Quantity("peak pressure", "p_max", "Pa"),
-    "pressure_same_grid": Quantity("pressure against FFT BEM on the same grid", "p", "Pa"),
-    "pressure_integral": Quantity("integrated pressure", "∫p dA", "N"),
-}
-
-
-@dataclass(frozen=True)
 class Scale:
     """A prefixed unit: ``value * factor`` is the number to print before `unit`."""
 
     factor: float
     unit: str
-
-
-def quantity(name: str) -> Quantity:
-    """Return words, symbol and unit of a column; unknown columns keep their name.
-
-    >>> quantity("force").unit
-    'N'
-    >>> quantity("local_stress_undefined_share").words
-    'local stress undefined share'
-    """
-    return QUANTITIES.get(name, Quantity(name.replace("_", " "), "", ""))
 
 
 def finite(value: object) -> TypeGuard[float]:
@@ -274,17 +221,6 @@ def memory(value: object) -> str:
     ('1.50\u202fGB', '512\u202fB')
     """
     return with_unit(value, "B")
-
-
-def axis_title(name: str, unit: str) -> str:
-    """Return "words symbol / unit" for an axis.
-
-    >>> axis_title("penetration", "µm")
-    'penetration depth d / µm'
-    """
-    known = quantity(name)
-    title = f"{known.words} {known.symbol}".strip()
-    return f"{title} / {unit}" if unit else title
 
 
 def _relative_parts(value: object, digits: int) -> tuple[str, str]:

@@ -8,17 +8,15 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from comparisons.facts.quantities import CURVES, FIELDS, counterpart, main_axis
 from comparisons.judging.levels import Levels, mean_curves, on_common_realisations
 from comparisons.judging.metrics import rms_and_maximum
 from comparisons.judging.pressures import TruePressure, pressure_measures
-from comparisons.judging.truth import OTHER_AXIS, Truth, choose_truth, main_axis
+from comparisons.judging.truth import Truth, choose_truth
 from comparisons.judging.uncertainty import combined, standard_error
 from comparisons.judging.verdicts import judged
-from comparisons.scene.scene import QUANTITIES
 from comparisons.solving.planning import Plan
 from comparisons.tasks.solution import Solution, Solved
-
-SCALARS = tuple(name for name in QUANTITIES if name != "pressure")
 
 
 @dataclass(frozen=True)
@@ -126,7 +124,7 @@ def _curve_rows(
     if truth is None:
         return rows
     asked = [n for n in plan.compared if truth.knows(n)]
-    for name in SCALARS:
+    for name in CURVES:
         if not truth.knows(name, curves):
             continue
         bar = truth.bar(name)
@@ -169,7 +167,7 @@ def _measure_rows(
     common["converged"] = bool(solution.converged.all())
     rows = []
     for name in plan.compared:
-        if name == "pressure":
+        if name in FIELDS:
             rows += [
                 {"quantity": each["quantity"], "at": "last load"}
                 | _measure(plan, np.array([each["error"]]), np.array([each["bar"]]))
@@ -189,7 +187,7 @@ def _compared_at(plan: Plan, name: str) -> tuple[str, ...]:
     """Return at which equal loads a quantity is compared: never at itself."""
     loads = plan.loads
     if loads.compares_itself:
-        return tuple(at for at in (loads.axis, OTHER_AXIS[loads.axis]) if at != name)
+        return tuple(at for at in (loads.axis, counterpart(loads.axis)) if at != name)
     return (loads.axis,)
 
 
@@ -214,7 +212,7 @@ def truth_bars(plan: Plan, truth: Truth) -> dict[str, dict[str, Any]]:
     """
     widest = {}
     for name in plan.compared:
-        if name == "pressure":
+        if name in FIELDS:
             true = TruePressure(plan, truth)
             bar = np.array([true.bar] if true.known else [])
         else:

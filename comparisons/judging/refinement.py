@@ -6,6 +6,7 @@ from collections.abc import Callable, Generator
 from dataclasses import replace
 
 from comparisons.facts.methods import growth
+from comparisons.facts.quantities import FIELDS
 from comparisons.judging.truth import Truth, choose_truth
 from comparisons.solving.planning import MethodPlan, Plan, refusal
 from comparisons.tasks.solution import Solved
@@ -53,7 +54,7 @@ def refinements(
     says so where they do not suffice. The generator is asked for more when all of the last plan
     is solved, so the refinements of many scenes can go on side by side.
     """
-    main = next((q for q in plan.compared if q != "pressure"), None)
+    main = next((q for q in plan.compared if q not in FIELDS), None)
     wanted = SHARE * plan.scene.compare.tolerance
     while main is not None:
         known = solved(plan)

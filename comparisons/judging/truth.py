@@ -8,6 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from comparisons.facts.methods import METHODS, leading
+from comparisons.facts.quantities import main_axis
 from comparisons.formatting import relative
 from comparisons.judging.levels import Levels, mean_curves
 from comparisons.judging.metrics import at_equal, relative_error, rms_and_maximum
@@ -16,8 +17,6 @@ from comparisons.tasks.solution import Solution, Solved
 
 # Closed forms are evaluated to some ten last digits.
 EXACT = 1e-12
-# The load that is compared at besides the prescribed one.
-OTHER_AXIS = {"penetration": "force", "force": "penetration", "mean_gap": "force"}
 # What the uncertainty of a truth consists of.
 GRID, SOLVER, TRUNCATION = "discretisation", "solver", "truncation"
 ENSEMBLE, ARITHMETIC = "realisations", "arithmetic"
@@ -25,14 +24,6 @@ ENSEMBLE, ARITHMETIC = "realisations", "arithmetic"
 LINES, SPRINGS = "realisations of the line", "discretisation of the line"
 Curves = dict[str, np.ndarray]
 Sources = dict[str, np.ndarray]
-
-
-def main_axis(axis: str, name: str) -> str:
-    """Return the load at which a quantity is compared: the prescribed one, or for it the other.
-
-    Along a path, in time or over speeds there is no other.
-    """
-    return OTHER_AXIS.get(axis, axis) if name == axis else axis
 
 
 @dataclass(frozen=True)
@@ -132,7 +123,7 @@ class Truth:
     def bar(self, name: str, at: str = "", *, same_surfaces: bool = False) -> np.ndarray:
         """Return the uncertainty of a quantity, all sources together.
 
-        By default at the load where the quantity is judged (`main_axis`).
+        By default at the load where the quantity is judged (`facts.quantities.main_axis`).
         """
         at = at or main_axis(self.axis, name)
         return combined(*self.bar_sources(name, at, same_surfaces=same_surfaces).values())

@@ -6,8 +6,7 @@ import traceback
 from collections.abc import Callable
 from typing import Any
 
-import numpy as np
-
+from comparisons.facts.quantities import derived
 from comparisons.geometry.bodies import BodyGeometry
 from comparisons.geometry.prepare import IndenterGeometry
 from comparisons.methods.decades import solve_in_spans
@@ -59,28 +58,9 @@ def _answer(solver: Solver[Any], task: Task) -> Solution:
         solution = solver.solve(task)
     except NO_ANSWER as error:
         return Solution.lost(task, error.reason)
-    _derive(solution, task)
+    # What the method has not computed itself.
+    solution.quantities.update(derived(solution.quantities, task.scene, is_round=_is_round(task)))
     return solution
-
-
-def _derive(solution: Solution, task: Task) -> None:
-    """Add the quantities that follow from others, where a solver has not computed them itself.
-
-    A = pi r^2 and r = (A/pi)^(1/2), whichever is missing; the contact radius of a round contact is
-    its equivalent radius; the length of contact that a stiffness tells is k/E*.
-    """
-    known = solution.quantities
-    if "equivalent_radius" in known:
-        known.setdefault("contact_area", np.pi * known["equivalent_radius"] ** 2)
-    if "contact_area" in known:
-        area = known["contact_area"]
-        known.setdefault("contact_area_raw", area.copy())
-        known.setdefault("equivalent_radius", np.sqrt(area / np.pi))
-        if _is_round(task):
-            known.setdefault("contact_radius", known["equivalent_radius"].copy())
-    if "stiffness" in known:
-        length = known["stiffness"] / task.scene.effective_modulus
-        known.setdefault("contact_length_stiffness", length)
 
 
 def _is_round(task: Task) -> bool:

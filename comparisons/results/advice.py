@@ -13,8 +13,9 @@ from typing import Any
 import numpy as np
 
 from comparisons.facts.methods import title_of
+from comparisons.facts.quantities import quantity
 from comparisons.files import plain
-from comparisons.formatting import duration, quantity, relative, tolerance
+from comparisons.formatting import duration, relative, tolerance
 from comparisons.judging.verdicts import NO_RESULT, NOT_RESOLVED, OUTSIDE, WITHIN, judged
 from comparisons.results import selection
 from comparisons.results.decisions import (

@@ -17,13 +17,13 @@ import pandas as pd
 
 from comparisons import formatting as fmt
 from comparisons.facts.methods import OWN, title_of
-from comparisons.judging.truth import main_axis
+from comparisons.facts.quantities import FIELDS, QUANTITIES, main_axis, quantity
 from comparisons.judging.verdicts import NO_RESULT, OUTSIDE, WITHIN, WORST_FIRST, word_for
 from comparisons.results import selection
 from comparisons.results.store import SceneRecord
 
 MODEL = "reduced"
-PRESSURE, LAST_LOAD = "pressure", "last load"
+LAST_LOAD = "last load"
 NAN = math.nan
 
 
@@ -81,13 +81,13 @@ class Verdict:
     @property
     def where(self) -> str:
         """That step and what was equal there: "load step 4, equal force"."""
-        equal = f"equal {fmt.quantity(self.at).words}" if self.at in fmt.QUANTITIES else ""
+        equal = f"equal {quantity(self.at).words}" if self.at in QUANTITIES else ""
         return ", ".join(filter(None, [self.when, equal]))
 
     @property
     def text(self) -> str:
         """Quantity, number and step, or why there is none: "force 2.3 ± 0.1 % at load step 4"."""
-        words = fmt.quantity(self.quantity).words
+        words = quantity(self.quantity).words
         if self.word == NO_RESULT:
             return f"{words}: {self.reason}"
         return f"{words} {self.number}" + (f" at {self.when}" if self.when else "")
@@ -115,7 +115,7 @@ def worst(items: Iterable[Verdict]) -> Verdict:
 
 def equal_at(record: SceneRecord, name: str) -> str:
     """Return what is equal where a quantity is judged."""
-    return LAST_LOAD if name == PRESSURE else main_axis(record.along, name)
+    return LAST_LOAD if name in FIELDS else main_axis(record.along, name)
 
 
 def unanswered(record: SceneRecord) -> dict[str, str]:
@@ -308,7 +308,7 @@ def _why_missing(record: SceneRecord, name: str, method: str) -> str:
     solved = selection.solved_rows(record, method)
     gives = np.isfinite(selection.column(solved, name)).any()
     lost = [item.reason for item in selection.failures(record) if item.method == method]
-    if lost and (gives or solved.empty or name == PRESSURE):
+    if lost and (gives or solved.empty or name in FIELDS):
         return lost[0]
     if gives:
         return f"no value of the {title} lies within the truth's range of {equal_at(record, name)}"

@@ -12,6 +12,7 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationInfo, model_validator
 
+from comparisons.facts.quantities import NORMAL, TANGENTIAL
 from comparisons.scene.fields import fail, shown, told
 from comparisons.scene.units import FORCE, LENGTH, NUMBER, TIME, Dimension, to_si
 
@@ -25,8 +26,6 @@ Control = Literal[
     "speed",
     "velocity",
 ]
-NORMAL = ("penetration", "force", "mean_gap")
-TANGENTIAL = ("tangential_force", "tangential_displacement")
 RELATIVE_FORCE = "E* A0 h'"
 MOST_STEPS = 10_000
 # What validation is told about a scene: its normal loads are a path, in the order given.

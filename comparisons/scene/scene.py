@@ -24,6 +24,7 @@ from pydantic import (
 )
 
 from comparisons.errors import InputError
+from comparisons.facts.quantities import ASKED, DEFAULT
 from comparisons.files import plain
 from comparisons.scene import body as body_table
 from comparisons.scene.body import Body
@@ -43,14 +44,6 @@ from comparisons.scene.shapes import AnyIndenter
 from comparisons.scene.surface import Surface
 from comparisons.scene.toml_files import parse_toml, read_toml
 
-QUANTITIES = (
-    *("force", "penetration", "penetration_mean_plane", "contact_area", "contact_area_raw"),
-    *("contact_radius", "equivalent_radius", "stiffness", "mean_gap", "contact_length"),
-    *("contact_length_stiffness", "contact_count", "pressure", "energy"),
-    *("tangential_force", "tangential_displacement", "tangential_stiffness", "stick_area"),
-    *("friction_coefficient", "pull_off_force", "restitution", "contact_duration"),
-)
-DEFAULT_QUANTITIES = ("force", "penetration", "contact_area")
 MOST_PROBLEMS = 50
 # Moduli that a user rounds in two tables are the same if they agree so well.
 SAME_MODULUS = 1e-3
@@ -78,7 +71,7 @@ class _Table(BaseModel):
 class Compare(_Table):
     """What is compared, how well, and by which methods."""
 
-    quantities: tuple[Literal[QUANTITIES], ...] = DEFAULT_QUANTITIES  # type: ignore[valid-type]
+    quantities: tuple[Literal[ASKED], ...] = DEFAULT  # type: ignore[valid-type]
     tolerance: Positive = 0.01
     resolutions: tuple[Annotated[int, Field(strict=True, ge=1, le=2**20)], ...] | None = None
     methods: tuple[KnownMethod, ...] | None = None

@@ -21,6 +21,7 @@ from markupsafe import Markup
 from plotly.offline import get_plotlyjs
 
 from comparisons import formatting as fmt
+from comparisons.facts.quantities import quantity
 from comparisons.files import plain
 from reports.pages import glossary
 from reports.plots.figure import Figure
@@ -131,6 +132,7 @@ def environment() -> Environment:
     )
     found.globals |= {
         "fmt": fmt,
+        "quantity": quantity,
         "look": look,
         "tone": tone,
         "term": _term,

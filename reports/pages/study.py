@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from comparisons import formatting as fmt
+from comparisons.facts.quantities import QUANTITIES
 from comparisons.files import write_text
 from comparisons.judging.verdicts import NO_RESULT, NOT_RESOLVED, OUTSIDE, WITHIN
 from comparisons.results import selection
@@ -121,7 +121,7 @@ def _shown_quantities(views: list[SceneView]) -> list[str]:
         for figure in group
         for name in figure.quantity.split()
     }
-    known = [name for name in fmt.QUANTITIES if name in names]
+    known = [name for name in QUANTITIES if name in names]
     return known + sorted(names.difference(known))
 
 
@@ -193,7 +193,7 @@ def _spent(scene: SceneRecord) -> float:
 def _columns(views: list[SceneView]) -> list[str]:
     """Return the compared quantities of all scenes, known ones first and in their usual order."""
     found = list(dict.fromkeys(name for view in views for name in view.verdicts))
-    known = [name for name in fmt.QUANTITIES if name in found]
+    known = [name for name in QUANTITIES if name in found]
     return known + [name for name in found if name not in known]
 
 

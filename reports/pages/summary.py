@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from comparisons import formatting as fmt
+from comparisons.facts.quantities import quantity
 from comparisons.results import selection
 from comparisons.results.advice import Advice, Setting, truth_known_to
 from comparisons.results.decisions import Verdict, worst
@@ -71,7 +72,7 @@ def times_to_errors(scene: SceneRecord, advice: Advice) -> Table:
         for name in selection.methods(scene)
         if name in known
     )
-    quantities = ", ".join(fmt.quantity(name).words for name in advice.quantities)
+    quantities = ", ".join(quantity(name).words for name in advice.quantities)
     note = (
         "The measured time of the cheapest setting that was run and holds the value in all of "
         f"{quantities}: |e| + u at every load step, its own and those of all finer settings of the "

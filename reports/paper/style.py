@@ -12,8 +12,8 @@ from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from comparisons import formatting as fmt
 from comparisons.errors import InputError
+from comparisons.facts.quantities import quantity
 from reports.plots.style import INK, MUTED, PEER, TRUTH
 
 try:
@@ -124,7 +124,7 @@ def axis_label(name: str, unit: str) -> str:
     >>> axis_label("restitution", "")
     'coefficient of restitution $e$'
     """
-    known = fmt.quantity(name)
+    known = quantity(name)
     symbol = _SYMBOLS.get(known.symbol, known.symbol)
     if "_" in symbol and not symbol.startswith("\\") and symbol not in _SYMBOLS.values():
         base, _, below = symbol.partition("_")

@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterable, Sequence
 import numpy as np
 
 from comparisons import formatting as fmt
+from comparisons.facts.quantities import quantity
 from reports.plots.figure import Axis, Level
 
 HALF_DECADE = 10**0.5
@@ -23,7 +24,7 @@ def value_axis(
     `edges` are those of bands, which widen a logarithmic axis by half a decade at most: a bar that
     nearly reaches zero would take all of it.
     """
-    scale = fmt.prefix_for(values, fmt.quantity(name).unit)
+    scale = fmt.prefix_for(values, quantity(name).unit)
     known = values[np.isfinite(values) & (values > 0)]
     if not log or not len(known):
         return Axis(quantity=name, scale=scale)

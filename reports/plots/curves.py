@@ -14,11 +14,11 @@ import pandas as pd
 
 from comparisons import formatting as fmt
 from comparisons.facts.methods import METHODS
+from comparisons.facts.quantities import NORMAL, quantity
 from comparisons.judging.metrics import sizes_along_path
 from comparisons.questions.single import SingleResult
 from comparisons.results import selection
 from comparisons.results.store import SceneRecord
-from comparisons.scene.loading import NORMAL
 from reports.plots.axes import value_axis, wants_log
 from reports.plots.figure import Band, Figure, Series
 from reports.plots.style import drawing_order, look
@@ -75,7 +75,7 @@ def curve(scene: SceneRecord, across: str, up: str) -> Figure | None:
     log = wants_log(loads) and not scene.is_path
     # Load curves are near power laws; what is drawn over speeds need not be.
     upright = log and (scene.control in NORMAL or wants_log(y, SPREAD))
-    title = f"{fmt.quantity(up).words} against {fmt.quantity(across).words}"
+    title = f"{quantity(up).words} against {quantity(across).words}"
     return Figure(
         f"curve-{up}",
         title[0].upper() + title[1:],

@@ -9,9 +9,9 @@ import numpy as np
 import pandas as pd
 
 from comparisons import formatting as fmt
+from comparisons.facts.quantities import NORMAL, quantity
 from comparisons.results import selection
 from comparisons.results.store import SceneRecord
-from comparisons.scene.loading import NORMAL
 from reports.plots.axes import asked, error_axis, error_range, value_axis, wants_log
 from reports.plots.curves import TRUTH_BAR
 from reports.plots.figure import Band, Figure, Series
@@ -41,12 +41,12 @@ def error_figure(scene: SceneRecord, name: str) -> Figure | None:
     log = wants_log(loads) and not scene.is_path
     axes = (
         value_axis(scene.along, loads, log),
-        error_axis(low, high, "relative error", fmt.quantity(name).words),
+        error_axis(low, high, "relative error", quantity(name).words),
     )
     series = [_series(scene, method, rows, name, low) for method, rows in tables.items()]
     return Figure(
         f"error-{name}",
-        f"Error of {fmt.quantity(name).words} at equal {_equal(scene, name)}",
+        f"Error of {quantity(name).words} at equal {_equal(scene, name)}",
         f"{CAPTION} {PATH_CAPTION}" if scene.is_path else CAPTION,
         *axes,
         (*series, *_lost_steps(scene, high)),
@@ -60,7 +60,7 @@ def _equal(scene: SceneRecord, name: str) -> str:
     equal = scene.along
     if equal in NORMAL:
         equal = {"force": "penetration", "penetration": "force"}.get(name, equal)
-    return fmt.quantity(equal).words
+    return quantity(equal).words
 
 
 def _tables(scene: SceneRecord, name: str) -> dict[str, pd.DataFrame]:
@@ -94,7 +94,7 @@ def _floor(
 
 def _series(scene: SceneRecord, method: str, rows: pd.DataFrame, name: str, low: float) -> Series:
     own, error = look(method), selection.column(rows, f"error_{name}")
-    loads, unit = selection.compared_along(scene, rows), fmt.quantity(scene.along).unit
+    loads, unit = selection.compared_along(scene, rows), quantity(scene.along).unit
     level = fmt.number(selection.column(rows, "resolution")[0], 6)
     texts = (
         f"{own.label}, N = {level}\n{fmt.with_unit(load, unit)}\nerror {fmt.relative(value)}"

@@ -11,6 +11,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from comparisons import formatting as fmt
+from comparisons.facts.quantities import quantity
 from reports.plots.style import INK, MUTED, SOLID, TRUTH, Dash, Look
 
 NO_SCALE = fmt.Scale(1.0, "")
@@ -51,7 +52,7 @@ class Axis:
     def words(self) -> str:
         """The title as plain text, with symbol and unit."""
         if self.quantity:
-            return fmt.axis_title(self.quantity, self.scale.unit)
+            return quantity(self.quantity).title(self.scale.unit)
         words = f"{self.title} {self.symbol}".strip()
         return f"{words} / {self.scale.unit}" if self.scale.unit else words
 

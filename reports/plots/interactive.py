@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from comparisons import formatting as fmt
+from comparisons.facts.quantities import quantity
 from reports.plots.figure import Axis, Band, Figure, Guide, Level, Map, Series, Stretch
 
 LARGEST_CODE = 2**16 - 1
@@ -221,7 +222,7 @@ def _title(axis: Axis) -> str:
     >>> _title(Axis(quantity="pull_off_force", scale=fmt.Scale(1e3, "mN")))
     'pull-off force F<sub>off</sub> / mN'
     """
-    title, symbol = inert(axis.words), fmt.quantity(axis.quantity).symbol
+    title, symbol = inert(axis.words), quantity(axis.quantity).symbol
     return title.replace(symbol, re.sub(r"_(\w+)", r"<sub>\1</sub>", symbol)) if symbol else title
 
 

@@ -7,9 +7,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from comparisons import formatting as fmt
+from comparisons.facts.quantities import NORMAL, quantity
 from comparisons.results import selection
 from comparisons.results.store import SceneRecord
-from comparisons.scene.loading import NORMAL
 from comparisons.tasks.shown_loads import shown_steps
 
 
@@ -26,7 +26,7 @@ NO_LOADS = Loads((), ())
 
 def loads_of(scene: SceneRecord) -> Loads:
     """Return the loads of the slider; none for a single load, a path, or over speeds."""
-    if scene.control not in (*NORMAL, "mean_gap") or scene.is_path:
+    if scene.control not in NORMAL or scene.is_path:
         return NO_LOADS
     rows = selection.solved(scene)
     steps = selection.column(rows, "step")
@@ -37,7 +37,7 @@ def loads_of(scene: SceneRecord) -> Loads:
     if len(chosen) < 2:
         return NO_LOADS
     values = selection.column(rows, scene.control)
-    known = fmt.quantity(scene.control)
+    known = quantity(scene.control)
     labels = []
     for step in chosen:
         here = values[(steps == step) & np.isfinite(values)]

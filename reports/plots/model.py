@@ -8,9 +8,9 @@ from itertools import pairwise
 import numpy as np
 
 from comparisons import formatting as fmt
+from comparisons.facts.quantities import NORMAL
 from comparisons.results import selection
 from comparisons.results.store import SceneRecord
-from comparisons.scene.loading import NORMAL
 from reports.plots.figure import Axis, Band, Figure, Level, Series
 from reports.plots.loads import Loads, loads_of
 from reports.plots.style import CONTACT, DASHED, INK, MUTED, Look

@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 
 from comparisons import formatting as fmt
+from comparisons.facts.quantities import QUANTITIES, quantity
 from comparisons.results import selection
 from comparisons.results.decisions import equal_at
 from comparisons.results.store import SceneRecord
@@ -74,14 +75,14 @@ def _figure(scene: SceneRecord, points: pd.DataFrame, name: str, at: str) -> Fig
     series = [*_reference_mark(scene, span, bar, low), front]
     for method in drawing_order(dict.fromkeys(points["method"])):
         series += _method_series(method, points[points["method"] == method], low)
-    equal = f" at equal {fmt.quantity(at).words}" if at in fmt.QUANTITIES else ""
+    equal = f" at equal {quantity(at).words}" if at in QUANTITIES else ""
     floor = Band(np.array(span), np.full(2, low), np.full(2, bar), label=TRUTH_BAR)
     return Figure(
         f"speed-{name}",
-        f"Error of {fmt.quantity(name).words}{equal}",
+        f"Error of {quantity(name).words}{equal}",
         CAPTION,
         time_axis("time for the whole scene", span),
-        error_axis(low, high, "largest error", fmt.quantity(name).words),
+        error_axis(low, high, "largest error", quantity(name).words),
         (*series, *_failures(scene, span, high)),
         (floor,) if bar > low else (),
         (asked(scene.tolerance),),

@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from dataclasses import replace
 
 from comparisons import formatting as fmt
+from comparisons.facts.quantities import quantity
 from comparisons.judging.verdicts import NO_RESULT
 from comparisons.results import selection
 from comparisons.results.advice import Advice, advise
@@ -28,7 +29,7 @@ def verdict_table(scenes: Iterable[SceneRecord], method: str, *, reasons: bool =
         best = "" if cheapest is None else cheapest.text
         for index, each in enumerate(verdicts(scene, method)):
             first = index == 0
-            words = fmt.quantity(each.quantity).words
+            words = quantity(each.quantity).words
             judged = cells.verdict(each.word, said=_said(each, reasons))
             sides = (scene.name, best) if first else ("", "")
             rows.append((sides[0], words, _error(each), each.when, judged, sides[1]))
@@ -85,7 +86,7 @@ def _method_rows(scene: SceneRecord, method: str) -> list[tuple[Cell | str, ...]
     rows: list[tuple[Cell | str, ...]] = []
     for index, each in enumerate(found):
         setting = (label, cells.count(each.resolution), time) if index == 0 else ("", "", "")
-        what = f"{fmt.quantity(each.quantity).words} ({each.where})"
+        what = f"{quantity(each.quantity).words} ({each.where})"
         rows.append((*setting, what, _error(each), cells.verdict(each.word)))
     return rows
 

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 
 from comparisons import formatting as fmt
-from comparisons.judging.truth import OTHER_AXIS
+from comparisons.facts.quantities import counterpart, quantity
 from comparisons.results import selection
 from comparisons.results.decisions import equal_at
 from comparisons.results.store import SceneRecord
@@ -46,11 +46,11 @@ def printed_settings(scene: SceneRecord) -> Table:
 
 def _held(scene: SceneRecord) -> str:
     """Return at which equal loads the quantities of a table are compared."""
-    held = f" at equal {fmt.quantity(scene.along).words}"
-    if scene.along not in OTHER_AXIS or scene.along not in scene.quantities:
+    held = f" at equal {quantity(scene.along).words}"
+    if not counterpart(scene.along) or scene.along not in scene.quantities:
         return held
-    other = fmt.quantity(OTHER_AXIS[scene.along]).words
-    return f"{held} ({fmt.quantity(scene.along).words} itself at equal {other})"
+    other = quantity(counterpart(scene.along)).words
+    return f"{held} ({quantity(scene.along).words} itself at equal {other})"
 
 
 def _settings(scene: SceneRecord, measures: pd.DataFrame, pairs: list[tuple[str, str]]) -> Table:
@@ -59,8 +59,8 @@ def _settings(scene: SceneRecord, measures: pd.DataFrame, pairs: list[tuple[str,
     heads += [Head("time", csv="time / s"), Head("set-up", "set-up", "set-up / s")]
     heads += [Head("memory", csv="memory / B"), Head("outcome")]
     for name, at in pairs:
-        words = fmt.quantity(name).words
-        suffix = f", equal {fmt.quantity(at).words}" if names.count(name) > 1 else ""
+        words = quantity(name).words
+        suffix = f", equal {quantity(at).words}" if names.count(name) > 1 else ""
         heads.append(Head(f"error of {words}{suffix}", "uncertainty", short=words))
     rows = (_setting_row(scene, *each, measures, pairs) for each in _all_settings(scene))
     return Table(tuple(heads), tuple(rows))
@@ -203,12 +203,11 @@ def load_steps(scene: SceneRecord) -> Table:
         if np.isfinite(selection.column(rows, f"error_{name}")).any()
     ]
     scales = {
-        name: fmt.prefix_for(selection.column(rows, name), fmt.quantity(name).unit)
-        for name in names
+        name: fmt.prefix_for(selection.column(rows, name), quantity(name).unit) for name in names
     }
     heads = [Head("method"), Head("N", "resolution"), Head("step")]
-    heads += [Head(fmt.axis_title(name, scales[name].unit)) for name in names]
-    heads += [Head(f"error of {fmt.quantity(name).words}") for name in errors]
+    heads += [Head(quantity(name).title(scales[name].unit)) for name in names]
+    heads += [Head(f"error of {quantity(name).words}") for name in errors]
     heads += [Head("iterations")]
     note = f"The first {MOST_ROWS} of {total} rows; " if total > MOST_ROWS else ""
     note += "all rows, realisations and columns are in results.csv."

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from comparisons import formatting as fmt
+from comparisons.facts.quantities import quantity
 from comparisons.questions.single import SingleResult
 from reports.tables import cells
 from reports.tables.table import Table, table
@@ -19,8 +20,8 @@ def shown(result: SingleResult) -> list[str]:
 def load_steps(result: SingleResult, digits: int = 4) -> Table:
     """Return one row per load step, each quantity in one unit."""
     columns = {name: result.columns()[name] for name in shown(result)}
-    scales = {name: fmt.prefix_for(v, fmt.quantity(name).unit) for name, v in columns.items()}
-    heads = [fmt.axis_title(name, scale.unit) for name, scale in scales.items()]
+    scales = {name: fmt.prefix_for(v, quantity(name).unit) for name, v in columns.items()}
+    heads = [quantity(name).title(scale.unit) for name, scale in scales.items()]
     rows = zip(
         *(
             [cells.number(fmt.number(v * scales[name].factor, digits), float(v)) for v in values]

@@ -95,11 +95,9 @@ def test_durations_change_from_digits_to_minutes_and_hours():
     assert f.duration(None) == "–"
 
 
-def test_counts_and_unknown_columns():
+def test_counts_stand_in_groups_of_three():
     assert f.count(2097152) == f"2{T}097{T}152"
     assert f.count(math.nan) == "–"
-    assert f.axis_title("force", "mN") == "force F / mN"
-    assert f.axis_title("angle_of_repose", "") == "angle of repose"
 
 
 @given(st.floats(min_value=-1e300, max_value=1e300, allow_subnormal=False))

@@ -22,13 +22,14 @@ import numpy as np
 
 from comparisons.errors import InputError
 from comparisons.facts.methods import GROUP, OWN, Method
+from comparisons.facts.quantities import ASKED
 from comparisons.geometry.prepare import Geometry
 from comparisons.isolation import parent
 from comparisons.methods import registry
 from comparisons.methods.solver import Refused, Solver
 from comparisons.reasons import one_line
 from comparisons.scene.physics import PHYSICS
-from comparisons.scene.scene import QUANTITIES, Scene
+from comparisons.scene.scene import Scene
 from comparisons.tasks.archive import solution_of
 from comparisons.tasks.solution import Solution
 from comparisons.tasks.task import Task
@@ -367,7 +368,7 @@ def _checked_solution(answer: dict[str, Any], task: Task) -> Solution:
     solution = solution_of(arrays)
     shape = (len(task.realisations), len(task.loads.values))
     for name, values in solution.quantities.items():
-        if name not in QUANTITIES:
+        if name not in ASKED:
             raise ValueError(f"unknown quantity {_text(name)!r}")
         if values.shape != shape or values.dtype.kind not in "iuf":
             raise ValueError(f"{name} has shape {values.shape} of {values.dtype}, not {shape}")

@@ -24,20 +24,22 @@ from pydantic import (
 
 from comparisons.errors import InputError
 from comparisons.facts.methods import METHODS
+from comparisons.facts.quantities import ASKED, FIELDS
 from comparisons.questions.claims.headlines import builtin_claims, chapter_order
 from comparisons.questions.experiments import EXPERIMENTS
 from comparisons.scene.fields import Finite, KnownMethod, Positive, fail
 from comparisons.scene.problems import readable
-from comparisons.scene.scene import QUANTITIES, load_scene
+from comparisons.scene.scene import load_scene
 from comparisons.scene.toml_files import read_toml
 from comparisons.scene.units import number_and_unit
 
 HOLDS, FAILS = "holds", "fails"
 IN_A_RANGE, NOT_RESOLVED = "holds in a range", "not resolved"
 VERDICTS = (HOLDS, FAILS, IN_A_RANGE, NOT_RESOLVED)
-# Beside the quantities of scenes: what the equivalent diameter says about the contact area when
-# the true stiffness is known, and the two scalars that a pressure field is judged by.
-DERIVED = ("area_from_stiffness", "pressure_integral", "pressure_peak")
+# What the equivalent diameter says about the contact area when the true stiffness is known.
+AREA_FROM_STIFFNESS = "area_from_stiffness"
+# What a claim may be about: what a scene may ask for, and what follows from it.
+CLAIMED = tuple(dict.fromkeys((*ASKED, *FIELDS, AREA_FROM_STIFFNESS)))
 MEASURES = ("maximum", "rms", "last")
 RESOLUTION = "resolution"
 MOST_STEPS = 200
@@ -157,9 +159,9 @@ class Claim(_Table):
     @field_validator("quantity")
     @classmethod
     def _known(cls, value: tuple[str, ...]) -> tuple[str, ...]:
-        unknown = [name for name in value if name not in (*QUANTITIES, *DERIVED)]
+        unknown = [name for name in value if name not in CLAIMED]
         if unknown:
-            raise fail(f"expected quantities among {', '.join((*QUANTITIES, *DERIVED))}", unknown)
+            raise fail(f"expected quantities among {', '.join(CLAIMED)}", unknown)
         return value
 
     @property
@@ -298,8 +300,7 @@ def overrides(claim: Claim, number: float | None) -> dict[str, Any]:
     changed = dict(claim.changes)
     if claim.vary is not None and number is not None:
         changed |= {key: claim.vary.value(number) for key in claim.vary.path if key != RESOLUTION}
-    asked = {"area_from_stiffness": "stiffness"}
-    scalar = [asked.get(q, q.split("_")[0] if q in DERIVED else q) for q in claim.quantity]
-    changed["compare.quantities"] = list(dict.fromkeys(scalar))
+    asked = {AREA_FROM_STIFFNESS: "stiffness"} | dict.fromkeys(FIELDS, "pressure")
+    changed["compare.quantities"] = list(dict.fromkeys(asked.get(q, q) for q in claim.quantity))
     changed["compare.tolerance"] = min(claim.tolerance, 0.5)
     return changed

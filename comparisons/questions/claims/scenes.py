@@ -11,17 +11,18 @@ import numpy as np
 
 from comparisons.errors import InputError
 from comparisons.facts.methods import METHODS
+from comparisons.facts.quantities import FIELDS, main_axis
 from comparisons.geometry.prepare import IndenterGeometry
 from comparisons.judging.levels import Levels, mean_curves
 from comparisons.judging.metrics import rms_and_maximum
 from comparisons.judging.pressures import pressure_measures
 from comparisons.judging.refinement import SHARE, refined
-from comparisons.judging.truth import Truth, choose_truth, main_axis
+from comparisons.judging.truth import Truth, choose_truth
 from comparisons.judging.uncertainty import combined
 from comparisons.judging.verdicts import OUTSIDE, WORST_FIRST, judged
 from comparisons.methods.registry import solver_for
 from comparisons.methods.solver import Refusal
-from comparisons.questions.claims.claim import RESOLUTION, Claim, overrides
+from comparisons.questions.claims.claim import AREA_FROM_STIFFNESS, RESOLUTION, Claim, overrides
 from comparisons.questions.experiments import Measurement
 from comparisons.questions.experiments.base import Effort
 from comparisons.scene.scene import load_scene
@@ -36,7 +37,6 @@ DISPUTE = "references disagree by"
 # What references aim at that only check a closed form.
 CHECKING = 0.01
 MOST_SPRINGS = 20_000
-PRESSURES = ("pressure", "pressure_integral", "pressure_peak")
 # Signed error, bar and details of one quantity.
 Measured = tuple[float, float, dict[str, float | str]]
 
@@ -172,11 +172,11 @@ def _refine_judged(claim: Claim, plan: Plan, solved: Solved, solve: Callable[[Pl
 
 def _measured(claim: Claim, plan: Plan, solved: Solved, truth: Truth, name: str) -> Measured:
     """Return signed error, bar and details of one quantity, at the judged method's finest level."""
-    if name == "area_from_stiffness":
+    if name == AREA_FROM_STIFFNESS:
         return _area_from_stiffness(claim, plan, truth)
     levels = Levels.of(solved, claim.method)
     assert levels.finest is not None
-    if name in PRESSURES:
+    if name in FIELDS:
         return _pressure(claim, plan, solved, levels.finest, truth, name)
     at = claim.at or main_axis(truth.axis, name)
     curves = mean_curves(levels.solutions[levels.finest])
@@ -211,7 +211,7 @@ def _area_from_stiffness(claim: Claim, plan: Plan, truth: Truth) -> Measured:
     }
     if not flat:  # the area of a face is known
         parts["area"] = truth.bar("contact_area")
-    return interval(claim, "area_from_stiffness", errors, parts)
+    return interval(claim, AREA_FROM_STIFFNESS, errors, parts)
 
 
 def interval(

@@ -5,20 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from comparisons.scene.loading import NORMAL, TANGENTIAL
+from comparisons.facts.quantities import DEFAULT, NORMAL, TANGENTIAL, quantity
 from comparisons.scene.physics.tables import PHYSICS
 
-# Quantities that only a scene with one of these tables has.
-NEEDS = {
-    "tangential_force": ("friction", "sliding"),
-    "tangential_displacement": ("friction",),
-    "tangential_stiffness": ("friction",),
-    "stick_area": ("friction",),
-    "friction_coefficient": ("friction", "sliding"),
-    "pull_off_force": ("adhesion",),
-    "restitution": ("dynamics",),
-    "contact_duration": ("dynamics",),
-}
 # What is compared where a scene does not say, by the table that its load axis comes from.
 _DEFAULTS = {
     "friction": ("tangential_force", "tangential_displacement"),
@@ -58,7 +47,7 @@ def with_defaults(data: dict[str, Any]) -> dict[str, Any]:
         return data
     own = next((_DEFAULTS[name] for name in tables if name in _DEFAULTS), None)
     if own is None:
-        own = ("force", "penetration", "contact_area")
+        own = DEFAULT
         own += ("pull_off_force",) if "adhesion" in tables else ()
     loading = data.get("loading")
     in_time = isinstance(loading, dict) and "time" in loading
@@ -79,7 +68,7 @@ def combination_problems(data: Mapping[str, Any]) -> Iterator[str]:
     compare = data.get("compare")
     asked = compare.get("quantities") if isinstance(compare, dict) else None
     for name in asked if isinstance(asked, (list, tuple)) else ():
-        needed = NEEDS.get(name, ()) if isinstance(name, str) else ()
+        needed = quantity(name).physics if isinstance(name, str) else ()
         if needed and not set(needed) & set(tables):
             yield f"compare.quantities: {name}: expected {_either(needed)} in the scene"
 

@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
-from comparisons.formatting import given, quantity
+from comparisons.facts.quantities import quantity
+from comparisons.formatting import given
 from comparisons.scene.physics.loads import Loads
 
 if TYPE_CHECKING:

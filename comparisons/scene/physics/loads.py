@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from comparisons.scene.loading import NORMAL, Control
+from comparisons.facts.quantities import NORMAL
+from comparisons.scene.loading import Control
 
 if TYPE_CHECKING:
     from comparisons.scene.scene import Scene

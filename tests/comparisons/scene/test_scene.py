@@ -185,7 +185,7 @@ def test_all_problems_of_a_file_come_at_once():
         ({"loading": {}}, "exactly one of penetration, force and mean_gap, got none"),
         (
             {"loading": {"penetration": 1e-3, "force": 1}},
-            "exactly one of penetration, force and mean_gap, got penetration and force",
+            "exactly one of penetration, force and mean_gap, got force and penetration",
         ),
         ({"loading": {"mean_gap": 1e-3}}, "loading.mean_gap: expected a [surface]"),
         (

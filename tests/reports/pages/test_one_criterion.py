@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from comparisons import formatting as fmt
+from comparisons.facts.quantities import quantity
 from comparisons.judging.verdicts import judge
 from comparisons.results import selection
 from comparisons.results.advice import advise
@@ -99,11 +100,11 @@ def assert_one_voice(scene, folder, capsys):
             assert row[3] == "no result"
             continue
         asked = fmt.tolerance(scene.tolerance)
-        quantity = fmt.quantity(item.quantity).words
-        assert words(f"{quantity} {item.number} {item.when} {item.word} {asked}") in run
+        what = quantity(item.quantity).words
+        assert words(f"{what} {item.number} {item.when} {item.word} {asked}") in run
         assert words(f"{item.word} {item.number}") in page
         number = error_with_bar(item.error, item.uncertainty)
-        assert row[1:4] == (quantity, number, f"{item.word} {asked}")
+        assert row[1:4] == (what, number, f"{item.word} {asked}")
         finest = [row for row in rows_of(printed_settings(scene)) if row[0] == "reduced model"][-1]
         assert number in finest
     assert_times_were_measured(scene, advice)

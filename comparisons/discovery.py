@@ -1,0 +1,19 @@
+"""Rooms whose files add themselves: whoever drops a file into one has added what is in it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from importlib import import_module
+from pkgutil import iter_modules
+from types import ModuleType
+
+
+def files_of(room: ModuleType) -> Iterator[ModuleType]:
+    """Yield the modules of a package, in alphabetical order.
+
+    >>> import comparisons.facts as room
+    >>> [module.__name__ for module in files_of(room)]
+    ['comparisons.facts.methods', 'comparisons.facts.quantities']
+    """
+    for name in sorted(module.name for module in iter_modules(room.__path__)):
+        yield import_module(f"{room.__name__}.{name}")

@@ -1,0 +1,96 @@
+"""One row per quantity, a file for each family: what everything else knows of it is read here.
+
+Adding a file with `ROWS` adds its quantities: scenes may ask for them, they are derived, compared
+and reported. Those of every scene come first.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Iterator
+
+import numpy as np
+
+from comparisons.discovery import files_of
+from comparisons.facts.quantities.row import Contact, Curves, Quantity
+
+_found = (row for file in files_of(sys.modules[__name__]) for row in getattr(file, "ROWS", ()))
+QUANTITIES: dict[str, Quantity] = {
+    row.name: row for row in sorted(_found, key=lambda row: bool(row.physics))
+}
+
+
+def named(**facts: object) -> tuple[str, ...]:
+    """Return the quantities whose rows say all of this.
+
+    >>> named(load="normal")
+    ('force', 'penetration', 'mean_gap')
+    """
+    return tuple(
+        name
+        for name, row in QUANTITIES.items()
+        if all(getattr(row, key) == value for key, value in facts.items())
+    )
+
+
+# What a scene may ask for, what it gets where it asks for nothing, and what stands in columns.
+ASKED, DEFAULT = named(asked=True), named(default=True)
+CURVES, FIELDS = named(asked=True, field=False), named(field=True)
+NORMAL, TANGENTIAL = named(load="normal"), named(load="tangential")
+
+
+def quantity(name: str) -> Quantity:
+    """Return the row of a column; unknown columns keep their name.
+
+    >>> quantity("force").unit
+    'N'
+    >>> quantity("local_stress_undefined_share").words
+    'local stress undefined share'
+    """
+    return QUANTITIES.get(name, Quantity(name, name.replace("_", " ")))
+
+
+def counterpart(axis: str) -> str:
+    """Return the load that is compared at besides the prescribed one; "" where there is none.
+
+    Along a path, in time or over speeds there is no other.
+    """
+    return quantity(axis).counterpart
+
+
+def main_axis(axis: str, name: str) -> str:
+    """Return the load at which a quantity is compared: the prescribed one, or for it the other.
+
+    >>> main_axis("force", "contact_area"), main_axis("force", "force"), main_axis("time", "time")
+    ('force', 'penetration', 'time')
+    """
+    return counterpart(axis) or axis if name == axis else axis
+
+
+def derived(known: Curves, scene: Contact, *, is_round: bool) -> Iterator[tuple[str, np.ndarray]]:
+    """Yield the quantities that follow from others and are missing, each with its values.
+
+    Parameters
+    ----------
+    known : mapping
+        Quantity -> values that a method computed.
+    scene : Contact
+    is_round : bool
+        Whether the contact is a circle.
+    """
+    curves = dict(known)
+    rules = {name: row.derived for name, row in QUANTITIES.items() if row.derived is not None}
+    while True:
+        due = [
+            (name, rule)
+            for name, rule in rules.items()
+            if name not in curves
+            and rule.needs <= set(curves)
+            and (is_round or not rule.round_only)
+        ]
+        if not due:
+            return
+        for name, rule in due:
+            # A copy: a step that fails is blanked in every curve by itself.
+            curves[name] = np.array(rule.by(curves, scene), dtype=float)
+            yield name, curves[name]
