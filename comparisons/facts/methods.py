@@ -74,6 +74,9 @@ OWN: dict[str, Method] = {
 GROUP = "roughline.methods"
 # All methods of this process: our own, and those from outside.
 METHODS: dict[str, Method] = dict(OWN)
+# The model under test, in whose place nothing else is judged where nobody says what to judge.
+MODEL = next(name for name, row in OWN.items() if row.dimension == 1)
+CLOSED_FORM = next(name for name, row in OWN.items() if row.exact)
 
 
 def leading(names: Iterable[str]) -> list[str]:
@@ -85,6 +88,30 @@ def leading(names: Iterable[str]) -> list[str]:
     known = [name for name in METHODS if name in set(names)]
     able = [name for name in known if METHODS[name].dimension == 3 and not METHODS[name].outside]
     return sorted(able, key=lambda name: METHODS[name].preference)
+
+
+def ours() -> list[str]:
+    """Return the methods of roughline itself, in the order of every legend and table.
+
+    >>> ours()
+    ['closed_form', 'reduced', 'bem_dense', 'bem_fft', 'fem']
+    """
+    return [name for name, row in METHODS.items() if row.origin == "own"]
+
+
+def references() -> list[str]:
+    """Return our own candidates of the truth that discretise, the preferred first.
+
+    >>> references()
+    ['bem_fft', 'fem', 'bem_dense']
+    """
+    return [name for name in leading(ours()) if not METHODS[name].exact]
+
+
+# The half-space on a grid that leads: others on the same grid are compared with it cell by cell.
+GRID = next(name for name in references() if METHODS[name].grid)
+# Candidates that share no code: of several grids, whose kernels are the same, the first one only.
+INDEPENDENT = (CLOSED_FORM, *(n for n in references() if n == GRID or not METHODS[n].grid))
 
 
 def growth(name: str) -> float:

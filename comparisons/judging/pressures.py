@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from scipy.interpolate import LinearNDInterpolator
 
-from comparisons.facts.methods import METHODS, leading
+from comparisons.facts.methods import GRID
 from comparisons.geometry.prepare import IndenterGeometry
 from comparisons.judging.metrics import SINGULAR_RING, grid_pressure_at, pressure_difference
 from comparisons.judging.truth import Truth
@@ -20,8 +20,6 @@ from comparisons.solving.planning import Plan
 from comparisons.tasks.solution import Solved
 from reference.closed_form import ClosedForm
 
-# The grid solver that others are compared with cell by cell.
-(COUNTERPART, *_) = (name for name in leading(METHODS) if METHODS[name].grid)
 Fields = dict[str, np.ndarray]
 
 
@@ -139,9 +137,9 @@ def same_grid_difference(solved: Solved, method: str, resolution: int) -> float 
     Both solve the same equations, so this is no discretisation error: it is of the order of their
     violations of the contact conditions, or one of them is wrong. None where there is no such pair.
     """
-    other = solved.get((COUNTERPART, resolution))
+    other = solved.get((GRID, resolution))
     fields = solved[method, resolution].fields
-    if method == COUNTERPART or other is None or "pressure_shape" not in fields:
+    if method == GRID or other is None or "pressure_shape" not in fields:
         return None
     theirs = other.fields
     if not other.converged[0, -1] or not np.array_equal(

@@ -21,6 +21,7 @@ import numpy as np
 import pandas as pd
 
 from comparisons.errors import LostWorkError
+from comparisons.facts.methods import CLOSED_FORM, METHODS
 from comparisons.judging.metrics import relative_error, rms_and_maximum
 from comparisons.judging.truth import GRID, truths
 from comparisons.judging.uncertainty import RULE, Rule, combined, grid_uncertainty
@@ -54,8 +55,6 @@ SERIES: dict[str, tuple[tuple[int, ...], ...]] = {
     "bem_dense": ((4, 8, 16), (5, 10, 20), (5, 8, 12), (4, 6, 8)),
     "fem": ((2, 3, 4), (3, 4, 6)),
 }
-# A mesh costs seconds; it is the same under force control.
-CONTROLS = {"bem_fft": ("penetration", "force"), "bem_dense": ("penetration", "force")}
 QUANTITIES = ("force", "penetration", "contact_area", "stiffness")
 FLAT = ("cylinder", "elliptic_punch")
 LOADS = [0.02, 0.03, 0.05, 0.08]
@@ -127,9 +126,10 @@ def shape_cases(
     """Return the cases of one shape."""
     found = []
     for control in ("penetration", "force"):
-        names = [m for m in series if control in CONTROLS.get(m, ("penetration",))]
+        # A mesh costs seconds; it is the same under force control.
+        names = [m for m in series if METHODS[m].grid or control == "penetration"]
         solved = _solved(table, control, {name: series[name] for name in names})
-        exact = solved["closed_form", 1].quantities
+        exact = solved[CLOSED_FORM, 1].quantities
         for method in names:
             for levels in series[method]:
                 part = {(method, n): solved[method, n] for n in levels}
@@ -148,7 +148,7 @@ def _solved(
         "compare": {"quantities": list(QUANTITIES)},
     }
     (plan, *_) = plan_scene(make_scene(data, "calibration", Path()))
-    wanted = [("closed_form", 1)]
+    wanted = [(CLOSED_FORM, 1)]
     wanted += [(m, n) for m, all_levels in series.items() for n in sorted(set(sum(all_levels, ())))]
     return {key: execute(task_of(plan, *key), repeats=1) for key in wanted}
 

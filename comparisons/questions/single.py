@@ -12,7 +12,7 @@ import numpy as np
 import pandas as pd
 
 from comparisons.errors import InputError
-from comparisons.facts.methods import METHODS
+from comparisons.facts.methods import CLOSED_FORM, METHODS
 from comparisons.files import plain, table_text, write_named, write_named_text
 from comparisons.geometry.prepare import IndenterGeometry
 from comparisons.judging.levels import mean_curves
@@ -136,7 +136,7 @@ def solve_scene(
         changes["compare.quantities"] = [*scene.compare.quantities, "pressure"]
     if resolution is not None:
         least = 2 if scene.body is None else 1  # 1 is a user's mesh as it is
-        if resolution < least and method != "closed_form":
+        if resolution < least and method != CLOSED_FORM:
             raise InputError(f"--resolution: expected at least {least}, got {resolution}")
         changes["compare.resolutions"] = [max(resolution, least)]
     plan = plan_scene(load_scene(source, changes), "full")[0]

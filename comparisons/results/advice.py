@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-from comparisons.facts.methods import title_of
+from comparisons.facts.methods import CLOSED_FORM, title_of
 from comparisons.facts.quantities import quantity
 from comparisons.files import plain
 from comparisons.formatting import duration, relative, tolerance
@@ -29,8 +29,6 @@ from comparisons.results.decisions import (
 )
 from comparisons.results.runs import SLOWER
 from comparisons.results.store import SceneRecord
-
-CLOSED_FORM = "closed_form"
 
 
 @dataclass(frozen=True)

@@ -16,13 +16,12 @@ import numpy as np
 import pandas as pd
 
 from comparisons import formatting as fmt
-from comparisons.facts.methods import OWN, title_of
+from comparisons.facts.methods import MODEL, OWN, title_of
 from comparisons.facts.quantities import FIELDS, QUANTITIES, main_axis, quantity
 from comparisons.judging.verdicts import NO_RESULT, OUTSIDE, WITHIN, WORST_FIRST, word_for
 from comparisons.results import selection
 from comparisons.results.store import SceneRecord
 
-MODEL = "reduced"
 LAST_LOAD = "last load"
 NAN = math.nan
 

@@ -12,9 +12,9 @@ from functools import lru_cache
 import numpy as np
 import pandas as pd
 
+from comparisons.facts.methods import ours
 from comparisons.results.store import SceneRecord
 
-METHOD_ORDER = ("closed_form", "reduced", "bem_dense", "bem_fft", "fem")
 MEAN = "mean"
 
 
@@ -72,8 +72,8 @@ def methods(scene: SceneRecord) -> list[str]:
     """Return the methods that appear in the plan or the rows, in the order of every legend."""
     seen = [str(item.get("method", "")) for item in scene.plan.get("methods", [])]
     seen += words(scene.rows, "method")
-    known = [name for name in METHOD_ORDER if name in seen]
-    return known + [name for name in dict.fromkeys(seen) if name and name not in METHOD_ORDER]
+    known = [name for name in ours() if name in seen]
+    return known + [name for name in dict.fromkeys(seen) if name and name not in known]
 
 
 def unsupported(scene: SceneRecord) -> dict[str, str]:

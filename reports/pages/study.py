@@ -10,12 +10,13 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from comparisons.facts.methods import MODEL
 from comparisons.facts.quantities import QUANTITIES
 from comparisons.files import write_text
 from comparisons.judging.verdicts import NO_RESULT, NOT_RESOLVED, OUTSIDE, WITHIN
 from comparisons.results import selection
 from comparisons.results.advice import advise
-from comparisons.results.decisions import MODEL, Verdict, judged_methods, second_rows, verdicts
+from comparisons.results.decisions import Verdict, judged_methods, second_rows, verdicts
 from comparisons.results.store import SceneRecord, StudyRecord
 from reports.pages import glossary
 from reports.pages.claims_beside import FOLDER, ClaimsBeside, claims_beside

@@ -9,6 +9,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 from comparisons import formatting as fmt
+from comparisons.facts.methods import CLOSED_FORM, MODEL, ours
 from comparisons.facts.quantities import quantity
 from comparisons.results import selection
 from comparisons.results.advice import Advice, Setting, truth_known_to
@@ -42,7 +43,7 @@ def _truth(scene: SceneRecord, advice: Advice) -> str:
     if not method:
         return "none"
     label = look(method).label
-    if method == "closed_form":
+    if method == CLOSED_FORM:
         return label
     known = truth_known_to(scene, advice.quantities)
     return f"{label} ± {fmt.relative(known)}" if fmt.finite(known) else f"{label} ± ?"
@@ -54,9 +55,9 @@ def compared_methods(scenes: tuple[SceneRecord, ...]) -> list[str]:
     solved = {
         m for scene in scenes for m in set(names) if not selection.solved_rows(scene, m).empty
     }
-    ordered = [name for name in selection.METHOD_ORDER if name in solved]
+    ordered = [name for name in ours() if name in solved]
     ordered += [name for name in dict.fromkeys(names) if name in solved and name not in ordered]
-    return [look(name).label for name in ordered if name != "reduced"]
+    return [look(name).label for name in ordered if name != MODEL]
 
 
 def times_to_errors(scene: SceneRecord, advice: Advice) -> Table:

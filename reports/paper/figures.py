@@ -6,7 +6,7 @@ import re
 from collections.abc import Sequence
 from typing import Any
 
-from comparisons.results.selection import METHOD_ORDER
+from comparisons.facts.methods import ours
 from comparisons.results.store import SceneRecord
 from reports.paper.drawing import draw
 from reports.paper.style import PAGE, PaperFigure, house_style, literal, new_figure
@@ -70,7 +70,7 @@ def _legend(paper: PaperFigure, grid: Sequence[Any], columns: int) -> None:
     for axes in grid:
         for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):
             entries.setdefault(label, handle)
-    first = [literal(look(method).label) for method in METHOD_ORDER]
+    first = [literal(look(method).label) for method in ours()]
     labels = sorted(entries, key=lambda name: first.index(name) if name in first else len(first))
     if not labels:
         return

@@ -20,6 +20,7 @@ from typing import Any
 import numpy as np
 
 from comparisons import formatting as fmt
+from comparisons.facts.methods import METHODS, references
 from comparisons.results import selection
 from comparisons.results.store import SceneRecord
 from reports.pictures import turning
@@ -141,7 +142,7 @@ def _job(scene: SceneRecord) -> Job | str:
     finest: dict[str, int] = {}
     for method, level in scene.fields:
         finest[method] = max(level, finest.get(method, level))
-    order = ["bem_fft", "bem_dense", "fem"]
+    order = sorted(references(), key=lambda name: not METHODS[name].grid)
     order += [name for name in selection.methods(scene) if name not in order]
     stored = {m: scene.load_fields(m, finest[m]) for m in order if m in finest}
     for build in (_rough_job, _body_job, _hill_job):

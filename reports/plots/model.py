@@ -8,6 +8,7 @@ from itertools import pairwise
 import numpy as np
 
 from comparisons import formatting as fmt
+from comparisons.facts.methods import MODEL
 from comparisons.facts.quantities import NORMAL
 from comparisons.results import selection
 from comparisons.results.store import SceneRecord
@@ -24,8 +25,8 @@ PROFILE = Look("equivalent profile g(x)", INK)
 
 def reduced_picture(scene: SceneRecord) -> Figure | None:
     """Return the one-dimensional model itself: the profile or the rough line, and its springs."""
-    levels = selection.resolutions(scene, "reduced")
-    fields = scene.load_fields("reduced", int(levels[-1])) if levels else {}
+    levels = selection.resolutions(scene, MODEL)
+    fields = scene.load_fields(MODEL, int(levels[-1])) if levels else {}
     if {"line_x", "line_height", "line_penetration"} <= fields.keys():
         return _line_figure(scene, fields)
     if {"profile_x", "profile_height", "penetration"} <= fields.keys():
@@ -35,7 +36,7 @@ def reduced_picture(scene: SceneRecord) -> Figure | None:
 
 def _earlier_depths(scene: SceneRecord, loads: Loads) -> list[float]:
     """Return the penetration of realisation 0 at the slider's loads but the last, NaN if lost."""
-    rows = selection.solved_rows(scene, "reduced")
+    rows = selection.solved_rows(scene, MODEL)
     level = selection.column(rows, "resolution")
     rows = rows[level == np.nanmax(level)]
     rows = rows[[name != selection.MEAN for name in selection.words(rows, "realisation")]]

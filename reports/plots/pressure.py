@@ -8,6 +8,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from comparisons import formatting as fmt
+from comparisons.facts.methods import GRID, ours
 from comparisons.results import selection
 from comparisons.results.store import SceneRecord
 from comparisons.tasks.shown_loads import at_step, stored_steps
@@ -70,8 +71,8 @@ def pressures(scene: SceneRecord) -> list[Figure]:
 
 
 def _trusted(item: Field) -> tuple[bool, bool]:
-    """Order maps where the truth has none: ours before those of peers, FFT BEM first."""
-    return item.method not in selection.METHOD_ORDER, item.method != "bem_fft"
+    """Order maps where the truth has none: ours before those of peers, the leading grid first."""
+    return item.method not in ours(), item.method != GRID
 
 
 def pressure_fields(scene: SceneRecord) -> list[Field]:

@@ -10,7 +10,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Any
 
-from comparisons.facts.methods import OWN
+from comparisons.facts.methods import CLOSED_FORM, MODEL, OWN, references
 
 # Okabe & Ito, "Color Universal Design" (2008): told apart with any kind of colour vision.
 BLACK, ORANGE, SKY, GREEN = "#000000", "#E69F00", "#56B4E9", "#009E73"
@@ -73,8 +73,6 @@ OUTSIDE_MARKERS = (
     *(Marker("triangle-down", "v"), Marker("bowtie", "8")),
     *(Marker("x", "X"), Marker("cross", "d")),
 )
-# Later ones are drawn on top: the widest markers first, the model under test last.
-DRAWING_ORDER = ("closed_form", "fem", "bem_dense", "bem_fft")
 
 
 def look(method: str) -> Look:
@@ -86,8 +84,13 @@ def look(method: str) -> Look:
 
 
 def drawing_order(methods: Iterable[str]) -> list[str]:
-    """Return methods in the order in which their curves are laid over each other."""
+    """Return methods in the order in which their curves are laid over each other.
+
+    Later ones are drawn on top: the closed form, our references with the widest markers first,
+    methods of others, and the model under test last.
+    """
     names = list(methods)
-    last = [name for name in names if name == "reduced"]
-    first = [name for name in DRAWING_ORDER if name in names]
+    widest_first = sorted(references(), key=lambda name: -look(name).size)
+    first = [name for name in (CLOSED_FORM, *widest_first) if name in names]
+    last = [name for name in names if name == MODEL]
     return first + [name for name in names if name not in first + last] + last

@@ -6,11 +6,12 @@ from collections.abc import Iterable
 from dataclasses import replace
 
 from comparisons import formatting as fmt
+from comparisons.facts.methods import MODEL
 from comparisons.facts.quantities import quantity
 from comparisons.judging.verdicts import NO_RESULT
 from comparisons.results import selection
 from comparisons.results.advice import Advice, advise
-from comparisons.results.decisions import MODEL, Verdict, title_of, verdicts, worst
+from comparisons.results.decisions import Verdict, title_of, verdicts, worst
 from comparisons.results.store import SceneRecord
 from reports.tables import cells
 from reports.tables.table import Cell, Table, table

@@ -23,7 +23,7 @@ from pydantic import (
 )
 
 from comparisons.errors import InputError
-from comparisons.facts.methods import METHODS
+from comparisons.facts.methods import METHODS, MODEL
 from comparisons.facts.quantities import ASKED, FIELDS
 from comparisons.questions.claims.headlines import builtin_claims, chapter_order
 from comparisons.questions.experiments import EXPERIMENTS
@@ -139,7 +139,7 @@ class Claim(_Table):
     experiment: Name | None = None
     parameters: dict[str, Any] = {}
     vary: Vary | None = None
-    method: KnownMethod = "reduced"
+    method: KnownMethod = MODEL
     quantity: Names = ()
     at: Literal["penetration", "force"] | None = None
     measure: Literal[MEASURES] = "maximum"  # type: ignore[valid-type]
@@ -195,7 +195,7 @@ def about_method(claims: list[Claim], method: str) -> list[Claim]:
     found = [
         claim.model_copy(update={"method": method, "expected": None})
         for claim in claims
-        if claim.scene is not None and claim.method == "reduced"
+        if claim.scene is not None and claim.method == MODEL
     ]
     if not found:
         raise ClaimError([f"--method: no claim here is about a scene that {method} could solve"])

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from comparisons.errors import InputError
-from comparisons.facts.methods import METHODS
+from comparisons.facts.methods import CLOSED_FORM, GRID, INDEPENDENT, METHODS, references
 from comparisons.facts.quantities import FIELDS, main_axis
 from comparisons.geometry.prepare import IndenterGeometry
 from comparisons.judging.levels import Levels, mean_curves
@@ -114,20 +114,23 @@ def _plan(claim: Claim, value: float | None, effort: Effort, independent: bool) 
     """
     changed = overrides(claim, value)
     scene = load_scene(claim.source, changed)
-    exact = not isinstance(solver_for("closed_form", scene), Refusal)
-    methods = [claim.method, "closed_form"]
+    exact = not isinstance(solver_for(CLOSED_FORM, scene), Refusal)
+    methods = [claim.method, CLOSED_FORM]
     if independent or not exact:
-        methods.append("bem_fft")
+        methods.append(GRID)
     if independent and (effort == "full" or not exact):
-        methods.append("fem")
+        methods += INDEPENDENT
     if scene.physics and not exact:
-        methods.append("bem_dense")  # where physics is wired, it may be the only half-space
+        # Another grid may be the only half-space that knows the physics.
+        methods += [name for name in references() if METHODS[name].grid]
     if exact:
         changed["compare.tolerance"] = CHECKING
     changed["compare.methods"] = list(dict.fromkeys(methods))
     (plan, *_) = plan_scene(load_scene(claim.source, changed), effort)
     if effort == "quick":
-        checks = {m for m in methods if exact or (m == "fem" and scene.physics)} - {claim.method}
+        checks = {m for m in methods if exact or (not METHODS[m].grid and scene.physics)} - {
+            claim.method
+        }
         plan = replace(plan, methods=tuple(_coarser(m, checks) for m in plan.methods))
     if not _fixed(claim):
         return plan

@@ -11,6 +11,7 @@ from functools import lru_cache
 
 import numpy as np
 
+from comparisons.facts.methods import GRID, MODEL
 from comparisons.questions.experiments.running import Finding, above, experiment, one_of
 from comparisons.scene.scene import load_scene
 from comparisons.solving.execution import execute
@@ -31,8 +32,8 @@ _RECIPE = {
 # ones it is no power law: the shortest wave has four points on 16.
 _DOUBLED = (16, 32, 64)
 _GRIDS = {
-    "quick": {"fem": (8, 16, 24), "bem_fft": _DOUBLED, "reduced": _DOUBLED},
-    "full": {"fem": (8, 16, 24, 32, 48), "bem_fft": _DOUBLED, "reduced": _DOUBLED},
+    "quick": {"fem": (8, 16, 24), GRID: _DOUBLED, MODEL: _DOUBLED},
+    "full": {"fem": (8, 16, 24, 32, 48), GRID: _DOUBLED, MODEL: _DOUBLED},
 }
 _TRUTH = 256
 # Peaks of the resident memory below a megabyte cannot be told from nothing, and count as one.
@@ -99,7 +100,7 @@ def measure_series(method: str, effort: str) -> Series:
         count = len(realisations)
         return found.quantities["penetration"], found.seconds / count, found.memory
 
-    true = solve("bem_fft", _TRUTH)[0]
+    true = solve(GRID, _TRUTH)[0]
     points = _GRIDS[effort][method]
     rows = [solve(method, n) for n in points]
     errors = [float(np.sqrt(np.mean((row[0] / true - 1) ** 2))) for row in rows]
@@ -116,7 +117,7 @@ def _cost(
     *,
     accuracy: float = 0.02,
     points: float = 0,
-    against: str = "bem_fft",
+    against: str = GRID,
     resource: str = "time",
 ) -> Finding:
     """Time (or memory) of another method over that of finite elements, a surface and three loads.
@@ -126,11 +127,11 @@ def _cost(
     measurable: beside finite elements the other method costs nothing. So the ratio is the error;
     its bar is the scatter of the fits.
     """
-    one_of("against", against, "bem_fft", "reduced")
+    one_of("against", against, GRID, MODEL)
     one_of("resource", resource, "time", "memory")
     if not 0 < accuracy < 1:
         raise ValueError(f"accuracy must lie in (0, 1), not {accuracy!r}")
-    if against == "reduced" and not points:
+    if against == MODEL and not points:
         raise ValueError("a line does not converge to the surface: compare with reduced at points")
     series = {name: measure_series(name, effort) for name in ("fem", against)}
     cost = {

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 
 from comparisons.errors import InputError
+from comparisons.facts.methods import MODEL
 from comparisons.questions.regression.findings import MODEL_TOLERANCE, Finding, compare_snapshots
 from comparisons.questions.regression.measure import CHECK_SCENES, take_snapshot
 from comparisons.questions.regression.snapshot import Snapshot, load_baseline, save_baseline
@@ -15,7 +16,7 @@ Progress = Callable[[str], None]
 
 def check_against(
     path: Path,
-    method: str = "reduced",
+    method: str = MODEL,
     scenes: Iterable[str] = CHECK_SCENES,
     *,
     tolerance: float = MODEL_TOLERANCE,
@@ -34,7 +35,7 @@ def check_against(
 
 def update_baseline(
     path: Path,
-    method: str = "reduced",
+    method: str = MODEL,
     scenes: Iterable[str] = CHECK_SCENES,
     *,
     tolerance: float = MODEL_TOLERANCE,

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterable
 import numpy as np
 
 from comparisons.errors import InputError
-from comparisons.facts.methods import METHODS
+from comparisons.facts.methods import GRID, INDEPENDENT, METHODS, MODEL
 from comparisons.facts.quantities import quantity
 from comparisons.judging.levels import Levels, mean_curves
 from comparisons.judging.truth import Truth, truths
@@ -26,14 +26,12 @@ from comparisons.solving.planning import Plan, plan_scene
 from comparisons.tasks.solution import Solved
 
 CHECK_SCENES = (*SINGLE, "rough-periodic")
-# Two half-space solvers share their kernel: the dense one would only repeat the FFT one's vote.
-REFERENCES = ("closed_form", "bem_fft", "fem")
 REALISATIONS = 3
 YARDSTICK = "np.argsort of 1e5 numbers"
 
 
 def take_snapshot(
-    method: str = "reduced",
+    method: str = MODEL,
     scenes: Iterable[str] = CHECK_SCENES,
     progress: Callable[[str], None] = lambda scene: None,
 ) -> Snapshot:
@@ -70,11 +68,11 @@ def take_snapshot(
 
 
 def _plan(source: str, method: str) -> Plan:
-    changes: dict[str, object] = {"compare.methods": [*REFERENCES, method]}
+    changes: dict[str, object] = {"compare.methods": [*INDEPENDENT, method]}
     scene = load_scene(source, changes)
     if scene.surface is not None:
         # Finite elements would take most of the time, for a patch of another scene.
-        changes["compare.methods"] = ["bem_fft", method]
+        changes["compare.methods"] = [GRID, method]
         changes["surface.realisations"] = REALISATIONS
         scene = load_scene(source, changes)
     return plan_scene(scene)[0]
