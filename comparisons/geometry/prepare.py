@@ -162,10 +162,7 @@ def prepare(scene: Scene) -> tuple[Geometry, Loads]:
     """
     if scene.surface is None:
         loads = loads_of(scene)
-        if scene.indenter is None:  # a [body] under a rigid plane: no half-space to estimate from
-            return IndenterGeometry(RigidPlane(), np.nan, np.nan), loads
-        estimate = _largest_estimate if scene.physics else _press_estimate
-        return estimate(scene, loads), loads
+        return indenter_geometry(scene, loads), loads
     surface = scene.surface
     geometry = (
         _synthetic(scene, surface) if isinstance(surface, SelfAffine) else _measured(scene, surface)
@@ -174,6 +171,20 @@ def prepare(scene: Scene) -> tuple[Geometry, Loads]:
     if scene.loading.relative:
         unit = scene.effective_modulus * geometry.area * geometry.rms_slope
     return geometry, loads_of(scene, unit)
+
+
+def indenter_geometry(scene: Scene, loads: Loads) -> IndenterGeometry:
+    """Prepare the geometry of a scene without a rough surface, for some of its loads.
+
+    Raises
+    ------
+    SceneError
+        If a load is beyond the shape.
+    """
+    if scene.indenter is None:  # a [body] under a rigid plane: no half-space to estimate from
+        return IndenterGeometry(RigidPlane(), np.nan, np.nan)
+    estimate = _largest_estimate if scene.physics else _press_estimate
+    return estimate(scene, loads)
 
 
 def _recipe_arguments(recipe: SelfAffine) -> dict[str, float | None]:
@@ -243,8 +254,8 @@ def equivalent_profile(indenter: Indenter) -> shapes.Profile:
             np.array(parameters["f"]),
             interpolation=parameters["interpolation"],
         )
-    if indenter.flat and shape != "cylinder":
-        return shapes.equivalent_punch(indenter.area)  # type: ignore[attr-defined]
+    if indenter.face_area is not None and shape != "cylinder":
+        return shapes.equivalent_punch(indenter.face_area)
     constructor = getattr(shapes, shape)
     profile: shapes.Profile = constructor(**parameters)
     return profile

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from comparisons.geometry.prepare import Geometry, IndenterGeometry
 from comparisons.methods.adhesive_grid import (
@@ -70,7 +71,7 @@ class ReducedAdhesion(ReducedProfile):
         body = self.profile, self.modulus, self.adhesion.work
         contact = adhere(*body, **task.loads.keyword, springs=task.resolution)
         strongest = pull_off(*body, springs=task.resolution).before
-        curves = {
+        curves: dict[str, ArrayLike] = {
             "penetration": contact.penetration,
             "force": contact.force,
             "equivalent_radius": contact.contact_radius,
@@ -129,7 +130,7 @@ class ClosedFormAdhesion(Solver[IndenterGeometry]):
     def solve(self, task: Task[IndenterGeometry]) -> Solution:
         """Follow the stable branch, with its jumps."""
         path = self.form.follow(task.loads.control, task.loads.values)
-        curves = {
+        curves: dict[str, ArrayLike] = {
             "penetration": path.penetration,
             "force": path.force,
             "equivalent_radius": path.contact_radius,
@@ -176,7 +177,7 @@ class GridAdhesion(BemFft):
         body = AdhesiveContact(self.indenter, self.adhesion, modulus, task.geometry)
         walk = peeled_walk if short else cohesive_walk
         path = walk(body, task.loads, task.resolution)
-        curves = {
+        curves: dict[str, ArrayLike] = {
             "penetration": path.penetration,
             "force": path.force,
             "equivalent_radius": np.sqrt(path.area / np.pi),

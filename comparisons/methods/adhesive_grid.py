@@ -120,12 +120,11 @@ def _widest_gap(body: AdhesiveContact) -> float:
 def _grid(body: AdhesiveContact, resolution: int, level: float) -> tuple[FreeOperator, np.ndarray]:
     """Operator and gap on square cells wherever the undeformed gap is at most `level`."""
     cell = body.geometry.contact_radius / resolution
-    half = body.indenter.reach(level)
-    shape = tuple(2 * max(1, int(np.ceil(each / cell - 1e-9))) for each in half)
+    nx, ny = (2 * max(1, int(np.ceil(half / cell - 1e-9))) for half in body.indenter.reach(level))
     # off the axis, lest whole rings of mirror images change sides at once
-    x, y = (cell * (np.arange(n) - (n - 1) / 2 + o) for n, o in zip(shape, _OFF, strict=True))
+    x, y = (cell * (np.arange(n) - (n - 1) / 2 + o) for n, o in zip((nx, ny), _OFF, strict=True))
     gap = body.indenter.gap(*np.meshgrid(x, y, indexing="ij"))
-    return FreeOperator(shape, (cell, cell), body.modulus), gap
+    return FreeOperator((nx, ny), (cell, cell), body.modulus), gap
 
 
 def cohesive_walk(body: AdhesiveContact, loads: Loads, resolution: int) -> GridWalk:

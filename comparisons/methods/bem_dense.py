@@ -9,11 +9,11 @@ import numpy as np
 from comparisons.geometry.prepare import Geometry, RoughGeometry
 from comparisons.methods.grid import (
     GridSolver,
-    Operator,
     cells,
     contact_cells,
     rough_resolutions,
 )
+from comparisons.methods.punches import Respond
 from comparisons.methods.solver import Refused
 from comparisons.scene.scene import Scene
 from comparisons.tasks.task import Task
@@ -21,11 +21,15 @@ from reference.halfspace import Contact, FreeOperator, dense
 from reference.halfspace.edge_cells import respond_dense
 
 
-class BemDense(GridSolver):
+class BemDense(GridSolver[FreeOperator]):
     """Exact to round-off on its grid, with work that grows as the cube of the contact cells."""
 
     name = "bem_dense"
-    face = staticmethod(respond_dense)
+
+    @property
+    def face(self) -> Respond:
+        """The dense solver, with the same cells at the edge."""
+        return respond_dense
 
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)
@@ -65,12 +69,12 @@ class BemDense(GridSolver):
 
     def operator(
         self, task: Task, shape: tuple[int, int], spacing: tuple[float, float]
-    ) -> Operator:
+    ) -> FreeOperator:
         """Return the free operator."""
         return FreeOperator(shape, spacing, task.scene.effective_modulus)
 
     def sweep(
-        self, task: Task, operator: Operator, gap: np.ndarray
+        self, task: Task, operator: FreeOperator, gap: np.ndarray
     ) -> Callable[[np.ndarray], Iterator[Contact]]:
         """Return the active-set sweep."""
 

@@ -20,7 +20,7 @@ ARRAYS_PERIODIC = 32
 ARRAYS_FREE = 50
 
 
-class BemFft(GridSolver):
+class BemFft(GridSolver[Operator]):
     """Free (zero-padded) or periodic half-space; every scene."""
 
     name = "bem_fft"

@@ -171,8 +171,8 @@ class Fem(FemSolver[IndenterGeometry]):
         """Yield the steps of the loads still to do."""
         for scaled, gap, contact in self._contacts(task, body, loads):
             # The face of a flat punch is known.
-            flat = self.indenter.flat
-            area = self.indenter.area if flat else contact.contact_area  # type: ignore[attr-defined]
+            face = self.indenter.face_area
+            area = contact.contact_area if face is None else face
             inside = partial(recovered, scaled, contact.reactions)
             yield contact_step(task, scaled, gap, contact, area, body_fields=inside)
 

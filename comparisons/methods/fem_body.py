@@ -149,7 +149,7 @@ def _area(geometry: BodyGeometry, body: fem.CondensedBody, contact: fem.Contact)
     indenter = geometry.indenter
     if not (indenter.axisymmetric and geometry.flat_surface):
         return contact.contact_area
-    return indenter.area if indenter.flat else round_area(body, contact)
+    return round_area(body, contact) if indenter.face_area is None else indenter.face_area
 
 
 def _body_fields(

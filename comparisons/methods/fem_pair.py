@@ -75,9 +75,13 @@ class FemPair(FemSolver[IndenterGeometry]):
             (task.resolution + 1, self.counter_body),
         ):
             share = np.linspace(0.0, 1.0, round(COVERED * cells) + 1)
-            lines = [half * share for half in task.geometry.reach]
-            moduli = table.elastic_constants
-            bodies.append(fem.tensor_body(*lines, *moduli, symmetry="quarter", order=2))
+            half_x, half_y = task.geometry.reach
+            modulus, nu = table.elastic_constants
+            bodies.append(
+                fem.tensor_body(
+                    half_x * share, half_y * share, modulus, nu, symmetry="quarter", order=2
+                )
+            )
         return couple(*bodies, coupling=self.options.coupling)
 
     def _steps(

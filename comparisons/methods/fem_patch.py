@@ -52,7 +52,8 @@ class FemPatch(FemSolver[RoughGeometry]):
 
     def rows(self, task: Task[RoughGeometry]) -> Iterator[Row]:
         """Build and condense the body once for all realisations."""
-        body = fem.tensor_body(*_map_lines(task), *self.scene.elastic_constants)
+        (x, y), (modulus, nu) = _map_lines(task), self.scene.elastic_constants
+        body = fem.tensor_body(x, y, modulus, nu)
         for realisation in task.realisations:
             sweep = partial(self._steps, task, body, realisation)
             yield Row(sweep, unknowns=body.unknowns, truncation=TRUNCATION_GRID)
@@ -85,11 +86,12 @@ class FemPatch(FemSolver[RoughGeometry]):
             )
 
 
-def _map_lines(task: Task[RoughGeometry]) -> list[np.ndarray]:
+def _map_lines(task: Task[RoughGeometry]) -> tuple[np.ndarray, np.ndarray]:
     """Return the mesh lines of a rough patch: through the points of the map."""
     geometry = task.geometry
-    counts = (n * task.resolution // geometry.points[0] for n in geometry.points)
-    return [(np.arange(n) + 0.5) * side / n for n, side in zip(counts, geometry.size, strict=True)]
+    nx, ny = (n * task.resolution // geometry.points[0] for n in geometry.points)
+    length, width = geometry.size
+    return (np.arange(nx) + 0.5) * length / nx, (np.arange(ny) + 0.5) * width / ny
 
 
 def _area(geometry: RoughGeometry, contact: fem.Contact) -> float:

@@ -257,8 +257,9 @@ class GridFriction(BemFft):
         for _ in sweep(body, gap, 0.5, penetration=1.0, tangential_displacement=[0.1]):
             pass
 
-    # A flat face has no edge cells here.
-    face = None
+    @property
+    def face(self) -> None:
+        """None: a flat face has no edge cells here."""
 
     def rows(self, task: Task) -> Iterator[Row]:
         """Yield the grid of each realisation, all on the same half-space."""

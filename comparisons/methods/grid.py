@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import partial
-from typing import ClassVar
+from typing import Generic, TypeVar
 
 import numpy as np
 
@@ -22,6 +22,7 @@ from reference.halfspace.contact_line import located_area
 from reference.halfspace.edge_cells import respond
 
 Operator = FreeOperator | PeriodicOperator
+AnyOperator = TypeVar("AnyOperator", bound=Operator)
 # Cells of the finest grid planned after refining by a factor: a 512 x 512 map is refined once.
 MOST_INDENTER_CELLS = 3_000_000
 LARGEST_REFINED = {1: 2**24, 2: 1400**2, 4: 512**2}
@@ -64,7 +65,7 @@ def make_grid(geometry: Geometry, resolution: int, realisation: int = 0) -> Grid
         return Grid(heights.max() - heights, geometry.spacing(heights), (0.0, 0.0))
     shape = indenter_shape(geometry, resolution)
     cell = geometry.contact_radius / resolution
-    origin = tuple(-n * cell / 2 for n in shape)
+    origin = (-shape[0] * cell / 2, -shape[1] * cell / 2)
     empty = Grid(np.zeros(shape), (cell, cell), origin)
     return Grid(geometry.indenter.gap(*empty.centres), empty.spacing, origin)
 
@@ -82,9 +83,9 @@ def contact_cells(task: Task) -> float:
     geometry, load = task.geometry, float(task.loads.values[-1])
     total = cells(geometry, task.resolution)
     if isinstance(geometry, IndenterGeometry):
-        if geometry.indenter.flat:
+        if geometry.indenter.face_area is not None:
             half_x, half_y = geometry.reach
-            return total * geometry.indenter.area / (4 * half_x * half_y)
+            return total * geometry.indenter.face_area / (4 * half_x * half_y)
         return float(np.pi * task.resolution**2)
     if task.loads.control == "force":
         # A/A0 is about 2 F / (E* A0 h') at small loads, and never above it; the iteration starts
@@ -103,22 +104,22 @@ def rough_resolutions(geometry: RoughGeometry) -> tuple[int, ...]:
     return tuple(finer or [n])
 
 
-class GridSolver(Solver[Geometry]):
-    """A solver of the half-space on a grid of rectangular cells.
+class GridSolver(Solver[Geometry], Generic[AnyOperator]):
+    """A solver of the half-space on a grid of rectangular cells."""
 
-    `face` is its solver of the linear problem of a flat face; without one, faces are like others.
-    """
-
-    face: ClassVar[Respond | None] = staticmethod(respond)
+    @property
+    def face(self) -> Respond | None:
+        """Solver of the linear problem of a flat face; None: faces are like other shapes."""
+        return respond
 
     def operator(
         self, task: Task, shape: tuple[int, int], spacing: tuple[float, float]
-    ) -> Operator:
+    ) -> AnyOperator:
         """Return the operator from pressure to displacement."""
         raise NotImplementedError
 
     def sweep(
-        self, task: Task, operator: Operator, gap: np.ndarray
+        self, task: Task, operator: AnyOperator, gap: np.ndarray
     ) -> Callable[[np.ndarray], Iterator[Contact]]:
         """Return the solver as a function of the loads still to do."""
         raise NotImplementedError
@@ -146,8 +147,10 @@ class GridSolver(Solver[Geometry]):
     def solve(self, task: Task) -> Solution:
         """Solve every realisation on the same operator; a flat punch with its edge cells."""
         geometry, face = task.geometry, self.face
-        if face is not None and isinstance(geometry, IndenterGeometry) and geometry.indenter.flat:
-            return solve_punch(task, geometry, face)
+        if isinstance(geometry, IndenterGeometry) and face is not None:
+            area = geometry.indenter.face_area
+            if area is not None:
+                return solve_punch(task, geometry, area, face)
         return super().solve(task)
 
     def rows(self, task: Task) -> Iterator[Row]:
@@ -163,7 +166,7 @@ class GridSolver(Solver[Geometry]):
             yield Row(sweep, unknowns=int(np.isfinite(grid.gap).sum()))
 
     def _steps(
-        self, task: Task, operator: Operator, grid: Grid, loads: np.ndarray
+        self, task: Task, operator: AnyOperator, grid: Grid, loads: np.ndarray
     ) -> Iterator[Step]:
         for contact in self.sweep(task, operator, grid.gap)(loads):
             yield contact_step(task, operator, contact, grid)

@@ -12,9 +12,14 @@ from typing import Any, ClassVar
 
 import numpy as np
 
-from comparisons.geometry.prepare import IndenterGeometry, equivalent_profile, prepare
+from comparisons.geometry.prepare import (
+    IndenterGeometry,
+    equivalent_profile,
+    indenter_geometry,
+)
 from comparisons.methods.runner import run
 from comparisons.methods.solver import Refused, Solver, needed
+from comparisons.scene.physics.loads import loads_of
 from comparisons.scene.scene import Scene, validated
 from comparisons.tasks.solution import Solution
 from comparisons.tasks.task import Task
@@ -105,7 +110,7 @@ class CurveImpact(Solver[IndenterGeometry]):
         solution.violation[:] = float(np.nanmax(pressed.violation, initial=0.0))
         return solution
 
-    def _pressed(self, task: Task[IndenterGeometry]) -> Task:
+    def _pressed(self, task: Task[IndenterGeometry]) -> Task[IndenterGeometry]:
         """Return the task of the slow contact, on a ladder of penetrations."""
         slowest = 0.5 * self.dynamics.mass * float(task.loads.values[0]) ** 2
         profile = equivalent_profile(self.indenter)
@@ -113,7 +118,8 @@ class CurveImpact(Solver[IndenterGeometry]):
         high = _DEEPEST * task.geometry.penetration
         count = max(_FEWEST, round(_PER_DECADE * np.log10(high / low)) + 1)
         slow = static_scene(self.scene, np.geomspace(low, high, count))
-        pressed, loads = prepare(slow)
+        loads = loads_of(slow)
+        pressed = indenter_geometry(slow, loads)
         return replace(
             task, scene=slow, geometry=pressed, loads=loads, quantities=("force",), with_body=False
         )

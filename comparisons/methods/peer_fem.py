@@ -163,8 +163,8 @@ def _area(geometry: IndenterGeometry, radius: float, raw: float, found: dict[str
     loses a quarter of them), its stiffness 2 E* a is not (Johnson 1985, eq. 3.36; a percent here);
     the moments of the pressure are better still where they apply.
     """
-    if geometry.indenter.flat:
-        return geometry.indenter.area
+    if geometry.indenter.face_area is not None:
+        return geometry.indenter.face_area
     if not geometry.indenter.axisymmetric:
         return raw
     stiff = 0.5 * found["stiffness"]

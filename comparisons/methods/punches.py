@@ -23,25 +23,25 @@ Respond = Callable[[FreeOperator, np.ndarray], FaceResponse]
 _CORNERS = 4096
 
 
-def face_outline(geometry: IndenterGeometry) -> np.ndarray:
+def face_outline(geometry: IndenterGeometry, area: float) -> np.ndarray:
     """Return the corners of the face; an ellipse as a fine polygon of the same area."""
     corners = geometry.indenter.outline
     if corners is not None:
         return corners
     angle = 2 * np.pi * np.arange(_CORNERS) / _CORNERS
     ellipse = np.stack([np.cos(angle), np.sin(angle)], axis=1) * geometry.indenter.reach(0.0)
-    return np.asarray(ellipse * np.sqrt(geometry.indenter.area / signed_area(ellipse)))
+    return np.asarray(ellipse * np.sqrt(area / signed_area(ellipse)))
 
 
 def face_grid(
-    geometry: IndenterGeometry, cells: int, modulus: float
+    geometry: IndenterGeometry, area: float, cells: int, modulus: float
 ) -> tuple[FreeOperator, np.ndarray, tuple[float, float]]:
     """Return operator, area fractions and origin of square cells, so many per contact radius.
 
     The outline is moved outwards by what the cells put the edge too far in.
     """
     side = geometry.contact_radius / cells
-    corners = offset_outline(face_outline(geometry), EDGE_OFFSET * side)
+    corners = offset_outline(face_outline(geometry, area), EDGE_OFFSET * side)
     reach = np.abs(corners).max(axis=0)
     shape = (2 * int(np.ceil(reach[0] / side - 1e-9)), 2 * int(np.ceil(reach[1] / side - 1e-9)))
     origin = (-shape[0] * side / 2, -shape[1] * side / 2)
@@ -49,10 +49,12 @@ def face_grid(
     return FreeOperator(shape, (side, side), modulus), fractions, origin
 
 
-def solve_punch(task: Task, geometry: IndenterGeometry, solver: Respond = respond) -> Solution:
-    """Solve a flat punch once, and scale the answer to every load: F = k d on the whole face."""
+def solve_punch(
+    task: Task, geometry: IndenterGeometry, area: float, solver: Respond = respond
+) -> Solution:
+    """Solve a flat face of this area once, and scale the answer to every load: F = k d."""
     with Stopwatch() as setup:
-        grid = face_grid(geometry, task.resolution, task.scene.effective_modulus)
+        grid = face_grid(geometry, area, task.resolution, task.scene.effective_modulus)
     operator, fractions, _ = grid
     cells = int(np.count_nonzero(fractions))
     answer = solver(operator, fractions)
@@ -62,7 +64,7 @@ def solve_punch(task: Task, geometry: IndenterGeometry, solver: Respond = respon
         "penetration": depths,
         "force": stiffness * depths,
         "contact_area_raw": float(cells * operator.cell_area),
-        "contact_area": geometry.indenter.area,  # type: ignore[attr-defined]
+        "contact_area": area,
         "stiffness": stiffness,
         "energy": stiffness * depths * (depths / 2),
     }

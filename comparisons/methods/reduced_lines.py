@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from comparisons.geometry.prepare import RoughGeometry
-from comparisons.methods.solver import Solver, needed
+from comparisons.methods.solver import Refused, Solver
 from comparisons.scene.options import ReducedOptions
 from comparisons.scene.scene import Scene
 from comparisons.tasks.solution import Solution, Stopwatch
@@ -37,7 +37,9 @@ class ReducedLines(Solver[RoughGeometry]):
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)
         self.options = scene.methods.reduced
-        self.surface = needed(scene.surface, "lines are drawn for rough surfaces")
+        if scene.surface is None:
+            raise Refused("lines are drawn for rough surfaces")
+        self.surface = scene.surface
         self.modulus = scene.effective_modulus
         self.note = "rough line with C1D = pi q C2D (19.26), area rule (19.29)"
 

@@ -178,16 +178,18 @@ class GridSliding(BemFft):
     """The half-space under travelling pressure, its unsymmetric contact solved directly."""
 
     physics = PHYSICS
-    # Every speed has a grid of its own, with no edge cells.
-    face = None
+
+    @property
+    def face(self) -> None:
+        """None: every speed has a grid of its own, with no edge cells."""
 
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)
         body, factor = material_of(_sliding(scene)), _relative_stiffness(scene)
         self.material = GeneralisedMaxwell(
             factor * body.equilibrium_modulus,
-            factor * body.arm_moduli,
-            body.arm_times,
+            (factor * body.arm_moduli).tolist(),
+            body.arm_times.tolist(),
             factor * body.viscosity,
         )
 

@@ -47,9 +47,14 @@ class Indenter(BaseModel):
         return (self.quarter_symmetric, self.quarter_symmetric)
 
     @property
+    def face_area(self) -> float | None:
+        """Area of a flat face, None where there is none, or one with a rounded edge."""
+        return None
+
+    @property
     def flat(self) -> bool:
         """Whether the contact is the whole flat face at any load."""
-        return False
+        return self.face_area is not None
 
     @property
     def outline(self) -> np.ndarray | None:
@@ -212,13 +217,8 @@ class Cylinder(_Axisymmetric):
     radius: Length
 
     @property
-    def flat(self) -> bool:
-        """The whole face touches at once."""
-        return True
-
-    @property
-    def area(self) -> float:
-        """Area of the face."""
+    def face_area(self) -> float:
+        """Area of the circle."""
         return float(np.pi * self.radius**2)
 
     def profile(self, r: np.ndarray) -> np.ndarray:
@@ -272,14 +272,9 @@ class Profile(_Axisymmetric):
         return self
 
     @property
-    def flat(self) -> bool:
-        """Whether the table is all zeros: a cylinder."""
-        return max(self.f) == 0
-
-    @property
-    def area(self) -> float:
-        """Area inside the sharp edge."""
-        return float(np.pi * self.r[-1] ** 2)
+    def face_area(self) -> float | None:
+        """Area inside the sharp edge where the table is all zeros: a cylinder."""
+        return float(np.pi * self.r[-1] ** 2) if max(self.f) == 0 else None
 
     @cached_property
     def _interpolant(self) -> PchipInterpolator:
@@ -346,12 +341,7 @@ class _FlatPunch(Indenter):
         return False
 
     @property
-    def flat(self) -> bool:
-        """The whole face touches at once."""
-        return True
-
-    @property
-    def area(self) -> float:
+    def face_area(self) -> float:
         """Area of the face."""
         raise NotImplementedError
 
@@ -368,7 +358,7 @@ class EllipticPunch(_FlatPunch):
         return self.semi_axes[0] == self.semi_axes[1]
 
     @property
-    def area(self) -> float:
+    def face_area(self) -> float:
         """Area pi a b."""
         return float(np.pi * self.semi_axes[0] * self.semi_axes[1])
 
@@ -391,7 +381,7 @@ class RightAngledPunch(_FlatPunch):
         raise NotImplementedError
 
     @property
-    def area(self) -> float:
+    def face_area(self) -> float:
         """Area of the rectangle."""
         return self.lengths[0] * self.lengths[1]
 
@@ -490,7 +480,7 @@ class PolygonPunch(_FlatPunch):
         return mirrored((-1, 1)), mirrored((1, -1))
 
     @property
-    def area(self) -> float:
+    def face_area(self) -> float:
         """Area by the shoelace formula."""
         return abs(signed_area(np.array(self.vertices)))
 

@@ -271,7 +271,7 @@ def _plan_method(draft: Plan, name: str) -> MethodPlan:
     planned = solver.resolutions(draft.geometry)
     if scene.compare.resolutions is not None and planned != EXACT:
         planned = scene.compare.resolutions
-    refusals = {n: _refusal(draft, solver, n) for n in planned}
+    refusals = {n: _refusal(draft, name, solver, n) for n in planned}
     kept = tuple(n for n in planned if not refusals[n])
     dropped = [f"{n}: {why}" for n, why in refusals.items() if why]
     if not kept:
@@ -300,11 +300,13 @@ def _first_task(draft: Plan, name: str, resolution: int) -> Task:
 def refusal(draft: Plan, name: str, resolution: int) -> str:
     """Return why a resolution is not run, or an empty text."""
     solver = solver_for(name, draft.scene)
-    return solver.reason if isinstance(solver, Refusal) else _refusal(draft, solver, resolution)
+    return (
+        solver.reason if isinstance(solver, Refusal) else _refusal(draft, name, solver, resolution)
+    )
 
 
-def _refusal(draft: Plan, solver: Solver[Any], resolution: int) -> str:
-    geometry, name = draft.geometry, solver.name
+def _refusal(draft: Plan, name: str, solver: Solver[Any], resolution: int) -> str:
+    geometry = draft.geometry
     if isinstance(geometry, RoughGeometry) and METHODS[name].dimension == 3:
         problem = _grid_problem(geometry, resolution)
         if problem:

@@ -107,7 +107,9 @@ class OutsideMethod:
             # Of an installed package that nobody asked for it is a refusal.
             given = self.origin.source.startswith("file:")
             raise Refused(plan["reason"], broken=given and plan.get("broken", False))
-        return OutsideSolver(scene, self)
+        solver = OutsideSolver(scene, self)
+        solver.note = plan["reason"]
+        return solver
 
     def planned(self, scene: Scene) -> OutsideSolver:
         """Return its solver of a scene that it did not refuse: it is not asked again."""
@@ -151,13 +153,6 @@ class OutsideSolver(Solver[Geometry]):
     def __init__(self, scene: Scene, method: OutsideMethod) -> None:
         super().__init__(scene)
         self._method = method
-        self.name = method.name
-
-    @property
-    def note(self) -> str:
-        """What the method says of the scene."""
-        words: str = self._method.plan(self.scene)["reason"]
-        return words
 
     def resolutions(self, geometry: Geometry) -> tuple[int, ...]:
         """Return what the method would use."""
@@ -347,8 +342,11 @@ def _checked_plan(answer: dict[str, Any]) -> dict[str, Any]:
     if answer.get("ok") is not True:
         return _no(_text(answer.get("reason") or "refused without a reason"))
     levels = answer.get("resolutions")
-    usable = isinstance(levels, list) and 1 <= len(levels) <= MOST_RESOLUTIONS
-    if not usable or not all(type(n) is int and 1 <= n <= 2**20 for n in levels):
+    if not (
+        isinstance(levels, list)
+        and 1 <= len(levels) <= MOST_RESOLUTIONS
+        and all(type(n) is int and 1 <= n <= 2**20 for n in levels)
+    ):
         return _broken(f"malformed answer: resolutions are {_text(levels)}")
     model = _text(answer.get("model", ""))
     return {"ok": True, "reason": _text(answer.get("reason", "")), "resolutions": levels} | {

@@ -104,10 +104,10 @@ def test_kinds_of_shapes():
 
 
 def test_areas_of_faces():
-    assert shape("cylinder", radius=2).area == pytest.approx(4 * math.pi, rel=1e-15)
-    assert shape("elliptic_punch", semi_axes=[2, 3]).area == pytest.approx(6 * math.pi, rel=1e-15)
-    assert shape("square_punch", side=3).area == 9
-    assert shape("profile", r=[0, 2], f=[0, 0]).area == pytest.approx(4 * math.pi, rel=1e-15)
+    assert shape("cylinder", radius=2).face_area == pytest.approx(4 * math.pi, rel=1e-15)
+    assert shape("elliptic_punch", semi_axes=[2, 3]).face_area == pytest.approx(6 * math.pi, rel=1e-15)
+    assert shape("square_punch", side=3).face_area == 9
+    assert shape("profile", r=[0, 2], f=[0, 0]).face_area == pytest.approx(4 * math.pi, rel=1e-15)
 
 
 # --- how far contact can reach --------------------------------------------------------------
@@ -173,7 +173,7 @@ TRIANGLE = [[0, 0], [3, 0], [0, 6]]
 def test_a_polygon_turns_about_its_centroid_whichever_way_it_runs(vertices):
     """The centroid of a triangle is the mean of its corners: (1, 2)."""
     punch = shape("polygon_punch", vertices=vertices)
-    assert punch.area == 9
+    assert punch.face_area == 9
     corners = {tuple(np.round(corner, 12)) for corner in punch.corners}
     assert corners == {(-1, -2), (2, -2), (-1, 4)}
     x, y = punch.corners.T
@@ -191,7 +191,7 @@ def test_the_centroid_of_an_l_is_not_the_mean_of_its_corners():
     """Two squares of side 1 and a 2 x 1 bar: area 3, centroid (5/6, 5/6) by composition."""
     corners = [[0, 0], [2, 0], [2, 1], [1, 1], [1, 2], [0, 2]]
     punch = shape("polygon_punch", vertices=corners)
-    assert punch.area == pytest.approx(3)
+    assert punch.face_area == pytest.approx(3)
     np.testing.assert_allclose(punch.corners[0], [-5 / 6, -5 / 6], rtol=1e-14)
     # The notch holds no material, although the outline's box does.
     centre = np.array([1.5 - 5 / 6])
