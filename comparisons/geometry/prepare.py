@@ -240,6 +240,15 @@ def _measured(scene: Scene, surface: MeasuredMap) -> RoughGeometry:
     )
 
 
+_PROFILES = {
+    profile.__name__: profile
+    for profile in (
+        *(shapes.paraboloid, shapes.sphere, shapes.cone, shapes.power_law, shapes.cylinder),
+        *(shapes.rounded_punch, shapes.ellipsoid),
+    )
+}
+
+
 def equivalent_profile(indenter: Indenter) -> shapes.Profile:
     """Return the reduced model's profile of an indenter, by the rule that the chapter uses.
 
@@ -256,9 +265,7 @@ def equivalent_profile(indenter: Indenter) -> shapes.Profile:
         )
     if indenter.face_area is not None and shape != "cylinder":
         return shapes.equivalent_punch(indenter.face_area)
-    constructor = getattr(shapes, shape)
-    profile: shapes.Profile = constructor(**parameters)
-    return profile
+    return _PROFILES[shape](**parameters)
 
 
 def _largest_estimate(scene: Scene, loads: Loads) -> IndenterGeometry:

@@ -95,16 +95,24 @@ def _largest_pull(contact: Adhesion, strongest: State) -> float:
     return max(0.0, -min(forces))
 
 
+_FORMS = {
+    form.__name__: form
+    for form in (
+        *(adhesive.paraboloid, adhesive.sphere, adhesive.cone, adhesive.power_law),
+        *(adhesive.cylinder, adhesive.rounded_punch),
+    )
+}
+
+
 def adhesive_form_of(
     indenter: Indenter, modulus: float, work: float
 ) -> adhesive.AdhesiveForm | None:
     """Return the JKR solution of a shape, or None where there is none."""
     parameters: dict[str, Any] = indenter.model_dump()
-    constructor = getattr(adhesive, str(parameters.pop("shape")), None)
-    if constructor is None or not indenter.axisymmetric:
+    shape = parameters.pop("shape")
+    if shape not in _FORMS:
         return None
-    form: adhesive.AdhesiveForm = constructor(**parameters, effective_modulus=modulus, work=work)
-    return form
+    return _FORMS[shape](**parameters, effective_modulus=modulus, work=work)
 
 
 class ClosedFormAdhesion(Solver[IndenterGeometry]):

@@ -16,6 +16,14 @@ from comparisons.tasks.solution import Solution
 from comparisons.tasks.task import Task
 from reference import closed_form as forms
 
+_FORMS = {
+    form.__name__: form
+    for form in (
+        *(forms.paraboloid, forms.sphere, forms.cone, forms.power_law, forms.cylinder),
+        *(forms.rounded_punch, forms.ellipsoid, forms.elliptic_punch),
+    )
+}
+
 
 def form_of(indenter: Indenter, modulus: float) -> forms.ClosedForm | None:
     """Return the closed form of a shape, or None where there is none."""
@@ -23,11 +31,9 @@ def form_of(indenter: Indenter, modulus: float) -> forms.ClosedForm | None:
     shape = parameters.pop("shape")
     if shape == "elliptic_punch":
         parameters = dict(zip(("semi_axis_x", "semi_axis_y"), parameters["semi_axes"], strict=True))
-    constructor = getattr(forms, shape, None)
-    if constructor is None:
+    if shape not in _FORMS:
         return None
-    form: forms.ClosedForm = constructor(**parameters, effective_modulus=modulus)
-    return form
+    return _FORMS[shape](**parameters, effective_modulus=modulus)
 
 
 class ClosedForm(Solver[IndenterGeometry]):

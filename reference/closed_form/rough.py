@@ -12,7 +12,6 @@ from scipy.special import erf
 from reference.closed_form.form import checked_load
 
 # kappa = A E* h'/F at vanishing load, h' the rms of the full gradient.
-KAPPA_PERSSON = math.sqrt(8 / math.pi)
 KAPPA_BUSH = math.sqrt(2 * math.pi)
 
 
@@ -36,7 +35,7 @@ def persson_area(relative_load: ArrayLike) -> Any:
 
     Examples
     --------
-    >>> round(float(persson_area(1e-3)) / 1e-3 / KAPPA_PERSSON, 5)
+    >>> round(float(persson_area(1e-3)) / 1e-3 / math.sqrt(8 / math.pi), 5)
     1.0
     """
     return erf(math.sqrt(2) * checked_load("relative_load", relative_load))[()]
