@@ -37,6 +37,7 @@ class House:
         self.names: dict[str, dict[str, str]] = {}  # module: local name: dotted name
         self.parts: dict[str, list[ast.AST]] = {}  # definition: what it consists of
         self.homes: dict[str, str] = {}  # definition: its module
+        self.public: set[str] = set()  # functions, classes and methods without an underscore
         self.methods: dict[str, list[str]] = {}  # a method's bare name: definitions
         self.packages = {module.partition(".")[0] for module in modules}
         for module, text in modules.items():
@@ -49,6 +50,8 @@ class House:
 
     def _enter(self, module: str, name: str, node: ast.AST) -> None:
         self.homes[name] = module
+        if isinstance(node, (*FUNCTIONS, ast.ClassDef)) and "._" not in name:
+            self.public.add(name)
         parts = self.parts.setdefault(name, [])
         if not isinstance(node, ast.ClassDef):
             parts.append(node)
@@ -151,14 +154,49 @@ def modules(*packages: str) -> dict[str, str]:
     }
 
 
-def without_a_door(house: House, rooms: Iterable[str]) -> list[str]:
+def without_a_door(house: House, *rooms: str) -> list[str]:
     """Return the public functions, classes and methods of `rooms` that no other room reaches."""
-    rooms = tuple(rooms)
-    inside = {name for name, module in house.homes.items() if module.partition(".")[0] in rooms}
-    offered = {
-        name
-        for name in inside
-        if isinstance(house.parts[name][0] if house.parts[name] else None, ast.AST)
-    }
-    reached = house.reached(house.homes.keys() - inside)
-    return sorted(offered - reached)
+    outside = {name for name, module in house.homes.items() if module.split(".")[0] not in rooms}
+    return sorted(house.public - outside - house.reached(outside))
+
+
+TOY = {
+    "tool": "from tool.press import Press, press",
+    "tool.press": """
+class Press:
+    springs: int = 1
+    def used(self): return self._inner()
+    def _inner(self): return helper()
+    def orphan_method(self): return 0
+def press(): return Press()
+def helper(): return table["a"]()
+def in_table(): pass
+table = {"a": in_table}
+def only_another_orphan_uses_it(): pass
+def orphan(): return only_another_orphan_uses_it()
+def hidden(): pass
+def _private(): pass
+""",
+    "scene": """
+from tool import press
+import tool.press as room
+def solve(hidden):
+    return press().used() + hidden + room.helper()
+""",
+}
+
+
+def test_a_name_reaches_along_imports_calls_tables_and_attributes():
+    """Re-exports, a module's alias, a table; a parameter hides what a module calls so."""
+    assert without_a_door(House(TOY), "tool") == [
+        "tool.press.Press.orphan_method",
+        "tool.press.hidden",
+        "tool.press.only_another_orphan_uses_it",
+        "tool.press.orphan",
+    ]
+
+
+def test_whatever_the_numerics_offer_has_a_door():
+    """See the head of this file, and `House` for what the search takes for a use."""
+    shut = without_a_door(House(modules(*NUMERICS, "comparisons")), *NUMERICS)
+    assert not shut, "\n  ".join([ADVICE, *shut])

@@ -8,19 +8,26 @@ from comparisons.questions.experiments import (
     adhesive_range,
     bodies,
     cost,
+    dry_oscillator,
+    equivalent_body,
     friction_law,
     harmonic,
     impact,
     kernel,
     line_statistics,
     neighbours,
+    partial_slip,
+    procedure,
     reading_scan,
+    relaxation,
+    ridges,
     rough_area,
     rough_slip,
     rubber_sliding,
     stress_use,
     tangential,
     two_bodies,
+    vibration,
 )
 from comparisons.questions.experiments.base import Experiment, Measurement
 
@@ -29,7 +36,8 @@ _MODULES = (
     *(kernel, active_set, bodies, neighbours, impact),
     *(line_statistics, rough_area, reading_scan, stress_use, two_bodies, cost),
     *(friction_law, harmonic, tangential, rubber_sliding, adhesive_face, adhesive_range),
-    rough_slip,
+    *(rough_slip, dry_oscillator, vibration, partial_slip, equivalent_body, procedure, ridges),
+    relaxation,
 )
 EXPERIMENTS: dict[str, Experiment] = {
     each.name: each for module in _MODULES for each in module.EXPERIMENTS

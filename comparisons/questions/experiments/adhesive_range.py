@@ -1,33 +1,82 @@
-"""The edge-stretch rule knows no range of attraction: how short it must be, by Maugis' solution."""
+"""The edge-stretch rule knows no range of attraction: how short it must be, by two laws of tension.
+
+A constant tension has Maugis' solution in closed form; one that falls exponentially, of the same
+strength and work of adhesion, is solved on grids.
+"""
 
 from __future__ import annotations
 
 import math
+from functools import lru_cache
 
-from comparisons.questions.experiments.running import Finding, above, experiment
+import numpy as np
+
+from comparisons.judging.uncertainty import RULE
+from comparisons.questions.experiments.base import Effort
+from comparisons.questions.experiments.running import Finding, above, experiment, one_of
 from reduced.adhesion.adhere import pull_off
 from reduced.profiles.shapes import paraboloid
 from reference.closed_form.maugis import MaugisForm, strength_of
+from reference.halfspace import FreeOperator
+from reference.halfspace.cohesive import CohesiveProblem
+from reference.halfspace.cohesive_laws import exponential
+from reference.halfspace.cohesive_path import trace
 
+LAWS = ("constant", "exponential")
 # R = E* = w = 1: in Maugis' units one number is left. His equations are solved to 1e-12, and their
 # solution is minimised to 1e-9 of the radius: far less in the force, which is flat there.
 _EXACT = 1e-10
+# Points across the grid, coarse and fine, and the parameters between which they resolve both the
+# zone of tension and all of its reach.
+_GRIDS: dict[Effort, tuple[int, int]] = {"quick": (32, 48), "full": (64, 96)}
+_RESOLVED = (0.3, 1.0)
+# The grid holds the tension down to exp(-8) of a surface that is drawn up by 1.2 units of depth.
+_TAIL, _RISE = 8.0, 1.2
 
 
-def _pull_off(effort: str, *, parameter: float = 1.0) -> Finding:
-    """Pull-off force of the rule over that of a constant tension out to a fixed gap, less one."""
+def _pull_off(effort: Effort, *, parameter: float = 1.0, law: str = "constant") -> Finding:
+    """Pull-off force of the rule over that of a tension of finite range, less one.
+
+    ``"constant"``: out to a fixed gap (Maugis 1992). ``"exponential"``: sigma0 exp(-sigma0 h/w).
+    """
     above("parameter", parameter, 0)
-    form = MaugisForm(1.0, 1.0, 1.0, strength_of(1.0, 1.0, 1.0, parameter))
-    true = float(form.force(form.pull_off()))
+    one_of("law", law, *LAWS)
     rule = pull_off(paraboloid(1.0), 1.0, 1.0).before.force
-    details: dict[str, float | str] = {"pull-off force over pi w R, by Maugis": -true / math.pi}
-    return Finding(rule / true - 1, _EXACT, details)
+    strength = strength_of(1.0, 1.0, 1.0, parameter)
+    form = MaugisForm(1.0, 1.0, 1.0, strength)
+    constant = float(form.force(form.pull_off()))
+    details: dict[str, float | str] = {"pull-off force over pi w R, by Maugis": -constant / math.pi}
+    if law == "constant":
+        return Finding(rule / constant - 1, _EXACT, details)
+    low, high = _RESOLVED
+    if not low <= parameter <= high:
+        raise ValueError(f"parameter must lie from {low} to {high} on grids, not {parameter!r}")
+    coarse, fine = (_on_grid(strength, points) for points in _GRIDS[effort])
+    details["pull-off force over pi w R, exponential"] = -fine / math.pi
+    ratio = rule / fine
+    return Finding(ratio - 1, ratio * RULE.two * abs(coarse / fine - 1) + _EXACT, details)
+
+
+@lru_cache(maxsize=64)
+def _on_grid(strength: float, points: int) -> float:
+    """Return the pull-off force by the exponential law on a grid off the axis."""
+    law = exponential(1.0, 1.0 / strength)
+    unit = (math.pi / (4 / 3)) ** (2 / 3)  # Maugis' unit of depth, ((pi w)^2 R/K^2)^(1/3)
+    step = 2 * math.sqrt(2 * (_TAIL * law.reach + _RISE * unit)) / points
+    x = (np.arange(points) - (points - 1) / 2 + 0.13) * step
+    y = (np.arange(points) - (points - 1) / 2 - 0.21) * step
+    operator = FreeOperator((points, points), (step, step), 1.0)
+    problem = CohesiveProblem(operator, (x[:, None] ** 2 + y**2) / 2, law)
+    found = trace(problem, 0.3 * unit, -2.5 * unit, steps=40).pull_off()
+    if found is None:
+        raise ArithmeticError("the way ended before the pull-off")
+    return found[1]
 
 
 EXPERIMENTS = (
     experiment(
         "adhesive-range",
-        "Pull-off force of a ball against a constant tension of finite range (Maugis 1992)",
+        "Pull-off force of a ball against a tension of finite range",
         "Maugis' parameter lambda",
         "parameter",
         _pull_off,

@@ -11,7 +11,7 @@ from functools import lru_cache
 import numpy as np
 
 from comparisons.questions.experiments.running import Finding, above, experiment, one_of
-from reference.closed_form import boussinesq_energy
+from reference.closed_form import boussinesq, boussinesq_energy, cylinder
 from reference.fem.section import SectionContact, press_section
 
 # So large in a that the half-ball is a half-space to 1e-6: k/(2 E* a) = 1 + 1.09 a/R.
@@ -21,12 +21,16 @@ _HALF_SPACE = 1e6
 def _far_field(effort: str, *, distance: float = 10.0, reading: str = "letter") -> Finding:
     """(19.9) against u = (2 d/pi) arcsin(a/r) (Sneddon 1965; Johnson 1985, (3.38)), at r/D.
 
-    ``"letter"``: u = D d/r; ``"corrected"``: with the pi that the chapter leaves out.
+    ``"letter"``: u = D d/r; ``"corrected"``: Boussinesq's u of the punch's force in one point,
+    D d/(pi r), with the pi that the chapter leaves out. D = d = E* = 1.
     """
     above("distance", distance, 0.5)
     one_of("reading", reading, "letter", "corrected")
     true = 2 / np.pi * np.arcsin(0.5 / distance)
-    stated = 1 / distance / (1 if reading == "letter" else np.pi)
+    if reading == "letter":
+        stated = 1 / distance
+    else:
+        stated = float(boussinesq(float(cylinder(0.5, 1.0).force(1.0)), distance, 1.0))
     # the closed form is exact: only its rounding is a bar
     details: dict[str, float | str] = {"u/d stated": stated, "u/d": float(true)}
     return Finding(stated / true - 1, 1e-14, details)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from comparisons.questions.experiments.running import Finding, above, experiment, one_of
-from reference.impact import impact, weak_loss
+from reference.impact import impact, rayleigh_share, weak_loss
 
 QUANTITIES = ("energy", "restitution", "duration", "force")
 
@@ -38,6 +38,7 @@ def _quasi_static(
         "energy radiated": found.energy_lost,
         "to first order": weak_loss(found.radiation),
         "energy radiated over (v/c0)^(3/5)": found.energy_lost / speed**0.6,
+        "share of surface waves in it": rayleigh_share(poisson_ratio),
         "restitution": found.restitution,
         "duration over Hertz's": found.duration,
         "force over Hertz's": found.force,

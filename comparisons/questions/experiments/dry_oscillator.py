@@ -1,0 +1,96 @@
+"""Coulomb's law itself beside (19.1): in steps of time as a set, and Den Hartog's oscillator."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from comparisons.questions.experiments.running import Finding, above, experiment, one_of
+from reduced.motion.blocks import blocks, integrate
+from reference.dynamics import blocks as coulomb
+from reference.dynamics.event_driven import follow
+from reference.dynamics.friction_forms import dry_oscillator_amplitude
+from reference.dynamics.moreau_jean import march
+
+EXACT = 1e-12  # of formulas, and of the motion from event to event
+# The oscillator m = k = P = 1 of `regularised-stick-slip`, which stops twice per period.
+_STOPPING = {"stiffness": 1.0, "amplitude": 1.0, "frequency": 0.4}
+_PERIODS, _LIMIT = 4, 0.9
+# One that never stops, and periods until its amplitude is steady.
+_SLIDING, _RATIO, _SETTLING = 0.6, 1.2, 100
+
+
+def _set_valued(
+    effort: str, *, steps: float = 100.0, load: float = 0.5, quantity: str = "oscillator"
+) -> Finding:
+    """Follow the set-valued law in steps of Moreau and Jean, `steps` to a period of the force.
+
+    ``"oscillator"``: largest error of the position over four periods, over the largest position.
+    ``"rest"``: the way of a block that `load` < 1 pulls on friction 1 in as many steps of unit
+    length, over the way that it would go without friction.
+    """
+    one_of("quantity", quantity, "oscillator", "rest")
+    count = int(above("steps", steps, 2))
+    if quantity == "rest":
+        if not 0 < load < 1:
+            raise ValueError(f"load must be between 0 and 1, not {load!r}")
+        held = march(coulomb.blocks(1.0, 1.0, load=load), step=1.0, steps=count)
+        way = float(held.position[-1, 0]) / (0.5 * load * count**2)
+        return Finding(way, EXACT, {"law evaluations": float(held.evaluations)})
+    end = _PERIODS * 2 * np.pi / _STOPPING["frequency"]
+    system = coulomb.blocks(1.0, _LIMIT, **_STOPPING)
+    exact = follow(system, end)
+    stepped = march(system, step=end / (_PERIODS * count), steps=_PERIODS * count)
+    position = exact.at(np.minimum(stepped.time, end))[0][:, 0]
+    deviation = np.abs(stepped.position[:, 0] - position).max()
+    largest = np.abs(exact.at(np.linspace(0, end, 2001))[0]).max()
+    details: dict[str, float | str] = {
+        "law evaluations": float(stepped.evaluations),
+        "share of the time at rest": exact.time_sticking() / end,
+    }
+    return Finding(float(deviation / largest), EXACT, details)
+
+
+def _amplitude(
+    effort: str, *, speed_ratio: float = 100.0, friction: float = _SLIDING, ratio: float = _RATIO
+) -> Finding:
+    """Amplitude under (19.1) over Den Hartog's, an oscillator m = k = P = 1 that does not stop.
+
+    `ratio`: frequency of the force over its own; V is the largest speed of a sinus of the true
+    amplitude. Sources of the bar: twice as many steps, and what the last periods still change.
+    """
+    above("speed_ratio", speed_ratio, 0)
+    true = dry_oscillator_amplitude(1.0, friction, 1.0, ratio)
+    v0 = true * ratio / speed_ratio
+    system = blocks(1.0, friction, stiffness=1.0, amplitude=1.0, frequency=ratio)
+    swings = []
+    for steps in (800, 1600) if effort == "quick" else (3200, 6400):
+        run = integrate(
+            *(system, v0),
+            step=2 * np.pi / ratio / steps,
+            steps=_SETTLING * steps,
+            scheme="implicit_midpoint",
+        )
+        last = run.position[-2 * steps :, 0].reshape(2, steps)
+        swings.append(0.5 * np.ptp(last, axis=1))
+    (coarse, fine), before = (each[1] for each in swings), swings[1][0]
+    bar = abs(fine - coarse) + abs(fine - before)
+    details: dict[str, float | str] = {"amplitude, Den Hartog": true, "by the law": float(fine)}
+    return Finding(float(fine / true - 1), float(bar / true) + EXACT, details)
+
+
+EXPERIMENTS = (
+    experiment(
+        "set-valued-steps",
+        "Coulomb's law as a set in fixed steps (Moreau and Jean), against its motion by events",
+        "steps per period of the force",
+        "steps",
+        _set_valued,
+    ),
+    experiment(
+        "regularised-amplitude",
+        "Amplitude of a dry oscillator under (19.1) against Den Hartog's closed form",
+        "largest sliding speed over characteristic speed V/v0",
+        "speed_ratio",
+        _amplitude,
+    ),
+)

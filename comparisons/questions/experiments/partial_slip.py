@@ -1,0 +1,139 @@
+"""Springs that stick and slip (19.18), (19.19): the stick zone, and a normal load that changes."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+
+from comparisons.judging.uncertainty import SAFE
+from comparisons.questions.experiments.base import Effort
+from comparisons.questions.experiments.running import Finding, above, experiment
+from reduced.friction.slide import slide, tangential_modulus
+from reduced.friction.stick_slip import follow
+from reduced.profiles import shapes
+from reference.closed_form import PartialSlip, power_law
+from reference.halfspace.cerruti import Compliance
+from reference.halfspace.friction import sweep
+from reference.halfspace.traction import NormalAndTangential
+
+EXACT = 1e-12
+# Incompressible: pressing and shearing do not act on each other. E* = R = 1.
+_POISSON, _SHEAR_MODULUS, _FRICTION = 0.5, 0.25, 0.5
+_MODULUS = tangential_modulus(_SHEAR_MODULUS, _POISSON)
+_DEPTH = 0.01  # over the radius of the ball; forces are scaled, so the number does not matter
+_SPRINGS = 2001  # so many that the springs' own error is far below that of any grid
+# Cells per contact radius and steps of the way, coarse and fine: their difference is the bar.
+_GRIDS: dict[Effort, tuple[tuple[int, int], ...]] = {
+    "quick": ((8, 6), (16, 12)),
+    "full": ((16, 16), (32, 32)),
+}
+
+
+def _stick_radius(effort: str, *, share: float = 0.5, exponent: float = 2.0) -> Finding:
+    """Half the length of the springs that stick over the stick radius; f = r^n, F_x = share mu F.
+
+    The truth is Cattaneo's and Mindlin's for n = 2, Jaeger's and Ciavarella's for every n.
+    """
+    if not 0 < share < 1:
+        raise ValueError(f"share must be between 0 and 1, not {share!r}")
+    above("exponent", exponent, 0)
+    exact = PartialSlip(
+        power_law(exponent, 1.0, 1.0),
+        penetration=_DEPTH,
+        friction=_FRICTION,
+        modulus_ratio=_MODULUS,
+    )
+    path = exact.along([share * exact.limit])
+    profile = shapes.power_law(exponent, 1.0)
+    springs, finer = (
+        slide(
+            *(profile, 1.0, _MODULUS, _FRICTION),
+            penetration=_DEPTH,
+            tangential_force=path.tangential_force,
+            springs=count,
+        ).stick_length[0]
+        / 2
+        for count in ((40, 80) if effort == "quick" else (80, 160))
+    )
+    true = float(path.stick_radius[0])
+    details: dict[str, float | str] = {
+        "displacement over that at which all slides": float(
+            path.tangential_displacement[0] / exact.sliding_displacement
+        ),
+    }
+    return Finding(float(finer / true - 1), float(abs(finer - springs) / true) + EXACT, details)
+
+
+def _way(final: float, reach: float, steps: int) -> tuple[np.ndarray, np.ndarray]:
+    """Depth and displacement: pressed in one step, then both change in proportion."""
+    part = np.linspace(0.0, 1.0, steps + 1)
+    limit = _FRICTION * _DEPTH / _MODULUS  # at which all slides under the first depth
+    return _DEPTH * (1 + (final - 1) * part), reach * limit * part
+
+
+@lru_cache(maxsize=64)
+def _true(final: float, reach: float, cells: int, steps: int) -> tuple[float, float]:
+    """Return normal and tangential force of the half-space at the end of the way."""
+    radius = float(np.sqrt(_DEPTH * max(final, 1.0)))
+    spacing = float(np.sqrt(_DEPTH)) / cells
+    count = 2 * int(np.ceil(1.1 * radius / spacing))
+    x = (np.arange(count) - (count - 1) / 2) * spacing
+    body = NormalAndTangential(
+        (count, count), (spacing, spacing), Compliance.of(_SHEAR_MODULUS, _POISSON)
+    )
+    depth, shift = _way(final, reach, steps)
+    gap = (x[:, None] ** 2 + x**2) / 2
+    path = sweep(body, gap, _FRICTION, penetration=depth, tangential_displacement=shift)
+    *_, last = path
+    return last.force, last.tangential_force
+
+
+def _changing_load(effort: Effort, *, final: float = 0.5, reach: float = 0.5) -> Finding:
+    """Tangential force over mu F of a ball that is pushed while its depth changes.
+
+    It is pressed in, then pushed by `reach` times the way on which it would slide, while the depth
+    goes to `final` times what it was. The error is in parts of the largest friction force. Springs
+    take the way in one step, in which everything changes in proportion; the half-space in steps
+    which halve with the cells.
+    """
+    above("final", final, 0)
+    above("reach", reach, 0)
+    radius = 1.05 * float(np.sqrt(_DEPTH * max(final, 1.0)))
+    x = np.linspace(-radius, radius, _SPRINGS)
+    depth, shift = _way(final, reach, 1)
+    springs = follow(
+        *(x**2, x[1] - x[0], 1.0, _MODULUS, _FRICTION),
+        penetration=depth,
+        tangential_displacement=shift,
+    )
+    stated = springs.tangential_force[-1] / (_FRICTION * springs.force[-1])
+    coarse, fine = (_true(final, reach, *grid) for grid in _GRIDS[effort])
+    shares = [tangential / (_FRICTION * normal) for normal, tangential in (coarse, fine)]
+    details: dict[str, float | str] = {
+        "F_x/(mu F) of the springs": float(stated),
+        "F_x/(mu F)": shares[1],
+        "share of the springs that stick": float(
+            springs.stick_length[-1] / springs.contact_length[-1]
+        ),
+    }
+    bar = SAFE * abs(shares[1] - shares[0])
+    return Finding(float(stated) - shares[1], bar + EXACT, details)
+
+
+EXPERIMENTS = (
+    experiment(
+        "stick-radius",
+        "Length of the springs that stick against the stick radius in closed form",
+        "tangential force F_x/(mu F)",
+        "share",
+        _stick_radius,
+    ),
+    experiment(
+        "changing-load",
+        "Tangential force on a ball that is pushed while its depth changes, against the half-space",
+        "last penetration over the first",
+        "final",
+        _changing_load,
+    ),
+)

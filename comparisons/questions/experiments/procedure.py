@@ -1,0 +1,88 @@
+"""Section 19.7 as a whole: from the map of a surface to its contact, against that same surface."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+
+from comparisons.judging.uncertainty import combined, ratio_of_means
+from comparisons.questions.experiments.base import Effort
+from comparisons.questions.experiments.rough_ensemble import Surface, surface_samples, truth
+from comparisons.questions.experiments.running import Finding, above, experiment, one_of
+from reduced.rough.procedure import Procedure, side_by_side
+
+VARIANTS = ("literal", "corrected")
+QUANTITIES = ("contact_area", "stress", "undefined")
+# Maps, each with lines of its own spectrum: a line's scatter is averaged before the maps'.
+_COUNTS: dict[Effort, tuple[int, int]] = {"quick": (12, 20), "full": (60, 60)}
+
+
+@lru_cache(maxsize=512)
+def _calculated(surface: Surface, load: float, map_number: int, lines: int) -> dict[str, Procedure]:
+    """Carry out the procedure on one map, by the letter and as corrected; E* = A0 = h' = 1."""
+    height = surface.heights(map_number)
+    options = {"realisations": lines, "periodic": surface.periodic, "seed": map_number}
+    found = side_by_side(height, 1.0, 1.0, [load], **options)
+    return dict(zip(VARIANTS, found, strict=True))
+
+
+def _procedure(
+    effort: Effort,
+    *,
+    load: float = 0.01,
+    variant: str = "literal",
+    quantity: str = "contact_area",
+    hurst: float = 0.8,
+    roll_off: float = 2.0,
+    shortest: float = 4.0,
+    points: float = 64,
+    periodic: bool = False,
+) -> Finding:
+    """Compare what the procedure says of a map with what the half-space does, mean over maps.
+
+    ``"contact_area"``: (19.29) over the area; ``"stress"``: mean of (19.37) where it has a value,
+    over the mean pressure of the true contact; ``"undefined"``: share of the contact in which it
+    has none. Sources of the bar: the scatter of the maps, and the grid.
+    """
+    one_of("variant", variant, *VARIANTS)
+    one_of("quantity", quantity, *QUANTITIES)
+    above("load", load, 0)
+    surface = Surface.of(points, hurst, roll_off, shortest, periodic)
+    maps, lines = _COUNTS[effort]
+    found = [_calculated(surface, float(load), k, lines)[variant] for k in range(maps)]
+    kept = np.mean([each.sums.ratio for each in found], axis=0)
+    missing = np.array([each.undefined_share[0] for each in found])
+    details: dict[str, float | str] = {
+        **{
+            f"{name} of the lines over the maps'": float(ratio)
+            for name, ratio in zip(("rms height", "rms slope", "curvature"), kept, strict=True)
+        },
+        "share of the contact without a stress": float(missing.mean()),
+    }
+    if quantity == "undefined":
+        scatter = 2 * float(missing.std(ddof=1)) / np.sqrt(maps)
+        return Finding(float(missing.mean()), scatter, details)
+
+    def sample(factor: int, number: int) -> np.ndarray:
+        return surface_samples(surface, float(load), factor, number)["contact_area"]
+
+    areas, grid_bar = truth(sample, "refined", maps, effort)
+    if quantity == "contact_area":
+        stated, true = np.array([each.ensemble["contact_area"].mean[0] for each in found]), areas
+    else:
+        stated, true = np.array([each.pressures[0].mean() for each in found]), load / areas
+    ratio, bar = ratio_of_means(stated[:, None], true[:, None], paired=True)
+    error = float(ratio[0]) - 1
+    return Finding(error, (1 + error) * float(combined(float(bar[0]), grid_bar)), details)
+
+
+EXPERIMENTS = (
+    experiment(
+        "procedure",
+        "Section 19.7 on maps of rough surfaces, against the contact of the same surfaces",
+        "load F/(E* A0 h')",
+        "load",
+        _procedure,
+    ),
+)

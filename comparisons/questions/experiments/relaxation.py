@@ -1,0 +1,37 @@
+"""(19.30) for a real rubber: a sum of springs and dashpots in place of a continuous spectrum."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from comparisons.questions.experiments.running import Finding, above, experiment
+from reduced.memory.materials import fit
+
+# Havriliak & Negami (1967): from 1 MPa at rest to 1 GPa as glass, over ten decades of frequency.
+_RELAXED, _GLASSY, _TIME, _FIRST, _SECOND = 1e6, 1e9, 1e-3, 0.6, 0.7
+_FREQUENCIES = np.geomspace(1e-2, 1e8, 201)
+_EXACT = 1e-12
+
+
+def _series(effort: str, *, per_decade: float = 2.0) -> Finding:
+    """Largest relative error of G(w) by a series with `per_decade` relaxation times a decade."""
+    above("per_decade", per_decade, 0)
+    turns = (1j * _FREQUENCIES * _TIME) ** _FIRST
+    true = _GLASSY - (_GLASSY - _RELAXED) / (1 + turns) ** _SECOND
+    series = fit(_FREQUENCIES, true.real, true.imag, per_decade=per_decade)
+    details: dict[str, float | str] = {
+        "relaxation times": float(series.material.times.size),
+        "rms error": series.rms_error,
+    }
+    return Finding(float(series.error.max()), _EXACT, details)
+
+
+EXPERIMENTS = (
+    experiment(
+        "relaxation-series",
+        "Modulus of a rubber with a continuous spectrum by a series of relaxation times",
+        "relaxation times per decade",
+        "per_decade",
+        _series,
+    ),
+)

@@ -1,0 +1,62 @@
+"""A surface with a lay: parallel ridges, of which lines for isotropic roughness know nothing."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from comparisons.questions.experiments.running import Finding, above, experiment, one_of
+from reduced.rough.ensemble import lines
+from reduced.rough.line_spectrum import line_of
+from reduced.rough.press import LineContact, press
+from reduced.rough.surface_spectrum import measured
+from reference.closed_form import westergaard
+
+QUANTITIES = ("contact_area", "mean_gap")
+_MAP, _LINE = 16, 256  # points per ridge: of the map, and of the line on its coarser grid
+
+
+def _ridges(
+    effort: str, *, load: float = 0.1, ridges: float = 8, quantity: str = "contact_area"
+) -> Finding:
+    """Line made from a map of `ridges` waves over the wavy surface of Westergaard, - 1.
+
+    `load`: mean pressure over that of full contact. All lines of one wave are alike, and nothing
+    scatters; the bar is what twice as many points change.
+    """
+    one_of("quantity", quantity, *QUANTITIES)
+    above("load", load, 0)
+    count = int(above("ridges", ridges, 0.5))
+    if not load < 1:
+        raise ValueError(f"load must be below 1, where all is in contact, not {load!r}")
+    wave = westergaard(1.0 / count, 1.0 / count, 1.0)  # A0 = E* = 1
+    pressure = load * wave.full_contact_pressure
+    true = {
+        "contact_area": wave.contact_fraction(pressure),
+        "mean_gap": wave.mean_gap(pressure),
+    }[quantity]
+    coarse, fine = (
+        float(getattr(_pressed(count, per_ridge, pressure), quantity).item())
+        for per_ridge in (_LINE, 2 * _LINE)
+    )
+    details: dict[str, float | str] = {f"{quantity} of the line": fine, quantity: float(true)}
+    return Finding(fine / float(true) - 1, abs(fine - coarse) / float(true) + 1e-12, details)
+
+
+def _pressed(count: int, per_ridge: int, pressure: float) -> LineContact:
+    """Press the line of a map of so many ridges with the force of the map."""
+    points = _MAP * count
+    height = np.cos(2 * np.pi * np.arange(points) / _MAP)[:, None] / count * np.ones(4)
+    spectrum = line_of(measured(height, (1.0, 4 / points), periodic=True))
+    line = lines(spectrum, per_ridge * count, [0])
+    return press(line, 1 / (per_ridge * count), 1.0, force=[pressure])
+
+
+EXPERIMENTS = (
+    experiment(
+        "ridges",
+        "Line of a surface of parallel ridges against Westergaard's contact of a wavy surface",
+        "mean pressure over that of full contact",
+        "load",
+        _ridges,
+    ),
+)

@@ -1,0 +1,168 @@
+"""Fig. 19.4: a rigid mass on the springs of its contact, in steps of time, against energy."""
+
+from __future__ import annotations
+
+from functools import lru_cache
+
+import numpy as np
+
+from comparisons.questions.experiments.running import Finding, above, experiment, one_of
+from reduced.motion.contact import SpringContact, spring_contact
+from reduced.motion.course import move
+from reduced.profiles import shapes
+from reference.closed_form import paraboloid
+from reference.dynamics.collision import power_law_collision, power_law_motion
+from reference.dynamics.oscillator import (
+    Forced,
+    contact_resonance,
+    deepest_without_flight,
+    forced_vibration,
+    free_period,
+    linear_amplitude,
+    power_backbone,
+)
+
+EXACT = 1e-9  # of the quadratures and of Runge-Kutta's steps
+MODELS = ("springs", "linear", "second_order")
+# A ball with R = E* = m = 1 under F0 = 1/6: d0 = 1/4, k = 1, w0 = 1.
+_BALL, _LOAD, _STATIC = paraboloid(1.0, 1.0), 1 / 6, 0.25
+_DAMPING, _PERIODS = 0.1, 80
+
+
+def _one_more(effort: str, coarse: int, fine: int) -> tuple[int, int]:
+    """Return numbers of steps, the second four times the first: full runs take more."""
+    steps = fine if effort == "full" else coarse
+    return steps, 4 * steps
+
+
+def _free(effort: str, *, deepest: float = 1.5, model: str = "springs") -> Finding:
+    """Frequency of a ball's free vibration whose deepest point is `deepest` times the static one.
+
+    Beyond 1.842 the ball leaves the ground. ``"springs"``: half a period of the springs in steps,
+    from the deepest point to the highest; ``"linear"``: the resonance of small vibrations;
+    ``"second_order"``: its softening with the square of the amplitude (Nayak 1972).
+    """
+    one_of("model", model, *MODELS)
+    above("deepest", deepest, 1)
+    period = free_period(_BALL, 1.0, _LOAD, deepest * _STATIC)
+    small = 2 * np.pi / contact_resonance(_BALL, 1.0, _LOAD)
+    flies = deepest * _STATIC > deepest_without_flight(_BALL, _LOAD)
+    details: dict[str, float | str] = {
+        "frequency over that of small vibrations": small / period,
+        "the ball": "flies" if flies else "stays in contact",
+    }
+    if model == "linear":
+        return Finding(period / small - 1, EXACT, details)
+    contact = spring_contact(shapes.paraboloid(1.0), 1.0, deepest * _STATIC)
+    counts = _one_more(effort, 1000, 4000)
+    halves, highest = zip(*(_to_the_top(contact, deepest, period, n) for n in counts), strict=True)
+    if model == "second_order":
+        softened = power_backbone(2, 0.5 * (deepest - highest[1] / _STATIC))
+        return Finding(softened * period / small - 1, EXACT, details)
+    errors = [0.5 * period / half - 1 for half in halves]
+    return Finding(errors[1], abs(errors[1] - errors[0]) + EXACT, details)
+
+
+def _to_the_top(
+    contact: SpringContact, deepest: float, period: float, steps: int
+) -> tuple[float, float]:
+    """Return the time from the deepest point to the highest one, and where that is."""
+    step = 0.6 * period / steps
+    run = move(contact, 1.0, step=step, steps=steps, position=deepest * _STATIC, load=_LOAD)
+    v = run.velocity
+    k = int(np.flatnonzero((v[1:-1] < 0) & (v[2:] >= 0))[0]) + 1
+    return float(run.time[k] + step * v[k] / (v[k] - v[k + 1])), float(run.position.min())
+
+
+def _forced(effort: str, *, push: float = 0.1, model: str = "springs") -> Finding:
+    """Amplitude of a ball's vibration at its contact resonance, 5 % of critical damping.
+
+    `push`: amplitude of the force over the load. The truth is Runge-Kutta's on the closed form.
+    """
+    one_of("model", model, "springs", "linear")
+    above("push", push, 0)
+    frequency = contact_resonance(_BALL, 1.0, _LOAD)
+    exact = _steady(push)
+    details: dict[str, float | str] = {
+        "amplitude over static depth": exact.amplitude / _STATIC,
+        "share of the period in flight": exact.flight,
+    }
+    steady = exact.change + EXACT
+    if model == "linear":
+        stated = linear_amplitude(1.0, frequency**2, _DAMPING, push * _LOAD, frequency)
+        return Finding(stated / exact.amplitude - 1, steady, details)
+    contact = spring_contact(shapes.paraboloid(1.0), 1.0, 4 * _STATIC)
+    errors = []
+    for steps in _one_more(effort, 100, 400):
+        run = move(
+            *(contact, 1.0),
+            step=2 * np.pi / frequency / steps,
+            steps=_PERIODS * steps,
+            position=_STATIC,
+            load=_LOAD,
+            amplitude=push * _LOAD,
+            scheme="verlet",
+            damping=_DAMPING,
+            frequency=frequency,
+        )
+        errors.append(0.5 * float(np.ptp(run.position[-steps:])) / exact.amplitude - 1)
+    return Finding(errors[1], abs(errors[1] - errors[0]) + steady, details)
+
+
+@lru_cache(maxsize=64)
+def _steady(push: float) -> Forced:
+    """Return the steady vibration on the closed form."""
+    return forced_vibration(
+        *(_BALL, 1.0, _LOAD),
+        force=push * _LOAD,
+        frequency=contact_resonance(_BALL, 1.0, _LOAD),
+        damping=_DAMPING,
+        periods=_PERIODS,
+        tolerance=1e-9,
+    )
+
+
+def _impact(effort: str, *, exponent: float = 2.0) -> Finding:
+    """Course of an impact of f = r^n on its springs: largest error of the depth, over its largest.
+
+    The truth is Hertz's and Deresiewicz's integral for every n, inverted.
+    """
+    above("exponent", exponent, 0)
+    speed = 0.01
+    exact = power_law_collision(exponent, 1.0, 1.0, 1.0, speed)
+    profile = shapes.power_law(exponent, 1.0)
+    errors = []
+    for springs, steps in zip((40, 80), _one_more(effort, 250, 1000), strict=True):
+        contact = spring_contact(profile, 1.0, 1.01 * exact.penetration, springs=springs)
+        run = move(contact, 1.0, step=exact.duration / steps, steps=steps, velocity=speed)
+        true = power_law_motion(exponent, exact, np.minimum(run.time, exact.duration))
+        errors.append(float(np.abs(run.position - true).max()) / exact.penetration)
+    details: dict[str, float | str] = {
+        "duration times v over depth": exact.duration * speed / exact.penetration
+    }
+    return Finding(errors[1], abs(errors[1] - errors[0]) + EXACT, details)
+
+
+EXPERIMENTS = (
+    experiment(
+        "free-vibration",
+        "Frequency of a ball that vibrates on its contact, up to flight, against its energy",
+        "deepest point over static penetration",
+        "deepest",
+        _free,
+    ),
+    experiment(
+        "forced-vibration",
+        "Amplitude of a ball driven at its contact resonance, against Runge-Kutta's",
+        "amplitude of the force over the load P/F0",
+        "push",
+        _forced,
+    ),
+    experiment(
+        "impact-in-time",
+        "Course of an impact in time on springs, against the inverted integral of Deresiewicz",
+        "exponent n of f = c r^n",
+        "exponent",
+        _impact,
+    ),
+)
