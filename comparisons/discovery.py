@@ -6,6 +6,9 @@ from collections.abc import Iterator
 from importlib import import_module
 from pkgutil import iter_modules
 from types import ModuleType
+from typing import TypeVar
+
+T = TypeVar("T")
 
 
 def files_of(room: ModuleType) -> Iterator[ModuleType]:
@@ -17,3 +20,12 @@ def files_of(room: ModuleType) -> Iterator[ModuleType]:
     """
     for name in sorted(module.name for module in iter_modules(room.__path__)):
         yield import_module(f"{room.__name__}.{name}")
+
+
+def classes_of(room: ModuleType, base: type[T]) -> Iterator[type[T]]:
+    """Yield the subclasses of a class that the modules of a package define."""
+    for file in files_of(room):
+        for value in vars(file).values():
+            own = isinstance(value, type) and value.__module__ == file.__name__
+            if own and issubclass(value, base) and value is not base:
+                yield value

@@ -8,6 +8,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable
 from dataclasses import dataclass
+from importlib import import_module
 from typing import Literal
 
 
@@ -72,6 +73,8 @@ OWN: dict[str, Method] = {
 }
 # Entry points under which installed packages offer methods of their own.
 GROUP = "roughline.methods"
+# The list of solvers; heavy, so that it is not imported to list what has a row.
+SOLVERS = "comparisons.methods.registry"
 # All methods of this process: our own, and those from outside.
 METHODS: dict[str, Method] = dict(OWN)
 # The model under test, in whose place nothing else is judged where nobody says what to judge.
@@ -112,6 +115,17 @@ def references() -> list[str]:
 GRID = next(name for name in references() if METHODS[name].grid)
 # Candidates that share no code: of several grids, whose kernels are the same, the first one only.
 INDEPENDENT = (CLOSED_FORM, *(n for n in references() if n == GRID or not METHODS[n].grid))
+
+
+def is_known(name: str) -> bool:
+    """Tell whether a method has this name.
+
+    One of our own whose file brings no row to `OWN` is known when the solvers are loaded: that is
+    done for a name that nobody knows, before it is called wrong.
+    """
+    if name not in METHODS:
+        import_module(SOLVERS)
+    return name in METHODS
 
 
 def growth(name: str) -> float:

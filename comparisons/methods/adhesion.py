@@ -18,7 +18,7 @@ from comparisons.methods.bem_fft import BemFft
 from comparisons.methods.closed_form import ClosedForm, shape_of
 from comparisons.methods.reduced import ReducedProfile
 from comparisons.methods.solver import Refused, Solver, needed
-from comparisons.scene.physics.tables import Adhesion as AdhesionTable
+from comparisons.scene.physics.tables.adhesion import Adhesion as AdhesionTable
 from comparisons.scene.scene import Scene
 from comparisons.scene.shapes import Indenter, PowerLaw
 from comparisons.tasks.solution import Solution

@@ -9,7 +9,7 @@ import numpy as np
 
 from comparisons.geometry.prepare import IndenterGeometry
 from comparisons.scene.physics.loads import Loads
-from comparisons.scene.physics.tables import Adhesion
+from comparisons.scene.physics.tables.adhesion import Adhesion
 from comparisons.scene.shapes import Indenter
 from reference.errors import ConvergenceError
 from reference.halfspace import FreeOperator

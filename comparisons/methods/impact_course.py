@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from comparisons.scene.physics.loads import Loads
-from comparisons.scene.physics.tables import Dynamics
+from comparisons.scene.physics.tables.dynamics import Dynamics
 from comparisons.tasks.solution import Solution
 from comparisons.tasks.task import Task
 from reduced.errors import ConvergenceError

@@ -21,7 +21,7 @@ from comparisons.methods.grid import Grid, Operator, make_grid
 from comparisons.methods.reduced import ReducedProfile, line_picture
 from comparisons.methods.solver import Refused, needed
 from comparisons.scene.physics.loads import Loads, loads_of
-from comparisons.scene.physics.viscoelastic import Viscoelastic
+from comparisons.scene.physics.tables.viscoelastic import Viscoelastic
 from comparisons.scene.scene import Scene
 from comparisons.tasks.solution import Solution
 from comparisons.tasks.steps import Row, Step

@@ -13,7 +13,7 @@ from comparisons.methods.impacts import ONLY_INDENTERS
 from comparisons.methods.memory import SOURCES, body_of, circular, material_of, springs_of
 from comparisons.methods.reduced import ReducedProfile
 from comparisons.methods.solver import Refused, needed
-from comparisons.scene.physics.tables import Dynamics
+from comparisons.scene.physics.tables.dynamics import Dynamics
 from comparisons.scene.scene import Scene
 from comparisons.tasks.solution import Solution
 from comparisons.tasks.steps import Row, Step, solve_rows

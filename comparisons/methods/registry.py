@@ -6,14 +6,12 @@ file adds it. Methods from outside are put beside them by `add`.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from importlib import import_module
-from pkgutil import iter_modules
 from typing import Any, Protocol
 
 import comparisons.methods as room
+from comparisons.discovery import classes_of
 from comparisons.errors import InputError
-from comparisons.facts.methods import METHODS, OWN, Method
+from comparisons.facts.methods import METHODS, Method
 from comparisons.methods.solver import Refusal, Refused, Solver
 from comparisons.scene.scene import Scene
 from comparisons.tasks.task import Task
@@ -35,17 +33,12 @@ class Maker(Protocol):
         """Return the solver of a scene that was not refused."""
 
 
-def _own() -> Iterator[type[Solver[Any]]]:
-    for module in sorted(module.name for module in iter_modules(room.__path__)):
-        for value in vars(import_module(f"{room.__name__}.{module}")).values():
-            known = isinstance(value, type) and issubclass(value, Solver) and value.name
-            if known and value.__module__ == f"{room.__name__}.{module}":
-                yield value
-
-
-_BUILT_IN = tuple(_own())
+_BUILT_IN = tuple(made for made in classes_of(room, Solver) if made.name)
+for _made in _BUILT_IN:
+    # One without a row says itself what it is called, and is the truth where no other is.
+    METHODS.setdefault(_made.name, Method(_made.title or _made.name, _made.dimension))
 SOLVERS: dict[str, tuple[Maker, ...]] = {
-    name: tuple(maker for maker in _BUILT_IN if maker.name == name) for name in OWN
+    name: tuple(made for made in _BUILT_IN if made.name == name) for name in METHODS
 }
 
 
@@ -73,7 +66,7 @@ def add_class(made: type[Solver[Any]]) -> str:
             "expected a function under @method(name), or a class derived from Solver that has a "
             f"name (the class, not an object of it), got {made!r:.60}"
         )
-    if made.name in OWN:
+    if made.name in METHODS and not METHODS[made.name].outside:
         raise InputError(f"{made.name!r} is a method of roughline's own: choose another name")
     add(made, Method(made.title or made.name, made.dimension, origin="outside"))
     return made.name

@@ -20,7 +20,7 @@ from comparisons.methods.memory import body_of, material_of, springs_of
 from comparisons.methods.reduced import ReducedProfile
 from comparisons.methods.reduced_lines import ReducedLines
 from comparisons.methods.solver import Refused
-from comparisons.scene.physics.viscoelastic import Viscoelastic
+from comparisons.scene.physics.tables.viscoelastic import Viscoelastic
 from comparisons.scene.scene import Scene
 from comparisons.tasks.solution import Solution, Stopwatch
 from comparisons.tasks.steps import Row, Step, solve_rows

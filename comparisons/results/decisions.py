@@ -16,7 +16,7 @@ import numpy as np
 import pandas as pd
 
 from comparisons import formatting as fmt
-from comparisons.facts.methods import MODEL, OWN, title_of
+from comparisons.facts.methods import MODEL, OWN, ours, title_of
 from comparisons.facts.quantities import FIELDS, QUANTITIES, main_axis, quantity
 from comparisons.judging.verdicts import NO_RESULT, OUTSIDE, WITHIN, WORST_FIRST, word_for
 from comparisons.results import selection
@@ -229,7 +229,7 @@ def second_rows(record: SceneRecord, method: str = MODEL) -> list[Verdict]:
 
 def judged_methods(record: SceneRecord) -> list[str]:
     """Return whose verdicts a page leads with: the reduced model, and methods of the user's own."""
-    own = [name for name in selection.methods(record) if name not in OWN]
+    own = [name for name in selection.methods(record) if name not in {*OWN, *ours()}]
     return [*([] if own and _not_asked(record, MODEL) else [MODEL]), *own]
 
 

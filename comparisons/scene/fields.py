@@ -9,7 +9,7 @@ from typing import Annotated, Any, Literal
 from pydantic import AfterValidator, BeforeValidator, ValidationInfo
 from pydantic_core import PydanticCustomError
 
-from comparisons.facts.methods import METHODS
+from comparisons.facts.methods import METHODS, is_known
 from comparisons.scene.units import FORCE, LENGTH, NUMBER, PRESSURE, Dimension, to_si
 
 _NOTHING = object()
@@ -63,7 +63,7 @@ Finite = Annotated[float, quantity(NUMBER, sign="any")]
 
 
 def _known(name: str) -> str:
-    if name not in METHODS:
+    if not is_known(name):
         raise fail(f"expected one of {', '.join(METHODS)}", name)
     return name
 

@@ -11,7 +11,7 @@ from collections.abc import Mapping
 from functools import cached_property
 from math import inf
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import tomli_w
 from pydantic import (
@@ -19,6 +19,7 @@ from pydantic import (
     ConfigDict,
     Field,
     ValidationError,
+    create_model,
     field_validator,
     model_validator,
 )
@@ -32,13 +33,12 @@ from comparisons.scene.fields import KnownMethod, Positive, fail
 from comparisons.scene.half_space import RELAXES, HalfSpace
 from comparisons.scene.loading import PATH, Loading
 from comparisons.scene.options import MethodOptions
-from comparisons.scene.physics import PHYSICS, Adhesion, Dynamics, Friction, Sliding, Viscoelastic
 from comparisons.scene.physics.combinations import (
     combination_problems,
-    switched_on,
     walks_a_path,
     with_defaults,
 )
+from comparisons.scene.physics.tables import TABLES
 from comparisons.scene.problems import readable
 from comparisons.scene.shapes import AnyIndenter
 from comparisons.scene.surface import Surface
@@ -91,8 +91,8 @@ class Compare(_Table):
         return value if value is None or isinstance(value[0], str) else tuple(sorted(value))
 
 
-class Scene(_Table):
-    """A validated scene; see the contract of scene files in docs/scenes.md."""
+class _Bodies(_Table):
+    """What touches."""
 
     name: str
     title: Annotated[str, Field(max_length=300)] = ""
@@ -101,11 +101,32 @@ class Scene(_Table):
     indenter: AnyIndenter | None = None
     surface: Surface | None = None
     body: Body | None = None
-    friction: Friction | None = None
-    viscoelastic: Viscoelastic | None = None
-    sliding: Sliding | None = None
-    adhesion: Adhesion | None = None
-    dynamics: Dynamics | None = None
+
+
+if TYPE_CHECKING:
+    from comparisons.scene.physics.tables.adhesion import Adhesion
+    from comparisons.scene.physics.tables.dynamics import Dynamics
+    from comparisons.scene.physics.tables.friction import Friction
+    from comparisons.scene.physics.tables.sliding import Sliding
+    from comparisons.scene.physics.tables.viscoelastic import Viscoelastic
+
+    class _Physics(_Bodies):
+        """Beside them, one table for each that `comparisons.scene.physics.tables` holds."""
+
+        friction: Friction | None = None
+        viscoelastic: Viscoelastic | None = None
+        sliding: Sliding | None = None
+        adhesion: Adhesion | None = None
+        dynamics: Dynamics | None = None
+
+else:
+    _tables = {key: (table | None, None) for key, table in TABLES.items()}
+    _Physics = create_model("_Physics", __base__=_Bodies, **_tables)
+
+
+class Scene(_Physics):
+    """A validated scene; see the contract of scene files in docs/scenes.md."""
+
     # Only an impact has no loads: its mass finds its own way.
     loading: Loading = Field(default_factory=Loading.model_construct)
     compare: Compare = Compare()
@@ -180,7 +201,7 @@ class Scene(_Table):
     @cached_property
     def physics(self) -> tuple[str, ...]:
         """Which physics beyond frictionless elastic contact the scene switches on."""
-        return switched_on(dict.fromkeys(n for n in PHYSICS if getattr(self, n) is not None))
+        return tuple(name for name in TABLES if getattr(self, name) is not None)
 
     @property
     def poisson_ratio(self) -> float:

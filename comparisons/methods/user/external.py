@@ -21,14 +21,14 @@ from typing import Any
 import numpy as np
 
 from comparisons.errors import InputError
-from comparisons.facts.methods import GROUP, OWN, Method
+from comparisons.facts.methods import GROUP, METHODS, Method
 from comparisons.facts.quantities import ASKED
 from comparisons.geometry.prepare import Geometry
 from comparisons.isolation import parent
 from comparisons.methods import registry
 from comparisons.methods.solver import Refused, Solver
 from comparisons.reasons import one_line
-from comparisons.scene.physics import PHYSICS
+from comparisons.scene.physics.tables import TABLES
 from comparisons.scene.scene import Scene
 from comparisons.tasks.archive import solution_of
 from comparisons.tasks.solution import Solution
@@ -299,12 +299,12 @@ def _origin(source: str, digest: str, found: Any, limits: Limits) -> Origin:
     physics = found.get("physics", [])
     if not isinstance(name, str) or not NAME.fullmatch(name):
         raise ValueError(f"name: expected a-z, 0-9 and _, at most 40 characters, got {name!r:.60}")
-    if name in OWN:
+    if name in METHODS and not METHODS[name].outside:
         raise ValueError(f"name: {name!r} is a method of roughline's own")
     if dimension not in (1, 3):
         raise ValueError(f"dimension: expected 1 or 3, got {dimension!r:.60}")
-    if not isinstance(physics, list) or any(each not in PHYSICS for each in physics):
-        known = ", ".join(PHYSICS)
+    if not isinstance(physics, list) or any(each not in TABLES for each in physics):
+        known = ", ".join(TABLES)
         raise ValueError(f"physics: expected tables among {known}, got {physics!r:.60}")
     title = _text(title)[:60] or name
     return Origin(source, name, title, dimension, digest, **asdict(limits), physics=tuple(physics))

@@ -6,29 +6,12 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from comparisons.facts.quantities import DEFAULT, NORMAL, TANGENTIAL, quantity
-from comparisons.scene.physics.tables import PHYSICS
-
-# What is compared where a scene does not say, by the table that its load axis comes from.
-_DEFAULTS = {
-    "friction": ("tangential_force", "tangential_displacement"),
-    "sliding": ("friction_coefficient", "contact_area", "force", "penetration"),
-    "dynamics": ("restitution", "contact_duration", "penetration"),
-}
-# Pairs that contradict each other, or that nothing here could mean.
-_APART = {
-    ("friction", "sliding"): "steady sliding has no stick, and its friction comes from the body",
-    ("friction", "viscoelastic"): "a tangential path of a body that relaxes would need its times",
-    ("friction", "dynamics"): "the mass moves along the normal only",
-    ("sliding", "dynamics"): "steady sliding has no inertia",
-    ("adhesion", "sliding"): "the detachment of a sliding edge has no rule here",
-}
-# With these tables the properties of two elastic bodies do not add up to one E*.
-_ONE_BODY = ("friction", "viscoelastic", "sliding")
+from comparisons.scene.physics.tables import TABLES
 
 
 def switched_on(data: Mapping[str, Any]) -> tuple[str, ...]:
     """Return which tables of physics a scene has."""
-    return tuple(name for name in PHYSICS if name in data)
+    return tuple(name for name in TABLES if name in data)
 
 
 def walks_a_path(data: Mapping[str, Any]) -> bool:
@@ -45,10 +28,9 @@ def with_defaults(data: dict[str, Any]) -> dict[str, Any]:
     compare = data.get("compare", {})
     if not tables or not isinstance(compare, dict) or "quantities" in compare:
         return data
-    own = next((_DEFAULTS[name] for name in tables if name in _DEFAULTS), None)
+    own = next((TABLES[name].compared for name in tables if TABLES[name].compared), None)
     if own is None:
-        own = DEFAULT
-        own += ("pull_off_force",) if "adhesion" in tables else ()
+        own = (*DEFAULT, *(each for name in tables for each in TABLES[name].adds))
     loading = data.get("loading")
     in_time = isinstance(loading, dict) and "time" in loading
     if "dynamics" in tables and in_time:
@@ -59,9 +41,10 @@ def with_defaults(data: dict[str, Any]) -> dict[str, Any]:
 def combination_problems(data: Mapping[str, Any]) -> Iterator[str]:
     """Yield what does not go together in a scene, with the reason."""
     tables = switched_on(data)
-    for (one, other), why in _APART.items():
-        if one in tables and other in tables:
-            yield f"{one}: expected no [{other}] beside it: {why}"
+    for one in tables:
+        for other, why in TABLES[one].apart.items():
+            if other in tables:
+                yield f"{one}: expected no [{other}] beside it: {why}"
     if tables:
         yield from _bodies(data, tables)
     yield from _loads(data, tables)
@@ -77,7 +60,7 @@ def _bodies(data: Mapping[str, Any], tables: tuple[str, ...]) -> Iterator[str]:
     named = _either(tables)
     if "body" in data:
         yield f"body: expected no {named} beside it: a mesh of yours is elastic and frictionless"
-    one_body = [name for name in tables if name in _ONE_BODY]
+    one_body = [name for name in tables if TABLES[name].one_body]
     if "counter_body" in data and one_body:
         yield (
             f"counter_body: expected no {_either(one_body)} beside it: only the moduli of "

@@ -10,28 +10,13 @@ from comparisons.formatting import given
 from comparisons.scene.physics.loads import Loads
 
 if TYPE_CHECKING:
-    from comparisons.scene.physics import Viscoelastic
     from comparisons.scene.scene import Scene
 
 
 def switched_on(scene: Scene, loads: Loads) -> Iterable[tuple[str, str]]:
     """Yield each part of the physics beyond frictionless elastic contact, and how it acts."""
-    if scene.friction is not None:
-        yield (
-            "Coulomb friction",
-            f"µ = {given(scene.friction.coefficient, '')}, sticking and slipping",
-        )
-    if scene.viscoelastic is not None:
-        yield "memory of the material", _material(scene.viscoelastic, scene.poisson_ratio)
-    if scene.sliding is not None:
-        yield "steady sliding", "each speed by itself, after every start has been forgotten"
-    if scene.adhesion is not None:
-        work = given(scene.adhesion.work, "J/m²")
-        short = "at the edge of the contact only (JKR)"
-        reach = f"up to a distance of {given(scene.adhesion.range, 'm')}"
-        yield "adhesion", f"w = {work}, {short if scene.adhesion.short_range else reach}"
-    if scene.dynamics is not None:
-        yield "inertia", f"of a rigid mass of {_mass(scene.dynamics.mass)}; the half-space has none"
+    for name in scene.physics:
+        yield getattr(scene, name).words(scene)
     if scene.physics:
         yield "load axis", _axis(loads)
 
@@ -72,19 +57,3 @@ def _axis(loads: Loads) -> str:
         return text
     normal = quantity(loads.normal.control)
     return f"{text}, at {normal.words} {given(float(loads.normal.values[0]), normal.unit)}"
-
-
-def _material(body: Viscoelastic, nu: float) -> str:
-    """Name the model with its moduli and times."""
-    lasting = given(body.long_term_modulus, "Pa")
-    parts = [
-        f"{given(modulus, 'Pa')} relaxing in {given(time, 's')}" for modulus, time in body.branches
-    ]
-    if body.dashpot_viscosity:
-        parts = [f"a dashpot of {given(body.dashpot_viscosity, 'Pa s')}"]
-    name = body.model.replace("_", "-")
-    return f"{name}: G = {lasting} for good, and {', '.join(parts)}; ν = {given(nu, '')}"
-
-
-def _mass(mass: float) -> str:
-    return given(1e3 * mass, "g")

@@ -78,8 +78,6 @@ def loads_of(scene: Scene, unit: float = 1.0) -> Loads:
         What its relative normal loads are multiplied by; 1 where they are absolute.
     """
     loading = scene.loading
-    if not scene.physics:
-        return Loads(loading.control, np.array(loading.range.values) * unit)
     if scene.dynamics is not None and loading.time is None:
         return Loads("velocity", np.array(scene.dynamics.velocity.values))
     if loading.time is not None:
@@ -89,6 +87,8 @@ def loads_of(scene: Scene, unit: float = 1.0) -> Loads:
         return Loads(loading.control, loading.along(loading.control) * unit, "time", times)
     if scene.adhesion is not None and loading.tangential is None:
         return Loads(loading.control, loading.along(loading.control) * unit, "step")
+    if scene.sliding is None and loading.tangential is None:
+        return Loads(loading.control, np.array(loading.range.values) * unit)
     normal = Loads(loading.control, np.array(loading.range.values[-1:]) * unit)
     if scene.sliding is not None:
         return Loads("speed", np.array(scene.sliding.speed.values), normal=normal)

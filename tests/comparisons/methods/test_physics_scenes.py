@@ -111,7 +111,7 @@ def test_viscosities_and_relaxation_times_say_the_same(scene, table):
 
 
 def test_kelvin_voigt_is_a_spring_beside_a_dashpot():
-    from comparisons.scene.physics import Viscoelastic
+    from comparisons.scene.physics.tables.viscoelastic import Viscoelastic
 
     body = Viscoelastic(model="kelvin_voigt", shear_moduli="1 MPa", relaxation_times="2 ms")
     assert (body.branches, body.dashpot_viscosity) == ((), 2e3)
@@ -120,7 +120,7 @@ def test_kelvin_voigt_is_a_spring_beside_a_dashpot():
 
 def test_the_bound_on_the_creep_of_a_fluid_is_that_of_maxwell():
     """J(t) = (1 + t/tau)/G for one Maxwell element, so the bound is the creep itself."""
-    from comparisons.scene.physics import Viscoelastic
+    from comparisons.scene.physics.tables.viscoelastic import Viscoelastic
 
     body = Viscoelastic(model="maxwell", shear_moduli=2e6, relaxation_times=0.5)
     assert body.softest_modulus(3.0) == pytest.approx(2e6 / (1 + 3.0 / 0.5), rel=1e-14)

@@ -105,7 +105,9 @@ def test_kinds_of_shapes():
 
 def test_areas_of_faces():
     assert shape("cylinder", radius=2).face_area == pytest.approx(4 * math.pi, rel=1e-15)
-    assert shape("elliptic_punch", semi_axes=[2, 3]).face_area == pytest.approx(6 * math.pi, rel=1e-15)
+    assert shape("elliptic_punch", semi_axes=[2, 3]).face_area == pytest.approx(
+        6 * math.pi, rel=1e-15
+    )
     assert shape("square_punch", side=3).face_area == 9
     assert shape("profile", r=[0, 2], f=[0, 0]).face_area == pytest.approx(4 * math.pi, rel=1e-15)
 

@@ -3,13 +3,17 @@
 from __future__ import annotations
 
 import math
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import BeforeValidator, model_validator
 
+from comparisons.formatting import given
 from comparisons.scene.fields import Sign, fail, quantity
-from comparisons.scene.physics.tables import PhysicsTable
+from comparisons.scene.physics.tables.table import PhysicsTable
 from comparisons.scene.units import PRESSURE, TIME, VISCOSITY, Dimension
+
+if TYPE_CHECKING:
+    from comparisons.scene.scene import Scene
 
 _ELEMENTS = {"kelvin_voigt": (1, 1), "maxwell": (1, 1), "standard": (2, 1)}
 
@@ -37,6 +41,9 @@ class Viscoelastic(PhysicsTable):
     element.
     """
 
+    key = "viscoelastic"
+    place = 2
+    one_body = True
     model: Literal["kelvin_voigt", "maxwell", "standard", "prony"]
     shear_moduli: Annotated[tuple[float, ...], _each(PRESSURE, "modulus", "not negative")]
     viscosities: Annotated[tuple[float, ...] | None, _each(VISCOSITY, "viscosity")] = None
@@ -118,3 +125,16 @@ class Viscoelastic(PhysicsTable):
         viscosity = sum(modulus * time for modulus, time in self.branches)
         recoverable = sum(modulus * time**2 for modulus, time in self.branches) / viscosity**2
         return 1.0 / (recoverable + duration / viscosity)
+
+    def words(self, scene: Scene) -> tuple[str, str]:
+        """Name the model with its moduli and times."""
+        lasting = given(self.long_term_modulus, "Pa")
+        parts = [
+            f"{given(modulus, 'Pa')} relaxing in {given(time, 's')}"
+            for modulus, time in self.branches
+        ]
+        if self.dashpot_viscosity:
+            parts = [f"a dashpot of {given(self.dashpot_viscosity, 'Pa s')}"]
+        name, nu = self.model.replace("_", "-"), given(scene.poisson_ratio, "")
+        text = f"{name}: G = {lasting} for good, and {', '.join(parts)}; ν = {nu}"
+        return "memory of the material", text

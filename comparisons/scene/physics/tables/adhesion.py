@@ -1,0 +1,40 @@
+"""The table [adhesion]."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, ClassVar
+
+from comparisons.formatting import given
+from comparisons.scene.fields import quantity
+from comparisons.scene.physics.tables.table import PhysicsTable
+from comparisons.scene.units import LENGTH, SURFACE_ENERGY
+
+if TYPE_CHECKING:
+    from comparisons.scene.scene import Scene
+
+
+class Adhesion(PhysicsTable):
+    """Attraction of the surfaces.
+
+    work: of adhesion w per area, to part the surfaces for good.
+    range: of the attraction, the distance at which it ends; 0 is the limit of short range (JKR).
+    """
+
+    key = "adhesion"
+    place = 4
+    adds = ("pull_off_force",)
+    apart: ClassVar = {"sliding": "the detachment of a sliding edge has no rule here"}
+
+    work: Annotated[float, quantity(SURFACE_ENERGY, kind="work of adhesion")]
+    range: Annotated[float, quantity(LENGTH, sign="not negative", kind="length")] = 0.0
+
+    @property
+    def short_range(self) -> bool:
+        """Whether the attraction acts at the edge of the contact only, as in JKR."""
+        return self.range == 0.0
+
+    def words(self, scene: Scene) -> tuple[str, str]:
+        """Say what acts, and how."""
+        short = "at the edge of the contact only (JKR)"
+        reach = f"up to a distance of {given(self.range, 'm')}"
+        return "adhesion", f"w = {given(self.work, 'J/m²')}, {short if self.short_range else reach}"

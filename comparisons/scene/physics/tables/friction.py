@@ -1,0 +1,37 @@
+"""The table [friction]."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, ClassVar, Literal
+
+from comparisons.formatting import given
+from comparisons.scene.fields import Positive
+from comparisons.scene.physics.tables.table import PhysicsTable
+
+if TYPE_CHECKING:
+    from comparisons.scene.scene import Scene
+
+
+class Friction(PhysicsTable):
+    """Coulomb friction: a point slips where its shear stress reaches `coefficient` times p.
+
+    coupling: "full", or "none" between pressure and tangential displacement and back, which is what
+    the springs leave out; elements always have it, and then do not take part.
+    """
+
+    key = "friction"
+    place = 1
+    compared = ("tangential_force", "tangential_displacement")
+    apart: ClassVar = {
+        "sliding": "steady sliding has no stick, and its friction comes from the body",
+        "viscoelastic": "a tangential path of a body that relaxes would need its times",
+        "dynamics": "the mass moves along the normal only",
+    }
+    one_body = True
+
+    coefficient: Positive
+    coupling: Literal["full", "none"] = "full"
+
+    def words(self, scene: Scene) -> tuple[str, str]:
+        """Say what acts, and how."""
+        return "Coulomb friction", f"µ = {given(self.coefficient, '')}, sticking and slipping"

@@ -1,0 +1,28 @@
+"""The table [sliding]."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING, Annotated, ClassVar
+
+from comparisons.scene.loading import LoadRange, ranged
+from comparisons.scene.physics.tables.table import PhysicsTable
+from comparisons.scene.units import SPEED
+
+if TYPE_CHECKING:
+    from comparisons.scene.scene import Scene
+
+
+class Sliding(PhysicsTable):
+    """Steady sliding at each of the given speeds, independent of each other."""
+
+    key = "sliding"
+    place = 3
+    compared = ("friction_coefficient", "contact_area", "force", "penetration")
+    apart: ClassVar = {"dynamics": "steady sliding has no inertia"}
+    one_body = True
+
+    speed: Annotated[LoadRange, ranged(SPEED, "loads")]
+
+    def words(self, scene: Scene) -> tuple[str, str]:
+        """Say what acts, and how."""
+        return "steady sliding", "each speed by itself, after every start has been forgotten"

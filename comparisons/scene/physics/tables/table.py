@@ -1,0 +1,48 @@
+"""What a table of physics says of itself: base class of [friction] and all others."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping
+from typing import TYPE_CHECKING, ClassVar
+
+from pydantic import BaseModel, ConfigDict
+
+if TYPE_CHECKING:
+    from comparisons.scene.scene import Scene
+
+
+class PhysicsTable(BaseModel):
+    """A table that switches on physics beyond frictionless elastic contact.
+
+    A subclass with a `key` is a table of scenes, its fields are the table's keys; unknown ones are
+    errors. Methods solve scenes with it where their solvers name it in `physics`.
+
+    Class attributes
+    ----------------
+    key : str
+        The name of the table.
+    place : float
+        Where plans name it among others; new ones come last.
+    compared : tuple of str
+        What is compared where a scene does not say, in place of an elastic scene's quantities.
+    adds : tuple of str
+        What is compared beside those, where no table of the scene replaces them.
+    apart : mapping
+        Other tables that contradict this one, or with which nothing here could be meant -> why.
+    one_body : bool
+        With it the properties of two elastic bodies do not add up to one E*.
+    """
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+    key: ClassVar[str] = ""
+    place: ClassVar[float] = math.inf
+    compared: ClassVar[tuple[str, ...]] = ()
+    adds: ClassVar[tuple[str, ...]] = ()
+    apart: ClassVar[Mapping[str, str]] = {}
+    one_body: ClassVar[bool] = False
+
+    def words(self, scene: Scene) -> tuple[str, str]:
+        """Say in the plan what acts, and how; by default the docstring and the keys."""
+        keys = ", ".join(f"{key} = {value}" for key, value in self.model_dump().items())
+        return (type(self).__doc__ or self.key).strip().splitlines()[0].rstrip("."), keys
