@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -11,16 +11,20 @@ import pandas as pd
 
 from comparisons import formatting as fmt
 from comparisons.questions import study
+from comparisons.questions.campaign import Campaign, Watch
 from comparisons.results.decisions import judged_methods
 from comparisons.results.store import StudyRecord, load_study
+from comparisons.solving.executors import Done
 from comparisons.solving.planning import Effort
 from comparisons.solving.plans import Source, plan_all
+from comparisons.tasks.task import Task
 from reports.cli.workers import Crew
 from reports.tables.judged import answers
 from roughline import notebook
 from roughline.comparing import Comparison
 from roughline.scenes import Plan
 
+Progress = Callable[[int, int, Task | None], None]
 MOST_ROWS = 30
 
 
@@ -144,7 +148,7 @@ class Study:
         scheduler: str | None = None,
         resume: bool = False,
         overwrite: bool = False,
-        progress: study.Progress | None = None,
+        progress: Progress | None = None,
     ) -> None:
         overrides = dict(changes or {})
         if methods is not None:
@@ -159,7 +163,7 @@ class Study:
             executor=Crew(workers, scheduler).executor(),
             resume=resume,
             overwrite=overwrite,
-            progress=progress,
+            watch=None if progress is None else _told(progress),
         )
 
     @property
@@ -174,6 +178,16 @@ class Study:
         """
         self._study.run()
         return load_results(self._study.directory)  # as everybody else will read it
+
+
+def _told(progress: Progress) -> Watch:
+    """Return what tells a progress function of each solve."""
+
+    def watch(campaign: Campaign[Any, Any], done: Done | None) -> None:
+        solved, total = campaign.counts
+        progress(solved, total, None if done is None else done.job.arguments[0])
+
+    return watch
 
 
 def load_results(folder: str | Path) -> Results:

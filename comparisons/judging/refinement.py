@@ -17,34 +17,6 @@ SHARE = 0.2
 BUDGET = 600.0
 
 
-def refined(
-    plan: Plan,
-    solved: Callable[[Plan], Solved],
-    solve: Callable[[Plan], None],
-    budget: float = BUDGET,
-) -> Plan:
-    """Return the plan with as many finer resolutions of its reference as the tolerance needs.
-
-    Parameters
-    ----------
-    plan : Plan
-    solved : callable
-        Returns the solutions of a plan.
-    solve : callable
-        Solves whatever of a plan is not solved yet.
-    budget : float
-        Seconds that one more solve may be expected to take.
-    """
-    steps = refinements(plan, solved, budget)
-    while True:
-        try:
-            enlarged = next(steps)
-        except StopIteration as end:
-            final: Plan = end.value
-            return final
-        solve(enlarged)
-
-
 def refinements(
     plan: Plan, solved: Callable[[Plan], Solved], budget: float = BUDGET
 ) -> Generator[Plan, None, Plan]:

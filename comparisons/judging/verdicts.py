@@ -17,6 +17,26 @@ SAME = 1e-9  # relative differences between load steps that mean nothing
 WORST_FIRST = (OUTSIDE, NO_RESULT, NOT_RESOLVED, WITHIN)
 
 
+def severity(word: str, low: float, high: float, error: float = 0.0) -> tuple[int, float, float]:
+    """Return what sorts verdicts, the worst first.
+
+    Outside before no result before not resolved before within. Among equal words the one that is
+    furthest out: by `low` (the largest |e| - u) where it is outside, else by `high` (the largest
+    |e| + u), an unknown one being the largest; then the largest |e|.
+
+    >>> sorted([("within", 0.1, 0.3), ("outside", 1.0, 9.0), ("outside", 2.0, 3.0)],
+    ...        key=lambda verdict: severity(*verdict))
+    [('outside', 2.0, 3.0), ('outside', 1.0, 9.0), ('within', 0.1, 0.3)]
+    """
+    size = low if word == OUTSIDE else high
+    unknown = -np.inf if word == OUTSIDE else np.inf
+    return (
+        WORST_FIRST.index(word),
+        -(size if np.isfinite(size) else unknown),
+        -(error if np.isfinite(error) else 0.0),
+    )
+
+
 @dataclass(frozen=True)
 class Judgement:
     """A verdict with the load step that decided it.

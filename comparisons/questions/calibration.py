@@ -11,7 +11,7 @@ tips, flat punches with sharp edges, and ellipses.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from itertools import product
 from pathlib import Path
@@ -20,15 +20,16 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
-from comparisons.errors import LostWorkError
 from comparisons.facts.methods import CLOSED_FORM, METHODS
+from comparisons.files import write_table
 from comparisons.judging.metrics import relative_error, rms_and_maximum
 from comparisons.judging.truth import GRID, truths
 from comparisons.judging.uncertainty import RULE, Rule, combined, grid_uncertainty
+from comparisons.questions.campaign import Campaign, Header
+from comparisons.results.folder import Layout
 from comparisons.scene.scene import make_scene
-from comparisons.solving.execution import execute
-from comparisons.solving.executors import Executor, Job, SerialExecutor
-from comparisons.solving.planning import plan_scene, task_of
+from comparisons.solving.inquiries import Inquiry, curves, together
+from comparisons.solving.planning import Plan, plan_scene
 from comparisons.tasks.solution import Solution, Solved
 
 FITTING: dict[str, dict[str, Any]] = {
@@ -55,6 +56,7 @@ SERIES: dict[str, tuple[tuple[int, ...], ...]] = {
     "bem_dense": ((4, 8, 16), (5, 10, 20), (5, 8, 12), (4, 6, 8)),
     "fem": ((2, 3, 4), (3, 4, 6)),
 }
+TABLE = "calibration.csv"
 QUANTITIES = ("force", "penetration", "contact_area", "stiffness")
 FLAT = ("cylinder", "elliptic_punch")
 LOADS = [0.02, 0.03, 0.05, 0.08]
@@ -97,24 +99,37 @@ class Case:
         return replace(self, bars=combined(grid, self.others))
 
 
-def cases(executor: Executor | None = None) -> list[Case]:
-    """Solve all shapes at all resolutions and return every bar with its true error.
+@dataclass(frozen=True)
+class CalibrationRecord:
+    """Every bar with its true error; nothing of a run that was interrupted is written."""
 
-    Raises
-    ------
-    LostWorkError
-        If the process of a shape was killed again and again.
-    """
-    jobs = [
-        Job(name, shape_cases, (half, name, table))
-        for half, shapes in (("fitting", FITTING), ("reported", REPORTED))
-        for name, table in shapes.items()
-    ]
-    found = (executor or SerialExecutor()).in_order(jobs)
-    lost = [f"{done.job.key}: {done.lost}" for done in found if done.lost]
-    if lost:
-        raise LostWorkError("; ".join(lost))
-    return [case for done in found for case in done.value]
+    header: Header
+    cases: list[Case]
+
+
+class Calibration(Campaign[list[Case], CalibrationRecord]):
+    """All shapes at all resolutions; calibration.csv is written anew."""
+
+    layout = Layout(TABLE)
+
+    def inquiries(self) -> dict[str, Inquiry[list[Case]]]:
+        """Return an inquiry for each shape."""
+        halves = {"fitting": FITTING, "reported": REPORTED}
+        return {
+            name: shape_cases(half, name, table)
+            for half, shapes in halves.items()
+            for name, table in shapes.items()
+        }
+
+    def answer(self, header: Header, answers: Mapping[str, list[Case]]) -> CalibrationRecord:
+        """Return the cases of the shapes that are done, in their order."""
+        names = (*FITTING, *REPORTED)
+        return CalibrationRecord(header, [case for n in names for case in answers.get(n, [])])
+
+    def save(self, record: CalibrationRecord) -> None:
+        """Write the cases as a table."""
+        if not record.header.interrupted:
+            write_table(self.directory / TABLE, table(record.cases))
 
 
 def shape_cases(
@@ -122,24 +137,25 @@ def shape_cases(
     shape: str,
     table: dict[str, Any],
     series: dict[str, tuple[tuple[int, ...], ...]] = SERIES,
-) -> list[Case]:
-    """Return the cases of one shape."""
-    found = []
-    for control in ("penetration", "force"):
-        # A mesh costs seconds; it is the same under force control.
-        names = [m for m in series if METHODS[m].grid or control == "penetration"]
-        solved = _solved(table, control, {name: series[name] for name in names})
+) -> Inquiry[list[Case]]:
+    """Solve one shape under both controls; return its cases."""
+    controls = ("penetration", "force")
+    # A mesh costs seconds; it is the same under force control.
+    names = {c: [m for m in series if METHODS[m].grid or c == "penetration"] for c in controls}
+    plans = [_plan(table, c, {name: series[name] for name in names[c]}) for c in controls]
+    found: list[Case] = []
+    for control, solved in zip(controls, (yield from together(map(curves, plans))), strict=True):
         exact = solved[CLOSED_FORM, 1].quantities
-        for method in names:
+        for method in names[control]:
             for levels in series[method]:
                 part = {(method, n): solved[method, n] for n in levels}
                 found += _series(half, shape, control, part, exact, table["shape"] in FLAT)
     return found
 
 
-def _solved(
+def _plan(
     table: dict[str, Any], control: str, series: dict[str, tuple[tuple[int, ...], ...]]
-) -> Solved:
+) -> Plan:
     data = {
         "name": "calibration",
         "half_space": {"effective_modulus": 1.0},
@@ -148,9 +164,10 @@ def _solved(
         "compare": {"quantities": list(QUANTITIES)},
     }
     (plan, *_) = plan_scene(make_scene(data, "calibration", Path()))
-    wanted = [(CLOSED_FORM, 1)]
-    wanted += [(m, n) for m, all_levels in series.items() for n in sorted(set(sum(all_levels, ())))]
-    return {key: execute(task_of(plan, *key), repeats=1) for key in wanted}
+    levels = {name: tuple(sorted(set(sum(all_levels, ())))) for name, all_levels in series.items()}
+    levels[CLOSED_FORM] = (1,)
+    methods = (replace(m, resolutions=levels.get(m.method, ())) for m in plan.methods)
+    return replace(plan, methods=tuple(methods))
 
 
 def _series(

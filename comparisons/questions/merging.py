@@ -82,8 +82,8 @@ def merge(directories: Iterable[Path], out: Path, command: str = "", files: Path
         raise InputError("\n  ".join(["these runs contradict each other:", *found.conflicts]))
     out.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(prefix=f".{out.name}.", dir=out.parent) as name:
-        study = Study([p for p in plans if p is not None], Path(name) / "run", command)
-        study.effort = runs[0].effort
+        study = Study([p for p in plans if p is not None], Path(name) / "run", command=command)
+        study.effort = "full" if runs[0].effort == "full" else "quick"
         _write(study, found, runs)
         (Path(name) / "run").replace(out)
     study.directory = out

@@ -2,149 +2,143 @@
 
 from __future__ import annotations
 
-import datetime
-import time
-from collections.abc import Callable, Generator, Iterable, Iterator
-from dataclasses import dataclass, field
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, Unpack
 
-from comparisons.errors import LostWorkError, ResultsError
+from comparisons.errors import ResultsError
 from comparisons.judging.refinement import refinements
-from comparisons.machine import machine, source_digest, versions
-from comparisons.methods.registry import solver_of
-from comparisons.results.folder import open_folder
+from comparisons.machine import source_digest
+from comparisons.questions.campaign import Campaign, Header, Options
+from comparisons.results.folder import PAGE, Layout
 from comparisons.results.record import record_scene
-from comparisons.results.store import FIELDS, STUDY, SceneRecord, StudyRecord, save_study
+from comparisons.results.store import (
+    FIELDS,
+    MEASURES,
+    RESULTS,
+    STUDY,
+    SceneRecord,
+    StudyRecord,
+    save_study,
+)
 from comparisons.results.study_checks import parse_study
 from comparisons.results.vtu import write_fields
 from comparisons.solving.compilation import compile_apart
-from comparisons.solving.execution import THREADS, execute
-from comparisons.solving.executors import Done, Executor, Job, executor_for
-from comparisons.solving.forecast import Forecast, Remaining
+from comparisons.solving.execution import execute
+from comparisons.solving.executors import Done
+from comparisons.solving.inquiries import Inquiry
+from comparisons.solving.kept import solve_job
 from comparisons.solving.planning import Plan
-from comparisons.tasks.archive import load_solution, save_solution
+from comparisons.tasks.archive import save_solution
 from comparisons.tasks.solution import REALISATIONS, Solution, Solved
 from comparisons.tasks.task import Task
 
-Progress = Callable[[int, int, Task | None], None]
 # A part of a study that several machines share: which one, of how many.
 Part = tuple[int, int]
 WHOLE: Part = (1, 1)
 
 
-@dataclass
-class Study:
+class Study(Campaign[Plan, StudyRecord]):
     """All plans of a run, and where the results go.
 
     Parameters
     ----------
     plans : list of Plan
     directory : Path
-        Created when the run starts. A folder with results needs `resume` or `overwrite`.
-    command : str
-        The command line, for the report.
-    effort : str
-        "quick" or "full".
-    workers : int
-        Processes; each solves on one thread.
-    resume, overwrite : bool
-        Go on with what is there; or start anew.
-    progress : callable, optional
-        Called with (done, total, task just finished).
-    executor : Executor, optional
-        Carries out the solves; default: `workers` processes here.
     part : (int, int)
         Solve only part K of N of the tasks; the folders of all parts are merged afterwards.
-    watch : callable, optional
-        Called with the study and the task just finished (None at the start): a watcher asks for
-        `remaining` and `so_far`.
+    **options
+        As in `Campaign`.
     """
 
-    plans: list[Plan]
-    directory: Path
-    command: str = ""
-    effort: str = "quick"
-    workers: int = 1
-    resume: bool = False
-    overwrite: bool = False
-    progress: Progress | None = None
-    executor: Executor | None = None
-    part: Part = WHOLE
-    watch: Callable[[Study, Task | None], None] | None = None
-    _solutions: dict[str, Solution] = field(default_factory=dict)
-    _asked: dict[str, tuple[Task, int]] = field(default_factory=dict)
-    _missing: dict[int, set[str]] = field(default_factory=dict)
-    _refining: dict[int, Generator[Plan, None, Plan]] = field(default_factory=dict)
-    _forecast: Forecast = field(default_factory=Forecast)
-    _workers: int = 1
-    _merged: tuple[dict[str, Any], ...] = ()
-    _created: str = field(
-        default_factory=lambda: (
-            datetime.datetime.now(datetime.UTC).astimezone().isoformat(timespec="seconds")
-        )
-    )
+    layout = Layout(STUDY, (RESULTS, MEASURES, PAGE), FIELDS)
 
-    def run(self) -> StudyRecord:
-        """Solve what is not solved yet, compare, and write the folder.
+    def __init__(
+        self,
+        plans: list[Plan],
+        directory: Path,
+        *,
+        part: Part = WHOLE,
+        **options: Unpack[Options],
+    ) -> None:
+        super().__init__(directory, **options)
+        self.plans, self.part = plans, part
+        self._solutions: dict[str, Solution] = {}
+        self._merged: tuple[dict[str, Any], ...] = ()
+        self._begun = False
 
-        Raises
-        ------
-        ResultsError
-            If the folder is used and neither `resume` nor `overwrite` was said.
-        KeyboardInterrupt, LostWorkError
-            After writing what was done.
-        """
-        start, spent = time.perf_counter(), 0.0
-        executor = self.executor or executor_for(self.workers)
-        names = [plan.scene.name for plan in self.plans]
-        open_folder(self.directory, names, resume=self.resume, overwrite=self.overwrite)
-        if self.resume and (self.directory / STUDY).exists():
-            document = parse_study((self.directory / STUDY).read_text(encoding="utf-8"))
-            self._merged = tuple(document.get("runs", ()))
-            spent = float(document["seconds"])
-        else:
-            # Killed before its end, a run leaves a folder that says so, and that is known as ours.
-            save_study(self._record(0.0, scenes=(), interrupted=True))
-        interrupted: KeyboardInterrupt | LostWorkError | None = None
-        try:
-            self._solve(executor)
-        except (KeyboardInterrupt, LostWorkError) as error:
-            interrupted = error
-        seconds = spent + time.perf_counter() - start
-        record = self.record(seconds, interrupted=interrupted is not None)
-        save_study(record)
-        if interrupted is not None:
-            raise interrupted
-        return record
+    def inquiries(self) -> dict[str, Inquiry[Plan]]:
+        """Return an inquiry for each plan: one whose tasks are done is refined beside the rest."""
+        self._begun = True
+        own = {task.key for task in self._own_tasks()}
+        return {plan.scene.name: self._solved(index, own) for index, plan in enumerate(self.plans)}
 
-    def record(self, seconds: float, *, interrupted: bool = False) -> StudyRecord:
+    def _solved(self, index: int, own: set[str]) -> Inquiry[Plan]:
+        """Solve a plan, and refine its truth as far as full effort asks."""
+        plan = self.plans[index]
+        yield [solve_job(task, solve_task) for task in plan.tasks if task.key in own]
+        if self.effort == "quick" or self._is_part:
+            return plan
+        steps = refinements(plan, self.solved)
+        while True:
+            try:
+                self.plans[index] = next(steps)
+            except StopIteration as end:
+                self.plans[index] = end.value
+                return self.plans[index]
+            finer = [t for t in self.plans[index].tasks if t.key not in self._solutions]
+            yield [solve_job(task, solve_task) for task in finer]
+
+    def received(self, done: Done) -> None:
+        """Take a solution; a task whose process was killed again and again has none at any step."""
+        (task,) = done.job.arguments
+        self._solutions[task.key] = Solution.lost(task, done.lost) if done.lost else done.value
+
+    def answer(self, header: Header, answers: Mapping[str, Plan]) -> StudyRecord:
         """Compare what is solved, and return it as it is written."""
         begun = [
             plan
             for plan in self.plans
-            if self._is_part or any(task.key in self._solutions for task in plan.tasks)
+            if (self._is_part and self._begun)
+            or any(task.key in self._solutions for task in plan.tasks)
         ]
-        scenes = [self._scene_record(plan) for plan in begun]
-        return self._record(seconds, tuple(scenes), interrupted=interrupted)
-
-    def _record(
-        self, seconds: float, scenes: tuple[SceneRecord, ...], *, interrupted: bool
-    ) -> StudyRecord:
         return StudyRecord(
             directory=self.directory,
-            created=self._created,
-            command=self.command,
-            effort=self.effort,
-            seconds=seconds,
-            machine=machine(THREADS),
-            versions=versions(),
-            scenes=scenes,
-            interrupted=interrupted,
+            **vars(header),
+            scenes=tuple(self._scene_record(plan) for plan in begun),
             source=source_digest(),
             part=f"{self.part[0]}/{self.part[1]}" if self._is_part else "",
             runs=self._merged,
         )
+
+    def save(self, record: StudyRecord) -> None:
+        """Write the tables and study.json."""
+        save_study(record)
+
+    def seconds_before(self) -> float | None:
+        """Return the time of the run that is resumed, and remember what it was merged from.
+
+        Raises
+        ------
+        ResultsError
+            If it has scenes that would be dropped, or is damaged.
+        """
+        file = self.directory / STUDY
+        if not file.exists():
+            return None
+        try:
+            document = parse_study(file.read_text(encoding="utf-8"))
+        except (OSError, ValueError) as error:
+            raise ResultsError(f"{self.directory}: damaged results ({error})") from error
+        scenes = {scene["name"] for scene in document["scenes"]}
+        dropped = scenes - {plan.scene.name for plan in self.plans}
+        if dropped:
+            raise ResultsError(
+                f"{self.directory} has results of {', '.join(sorted(dropped))}: name these scenes "
+                "too, or choose another --out"
+            )
+        self._merged = tuple(document.get("runs", ()))
+        return float(document["seconds"])
 
     def lost(self) -> list[tuple[Task, str]]:
         """Return the planned solves that have no complete answer, with the first reason."""
@@ -157,19 +151,9 @@ class Study:
                 missing.append((task, next(iter(solution.reasons.values()), "no answer")))
         return missing
 
-    @property
-    def counts(self) -> tuple[int, int]:
-        """How many tasks are done, and how many there are so far: refinements add some."""
-        return len(self._solutions), len(self._asked)
-
-    def remaining(self) -> Remaining:
-        """Return how long the rest takes, by the measured costs of like tasks."""
-        open_tasks = [task for key, (task, _) in self._asked.items() if key not in self._solutions]
-        return self._forecast.remaining(open_tasks, self._workers)
-
-    def so_far(self, task: Task) -> SceneRecord:
+    def so_far(self, done: Done) -> SceneRecord:
         """Compare what is solved so far of the scene of a task."""
-        (plan,) = [each for each in self.plans if each.scene.name == task.scene.name]
+        (plan,) = [plan for plan in self.plans if plan.scene.name == done.job.kind.scene]
         return record_scene(plan, self.solved(plan))
 
     def solution(self, task: Task) -> Solution | None:
@@ -193,78 +177,8 @@ class Study:
             if index % parts == number - 1:
                 yield task
 
-    def _solve(self, executor: Executor) -> None:
-        """Solve all plans; one whose tasks are done is refined while the others go on."""
-        self._workers = executor.workers
-        own = {task.key for task in self._own_tasks()}
-        for index, plan in enumerate(self.plans):
-            self._missing[index] = set()
-            if self.effort == "full" and not self._is_part:
-                self._refining[index] = refinements(plan, self.solved)
-            self._ask(index, executor, [task for task in plan.tasks if task.key in own])
-        self._report(None)
-        for index in range(len(self.plans)):
-            self._go_on(index, executor)
-        for done in executor.finished():
-            task, index = self._asked[done.job.key]
-            self._keep(task, done)
-            self._missing[index].discard(task.key)
-            self._report(task)
-            self._go_on(index, executor)
-            self._workers = executor.workers
-
-    def _ask(self, index: int, executor: Executor, tasks: Iterable[Task]) -> None:
-        """Restore what is in the folder, and let the rest be solved."""
-        for task in tasks:
-            if task.key in self._asked:
-                continue
-            self._asked[task.key] = (task, index)
-            if not self._restore(task):
-                self._missing[index].add(task.key)
-                memory = solver_of(task).memory(task)
-                executor.add([Job(task.key, solve_task, (task,), memory)])
-
-    def _go_on(self, index: int, executor: Executor) -> None:
-        """Refine the truth of a scene whose tasks are all done, as long as nothing is to solve."""
-        while not self._missing[index] and index in self._refining:
-            try:
-                self.plans[index] = next(self._refining[index])
-            except StopIteration as end:
-                self.plans[index] = end.value
-                del self._refining[index]
-            else:
-                self._ask(index, executor, self.plans[index].tasks)
-
-    def _keep(self, task: Task, done: Done) -> None:
-        solution = Solution.lost(task, done.lost) if done.lost else done.value
-        save_solution(self._path(task), solution)
-        self._solutions[task.key] = solution
-        self._forecast.learn(task, done.seconds - solution.compile_seconds)
-
-    def _restore(self, task: Task) -> bool:
-        """Take a solution from the folder if a whole one is there.
-
-        One without a single answer is tried again: what broke it may have been mended.
-        """
-        path = self._path(task)
-        if not self.resume or not path.exists():
-            return False
-        try:
-            solution = load_solution(path)
-        except ResultsError:
-            return False
-        if solution.converged.any():
-            self._solutions[task.key] = solution
-        return task.key in self._solutions
-
     def _path(self, task: Task) -> Path:
         return self.directory / FIELDS / f"{task.key}.npz"
-
-    def _report(self, task: Task | None) -> None:
-        if self.progress is not None:
-            self.progress(*self.counts, task)
-        if self.watch is not None:
-            self.watch(self, task)
 
     def solved(self, plan: Plan) -> Solved:
         """Return the solutions of a plan whose blocks of realisations are all done."""

@@ -18,7 +18,7 @@ import pandas as pd
 from comparisons import formatting as fmt
 from comparisons.facts.methods import MODEL, OWN, ours, title_of
 from comparisons.facts.quantities import FIELDS, QUANTITIES, main_axis, quantity
-from comparisons.judging.verdicts import NO_RESULT, OUTSIDE, WITHIN, WORST_FIRST, word_for
+from comparisons.judging.verdicts import NO_RESULT, WITHIN, severity, word_for
 from comparisons.results import selection
 from comparisons.results.store import SceneRecord
 
@@ -95,21 +95,12 @@ class Verdict:
 def worst(items: Iterable[Verdict]) -> Verdict:
     """Return the verdict that decides over several quantities.
 
-    Outside before no result before not resolved before within. Among equal words the one that is
-    furthest out: by |e| - u where it is outside, else by |e| + u. A quantity that nothing answers
-    decides only where all are such.
+    The worst one (`comparisons.judging.verdicts.severity`). A quantity that nothing answers decides
+    only where all are such.
     """
     several = list(items)
     counted = [each for each in several if each.counts] or several
-
-    def rank(item: Verdict) -> tuple[int, float, float]:
-        unknown = -math.inf if item.word == OUTSIDE else math.inf
-        size = item.low if item.word == OUTSIDE else item.high
-        size = size if math.isfinite(size) else unknown
-        error = item.error if math.isfinite(item.error) else 0.0
-        return WORST_FIRST.index(item.word), -size, -error
-
-    return min(counted, key=rank)
+    return min(counted, key=lambda item: severity(item.word, item.low, item.high, item.error))
 
 
 def equal_at(record: SceneRecord, name: str) -> str:

@@ -4,25 +4,47 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable
+from dataclasses import dataclass
 from pathlib import Path
 
 from comparisons.errors import ResultsError
-from comparisons.results.store import FIELDS, MEASURES, RESULTS, STUDY
-from comparisons.results.study_checks import parse_study
 
-# Names that tasks give to their files; nothing else in a folder is ours to delete.
-OWN_FILE = re.compile(r"[a-z0-9-]+-[a-z_0-9]+-\d+-\d+-[0-9a-f]{12}\.(npz|vtu)")
+PAGE = "report.html"
+# What tells a folder of one command from those of the others.
+RECORDS = ("study.json", "claims.json", "hard-cases.json", "calibration.csv")
+# Names that jobs give to their files; nothing else in a folder is ours to delete.
+OWN_FILE = re.compile(
+    r"[a-z0-9-]+-[a-z_0-9]+-\d+-\d+-[0-9a-f]{12}\.(npz|vtu)|[a-z0-9-]+-[0-9a-f]{16}\.json"
+)
 # What a process that was killed while it wrote leaves beside the file it meant to write.
 LEFTOVER = re.compile(r"\.(?P<meant>.+)\.[a-z0-9_]{8}")
-TABLES = (RESULTS, MEASURES, "report.html")
 
 
-def open_folder(directory: Path, scenes: Iterable[str], *, resume: bool, overwrite: bool) -> None:
-    """Make a folder ready for a study.
+@dataclass(frozen=True)
+class Layout:
+    """What a command writes into its folder.
 
-    A used one needs `resume` or `overwrite`, must be roughline's own, and must not lose scenes by
-    being resumed. Overwriting deletes old solutions; temporary files that a killed run left are
-    deleted in any case; other people's files are spared.
+    Attributes
+    ----------
+    record : str
+        The file that makes a folder known as this command's.
+    tables : tuple of str
+        Written beside it.
+    kept : str
+        Folder of answers, which `--resume` finds; "" where nothing is kept.
+    """
+
+    record: str
+    tables: tuple[str, ...] = (PAGE,)
+    kept: str = ""
+
+
+def open_folder(directory: Path, layout: Layout, *, resume: bool, overwrite: bool) -> None:
+    """Make a folder ready for a run.
+
+    A used one needs `resume` or `overwrite`, and must have no results of others. Overwriting
+    deletes old answers; temporary files that a killed run left are deleted in any case; other
+    people's files are spared.
 
     Raises
     ------
@@ -35,51 +57,39 @@ def open_folder(directory: Path, scenes: Iterable[str], *, resume: bool, overwri
         raise ResultsError("--resume and --overwrite: expected at most one of them")
     used = directory.exists() and any(directory.iterdir())
     if used and not (resume or overwrite):
-        what = "has results already" if (directory / STUDY).exists() else "is not empty"
+        what = "has results already" if (directory / layout.record).exists() else "is not empty"
         raise ResultsError(
             f"{directory} {what}: say --resume to go on with it, --overwrite to start "
             "anew, or --out for another folder"
         )
     if used:
-        _check_ownership(directory, set(scenes), resume=resume)
-    fields = directory / FIELDS
-    fields.mkdir(parents=True, exist_ok=True)
-    clear_leftovers(directory, {*TABLES, STUDY})
-    clear_leftovers(fields)
-    if overwrite:
-        for old in fields.iterdir():
+        _check_ownership(directory, layout)
+    kept = directory / layout.kept
+    kept.mkdir(parents=True, exist_ok=True)
+    clear_leftovers(directory, {*layout.tables, layout.record})
+    if layout.kept:
+        clear_leftovers(kept, ())
+        for old in kept.iterdir() if overwrite else ():
             if OWN_FILE.fullmatch(old.name):
                 old.unlink()
 
 
-def clear_leftovers(
-    folder: Path, names: Iterable[str] = (), pattern: re.Pattern[str] = OWN_FILE
-) -> None:
-    """Delete the temporary files of a killed run: those meant for `names` or `pattern`."""
-    known = set(names)
+def clear_leftovers(folder: Path, names: Iterable[str]) -> None:
+    """Delete the temporary files of a killed run: those meant for `names`, or for answers."""
     for path in folder.iterdir():
-        found = LEFTOVER.fullmatch(path.name)
-        if found and (found["meant"] in known or pattern.fullmatch(found["meant"])):
+        known = LEFTOVER.fullmatch(path.name)
+        if known and (known["meant"] in names or OWN_FILE.fullmatch(known["meant"])):
             path.unlink()
 
 
-def _check_ownership(directory: Path, scenes: set[str], *, resume: bool) -> None:
-    """Refuse folders that are not ours, and a resume that would drop other scenes."""
-    fields, study = directory / FIELDS, directory / STUDY
-    if fields.is_symlink():
-        raise ResultsError(f"{fields}: expected a folder, got a link to elsewhere")
-    foreign = [name for name in TABLES if (directory / name).exists()]
-    if foreign and not study.exists():
-        raise ResultsError(f"{directory} has {', '.join(foreign)} that roughline has not written")
-    if not (resume and study.exists()):
-        return
-    try:
-        document = parse_study(study.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as error:
-        raise ResultsError(f"{directory}: damaged results ({error})") from error
-    dropped = {scene["name"] for scene in document["scenes"]} - scenes
-    if dropped:
+def _check_ownership(directory: Path, layout: Layout) -> None:
+    """Refuse folders that have results of others."""
+    kept = directory / layout.kept
+    if layout.kept and kept.is_symlink():
+        raise ResultsError(f"{kept}: expected a folder, got a link to elsewhere")
+    foreign = [name for name in (*layout.tables, *RECORDS) if (directory / name).exists()]
+    if foreign and layout.record not in foreign:
         raise ResultsError(
-            f"{directory} has results of {', '.join(sorted(dropped))}: name these scenes "
-            "too, or choose another --out"
+            f"{directory} has {', '.join(foreign)} that roughline has not written, or another of "
+            "its commands: choose another --out"
         )

@@ -1,4 +1,4 @@
-"""How long a study still takes, from what like tasks have cost so far - not from their count."""
+"""Estimate the remaining time from what like jobs have cost so far - not from their count."""
 
 from __future__ import annotations
 
@@ -11,8 +11,30 @@ from comparisons.tasks.task import Task
 
 
 @dataclass(frozen=True)
+class Kind:
+    """What the time of a job depends on.
+
+    Attributes
+    ----------
+    scene, method : str
+        What is solved and how; of a measurement that is no scene, the claim and the experiment.
+    resolution, realisations : int
+    """
+
+    scene: str = ""
+    method: str = ""
+    resolution: int = 1
+    realisations: int = 1
+
+    @classmethod
+    def of(cls, task: Task) -> Kind:
+        """Return the kind of a solve."""
+        return cls(task.scene.name, task.method, task.resolution, len(task.realisations))
+
+
+@dataclass(frozen=True)
 class Remaining:
-    """Seconds that are left, and whether that is all: False where no like task was done yet."""
+    """Seconds that are left, and whether that is all: False where no like job was done yet."""
 
     seconds: float
     complete: bool
@@ -20,50 +42,49 @@ class Remaining:
 
 @dataclass
 class Forecast:
-    """Measured costs of tasks: seconds per realisation, by scene, method and resolution.
+    """Measured costs of jobs: seconds per realisation, by scene, method and resolution.
 
-    A task is as dear as others of its scene, method and resolution; else as those of the scene and
+    A job is as dear as others of its scene, method and resolution; else as those of the scene and
     method at the nearest resolution, scaled by the method's growth of work; else as the method's
-    mean task. Where the method is new, nothing is known.
+    mean job. Where the method is new, nothing is known.
     """
 
     _costs: dict[tuple[str, str], dict[int, tuple[float, int]]] = field(default_factory=dict)
 
-    def learn(self, task: Task, seconds: float) -> None:
-        """Remember what a task has cost, compilation apart."""
+    def learn(self, kind: Kind, seconds: float) -> None:
+        """Remember what a job has cost, compilation apart."""
         if not math.isfinite(seconds):
             return
-        own = self._costs.setdefault((task.scene.name, task.method), {})
-        spent, count = own.get(task.resolution, (0.0, 0))
-        own[task.resolution] = (spent + max(seconds, 0.0), count + len(task.realisations))
+        own = self._costs.setdefault((kind.scene, kind.method), {})
+        spent, count = own.get(kind.resolution, (0.0, 0))
+        own[kind.resolution] = (spent + max(seconds, 0.0), count + kind.realisations)
 
-    def cost(self, task: Task) -> float | None:
-        """Return the seconds that a task will take, None where nothing is known."""
-        own = self._costs.get((task.scene.name, task.method))
+    def cost(self, kind: Kind) -> float | None:
+        """Return the seconds that a job will take, None where nothing is known."""
+        own = self._costs.get((kind.scene, kind.method))
         if own is None:
-            return self._of_method(task)
-        nearest = min(own, key=lambda n: abs(math.log(n / task.resolution)))
+            return self._of_method(kind)
+        nearest = min(own, key=lambda n: abs(math.log(n / kind.resolution)))
         spent, count = own[nearest]
-        doublings = math.log2(task.resolution / nearest)
-        more = growth(task.method) ** doublings
-        return spent / count * len(task.realisations) * more
+        doublings = math.log2(kind.resolution / nearest)
+        return spent / count * kind.realisations * growth(kind.method) ** doublings
 
-    def _of_method(self, task: Task) -> float | None:
-        found = [
-            each
+    def _of_method(self, kind: Kind) -> float | None:
+        known = [
+            cost
             for (_, method), own in self._costs.items()
-            if method == task.method
-            for each in own.values()
+            if method == kind.method
+            for cost in own.values()
         ]
-        if not found:
+        if not known:
             return None
-        spent, count = (sum(each) for each in zip(*found, strict=True))
-        return spent / count * len(task.realisations)
+        spent, count = (sum(column) for column in zip(*known, strict=True))
+        return spent / count * kind.realisations
 
-    def remaining(self, tasks: Iterable[Task], workers: int) -> Remaining:
-        """Return how long the tasks take, spread over the workers."""
-        costs = [self.cost(task) for task in tasks]
-        known = [each for each in costs if each is not None]
-        # However many workers there are, the dearest task is one worker's.
+    def remaining(self, kinds: Iterable[Kind], workers: int) -> Remaining:
+        """Return how long jobs take, spread over the workers."""
+        costs = [self.cost(kind) for kind in kinds]
+        known = [cost for cost in costs if cost is not None]
+        # However many workers there are, the dearest job is one worker's.
         seconds = max(sum(known) / workers, max(known, default=0.0))
         return Remaining(seconds, len(known) == len(costs))

@@ -1,28 +1,136 @@
-"""Plans solved in memory: for single solves, claims and checks that keep no folder."""
+"""What is solved once is kept, in a folder or in memory: solves as jobs, plans solved at once."""
 
 from __future__ import annotations
 
-import contextlib
-from dataclasses import replace
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
-from comparisons.errors import ResultsError
+from comparisons.errors import LostWorkError, ResultsError
+from comparisons.methods.registry import solver_of
 from comparisons.solving.execution import REPEATS, execute
+from comparisons.solving.executors.base import Done, Job
+from comparisons.solving.forecast import Kind
 from comparisons.solving.planning import Plan
 from comparisons.tasks.archive import load_solution, save_solution
 from comparisons.tasks.solution import REALISATIONS, Solution, Solved
 from comparisons.tasks.task import Task
 
+# Quantities that every solve gives: claims that ask for different ones of them share it.
+ALWAYS = {"force", "penetration", "contact_area"}
 
-def solve_plan(
-    plan: Plan,
-    repeats: int = REPEATS,
-    *,
-    known: Solved | None = None,
-    bodies: bool = True,
-    kept: Path | None = None,
-) -> Solved:
-    """Solve every method and resolution of a plan; blocks of realisations are joined.
+
+@dataclass(frozen=True)
+class Archive:
+    """How a folder keeps an answer.
+
+    Attributes
+    ----------
+    suffix : str
+    save : callable
+        ``save(path, answer)``, atomically.
+    load : callable
+        ``load(path)``; raises ResultsError for a torn file.
+    is_final : callable
+        Whether an answer of an earlier run is taken: what broke it may have been mended since.
+    """
+
+    suffix: str
+    save: Callable[[Path, Any], None]
+    load: Callable[[Path], Any]
+    is_final: Callable[[Any], bool]
+
+
+SOLUTION = Archive(".npz", save_solution, load_solution, lambda known: bool(known.converged.any()))
+
+
+class Kept:
+    """Answers of jobs that are done, by their keys.
+
+    Parameters
+    ----------
+    folder : Path, optional
+        Where they are written; default: they stay in memory.
+    resume : bool
+        Take what an earlier run has left in the folder.
+    """
+
+    def __init__(self, folder: Path | None = None, *, resume: bool = False) -> None:
+        self._folder, self._resume = folder, resume
+        # What this run has done; in a folder the answers themselves need not stay in memory.
+        self._own: dict[str, Done | None] = {}
+
+    def path(self, job: Job) -> Path | None:
+        """Return the file of an answer, None where it is kept in memory."""
+        if self._folder is None or job.archive is None:
+            return None
+        return self._folder / f"{job.key}{job.archive.suffix}"
+
+    def put(self, done: Done) -> None:
+        """Keep an answer; what was lost is tried again by the next run."""
+        path = self.path(done.job)
+        if path is not None and done.job.archive is not None and not done.lost:
+            done.job.archive.save(path, done.value)
+            self._own[done.job.key] = None
+        else:
+            self._own[done.job.key] = done
+
+    def get(self, job: Job) -> Done | None:
+        """Return the answer of a job, None where it is not known."""
+        own = self._own.get(job.key)
+        path = self.path(job)
+        if own is not None or path is None or job.archive is None:
+            return own
+        if not path.exists() or not (self._resume or job.key in self._own):
+            return None
+        try:
+            value = job.archive.load(path)
+        except ResultsError:
+            return None
+        return Done(job, value) if job.key in self._own or job.archive.is_final(value) else None
+
+
+def solve_job(task: Task, work: Callable[[Task], Any]) -> Job:
+    """Return a solve as a job of a campaign."""
+    memory = solver_of(task).memory(task)
+    return Job(task.key, work, (task,), memory, Kind.of(task), SOLUTION)
+
+
+def curves_of(task: Task) -> Solution:
+    """Solve a task for its curves: once, and with fields only where a pressure is compared."""
+    solution = execute(task, repeats=1)
+    if not task.wants_pressure:
+        solution.fields.clear()
+    return solution
+
+
+def curve_jobs(plan: Plan, known: Solved | None = None) -> dict[tuple[str, int], list[Job]]:
+    """Return the solves of a plan for their curves, in blocks of realisations, but those known."""
+    jobs: dict[tuple[str, int], list[Job]] = {}
+    for task in plan.tasks:
+        if (task.method, task.resolution) not in (known or {}):
+            asked = tuple(sorted(ALWAYS.union(task.quantities)))
+            job = solve_job(replace(task, with_body=False, quantities=asked), curves_of)
+            jobs.setdefault((task.method, task.resolution), []).append(job)
+    return jobs
+
+
+def value_of(done: Done) -> Any:
+    """Return the answer of a job.
+
+    Raises
+    ------
+    LostWorkError
+        If there is none.
+    """
+    if done.lost:
+        raise LostWorkError(done.lost)
+    return done.value
+
+
+def solve_plan(plan: Plan, repeats: int = REPEATS) -> Solved:
+    """Solve every method and resolution of a plan here; blocks of realisations are joined.
 
     Nothing raises for physics: a step without an answer is NaN, with its reason.
 
@@ -31,12 +139,6 @@ def solve_plan(
     plan : Plan
     repeats : int
         Of short solves, for their times; one is enough where times do not matter.
-    known : dict, optional
-        What of it is solved already; it is not changed, and part of the answer.
-    bodies : bool
-        Compute the fields in the body, where the plan asks for them.
-    kept : Path, optional
-        Folder of solved tasks: what is there is taken, what is new is added.
 
     Examples
     --------
@@ -49,29 +151,10 @@ def solve_plan(
     """
     blocks: dict[tuple[str, int], list[Task]] = {}
     for task in plan.tasks:
-        wanted = task if bodies else replace(task, with_body=False)
-        blocks.setdefault((task.method, task.resolution), []).append(wanted)
-    solved = dict(known or {})
-    for key, tasks in blocks.items():
-        if key not in solved:
-            solved[key] = solve_blocks(tasks, repeats, kept)
-    return solved
+        blocks.setdefault((task.method, task.resolution), []).append(task)
+    return {key: solve_blocks(tasks, repeats) for key, tasks in blocks.items()}
 
 
-def solve_blocks(tasks: list[Task], repeats: int = REPEATS, kept: Path | None = None) -> Solution:
+def solve_blocks(tasks: Sequence[Task], repeats: int = REPEATS) -> Solution:
     """Solve the blocks of realisations of one method at one resolution as one solution."""
-    return Solution.concat([_solved(task, repeats, kept) for task in tasks], axis=REALISATIONS)
-
-
-def _solved(task: Task, repeats: int, kept: Path | None) -> Solution:
-    """Take a solution from the folder if a whole one with an answer is there."""
-    path = None if kept is None else kept / f"{task.key}.npz"
-    if path is not None and path.exists():
-        with contextlib.suppress(ResultsError):
-            known = load_solution(path)
-            if known.converged.any():
-                return known
-    solution = execute(task, repeats)
-    if path is not None:
-        save_solution(path, solution)
-    return solution
+    return Solution.concat([execute(task, repeats) for task in tasks], axis=REALISATIONS)

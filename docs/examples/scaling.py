@@ -77,10 +77,11 @@ def scaling(rounds: int, count: int) -> list[tuple[float, float, float, float]]:
         row: list[float] = []
         for workers in (1, 2):
             executor = ProcessExecutor(workers)
-            executor.in_order([Job(f"warm {k}", timed, (work[0],)) for k in range(workers)])
+            executor.add(Job(f"warm {k}", timed, (work[0],)) for k in range(workers))
+            list(executor.finished())
             start = time.perf_counter()
-            jobs = [Job(str(k), timed, (task,)) for k, task in enumerate(work)]
-            done = executor.in_order(jobs)
+            executor.add(Job(str(k), timed, (task,)) for k, task in enumerate(work))
+            done = list(executor.finished())
             wall = time.perf_counter() - start
             row += [wall / surfaces, sum(each.value[0] for each in done) / surfaces]
         found.append((row[0], row[1], row[2], row[3]))

@@ -25,18 +25,17 @@ def calibrate(*, out: Path = Path("roughline-results/calibration"), crew: Crew =
     out
         Folder for calibration.csv and report.html, which are written anew.
     """
-    from comparisons.errors import InputError
-    from comparisons.files import write_table
     from comparisons.judging.uncertainty import RULE
-    from comparisons.questions.calibration import cases, fitted, summary, table
+    from comparisons.questions.calibration import Calibration, fitted, summary
+    from comparisons.results.folder import PAGE
+    from reports.cli.live import watching
     from reports.pages.calibration import write_calibration_report
 
-    if out.exists() and not out.is_dir():
-        raise InputError(f"{out}: expected a folder for the results, got a file")
-    found = cases(crew.executor(usual=2))
-    write_table(out / "calibration.csv", table(found))
     command = shlex.join(["roughline", *sys.argv[1:]])
-    write_calibration_report(found, command, out / "report.html")
+    with watching() as watch:
+        executor = crew.executor(usual=2)
+        found = Calibration(out, command=command, executor=executor, watch=watch).run().cases
+    write_calibration_report(found, command, out / PAGE)
     reached = summary(case for case in found if case.half == "reported")
     print(
         f"{reached.count} cases on shapes that had no part in fixing the estimator: the bar covers "
@@ -45,5 +44,5 @@ def calibrate(*, out: Path = Path("roughline-results/calibration"), crew: Crew =
     )
     rule = fitted(found)
     print(f"rule in use: {RULE}; the fitting half gives {rule if rule else 'none'}")
-    say(out / "report.html")
+    say(out / PAGE)
     return FINE if reached.coverage >= COVERAGE and reached.width <= WIDTH else MISSED

@@ -46,36 +46,31 @@ def claims(
     method
         Judge this method instead of the reduced model, by the claims that stand on a scene.
     """
-    from comparisons.errors import LostWorkError
     from comparisons.files import write_named_text
     from comparisons.questions.claims.claim import about_method, load_claims
     from comparisons.questions.claims.record import load_claims_record
     from comparisons.questions.claims.runner import ClaimRun
     from reports.cli import terminal
+    from reports.cli.live import watched
     from reports.pages.claims import write_claims_report
 
     outside.load()
     chosen_claims = load_claims(ids)
     if method is not None:
         chosen_claims = about_method(chosen_claims, method)
-    with terminal.claim_progress() as progress:
-        run = ClaimRun(
-            chosen_claims,
-            out,
-            "full" if full else "quick",
-            command=shlex.join(["roughline", *sys.argv[1:]]),
-            executor=crew.executor(usual=2),
-            resume=resume,
-            overwrite=overwrite,
-            progress=progress,
-        )
-        try:
-            record = run.run()
-        except (KeyboardInterrupt, LostWorkError):
-            write_claims_report(load_claims_record(out), out / "report.html")
-            raise
-    write_claims_report(record, out / "report.html")
+    run = ClaimRun(
+        chosen_claims,
+        out,
+        effort="full" if full else "quick",
+        command=shlex.join(["roughline", *sys.argv[1:]]),
+        executor=crew.executor(usual=2),
+        resume=resume,
+        overwrite=overwrite,
+    )
+    page = out / "report.html"
+    record = watched(run, lambda: write_claims_report(load_claims_record(out), page))
+    write_claims_report(record, page)
     if json is not None:
         write_named_text(json, record.model_dump_json(indent=1) + "\n")
-    terminal.print_claims(record, out / "report.html")
+    terminal.print_claims(record, page)
     return DIFFERS if any(claim.differs for claim in record.claims) else FINE

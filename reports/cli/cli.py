@@ -5,7 +5,6 @@ Heavy packages are imported inside the commands, so that help and errors come at
 
 from __future__ import annotations
 
-import contextlib
 import io
 import shlex
 import sys
@@ -27,8 +26,6 @@ from reports.cli.workers import ALONE, Crew
 from reports.printable import say
 
 if TYPE_CHECKING:
-    from comparisons.questions.study import Study
-    from comparisons.results.store import StudyRecord
     from comparisons.solving.planning import Effort, Plan
 
 FINE, LOST, WRONG_INPUT, INTERRUPTED = 0, 1, 2, 3
@@ -142,6 +139,7 @@ def run(
     from comparisons.results.decisions import asked_in_vain
     from comparisons.solving.plans import plan_all
     from reports.cli import terminal
+    from reports.cli.live import watched
 
     outside.load()
     share_of_work = WHOLE if part is None else part_of(part)
@@ -161,26 +159,11 @@ def run(
         resume=resume,
         overwrite=overwrite,
     )
-    record = _watched(study)
+    record = watched(study, lambda: _write_report(directory, pictures=False))
     _write_report(directory, pictures)
     lost = study.lost()
     terminal.print_study(record, lost)
     return LOST if lost or asked_in_vain(record.scenes) else FINE
-
-
-def _watched(study: Study) -> StudyRecord:
-    """Run a study while a terminal shows how far it is; what an interrupt leaves has a report."""
-    from comparisons.errors import InputError, LostWorkError
-    from reports.cli.live import watching
-
-    with watching() as study.watch:
-        try:
-            return study.run()
-        except (KeyboardInterrupt, LostWorkError):
-            # A second one may have come while the first was being dealt with.
-            with contextlib.suppress(InputError):
-                _write_report(study.directory, pictures=False)
-            raise
 
 
 @app.command
@@ -389,13 +372,14 @@ def check(
     from comparisons.questions.regression.check import check_against, update_baseline
     from comparisons.questions.regression.junit import write_junit
     from reports.cli import terminal
+    from reports.cli.live import watching
 
     outside.load()
     own = Path("roughline-baseline.json")
     stored = baseline or (own if own.exists() or update else PACKAGED)
-    with terminal.status() as say:
+    with watching() as watch:
         act = update_baseline if update else check_against
-        findings = act(stored, method, scenes or CHECK_SCENES, progress=say)
+        findings = act(stored, method, scenes or CHECK_SCENES, watch=watch)
     terminal.print_findings(findings, stored)
     if junit is not None:
         write_junit(junit, findings)

@@ -1,4 +1,4 @@
-"""A study watched while it runs: remaining time, and speed against error as far as it is known.
+"""A campaign watched while it runs: remaining time, and of a study speed against error so far.
 
 On a terminal the lines renew themselves; on one that cannot (TERM=dumb, many logs) there is one
 plain line now and then; where nobody watches (a pipe, a file) there is nothing.
@@ -9,8 +9,8 @@ from __future__ import annotations
 import math
 import time
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from typing import TYPE_CHECKING
+from contextlib import contextmanager, suppress
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from rich.console import Console, Group
 from rich.live import Live
@@ -19,11 +19,12 @@ from rich.table import Table
 from rich.text import Text
 
 if TYPE_CHECKING:
-    from comparisons.questions.study import Study
+    from comparisons.questions.campaign import Campaign, Watch
     from comparisons.results.advice import Setting
-    from comparisons.tasks.task import Task
+    from comparisons.results.store import SceneRecord
+    from comparisons.solving.executors import Done
 
-Watch = Callable[["Study", "Task | None"], None]
+R = TypeVar("R")
 # Seconds of a run before its speeds and errors are drawn, between drawings, and between plain
 # lines; and the share of the time that drawing may cost.
 LONG, DRAW, LINE, SHARE = 10.0, 5.0, 30.0, 0.02
@@ -35,12 +36,26 @@ WIDTH, HEIGHT = 56, 9
 LETTERS = "abcdefghijklmnopqrstuvwxyz"
 
 
+def watched(campaign: Campaign[Any, R], write_page: Callable[[], object]) -> R:
+    """Run a campaign while a terminal shows how far it is; what an interrupt leaves has a page."""
+    from comparisons.errors import InputError, LostWorkError
+
+    with watching() as campaign.watch:
+        try:
+            return campaign.run()
+        except (KeyboardInterrupt, LostWorkError):
+            # A second one may have come while the first was being dealt with.
+            with suppress(InputError):
+                write_page()
+            raise
+
+
 @contextmanager
 def watching() -> Iterator[Watch]:
-    """Give a study something that watches it, as far as there is a terminal."""
+    """Give a campaign something that watches it, as far as there is a terminal."""
     console = Console(stderr=True, emoji=False)
     if not console.is_terminal:
-        yield lambda study, task: None
+        yield lambda campaign, done: None
     elif console.is_interactive:
         with Live(console=console, transient=True, auto_refresh=False) as live:
             yield _Screen(live)
@@ -54,16 +69,16 @@ class _Watcher:
     def __init__(self) -> None:
         self.started = time.monotonic()
 
-    def __call__(self, study: Study, task: Task | None) -> None:
-        solution = None if task is None else study.solution(task)
-        if task is not None and solution is not None and solution.compile_seconds > COMPILED:
-            self.say(compiled(task.method, solution.compile_seconds))
-        self.show(study, task)
+    def __call__(self, campaign: Campaign[Any, Any], done: Done | None) -> None:
+        seconds = 0.0 if done is None else getattr(done.value, "compile_seconds", 0.0)
+        if done is not None and seconds > COMPILED:
+            self.say(compiled(done.job.kind.method, seconds))
+        self.show(campaign, done)
 
     def say(self, text: str) -> None:
         raise NotImplementedError
 
-    def show(self, study: Study, task: Task | None) -> None:
+    def show(self, campaign: Campaign[Any, Any], done: Done | None) -> None:
         raise NotImplementedError
 
 
@@ -77,11 +92,11 @@ class _Lines(_Watcher):
     def say(self, text: str) -> None:
         self._console.print(text, markup=False, highlight=False)
 
-    def show(self, study: Study, task: Task | None) -> None:
-        done, total = study.counts
+    def show(self, campaign: Campaign[Any, Any], done: Done | None) -> None:
+        solved, total = campaign.counts
         now = time.monotonic()
-        if task is not None and (now - self._said >= LINE or done == total):
-            self.say(f"{solved(study)}, {_words(task)}")
+        if done is not None and (now - self._said >= LINE or solved == total):
+            self.say(f"{progress(campaign)}, {_words(done)}")
             self._said = now
 
 
@@ -96,16 +111,17 @@ class _Screen(_Watcher):
     def say(self, text: str) -> None:
         self._live.console.print(text, markup=False, highlight=False)
 
-    def show(self, study: Study, task: Task | None) -> None:
+    def show(self, campaign: Campaign[Any, Any], done: Done | None) -> None:
         now = time.monotonic()
-        if task is not None and now >= self._due:
-            self._plot = drawn(study, task)
+        if done is not None and now >= self._due:
+            scene = campaign.so_far(done)
+            self._plot = "" if scene is None else drawn(scene)
             spent = time.monotonic() - now
             self._due = now + max(DRAW, spent / SHARE)
-        done, total = study.counts
+        solved, total = campaign.counts
         line = Table.grid(padding=(0, 1))
-        bar = ProgressBar(total=max(total, 1), completed=done, width=24)
-        line.add_row(bar, Text(f"{solved(study)}  {_words(task)}", overflow="ellipsis"))
+        bar = ProgressBar(total=max(total, 1), completed=solved, width=24)
+        line.add_row(bar, Text(f"{progress(campaign)}  {_words(done)}", overflow="ellipsis"))
         self._live.update(Group(line, Text(self._plot)), refresh=True)
 
 
@@ -120,34 +136,37 @@ def compiled(method: str, seconds: float) -> str:
     return f"{method}: compiled in {duration(seconds)}, cached for the next runs"
 
 
-def solved(study: Study) -> str:
-    """Say how far a study is, and how long the rest takes by the costs of like tasks."""
+def progress(campaign: Campaign[Any, Any]) -> str:
+    """Say how far a campaign is, and how long the rest takes by the costs of like solves."""
     from comparisons.formatting import duration
 
-    done, total = study.counts
+    done, total = campaign.counts
     text = f"solved {done} of {total}"
-    rest = study.remaining()
+    rest = campaign.remaining()
     if done == total or rest.seconds < (0.0 if rest.complete else WORTH_SAYING):
         return text
     return f"{text}, {'about' if rest.complete else 'at least'} {duration(rest.seconds)} left"
 
 
-def _words(task: Task | None) -> str:
-    return "" if task is None else f"{task.scene.name} {task.method} {task.resolution}"
+def _words(done: Done | None) -> str:
+    if done is None:
+        return ""
+    kind = done.job.kind
+    return f"{kind.scene} {kind.method} {kind.resolution}"
 
 
-def drawn(study: Study, task: Task) -> str:
+def drawn(scene: SceneRecord) -> str:
     """Draw speed against error of a scene, by what is solved of it."""
     from comparisons.results.advice import advise
 
-    advice = advise(study.so_far(task))
-    points = [each for each in advice.settings if each.counted]
+    advice = advise(scene)
+    points = [setting for setting in advice.settings if setting.counted]
     truth = [f"{s.method} {s.resolution}" for s in advice.settings if s.is_truth]
     plot = scatter(points)
     if not plot:
         return ""
     against = f", against {truth[0]} for now" if truth else ""
-    return f"\n{task.scene.name}: largest error over the time of a solve{against}\n{plot}"
+    return f"\n{scene.name}: largest error over the time of a solve{against}\n{plot}"
 
 
 def scatter(points: list[Setting], width: int = WIDTH, height: int = HEIGHT) -> str:

@@ -10,7 +10,6 @@ from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
 from rich.markup import escape
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn, TimeElapsedColumn
 from rich.text import Text
 
 from reports.cli.live import COMPILED, compiled
@@ -25,7 +24,6 @@ if TYPE_CHECKING:
     from comparisons.questions.hard_cases.record import HardCasesRecord
     from comparisons.questions.regression import Finding
     from comparisons.questions.single import SingleResult
-    from comparisons.questions.study import Progress as Report
     from comparisons.results.advice import Advice
     from comparisons.results.runs import RunComparison
     from comparisons.results.store import StudyRecord
@@ -34,31 +32,6 @@ if TYPE_CHECKING:
 
 MANY = 12
 UNFOLDED = 100_000  # columns, more than any line has
-
-
-@contextmanager
-def progress() -> Iterator[Report]:
-    """Give a study something to report to: a bar on a terminal, silence elsewhere."""
-    console = Console(stderr=True)
-    if not console.is_terminal:
-        yield lambda done, total, task: None
-        return
-    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn())
-    with Progress(*columns, TimeElapsedColumn(), console=console, transient=True) as bar:
-        line = bar.add_task("solving", total=None)
-
-        def report(done: int, total: int, task: Task | None) -> None:
-            name = "" if task is None else f" {task.scene.name} {task.method} {task.resolution}"
-            bar.update(line, completed=done, total=total, description=f"solved{name}")
-
-        yield report
-
-
-@contextmanager
-def claim_progress() -> Iterator[Callable[[int, int, str], None]]:
-    """Give a run of claims something to report to, as `progress` does for a study."""
-    with progress() as report:
-        yield lambda done, total, name: report(done, total, None)
 
 
 def print_plans(plans: list[Plan]) -> None:

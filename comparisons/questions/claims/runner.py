@@ -1,30 +1,31 @@
-"""Claims judged: on several cores, and after an interruption from where it stopped."""
+"""Claims judged: each an inquiry of a campaign, which solves what several need only once."""
 
 from __future__ import annotations
 
-import datetime
 import hashlib
 import json
-import re
 import shlex
 import time
-from collections.abc import Callable, Iterator
-from dataclasses import asdict, dataclass
+from collections.abc import Mapping
+from dataclasses import asdict, replace
 from pathlib import Path
+from typing import Any, Unpack
 
 import numpy as np
 
-from comparisons.errors import InputError, LostWorkError, ResultsError
+from comparisons.errors import LostWorkError, ResultsError
 from comparisons.files import plain, write_text
-from comparisons.machine import machine, versions
+from comparisons.machine import versions
 from comparisons.methods.user.external import outside_methods
-from comparisons.questions.claims.claim import Claim, overrides
+from comparisons.questions.campaign import Campaign, Header, Options
+from comparisons.questions.claims.claim import Claim
 from comparisons.questions.claims.record import (
     RECORD,
     ClaimRecord,
     ClaimsRecord,
     PointRecord,
     RangeRecord,
+    load_claims_record,
     save_claims,
 )
 from comparisons.questions.claims.scenes import measure_scene
@@ -33,153 +34,74 @@ from comparisons.questions.claims.wording import sentence, value
 from comparisons.questions.experiments import EXPERIMENTS, Measurement
 from comparisons.questions.experiments.base import Effort
 from comparisons.reasons import one_line
-from comparisons.results.folder import clear_leftovers
-from comparisons.scene.scene import load_scene
-from comparisons.solving.execution import THREADS
-from comparisons.solving.executors import Done, Executor, Job, executor_for
+from comparisons.results.folder import Layout
+from comparisons.solving.executors import Job
+from comparisons.solving.forecast import Kind
+from comparisons.solving.inquiries import Inquiry, answer_of
+from comparisons.solving.kept import Archive, value_of
 
 MEASUREMENTS = "measurements"
-OWN_FILE = re.compile(r"[a-z0-9-]+-[0-9a-f]{16}\.json|[a-z0-9_-]+-[0-9a-f]{12}\.npz")
 COPIED = {"id", "text", "equation", "reading", "corrects", "method", "measure"}
 COPIED |= {"tolerance", "tolerance_from", "refuted_by", "expected"}
-Progress = Callable[[int, int, str], None]
-# Bytes that judging a claim is taken to need: grids of 1024 x 1024 and meshes of 1e5 unknowns.
+# Bytes that an experiment is taken to need: grids of 1024 x 1024 and meshes of 1e5 unknowns.
 MEMORY = 1e9
 
 
-@dataclass
-class ClaimRun:
+class ClaimRun(Campaign[ClaimRecord, ClaimsRecord]):
     """All claims of a run, and where the results go.
 
     Parameters
     ----------
     claims : list of Claim
     directory : Path
-        Created when the run starts. A folder with results needs `resume` or `overwrite`.
-    effort : {"quick", "full"}
-    command : str
-        The command line, for the report.
-    workers : int
-        Processes; each judges whole claims.
-    resume, overwrite : bool
-        Go on with the measurements that are there; or start anew.
-    progress : callable, optional
-        Called with (done, total, id of the claim just judged).
-    executor : Executor, optional
-        Carries out the work; default: `workers` processes here.
+    **options
+        As in `Campaign`.
     """
 
-    claims: list[Claim]
-    directory: Path
-    effort: Effort = "quick"
-    command: str = ""
-    workers: int = 1
-    resume: bool = False
-    overwrite: bool = False
-    progress: Progress | None = None
-    executor: Executor | None = None
+    layout = Layout(RECORD, kept=MEASUREMENTS)
 
-    def run(self) -> ClaimsRecord:
-        """Judge all claims and write claims.json; what is measured is kept at once.
+    def __init__(
+        self,
+        claims: list[Claim],
+        directory: Path,
+        **options: Unpack[Options],
+    ) -> None:
+        super().__init__(directory, **options)
+        self.claims = claims
 
-        Raises
-        ------
-        ResultsError
-            If the folder is used and neither `resume` nor `overwrite` was said.
-        KeyboardInterrupt, LostWorkError
-            After writing what was judged.
-        """
-        started = time.perf_counter()
-        created = datetime.datetime.now(datetime.UTC).astimezone().isoformat(timespec="seconds")
-        self._open()
-        done: dict[str, ClaimRecord] = {}
-        lost: list[str] = []
-        interrupted: KeyboardInterrupt | LostWorkError | None = None
-        try:
-            for each in self._judged():
-                if each.lost:
-                    lost.append(f"{each.job.key}: {each.lost}")
-                else:
-                    done[each.job.key] = each.value
-                if self.progress is not None:
-                    self.progress(len(done), len(self.claims), each.job.key)
-        except (KeyboardInterrupt, LostWorkError) as error:
-            interrupted = error
-        if lost and interrupted is None:
-            advice = "what was measured is kept: --resume goes on, --workers 1 needs less memory"
-            interrupted = LostWorkError("\n".join([*lost, advice]))
-        result = ClaimsRecord(
-            created=created,
-            command=self.command,
-            effort=self.effort,
-            seconds=time.perf_counter() - started,
-            machine=machine(THREADS),
-            versions=versions(),
-            interrupted=interrupted is not None,
-            claims=[done[claim.id] for claim in self.claims if claim.id in done],
-        )
-        save_claims(self.directory, result)
-        if interrupted is not None:
-            raise interrupted
-        return result
+    def inquiries(self) -> dict[str, Inquiry[ClaimRecord]]:
+        """Return an inquiry for each claim."""
+        return {claim.id: judged_claim(claim, self.effort) for claim in self.claims}
 
-    def _judged(self) -> Iterator[Done]:
-        kept = self.directory / MEASUREMENTS
-        executor = self.executor or executor_for(self.workers)
-        executor.add(
-            Job(claim.id, judge_claim, (claim, self.effort, kept), MEMORY) for claim in self.claims
-        )
-        yield from executor.finished()
+    def answer(self, header: Header, answers: Mapping[str, ClaimRecord]) -> ClaimsRecord:
+        """Return the claims that are judged, in their order."""
+        judged = [answers[claim.id] for claim in self.claims if claim.id in answers]
+        return ClaimsRecord(**vars(header), claims=judged)
 
-    def _open(self) -> None:
-        if self.directory.exists() and not self.directory.is_dir():
-            raise ResultsError(f"{self.directory}: expected a folder for the results, got a file")
-        if self.resume and self.overwrite:
-            raise ResultsError("--resume and --overwrite: expected at most one of them")
-        used = self.directory.exists() and any(self.directory.iterdir())
-        if used and not (self.resume or self.overwrite):
-            raise ResultsError(
-                f"{self.directory} is in use: say --resume to go on with it, --overwrite to start "
-                "anew, or --out for another folder"
-            )
-        kept = self.directory / MEASUREMENTS
-        if used and not kept.is_dir():
-            raise ResultsError(f"{self.directory} has no claims of roughline: choose another --out")
-        if used and kept.is_symlink():
-            raise ResultsError(f"{kept}: expected a folder, got a link to elsewhere")
-        kept.mkdir(parents=True, exist_ok=True)
-        clear_leftovers(self.directory, {RECORD, "report.html"})
-        clear_leftovers(kept, pattern=OWN_FILE)
-        if self.overwrite:
-            for old in kept.iterdir():
-                if OWN_FILE.fullmatch(old.name):
-                    old.unlink()
+    def save(self, record: ClaimsRecord) -> None:
+        """Write claims.json."""
+        save_claims(self.directory, record)
+
+    def seconds_before(self) -> float | None:
+        """Return the time of the run that is resumed."""
+        if not (self.directory / RECORD).exists():
+            return None
+        return load_claims_record(self.directory).seconds
 
 
-def judge_claim(claim: Claim, effort: Effort, kept: Path | None = None) -> ClaimRecord:
-    """Measure a claim along its parameter and return the verdict with what it follows from.
+def judge_claim(claim: Claim, effort: Effort) -> ClaimRecord:
+    """Measure a claim along its parameter, here, and return the verdict with its evidence."""
+    return answer_of(judged_claim(claim, effort))
 
-    Parameters
-    ----------
-    claim : Claim
-    effort : {"quick", "full"}
-    kept : Path, optional
-        Folder of finished measurements and solves: what is there is taken, what is new is added.
-    """
-    started = time.perf_counter()
 
-    def measure(value: float | None) -> Measurement:
-        path = None if kept is None else kept / f"{claim.id}-{_key(claim, value, effort)}.json"
-        known = None if path is None else _restored(path)
-        if known is not None:
-            return known
-        found = _measured(claim, value, effort, kept)
-        if path is not None:
-            write_text(path, json.dumps(plain(asdict(found))))
-        return found
+def judged_claim(claim: Claim, effort: Effort) -> Inquiry[ClaimRecord]:
+    """Ask for what a claim needs; return the verdict with what it follows from."""
+
+    def measure(value: float | None) -> Inquiry[Measurement]:
+        return _measured(claim, value, effort)
 
     halvings = 0 if claim.vary is None else claim.vary.halvings(effort)
-    points = search(claim.vary, claim.tolerance, measure, halvings)
+    points = yield from search(claim.vary, claim.tolerance, measure, halvings)
     verdict, ranges = verdict_of(points, effort), ranges_of(points)
     return ClaimRecord(
         **claim.model_dump(include=COPIED),
@@ -190,10 +112,10 @@ def judge_claim(claim: Claim, effort: Effort, kept: Path | None = None) -> Claim
         verdict=verdict,
         sentence=sentence(claim, verdict, points, ranges),
         points=[_point(point) for point in points],
-        ranges=[RangeRecord(**asdict(each)) for each in ranges],
+        ranges=[RangeRecord(**asdict(stretch)) for stretch in ranges],
         disagreements=_disagreements(points),
         command=_repeats(claim, effort),
-        seconds=time.perf_counter() - started,
+        seconds=sum(point.measurement.seconds for point in points),
         effort=effort,
     )
 
@@ -209,24 +131,32 @@ def _repeats(claim: Claim, effort: Effort) -> str:
     return f"{command} --method {claim.method}{file}"
 
 
-def _measured(claim: Claim, value: float | None, effort: Effort, kept: Path | None) -> Measurement:
+def _measured(claim: Claim, value: float | None, effort: Effort) -> Inquiry[Measurement]:
     """Measure; an error costs this point only."""
+    if claim.experiment is not None:
+        job = _experiment_job(claim, value, effort)
+        done = yield [job]
+        measurement: Measurement = value_of(done[job.key])
+        return measurement
+    checked: tuple[float | None, ...] = (None,)
+    if claim.vary is not None:
+        # References check each other where the range begins; at full effort also at its end.
+        checked = (claim.vary.start, claim.vary.end if effort == "full" else None)
     try:
-        if claim.experiment is not None:
-            return EXPERIMENTS[claim.experiment].measure(value, effort, **claim.parameters)
-        checked: tuple[float | None, ...] = (None,)
-        if claim.vary is not None:
-            # References check each other where the range begins; at full effort also at its end.
-            checked = (claim.vary.start, claim.vary.end if effort == "full" else None)
-        independent = value in checked
-        return measure_scene(claim, value, effort, independent=independent, kept=kept)
+        return (yield from measure_scene(claim, value, effort, independent=value in checked))
+    except LostWorkError:
+        raise
     except Exception as error:  # one measurement must not end a run of an hour
-        why = f"{type(error).__name__}: {error}" if str(error) else type(error).__name__
-        return Measurement(value, float("nan"), float("nan"), {"no result": one_line(why)})
+        return _no_result(value, error)
 
 
-def _key(claim: Claim, value: float | None, effort: Effort) -> str:
-    """Return a name that is the same exactly when the measurement is the same."""
+def _no_result(value: float | None, error: Exception) -> Measurement:
+    why = f"{type(error).__name__}: {error}" if str(error) else type(error).__name__
+    return Measurement(value, float("nan"), float("nan"), {"no result": one_line(why)})
+
+
+def _experiment_job(claim: Claim, value: float | None, effort: Effort) -> Job:
+    """Return an experiment as a job, named by all that makes its measurement the same."""
     names = ("experiment", "parameters", "method", "quantity", "at", "measure", "tolerance")
     identity = {
         "claim": claim.model_dump(mode="json", include=set(names)),
@@ -234,25 +164,45 @@ def _key(claim: Claim, value: float | None, effort: Effort) -> str:
         "effort": effort,
         "versions": versions(),
     }
-    if claim.scene is not None:
-        try:
-            identity["scene"] = load_scene(claim.source, overrides(claim, value)).text
-        except InputError as error:  # the measurement will say so
-            identity["scene"] = str(error)
-    text = json.dumps(identity, sort_keys=True)
-    return hashlib.sha256(text.encode()).hexdigest()[:16]
+    digest = hashlib.sha256(json.dumps(identity, sort_keys=True).encode()).hexdigest()[:16]
+    assert claim.experiment is not None
+    return Job(
+        f"{claim.id}-{digest}",
+        measure_experiment,
+        (claim.experiment, value, effort, claim.parameters),
+        MEMORY,
+        Kind(claim.id, claim.experiment),
+        MEASUREMENT,
+    )
 
 
-def _restored(path: Path) -> Measurement | None:
-    """Return a kept measurement; one without a number, or a torn file, is measured again."""
+def measure_experiment(
+    name: str, value: float | None, effort: Effort, parameters: dict[str, Any]
+) -> Measurement:
+    """Measure one value of an experiment's parameter, and the time where it does not itself."""
+    started = time.perf_counter()
+    try:
+        measured = EXPERIMENTS[name].measure(value, effort, **parameters)
+        return replace(measured, seconds=measured.seconds or time.perf_counter() - started)
+    except Exception as error:  # as in `_measured`
+        return _no_result(value, error)
+
+
+def _load(path: Path) -> Measurement:
     try:
         data = json.loads(path.read_text(encoding="utf-8"))
-        found = Measurement(**data)
-        if found.error is None or found.uncertainty is None:
-            return None
-    except (OSError, ValueError, TypeError):
-        return None
-    return found
+        missing = {key: float("nan") for key in ("error", "uncertainty") if data[key] is None}
+        return Measurement(**data | missing)
+    except (OSError, ValueError, TypeError, KeyError) as error:
+        raise ResultsError(f"{path}: not a measurement ({error})") from error
+
+
+MEASUREMENT = Archive(
+    ".json",
+    save=lambda path, measured: write_text(path, json.dumps(plain(asdict(measured)))),
+    load=_load,
+    is_final=lambda measured: bool(np.isfinite([measured.error, measured.uncertainty]).all()),
+)
 
 
 def _what(claim: Claim) -> str:

@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 
@@ -16,17 +13,17 @@ from comparisons.geometry.prepare import IndenterGeometry
 from comparisons.judging.levels import Levels, mean_curves
 from comparisons.judging.metrics import rms_and_maximum
 from comparisons.judging.pressures import pressure_measures
-from comparisons.judging.refinement import SHARE, refined
+from comparisons.judging.refinement import SHARE, refinements
 from comparisons.judging.truth import Truth, choose_truth
 from comparisons.judging.uncertainty import combined
-from comparisons.judging.verdicts import OUTSIDE, WORST_FIRST, judged
+from comparisons.judging.verdicts import judged, severity
 from comparisons.methods.registry import solver_for
 from comparisons.methods.solver import Refusal
 from comparisons.questions.claims.claim import AREA_FROM_STIFFNESS, RESOLUTION, Claim, overrides
 from comparisons.questions.experiments import Measurement
 from comparisons.questions.experiments.base import Effort
 from comparisons.scene.scene import load_scene
-from comparisons.solving.kept import solve_plan
+from comparisons.solving.inquiries import Inquiry, curves
 from comparisons.solving.planning import MethodPlan, Plan, plan_scene, refusal
 from comparisons.tasks.solution import Solved
 
@@ -47,8 +44,7 @@ def measure_scene(
     effort: Effort,
     *,
     independent: bool,
-    kept: Path | None = None,
-) -> Measurement:
+) -> Inquiry[Measurement]:
     """Solve a claim's scene at one value of its parameter and measure the claim's error.
 
     Parameters
@@ -61,47 +57,40 @@ def measure_scene(
     independent : bool
         Solve with every 3-D method, so that references check each other; else the cheapest that
         knows the truth.
-    kept : Path, optional
-        Folder of solves, which claims on the same scene share.
 
     Raises
     ------
     InputError
         If the scene cannot be prepared at this value.
     """
-    started = time.perf_counter()
     plan = _plan(claim, value, effort, independent)
-    solved = solve_plan(plan, repeats=1, bodies=False, kept=kept)
-
-    def solve(finer: Plan) -> None:
-        solved.update(solve_plan(finer, repeats=1, known=solved, bodies=False, kept=kept))
-
+    solved: Solved = yield from curves(plan)
     if effort == "full":
-        plan = refined(plan, lambda _: solved, solve, budget=REFINEMENT_BUDGET)
+        plan, solved = yield from _truth_refined(plan, solved)
     truth = choose_truth(solved, plan.loads.axis, plan.compared)
     if truth is not None and not _fixed(claim):
-        _refine_judged(claim, plan, solved, solve)
+        solved = yield from _springs_refined(claim, plan, solved)
     judged_at = Levels.of(solved, claim.method).finest
+    seconds = float(np.nansum([solution.seconds for solution in solved.values()]))
     if truth is None or judged_at is None:
         reasons = [why for s in solved.values() for why in s.reasons.values()]
         details: dict[str, float | str] = {"no result": next(iter(reasons), "nothing was solved")}
-        return Measurement(value, np.nan, np.nan, details, time.perf_counter() - started)
+        return Measurement(value, np.nan, np.nan, details, seconds)
     found = [_measured(claim, plan, solved, truth, name) for name in claim.quantity]
     error, bar, details = _deciding(found, claim.tolerance)
     details |= {"truth": truth.label, "resolution": float(judged_at)}
     differing = truth.disagreements(plan.compared)
     if differing:
         details["references disagree"] = " ".join(differing)
-    return Measurement(value, error, bar, details, time.perf_counter() - started)
+    return Measurement(value, error, bar, details, seconds)
 
 
 def _deciding(found: list[Measured], tolerance: float) -> Measured:
-    """Return the quantity that decides, as verdicts on scenes do (`verdicts.WORST_FIRST`)."""
+    """Return the quantity that decides, as verdicts on scenes do."""
 
-    def rank(each: Measured) -> tuple[int, float]:
-        decided = judged(each[0], each[1], tolerance)
-        size = decided.low if decided.word == OUTSIDE else decided.high
-        return WORST_FIRST.index(decided.word), -size if np.isfinite(size) else -np.inf
+    def rank(measured: Measured) -> tuple[int, float, float]:
+        decided = judged(measured[0], measured[1], tolerance)
+        return severity(decided.word, decided.low, decided.high)
 
     return min(found, key=rank)
 
@@ -156,21 +145,30 @@ def _with(planned: MethodPlan, claim: Claim, resolutions: tuple[int, ...]) -> Me
     return replace(planned, resolutions=resolutions) if planned.method == claim.method else planned
 
 
-def _refine_judged(claim: Claim, plan: Plan, solved: Solved, solve: Callable[[Plan], None]) -> None:
+def _truth_refined(plan: Plan, solved: Solved) -> Inquiry[tuple[Plan, Solved]]:
+    """Refine the truth as far as the tolerance asks and the time allows."""
+    known = dict(solved)
+    for finer in refinements(plan, lambda _: known, REFINEMENT_BUDGET):
+        plan = finer
+        known.update((yield from curves(plan, known)))
+    return plan, known
+
+
+def _springs_refined(claim: Claim, plan: Plan, solved: Solved) -> Inquiry[Solved]:
     """Double the springs until they matter no more: the claim is about the model, not its sums."""
     if METHODS[claim.method].dimension == 3 or not isinstance(plan.geometry, IndenterGeometry):
-        return
+        return solved
     while True:
         levels = Levels.of(solved, claim.method)
         level = levels.finest
         if level is None or 2 * level > MOST_SPRINGS:
-            return
+            return solved
         known = mean_curves(levels.solutions[level])
         bars = [levels.discretisation(name) for name in claim.quantity if name in known]
         if not bars or not np.nanmax(bars) > SHARE * claim.tolerance:
-            return
+            return solved
         planned = tuple(_with(m, claim, (2 * level,)) for m in plan.methods)
-        solve(replace(plan, methods=planned))
+        solved = yield from curves(replace(plan, methods=planned), solved)
 
 
 def _measured(claim: Claim, plan: Plan, solved: Solved, truth: Truth, name: str) -> Measured:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from itertools import groupby, pairwise
 
@@ -12,8 +12,9 @@ from comparisons.judging.verdicts import OUTSIDE, WITHIN, judge
 from comparisons.questions.claims.claim import FAILS, HOLDS, IN_A_RANGE, NOT_RESOLVED, Vary
 from comparisons.questions.experiments import Measurement
 from comparisons.questions.experiments.base import Effort
+from comparisons.solving.inquiries import Inquiry, together
 
-Measure = Callable[[float | None], Measurement]
+Measure = Callable[[float | None], Inquiry[Measurement]]
 
 
 @dataclass(frozen=True)
@@ -45,8 +46,10 @@ class Range:
     above: float | None
 
 
-def search(vary: Vary | None, tolerance: float, measure: Measure, bisections: int) -> list[Point]:
-    """Measure a claim over its grid, then halve each interval in which a boundary must lie.
+def search(
+    vary: Vary | None, tolerance: float, measure: Measure, bisections: int
+) -> Inquiry[list[Point]]:
+    """Measure a claim over its grid, then halve all intervals in which a boundary must lie.
 
     That is an interval between within and outside, and one between two points outside whose
     errors have opposite signs: the error passes zero there, and the claim holds around it. Where a
@@ -58,24 +61,30 @@ def search(vary: Vary | None, tolerance: float, measure: Measure, bisections: in
         In the order of the parameter.
     """
 
-    def at(value: float | None) -> Point:
-        found = measure(value)
-        return Point(found, judge(found.error, found.uncertainty, tolerance))
-
-    def halve(low: Point, high: Point, left: int) -> list[Point]:
-        middle = _between(vary, low.parameter, high.parameter) if vary is not None else None
-        if not left or middle is None or not _holds_boundary(low, high):
-            return []
-        point = at(middle)
-        return [*halve(low, point, left - 1), point, *halve(point, high, left - 1)]
+    def at(values: Sequence[float | None]) -> Inquiry[list[Point]]:
+        measured = yield from together(measure(value) for value in values)
+        return [Point(m, judge(m.error, m.uncertainty, tolerance)) for m in measured]
 
     if vary is None:
-        return [at(None)]
-    points = [at(value) for value in grid(vary)]
-    found = points[:1]
-    for low, high in pairwise(points):
-        found += [*halve(low, high, bisections), high]
-    return found
+        return (yield from at([None]))
+    points = yield from at(grid(vary))
+    intervals = list(pairwise(points))
+    for _ in range(bisections):
+        split = [
+            (low, middle, high)
+            for low, high in intervals
+            if _holds_boundary(low, high)
+            and (middle := _between(vary, low.parameter, high.parameter)) is not None
+        ]
+        if not split:
+            break
+        found = yield from at([middle for _, middle, _ in split])
+        halves = zip(split, found, strict=True)
+        intervals = [
+            half for (low, _, high), point in halves for half in ((low, point), (point, high))
+        ]
+        points += found
+    return sorted(points, key=lambda point: point.parameter)
 
 
 def _holds_boundary(low: Point, high: Point) -> bool:

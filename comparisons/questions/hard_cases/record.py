@@ -1,8 +1,8 @@
-"""Outcomes of hard cases on disk: hard-cases.json and hard-cases.csv, checked when read."""
+"""Outcomes of hard cases, and their files hard-cases.json and hard-cases.csv, checked when read."""
 
 from __future__ import annotations
 
-from dataclasses import asdict, fields
+from dataclasses import asdict, dataclass, fields
 from pathlib import Path
 
 import pandas as pd
@@ -10,10 +10,48 @@ from pydantic import BaseModel, ConfigDict, ValidationError
 
 from comparisons.errors import ResultsError
 from comparisons.files import plain, write_table, write_text
-from comparisons.questions.hard_cases.run import Outcome
-from comparisons.results.store import STUDY
 
-RECORD, TABLE, PAGE = "hard-cases.json", "hard-cases.csv", "report.html"
+RECORD, TABLE = "hard-cases.json", "hard-cases.csv"
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What one method did with one case.
+
+    Attributes
+    ----------
+    case, title, method : str
+    kind : str
+        "accurate", "degraded", "refused", "not for", or "lost" (no number where one was meant).
+    error, area_error, bar : float
+        Largest relative errors over the load steps (main quantity, contact area) and the bar of the
+        truth at the main quantity; NaN where there is none.
+    seconds : float
+    resolution : int
+        0 where nothing was solved.
+    reason : str
+        Why there is no number, or why steps are lost.
+    lost : tuple of int
+        Load steps without an answer.
+    expected : str
+        The expectation in words; "" where there is none (a method from outside).
+    deviation : str
+        How the outcome differs from the expectation; "" where it does not.
+    """
+
+    case: str
+    title: str
+    method: str
+    kind: str
+    error: float = float("nan")
+    area_error: float = float("nan")
+    bar: float = float("nan")
+    seconds: float = float("nan")
+    resolution: int = 0
+    reason: str = ""
+    lost: tuple[int, ...] = ()
+    expected: str = ""
+    deviation: str = ""
 
 
 class _Form(BaseModel):
@@ -23,7 +61,7 @@ class _Form(BaseModel):
 
 
 class OutcomeRecord(_Form):
-    """One outcome (`run.Outcome`); None where there is no number."""
+    """An `Outcome`; None where there is no number."""
 
     case: str
     title: str
@@ -72,22 +110,6 @@ class HardCasesRecord(_Form):
 def recorded(outcome: Outcome) -> OutcomeRecord:
     """Return an outcome as it is stored."""
     return OutcomeRecord.model_validate(plain(asdict(outcome)))
-
-
-def open_folder(directory: Path) -> None:
-    """Make the folder, or refuse one whose page roughline has not written.
-
-    Raises
-    ------
-    ResultsError
-    """
-    if directory.exists() and not directory.is_dir():
-        raise ResultsError(f"{directory}: expected a folder for the results, got a file")
-    if (directory / STUDY).exists():
-        raise ResultsError(f"{directory} has the results of a study: choose another --out")
-    if not (directory / RECORD).exists() and any((directory / n).exists() for n in (TABLE, PAGE)):
-        raise ResultsError(f"{directory} has {TABLE} or {PAGE} that roughline has not written")
-    directory.mkdir(parents=True, exist_ok=True)
 
 
 def save_record(directory: Path, record: HardCasesRecord) -> None:

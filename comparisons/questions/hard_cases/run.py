@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import tempfile
 import warnings
-from collections.abc import Iterable, Iterator
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
 
@@ -20,6 +20,7 @@ from comparisons.judging.truth import ENSEMBLE, EXACT, GRID, truths
 from comparisons.judging.uncertainty import combined
 from comparisons.methods.registry import solver_for
 from comparisons.methods.solver import Refusal
+from comparisons.questions.campaign import Campaign, Header, Options
 from comparisons.questions.hard_cases.case import (
     ACCURATE,
     ACCURATE_TO,
@@ -30,56 +31,27 @@ from comparisons.questions.hard_cases.case import (
     HardCase,
 )
 from comparisons.questions.hard_cases.formulas import Curves
+from comparisons.questions.hard_cases.record import (
+    RECORD,
+    TABLE,
+    HardCasesRecord,
+    Outcome,
+    recorded,
+    save_record,
+)
+from comparisons.results.folder import PAGE, Layout
+from comparisons.scene.scene import Scene
 from comparisons.solving.execution import execute
-from comparisons.solving.executors import Executor, Job, SerialExecutor
+from comparisons.solving.executors import Done, Job
+from comparisons.solving.inquiries import Inquiry, answer_of
+from comparisons.solving.kept import solve_job
 from comparisons.solving.planning import EXACT as EXACT_LEVELS
 from comparisons.solving.planning import Plan, plan_scene, refusal, single_resolution, task_of
 from comparisons.tasks.solution import REALISATIONS, Solution, Solved
+from comparisons.tasks.task import Task
 
-# Bytes that the methods of a case are taken to need, one after the other.
-MEMORY = 2e9
 PEER = "nothing is promised for other people's code: it is shown as it is"
 LOST, LEFT_OUT = "lost", "left out"
-
-
-@dataclass(frozen=True)
-class Outcome:
-    """What one method did with one case.
-
-    Attributes
-    ----------
-    case, title, method : str
-    kind : str
-        "accurate", "degraded", "refused", "not for", or "lost" (no number where one was meant).
-    error, area_error, bar : float
-        Largest relative errors over the load steps (main quantity, contact area) and the bar of the
-        truth at the main quantity; NaN where there is none.
-    seconds : float
-    resolution : int
-        0 where nothing was solved.
-    reason : str
-        Why there is no number, or why steps are lost.
-    lost : tuple of int
-        Load steps without an answer.
-    expected : str
-        The expectation in words; "" where there is none (a method from outside).
-    deviation : str
-        How the outcome differs from the expectation; "" where it does not.
-    """
-
-    case: str
-    title: str
-    method: str
-    kind: str
-    error: float = float("nan")
-    area_error: float = float("nan")
-    bar: float = float("nan")
-    seconds: float = float("nan")
-    resolution: int = 0
-    reason: str = ""
-    lost: tuple[int, ...] = ()
-    expected: str = ""
-    deviation: str = ""
 
 
 @dataclass(frozen=True)
@@ -88,55 +60,104 @@ class _Truth:
     bars: Curves
 
 
-def run_cases(
-    cases: Iterable[HardCase],
-    methods: Iterable[str],
-    *,
-    full: bool,
-    executor: Executor | None = None,
-) -> Iterator[list[Outcome]]:
-    """Yield the outcomes of each case; without `full`, slow pairs are left out, and say so.
+class HardCases(Campaign[list[Outcome], HardCasesRecord]):
+    """Hard cases, the methods that try them, and where the outcomes go; they are run anew.
 
-    With several workers the cases come in the order in which they are finished.
+    Parameters
+    ----------
+    cases : sequence of HardCase
+    methods : sequence of str
+    directory : Path
+    **options
+        As in `Campaign`; without full effort, slow pairs are left out, and say so.
     """
-    executor, methods = executor or SerialExecutor(), list(methods)
-    known = {case.id: case for case in cases}
-    executor.add(
-        Job(case.id, _run_chosen, (case, methods, full), MEMORY) for case in known.values()
-    )
-    for done in executor.finished():
-        case = known[done.job.key]
-        yield done.value or [
-            Outcome(case.id, case.title, name, LOST, reason=done.lost) for name in methods
-        ]
+
+    layout = Layout(RECORD, (TABLE, PAGE))
+
+    def __init__(
+        self,
+        cases: Sequence[HardCase],
+        methods: Sequence[str],
+        directory: Path,
+        **options: Unpack[Options],
+    ) -> None:
+        super().__init__(directory, **options)
+        self.cases, self.methods = cases, methods
+
+    def inquiries(self) -> dict[str, Inquiry[list[Outcome]]]:
+        """Return an inquiry for each case."""
+        full = self.effort == "full"
+        return {case.id: outcomes(case, self.methods, full=full) for case in self.cases}
+
+    def answer(self, header: Header, answers: Mapping[str, list[Outcome]]) -> HardCasesRecord:
+        """Return the outcomes of the cases that are done, in their order."""
+        done = [outcome for case in self.cases for outcome in answers.get(case.id, [])]
+        return HardCasesRecord(
+            **vars(header),
+            hard={case.id: case.hard for case in self.cases},
+            outcomes=[recorded(outcome) for outcome in done],
+        )
+
+    def save(self, record: HardCasesRecord) -> None:
+        """Write hard-cases.json and hard-cases.csv."""
+        save_record(self.directory, record)
 
 
-def _run_chosen(case: HardCase, methods: list[str], full: bool) -> list[Outcome]:
+def run_case(case: HardCase, methods: Sequence[str], *, full: bool = True) -> list[Outcome]:
+    """Return what each of the methods does with a case, here and now."""
+    return answer_of(outcomes(case, methods, full=full))
+
+
+def outcomes(case: HardCase, methods: Sequence[str], *, full: bool) -> Inquiry[list[Outcome]]:
+    """Ask for what judges a case, and for what each of the methods does with it."""
     chosen = [name for name in methods if full or name not in case.slow]
-    found = {each.method: each for each in run_case(case, chosen)} if chosen else {}
+    done = yield from _tried(case, chosen)
     return [
-        found.get(name) or Outcome(case.id, case.title, name, LEFT_OUT, reason="--full runs it")
+        done.get(name) or Outcome(case.id, case.title, name, LEFT_OUT, reason="--full runs it")
         for name in methods
     ]
 
 
-def run_case(case: HardCase, methods: Iterable[str]) -> list[Outcome]:
-    """Return what each of the methods does with a case."""
+def _tried(case: HardCase, methods: Sequence[str]) -> Inquiry[dict[str, Outcome]]:
+    if not methods:
+        return {}
     with tempfile.TemporaryDirectory(prefix="roughline-") as folder:
         case.write_maps(Path(folder))
         try:
-            plan = plan_scene(case.scene_in(Path(folder)), "full")[0]
+            plan = _plan(case.scene_in(Path(folder)))
         except InputError as error:
             # The door refuses before any method sees the scene.
-            return [_judged(case, name, kind=REFUSED, reason=str(error)) for name in methods]
-        truth = _truth(case, plan, Path(folder))
-        return [_outcome(case, plan, truth, name) for name in methods]
+            why = str(error)
+            return {name: _judged(case, name, kind=REFUSED, reason=why) for name in methods}
+        truth = _plan(case.scene_in(Path(folder), case.truth.scene)) if case.truth.scene else plan
+    tried = {name: _door(case, plan, name) for name in methods}
+    solves = {(name, n): _jobs(plan, name, n) for name, n in tried.items() if isinstance(n, int)}
+    trusted = _trusted(case, truth)
+    done = yield [job for jobs in (*solves.values(), *trusted.values()) for job in jobs]
+    known = _truth(case, truth, {key: _joined(jobs, done)[0] for key, jobs in trusted.items()})
+    found = {name: outcome for name, outcome in tried.items() if isinstance(outcome, Outcome)}
+    for (name, resolution), jobs in solves.items():
+        found[name] = _measured(case, plan, known, name, resolution, *_joined(jobs, done))
+    return found
 
 
-def _outcome(case: HardCase, plan: Plan, truth: _Truth, name: str) -> Outcome:
+def _trusted(case: HardCase, plan: Plan) -> dict[tuple[str, int], list[Job]]:
+    """Return the solves of the trusted method; none where it refuses the scene itself."""
+    name = case.truth.method
+    if case.truth.formula is not None or isinstance(solver_for(name, plan.scene), Refusal):
+        return {}
+    return {(name, n): _jobs(plan, name, n) for n in case.truth.resolutions}
+
+
+def _plan(scene: Scene) -> Plan:
+    return plan_scene(scene, "full")[0]
+
+
+def _door(case: HardCase, plan: Plan, name: str) -> Outcome | int:
+    """Return the resolution of a method, or the outcome where it is not tried."""
     if case.only and name not in case.expected:
         return _judged(case, name, kind=NOT_FOR, reason=case.only)
-    (planned,) = [each for each in plan.methods if each.method == name]
+    (planned,) = [method for method in plan.methods if method.method == name]
     resolution = case.resolutions.get(name)
     solver = solver_for(name, plan.scene)
     if isinstance(solver, Refusal):
@@ -147,21 +168,47 @@ def _outcome(case: HardCase, plan: Plan, truth: _Truth, name: str) -> Outcome:
     why = planned.reason if not planned.supported else ""
     if resolution and not why:
         why = refusal(plan, name, resolution)
-    if why:
-        return _judged(case, name, kind=REFUSED, reason=why)
-    solution, warned = _solve(plan, name, resolution)
-    return _measured(case, plan, truth, name, resolution, solution, warned)
+    return _judged(case, name, kind=REFUSED, reason=why) if why else resolution
 
 
-def _solve(plan: Plan, name: str, resolution: int) -> tuple[Solution, list[str]]:
-    """Solve all blocks; a warning of the numerics is a flaw, and is told."""
+@dataclass(frozen=True)
+class Warned:
+    """A solution with the warnings of the numerics on the way: they are flaws, and are told."""
+
+    solution: Solution
+    warnings: tuple[str, ...] = ()
+
+    @property
+    def compile_seconds(self) -> float:
+        """Of the solution."""
+        return self.solution.compile_seconds
+
+
+def solve_warned(task: Task) -> Warned:
+    """Solve a task for its curves, and note what it warns of."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("ignore")
         warnings.simplefilter("always", RuntimeWarning)
-        tasks = [task_of(plan, name, resolution, block) for block in plan.blocks(name, resolution)]
-        solution = Solution.concat([execute(task) for task in tasks], axis=REALISATIONS)
-    texts = [str(each.message) for each in caught if issubclass(each.category, RuntimeWarning)]
-    return solution, list(dict.fromkeys(texts))
+        solution = execute(task)
+    solution.fields.clear()
+    told = [warned for warned in caught if issubclass(warned.category, RuntimeWarning)]
+    return Warned(solution, tuple(str(warned.message) for warned in told))
+
+
+def _jobs(plan: Plan, name: str, resolution: int) -> list[Job]:
+    """Return the solves of a method, in blocks of realisations."""
+    blocks = plan.blocks(name, resolution)
+    return [solve_job(task_of(plan, name, resolution, block), solve_warned) for block in blocks]
+
+
+def _joined(jobs: Sequence[Job], done: Mapping[str, Done]) -> tuple[Solution, list[str]]:
+    """Return the solution of all blocks, and each warning once."""
+    parts = []
+    for job in jobs:
+        lost, value = done[job.key].lost, done[job.key].value
+        parts.append(Warned(Solution.lost(job.arguments[0], lost)) if lost else value)
+    solution = Solution.concat([part.solution for part in parts], axis=REALISATIONS)
+    return solution, list(dict.fromkeys(text for part in parts for text in part.warnings))
 
 
 def _measured(
@@ -216,17 +263,15 @@ def _largest_error(truth: _Truth, solution: Solution, name: str) -> tuple[float,
     return float(error[step]), float(truth.bars[name][step])
 
 
-def _truth(case: HardCase, plan: Plan, folder: Path) -> _Truth:
-    """Return what the case is judged by: a formula, the closed form, or a trusted method."""
+def _truth(case: HardCase, plan: Plan, solved: Solved) -> _Truth:
+    """Return what the case is judged by: a formula, the closed form, or a trusted method.
+
+    `plan` is that of the trusted method, `solved` what it has solved.
+    """
     truth = case.truth
     if truth.formula is not None:
-        curves = truth.formula.curves(plan)
-        return _Truth(curves, {name: np.full(len(v), EXACT) for name, v in curves.items()})
-    if truth.scene:
-        plan = plan_scene(case.scene_in(folder, truth.scene), "full")[0]
-    solved: Solved = {
-        (truth.method, n): _solve(plan, truth.method, n)[0] for n in truth.resolutions
-    }
+        exact = truth.formula.curves(plan)
+        return _Truth(exact, {name: np.full(len(v), EXACT) for name, v in exact.items()})
     trusted = next(iter(truths(solved, plan.loads.axis)), None)
     if trusted is None:  # the trusted method refuses the scene, as others are expected to
         return _Truth({}, {})

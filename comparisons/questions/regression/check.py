@@ -2,16 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable
 from pathlib import Path
 
 from comparisons.errors import InputError
 from comparisons.facts.methods import MODEL
+from comparisons.questions.campaign import Watch
 from comparisons.questions.regression.findings import MODEL_TOLERANCE, Finding, compare_snapshots
 from comparisons.questions.regression.measure import CHECK_SCENES, take_snapshot
 from comparisons.questions.regression.snapshot import Snapshot, load_baseline, save_baseline
-
-Progress = Callable[[str], None]
 
 
 def check_against(
@@ -20,7 +19,7 @@ def check_against(
     scenes: Iterable[str] = CHECK_SCENES,
     *,
     tolerance: float = MODEL_TOLERANCE,
-    progress: Progress = lambda scene: None,
+    watch: Watch | None = None,
 ) -> list[Finding]:
     """Solve scenes and compare them with a baseline file.
 
@@ -30,7 +29,7 @@ def check_against(
         If there is no baseline, it is damaged or another method's, or a scene is wrong.
     """
     stored = _stored(path, method)
-    return compare_snapshots(stored, take_snapshot(method, scenes, progress), tolerance)
+    return compare_snapshots(stored, take_snapshot(method, scenes, watch), tolerance)
 
 
 def update_baseline(
@@ -39,7 +38,7 @@ def update_baseline(
     scenes: Iterable[str] = CHECK_SCENES,
     *,
     tolerance: float = MODEL_TOLERANCE,
-    progress: Progress = lambda scene: None,
+    watch: Watch | None = None,
 ) -> list[Finding]:
     """Solve scenes, find the drift against the baseline (if there is one), and store what is now.
 
@@ -51,7 +50,7 @@ def update_baseline(
         As in `check_against`, except that a missing baseline is made.
     """
     stored = _stored(path, method) if path.exists() else None
-    now = take_snapshot(method, scenes, progress)
+    now = take_snapshot(method, scenes, watch)
     if stored is None:
         save_baseline(path, now)
         return []

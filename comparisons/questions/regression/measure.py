@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-import datetime
 import hashlib
 import json
-from collections.abc import Callable, Iterable
+from collections.abc import Iterable, Mapping
+from typing import Unpack
 
 import numpy as np
 
@@ -14,14 +14,15 @@ from comparisons.facts.methods import GRID, INDEPENDENT, METHODS, MODEL
 from comparisons.facts.quantities import quantity
 from comparisons.judging.levels import Levels, mean_curves
 from comparisons.judging.truth import Truth, truths
-from comparisons.machine import machine, machine_text, versions
+from comparisons.machine import machine_text
 from comparisons.methods.registry import solver_of
 from comparisons.methods.runner import run
 from comparisons.questions.benchmarks.yardstick import interleaved, measurement
+from comparisons.questions.campaign import Campaign, Header, Options, Watch
 from comparisons.questions.regression.snapshot import Curves, SceneSnapshot, Snapshot, Speed
 from comparisons.scene.scene import Scene, load_scene
 from comparisons.scene.suites import SINGLE
-from comparisons.solving.kept import solve_plan
+from comparisons.solving.inquiries import Inquiry, curves
 from comparisons.solving.planning import Plan, plan_scene
 from comparisons.tasks.solution import Solved
 
@@ -30,12 +31,8 @@ REALISATIONS = 3
 YARDSTICK = "np.argsort of 1e5 numbers"
 
 
-def take_snapshot(
-    method: str = MODEL,
-    scenes: Iterable[str] = CHECK_SCENES,
-    progress: Callable[[str], None] = lambda scene: None,
-) -> Snapshot:
-    """Solve scenes with the judged method and the references.
+class Measurements(Campaign[SceneSnapshot, Snapshot]):
+    """Scenes solved by the judged method and the references; no folder is written.
 
     Parameters
     ----------
@@ -43,28 +40,54 @@ def take_snapshot(
         Name of a registered method.
     scenes : iterable of str
         Names of built-in scenes or scene files.
-    progress : callable
-        Called with each scene's name before it is solved.
+    **options
+        As in `Campaign`.
 
     Raises
     ------
     InputError
         If the method or a scene is wrong.
     """
-    if method not in METHODS:
-        raise InputError(f"--method: expected one of {', '.join(METHODS)}, got {method!r}")
-    found = {}
-    for source in scenes:
-        plan = _plan(source, method)
-        progress(plan.scene.name)
-        found[plan.scene.name] = _scene(plan, method)
-    return Snapshot(
-        method=method,
-        created=datetime.datetime.now(datetime.UTC).isoformat(timespec="seconds"),
-        machine=machine_text(machine(1)),
-        versions=versions(),
-        scenes=found,
-    )
+
+    def __init__(self, method: str, scenes: Iterable[str], **options: Unpack[Options]) -> None:
+        super().__init__(**options)
+        if method not in METHODS:
+            raise InputError(f"--method: expected one of {', '.join(METHODS)}, got {method!r}")
+        self.method = method
+        self.plans = [_plan(source, method) for source in scenes]
+
+    def inquiries(self) -> dict[str, Inquiry[SceneSnapshot]]:
+        """Return an inquiry for each scene."""
+        return {plan.scene.name: _scene(plan, self.method) for plan in self.plans}
+
+    def answer(self, header: Header, answers: Mapping[str, SceneSnapshot]) -> Snapshot:
+        """Return the scenes that are measured."""
+        return Snapshot(
+            method=self.method,
+            created=header.created,
+            machine=machine_text(header.machine),
+            versions=header.versions,
+            scenes={
+                plan.scene.name: answers[plan.scene.name]
+                for plan in self.plans
+                if plan.scene.name in answers
+            },
+        )
+
+
+def take_snapshot(
+    method: str = MODEL,
+    scenes: Iterable[str] = CHECK_SCENES,
+    watch: Watch | None = None,
+) -> Snapshot:
+    """Solve scenes with the judged method and the references, here.
+
+    Raises
+    ------
+    InputError
+        If the method or a scene is wrong.
+    """
+    return Measurements(method, scenes, watch=watch).run()
 
 
 def _plan(source: str, method: str) -> Plan:
@@ -78,8 +101,8 @@ def _plan(source: str, method: str) -> Plan:
     return plan_scene(scene)[0]
 
 
-def _scene(plan: Plan, method: str) -> SceneSnapshot:
-    solved = solve_plan(plan, repeats=1)
+def _scene(plan: Plan, method: str) -> Inquiry[SceneSnapshot]:
+    solved = yield from curves(plan)
     known = [each for each in truths(solved, plan.loads.axis) if each.method != method]
     told, alone = _agreement(known, plan.scene.compare.quantities)
     return SceneSnapshot(
@@ -87,9 +110,9 @@ def _scene(plan: Plan, method: str) -> SceneSnapshot:
         loads=[float(value) for value in plan.loads.values],
         model=_curves(solved, method),
         references={
-            each.method: curves
+            each.method: means
             for each in known
-            if (curves := _curves(solved, each.method)) is not None
+            if (means := _curves(solved, each.method)) is not None
         },
         disagreements=told,
         alone=alone,
@@ -155,4 +178,6 @@ def _speed(plan: Plan, method: str) -> Speed | None:
         }
     )
     row = measurement(method, readings["model"], YARDSTICK, readings[YARDSTICK])
+    assert row.yardstick_seconds is not None
+    assert row.ratio is not None
     return Speed(seconds=row.seconds, yardstick_seconds=row.yardstick_seconds, ratio=row.ratio)

@@ -5,9 +5,14 @@ from __future__ import annotations
 import time
 from abc import ABC, abstractmethod
 from collections import deque
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass
-from typing import Any
+from collections.abc import Callable, Iterable, Iterator
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING, Any
+
+from comparisons.solving.forecast import Kind
+
+if TYPE_CHECKING:
+    from comparisons.solving.kept import Archive
 
 
 @dataclass(frozen=True)
@@ -17,7 +22,7 @@ class Job:
     Attributes
     ----------
     key : str
-        Names it; different for each job of an executor.
+        Names it, and the file that keeps its answer: the same exactly when the answer is.
     work : callable
         A function of an importable module. What it needs comes in its arguments.
     arguments : tuple
@@ -25,12 +30,18 @@ class Job:
     memory : float
         Estimate of the peak memory in bytes that the work takes beyond what a process with all
         packages has; 0 is "little".
+    kind : Kind
+        What its time depends on.
+    archive : Archive, optional
+        How a folder keeps its answer.
     """
 
     key: str
     work: Callable[..., Any]
     arguments: tuple[Any, ...] = ()
     memory: float = 0.0
+    kind: Kind = field(default_factory=Kind)
+    archive: Archive | None = None
 
 
 @dataclass(frozen=True)
@@ -74,12 +85,6 @@ class Executor(ABC):
     def add(self, jobs: Iterable[Job]) -> None:
         """Take more jobs; also while `finished` is gone through."""
         self._waiting.extend(jobs)
-
-    def in_order(self, jobs: Sequence[Job]) -> list[Done]:
-        """Do all of the jobs and return what became of them in their own order."""
-        self.add(jobs)
-        found = {done.job.key: done for done in self.finished()}
-        return [found[job.key] for job in jobs]
 
     @abstractmethod
     def finished(self) -> Iterator[Done]:

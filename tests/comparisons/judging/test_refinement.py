@@ -9,11 +9,21 @@ import numpy as np
 import psutil
 import pytest
 
-from comparisons.judging.refinement import BUDGET, refined
+from comparisons.judging.refinement import BUDGET, refinements
 from comparisons.solving.planning import plan_scene, task_of
 from comparisons.tasks.solution import Solution
 
 SQUARE = {"shape": "square_punch", "side": 1e-3}
+
+
+def refined(plan, solved, solve, budget=BUDGET):
+    """Return the plan with all refinements, each solved as it is asked for."""
+    steps = refinements(plan, solved, budget)
+    while True:
+        try:
+            solve(next(steps))
+        except StopIteration as end:
+            return end.value
 
 
 @pytest.fixture

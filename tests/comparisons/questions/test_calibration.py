@@ -11,14 +11,14 @@ from comparisons.judging.uncertainty import RULE
 from comparisons.questions.calibration import (
     FITTING,
     REPORTED,
+    Calibration,
     Case,
-    cases,
     enough,
     fitted,
     shape_cases,
     summary,
 )
-from comparisons.solving.executors import executor_for
+from comparisons.solving.inquiries import answer_of
 from reports.pages.calibration import calibration_page
 
 
@@ -80,7 +80,8 @@ def test_a_shape_with_noise_forbids_trust_in_high_orders():
 
 def test_one_shape_at_coarse_grids_is_covered():
     """The cylinder, solved: a staircase on a grid converges in jumps, and its bars cover them."""
-    found = shape_cases("reported", "cylinder", REPORTED["cylinder"], {"bem_fft": ((8, 11, 16),)})
+    asked = shape_cases("reported", "cylinder", REPORTED["cylinder"], {"bem_fft": ((8, 11, 16),)})
+    found = answer_of(asked)
     assert {each.quantity for each in found} == {"force", "stiffness", "penetration"}
     assert summary(found).coverage == 1
 
@@ -93,12 +94,14 @@ def test_the_page_tells_coverage_and_width_of_both_halves():
 
 
 @pytest.mark.slow
-def test_the_bars_cover_95_percent_of_the_reported_half_and_are_not_ten_times_too_wide():
+def test_the_bars_cover_95_percent_of_the_reported_half_and_are_not_ten_times_too_wide(
+    tmp_path,
+):
     """At least 200 cases that had no part in fixing the rule; the fitting half still bears it.
 
     Solvers that improve after the rule was fixed may allow a narrower one (`fitted` names it).
     """
-    found = cases(executor_for(2))
+    found = Calibration(tmp_path, workers=2).run().cases
     reported = summary(each for each in found if each.half == "reported")
     assert reported.count >= 200
     assert reported.coverage >= 0.95

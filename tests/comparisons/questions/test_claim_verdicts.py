@@ -26,6 +26,7 @@ from comparisons.questions.claims.runner import MEASUREMENTS, ClaimRun, judge_cl
 from comparisons.questions.claims.scenes import _deciding, _plan, interval, measure_scene
 from comparisons.questions.claims.search import grid, ranges_of, search, verdict_of
 from comparisons.questions.experiments import EXPERIMENTS, Experiment, Measurement
+from comparisons.solving.inquiries import answer_of
 
 TOLERANCE = 0.01
 
@@ -38,9 +39,10 @@ def found(law, bar=0.0, bisections=12, **more):
     """Search a claim whose error is `law` of the parameter."""
 
     def measure(value):
+        yield []
         return Measurement(value, law(value), bar(value) if callable(bar) else bar)
 
-    return search(vary(**more), TOLERANCE, measure, bisections)
+    return answer_of(search(vary(**more), TOLERANCE, measure, bisections))
 
 
 def experiment_claim(monkeypatch, measure, **more):
@@ -118,7 +120,9 @@ def test_a_logarithmic_range_may_span_all_numbers():
     """Six hundred decades: neither the grid nor a midpoint overflows."""
     wide = vary(1e-300, 1e300, 5, spacing="log")
     np.testing.assert_allclose(grid(wide), [1e-300, 1e-150, 1.0, 1e150, 1e300], rtol=1e-12)
-    points = search(wide, 0.01, lambda x: Measurement(x, float(x > 1e100), 0.0), 4)
+    points = found(
+        lambda x: float(x > 1e100), 0.0, 4, start=1e-300, end=1e300, steps=5, spacing="log"
+    )
     assert all(math.isfinite(point.parameter) for point in points)
     assert verdict_of(points) == IN_A_RANGE
 
@@ -219,11 +223,11 @@ def test_a_killed_run_goes_on_where_it_stopped(monkeypatch, tmp_path):
 
     claim = experiment_claim(monkeypatch, measure)
     with pytest.raises(KeyboardInterrupt):
-        ClaimRun([claim], tmp_path / "out", "quick").run()
+        ClaimRun([claim], tmp_path / "out").run()
     assert load_claims_record(tmp_path / "out").interrupted
     with pytest.raises(ResultsError, match="--resume"):
-        ClaimRun([claim], tmp_path / "out", "quick").run()
-    record = ClaimRun([claim], tmp_path / "out", "quick", resume=True).run()
+        ClaimRun([claim], tmp_path / "out").run()
+    record = ClaimRun([claim], tmp_path / "out", resume=True).run()
     assert record.claims[0].verdict == HOLDS
     assert len(calls) == 5
     assert load_claims_record(tmp_path / "out") == record
@@ -231,24 +235,25 @@ def test_a_killed_run_goes_on_where_it_stopped(monkeypatch, tmp_path):
 
 def test_a_torn_measurement_is_made_again(monkeypatch, tmp_path):
     claim = experiment_claim(monkeypatch, lambda x, effort: Measurement(x, 0.001, 0.0))
-    ClaimRun([claim], tmp_path / "out", "quick").run()
+    ClaimRun([claim], tmp_path / "out").run()
     for path in (tmp_path / "out" / MEASUREMENTS).iterdir():
         path.write_text(path.read_text()[:-5])
-    record = ClaimRun([claim], tmp_path / "out", "quick", resume=True).run()
+    record = ClaimRun([claim], tmp_path / "out", resume=True).run()
     assert record.claims[0].verdict == HOLDS
 
 
 def test_overwriting_leaves_the_files_of_others(monkeypatch, tmp_path):
     claim = experiment_claim(monkeypatch, lambda x, effort: Measurement(x, 0.001, 0.0))
-    ClaimRun([claim], tmp_path / "out", "quick").run()
+    ClaimRun([claim], tmp_path / "out").run()
     mine = tmp_path / "out" / MEASUREMENTS / "notes.txt"
     mine.write_text("mine")
-    ClaimRun([claim], tmp_path / "out", "quick", overwrite=True).run()
+    ClaimRun([claim], tmp_path / "out", overwrite=True).run()
     assert mine.read_text() == "mine"
     (tmp_path / "other").mkdir()
-    (tmp_path / "other" / "thesis.txt").write_text("mine")
-    with pytest.raises(ResultsError, match="no claims of roughline"):
-        ClaimRun([claim], tmp_path / "other", "quick", overwrite=True).run()
+    (tmp_path / "other" / "report.html").write_text("mine")
+    with pytest.raises(ResultsError, match="has not written"):
+        ClaimRun([claim], tmp_path / "other", overwrite=True).run()
+    assert [path.name for path in (tmp_path / "other").iterdir()] == ["report.html"]
 
 
 def test_results_from_strangers_are_checked(tmp_path):
@@ -306,7 +311,7 @@ def test_a_range_around_a_change_of_sign_is_called_that(monkeypatch):
 def test_the_gaussian_radius_errs_as_the_exact_ellipse_says():
     """Radii 2 : 1: the force at equal penetration is 1.0 % low (theory notes, checked by hand)."""
     (claim,) = load_claims(("ellipsoid-force",))
-    measured = measure_scene(claim, 2.0, "quick", independent=False)
+    measured = answer_of(measure_scene(claim, 2.0, "quick", independent=False))
     assert measured.error == pytest.approx(-0.00990, abs=2e-5)
     assert measured.uncertainty < 1e-10
 
@@ -336,7 +341,7 @@ def test_a_fault_in_the_judged_method_and_in_the_truth_is_seen_by_the_second_tru
         return solution
 
     monkeypatch.setattr(ClosedForm, "solve", wrong)
-    measured = measure_scene(claim, 1.0, "full", independent=True)
+    measured = answer_of(measure_scene(claim, 1.0, "full", independent=True))
     text = measured.details["references disagree"]
     assert "FFT BEM and closed form differ in force" in text
     assert "FEM and closed form differ in force" in text

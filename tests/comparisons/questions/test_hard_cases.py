@@ -14,7 +14,7 @@ from comparisons.methods.reduced import ReducedProfile
 from comparisons.methods.registry import SOLVERS
 from comparisons.questions.hard_cases.case import Expected
 from comparisons.questions.hard_cases.catalogue import catalogue
-from comparisons.questions.hard_cases.run import LEFT_OUT, run_case, run_cases, words
+from comparisons.questions.hard_cases.run import LEFT_OUT, run_case, words
 from comparisons.solving import execution
 
 BUILT_IN = tuple(name for name in OWN if not METHODS[name].peer)
@@ -57,7 +57,7 @@ def once(monkeypatch):
 @pytest.mark.parametrize("name", catalogue())
 def test_methods_do_what_the_catalogue_says(name):
     """The cheap pairs of method and case; --full and the slow tests run all of them."""
-    found = [o for each in run_cases([catalogue()[name]], BUILT_IN, full=False) for o in each]
+    found = run_case(catalogue()[name], BUILT_IN, full=False)
     assert [each.method for each in found] == list(BUILT_IN)
     assert {each.method: each.deviation for each in found if each.deviation} == {}
 
@@ -66,7 +66,7 @@ def test_methods_do_what_the_catalogue_says(name):
 @pytest.mark.usefixtures("once")
 def test_methods_do_what_the_catalogue_says_in_full():
     """Every pair: no crash, no NaN, no silent wrong number."""
-    found = [o for each in run_cases(catalogue().values(), BUILT_IN, full=True) for o in each]
+    found = [outcome for case in catalogue().values() for outcome in run_case(case, BUILT_IN)]
     assert len(found) == len(catalogue()) * len(BUILT_IN)
     assert [(e.case, e.method, e.deviation) for e in found if e.deviation] == []
     assert not [each for each in found if each.kind == LEFT_OUT]

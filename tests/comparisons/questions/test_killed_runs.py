@@ -55,12 +55,12 @@ def test_a_folder_is_known_as_ours_from_the_first_moment(scene, tmp_path, monkey
     plans = plan_scene(scene(compare={"methods": ["closed_form"]}))
     seen = []
 
-    def killed(study, executor):
+    def killed(study):
         seen.append(load_study(study.directory).interrupted)
         raise MemoryError
 
     with monkeypatch.context() as patched:
-        patched.setattr(Study, "_solve", killed)
+        patched.setattr(Study, "inquiries", killed)
         with pytest.raises(MemoryError):
             Study(plans, tmp_path / "out").run()
     assert seen == [True]

@@ -136,10 +136,10 @@ def tmp_path_scene(folder, text):
 
 def test_progress_is_told_from_zero_to_all(ball, tmp_path):
     told = []
-    Study(ball, tmp_path / "out", progress=lambda *each: told.append(each)).run()
-    assert [(done, total) for done, total, _ in told] == [(i, 5) for i in range(6)]
-    assert told[0][2] is None
-    assert told[1][2].method == "closed_form"  # cheap ones first
+    Study(ball, tmp_path / "out", watch=lambda study, done: told.append((study.counts, done))).run()
+    assert [counts for counts, _ in told] == [(i, 5) for i in range(6)]
+    assert told[0][1] is None
+    assert told[1][1].job.kind.method == "closed_form"  # cheap ones first
 
 
 def test_several_scenes_share_a_folder(scene, tmp_path):

@@ -124,14 +124,14 @@ def test_a_study_on_a_cluster_with_a_killed_worker_is_the_serial_one(
     run_apart(Study(list(ensemble), tmp_path / "serial", effort="full"))
     victim, done = pids(address)[0], []
 
-    def kill(count, total, task):
-        done.append(task)
+    def kill(campaign, last):
+        done.append(last)
         if len(done) == 3:
             os.kill(victim, signal.SIGKILL)
 
     executor = executor_for(scheduler=address)
     study = Study(
-        list(ensemble), tmp_path / "cluster", effort="full", executor=executor, progress=kill
+        list(ensemble), tmp_path / "cluster", effort="full", executor=executor, watch=kill
     )
     study.run()
     assert study.lost() == []
@@ -181,15 +181,15 @@ def test_a_lost_scheduler_keeps_what_is_done_and_resuming_completes_it(
     options = {"n_workers": 1, "threads_per_worker": 1, "dashboard_address": ":0"}
     cluster = distributed.LocalCluster(**options)
 
-    def stop(count, total, task):
-        if count == 3:
+    def stop(campaign, last):
+        if campaign.counts[0] == 3:
             threading.Thread(target=cluster.close, daemon=True).start()
             time.sleep(1.0)
 
     executor = executor_for(scheduler=cluster.scheduler_address)
     plans, out = list(ensemble), tmp_path / "out"
     with pytest.raises(LostWorkError, match=r"the scheduler tcp:.* is gone"):
-        Study(plans, out, effort="full", executor=executor, progress=stop).run()
+        Study(plans, out, effort="full", executor=executor, watch=stop).run()
     assert load_study(out).interrupted
     kept = len(list((out / "fields").glob("*.npz")))
     assert kept >= 3

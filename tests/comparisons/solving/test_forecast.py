@@ -8,58 +8,58 @@ from dataclasses import replace
 import pytest
 
 from comparisons.facts.methods import METHODS, Method
-from comparisons.solving.forecast import Forecast
+from comparisons.solving.forecast import Forecast, Kind
 from comparisons.solving.planning import plan_scene, task_of
 
 
 @pytest.fixture
-def task(rough):
+def kind(rough):
     plan = plan_scene(rough(realisations=60, compare={"resolutions": [64]}), "full")[0]
-    return task_of(plan, "bem_fft", 64, tuple(range(25)))
+    return Kind.of(task_of(plan, "bem_fft", 64, tuple(range(25))))
 
 
-def test_a_like_task_costs_the_same_for_each_realisation(task):
+def test_a_like_task_costs_the_same_for_each_realisation(kind):
     forecast = Forecast()
-    forecast.learn(task, 50.0)
-    assert forecast.cost(task) == 50.0
-    assert forecast.cost(replace(task, realisations=(50, 51))) == 4.0
+    forecast.learn(kind, 50.0)
+    assert forecast.cost(kind) == 50.0
+    assert forecast.cost(replace(kind, realisations=2)) == 4.0
 
 
 @pytest.mark.parametrize(("method", "growth"), [("bem_fft", 6.0), ("fem", METHODS["fem"].growth)])
-def test_a_finer_task_costs_more_by_the_growth_of_its_method(task, method, growth):
+def test_a_finer_task_costs_more_by_the_growth_of_its_method(kind, method, growth):
     forecast = Forecast()
-    forecast.learn(replace(task, method=method), 1.0)
-    finer = replace(task, method=method, resolution=256)
+    forecast.learn(replace(kind, method=method), 1.0)
+    finer = replace(kind, method=method, resolution=256)
     assert math.isclose(forecast.cost(finer), growth**2)
 
 
-def test_the_nearest_resolution_counts_and_another_scene_only_if_its_own_is_new(task):
+def test_the_nearest_resolution_counts_and_another_scene_only_if_its_own_is_new(kind):
     forecast = Forecast()
-    forecast.learn(replace(task, resolution=16), 1.0)
-    forecast.learn(replace(task, resolution=128), 100.0)
-    assert math.isclose(forecast.cost(replace(task, resolution=256)), 100 * Method.growth)
-    other = replace(task, scene=task.scene.model_copy(update={"name": "other"}))
+    forecast.learn(replace(kind, resolution=16), 1.0)
+    forecast.learn(replace(kind, resolution=128), 100.0)
+    assert math.isclose(forecast.cost(replace(kind, resolution=256)), 100 * Method.growth)
+    other = replace(kind, scene="other")
     assert math.isclose(forecast.cost(other), 50.5)  # the mean of all that the method has solved
 
 
-def test_an_unknown_method_makes_the_sum_a_lower_bound(task):
+def test_an_unknown_method_makes_the_sum_a_lower_bound(kind):
     forecast = Forecast()
-    assert not forecast.remaining([task], 1).complete
-    forecast.learn(task, 10.0)
-    both = [task, replace(task, method="fem")]
+    assert not forecast.remaining([kind], 1).complete
+    forecast.learn(kind, 10.0)
+    both = [kind, replace(kind, method="fem")]
     assert forecast.remaining(both, 1).seconds == 10.0
     assert not forecast.remaining(both, 1).complete
 
 
-def test_workers_share_the_work_but_not_a_task(task):
+def test_workers_share_the_work_but_not_a_task(kind):
     forecast = Forecast()
-    forecast.learn(task, 10.0)
-    assert forecast.remaining([task] * 6, 3).seconds == 20.0
-    assert forecast.remaining([task], 3).seconds == 10.0
-    assert forecast.remaining([], 3) == replace(forecast.remaining([task], 3), seconds=0.0)
+    forecast.learn(kind, 10.0)
+    assert forecast.remaining([kind] * 6, 3).seconds == 20.0
+    assert forecast.remaining([kind], 3).seconds == 10.0
+    assert forecast.remaining([], 3) == replace(forecast.remaining([kind], 3), seconds=0.0)
 
 
-def test_what_was_lost_teaches_nothing(task):
+def test_what_was_lost_teaches_nothing(kind):
     forecast = Forecast()
-    forecast.learn(task, float("nan"))
-    assert forecast.cost(task) is None
+    forecast.learn(kind, float("nan"))
+    assert forecast.cost(kind) is None

@@ -103,7 +103,7 @@ def test_the_remaining_time_says_whether_it_is_all(rest, words):
         def remaining(self):
             return rest
 
-    assert live.solved(Half()) == words
+    assert live.progress(Half()) == words
 
 
 @pytest.mark.parametrize(

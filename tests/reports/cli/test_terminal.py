@@ -1,4 +1,4 @@
-"""What the command line prints: tables for people, text as it is, progress only where watched."""
+"""What the command line prints: tables for people, text as it is."""
 
 from __future__ import annotations
 
@@ -43,27 +43,6 @@ def record(plans, tmp_path):
 
 def task_of(plans):
     return plans[0].tasks[0]
-
-
-def test_progress_is_silent_where_nobody_watches(capsys, plans):
-    with terminal.progress() as report:
-        report(0, 2, None)
-        report(1, 2, task_of(plans))
-    told = capsys.readouterr()
-    assert (told.out, told.err) == ("", "")
-
-
-def test_progress_goes_to_the_error_stream_of_a_terminal(capsys, monkeypatch, plans):
-    """Standard output stays clean for what a program prints."""
-    monkeypatch.setenv("FORCE_COLOR", "1")
-    with terminal.progress() as report:
-        report(0, 2, None)
-        report(1, 2, task_of(plans))
-        report(2, 2, task_of(plans))
-    told = capsys.readouterr()
-    assert told.out == ""
-    assert "solved ball closed_form 1" in told.err
-    assert "2/2" in told.err
 
 
 def test_titles_are_printed_as_they_are(capsys, plans, record, tmp_path):

@@ -12,7 +12,9 @@ from comparisons.methods.registry import SOLVERS
 from comparisons.questions.hard_cases import record as files
 from comparisons.questions.hard_cases.catalogue import catalogue
 from comparisons.questions.hard_cases.record import HardCasesRecord, OutcomeRecord, load_record
+from comparisons.results.folder import PAGE
 from comparisons.solving import execution
+from comparisons.solving.executors import SerialExecutor
 from reports.cli.cli import run_command
 from reports.pages.hard_cases import hard_cases_page
 from reports.plots.hard_cases import stability
@@ -69,7 +71,7 @@ FEW = ("--case", "load-one", "--case", "profile-hollow", "--case", "nu-0-5")
 def test_the_command_writes_table_record_and_page(hard_cases, capsys, tmp_path):
     code, folder = hard_cases("reduced", "closed_form", *FEW, "--json", str(tmp_path / "own.json"))
     assert code == 0
-    assert {each.name for each in folder.iterdir()} == {files.RECORD, files.TABLE, files.PAGE}
+    assert {each.name for each in folder.iterdir()} == {files.RECORD, files.TABLE, PAGE}
     assert "every outcome is as the catalogue expects" in capsys.readouterr().out
     document = json.loads((tmp_path / "own.json").read_text())
     assert document == json.loads((folder / files.RECORD).read_text())
@@ -81,9 +83,9 @@ def test_the_command_writes_table_record_and_page(hard_cases, capsys, tmp_path):
 
 def test_a_page_is_written_anew(hard_cases):
     _, folder = hard_cases("reduced", *FEW)
-    (folder / files.PAGE).unlink()
+    (folder / PAGE).unlink()
     assert run_command(["report", str(folder)]) == 0
-    assert "Poisson" in (folder / files.PAGE).read_text()
+    assert "Poisson" in (folder / PAGE).read_text()
 
 
 def test_an_unexpected_outcome_is_exit_code_one(hard_cases, monkeypatch, capsys):
@@ -97,7 +99,7 @@ def test_an_unexpected_outcome_is_exit_code_one(hard_cases, monkeypatch, capsys)
     code, folder = hard_cases("reduced", *FEW)
     assert code == 1
     assert "degraded instead of accurate" in capsys.readouterr().out
-    assert "Not as expected" in (folder / files.PAGE).read_text()
+    assert "Not as expected" in (folder / PAGE).read_text()
 
 
 def test_slow_pairs_are_left_to_full_runs(hard_cases):
@@ -143,10 +145,10 @@ def test_an_interrupted_run_keeps_what_is_done(hard_cases, monkeypatch, capsys):
 
 
 def test_a_lost_cluster_is_told_with_its_reason(hard_cases, monkeypatch, capsys):
-    def lost(*arguments, **more):
+    def lost(executor):
         raise LostWorkError("the scheduler is gone")
 
-    monkeypatch.setattr("comparisons.questions.hard_cases.run.run_cases", lost)
+    monkeypatch.setattr(SerialExecutor, "finished", lost)
     code, folder = hard_cases("reduced", "--case", "load-one")
     assert code == 3
     assert capsys.readouterr().err == "the scheduler is gone\n"
@@ -171,7 +173,7 @@ def test_cases_of_a_file_are_run_beside_built_in_ones(hard_cases, tmp_path, caps
         ("load-one", "accurate"),
         ("deep", "accurate"),
     ]
-    assert "A ball pressed by a micrometre" in (folder / files.PAGE).read_text()
+    assert "A ball pressed by a micrometre" in (folder / PAGE).read_text()
 
 
 def test_a_wrong_file_of_cases_is_told_and_nothing_is_written(hard_cases, tmp_path, capsys):

@@ -1,0 +1,203 @@
+"""Inquiries: what a question needs to be solved, asked step by step, and answered in the end.
+
+An inquiry is a generator. It yields the jobs whose answers it needs next, gets these by their
+keys, may ask for more (a truth is refined, a boundary is halved), and returns its own answer.
+`Inquiries` goes through many of them at once: a job that several ask for is done once.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Generator, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Generic, TypeVar
+
+from comparisons.errors import LostWorkError
+from comparisons.solving.executors.base import Done, Executor, Job, SerialExecutor
+from comparisons.solving.forecast import Forecast, Remaining
+from comparisons.solving.kept import Kept, curve_jobs, value_of
+from comparisons.solving.planning import Plan
+from comparisons.tasks.solution import REALISATIONS, Solution, Solved
+
+A = TypeVar("A")
+Inquiry = Generator[Sequence[Job], Mapping[str, Done], A]
+
+
+@dataclass
+class _Wait(Generic[A]):
+    """An inquiry that cannot go on before some jobs are done."""
+
+    name: str
+    inquiry: Inquiry[A]
+    answers: dict[str, Done]
+    missing: set[str] = field(default_factory=set)
+
+
+class Inquiries(Generic[A]):
+    """Inquiries under way.
+
+    Parameters
+    ----------
+    executor : Executor, optional
+        Carries out the jobs; default: one after the other, here.
+    kept : Kept, optional
+        What is done already, and where answers go; default: memory.
+    received : callable, optional
+        Called with every answer, kept or new, before the inquiries get it.
+
+    Attributes
+    ----------
+    answers : dict
+        What inquiries have returned, by their names.
+    lost : dict
+        Why others came to no answer: the process of a job was ended again and again.
+    """
+
+    def __init__(
+        self,
+        executor: Executor | None = None,
+        kept: Kept | None = None,
+        received: Callable[[Done], None] = lambda done: None,
+    ) -> None:
+        self.answers: dict[str, A] = {}
+        self.lost: dict[str, str] = {}
+        self._executor, self._kept = executor or SerialExecutor(), kept or Kept()
+        self._received = received
+        self._forecast = Forecast()
+        self._open: dict[str, Job] = {}
+        self._done: set[str] = set()
+        self._waiting: dict[str, list[_Wait[A]]] = {}
+
+    @property
+    def counts(self) -> tuple[int, int]:
+        """How many jobs are done, and how many there are so far: inquiries may ask for more."""
+        return len(self._done), len(self._done) + len(self._open)
+
+    def remaining(self) -> Remaining:
+        """Return how long the rest takes, by the measured costs of like jobs."""
+        kinds = [job.kind for job in self._open.values()]
+        return self._forecast.remaining(kinds, self._executor.workers)
+
+    def ask(self, inquiries: Mapping[str, Inquiry[A]]) -> Iterator[Done | None]:
+        """Go through inquiries side by side; yield None at the start, then each job that is done.
+
+        Raises
+        ------
+        LostWorkError
+            If all work was taken away, as with a scheduler that is gone.
+        """
+        for name, inquiry in inquiries.items():
+            self._go_on(name, inquiry)
+        yield None
+        for done in self._executor.finished():
+            key = done.job.key
+            self._kept.put(done)
+            self._forecast.learn(done.job.kind, done.seconds - _compilation(done))
+            del self._open[key]
+            self._receive(done)
+            for wait in self._waiting.pop(key):
+                wait.answers[key] = done
+                wait.missing.discard(key)
+                if not wait.missing:
+                    self._go_on(wait.name, wait.inquiry, wait.answers)
+            yield done
+
+    def _go_on(
+        self, name: str, inquiry: Inquiry[A], answers: Mapping[str, Done] | None = None
+    ) -> None:
+        """Let an inquiry ask until it has to wait, or has its answer."""
+        try:
+            while True:
+                jobs = next(inquiry) if answers is None else inquiry.send(answers)
+                wait = _Wait(name, inquiry, self._known(jobs))
+                missing = {job.key: job for job in jobs if job.key not in wait.answers}
+                if missing:
+                    wait.missing.update(missing)
+                    for job in missing.values():
+                        self._hand_out(job, wait)
+                    return
+                answers = wait.answers
+        except StopIteration as end:
+            self.answers[name] = end.value
+        except LostWorkError as error:
+            self.lost[name] = str(error)
+
+    def _known(self, jobs: Sequence[Job]) -> dict[str, Done]:
+        """Return the answers that are kept."""
+        answers = {}
+        for job in jobs:
+            done = None if job.key in self._open else self._kept.get(job)
+            if done is not None:
+                answers[job.key] = done
+                if job.key not in self._done:
+                    self._receive(done)
+        return answers
+
+    def _hand_out(self, job: Job, wait: _Wait[A]) -> None:
+        self._waiting.setdefault(job.key, []).append(wait)
+        if job.key not in self._open:
+            self._open[job.key] = job
+            self._executor.add([job])
+
+    def _receive(self, done: Done) -> None:
+        self._done.add(done.job.key)
+        self._received(done)
+
+
+def _compilation(done: Done) -> float:
+    return float(getattr(done.value, "compile_seconds", 0.0))
+
+
+def answer_of(inquiry: Inquiry[A]) -> A:
+    """Answer one inquiry here and now.
+
+    Raises
+    ------
+    LostWorkError
+        If a job has no answer.
+    """
+    inquiries: Inquiries[A] = Inquiries()
+    for _ in inquiries.ask({"": inquiry}):
+        pass
+    for reason in inquiries.lost.values():
+        raise LostWorkError(reason)
+    return inquiries.answers[""]
+
+
+def together(inquiries: Iterable[Inquiry[A]]) -> Inquiry[list[A]]:
+    """Go through inquiries in step, as one, and return their answers in order."""
+    several = list(inquiries)
+    answers: dict[int, A] = {}
+    asked: dict[int, Sequence[Job]] = {}
+
+    def go_on(index: int, done: Mapping[str, Done] | None = None) -> None:
+        inquiry = several[index]
+        try:
+            asked[index] = next(inquiry) if done is None else inquiry.send(done)
+        except StopIteration as end:
+            asked.pop(index, None)
+            answers[index] = end.value
+
+    for index in range(len(several)):
+        go_on(index)
+    while asked:
+        done = yield [job for jobs in asked.values() for job in jobs]
+        for index in list(asked):
+            go_on(index, done)
+    return [answers[index] for index in range(len(several))]
+
+
+def curves(plan: Plan, known: Solved | None = None) -> Inquiry[Solved]:
+    """Solve every method and resolution of a plan for its curves, but those that are known.
+
+    Raises
+    ------
+    LostWorkError
+        If the process of a solve was ended again and again.
+    """
+    jobs = curve_jobs(plan, known)
+    done = yield [job for blocks in jobs.values() for job in blocks]
+    solved = dict(known or {})
+    for key, blocks in jobs.items():
+        solutions: list[Solution] = [value_of(done[job.key]) for job in blocks]
+        solved[key] = Solution.concat(solutions, axis=REALISATIONS)
+    return solved
