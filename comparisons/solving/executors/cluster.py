@@ -81,7 +81,8 @@ class ClusterExecutor(Executor):
 
     def _problems(self) -> list[str]:
         """Return all that keeps this cluster from giving the same results as this machine."""
-        there = self._client.get_versions()["scheduler"]["packages"]
+        versions_there: Any = self._client.get_versions()  # a coroutine only of asynchronous clients
+        there = versions_there["scheduler"]["packages"]
         found = [
             f"the scheduler has {name} {there[name]}, here {self._expected[name]}"
             for name in TRANSPORT

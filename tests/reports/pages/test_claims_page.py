@@ -110,26 +110,38 @@ def test_claims_are_listed(capsys):
     assert load_claims()[0].id[:10] in shown
 
 
+def inquired(answers):
+    """Return inquiries that need nothing solved."""
+
+    def inquiry(answer):
+        yield []
+        return answer
+
+    return {name: inquiry(answer) for name, answer in answers.items()}
+
+
 def test_calibrate_writes_its_table_and_page_and_says_whether_the_bars_are_right(
     tmp_path, monkeypatch, capsys
 ):
     """Bars of twice the true error are right: exit code 0; bars of half of it miss: 1."""
     from comparisons.questions import calibration
+    from comparisons.solving.inquiries import answer_of
 
     series = {"bem_fft": ((4, 6, 8),)}
     small = [
         case
         for half, shapes in (("fitting", calibration.FITTING), ("reported", calibration.REPORTED))
-        for case in calibration.shape_cases(half, *next(iter(shapes.items())), series)
+        for case in answer_of(calibration.shape_cases(half, *next(iter(shapes.items())), series))
     ]
     right = [replace(case, bars=2 * case.errors) for case in small]
-    monkeypatch.setattr(calibration, "cases", lambda workers: right)
+    answers = {"paraboloid": right}
+    monkeypatch.setattr(calibration.Calibration, "inquiries", lambda run: inquired(answers))
     out = tmp_path / "calibration"
     assert run_command(["calibrate", "--out", str(out)]) == 0
     assert "covers the true error in 100.0%" in capsys.readouterr().out
     assert len((out / "calibration.csv").read_text().splitlines()) == len(right) + 1
     assert "Are the error bars right?" in (out / "report.html").read_text(encoding="utf-8")
     missed = [replace(case, bars=0.5 * case.errors) for case in small]
-    monkeypatch.setattr(calibration, "cases", lambda workers: missed)
+    answers["paraboloid"] = missed
     assert run_command(["calibrate", "--out", str(out)]) == 1
     assert run_command(["calibrate", "--workers", "0"]) == 2

@@ -1,0 +1,116 @@
+"""Campaigns: whatever is asked, solves are shared, watched, and lost one by one."""
+
+from __future__ import annotations
+
+from collections import Counter
+
+import pytest
+
+from comparisons.errors import LostWorkError, ResultsError
+from comparisons.questions.calibration import Calibration
+from comparisons.questions.claims.claim import load_claims
+from comparisons.questions.claims.record import load_claims_record
+from comparisons.questions.claims.runner import MEASUREMENTS, ClaimRun
+from comparisons.questions.hard_cases.catalogue import catalogue
+from comparisons.questions.hard_cases.run import HardCases
+from comparisons.questions.regression.measure import Measurements
+from comparisons.questions.study import Study
+from comparisons.solving import kept
+from comparisons.solving.executors import Done, SerialExecutor
+from comparisons.solving.forecast import Remaining
+from comparisons.solving.planning import plan_scene
+
+
+class Losing(SerialExecutor):
+    """Loses the solves of one method, as if their process had been killed again and again."""
+
+    def __init__(self, method):
+        super().__init__()
+        self.method = method
+
+    def finished(self):
+        for done in super().finished():
+            yield Done(done.job, lost="killed") if done.job.kind.method == self.method else done
+
+
+def test_claims_on_one_scene_share_its_solves(tmp_path, monkeypatch):
+    """Force and area of the same ellipsoids: no solve is done twice, nor again on resuming."""
+    done = Counter()
+    execute = kept.execute
+
+    def count(task, repeats):
+        done[task.scene.text.partition("[compare]")[0], task.method, task.resolution] += 1
+        return execute(task, repeats)
+
+    monkeypatch.setattr(kept, "execute", count)
+    claims = load_claims(("ellipsoid-force", "ellipsoid-area"))
+    record = ClaimRun(claims, tmp_path / "out").run()
+    assert len({point.parameter for claim in record.claims for point in claim.points}) > 8
+    assert set(done.values()) == {1}
+    files = len(list((tmp_path / "out" / MEASUREMENTS).iterdir()))
+    assert files == len(done)
+    done.clear()
+    again = ClaimRun(claims, tmp_path / "out", resume=True).run()
+    assert not done
+    assert again.claims == record.claims
+    assert again.seconds > record.seconds
+
+
+def test_a_claim_whose_solve_is_lost_is_no_verdict_and_the_others_stand(tmp_path):
+    claims = load_claims(("ellipsoid-force", "friction-law-force"))
+    with pytest.raises(LostWorkError, match="ellipsoid-force: killed\nwhat was solved is kept"):
+        ClaimRun(claims, tmp_path / "out", executor=Losing("reduced")).run()
+    record = load_claims_record(tmp_path / "out")
+    assert record.interrupted
+    assert [claim.id for claim in record.claims] == ["friction-law-force"]
+
+
+def test_a_hard_case_loses_only_the_method_whose_process_is_killed(tmp_path):
+    case = catalogue()["load-one"]
+    run = HardCases([case], ["reduced", "bem_fft"], tmp_path / "out", executor=Losing("reduced"))
+    lost, sound = run.run().outcomes
+    assert (lost.kind, lost.reason) == ("lost", "killed")
+    assert lost.deviation == "lost instead of accurate"
+    assert not sound.deviation
+
+
+CAMPAIGNS = {
+    "claims": lambda out: ClaimRun(load_claims(("ellipsoid-force",)), out),
+    "hard cases": lambda out: HardCases([catalogue()["load-one"]], ["reduced", "bem_dense"], out),
+    "a check": lambda out: Measurements("reduced", ["paraboloid"]),
+}
+
+
+@pytest.mark.parametrize("name", CAMPAIGNS)
+def test_every_campaign_tells_how_far_it_is_and_how_long_the_rest_takes(tmp_path, name):
+    """From nothing to all; solves come one at a time, and none is left at the end."""
+    told = []
+    campaign = CAMPAIGNS[name](tmp_path / "out")
+    campaign.watch = lambda run, done: told.append((run.counts, run.remaining(), done))
+    campaign.run()
+    counts = [counts for counts, _, _ in told]
+    assert told[0][2] is None
+    assert [done for done, _ in counts] == list(range(len(counts)))
+    assert counts[-1] == (len(counts) - 1, len(counts) - 1)
+    assert told[-1][1] == Remaining(0.0, complete=True)
+
+
+@pytest.mark.parametrize("theirs", ["report.html", "study.json"])
+def test_no_campaign_writes_over_the_results_of_another(tmp_path, theirs):
+    (tmp_path / theirs).write_text("precious")
+    runs = [
+        ClaimRun([], tmp_path, overwrite=True),
+        HardCases([], [], tmp_path),
+        Calibration(tmp_path),
+    ]
+    for run in runs:
+        with pytest.raises(ResultsError, match=theirs):
+            run.run()
+    assert [path.name for path in tmp_path.iterdir()] == [theirs]
+
+
+def test_a_study_does_not_write_over_claims(scene, tmp_path):
+    ClaimRun([], tmp_path / "out").run()
+    plans = plan_scene(scene(compare={"methods": ["closed_form"]}))
+    with pytest.raises(ResultsError, match=r"claims\.json"):
+        Study(plans, tmp_path / "out", overwrite=True).run()
