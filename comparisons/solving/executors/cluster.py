@@ -81,7 +81,7 @@ class ClusterExecutor(Executor):
 
     def _problems(self) -> list[str]:
         """Return all that keeps this cluster from giving the same results as this machine."""
-        versions_there: Any = self._client.get_versions()  # a coroutine only of asynchronous clients
+        versions_there: Any = self._client.get_versions()  # of asynchronous clients a coroutine
         there = versions_there["scheduler"]["packages"]
         found = [
             f"the scheduler has {name} {there[name]}, here {self._expected[name]}"
