@@ -1,0 +1,1 @@
+"""Contact quantities between bounds that theorems prove, for what has no closed form."""

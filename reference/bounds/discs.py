@@ -1,0 +1,112 @@
+r"""Pressures that are steps on rings: their energy from below, in closed form.
+
+A pressure that is uniform on concentric rings is a sum of pressures uniform on discs, and the
+double integral of 1/r over two concentric discs of radii b <= a is, with k = b/a,
+
+    I(a, b) = (8 pi/3) a b^2 [B(k) + E(k)] = (8 pi/3) a b^2 [2 K(k) - (1 + k^2) D(k)],
+
+the integral over the smaller disc of the potential 4 a E(r/a) of the larger one (Johnson 1985,
+(3.29)); K, E, B, D are the complete elliptic integrals. Sums over discs instead of differences
+over rings cancel no digits where the pressure falls outwards.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import cho_factor, cho_solve
+from scipy.special import ellipkm1, elliprd
+
+from reference.bounds.interval import EPSILON
+
+Array = NDArray[np.float64]
+
+# Steps of the pressures, relative to the largest: differences of such numbers are exact.
+_STEP = 2.0**-44
+# Of an elliptic integral (Cephes and Carlson's algorithm: a few units in the last place), with the
+# handful of products around it.
+_FORMULA = 32 * EPSILON
+
+
+def mutual_energies(radii: Array) -> Array:
+    """Integrals of 1/|x - y| over all pairs of concentric discs, symmetric.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> float(np.round(mutual_energies(np.array([1.0]))[0, 0] * 3 / (16 * np.pi), 15))
+    1.0
+    """
+    large = np.maximum(radii[:, None], radii[None, :])
+    small = np.minimum(radii[:, None], radii[None, :])
+    complement = (large - small) / large * ((large + small) / large)  # 1 - k^2
+    same = large == small
+    complement[same] = 1.0
+    k_integral = ellipkm1(complement)
+    d_integral = elliprd(0.0, complement, 1.0) / 3
+    bracket = 2 * k_integral - (1 + (small / large) ** 2) * d_integral
+    bracket[same] = 2.0
+    return 8 * np.pi / 3 * large * small**2 * bracket
+
+
+class Discs:
+    """The best pressure on given rings, and what it proves.
+
+    Parameters
+    ----------
+    radii : (n,)
+        Outer radii of the rings, increasing; the innermost ring is a disc.
+    """
+
+    def __init__(self, radii: Array) -> None:
+        self.radii = radii
+        self.matrix = mutual_energies(radii) / np.pi
+        self._factor = cho_factor(self.matrix)
+
+    def energy_below(self, work: Array, magnitude: Array) -> float:
+        r"""Lower bound of the energy, in units with E* = 1.
+
+        For every pressure p >= 0 on the surface U >= <p, d - g> - <p, K p>/2, and the best
+        multiple of p gives U >= <p, d - g>^2/(2 <p, K p>): the complementary energy of a
+        frictionless contact is least for the true pressure (Kalker & van Randen 1972; Johnson
+        1985, section 5.3). Pressures uniform on rings, the energy exact: collocation would bound
+        nothing. Rounding is taken off.
+
+        Parameters
+        ----------
+        work : (n,)
+            Integrals of d - g over the discs, not rounded up by more than the magnitude allows.
+        magnitude : (n,)
+            The same integrals of d + g, for the rounding.
+        """
+        return bound_of_pressure(self, self.best_pressure(work), work, magnitude)
+
+    def best_pressure(self, work: Array) -> Array:
+        """Pressure on each ring for the least complementary energy, cut at zero."""
+        return np.maximum(np.cumsum(cho_solve(self._factor, work)[::-1])[::-1], 0.0)
+
+
+def bound_of_pressure(discs: Discs, pressure: Array, work: Array, magnitude: Array) -> float:
+    """Lower bound of the energy that one pressure on the rings proves, see `Discs`.
+
+    Raises
+    ------
+    ValueError
+        For a pressure that is negative anywhere: it proves nothing.
+    """
+    if not (pressure >= 0).all():
+        raise ValueError(
+            f"a bound from below needs a pressure that nowhere pulls; the least is {pressure.min()}"
+        )
+    peak = pressure.max(initial=0.0)
+    if peak == 0.0:
+        return 0.0
+    # Multiples of a power of two: the steps below are differences without rounding, so that the
+    # pressure they add up to is the one that was tested for its sign.
+    steps = np.round(pressure / peak / _STEP) * _STEP
+    steps[:-1] -= steps[1:]
+    rounding = 2 * len(steps) * EPSILON
+    done = steps @ work - (rounding + _FORMULA) * (np.abs(steps) @ magnitude)
+    stored = steps @ discs.matrix @ steps
+    stored += 2 * (rounding + _FORMULA) * (np.abs(steps) @ discs.matrix @ np.abs(steps))
+    return float(done**2 / (2 * stored) * (1 - 8 * EPSILON)) if done > 0 else 0.0

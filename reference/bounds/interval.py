@@ -1,0 +1,75 @@
+"""An enclosure: a number that a theorem puts between two computed ones."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+# One operation in double precision errs by at most half of this, relative to its result.
+EPSILON = 2.0**-52
+
+
+@dataclass(frozen=True)
+class Interval:
+    """A proved interval.
+
+    Attributes
+    ----------
+    lower, upper : float
+        The quantity is not below the one and not above the other, rounding included.
+
+    Raises
+    ------
+    ValueError
+        If a side is not a number or the sides are in the wrong order: then one of the two
+        computations that they come from is wrong.
+
+    Examples
+    --------
+    >>> hertz = Interval(1.33332, 1.33334)
+    >>> 4 / 3 in hertz, round(hertz.width, 7)
+    (True, 1.5e-05)
+    """
+
+    lower: float
+    upper: float
+
+    def __post_init__(self) -> None:
+        if not self.lower <= self.upper:
+            raise ValueError(
+                f"the lower bound {self.lower!r} is not below the upper bound {self.upper!r}"
+            )
+
+    def __contains__(self, value: float) -> bool:
+        return self.lower <= value <= self.upper
+
+    def __mul__(self, factor: float) -> Interval:
+        """Return the interval of the quantity times a positive number."""
+        if not (factor > 0 and math.isfinite(factor)):
+            raise ValueError(f"an interval is scaled by a positive number, not by {factor!r}")
+        return Interval(below(self.lower * factor), above(self.upper * factor))
+
+    __rmul__ = __mul__
+
+    @property
+    def width(self) -> float:
+        """Width over the middle."""
+        return (self.upper - self.lower) / self.middle if self.upper > self.lower else 0.0
+
+    @property
+    def middle(self) -> float:
+        """The number half-way between the sides."""
+        return self.lower + 0.5 * (self.upper - self.lower)
+
+
+def below(value: float, operations: int = 1) -> float:
+    """Return a number that a result of so many correctly rounded operations cannot undercut.
+
+    For results without cancellation only: every operation moves them by half an epsilon.
+    """
+    return value - operations * EPSILON * abs(value)
+
+
+def above(value: float, operations: int = 1) -> float:
+    """Return a number that a result of so many correctly rounded operations cannot exceed."""
+    return value + operations * EPSILON * abs(value)

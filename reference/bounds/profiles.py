@@ -1,0 +1,285 @@
+r"""Convex bodies of revolution, and parabolas that stay on one side of them.
+
+A bound needs the gap everywhere, not at nodes. Where the third derivative of f keeps its sign, the
+parabola through f(r1) and f(r2) that has the slope of f at one of the two ends stays on one side
+of f: the error of that interpolation is
+
+    f(r) - q(r) = f'''(s)/6 (r - r1) (r - r2)^2    with the slope at r2,
+    f(r) - q(r) = f'''(s)/6 (r - r1)^2 (r - r2)    with the slope at r1
+
+for some s between r1 and r2 (Davis, Interpolation and Approximation, 1963, section 3.5). A body
+outside this class (falling or hollow somewhere) is refused by having no class here.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+class Profile(Protocol):
+    """Gap f(r) before contact: f(0) = 0, rising and convex, with a third derivative of one sign.
+
+    Attributes
+    ----------
+    degree : float or None
+        n where f(s r) = s^n f(r), else None.
+    corners : tuple of float
+        Radii at which a higher derivative jumps; f''' keeps its sign between them.
+    rising_curvature : bool
+        Whether f''' >= 0 between the corners; else f''' <= 0.
+    """
+
+    @property
+    def degree(self) -> float | None:
+        """Exponent of a power of r."""
+        ...
+
+    @property
+    def corners(self) -> tuple[float, ...]:
+        """Places where a derivative jumps."""
+        ...
+
+    @property
+    def rising_curvature(self) -> bool:
+        """Sign of the third derivative."""
+        ...
+
+    def gap(self, r: Array) -> Array:
+        """Return f(r), to a few units in the last place."""
+        ...
+
+    def slope(self, r: Array) -> Array:
+        """Return f'(r), to a few units in the last place."""
+        ...
+
+    def moment(self, r: Array) -> Array:
+        """Return the integral of f(s) s ds from 0 to r, to a few units in the last place."""
+        ...
+
+    def reach(self, penetration: float) -> float:
+        """Return the radius at which f is the penetration: contact stays inside of it."""
+        ...
+
+
+@dataclass(frozen=True)
+class PowerLaw:
+    """f(r) = c r^n with n >= 1: n = 1 is a cone of slope c, n = 2 a paraboloid of radius 1/(2c).
+
+    Raises
+    ------
+    ValueError
+        For an exponent below 1 (the body is not convex) or a coefficient that is not positive.
+    """
+
+    exponent: float
+    coefficient: float
+
+    def __post_init__(self) -> None:
+        _require(coefficient=self.coefficient, exponent=self.exponent)
+        if self.exponent < 1:
+            raise ValueError(
+                f"the bounds hold for convex bodies, r^n with n >= 1, not n = {self.exponent!r}"
+            )
+
+    @property
+    def degree(self) -> float | None:
+        """Degree n."""
+        return float(self.exponent)
+
+    @property
+    def corners(self) -> tuple[float, ...]:
+        """None."""
+        return ()
+
+    @property
+    def rising_curvature(self) -> bool:
+        """Sign of n (n-1) (n-2) c r^(n-3)."""
+        return self.exponent >= 2 or self.exponent == 1
+
+    def gap(self, r: Array) -> Array:
+        """Return c r^n."""
+        return self.coefficient * r**self.exponent
+
+    def slope(self, r: Array) -> Array:
+        """Return c n r^(n-1)."""
+        return self.coefficient * self.exponent * r ** (self.exponent - 1)
+
+    def moment(self, r: Array) -> Array:
+        """Return c r^(n+2)/(n+2)."""
+        return self.coefficient / (self.exponent + 2) * r ** (self.exponent + 2)
+
+    def reach(self, penetration: float) -> float:
+        """Return (d/c)^(1/n)."""
+        return (penetration / self.coefficient) ** (1 / self.exponent)
+
+
+def paraboloid(radius: float) -> PowerLaw:
+    """Paraboloid r^2/(2R)."""
+    _require(radius=radius)
+    return PowerLaw(2.0, 0.5 / radius)
+
+
+def cone(slope: float) -> PowerLaw:
+    """Cone s r."""
+    return PowerLaw(1.0, slope)
+
+
+@dataclass(frozen=True)
+class Sphere:
+    """f(r) = R - sqrt(R^2 - r^2) on r < R, within the linear theory of the half-space.
+
+    Raises
+    ------
+    ValueError
+        For a radius that is not positive.
+    """
+
+    radius: float
+
+    def __post_init__(self) -> None:
+        _require(radius=self.radius)
+
+    @property
+    def degree(self) -> float | None:
+        """None: a sphere has a length."""
+        return None
+
+    @property
+    def corners(self) -> tuple[float, ...]:
+        """None."""
+        return ()
+
+    @property
+    def rising_curvature(self) -> bool:
+        """Sign of 3 R^2 r/(R^2 - r^2)^(5/2)."""
+        return True
+
+    def _height(self, r: Array) -> Array:
+        return np.sqrt((self.radius - r) * (self.radius + r))
+
+    def gap(self, r: Array) -> Array:
+        """Return r^2/(R + sqrt(R^2 - r^2)), which does not cancel."""
+        return r**2 / (self.radius + self._height(r))
+
+    def slope(self, r: Array) -> Array:
+        """Return r/sqrt(R^2 - r^2)."""
+        return r / self._height(r)
+
+    def moment(self, r: Array) -> Array:
+        """Return R f^2/2 - f^3/3, as r dr = (R - f) df."""
+        f = self.gap(r)
+        return f**2 * (self.radius / 2 - f / 3)
+
+    def reach(self, penetration: float) -> float:
+        """Return sqrt(d (2R - d)).
+
+        Raises
+        ------
+        ValueError
+            For a penetration of the radius or more, where the gap has no value.
+        """
+        if penetration >= self.radius:
+            raise ValueError(
+                f"a sphere of radius {self.radius!r} is bounded for penetrations below its "
+                f"radius, not for {penetration!r}"
+            )
+        return math.sqrt(penetration * (2 * self.radius - penetration))
+
+
+@dataclass(frozen=True)
+class RoundedPunch:
+    """f = 0 to r = b, then (r - b)^2/(2R).
+
+    Raises
+    ------
+    ValueError
+        For radii that are not positive.
+    """
+
+    flat_radius: float
+    edge_radius: float
+
+    def __post_init__(self) -> None:
+        _require(flat_radius=self.flat_radius, edge_radius=self.edge_radius)
+
+    @property
+    def degree(self) -> float | None:
+        """None: b is a length."""
+        return None
+
+    @property
+    def corners(self) -> tuple[float, ...]:
+        """b, where the curvature jumps."""
+        return (self.flat_radius,)
+
+    @property
+    def rising_curvature(self) -> bool:
+        """Sign of 0 on both sides of b."""
+        return True
+
+    def _beyond(self, r: Array) -> Array:
+        return np.maximum(r - self.flat_radius, 0.0)
+
+    def gap(self, r: Array) -> Array:
+        """Return (r - b)^2/(2R) beyond b."""
+        return self._beyond(r) ** 2 / (2 * self.edge_radius)
+
+    def slope(self, r: Array) -> Array:
+        """Return (r - b)/R beyond b."""
+        return self._beyond(r) / self.edge_radius
+
+    def moment(self, r: Array) -> Array:
+        """Return t^3 (t/4 + b/3)/(2R) with t = r - b."""
+        t = self._beyond(r)
+        return t**3 * (t / 4 + self.flat_radius / 3) / (2 * self.edge_radius)
+
+    def reach(self, penetration: float) -> float:
+        """Return b + sqrt(2 R d)."""
+        return self.flat_radius + math.sqrt(2 * self.edge_radius * penetration)
+
+
+def minorant(profile: Profile, radii: Array) -> Array:
+    """Bernstein coefficients of a continuous, piecewise parabolic function below f.
+
+    Equal to f at the radii. On each piece the coefficients are f(r1), b, f(r2), where the middle
+    one, b = f(r2) - f'(r2) h/2 or f(r1) + f'(r1) h/2, gives the parabola the slope of f at r2 or
+    at r1.
+
+    Parameters
+    ----------
+    profile : Profile
+    radii : (n + 1,)
+        Increasing; the profile's corners among them.
+
+    Returns
+    -------
+    (2 n + 1,)
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> minorant(paraboloid(0.5), np.array([0.0, 1.0, 2.0])).tolist()
+    [0.0, 0.0, 1.0, 2.0, 4.0]
+    """
+    gap, slope, half = profile.gap(radii), profile.slope(radii), 0.5 * np.diff(radii)
+    coefficients = np.empty(2 * len(radii) - 1)
+    coefficients[::2] = gap
+    if profile.rising_curvature:
+        coefficients[1::2] = gap[1:] - slope[1:] * half
+    else:
+        coefficients[1::2] = gap[:-1] + slope[:-1] * half
+    return coefficients
+
+
+def _require(**lengths: float) -> None:
+    wrong = {name: x for name, x in lengths.items() if not (x > 0 and math.isfinite(x))}
+    if wrong:
+        listed = ", ".join(f"{name} = {x!r}" for name, x in wrong.items())
+        raise ValueError(f"must be positive and finite: {listed}")

@@ -1,0 +1,70 @@
+r"""Stiffness of flat punches whose outline is star-shaped, between proved bounds.
+
+A flat punch has k = 2 U/d^2, so both bounds of the energy are bounds of the stiffness. On the way
+lies Polya & Szego's inequality (Isoperimetric Inequalities, 1951; k is the capacity of the flat
+disc): k >= 2 E* sqrt(A/pi), so that a circle of the same area always errs to the soft side.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from reference.bounds.extension import Extension
+from reference.bounds.interval import Interval, below
+from reference.bounds.lines import graded
+from reference.bounds.outlines import Outline
+from reference.bounds.pressures import FanPressures
+from reference.bounds.sections import fan
+
+PRESSURE_EXPONENT, DISPLACEMENT_EXPONENT = 4.0, 3.0
+# Radius and depth of the elements, in half the length of the outline.
+_OUTSKIRTS = 6.0
+
+
+def stiffness_below(outline: Outline, cells: int) -> float:
+    """Lower bound of the stiffness for E* = 1, from pressures on cells graded to the edge.
+
+    Parameters
+    ----------
+    outline : Outline
+        Its points as `regular_polygon` and its like grade them, best with `PRESSURE_EXPONENT`.
+    cells : int
+        Cells from the origin to the edge.
+    """
+    factors = 1 - (1 - np.arange(cells + 1) / cells) ** PRESSURE_EXPONENT
+    pressures = FanPressures(outline, factors)
+    work = pressures.areas
+    return 2 * pressures.energy_below(pressures.best(work), work, work)
+
+
+def stiffness_above(outline: Outline, cells: int) -> float:
+    """Upper bound of the stiffness for E* = 1, from finite elements below the surface.
+
+    Parameters
+    ----------
+    outline : Outline
+        As above, best with `DISPLACEMENT_EXPONENT`.
+    cells : int
+        Elements from the origin to the edge.
+    """
+    t = np.arange(cells + 1) / cells
+    end = _OUTSKIRTS * max(outline.extents) / outline.size
+    outwards = graded(cells, DISPLACEMENT_EXPONENT, end)
+    inner = 1 - t[-2::-1] ** DISPLACEMENT_EXPONENT
+    section, shell = fan(outline.shells(inner, outwards[1:]), closed=outline.closed)
+    retained = np.flatnonzero(shell <= cells)
+    body = Extension(section, outline.size * outwards, retained)
+    values = body.extend(np.ones(len(retained)))
+    return 2 * len(outline.images) * body.energy_above(values)
+
+
+def equal_area_stiffness(area: float) -> float:
+    """Stiffness of the circle of the same area, never above the true one (Polya & Szego 1951)."""
+    return below(2 * math.sqrt(area / math.pi), 4)
+
+
+def bounded(coarse: Outline, fine: Outline, cells: tuple[int, int]) -> Interval:
+    """Both bounds, from an outline graded for displacements and one graded for pressures."""
+    return Interval(stiffness_below(fine, cells[1]), stiffness_above(coarse, cells[0]))

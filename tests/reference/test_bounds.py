@@ -1,0 +1,297 @@
+"""Proved bounds: closed forms lie inside, both sides converge, what proves nothing is refused."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+import pytest
+from scipy.special import ellipe, ellipk
+
+from reference import closed_form
+from reference.bounds import axisymmetric, bodies, homogeneous, outlines, punches
+from reference.bounds.barber import best_circle
+from reference.bounds.cells import areas, fan_cells, mutual_integrals
+from reference.bounds.discs import Discs, bound_of_pressure, mutual_energies
+from reference.bounds.extension import Extension
+from reference.bounds.interval import Interval
+from reference.bounds.lines import graded
+from reference.bounds.obstacle import least_above
+from reference.bounds.profiles import (
+    PowerLaw,
+    RoundedPunch,
+    Sphere,
+    cone,
+    minorant,
+    paraboloid,
+)
+from reference.bounds.sections import fan, rings
+
+# A body, its closed form for E* = 1, and a penetration.
+ROUND = {
+    "paraboloid": (paraboloid(2.0), closed_form.paraboloid(2.0, 1.0), 0.1),
+    "cone": (cone(0.3), closed_form.cone(0.3, 1.0), 0.1),
+    "power_1.5": (PowerLaw(1.5, 0.7), closed_form.power_law(1.5, 0.7, 1.0), 0.1),
+    "power_3": (PowerLaw(3.0, 0.7), closed_form.power_law(3.0, 0.7, 1.0), 0.1),
+    "power_6": (PowerLaw(6.0, 0.7), closed_form.power_law(6.0, 0.7, 1.0), 0.1),
+    "shallow_sphere": (Sphere(1.0), closed_form.sphere(1.0, 1.0), 1e-4),
+    "sphere_to_half": (Sphere(1.0), closed_form.sphere(1.0, 1.0), 0.5 * math.atanh(0.5)),
+    "rounded_punch": (RoundedPunch(1.0, 10.0), closed_form.rounded_punch(1.0, 10.0, 1.0), 0.1),
+}
+
+
+@pytest.mark.parametrize("name", ROUND)
+def test_closed_form_lies_within_the_energy_bounds(name):
+    profile, form, depth = ROUND[name]
+    stored = axisymmetric.energy(profile, depth, 1.0, cells=16)
+    assert float(form.energy(depth)) in stored
+    # third order: 32 cells reach 1e-5 (slow test), 16 are eight times as wide
+    assert stored.width < 2e-4
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", ROUND)
+def test_force_is_enclosed_to_1e_4(name):
+    profile, form, depth = ROUND[name]
+    pressed = axisymmetric.force(profile, depth, 1.0)
+    assert float(form.force(depth)) in pressed
+    assert pressed.width < 1e-4
+
+
+def test_bounds_keep_their_digits_in_any_units():
+    # a ball of 1 um in metres, E* in pascals
+    form = closed_form.paraboloid(1e-6, 2e11)
+    tiny = axisymmetric.force(paraboloid(1e-6), 1e-9, 2e11, cells=12)
+    unit = axisymmetric.force(paraboloid(1.0), 1e-3, 1.0, cells=12)
+    assert float(form.force(1e-9)) in tiny
+    assert tiny.width == pytest.approx(unit.width, rel=1e-6)
+
+
+def test_best_circle_is_exact_for_a_body_of_revolution():
+    # the contact is a circle, so that Barber's bound is the force, less the excess of 4000 chords
+    for profile, form, depth in ROUND.values():
+        force = float(form.force(depth))
+        assert 0 <= 1 - best_circle(profile, depth).force / force < 1e-7
+
+
+def test_stiffness_of_the_disc_is_enclosed():
+    stiffness = axisymmetric.disc_stiffness(3.0, 2.0)
+    assert 12.0 in stiffness
+    assert stiffness.width < 1e-4
+
+
+@pytest.mark.parametrize(("cells", "order"), [(8, 2.6)])
+def test_both_sides_converge_with_third_order(cells, order):
+    form = closed_form.paraboloid(1.0, 1.0)
+    exact = float(form.energy(1.0))
+    coarse, fine = (
+        axisymmetric.energy(paraboloid(1.0), 1.0, 1.0, cells=n) for n in (cells, 2 * cells)
+    )
+    for one, two in ((coarse.lower, fine.lower), (coarse.upper, fine.upper)):
+        assert math.log2(abs(one - exact) / abs(two - exact)) > order
+
+
+def test_minorant_stays_below_the_gap_everywhere():
+    t = np.linspace(0, 1, 41)
+    weights = np.stack([(1 - t) ** 2, 2 * t * (1 - t), t**2])
+    for profile, _, depth in ROUND.values():
+        radii = np.linspace(0.0, profile.reach(depth), 9)
+        radii = np.sort(np.concatenate([radii, profile.corners]))
+        bends = minorant(profile, radii)
+        for k in range(len(radii) - 1):
+            places = radii[k] + t * (radii[k + 1] - radii[k])
+            below = bends[2 * k : 2 * k + 3] @ weights
+            assert (below <= profile.gap(places) + 1e-15 * depth).all()
+
+
+# --- what proves nothing -------------------------------------------------------------------------
+
+
+def _hertz(outer: float, count: int = 24) -> tuple[Discs, np.ndarray, np.ndarray]:
+    """Discs up to a radius, with the work on them at penetration 1 of a ball of radius 1."""
+    discs = Discs(outer * np.arange(1, count + 1) / count)
+    base, missing = np.pi * discs.radii**2, 0.25 * np.pi * discs.radii**4
+    return discs, base - missing, base + missing
+
+
+def test_a_pressure_that_pulls_anywhere_is_no_lower_bound():
+    # on a disc 1.5 times as large as the contact the unrestricted pressure pulls at the edge and
+    # stores more than the contact does: as a lower bound it would be wrong by 18 %
+    discs, work, magnitude = _hertz(1.5)
+    steps = np.linalg.solve(discs.matrix, work)
+    pressure = np.cumsum(steps[::-1])[::-1]
+    assert 0.5 * steps @ work > 1.1 * 8 / 15
+    with pytest.raises(ValueError, match="nowhere pulls"):
+        bound_of_pressure(discs, pressure, work, magnitude)
+    assert discs.energy_below(work, magnitude) < 8 / 15
+
+
+def _ring_potentials(outer, places):
+    """Displacement at radii under unit pressure on discs, E* = 1 (Johnson 1985, (3.29))."""
+    r, a = places[:, None], outer[None, :]
+    m = (np.minimum(r, a) / np.maximum(r, a)) ** 2
+    beyond = r * (ellipe(m) - (1 - m) * ellipk(m))
+    return 4 / np.pi * np.where(r < a, a * ellipe(m), beyond)
+
+
+def test_collocation_in_place_of_galerkin_is_no_lower_bound():
+    # displacements prescribed in the middle of six rings: the energy force times displacement is
+    # 0.4 % above that of Hertz; the same pressure with the energy of the whole rings is below
+    discs, work, magnitude = _hertz(1.0, 6)
+    edges = np.concatenate([[0.0], discs.radii])
+    middles = 0.5 * (edges[1:] + edges[:-1])
+    wanted = 1 - 0.5 * middles**2
+    steps = np.linalg.solve(_ring_potentials(discs.radii, middles), wanted)
+    pressure = np.cumsum(steps[::-1])[::-1]
+    collocated = 0.5 * (pressure * np.pi * np.diff(edges**2)) @ wanted
+    assert collocated > 8 / 15 * 1.003
+    assert bound_of_pressure(discs, pressure, work, magnitude) < 8 / 15
+
+
+def _energy_over(profile, depth, radii, bends):
+    """Energy of the least displacement above d minus a piecewise parabola."""
+    outer = graded(16, 1.4, 7.0)
+    mesh = np.concatenate([radii, radii[-1] + outer[1:]])
+    floor = 1 - bends / depth
+    body = Extension(rings(mesh), outer, np.arange(len(floor)))
+    v = least_above(body.stiffness, 0 * floor, floor, floor > 0.3)
+    return depth**2 * body.energy_above(body.extend(v))
+
+
+def test_a_displacement_that_dips_between_nodes_is_no_upper_bound():
+    # r^3 with the condition at every fourth vertex only: the chords between are above the gap, the
+    # displacement is too small, and so is its energy, by 3 %
+    profile, depth = PowerLaw(3.0, 1.0), 1.0
+    exact = float(closed_form.power_law(3.0, 1.0, 1.0).energy(depth))
+    radii = np.linspace(0, profile.reach(depth), 17)
+    middles = np.linspace(0, profile.reach(depth), 33)
+    chords = np.interp(middles, radii[::4], profile.gap(radii[::4]))
+    honest = _energy_over(profile, depth, radii, minorant(profile, radii))
+    assert _energy_over(profile, depth, radii, chords) < 0.99 * exact
+    assert exact < honest < 1.01 * exact
+
+
+def test_sides_in_the_wrong_order_are_an_error():
+    with pytest.raises(ValueError, match="is not below"):
+        Interval(1.0, 0.999)
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        lambda: PowerLaw(0.7, 1.0),
+        lambda: Sphere(-1.0),
+        lambda: bodies.Pyramid(2, 1.0),
+        lambda: bodies.Paraboloid(1.0, math.inf),
+        lambda: axisymmetric.energy(paraboloid(1.0), 0.0, 1.0),
+        lambda: axisymmetric.force(Sphere(1.0), 1.0, 1.0),
+        lambda: homogeneous.force(bodies.Pyramid(4, 1.0), -1.0, 1.0),
+        lambda: outlines.polygon([(2, 0), (3, 0), (3, 1)], 2, 1.0),
+    ],
+)
+def test_what_no_theorem_covers_is_refused(wrong):
+    with pytest.raises(ValueError, match=r"\w+ \w+"):
+        wrong()
+
+
+# --- cells ---------------------------------------------------------------------------------------
+
+
+def test_self_energy_of_the_square_adds_up_from_graded_cells():
+    # over the unit square the double integral of 1/r is 4 [ln(1 + sqrt 2) + (1 - sqrt 2)/3]
+    exact = 4 * (math.log(1 + math.sqrt(2)) + (1 - math.sqrt(2)) / 3)
+    square = outlines.regular_polygon(4, 3, 2.0).scaled(0.5)
+    factors = np.array([0.0, 0.5, 0.9, 0.99, 1.0])
+    cells = fan_cells(square.points, factors, closed=False)
+    integrals, errors = mutual_integrals(cells, square.images)
+    assert len(square.images) * areas(cells).sum() == pytest.approx(1.0, rel=1e-14)
+    # far cells are taken by Gauss points whose error is below 2e-7 of each
+    assert abs(len(square.images) * integrals.sum() / exact - 1) < 1e-9
+    assert errors.sum() < 1e-7 * integrals.sum()
+
+
+def test_discs_and_cells_agree_on_a_polygon_of_many_sides():
+    # a regular polygon between its two circles: perimeter of 48 sides, radii 0.2 % apart
+    many = outlines.regular_polygon(48, 1, 1.0)
+    cells = fan_cells(many.points, np.array([0.0, 0.5, 1.0]), closed=False)
+    integrals, _ = mutual_integrals(cells, many.images)
+    inner = mutual_energies(np.array([1.0]))[0, 0]
+    outer = mutual_energies(np.array([1 / math.cos(math.pi / 48)]))[0, 0]
+    assert inner < len(many.images) * integrals.sum() < outer
+
+
+def test_nearly_parallel_sides_of_a_hexagon_keep_their_digits():
+    # rays next to the corners meet the sides of other images far away
+    hexagon = outlines.regular_polygon(6, 3, 4.0)
+    cells = fan_cells(hexagon.points, np.array([0.0, 0.6, 0.99, 1.0]), closed=False)
+    integrals, errors = mutual_integrals(cells, hexagon.images)
+    coarse = outlines.regular_polygon(6, 1, 1.0)
+    whole, _ = mutual_integrals(
+        fan_cells(coarse.points, np.array([0.0, 1.0]), closed=False), coarse.images
+    )
+    assert integrals.sum() == pytest.approx(whole.sum(), rel=1e-9)
+    assert errors.sum() < 1e-6 * integrals.sum()
+
+
+# --- punches and bodies without an axis -----------------------------------------------------------
+
+
+def test_square_punch_is_enclosed():
+    coarse = outlines.regular_polygon(4, 5, punches.DISPLACEMENT_EXPONENT)
+    fine = outlines.regular_polygon(4, 6, punches.PRESSURE_EXPONENT)
+    stiffness = punches.bounded(coarse, fine, (5, 6))
+    assert 2 * 1.15229 in stiffness  # side 2
+    assert stiffness.width < 5e-3
+    assert punches.equal_area_stiffness(4.0) < stiffness.lower
+
+
+def test_order_of_sets_is_the_order_of_their_bounds():
+    # the square of side 2 lies in the hexagon of apothem 1.4 and holds the disc of radius 1
+    square = punches.stiffness_above(outlines.regular_polygon(4, 4, 2.0), 4)
+    hexagon = punches.stiffness_below(outlines.regular_polygon(6, 4, 4.0).scaled(1.4), 4)
+    assert 2.0 < square < hexagon
+
+
+def test_mirrored_and_whole_polygons_give_the_same_bounds():
+    # a right isosceles triangle by its half, and as a polygon without symmetry
+    r = 1 / (1 + math.sqrt(2))
+    half = outlines.mirrored_polygon([(r, 0.0), (r, 1.0), (r - 1, 0.0)], 2, 2.0)
+    whole = outlines.polygon([(r, -1.0), (r, 1.0), (r - 1, 0.0)], 2, 2.0)
+    below = [punches.stiffness_below(outline, 3) for outline in (half, whole)]
+    above = [punches.stiffness_above(outline, 3) for outline in (half, whole)]
+    # the long side's middle is a corner for the half alone: other grading, 1 %
+    assert below[0] == pytest.approx(below[1], rel=0.01)
+    assert above[0] == pytest.approx(above[1], rel=0.02)
+    assert max(below) < min(above)
+
+
+@pytest.mark.parametrize("radii", [(1.0, 1.0), (1.0, 10.0)])
+def test_ellipsoid_is_enclosed_and_barbers_ellipse_is_exact(radii):
+    exact = float(closed_form.ellipsoid(*radii, 1.0).force(0.01))
+    body = bodies.Paraboloid(*radii)
+    pressed = homogeneous.force(body, 0.01, 1.0, cells=(5, 6))
+    assert exact in pressed
+    assert pressed.width < 1e-3
+    assert 0 <= 1 - 0.01**1.5 * body.punch_force() / exact < 1e-7
+
+
+@pytest.mark.slow
+def test_pyramid_is_enclosed_above_the_best_circle():
+    vickers = bodies.Pyramid(4, 1 / math.tan(math.radians(68)))
+    pressed = homogeneous.force(vickers, 2.0, 3.0, cells=(5, 6))
+    assert pressed.width < 4e-3
+    # a circle carries 4 % less than the true area, which is drawn out along the edges
+    assert 0.94 < 3 * 4 * vickers.punch_force() / pressed.middle < 0.97
+
+
+def test_triangles_and_rings_see_the_same_disc():
+    # a fan of 24 sides between the circles in and around it
+    wheel = outlines.regular_polygon(24, 1, 1.0)
+    outer = graded(5, 2.0, 6.0)
+    section, shell = fan(
+        wheel.shells(1 - np.linspace(0.8, 0, 5) ** 2, outer[1:]), closed=wheel.closed
+    )
+    body = Extension(section, outer, np.flatnonzero(shell <= 5))
+    polygon = len(wheel.images) * body.stiffness.sum()
+    disc = axisymmetric.disc_stiffness(1.0, 1.0)
+    assert disc.lower < polygon < 1.02 * disc.upper / math.cos(math.pi / 24)
