@@ -209,14 +209,8 @@ def _synthetic(scene: Scene, surface: SelfAffine) -> RoughGeometry:
 
 
 def _measured(scene: Scene, surface: MeasuredMap) -> RoughGeometry:
-    keys = (
-        *("size", "height_unit", "lateral_unit", "channel", "detrend", "crop", "invert"),
-        *("undefined", "periodic"),
-    )
     try:
-        result = read_map(
-            Path(scene.directory) / surface.file, **{key: getattr(surface, key) for key in keys}
-        )
+        result = read_map(Path(scene.directory) / surface.file, surface)
     except MapError as error:
         found = getattr(error, "problems", [str(error)])
         problems = [f"surface.file: {surface.file}: {each}" for each in found]
@@ -292,14 +286,14 @@ COARSEST_SHARE = 1 / 8
 
 def _press_estimate(scene: Scene, loads: Loads) -> IndenterGeometry:
     assert scene.indenter is not None
-    depth, radius = (np.full(len(loads.values), np.nan) for _ in range(2))
-    unreached: dict[int, str] = {}
+    estimates = _Estimates.empty(len(loads.values))
+    depth, radius = estimates.depth, estimates.radius
     try:
         profile = equivalent_profile(scene.indenter)
         with np.errstate(all="ignore"):
-            _estimate(profile, scene.effective_modulus, loads, 0, depth, radius, unreached)
-        if len(unreached) == len(depth):
-            raise ValueError(unreached[0])
+            estimates.fill(profile, scene.effective_modulus, loads)
+        if len(estimates.unreached) == len(depth):
+            raise ValueError(estimates.unreached[0])
         if isinstance(scene.indenter, Sphere):
             # Springs have no limit; the closed form raises where the contact would reach R.
             closed = sphere(scene.indenter.radius, scene.effective_modulus)
@@ -313,43 +307,47 @@ def _press_estimate(scene: Scene, loads: Loads) -> IndenterGeometry:
         float(radius[last]),
         tuple(depth.tolist()),
         tuple(radius.tolist()),
-        unreached,
+        estimates.unreached,
     )
 
 
-def _estimate(
-    profile: shapes.Profile,
-    modulus: float,
-    loads: Loads,
-    first: int,
-    depth: np.ndarray,
-    radius: np.ndarray,
-    unreached: dict[int, str],
-) -> None:
-    """Fill in depth and radius of loads, the first of them step `first`.
+@dataclass(frozen=True)
+class _Estimates:
+    """Depth and contact radius at each load, NaN where there is no estimate; then why."""
 
-    A line of springs fits its largest contact; contacts much smaller get a finer line. Loads that
-    have no estimate are found by halving, so that they take no other with them.
-    """
-    values, reason = loads.values, "beyond the range of double precision"
-    try:
-        contact = indent(profile, modulus, **{loads.control: values})
-        lengths = contact.contact_radius
-        fits = (lengths >= COARSEST_SHARE * lengths[-1]) & np.isfinite(contact.penetration)
-        own = int(np.argmin(fits[::-1])) if not fits.all() else len(values)
-    except (ValueError, RuntimeError, ArithmeticError) as error:
-        own = 0
-        if isinstance(error, (ValueError, RuntimeError)) and "NaN" not in str(error):
-            reason = str(error)
-    start = len(values) - own
-    if own:
-        steps = slice(first + start, first + len(values))
-        depth[steps], radius[steps] = contact.penetration[start:], lengths[start:]
-    elif len(values) == 1:
-        unreached[first] = reason
-        return
-    cut = start if own else len(values) // 2
-    for low, high in ((0, cut), (cut, start)):
-        if low < high:
-            part = Loads(loads.control, values[low:high])
-            _estimate(profile, modulus, part, first + low, depth, radius, unreached)
+    depth: np.ndarray
+    radius: np.ndarray
+    unreached: dict[int, str]
+
+    @classmethod
+    def empty(cls, loads: int) -> _Estimates:
+        return cls(np.full(loads, np.nan), np.full(loads, np.nan), {})
+
+    def fill(self, profile: shapes.Profile, modulus: float, loads: Loads, first: int = 0) -> None:
+        """Fill in those of loads, the first of them step `first`.
+
+        A line of springs fits its largest contact; contacts much smaller get a finer line. Loads
+        that have no estimate are found by halving, so that they take no other with them.
+        """
+        values, reason = loads.values, "beyond the range of double precision"
+        try:
+            contact = indent(profile, modulus, **{loads.control: values})
+            lengths = contact.contact_radius
+            fits = (lengths >= COARSEST_SHARE * lengths[-1]) & np.isfinite(contact.penetration)
+            own = int(np.argmin(fits[::-1])) if not fits.all() else len(values)
+        except (ValueError, RuntimeError, ArithmeticError) as error:
+            own = 0
+            if isinstance(error, (ValueError, RuntimeError)) and "NaN" not in str(error):
+                reason = str(error)
+        start = len(values) - own
+        if own:
+            steps = slice(first + start, first + len(values))
+            self.depth[steps], self.radius[steps] = contact.penetration[start:], lengths[start:]
+        elif len(values) == 1:
+            self.unreached[first] = reason
+            return
+        cut = start if own else len(values) // 2
+        for low, high in ((0, cut), (cut, start)):
+            if low < high:
+                part = Loads(loads.control, values[low:high])
+                self.fill(profile, modulus, part, first + low)

@@ -2,12 +2,9 @@
 
 from __future__ import annotations
 
-import math
-import numbers
-from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,13 +20,13 @@ from comparisons.geometry.map_files import (
     Window,
     open_map,
 )
-from comparisons.scene.trends import TRENDS, subtracted, trend_of, trend_problem
+from comparisons.scene.surface import MeasuredMap
+from comparisons.scene.trends import TRENDS, subtracted, trend_of
 
 __all__ = ["Map", "MapError", "read_map"]
 
 Heights = NDArray[np.float64]
 
-_UNDEFINED = ("interpolate", "lowest", "refuse")
 # Below this share of undefined points they are interpolated unless the user says otherwise.
 _INTERPOLATED_SHARE = 0.05
 # Sides of a periodic map join if the step across is no more than this many of those inside.
@@ -70,50 +67,22 @@ class Map:
         return self.size[0] / self.heights.shape[0], self.size[1] / self.heights.shape[1]
 
 
-def read_map(
-    path: str | Path,
-    *,
-    size: float | Sequence[float] | None = None,
-    height_unit: str | None = None,
-    lateral_unit: str | None = None,
-    channel: str | int | None = None,
-    detrend: Literal["none", "mean", "tilt", "curvature"] | None = None,
-    crop: Sequence[int] | None = None,
-    invert: bool = False,
-    undefined: Literal["interpolate", "lowest", "refuse"] | None = None,
-    periodic: bool = False,
-) -> Map:
-    """Read a measured map and prepare it: read, crop, invert, detrend, fill.
+def read_map(path: Path, surface: MeasuredMap) -> Map:
+    """Read a measured map as a scene's table says: crop, invert, detrend, fill.
 
     Detrending and interpolation fit and use the defined points only. Inversion comes before the
     filling, so that "lowest" means the points that touch last.
 
     Parameters
     ----------
-    path : str or Path
+    path : Path
         .npy, .csv, .txt (numbers only, first index along x), .xyz (lines of x, y, z), or TIFF and
         any format SurfaceTopography reads (optional extra ``topography``).
-    size : float or (float, float), optional
-        Side length L or (Lx, Ly) of the whole file in metres; needed where the file states none.
-    height_unit : str, optional
-        Unit of the heights: m, cm, mm, um, nm, pm, Å; needed where the file states none.
-    lateral_unit : str, optional
-        Unit of lengths along x and y that the file holds without a unit, as .xyz does.
-    channel : str or int, optional
-        Name or number of an instrument's channel; its height channel by default.
-    detrend : {None, "none", "mean", "tilt", "curvature"}
-        Trend to subtract: nothing, mean, plane, full polynomial of second order. None is the plane,
-        and the mean of a periodic map, which has no other trend: those are refused there.
-    crop : (x0, y0, nx, ny), optional
-        Window in points, of the file as read; of a periodic map the window is the period.
-    invert : bool
-        Turn the surface upside down (a replica: its valleys were peaks).
-    undefined : {None, "interpolate", "lowest", "refuse"}
-        What to do with undefined points: harmonic interpolation (which cannot exceed the
-        surrounding heights), the lowest defined height, or nothing but an error. None interpolates
-        below 5 % and refuses above. In .npy, .csv and .txt, NaN is an error unless this is given.
-    periodic : bool
-        Whether the map continues itself across its sides.
+    surface : MeasuredMap
+        What the file does not state itself, and the treatment. Undefined points are filled by
+        harmonic interpolation (which cannot exceed the surrounding heights), by the lowest defined
+        height, or are refused; by default they are interpolated below 5 %, and refused above and,
+        because a NaN may be a mistake there, in .npy, .csv and .txt.
 
     Returns
     -------
@@ -127,38 +96,38 @@ def read_map(
     Examples
     --------
     >>> import tempfile
+    >>> table = {"kind": "map", "file": "ridge.csv", "size": "3 um", "height_unit": "nm"}
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     file = Path(folder) / "ridge.csv"
     ...     np.savetxt(file, [[0, 0], [1, 1], [0, 0]], delimiter=",")
-    ...     ridge = read_map(file, size=3e-6, height_unit="nm", detrend="none")
+    ...     ridge = read_map(file, MeasuredMap(**table, detrend="none"))
     >>> ridge.heights[:, 0]  # first index along x
     array([0.e+00, 1.e-09, 0.e+00])
     """
-    path = Path(path)
-    units = {"height_unit": height_unit, "lateral_unit": lateral_unit}
-    trend_fault = trend_problem(detrend, periodic)
-    problems = _option_problems(path, size, units, channel, trend_fault, crop, undefined)
+    problems = _option_problems(path, surface)
     if problems:
         raise MapError(str(path), problems)
-    window = tuple(int(value) for value in crop) if crop is not None else None
-    sides = tuple(float(side) for side in _pair(size)) if size is not None else None
-    file = open_map(path, Stated(sides, height_unit, lateral_unit, channel, window))
+    window, periodic = surface.crop, surface.periodic
+    file = open_map(
+        path,
+        Stated(surface.size, surface.height_unit, surface.lateral_unit, surface.channel, window),
+    )
     if window and (window[0] + window[2] > file.shape[0] or window[1] + window[3] > file.shape[1]):
         problem = f"crop {list(window)} reaches beyond the {file.shape[0]} x {file.shape[1]} points"
         raise MapError(str(path), [problem])
-    x0, y0, nx, ny = used = window or (0, 0, *file.shape)
+    x0, y0, nx, ny = used = window or (0, 0, file.shape[0], file.shape[1])
     treatment = list(file.notes)
     if window:
         treatment.append(f"cropped to {nx} x {ny} points from ({x0}, {y0})")
 
     heights = file.read(used)
-    fate = _fate_of_holes(path, file, used, heights, undefined)
-    if invert:
+    fate = _fate_of_holes(path, file, used, heights, surface.undefined)
+    if surface.invert:
         heights = -heights
         treatment.append("inverted: valleys became peaks")
     cells = file.size[0] / file.shape[0], file.size[1] / file.shape[1]
     holes = np.isnan(heights)
-    trend = trend_of(detrend, periodic)
+    trend = trend_of(surface.detrend, periodic)
     heights = _levelled(path, heights, ~holes, trend)
     treatment.append(TRENDS[trend].done)
     if holes.any():
@@ -176,64 +145,25 @@ def read_map(
     )
 
 
-def _pair(size: Any) -> tuple[Any, Any]:
-    return tuple(size) if isinstance(size, Sequence | np.ndarray) else (size, size)
-
-
-def _option_problems(
-    path: Path,
-    size: Any,
-    units: dict[str, Any],
-    channel: Any,
-    trend_fault: str,
-    crop: Any,
-    undefined: Any,
-) -> list[str]:
-    """Return everything wrong with the options and with the file's presence."""
+def _option_problems(path: Path, surface: MeasuredMap) -> list[str]:
+    """Return everything wrong with the file's presence, and with options for its format."""
     problems = []
     if not path.is_file():
         problems.append("is a folder" if path.is_dir() else "no such file")
     plain = path.suffix.lower() in PLAIN_FORMATS
-    if size is None and plain:
+    if surface.size is None and plain:
         problems.append("size is needed: a plain table does not state its side lengths")
-    elif size is not None and not _is_size(size):
-        problems.append(f"size must be one or two positive lengths in metres, not {size!r}")
-    if units["height_unit"] is None and plain:
+    if surface.height_unit is None and plain:
         problems.append("height_unit is needed: a plain table does not state its unit")
-    for key, unit in units.items():
+    for key in ("height_unit", "lateral_unit"):
+        unit = getattr(surface, key)
         if unit is not None and unit not in UNITS_PER_METRE:
             problems.append(f"{key} must be m, cm, mm, um, nm, pm or Å, not {unit!r}")
-    if units["lateral_unit"] is not None and plain:
+    if surface.lateral_unit is not None and plain:
         problems.append("lateral_unit was given, but size states the lengths of a plain table")
-    if channel is not None and plain:
-        problems.append(f"channel {channel!r} was given, but a plain table has no channels")
-    if trend_fault:
-        problems.append(f"detrend: {trend_fault}")
-    if crop is not None and not _is_window(crop):
-        problems.append(
-            f"crop must be four whole numbers [x0, y0, nx, ny] with nx, ny >= 2, not {crop!r}"
-        )
-    if undefined is not None and undefined not in _UNDEFINED:
-        problems.append(f"undefined must be one of {', '.join(_UNDEFINED)}, not {undefined!r}")
+    if surface.channel is not None and plain:
+        problems.append(f"channel {surface.channel!r} was given, but a plain table has no channels")
     return problems
-
-
-def _is_size(size: Any) -> bool:
-    sides = _pair(size)
-    return len(sides) == 2 and all(
-        isinstance(side, numbers.Real)
-        and not isinstance(side, bool)
-        and math.isfinite(side)
-        and side > 0
-        for side in sides
-    )
-
-
-def _is_window(crop: Any) -> bool:
-    if not isinstance(crop, Sequence | np.ndarray) or len(crop) != 4:
-        return False
-    whole = all(isinstance(n, numbers.Integral) and not isinstance(n, bool) for n in crop)
-    return whole and min(crop[0], crop[1]) >= 0 and min(crop[2], crop[3]) >= 2
 
 
 def _fate_of_holes(

@@ -71,6 +71,14 @@ _LIBRARIES = 8 * 2**30
 
 
 @dataclass(frozen=True)
+class Limits:
+    """Wall-clock seconds of work, and bytes of resident memory of its process."""
+
+    seconds: float
+    memory: float
+
+
+@dataclass(frozen=True)
 class Outcome:
     """How isolated work ended.
 

@@ -11,7 +11,7 @@ import numpy as np
 from comparisons.geometry.prepare import Geometry, IndenterGeometry
 from comparisons.methods import fem_punch
 from comparisons.methods.fem_punch import STRAIGHT_EDGED
-from comparisons.methods.fem_step import contact_step, recovered
+from comparisons.methods.fem_step import SolvedContact, contact_step, recovered
 from comparisons.methods.solver import Refused, Solver, needed
 from comparisons.scene.scene import Scene
 from comparisons.scene.shapes import Ellipsoid, EllipticPunch, Indenter, RoundedPunch
@@ -174,7 +174,7 @@ class Fem(FemSolver[IndenterGeometry]):
             face = self.indenter.face_area
             area = contact.contact_area if face is None else face
             inside = partial(recovered, scaled, contact.reactions)
-            yield contact_step(task, scaled, gap, contact, area, body_fields=inside)
+            yield contact_step(task, SolvedContact(scaled, gap, contact, area), body_fields=inside)
 
     def _contacts(
         self, task: Task[IndenterGeometry], body: fem.CondensedBody, loads: np.ndarray

@@ -12,7 +12,7 @@ import numpy as np
 
 from comparisons.geometry.bodies import BodyGeometry
 from comparisons.methods.fem import BYTES_PER_UNKNOWN, FemSolver
-from comparisons.methods.fem_step import contact_step, recovered, round_area
+from comparisons.methods.fem_step import SolvedContact, contact_step, recovered, round_area
 from comparisons.scene.scene import Scene
 from comparisons.tasks.steps import NoAnswerError, Row, Step
 from comparisons.tasks.task import Task
@@ -95,7 +95,7 @@ class FemBody(FemSolver[BodyGeometry]):
                 raise NoAnswerError("the contact is larger than the nodes that may touch")
             area = _area(task.geometry, body, contact)
             inside = partial(_body_fields, task.geometry, body, contact)
-            yield contact_step(task, body, gap, contact, area, body_fields=inside)
+            yield contact_step(task, SolvedContact(body, gap, contact, area), body_fields=inside)
 
 
 def _unsuited(geometry: BodyGeometry, poisson_ratio: float) -> str:

@@ -13,7 +13,7 @@ import numpy as np
 
 from comparisons.geometry.prepare import IndenterGeometry
 from comparisons.methods.fem import BYTES_PER_UNKNOWN, FemSolver, elongated, meshes_both
-from comparisons.methods.fem_step import contact_step, recovered, round_area
+from comparisons.methods.fem_step import SolvedContact, contact_step, recovered, round_area
 from comparisons.methods.solver import needed
 from comparisons.scene.scene import Scene
 from comparisons.tasks.steps import NoAnswerError, Row, Step
@@ -104,7 +104,7 @@ class FemPair(FemSolver[IndenterGeometry]):
         gap = self.indenter.gap(*body.points.T)
         # The fields in the half-space of the scene.
         inside = partial(_inside, pair, contact)
-        return contact_step(task, body, gap, contact, area, body_fields=inside)
+        return contact_step(task, SolvedContact(body, gap, contact, area), body_fields=inside)
 
 
 def _inside(pair: BodyPair, contact: fem.Contact) -> dict[str, np.ndarray]:

@@ -9,7 +9,7 @@ import numpy as np
 
 from comparisons.geometry.prepare import RoughGeometry
 from comparisons.methods.fem import BYTES_PER_UNKNOWN, FAR, TRUNCATION_GRID, FemSolver
-from comparisons.methods.fem_step import contact_step, recovered
+from comparisons.methods.fem_step import SolvedContact, contact_step, recovered
 from comparisons.scene.scene import Scene
 from comparisons.tasks.steps import Row, Step
 from comparisons.tasks.task import Task
@@ -72,10 +72,7 @@ class FemPatch(FemSolver[RoughGeometry]):
             mean_plane = contact.penetration - float(gap.mean())
             yield contact_step(
                 task,
-                body,
-                gap,
-                contact,
-                _area(task.geometry, contact),
+                SolvedContact(body, gap, contact, _area(task.geometry, contact)),
                 quantities={"mean_gap": mean_gap, "penetration_mean_plane": mean_plane},
                 fields={
                     "heights": heights,

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
@@ -14,12 +15,30 @@ from reference import fem
 from reference.fem.contact_area import radius_from_moments
 
 
+@dataclass(frozen=True)
+class SolvedContact:
+    """A contact at one load.
+
+    Attributes
+    ----------
+    body : CondensedBody
+        Whose points the pressures stand at.
+    gap : (n,) ndarray
+        Initial gap there.
+    contact : Contact
+    area : float
+        Best estimate of the contact area.
+    """
+
+    body: fem.CondensedBody
+    gap: np.ndarray
+    contact: fem.Contact
+    area: float
+
+
 def contact_step(
     task: Task,
-    body: fem.CondensedBody,
-    gap: np.ndarray,
-    contact: fem.Contact,
-    area: float,
+    solved: SolvedContact,
     *,
     body_fields: Callable[[], Fields],
     quantities: Mapping[str, float] | None = None,
@@ -30,22 +49,17 @@ def contact_step(
     Parameters
     ----------
     task : Task
-    body : CondensedBody
-        Whose points the pressures stand at.
-    gap : (n,) ndarray
-        Initial gap there.
-    contact : Contact
-    area : float
-        Best estimate of the contact area.
+    solved : SolvedContact
     body_fields : callable
         Computes the fields in the body.
     quantities, fields : mapping, optional
         What this kind of contact has beside the common ones.
     """
+    contact = solved.contact
     values = {
         "penetration": contact.penetration,
         "force": contact.force,
-        "contact_area": area,
+        "contact_area": solved.area,
         "contact_area_raw": contact.contact_area_raw,
         "stiffness": contact.stiffness,
         "energy": contact.energy,
@@ -54,20 +68,17 @@ def contact_step(
         values | dict(quantities or {}),
         iterations=contact.iterations,
         violation=contact.violation,
-        pressure=partial(point_pressure, body.points, contact.pressure),
-        fields=partial(_fields, task, body, gap, contact, fields or {}),
+        pressure=partial(point_pressure, solved.body.points, contact.pressure),
+        fields=partial(_fields, task, solved, fields or {}),
         body_fields=body_fields,
     )
 
 
 def _fields(
-    task: Task,
-    body: fem.CondensedBody,
-    gap: np.ndarray,
-    contact: fem.Contact,
-    more: Mapping[str, np.ndarray],
+    task: Task, solved: SolvedContact, more: Mapping[str, np.ndarray]
 ) -> dict[str, np.ndarray]:
     """Return the arrays that plots and pictures use."""
+    body, contact = solved.body, solved.contact
     fields = {"penetration": np.array(contact.penetration), **more}
     if not task.wants_pressure:
         return fields
@@ -79,7 +90,7 @@ def _fields(
         "pressure_weight": body.symmetry * body.weights,
         # Of two bodies: what the indenter's own surface gives way counts, too.
         "displacement": contact.displacement,
-        "gap": gap - contact.penetration + contact.displacement,
+        "gap": solved.gap - contact.penetration + contact.displacement,
     }
 
 

@@ -8,6 +8,7 @@ import numpy as np
 
 from comparisons.facts.methods import METHODS
 from comparisons.geometry.prepare import Geometry, RoughGeometry
+from comparisons.isolation.parent import Limits
 from comparisons.machine import MEMORY_SHARE, free_memory
 from comparisons.methods.grid import cells, contact_step, make_grid
 from comparisons.methods.solver import Refused, Solver
@@ -67,8 +68,7 @@ class PeerSolver(Solver[Geometry]):
             self.name,
             press.Problem(operator, gaps, task.loads.control, task.loads.values),
             self.options.tolerance,
-            seconds=self.options.seconds,
-            memory=MEMORY_SHARE * free_memory(),
+            limits=Limits(self.options.seconds, MEMORY_SHARE * free_memory()),
         )
         for index, reason in result.reasons.items():
             solution.fail(index, reason)

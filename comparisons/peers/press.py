@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 
 from comparisons.isolation import parent
+from comparisons.isolation.parent import Limits
 from reference.halfspace import Contact, HalfSpace
 from reference.halfspace.overlap import overlap_depth, overlap_pressure
 from reference.halfspace.solution import assemble
@@ -104,9 +105,8 @@ def press(
     problem: Problem,
     violation: float,
     *,
+    limits: Limits,
     repeats: int = REPEATS,
-    seconds: float | None = None,
-    memory: float | None = None,
     loosen: bool = False,
 ) -> PeerResult:
     """Solve a problem with a peer, with a violation of at most the wanted one.
@@ -117,10 +117,10 @@ def press(
     problem : Problem
     violation : float
         Largest violation, relative; as our solvers' `tolerance`.
+    limits : Limits
+        Of each process.
     repeats : int
         Timed repeats, at most.
-    seconds, memory : float, optional
-        Limits of each process (`comparisons.isolation.parent`).
     loosen : bool
         Loosen the peer's tolerance, too, while its violation is much below the wanted one: for
         benchmarks, where equal work is compared.
@@ -134,7 +134,7 @@ def press(
     best: PeerResult | None = None
     result = PeerResult()
     for _ in range(ATTEMPTS):
-        result = attempt(peer, problem, tolerance, repeats=repeats, seconds=seconds, memory=memory)
+        result = attempt(peer, problem, tolerance, limits=limits, repeats=repeats)
         measured = _violations(result, tolerance.shape)
         bad = measured > violation
         if not bad.any():
@@ -179,18 +179,17 @@ def attempt(
     problem: Problem,
     tolerance: np.ndarray,
     *,
+    limits: Limits,
     repeats: int = REPEATS,
     repeat_seconds: float = REPEAT_SECONDS,
-    seconds: float | None = None,
-    memory: float | None = None,
 ) -> PeerResult:
     """Solve once with given tolerances (m, k) of the peer's own kind; other arguments: `press`."""
     stated, unit = _dimensionless(problem, tolerance)
     outcome = parent.run(
         f"comparisons.peers.run_{peer}:solve",
         stated | {"repeats": repeats, "repeat_seconds": repeat_seconds},
-        seconds=seconds,
-        memory=memory,
+        seconds=limits.seconds,
+        memory=limits.memory,
     )
     result = PeerResult(tolerance=tolerance)
     if not outcome.ok:

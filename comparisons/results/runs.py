@@ -34,6 +34,14 @@ BAD = (CHANGED, LOST, VERDICT, SLOW)
 
 
 @dataclass(frozen=True)
+class _Counts:
+    """What counts: a relative change of a quantity, and a ratio of times."""
+
+    moved: float
+    slower: float
+
+
+@dataclass(frozen=True)
 class Change:
     """What became of one solve (one method on one scene at one resolution).
 
@@ -122,12 +130,12 @@ def compare_runs(
     old = {scene.name: scene for scene in before.scenes}
     new = {scene.name: scene for scene in after.scenes}
     notes = list(_notes(before, after, old, new))
-    judged = slower if before.machine == after.machine else float("inf")
+    counts = _Counts(moved, slower if before.machine == after.machine else float("inf"))
     changes: list[Change] = []
     for name in [*old, *(each for each in new if each not in old)]:
         was, now = old.get(name), new.get(name)
         keys = {key: None for scene in (was, now) if scene is not None for key in _solves(scene)}
-        changes += [_change(name, *key, was, now, moved, judged) for key in keys]
+        changes += [_change(name, key, was, now, counts) for key in keys]
     return RunComparison(before, after, tuple(changes), tuple(notes))
 
 
@@ -191,13 +199,13 @@ def _rows(scene: SceneRecord | None, method: str, resolution: int) -> pd.DataFra
 
 def _change(
     name: str,
-    method: str,
-    resolution: int,
+    solved: tuple[str, int],
     was: SceneRecord | None,
     now: SceneRecord | None,
-    moved: float,
-    slower: float,
+    counts: _Counts,
 ) -> Change:
+    """Return what became of one solve: a method at a resolution."""
+    method, resolution = solved
     old, new = _rows(was, method, resolution), _rows(now, method, resolution)
     if was is None or now is None or not len(old) or not len(new):
         which = "first" if len(old) else "second"
@@ -216,12 +224,12 @@ def _change(
         kinds[LOST] = f"{lost} of {len(old)} answers lost: {_reason(new)}"
     if found:
         kinds[FOUND] = f"{found} answers found that were lost"
-    if abs(change) > moved:
+    if abs(change) > counts.moved:
         sign = "+" if change > 0 else "\N{MINUS SIGN}"
         kinds[CHANGED] = f"{quantity.replace('_', ' ')} moved by {sign}{relative(abs(change))}"
     if verdicts:
         kinds[VERDICT] = "; ".join(verdicts)
-    kinds |= _time_words(seconds, slower)
+    kinds |= _time_words(seconds, counts.slower)
     errors = _error(was, method, resolution), _error(now, method, resolution)
     text = "; ".join(kinds.values()) or "same"
     found_kinds = tuple(kinds) or (SAME,)

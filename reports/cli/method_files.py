@@ -53,7 +53,8 @@ class Outside:
             raise InputError("\n".join(wrong))
         if not (self.method_file or metadata.entry_points(group=GROUP)):
             return
-        from comparisons.methods.user.external import Limits, add_methods
+        from comparisons.isolation.parent import Limits
+        from comparisons.methods.user.external import add_methods
 
         bounds = Limits(self.method_seconds, 1e9 * self.method_gigabytes)
         for notice in add_methods(self.method_file, bounds):

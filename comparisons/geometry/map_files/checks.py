@@ -62,7 +62,7 @@ class Stated:
         Side lengths of the whole file in metres.
     height_unit, lateral_unit : str, optional
         Units of the heights, and of lengths along x and y that the file holds without a unit.
-    channel : str or int, optional
+    channel : str, optional
         Channel of an instrument's file, page of a TIFF.
     window : tuple of int, optional
         The crop (x0, y0, nx, ny), so that no more than it need be read.
@@ -71,7 +71,7 @@ class Stated:
     size: Size | None = None
     height_unit: str | None = None
     lateral_unit: str | None = None
-    channel: str | int | None = None
+    channel: str | None = None
     window: Window | None = None
 
 

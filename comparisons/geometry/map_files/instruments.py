@@ -117,9 +117,7 @@ def _is_height(info: Any) -> bool:
     )
 
 
-def _choose_channel(
-    path: Path, reader: Any, wanted: str | int | None
-) -> tuple[int, tuple[str, ...]]:
+def _choose_channel(path: Path, reader: Any, wanted: str | None) -> tuple[int, tuple[str, ...]]:
     """Return the index of the channel to read, and what was chosen in words."""
     channels = list(reader.channels)
     listing = ", ".join(f"{info.index} {info.name!r}" for info in channels)
@@ -129,7 +127,7 @@ def _choose_channel(
         found = [default] if default in heights else heights
         problem = f"none of its channels holds heights ({listing})"
     else:
-        found = [i for i, info in enumerate(channels) if wanted in (info.name, i, str(i))]
+        found = [i for i, info in enumerate(channels) if wanted in (info.name, str(i))]
         problem = f"has no channel {wanted!r}, only {listing}"
         if found and found[0] not in heights:
             problem = f"channel {wanted!r} does not hold heights; choose another of {listing}"

@@ -83,7 +83,7 @@ def _opened(path: Path) -> Any:
         raise MapError(str(path), [f"not a readable TIFF image ({shorten(error)})"]) from error
 
 
-def _page_number(path: Path, pages: int, wanted: str | int | None) -> int:
+def _page_number(path: Path, pages: int, wanted: str | None) -> int:
     if pages == 0:
         raise MapError(str(path), ["not a readable TIFF image (it has no page)"])
     listing = f"pages 0 to {pages - 1}"

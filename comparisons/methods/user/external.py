@@ -25,6 +25,7 @@ from comparisons.facts.methods import GROUP, METHODS, Method
 from comparisons.facts.quantities import ASKED
 from comparisons.geometry.prepare import Geometry
 from comparisons.isolation import parent
+from comparisons.isolation.parent import Limits
 from comparisons.methods import registry
 from comparisons.methods.solver import Refused, Solver
 from comparisons.reasons import one_line
@@ -39,20 +40,13 @@ WORK = "comparisons.solving.external_work"
 VARIABLE = "ROUGHLINE_METHODS"
 NAME = re.compile(r"[a-z][a-z0-9_]{0,39}")
 PLAN_SECONDS = 60.0
+LIMITS = Limits(seconds=120.0, memory=2e9)  # of one task
 # A method that passes its limits so often in a row would do so on every scene of a catalogue.
 MOST_STUCK = 4
 LONGEST_TEXT = 300
 MOST_RESOLUTIONS = 10
 FIELDS = ("pressure_x", "pressure_y", "pressure", "pressure_weight")
 MOST_FIELD_POINTS = 4_000_000
-
-
-@dataclass(frozen=True)
-class Limits:
-    """Wall-clock seconds of one task, and bytes of resident memory of its process."""
-
-    seconds: float = 120.0
-    memory: float = 2e9
 
 
 @dataclass(frozen=True)
@@ -174,7 +168,7 @@ class OutsideSolver(Solver[Geometry]):
             return Solution.lost(task, f"malformed answer: {_text(error)}")
 
 
-def add_methods(files: Sequence[str | Path] = (), limits: Limits | None = None) -> list[str]:
+def add_methods(files: Sequence[str | Path] = (), limits: Limits = LIMITS) -> list[str]:
     """Register the methods of files and of installed packages; return notices for the user.
 
     Raises
@@ -183,7 +177,6 @@ def add_methods(files: Sequence[str | Path] = (), limits: Limits | None = None) 
         Listing every file that is no method. An installed package that is none is left out, with a
         notice: it must not stop a command that does not use it.
     """
-    limits = limits or Limits()
     problems: list[str] = []
     notices: list[str] = []
     entries = [f"entry:{point.name}" for point in metadata.entry_points(group=GROUP)]

@@ -15,6 +15,8 @@ import time
 from functools import partial
 from pathlib import Path
 
+from comparisons.isolation.parent import Limits
+from comparisons.machine import MEMORY_SHARE, free_memory
 from comparisons.peers import press
 from comparisons.questions.benchmarks import bem_cases, bem_cost
 from comparisons.questions.benchmarks.bem_cases import LIGHT, USUAL, Case
@@ -93,17 +95,17 @@ def against_peers(case: Case) -> Measurement:
 
 def _peer(peer: str, case: Case, violation: float) -> press.PeerResult:
     """Tune a peer's tolerance to the violation, then take its times."""
-    problem = case.problem()
-    tuned = press.press(peer, problem, violation, repeats=1, seconds=PEER_SECONDS, loosen=True)
+    problem, limits = case.problem(), Limits(PEER_SECONDS, MEMORY_SHARE * free_memory())
+    tuned = press.press(peer, problem, violation, limits=limits, repeats=1, loosen=True)
     if tuned.reasons:
         return press.PeerResult(reasons=tuned.reasons)
     return press.attempt(
         peer,
         problem,
         tuned.tolerance,
+        limits=limits,
         repeats=PEER_READINGS,
         repeat_seconds=PEER_SECONDS,
-        seconds=PEER_SECONDS,
     )
 
 

@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from comparisons.geometry.topography import MapError, read_map
+from comparisons.scene.surface import MeasuredMap
 
 STEPS = 0.5, 0.25  # um along x and y
 
@@ -32,9 +33,14 @@ def listed(path, heights, header="", comma=False, delimiter="\t"):
     return path
 
 
+def read(path, **options):
+    """Read a map as a scene's table says."""
+    return read_map(path, MeasuredMap(kind="map", file=path.name, **options))
+
+
 def refusal(path, **options) -> str:
     with pytest.raises(MapError) as caught:
-        read_map(path, **options)
+        read(path, **options)
     return "; ".join(caught.value.problems)
 
 
@@ -47,7 +53,7 @@ UNITS = {"lateral_unit": "um", "height_unit": "nm"}
 def test_lengths_along_the_surface_have_a_unit_of_their_own(tmp_path, rough):
     """Micrometres beside nanometres: 6 x 5 points of 0.5 by 0.25 um are 3 by 1.25 um."""
     path = listed(tmp_path / "scan.xyz", rough)
-    surface = read_map(path, detrend="none", **UNITS)
+    surface = read(path, detrend="none", **UNITS)
     assert surface.size == pytest.approx((3e-6, 1.25e-6), rel=1e-12)
     assert np.array_equal(surface.heights, rough / 1e9)
     assert surface.treatment[0] == "x, y in um and heights in nm read from scan.xyz"
@@ -64,7 +70,7 @@ def test_one_unit_does_not_stand_for_the_other(tmp_path, rough):
 def test_units_that_the_file_states_are_taken_and_not_overruled(tmp_path, rough):
     header = "Channel: scan\nLateral units: µm\nValue units: nm"
     path = listed(tmp_path / "scan.xyz", rough, header)
-    surface = read_map(path, detrend="none")
+    surface = read(path, detrend="none")
     assert surface.size == pytest.approx((3e-6, 1.25e-6), rel=1e-12)
     assert np.array_equal(surface.heights, rough / 1e9)
     assert "the unit of x and y (µm): leave out lateral_unit" in refusal(path, **UNITS)
@@ -76,7 +82,7 @@ def test_points_in_any_order_and_missing_ones(tmp_path, rough):
     table = points_of(rough)
     np.random.default_rng(1).shuffle(table)
     np.savetxt(tmp_path / "scan.xyz", table[1:])
-    surface = read_map(tmp_path / "scan.xyz", detrend="none", **UNITS)
+    surface = read(tmp_path / "scan.xyz", detrend="none", **UNITS)
     i, j = np.rint((table[0, :2] - (100, -3)) / STEPS).astype(int)
     kept = np.ones(rough.shape, bool)
     kept[i, j] = False
@@ -89,7 +95,7 @@ def test_rounded_coordinates_lie_on_the_grid(tmp_path, rough):
     table = points_of(rough)
     table[:, 0] = ((table[:, 0] - 100) / STEPS[0] / 3).round(2)
     np.savetxt(tmp_path / "scan.xyz", table)
-    surface = read_map(tmp_path / "scan.xyz", **UNITS)
+    surface = read(tmp_path / "scan.xyz", **UNITS)
     assert surface.heights.shape == rough.shape
     assert surface.size[0] == pytest.approx(6 * 1.67e-6 / 5, rel=1e-12)
 
@@ -131,14 +137,14 @@ def test_decimal_commas_are_read_and_said(tmp_path, rough, delimiter):
     path = tmp_path / "map.csv"
     np.savetxt(path, rough, fmt="%.3f", delimiter=delimiter)
     path.write_text(path.read_text().replace(".", ","))
-    surface = read_map(path, size=1e-6, height_unit="nm", detrend="none")
+    surface = read(path, size=1e-6, height_unit="nm", detrend="none")
     assert np.array_equal(surface.heights, rough / 1e9)
     assert "with decimal commas" in surface.treatment[0]
 
 
 def test_decimal_commas_in_a_list_of_points(tmp_path, rough):
     path = listed(tmp_path / "scan.xyz", rough, comma=True)
-    surface = read_map(path, detrend="none", **UNITS)
+    surface = read(path, detrend="none", **UNITS)
     assert np.array_equal(surface.heights, rough / 1e9)
     assert surface.size == pytest.approx((3e-6, 1.25e-6), rel=1e-12)
 
@@ -146,13 +152,13 @@ def test_decimal_commas_in_a_list_of_points(tmp_path, rough):
 def test_whole_numbers_before_the_first_comma(tmp_path):
     """The first line alone does not show how decimals are written."""
     (tmp_path / "map.csv").write_text("0;0;0;1\n0;1,5;2;0\n3;0;0,25;0\n")
-    surface = read_map(tmp_path / "map.csv", size=1e-6, height_unit="nm", detrend="none")
+    surface = read(tmp_path / "map.csv", size=1e-6, height_unit="nm", detrend="none")
     assert surface.heights[1, 1] == 1.5e-9
 
 
 def test_commas_that_separate_stay_separators(tmp_path):
     (tmp_path / "map.csv").write_text("1,2,3\n4,5,7\n")
-    surface = read_map(tmp_path / "map.csv", size=1e-6, height_unit="nm", detrend="none")
+    surface = read(tmp_path / "map.csv", size=1e-6, height_unit="nm", detrend="none")
     assert surface.heights.shape == (2, 3)
     assert "decimal commas" not in surface.treatment[0]
 
@@ -172,7 +178,7 @@ def test_tiff_image_is_the_map_it_shows(tmp_path, rough, kind):
     tifffile = pytest.importorskip("tifffile")
     image = np.round(100 * rough + 500).astype(kind)
     tifffile.imwrite(tmp_path / "map.tif", image)
-    surface = read_map(tmp_path / "map.tif", size=(5e-6, 6e-6), height_unit="nm", detrend="none")
+    surface = read(tmp_path / "map.tif", size=(5e-6, 6e-6), height_unit="nm", detrend="none")
     assert surface.heights.shape == (5, 6)
     assert np.array_equal(surface.heights, image[::-1].T.astype(float) / 1e9)
     whole = "whole numbers" in surface.treatment[0]
@@ -187,7 +193,7 @@ def test_tiff_of_several_pages_needs_a_choice(tmp_path, rough):
     stated = {"size": 1e-6, "height_unit": "nm", "detrend": "none"}
     assert "pages 0 to 2: choose one as channel" in refusal(path, **stated)
     assert "has no page '7'" in refusal(path, channel="7", **stated)
-    second = read_map(path, channel="1", **stated)
+    second = read(path, channel="1", **stated)
     assert np.array_equal(second.heights, pages[1].astype(float)[::-1].T / 1e9)
 
 

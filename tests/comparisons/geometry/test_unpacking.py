@@ -18,6 +18,7 @@ from comparisons.geometry import unpacking
 from comparisons.geometry.body_files import BodyError, read_body
 from comparisons.geometry.topography import MapError, read_map
 from comparisons.geometry.unpacking import size_problems
+from comparisons.scene.surface import MeasuredMap
 
 LIMIT = 1e6  # bytes in these tests, so that bombs are small
 BOMB = bytes(4_000_000)  # zeros: packed a thousandfold
@@ -204,7 +205,7 @@ def test_streams_of_noise_are_no_streams(tmp_path):
 def test_maps_and_bodies_are_weighed_before_they_are_read(tmp_path):
     path = archive(tmp_path / "scan.x3p", BOMB)
     with pytest.raises(MapError, match=r"unpacks to more than .* save the heights as \.npy"):
-        read_map(path)
+        read_map(path, MeasuredMap(kind="map", file=path.name))
     mesh = dataset(tmp_path / "body.med", None, shape=(10**5, 10**5), dtype="f8", chunks=(10, 10))
     with pytest.raises(BodyError, match=r"body\.med: .*unpacks to more than"):
         read_body(mesh)

@@ -22,7 +22,8 @@ def cells(n, half=1.0):
     return x, y, np.full(n * n, (2 * half / n) ** 2)
 
 
-def solution(plan, x, y, weight, pressure, *, shape=None, force=None):
+def solution(plan, points, pressure, *, shape=None, force=None):
+    x, y, weight = points
     fields = {"pressure_x": x, "pressure_y": y, "pressure": pressure, "pressure_weight": weight}
     if shape is not None:
         fields["pressure_shape"] = np.array(shape)
@@ -61,8 +62,8 @@ def test_a_ring_of_a_tenth_of_the_contact_radius_is_left_out_along_straight_shar
     smooth = 1 + 0.1 * x
     near = 1 - np.maximum(np.abs(x), np.abs(y)) < 0.1 * np.sqrt(4 / np.pi)
     solved = {
-        ("bem_fft", 20): solution(square, x, y, weight, smooth, shape=(40, 40)),
-        ("fem", 4): solution(square, x, y, weight, np.where(near, 9.0, 1.02) * smooth),
+        ("bem_fft", 20): solution(square, (x, y, weight), smooth, shape=(40, 40)),
+        ("fem", 4): solution(square, (x, y, weight), np.where(near, 9.0, 1.02) * smooth),
     }
     found = measures(square, solved, "fem", 4)
     assert found["pressure"][0] == pytest.approx(0.02, rel=1e-9)
@@ -73,8 +74,8 @@ def test_the_integral_of_the_pressure_is_the_force(square):
     """To round-off where a method is consistent; a planted 3 % comes out as 3 %."""
     x, y, weight = cells(10)
     solved = {
-        ("bem_fft", 5): solution(square, x, y, weight, np.ones(100), shape=(10, 10)),
-        ("fem", 4): solution(square, x, y, weight, 1.03 * np.ones(100), force=4.0),
+        ("bem_fft", 5): solution(square, (x, y, weight), np.ones(100), shape=(10, 10)),
+        ("fem", 4): solution(square, (x, y, weight), 1.03 * np.ones(100), force=4.0),
     }
     assert measures(square, solved, "bem_fft", 5)["pressure_integral"][0] == pytest.approx(0)
     error, bar = measures(square, solved, "fem", 4)["pressure_integral"]
@@ -88,10 +89,10 @@ def test_a_quarter_of_a_mesh_stands_for_the_whole(square):
     node = np.linspace(0, 1, 13)
     node_x, node_y = (each.ravel() for each in np.meshgrid(node, node))
     solved = {
-        ("fem", 8): solution(square, node_x, node_y, np.full(169, 4 / 169), 1 + node_x + node_y),
-        ("fem", 4): solution(square, node_x, node_y, np.full(169, 4 / 169), 1 + node_x + node_y),
+        ("fem", 8): solution(square, (node_x, node_y, np.full(169, 4 / 169)), 1 + node_x + node_y),
+        ("fem", 4): solution(square, (node_x, node_y, np.full(169, 4 / 169)), 1 + node_x + node_y),
         ("bem_fft", 6): solution(
-            square, x, y, weight, 1.01 * (1 + np.abs(x) + np.abs(y)), shape=(12, 12)
+            square, (x, y, weight), 1.01 * (1 + np.abs(x) + np.abs(y)), shape=(12, 12)
         ),
     }
     truth = choose_truth(
@@ -107,9 +108,9 @@ def test_the_bar_is_the_change_from_the_next_coarser_grid(square):
     x, y, weight = cells(30)
     coarse = cells(10)
     solved = {
-        ("bem_fft", 15): solution(square, x, y, weight, np.ones(900), shape=(30, 30)),
-        ("bem_fft", 5): solution(square, *coarse, np.full(100, 1.02), shape=(10, 10)),
-        ("fem", 4): solution(square, *coarse, np.full(100, 1.1)),
+        ("bem_fft", 15): solution(square, (x, y, weight), np.ones(900), shape=(30, 30)),
+        ("bem_fft", 5): solution(square, coarse, np.full(100, 1.02), shape=(10, 10)),
+        ("fem", 4): solution(square, coarse, np.full(100, 1.1)),
     }
     error, bar = measures(square, solved, "fem", 4)["pressure"]
     assert error == pytest.approx(0.1, rel=1e-9)
@@ -120,10 +121,10 @@ def test_the_bar_is_the_change_from_the_next_coarser_grid(square):
 
 def test_pressures_that_were_not_asked_for_or_not_found_are_not_compared(square):
     x, y, weight = cells(10)
-    truth = solution(square, x, y, weight, np.ones(100), shape=(10, 10))
-    silent = solution(square, x, y, weight, np.ones(100))
+    truth = solution(square, (x, y, weight), np.ones(100), shape=(10, 10))
+    silent = solution(square, (x, y, weight), np.ones(100))
     silent.fields.clear()
-    lost = solution(square, x, y, weight, np.ones(100))
+    lost = solution(square, (x, y, weight), np.ones(100))
     lost.converged[0, -1] = False
     solved = {("bem_fft", 5): truth, ("fem", 4): silent, ("fem", 6): lost}
     assert measures(square, solved, "fem", 4) == {}
@@ -141,8 +142,8 @@ def test_points_where_a_rule_has_no_real_pressure_do_not_count(square):
     p = np.ones(100)
     p[55] = np.nan
     solved = {
-        ("bem_fft", 5): solution(square, x, y, weight, np.ones(100), shape=(10, 10)),
-        ("fem", 4): solution(square, x, y, weight, p, force=4.0),
+        ("bem_fft", 5): solution(square, (x, y, weight), np.ones(100), shape=(10, 10)),
+        ("fem", 4): solution(square, (x, y, weight), p, force=4.0),
     }
     found = measures(square, solved, "fem", 4)
     assert found["pressure"][0] == pytest.approx(0)
@@ -160,7 +161,7 @@ def test_the_cone_is_compared_away_from_its_tip(scene):
     weight = 2 * np.pi * x * 0.01 * a
     solved = {
         ("closed_form", 1): exact,
-        ("fem", 4): solution(plan, x, np.zeros(99), weight, spoilt),
+        ("fem", 4): solution(plan, (x, np.zeros(99), weight), spoilt),
     }
     found = measures(plan, solved, "fem", 4)
     assert found["pressure"] == (pytest.approx(0, abs=1e-9), 0.0)

@@ -15,11 +15,11 @@ import pytest
 from comparisons.errors import InputError
 from comparisons.facts.methods import GROUP, METHODS
 from comparisons.isolation import parent
+from comparisons.isolation.parent import Limits
 from comparisons.judging.truth import truths
 from comparisons.methods import registry
 from comparisons.methods.user import external
 from comparisons.methods.user.external import (
-    Limits,
     Origin,
     OutsideMethod,
     add_announced,

@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 
 from comparisons.isolation import parent
+from comparisons.isolation.parent import Limits
 from comparisons.methods.registry import solver_for
 from comparisons.methods.solver import Refusal
 from comparisons.peers import press
@@ -71,7 +72,7 @@ CASES = [
 def test_pressures_of_two_codes_agree_to_their_violation(peer, periodic, control):
     """Pressures are gaps times stiffnesses up to E*/dx: 1e-8 of the penetration is some 1e-7."""
     problem = rough_problem(periodic, control)
-    result = press.press(peer_or_skip(peer), problem, WANTED, repeats=1, seconds=120)
+    result = press.press(peer_or_skip(peer), problem, WANTED, repeats=1, limits=Limits(120, 4e9))
     assert not result.reasons
     assert result.worst <= WANTED
     for (row, step), contact in result.contacts.items():
@@ -95,7 +96,7 @@ def test_a_peer_keeps_off_cells_without_material(peer):
     gap = np.where(r < 0.3, r**2 / 2, np.inf)
     operator = FreeOperator(gap.shape, (1 / 40, 1 / 40), 1.0)
     problem = Problem(operator, gap[None], "force", np.array([0.02, 0.1]))
-    result = press.press(peer_or_skip(peer), problem, WANTED, repeats=1, seconds=120)
+    result = press.press(peer_or_skip(peer), problem, WANTED, repeats=1, limits=Limits(120, 4e9))
     assert not result.reasons
     ours = fft.solve(operator, gap, force=0.1, tolerance=WANTED)
     pressure = result.contacts[0, 1].pressure
@@ -106,7 +107,9 @@ def test_a_peer_keeps_off_cells_without_material(peer):
 def test_loosening_finds_equal_work(peer):
     """A benchmark compares equal violations: not above the wanted one, and not far below."""
     problem = rough_problem(True, "force")
-    result = press.press(peer_or_skip(peer), problem, 1e-6, repeats=1, seconds=120, loosen=True)
+    result = press.press(
+        peer_or_skip(peer), problem, 1e-6, repeats=1, limits=Limits(120, 4e9), loosen=True
+    )
     assert not result.reasons
     assert 1e-8 < result.worst <= 1e-6
 
@@ -114,7 +117,7 @@ def test_loosening_finds_equal_work(peer):
 @pytest.mark.parametrize("peer", PEERS)
 def test_a_time_limit_is_a_reason_for_every_step(peer):
     problem = rough_problem(False, "force")
-    result = press.press(peer_or_skip(peer), problem, WANTED, seconds=0.05)
+    result = press.press(peer_or_skip(peer), problem, WANTED, limits=Limits(0.05, 4e9))
     assert set(result.reasons) == set(np.ndindex(2, 2))
     assert set(result.reasons.values()) == {"hung: no answer within 0.05 s"}
 
@@ -185,7 +188,7 @@ def answering(monkeypatch, change):
         return parent.Outcome("answered", answer | times)
 
     monkeypatch.setattr(parent, "run", run)
-    return press.press("tamaas", rough_problem(True, "force"), 1e-7, seconds=9)
+    return press.press("tamaas", rough_problem(True, "force"), 1e-7, limits=Limits(9, 4e9))
 
 
 def test_a_right_answer_passes_the_check(monkeypatch):
