@@ -9,14 +9,17 @@ import numpy as np
 import pandas as pd
 
 from comparisons.facts.quantities import CURVES, FIELDS, counterpart, main_axis
-from comparisons.judging.levels import Levels, mean_curves, on_common_realisations
+from comparisons.judging.levels import Levels
 from comparisons.judging.metrics import rms_and_maximum
 from comparisons.judging.pressures import TruePressure, pressure_measures
 from comparisons.judging.truth import Truth, choose_truth
-from comparisons.judging.uncertainty import combined, standard_error
+from comparisons.judging.uncertainty import combined
 from comparisons.judging.verdicts import judged
 from comparisons.solving.planning import Plan
 from comparisons.tasks.solution import Solution, Solved
+
+# Realisations that have rows of their own: bands need no more, and lines come in tens of thousands.
+SHOWN = 450
 
 
 @dataclass(frozen=True)
@@ -40,12 +43,12 @@ def compare(plan: Plan, solved: Solved, constants: dict[str, Any]) -> Comparison
         Columns that are the same in every row (threads, versions, machine), but where a solution
         knows the machine that found it.
     """
-    solved = on_common_realisations(solved)
     truth = choose_truth(solved, plan.loads.axis, plan.compared)
+    levels = {method: Levels.of(solved, method) for method, _ in solved}
     rows = [
         row
-        for (method, resolution), solution in solved.items()
-        for row in _solution_rows(plan, method, resolution, solution, truth)
+        for method, resolution in solved
+        for row in _solution_rows(plan, levels[method], resolution, truth)
     ]
     rows += [
         _refusal_row(plan, planned.method, planned.reason)
@@ -54,8 +57,8 @@ def compare(plan: Plan, solved: Solved, constants: dict[str, Any]) -> Comparison
     ]
     measures = [
         row
-        for (method, resolution), solution in solved.items()
-        for row in _measure_rows(plan, solved, method, resolution, solution, truth)
+        for method, resolution in solved
+        for row in _measure_rows(plan, solved, levels[method], resolution, truth)
     ]
     table = pd.DataFrame([constants | row for row in rows])
     last = [name for name in constants if name in table]
@@ -64,12 +67,14 @@ def compare(plan: Plan, solved: Solved, constants: dict[str, Any]) -> Comparison
 
 
 def _solution_rows(
-    plan: Plan, method: str, resolution: int, solution: Solution, truth: Truth | None
+    plan: Plan, levels: Levels, resolution: int, truth: Truth | None
 ) -> list[dict[str, Any]]:
+    """Return the rows of the first surfaces, SHOWN at most, and of the mean over all."""
     rows = []
+    solution = levels.solutions[resolution]
     count = len(solution.converged)
-    common = _common(plan, method, resolution, solution)
-    for k in range(count):
+    common = _common(plan, levels.method, resolution, solution)
+    for k in range(min(count, SHOWN)):
         curves = {name: values[k] for name, values in solution.quantities.items()}
         rows += _curve_rows(plan, curves, common | {"realisation": str(k)}, truth)
         for step, row in enumerate(rows[-len(plan.loads.values) :]):
@@ -78,24 +83,29 @@ def _solution_rows(
             row["converged"] = bool(solution.converged[k, step])
             row["reason"] = solution.reasons.get((k, step), "")
     if count > 1:
-        mean = _curve_rows(plan, mean_curves(solution), common | {"realisation": "mean"}, truth)
+        curves = levels.curves(resolution)
+        errors = {name: levels.standard_error(name, resolution) for name in curves}
+        mean = _curve_rows(plan, curves, common | {"realisation": "mean"}, truth)
         for step, row in enumerate(mean):
             row["converged"] = bool(solution.converged[:, step].all())
-            for name, values in solution.quantities.items():
-                row[f"stderr_{name}"] = float(standard_error(values)[step])
+            for name, values in errors.items():
+                row[f"stderr_{name}"] = float(values[step])
         rows += mean
     return rows
 
 
 def _common(plan: Plan, method: str, resolution: int, solution: Solution) -> dict[str, Any]:
+    """Return what all rows of a solution share; times are those of one surface or line."""
     where = {"machine": solution.machine} if solution.machine else {}
+    count = len(solution.converged)
     return where | {
         "scene": plan.scene.name,
         "method": method,
         "options": plan.scene.methods.of(method).changed(),
         "resolution": resolution,
-        "seconds": solution.seconds,
-        "setup_seconds": solution.setup_seconds,
+        "surfaces": count,
+        "seconds": solution.seconds / count,
+        "setup_seconds": solution.setup_seconds / count,
         "compile_seconds": solution.compile_seconds,
         "unknowns": solution.unknowns,
         "memory": solution.memory,
@@ -153,15 +163,14 @@ def _refusal_row(plan: Plan, method: str, reason: str) -> dict[str, Any]:
 def _measure_rows(
     plan: Plan,
     solved: Solved,
-    method: str,
+    levels: Levels,
     resolution: int,
-    solution: Solution,
     truth: Truth | None,
 ) -> list[dict[str, Any]]:
+    method, solution = levels.method, levels.solutions[resolution]
     if truth is None or (method, resolution) == (truth.method, truth.resolution):
         return []
-    curves = mean_curves(solution)
-    levels = Levels.of(solved, method)
+    curves = levels.curves(resolution)
     common = _common(plan, method, resolution, solution)
     del common["compile_seconds"], common["options"]
     common["converged"] = bool(solution.converged.all())

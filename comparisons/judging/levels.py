@@ -6,13 +6,16 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from comparisons.facts.methods import METHODS
+from comparisons.facts.methods import GRID, METHODS
 from comparisons.judging.metrics import sizes_along_path
-from comparisons.judging.uncertainty import grid_uncertainty
+from comparisons.judging.multilevel import Estimate, estimate, in_words
+from comparisons.judging.uncertainty import combined, grid_uncertainty
 from comparisons.tasks.solution import Solution, Solved
 
+Curves = dict[str, np.ndarray]
 
-def mean_curves(solution: Solution) -> dict[str, np.ndarray]:
+
+def mean_curves(solution: Solution) -> Curves:
     """Return each quantity's mean over the realisations that converged, (k,)."""
     curves = {}
     for name, values in solution.quantities.items():
@@ -24,50 +27,38 @@ def mean_curves(solution: Solution) -> dict[str, np.ndarray]:
     return curves
 
 
-def on_common_realisations(solved: Solved) -> Solved:
-    """Take out of every 3-D ensemble the steps that another 3-D solution lost on the same surface.
-
-    Means over different surfaces would differ by their scatter. A solution that lost a step on
-    all surfaces takes part in nothing there, and removes nothing from the others.
-    """
-    ensembles = {
-        key: solution
-        for key, solution in solved.items()
-        if METHODS[key[0]].dimension == 3 and len(solution.converged) > 1
-    }
-    if not ensembles:
-        return solved
-    kept = [s.converged | ~s.converged.any(axis=0) for s in ensembles.values()]
-    common = np.logical_and.reduce(kept)
-    if common.all():
-        return solved
-    return solved | {
-        key: replace(
-            solution,
-            quantities={n: np.where(common, v, np.nan) for n, v in solution.quantities.items()},
-        )
-        for key, solution in ensembles.items()
-    }
-
-
 @dataclass(frozen=True)
 class Levels:
     """One method's solutions, by resolution.
+
+    Over random surfaces the mean at a resolution is that of the coarsest, over many, and of the
+    differences from one resolution to the next, over fewer (`multilevel`): so means at two
+    resolutions differ by their grids alone. Another 3-D method than the leading grid
+    (GRID) solves some of the same surfaces: its mean is that of the leading grid, and what the two
+    differ by on the surfaces of both.
 
     Attributes
     ----------
     method : str
     solutions : dict
         Resolution -> Solution, ascending.
+    anchor : Levels, optional
+        Those of the leading grid.
     """
 
     method: str
     solutions: dict[int, Solution]
+    anchor: Levels | None = None
 
     @classmethod
     def of(cls, solved: Solved, method: str) -> Levels:
         """Pick a method's solutions out of those of a scene."""
-        return cls(method, {n: solved[m, n] for m, n in sorted(solved) if m == method})
+        solutions = {n: solved[m, n] for m, n in sorted(solved) if m == method}
+        anchor = None
+        if METHODS[method].dimension == 3 and method != GRID:
+            anchor = cls.of(solved, GRID)
+        several = anchor is not None and not all(map(anchor._single, anchor.solutions))
+        return cls(method, solutions, anchor if several else None)
 
     @property
     def finest(self) -> int | None:
@@ -80,16 +71,130 @@ class Levels:
         """Return the next coarser resolution."""
         return max((n for n in self.solutions if n < resolution), default=None)
 
+    def curves(self, resolution: int) -> Curves:
+        """Return each quantity's mean over the surfaces at a resolution, (k,)."""
+        solution = self.solutions[resolution]
+        if self._single(resolution):
+            return mean_curves(solution)
+        return {name: self._means(name, resolution).mean for name in solution.quantities}
+
+    def scatter(self, name: str, resolution: int) -> np.ndarray:
+        """Return the relative 95 % half-width of a mean, for the surfaces are a sample of many.
+
+        NaN where the scatter is not known. For a single surface the mean is the value itself: zero.
+        """
+        if self._single(resolution):
+            return np.zeros(self.solutions[resolution].converged.shape[1])
+        known = self._means(name, resolution)
+        return self._relative(known.half_width, known.mean, resolution)
+
+    def standard_error(self, name: str, resolution: int) -> np.ndarray:
+        """Return the standard error of a mean; NaN where there is one surface."""
+        if self._single(resolution):
+            return np.full(self.solutions[resolution].converged.shape[1], np.nan)
+        return np.sqrt(self._means(name, resolution).parts.sum(axis=0))
+
+    def apart(self, name: str, resolution: int, truth: Levels, finest: int) -> np.ndarray:
+        """Return the relative 95 % half-width of its mean less the truth's, on common surfaces.
+
+        Zero where both are the same surfaces on the same grids. Where the two share none it is
+        that of two independent means.
+        """
+        if self._single(resolution):
+            return np.zeros(self.solutions[resolution].converged.shape[1])
+        known = truth._means(name, finest)
+        if self.method == truth.method:
+            width = known.differing([n for n in truth.solutions if n <= finest].index(resolution))
+        elif self.anchor is not None and truth.method == GRID:
+            near = self._nearest(resolution)
+            index = [n for n in truth.solutions if n <= finest].index(near)
+            width = combined(known.differing(index), self._paired(name, resolution).half_width)
+        else:
+            width = combined(known.half_width, self._means(name, resolution).half_width)
+        return self._relative(width, known.mean, resolution)
+
     def discretisation(self, name: str) -> np.ndarray:
         """Return the grid uncertainty of a quantity of the finest solution, (k,).
 
         NaN with a single resolution.
         """
-        curves = {n: mean_curves(s).get(name) for n, s in self.solutions.items()}
-        kept = {n: curve for n, curve in curves.items() if curve is not None}
+        curves = {
+            n: self.curves(n)[name] for n, s in self.solutions.items() if name in s.quantities
+        }
         last = list(self.solutions.values())[-1]
-        if not kept:
+        if not curves:
             return np.full(last.converged.shape[1], np.nan)
-        series = np.array(list(kept.values()))
+        series = np.array(list(curves.values()))
         sizes = sizes_along_path(series[-1]) if last.path else None
-        return grid_uncertainty(np.array(list(kept)), series, sizes=sizes)
+        return grid_uncertainty(np.array(list(curves)), series, sizes=sizes)
+
+    @property
+    def ensemble(self) -> str:
+        """How many surfaces were solved on which grid; "" where there is only one surface."""
+        numbers = [len(solution.converged) for solution in self.solutions.values()]
+        return in_words(numbers, list(self.solutions)) if max(numbers, default=1) > 1 else ""
+
+    def missing(self, name: str, resolution: int) -> tuple[str, ...]:
+        """Return per load step what is missing for a mean or its bar; "" where nothing is."""
+        return self._means(name, resolution).missing
+
+    def _single(self, resolution: int) -> bool:
+        """Whether there is one surface, which stands for nothing but itself."""
+        return self.anchor is None and len(self.solutions[resolution].converged) == 1
+
+    def _means(self, name: str, resolution: int) -> Estimate:
+        """Return the mean of a quantity over the surfaces, on all grids up to a resolution."""
+        if self.anchor is not None:
+            return self._through_anchor(name, resolution)
+        grids = [s for n, s in self.solutions.items() if n <= resolution]
+        return estimate([s.quantities[name] for s in grids if name in s.quantities])
+
+    def _through_anchor(self, name: str, resolution: int) -> Estimate:
+        """Return the leading grid's mean on the nearest grid, with what this method makes of it."""
+        assert self.anchor is not None
+        near = self._nearest(resolution)
+        if name not in self.anchor.solutions[near].quantities:
+            return estimate([self.solutions[resolution].quantities[name]])
+        known, pairs = self.anchor._means(name, near), self._paired(name, resolution)
+        return Estimate(
+            levels=np.vstack([known.levels, pairs.mean]),
+            parts=np.vstack([known.parts, pairs.parts]),
+            freedom=known.freedom,
+            counts=np.vstack([known.counts, pairs.counts]),
+            missing=pairs.missing,
+        )
+
+    def _paired(self, name: str, resolution: int) -> Estimate:
+        """Return this method's mean, and of its variance what is not the leading grid's.
+
+        On the surfaces of both, q of this method and c of the leading grid: the mean is that of the
+        leading grid over all its surfaces times r = <q>/<c>, which scatters with q - r c, because
+        solvers differ by shares of the value. Along a path, where values pass zero, with q - c.
+        """
+        assert self.anchor is not None
+        near = self._nearest(resolution)
+        own = self.solutions[resolution].quantities[name]
+        base = self.anchor.solutions[near].quantities[name]
+        common = min(len(own), len(base))
+        own, base = own[:common], base[:common]
+        own, base = (np.where(np.isfinite(own + base), each, np.nan) for each in (own, base))
+        mean = self.anchor._means(name, near).mean
+        if self.solutions[resolution].path:
+            pairs = estimate([own - base])
+            return replace(pairs, levels=(mean + pairs.mean)[None, :])
+        with np.errstate(invalid="ignore", divide="ignore"):
+            ratio = estimate([own]).mean / estimate([base]).mean
+            pairs = estimate([(own - ratio * base) * (mean / estimate([base]).mean)])
+        return replace(pairs, levels=(ratio * mean)[None, :])
+
+    def _nearest(self, resolution: int) -> int:
+        """Return the leading grid's grid that is nearest in cells."""
+        assert self.anchor is not None
+        return min(self.anchor.solutions, key=lambda n: (abs(np.log(n / resolution)), n))
+
+    def _relative(self, width: np.ndarray, mean: np.ndarray, resolution: int) -> np.ndarray:
+        size = np.abs(mean)
+        if self.solutions[resolution].path:
+            size = sizes_along_path(size)
+        with np.errstate(invalid="ignore", divide="ignore"):
+            return np.where(size > 0, width / size, np.nan)

@@ -14,9 +14,11 @@ grid l, the variance of the sum is
 
 because two means over n_l >= n_m of the same surfaces have the covariance Cov(Y_l, Y_m) / n_l.
 
-Features of a surface that cost no solve are control variates: with x their values and X their mean
-over very many surfaces, Q - b (x - X) has the same mean as Q and the scatter that x does not
-explain (Giles, section 2.1).
+Features of a surface that cost no solve could serve as control variates (Giles, section 2.1). They
+were measured and left out: its highest peak and the depth at which the geometric overlap carries
+the load explain 96 % of the variance of the mean gap at 0.005 E* A0 h', but 63 % of that of the
+stiffness there and 1 % of that of the mean gap at 0.1 (free, H = 0.8): the worst of the means,
+which sets the numbers, would need half the surfaces on the cheapest grid at best.
 
 Nothing here knows of scenes: arrays (surfaces, load steps) go in, NaN where a solve was lost.
 """
@@ -25,7 +27,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 from scipy import stats
@@ -107,13 +108,14 @@ def estimate(values: Sequence[np.ndarray]) -> Estimate:
     (3.5, [4, 2], ('',))
     """
     terms = _terms(values)
-    means, counts = zip(*(_mean(term) for term in terms), strict=True)
-    levels, numbers = np.cumsum(means, axis=0), np.array(counts)
-    parts = np.array([_part(terms, level) for level in range(len(terms))])
+    means, counts = (np.array(each) for each in zip(*map(_mean, terms), strict=True))
+    levels = np.where(counts > 0, np.cumsum(np.nan_to_num(means), axis=0), np.nan)
+    parts = np.where(counts > 0, [_part(terms, level) for level in range(len(terms))], 0.0)
+    parts[-1, counts[-1] == 0] = np.nan
     # Rounding may leave less than nothing of a variance that covariances cancel.
     parts = np.where(parts.sum(axis=0) < 0, np.maximum(parts, 0.0), parts)
-    missing = tuple(_missing(numbers[:, step]) for step in range(numbers.shape[1]))
-    return Estimate(levels, parts, _freedom(parts, numbers), numbers, missing)
+    missing = tuple(_missing(counts[:, step]) for step in range(counts.shape[1]))
+    return Estimate(levels, parts, _freedom(parts, counts), counts, missing)
 
 
 def variances(values: Sequence[np.ndarray]) -> np.ndarray:
@@ -121,43 +123,6 @@ def variances(values: Sequence[np.ndarray]) -> np.ndarray:
     terms = _terms(values)
     counts = np.array([_mean(term)[1] for term in terms])
     return np.array([_part(terms, level) for level in range(len(terms))]) * counts
-
-
-def controlled(values: np.ndarray, features: np.ndarray, average: np.ndarray) -> np.ndarray:
-    """Return values less what features of their surfaces explain: same mean, less scatter.
-
-    Parameters
-    ----------
-    values : ndarray, shape (n, k)
-    features : ndarray, shape (n, k, c)
-        Features of the same surfaces at the same load steps.
-    average : ndarray, shape (k, c)
-        Their means over so many surfaces that these scatter no more.
-
-    Returns
-    -------
-    ndarray, shape (n, k)
-        Unchanged where there are not five surfaces to each feature, since fitted coefficients
-        would then explain the noise.
-
-    Examples
-    --------
-    >>> x = np.arange(12.0).reshape(12, 1, 1)
-    >>> controlled(3 * x[:, :, 0] + 1, x, np.array([[5.0]])).std().round(9).item()
-    0.0
-    """
-    result = np.array(values, dtype=float)
-    for step in range(result.shape[1]):
-        known = np.isfinite(result[:, step]) & np.isfinite(features[:, step]).all(axis=1)
-        count, number = int(known.sum()), features.shape[2]
-        if count < 5 * (number + 1):
-            continue
-        x = features[known, step]
-        centred = x - x.mean(axis=0)
-        y = result[known, step]
-        slopes = np.linalg.lstsq(centred, y - y.mean(), rcond=1e-10)[0]
-        result[known, step] = y - (x - average[step]) @ slopes
-    return result
 
 
 def allocate(
@@ -259,22 +224,24 @@ def in_words(numbers: Sequence[int], resolutions: Sequence[int]) -> str:
 
 
 def _terms(values: Sequence[np.ndarray]) -> list[np.ndarray]:
-    """Return Y_l, (n_l, k) each."""
+    """Return Y_l, (n_l, k) each: the difference to the next coarser grid that has any answer."""
     grids = [np.asarray(each, dtype=float) for each in values]
     if not grids:
         raise ValueError("a mean needs at least one grid")
     sizes = [len(each) for each in grids]
     if sizes != sorted(sizes, reverse=True):
         raise ValueError(f"finer grids have the first surfaces of the coarser ones, not {sizes}")
-    differences = [fine - coarse[: len(fine)] for coarse, fine in pairwise(grids)]
-    return [grids[0], *differences]
+    terms, below = [], np.zeros_like(grids[0])
+    for grid in grids:
+        terms.append(grid - below[: len(grid)])
+        below = np.where(np.isfinite(grid).any(axis=0), grid, below[: len(grid)])
+    return terms
 
 
 def _mean(term: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Return mean and number of the surfaces that have an answer, (k,) each."""
     count = np.isfinite(term).sum(axis=0)
-    with np.errstate(invalid="ignore"):
-        total = np.nansum(term, axis=0)
+    total = np.nansum(term, axis=0)
     return np.divide(total, count, out=np.full(term.shape[1], np.nan), where=count > 0), count
 
 
@@ -295,8 +262,10 @@ def _part(terms: Sequence[np.ndarray], level: int) -> np.ndarray:
         centred = [np.nan_to_num(d - _mean(d)[0]) for d in deviations]
         with np.errstate(invalid="ignore", divide="ignore"):
             covariance = (centred[0] * centred[1]).sum(axis=0) / (number - 1) * number / own / count
-        covariance = np.where(number >= FEWEST, covariance, np.nan)
-        total += covariance if other == level else 2 * covariance
+        if other > level:  # without a shared pair nothing is known to be common
+            total += 2 * np.where(number >= FEWEST, covariance, 0.0)
+        else:
+            total += np.where(number >= FEWEST, covariance, np.nan)
     return total
 
 
@@ -310,9 +279,10 @@ def _freedom(parts: np.ndarray, counts: np.ndarray) -> np.ndarray:
 
 def _missing(counts: np.ndarray) -> str:
     """Return what is missing at a load step where a grid has too few surfaces."""
-    if (counts == 0).any():
-        return f"no surface has an answer on grid {int(np.argmin(counts)) + 1} of {len(counts)}"
-    if (counts < FEWEST).any():
-        which = int(np.argmax(counts < FEWEST)) + 1
+    if counts[-1] == 0:
+        return f"no surface has an answer on grid {len(counts)} of {len(counts)}"
+    alone = (counts > 0) & (counts < FEWEST)
+    if alone.any():
+        which = int(np.argmax(alone)) + 1
         return f"one surface on grid {which} of {len(counts)}: how it scatters is not known"
     return ""

@@ -10,9 +10,9 @@ import numpy as np
 from comparisons.facts.methods import METHODS, leading
 from comparisons.facts.quantities import main_axis
 from comparisons.formatting import relative
-from comparisons.judging.levels import Levels, mean_curves
+from comparisons.judging.levels import Levels
 from comparisons.judging.metrics import at_equal, relative_error, rms_and_maximum
-from comparisons.judging.uncertainty import combined, ensemble_uncertainty
+from comparisons.judging.uncertainty import combined
 from comparisons.tasks.solution import Solution, Solved
 
 # Closed forms are evaluated to some ten last digits.
@@ -22,6 +22,8 @@ GRID, SOLVER, TRUNCATION = "discretisation", "solver", "truncation"
 ENSEMBLE, ARITHMETIC = "realisations", "arithmetic"
 # What a model on a line adds to the bar of its error.
 LINES, SPRINGS = "realisations of the line", "discretisation of the line"
+# What a 3-D method adds, which solves some of the same surfaces.
+PAIRS = "realisations in pairs"
 Curves = dict[str, np.ndarray]
 Sources = dict[str, np.ndarray]
 
@@ -131,17 +133,18 @@ class Truth:
     def error_sources(self, judged: Levels, resolution: int, name: str, at: str) -> Sources:
         """Return the sources of the bar of a method's error in a quantity at equal `at`.
 
-        A 3-D method solves the very same surfaces as the truth, so the scatter over realisations
-        is not an uncertainty of the difference. A model on a line has lines of its own, and
-        springs whose number matters at its finest resolution.
+        A 3-D method solves some of the truth's surfaces, and only the scatter of the differences on
+        these is an uncertainty. A model on a line has lines of its own, and springs whose number
+        matters at its finest resolution.
         """
         line = METHODS[judged.method].dimension == 1
         parts = self.bar_sources(name, at, same_surfaces=not line)
         if line:
-            solution = judged.solutions[resolution]
-            parts[LINES] = ensemble_uncertainty(solution.quantities[name], path=solution.path)
+            parts[LINES] = judged.scatter(name, resolution)
             if resolution == judged.finest:
                 parts[SPRINGS] = np.nan_to_num(judged.discretisation(name), nan=0.0)
+        elif not self.exact:
+            parts[PAIRS] = judged.apart(name, resolution, self.levels, self.resolution)
         return parts
 
     def known_to(self, name: str) -> float:
@@ -159,8 +162,8 @@ class Truth:
         """Return which solution is the truth, and how well each compared quantity is known."""
         if self.exact:
             return "The truth is the closed form, exact to round-off."
-        count = len(self.solution.converged)
-        mean = f", mean of {count} realisations" if count > 1 else ""
+        ensemble = self.levels.ensemble
+        mean = f", mean over {ensemble}" if ensemble else ""
         title = METHODS[self.method].title
         text = f"The truth is the finest solution of {title} (N = {self.resolution}{mean})"
         known = {name: self.known_to(name) for name in quantities}
@@ -254,7 +257,7 @@ def truths(solved: Solved, axis: str) -> list[Truth]:
 
 
 def _candidate(levels: Levels, resolution: int, axis: str) -> Truth:
-    curves = mean_curves(levels.solutions[resolution])
+    curves = levels.curves(resolution)
     sources = {name: _sources(levels, resolution, name) for name in curves}
     return Truth(axis, levels, resolution, curves, sources)
 
@@ -270,7 +273,7 @@ def _sources(levels: Levels, resolution: int, name: str) -> Sources:
         GRID: levels.discretisation(name),
         SOLVER: residual,
         TRUNCATION: np.full(steps, 0.0 if name in solution.exact else solution.truncation),
-        ENSEMBLE: ensemble_uncertainty(solution.quantities[name], path=solution.path),
+        ENSEMBLE: levels.scatter(name, resolution),
     }
 
 

@@ -10,8 +10,6 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import optimize, stats
 
-from comparisons.judging.metrics import sizes_along_path
-
 
 @dataclass(frozen=True)
 class Rule:
@@ -153,22 +151,6 @@ def standard_error(samples: np.ndarray) -> np.ndarray:
         mean = np.nansum(samples, axis=0) / count
         variance = np.nansum((samples - mean) ** 2, axis=0) / (count - 1)
         return np.where(count > 1, np.sqrt(variance / count), np.nan)
-
-
-def ensemble_uncertainty(samples: np.ndarray, *, path: bool = False) -> np.ndarray:
-    """Return the relative 95 % half-width of the mean: Student's t times the standard error.
-
-    For a single sample the mean is the value itself: zero. Along a path it is relative to the
-    largest mean.
-    """
-    count = np.isfinite(samples).sum(axis=0)
-    if samples.shape[0] < 2:
-        return np.zeros(samples.shape[1])
-    with np.errstate(invalid="ignore", divide="ignore"):
-        mean = np.abs(np.nansum(samples, axis=0) / count)
-        quantile = stats.t.ppf(0.975, np.maximum(count - 1, 1))
-        mean = sizes_along_path(mean) if path else mean
-        return np.where(mean > 0, quantile * standard_error(samples) / mean, np.nan)
 
 
 def ratio_of_means(

@@ -10,7 +10,7 @@ from comparisons.errors import InputError
 from comparisons.facts.methods import CLOSED_FORM, GRID, INDEPENDENT, METHODS, references
 from comparisons.facts.quantities import FIELDS, main_axis
 from comparisons.geometry.prepare import IndenterGeometry
-from comparisons.judging.levels import Levels, mean_curves
+from comparisons.judging.levels import Levels
 from comparisons.judging.metrics import rms_and_maximum
 from comparisons.judging.pressures import pressure_measures
 from comparisons.judging.refinement import SHARE, refinements
@@ -163,7 +163,7 @@ def _springs_refined(claim: Claim, plan: Plan, solved: Solved) -> Inquiry[Solved
         level = levels.finest
         if level is None or 2 * level > MOST_SPRINGS:
             return solved
-        known = mean_curves(levels.solutions[level])
+        known = levels.solutions[level].quantities
         bars = [levels.discretisation(name) for name in claim.quantity if name in known]
         if not bars or not np.nanmax(bars) > SHARE * claim.tolerance:
             return solved
@@ -180,7 +180,7 @@ def _measured(claim: Claim, plan: Plan, solved: Solved, truth: Truth, name: str)
     if name in FIELDS:
         return _pressure(claim, plan, solved, levels.finest, truth, name)
     at = claim.at or main_axis(truth.axis, name)
-    curves = mean_curves(levels.solutions[levels.finest])
+    curves = levels.curves(levels.finest)
     if not truth.knows(name, curves):
         return np.nan, np.nan, {"no result": f"{name} is not known here"}
     parts = truth.error_sources(levels, levels.finest, name, at)

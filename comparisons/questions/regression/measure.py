@@ -12,7 +12,7 @@ import numpy as np
 from comparisons.errors import InputError
 from comparisons.facts.methods import GRID, INDEPENDENT, METHODS, MODEL
 from comparisons.facts.quantities import quantity
-from comparisons.judging.levels import Levels, mean_curves
+from comparisons.judging.levels import Levels
 from comparisons.judging.truth import Truth, truths
 from comparisons.machine import machine_text
 from comparisons.methods.registry import solver_of
@@ -133,7 +133,7 @@ def _curves(solved: Solved, method: str) -> Curves | None:
     resolution = levels.finest
     if resolution is None:
         return None
-    means = mean_curves(levels.solutions[resolution])
+    means = levels.curves(resolution)
     return Curves(
         resolution=resolution,
         quantities={

@@ -9,7 +9,6 @@ import pytest
 
 from comparisons.judging.multilevel import (
     allocate,
-    controlled,
     estimate,
     in_words,
     variances,
@@ -88,18 +87,6 @@ def test_a_coarse_grid_differs_from_the_finest_by_paired_differences_only():
     assert known.half_width[0] > 10 * known.differing(0)[0]
 
 
-def test_a_control_with_a_known_mean_takes_away_what_it_explains():
-    """Correlation 0.99: the standard deviation falls to sqrt(1 - 0.98) of its own, seven times."""
-    rng = np.random.default_rng(5)
-    x = rng.standard_normal((200, 1, 1))
-    values = 4 + 2 * x[:, :, 0] + 0.2849 * rng.standard_normal((200, 1))
-    less = controlled(values, x, np.zeros((1, 1)))
-    assert less.std() < values.std() / 6
-    assert abs(less.mean() - 4) < 4 * 0.2849 / np.sqrt(200)
-    few = controlled(values[:9], x[:9], np.zeros((1, 1)))
-    np.testing.assert_array_equal(few, values[:9])
-
-
 def test_the_same_digits_however_the_surfaces_were_split():
     rng = np.random.default_rng(6)
     whole = _sample(rng, numbers=(30, 12, 5))
@@ -159,6 +146,14 @@ def test_a_grid_without_answers_is_named_step_by_step():
     assert np.isfinite(known.half_width[0])
     assert np.isnan([known.mean[1], known.half_width[1]]).all()
     assert known.missing == ("", "no surface has an answer on grid 2 of 2")
+
+
+def test_a_coarse_grid_without_answers_leaves_the_finer_ones_their_own_mean():
+    coarse, fine = np.full((4, 1), np.nan), np.array([[1.0], [3.0]])
+    known = estimate([coarse, fine])
+    assert known.mean[0] == 2.0
+    assert np.isnan(known.levels[0, 0])
+    assert known.half_width[0] == pytest.approx(12.706, rel=1e-4)  # t(0.975, 1) sqrt(2/2)
 
 
 def test_lost_surfaces_take_part_in_no_difference():

@@ -13,7 +13,6 @@ from hypothesis.extra.numpy import arrays
 from comparisons.judging.uncertainty import (
     RULE,
     combined,
-    ensemble_uncertainty,
     grid_uncertainty,
     ratio_of_means,
     standard_error,
@@ -141,25 +140,6 @@ def test_standard_error_of_the_mean():
     error = standard_error(samples)
     assert error[0] == pytest.approx(1 / math.sqrt(3), rel=1e-14)
     assert np.isnan(error[1])
-
-
-def test_student_t_of_few_samples():
-    """Two degrees of freedom: t = 4.30265 (two-sided 95 %, any table)."""
-    bar = ensemble_uncertainty(np.array([[1.0], [2.0], [3.0]]))
-    assert bar[0] == pytest.approx(4.30265 / math.sqrt(3) / 2, rel=1e-5)
-    lost = ensemble_uncertainty(np.array([[1.0], [np.nan], [2.0], [3.0]]))
-    assert lost[0] == pytest.approx(bar[0], rel=1e-12)
-
-
-def test_one_sample_is_the_value_itself():
-    assert ensemble_uncertainty(np.array([[3.0, 4.0]])).tolist() == [0, 0]
-
-
-def test_ensemble_bars_hold_the_truth_95_times_in_100():
-    """4000 normal ensembles of five: the coverage has a standard error of 0.34 %."""
-    samples = np.random.default_rng(1).normal(10, 1, size=(5, 4000))
-    held = np.abs(samples.mean(axis=0) - 10) <= ensemble_uncertainty(samples) * samples.mean(axis=0)
-    assert abs(held.mean() - 0.95) < 4 * 0.0034
 
 
 def test_independent_sources_add_as_squares():
