@@ -22,7 +22,7 @@ ROUGH = {
 }
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def scene():
     """Return a maker of scenes: a steel half-space under a ball, and what is said otherwise."""
 
@@ -39,7 +39,7 @@ def scene():
     return make
 
 
-@pytest.fixture
+@pytest.fixture(scope="session")
 def rough(scene):
     """Return a maker of small rough scenes under relative forces."""
 

@@ -50,16 +50,23 @@ def same(one, other):
         }
 
 
-@pytest.fixture
-def parts(rough, tmp_path):
-    """Return the folders of a whole run and of three parts of it."""
-    run(ensemble(rough), tmp_path / "whole")
-    folders = [tmp_path / f"part-{k}" for k in (1, 2, 3)]
-    for k, folder in enumerate(folders, start=1):
-        study = run(ensemble(rough), folder, part=(k, 3))
+@pytest.fixture(scope="module")
+def solved(rough, tmp_path_factory):
+    """Return a folder with a whole run and three parts of it, solved once for all tests here."""
+    root = tmp_path_factory.mktemp("solved")
+    run(ensemble(rough), root / "whole")
+    for k in (1, 2, 3):
+        study = run(ensemble(rough), root / f"part-{k}", part=(k, 3))
         assert study.lost() == []
-        assert load_study(folder).part == f"{k}/3"
-    return tmp_path / "whole", folders
+        assert load_study(root / f"part-{k}").part == f"{k}/3"
+    return root
+
+
+@pytest.fixture
+def parts(solved, tmp_path):
+    """Return the folders of a whole run and of three parts of it, for a test to change."""
+    shutil.copytree(solved, tmp_path, dirs_exist_ok=True)
+    return tmp_path / "whole", [tmp_path / f"part-{k}" for k in (1, 2, 3)]
 
 
 def test_three_parts_are_the_whole(parts, tmp_path):
@@ -111,12 +118,11 @@ def test_methods_and_scenes_of_different_machines_come_together(rough, scene, tm
     same(tmp_path / "whole", tmp_path / "merged")
 
 
-def test_resolutions_come_together(rough, tmp_path):
-    run(ensemble(rough), tmp_path / "whole")
+def test_resolutions_come_together(rough, solved, tmp_path):
     run(ensemble(rough, resolutions=[32]), tmp_path / "a")
     run(ensemble(rough, resolutions=[16]), tmp_path / "b")
     merge([tmp_path / "a", tmp_path / "b"], tmp_path / "merged")
-    same(tmp_path / "whole", tmp_path / "merged")
+    same(solved / "whole", tmp_path / "merged")
 
 
 def test_both_machines_are_stated(rough, tmp_path, monkeypatch):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -15,7 +16,9 @@ from comparisons.solving.planning import plan_scene
 from comparisons.tasks.task import Task
 
 
+@cache
 def face(effort="quick", **parameters):
+    """Return the limit of one face, solved once for all tests."""
     return EXPERIMENTS["adhesive-face"].measure(None, effort, **parameters)
 
 
