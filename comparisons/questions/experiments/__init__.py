@@ -18,6 +18,7 @@ from comparisons.questions.experiments import (
     neighbours,
     partial_slip,
     procedure,
+    proved,
     reading_scan,
     relaxation,
     ridges,
@@ -37,7 +38,7 @@ _MODULES = (
     *(line_statistics, rough_area, reading_scan, stress_use, two_bodies, cost),
     *(friction_law, harmonic, tangential, rubber_sliding, adhesive_face, adhesive_range),
     *(rough_slip, dry_oscillator, vibration, partial_slip, equivalent_body, procedure, ridges),
-    relaxation,
+    *(relaxation, proved),
 )
 EXPERIMENTS: dict[str, Experiment] = {
     each.name: each for module in _MODULES for each in module.EXPERIMENTS

@@ -1,0 +1,128 @@
+"""Equal area against theorems: punches and pyramids whose truth is enclosed, not estimated."""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+
+from comparisons.questions.experiments.running import Finding, above, experiment, one_of
+from reference.bounds import axisymmetric, bodies, homogeneous, outlines, punches
+from reference.bounds.interval import Interval
+
+SHAPES = ("polygon", "rectangle", "l_shape", "right_isosceles", "disc")
+
+# Cells from the origin to the edge: of the upper bound, and of the lower one.
+_CELLS = {"quick": (6, 8), "full": (12, 16)}
+
+# The L of three unit squares and the right triangle with a long side of 2, about points that see
+# all of their outline; each by half, from the mirror line back to it.
+_ROOT = math.sqrt(0.5)
+_L_SHAPE = ((_ROOT, 0.0), (2 * _ROOT, _ROOT), (_ROOT, 2 * _ROOT), (-_ROOT, 0.0))
+_INRADIUS = 1 / (1 + math.sqrt(2))
+_RIGHT_ISOSCELES = ((_INRADIUS, 0.0), (_INRADIUS, 1.0), (_INRADIUS - 1, 0.0))
+
+
+def _area(shape: str, sides: int, aspect: float) -> float:
+    areas = {
+        "polygon": sides * math.tan(math.pi / sides),
+        "rectangle": aspect,
+        "l_shape": 3.0,
+        "right_isosceles": 1.0,
+        "disc": math.pi,
+    }
+    return areas[shape]
+
+
+def _outline(
+    shape: str, sides: int, aspect: float, cells: int, exponent: float
+) -> outlines.Outline:
+    if shape == "polygon":
+        return outlines.regular_polygon(sides, cells, exponent)
+    if shape == "rectangle":
+        return outlines.rectangle(aspect, 1.0, cells, exponent)
+    path = _L_SHAPE if shape == "l_shape" else _RIGHT_ISOSCELES
+    return outlines.mirrored_polygon(path, cells, exponent)
+
+
+@lru_cache(maxsize=64)
+def punch_stiffness(shape: str, sides: int, aspect: float, effort: str) -> Interval:
+    """Stiffness k/E* of a flat punch between proved bounds, for the sizes of `_area`."""
+    upper, lower = _CELLS[effort]
+    if shape == "disc":
+        return axisymmetric.disc_stiffness(1.0, 1.0, cells=2 * upper)
+    around = 0.7 if shape in ("l_shape", "right_isosceles") else 1.0
+    return Interval(
+        punches.stiffness_below(
+            _outline(shape, sides, aspect, round(around * lower), punches.PRESSURE_EXPONENT), lower
+        ),
+        punches.stiffness_above(
+            _outline(shape, sides, aspect, max(4, round(0.6 * upper)), 2.0), upper
+        ),
+    )
+
+
+def _equal_area(
+    effort: str, *, sides: int = 4, shape: str = "polygon", aspect: float = 1.0
+) -> Finding:
+    """Stiffness by D = (4A/pi)^(1/2) over the true one; never positive (Polya & Szego 1951)."""
+    one_of("shape", shape, *SHAPES)
+    above("sides", sides, 2)
+    above("aspect", aspect, 0)
+    true = punch_stiffness(shape, int(sides), float(aspect), effort)
+    stated = punches.equal_area_stiffness(_area(shape, int(sides), float(aspect)))
+    details: dict[str, float | str] = {
+        "k/E* not below": true.lower,
+        "k/E* not above": true.upper,
+        "k/(2 E* (A/pi)^(1/2)) not below": true.lower / stated,
+        "k/(2 E* (A/pi)^(1/2)) not above": true.upper / stated,
+        "never too stiff": "by theorem (Polya & Szego 1951)",
+    }
+    error, bar = _judged(stated, true)
+    return Finding(error, bar, details)
+
+
+@lru_cache(maxsize=64)
+def pyramid_force(faces: int, effort: str) -> Interval:
+    """Force F/(E* d^2) of a regular pyramid of slope 1 between proved bounds."""
+    return homogeneous.force(bodies.Pyramid(faces, 1.0), 1.0, 1.0, cells=_CELLS[effort])
+
+
+def _equal_cone(effort: str, *, faces: int = 4) -> Finding:
+    """Force of the cone that has the pyramid's area at every depth, over the pyramid's."""
+    above("faces", faces, 2)
+    true = pyramid_force(int(faces), effort)
+    # a section has the apothem d, the circle of its area the radius (n tan(pi/n)/pi)^(1/2) d; a
+    # cone of slope s carries (2/pi) E* d^2/s
+    stated = 2 / math.pi * math.sqrt(faces * math.tan(math.pi / faces) / math.pi)
+    body = bodies.Pyramid(int(faces), 1.0)
+    details: dict[str, float | str] = {
+        "F s/(E* d^2) not below": true.lower,
+        "F s/(E* d^2) not above": true.upper,
+        "the best circle carries at least": body.punch_force(),
+    }
+    error, bar = _judged(stated, true)
+    return Finding(error, bar, details)
+
+
+def _judged(stated: float, true: Interval) -> tuple[float, float]:
+    """Error of a statement in the middle of what the interval allows, and half that range."""
+    most, least = stated / true.lower - 1, stated / true.upper - 1
+    return 0.5 * (most + least), 0.5 * (most - least)
+
+
+EXPERIMENTS = (
+    experiment(
+        "equal-area-circle",
+        "Stiffness of flat punches by the circle of equal area, against proved bounds",
+        "sides n of a regular polygon",
+        "sides",
+        _equal_area,
+    ),
+    experiment(
+        "equal-area-cone",
+        "Force of pyramids by the cone of equal area, against proved bounds",
+        "faces n of a regular pyramid",
+        "faces",
+        _equal_cone,
+    ),
+)

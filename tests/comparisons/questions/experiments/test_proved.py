@@ -1,0 +1,83 @@
+"""Experiments and scenes judged by proved bounds."""
+
+from __future__ import annotations
+
+import pytest
+
+from comparisons.judging.proved import Unproved, proof_of
+from comparisons.questions.experiments import EXPERIMENTS
+from comparisons.questions.experiments.proved import _CELLS, SHAPES
+from comparisons.scene.scene import Scene
+from reference import closed_form
+
+
+def scene(**tables):
+    return Scene.model_validate(
+        {
+            "name": "bounded",
+            "half_space": {"youngs_modulus": "1 GPa", "poisson_ratio": 0.0},
+            "loading": {"penetration": ["1 um"]},
+            **tables,
+        }
+    )
+
+
+@pytest.mark.slow
+def test_equal_area_is_never_too_stiff(monkeypatch):
+    # coarse bounds, 2 % wide, decide it already: 2 % for the square, 6 % for the triangle
+    monkeypatch.setitem(_CELLS, "quick", (4, 4))
+    measure = EXPERIMENTS["equal-area-circle"].measure
+    for sides in (3, 4):
+        found = measure(sides, "quick")
+        assert found.error + found.uncertainty < 0
+        assert abs(found.error) < {3: 0.07, 4: 0.03}[sides]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("shape", SHAPES)
+def test_every_shape_of_the_sheet_is_enclosed(shape):
+    found = EXPERIMENTS["equal-area-circle"].measure(None, "quick", shape=shape, aspect=2.0)
+    assert found.uncertainty < 2e-3
+    assert found.error - found.uncertainty <= 0
+
+
+@pytest.mark.slow
+def test_the_cone_of_equal_area_is_too_soft_for_a_pyramid():
+    found = EXPERIMENTS["equal-area-cone"].measure(4, "quick")
+    assert found.error + found.uncertainty < 0
+
+
+def test_force_of_a_ball_is_enclosed_in_si_units():
+    proof = proof_of(scene(indenter={"shape": "paraboloid", "radius": "1 mm"}))
+    hertz = closed_form.paraboloid(1e-3, 1e9)
+    assert float(hertz.force(1e-6)) in proof.force(1e-6)
+    assert float(hertz.energy(1e-6)) in proof.energy(1e-6)
+    assert proof.stiffness is not None
+    assert float(hertz.stiffness(1e-6)) in proof.stiffness(1e-6)
+    assert proof.force(1e-6).width < 1e-4
+
+
+def test_a_cylinder_has_one_stiffness():
+    proof = proof_of(scene(indenter={"shape": "cylinder", "radius": "2 mm"}))
+    assert proof.stiffness is not None
+    assert 2 * 1e9 * 2e-3 in proof.stiffness(1e-6)
+    assert proof.stiffness(1e-6) == proof.stiffness(2e-6)
+
+
+@pytest.mark.parametrize(
+    ("tables", "reason"),
+    [
+        ({"indenter": {"shape": "power_law", "exponent": 0.5, "coefficient": 1.0}}, "convex"),
+        (
+            {
+                "indenter": {"shape": "paraboloid", "radius": "1 mm"},
+                "adhesion": {"work": "0.05 J/m^2"},
+            },
+            "without friction, adhesion",
+        ),
+        ({"indenter": {"shape": "elliptic_punch", "semi_axes": ["1 mm", "2 mm"]}}, "no bound"),
+    ],
+)
+def test_what_no_theorem_covers_says_why(tables, reason):
+    with pytest.raises(Unproved, match=reason):
+        proof_of(scene(**tables))
