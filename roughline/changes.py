@@ -43,24 +43,24 @@ class Changes:
         """Return one row per solve of both runs."""
         rows = [
             {
-                "scene": each.scene,
-                "method": each.method,
-                "resolution": each.resolution,
-                "what": ", ".join(each.kinds),
-                "quantity": each.quantity,
-                "change": each.change,
-                "error_before": each.errors[0],
-                "error_after": each.errors[1],
-                "seconds_before": each.seconds[0],
-                "seconds_after": each.seconds[1],
-                "bad": each.bad,
+                "scene": change.scene,
+                "method": change.method,
+                "resolution": change.resolution,
+                "what": ", ".join(change.kinds),
+                "quantity": change.quantity,
+                "change": change.change,
+                "error_before": change.errors[0],
+                "error_after": change.errors[1],
+                "seconds_before": change.seconds[0],
+                "seconds_after": change.seconds[1],
+                "bad": change.bad,
             }
-            for each in self.record.changes
+            for change in self.record.changes
         ]
         return pd.DataFrame(rows)
 
     def __repr__(self) -> str:
-        notable = [each for each in self.record.changes if each.kinds != (SAME,)]
+        notable = [change for change in self.record.changes if change.kinds != (SAME,)]
         lines = [f"{c.scene} {c.method} {c.resolution}: {c.text}" for c in notable]
         return "\n".join([self._heading(), *self.notes, *lines])
 
@@ -74,7 +74,7 @@ class Changes:
 
     def _heading(self) -> str:
         total = len(self.record.changes)
-        same = sum(each.kinds == (SAME,) for each in self.record.changes)
+        same = sum(change.kinds == (SAME,) for change in self.record.changes)
         return f"{same} of {total} solves are the same, {len(self.failed)} are worse"
 
 
@@ -101,9 +101,9 @@ def compare_runs(
         If a folder has no results, or a threshold makes no sense.
     """
     problems = [
-        f"{name}: expected a number above {least}, got {given}"
-        for name, given, least in (("tolerance", tolerance, 0), ("slower", slower, 1))
-        if not least < given < float("inf")
+        f"{name}: expected a number above {least}, got {number}"
+        for name, number, least in (("tolerance", tolerance, 0), ("slower", slower, 1))
+        if not least < number < float("inf")
     ]
     if problems:
         raise InputError("\n".join(problems))

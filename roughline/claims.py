@@ -48,7 +48,7 @@ class ClaimVerdict:
     @property
     def ranges(self) -> list[tuple[float, float]]:
         """Where along its parameter the claim holds."""
-        return [(each.low, each.high) for each in self.record.ranges]
+        return [(interval.low, interval.high) for interval in self.record.ranges]
 
     @property
     def as_expected(self) -> bool:
@@ -58,7 +58,7 @@ class ClaimVerdict:
     def table(self) -> pd.DataFrame:
         """Return one row per measurement: parameter, relative error, bar, and the word for it."""
         names = ["parameter", "error", "uncertainty", "word", "seconds"]
-        rows = [each.model_dump(include=set(names)) for each in self.record.points]
+        rows = [point.model_dump(include=set(names)) for point in self.record.points]
         return pd.DataFrame(rows, columns=names)
 
     def plot(self) -> PaperFigure:
@@ -134,5 +134,5 @@ def list_claims() -> pd.DataFrame:
     'corrected'
     """
     columns = ["id", "equation", "reading", "tolerance", "text"]
-    rows = [each.model_dump(include=set(columns)) for each in files.load_claims()]
+    rows = [claim.model_dump(include=set(columns)) for claim in files.load_claims()]
     return pd.DataFrame(rows, columns=columns).set_index("id")

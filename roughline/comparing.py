@@ -92,8 +92,8 @@ class Comparison:
         the 95 % half-width of that bar, ``step`` (from 0) where it is, ``rms`` the root mean
         square; ``at`` says at which equal load. `judged` tells which rows decide.
         """
-        found = selection.compared_measures(self.record)
-        return found.reindex(columns=COLUMNS).reset_index(drop=True)
+        measures = selection.compared_measures(self.record)
+        return measures.reindex(columns=COLUMNS).reset_index(drop=True)
 
     def steps(self) -> pd.DataFrame:
         """Return one row per method, resolution, realisation and load step, as in results.csv."""
@@ -122,27 +122,27 @@ class Comparison:
         """
         from reports.paper.figures import overview, panels, single
 
-        known = panels(self.record)
+        drawable = panels(self.record)
         figure = overview(self.record) if name is None else None
-        if name in known:
-            figure = single(known[name])
+        if name in drawable:
+            figure = single(drawable[name])
         if figure is None:
-            asked = "nothing to draw" if name is None else f"got {name!r}"
-            raise InputError(f"plot: expected one of {', '.join(known) or 'none'}, {asked}")
+            reason = "nothing to draw" if name is None else f"got {name!r}"
+            raise InputError(f"plot: expected one of {', '.join(drawable) or 'none'}, {reason}")
         return figure
 
     def __repr__(self) -> str:
-        told = [f"{self.record.title}: reduced model {self.verdict}", *self.disagreements]
-        found = self.table()
-        finest = found[
-            found["resolution"] == found.groupby("method")["resolution"].transform("max")
+        lines = [f"{self.record.title}: reduced model {self.verdict}", *self.disagreements]
+        measures = self.table()
+        finest = measures[
+            measures["resolution"] == measures.groupby("method")["resolution"].transform("max")
         ]
-        return "\n".join([*told, self.answer, finest.to_string(index=False)])
+        return "\n".join([*lines, self.answer, finest.to_string(index=False)])
 
     def _repr_html_(self) -> str:
-        asked = fmt.tolerance(self.record.tolerance)
+        tolerance = fmt.tolerance(self.record.tolerance)
         return notebook.block(
-            f"{self.record.title} ({self.name}), asked: {asked}",
+            f"{self.record.title} ({self.name}), asked: {tolerance}",
             *self.disagreements,
             self.answer,
             notebook.table(methods_table(self.record)),
@@ -195,14 +195,14 @@ def compare(
     >>> found.table()["quantity"].unique().tolist()
     ['force']
     """
-    asked = {"tolerance": tolerance, "quantities": quantities, "resolutions": resolutions}
-    plans = plan_scene(scene_of(scene, methods, **asked), "full" if full else "quick")
+    choices = {"tolerance": tolerance, "quantities": quantities, "resolutions": resolutions}
+    plans = plan_scene(scene_of(scene, methods, **choices), "full" if full else "quick")
     refuse_unsolvable(plans)
-    found = None
-    for each in reversed(plans):
-        found = Comparison(record_scene(each, solve_plan(each)), found)
-    assert found is not None  # a scene has at least one plan
-    vain = asked_in_vain([found.record])
+    comparison = None
+    for plan in reversed(plans):
+        comparison = Comparison(record_scene(plan, solve_plan(plan)), comparison)
+    assert comparison is not None  # a scene has at least one plan
+    vain = asked_in_vain([comparison.record])
     if vain:
         raise InputError("\n".join(vain))
-    return found
+    return comparison

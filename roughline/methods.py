@@ -49,4 +49,4 @@ def add_method(method: type[Solver[Any]] | str | Path) -> list[str]:
         return [add_class(method)]
     add_methods([method])
     source = f"file:{Path(method).resolve()}"
-    return [made.name for made in outside_methods() if made.origin.source == source]
+    return [method.name for method in outside_methods() if method.origin.source == source]

@@ -32,18 +32,18 @@ def badge(word: str) -> Markup:
 
 def table(drawn: Table) -> Markup:
     """Return a table with texts to the left, verdicts in colour, everything else escaped."""
-    cell = Markup('<t{0} style="text-align:left;padding:.15em .6em">{1}</t{0}>')
-    head = Markup("").join(cell.format("h", each.text) for each in drawn.heads)
+    tag = Markup('<t{0} style="text-align:left;padding:.15em .6em">{1}</t{0}>')
+    head = Markup("").join(tag.format("h", cell.text) for cell in drawn.heads)
     body = Markup("").join(
         Markup("<tr>{}</tr>").format(
-            Markup("").join(cell.format("d", _shown(each)) for each in row)
+            Markup("").join(tag.format("d", _markup(cell)) for cell in row)
         )
         for row in drawn.rows
     )
     return Markup("<table><thead><tr>{}</tr></thead><tbody>{}</tbody></table>").format(head, body)
 
 
-def _shown(cell: Cell) -> str | Markup:
+def _markup(cell: Cell) -> str | Markup:
     return Markup(" ").join(map(badge, cell.badges)) if cell.badges else cell.text
 
 
@@ -55,6 +55,6 @@ def block(heading: str, *parts: object) -> str:
     return str(start + Markup("").join(body) + Markup("</div>"))
 
 
-def more(count: int, what: str) -> str:
+def more(count: int, noun: str) -> str:
     """Return how many rows a short table leaves out."""
-    return "" if count <= 0 else f"... and {count} more {what}: .table() has all of them"
+    return "" if count <= 0 else f"... and {count} more {noun}: .table() has all of them"

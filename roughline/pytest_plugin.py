@@ -48,8 +48,8 @@ def roughline_check(request: pytest.FixtureRequest) -> Callable[..., None]:
     ) -> None:
         shadows = _shadows()
         if shadows:
-            told = "\n".join(["roughline's packages are shadowed by others:", *shadows])
-            pytest.fail(told, pytrace=False)
+            message = "\n".join(["roughline's packages are shadowed by others:", *shadows])
+            pytest.fail(message, pytrace=False)
         from comparisons.errors import InputError
         from comparisons.questions.regression import CHECK_SCENES
         from comparisons.questions.regression.check import check_against, update_baseline
@@ -67,8 +67,8 @@ def roughline_check(request: pytest.FixtureRequest) -> Callable[..., None]:
             pytest.fail(f"{error}\n(pytest {UPDATE} writes baselines)", pytrace=False)
         drifted = [f for f in findings if f.drifted and f.subject != SPEED]
         if drifted:
-            told = "\n".join(f"{each.scene}: {each.text}" for each in drifted)
-            pytest.fail(f"against {path}:\n{told}", pytrace=False)
+            message = "\n".join(f"{drift.scene}: {drift.text}" for drift in drifted)
+            pytest.fail(f"against {path}:\n{message}", pytrace=False)
 
     return check
 

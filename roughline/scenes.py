@@ -85,7 +85,7 @@ class Plan:
     @property
     def left_out(self) -> dict[str, str]:
         """What is not modelled, with the reason."""
-        return {what: why for plan in self.plans for what, why in plan.left_out}
+        return {effect: reason for plan in self.plans for effect, reason in plan.left_out}
 
     @property
     def notes(self) -> list[str]:
@@ -97,13 +97,13 @@ class Plan:
         rows = [
             {
                 "scene": plan.scene.name,
-                "method": each.method,
-                "supported": each.supported,
-                "resolutions": each.resolutions,
-                "plan": each.modelled if each.supported else each.reason,
+                "method": method.method,
+                "supported": method.supported,
+                "resolutions": method.resolutions,
+                "plan": method.modelled if method.supported else method.reason,
             }
             for plan in self.plans
-            for each in plan.methods
+            for method in plan.methods
         ]
         return pd.DataFrame(rows)
 
@@ -111,9 +111,11 @@ class Plan:
         return self.table().to_string(index=False)
 
     def _repr_html_(self) -> str:
-        left = [f"Left out: {what} \N{EN DASH} {why}." for what, why in self.left_out.items()]
-        planned = [plan_table(each) for each in self.plans]
-        heading = ", ".join(each.title for each in planned)
+        left = [
+            f"Left out: {effect} \N{EN DASH} {reason}." for effect, reason in self.left_out.items()
+        ]
+        planned = [plan_table(plan) for plan in self.plans]
+        heading = ", ".join(table.title for table in planned)
         return notebook.block(heading, *map(notebook.table, planned), *left, *self.notes)
 
 

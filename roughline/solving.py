@@ -169,5 +169,5 @@ def solve(
     True
     """
     overrides = {f"methods.{method}.{key}": value for key, value in options.items()}
-    found = solve_scene(load_scene(scene), method, resolution, overrides, with_fields=fields)
-    return Solution(found)
+    solution = solve_scene(load_scene(scene), method, resolution, overrides, with_fields=fields)
+    return Solution(solution)

@@ -64,16 +64,16 @@ class Results:
     @property
     def lost(self) -> dict[str, list[str]]:
         """Scene -> solves that were planned and have no answer, with their reasons."""
-        return {each.name: each.lost for each in self if each.lost}
+        return {comparison.name: comparison.lost for comparison in self if comparison.lost}
 
     def table(self) -> pd.DataFrame:
         """Return `Comparison.table` of all scenes, with the scene as first column."""
-        frames = [each.table().assign(scene=each.name) for each in self]
-        kept = [frame for frame in frames if len(frame)]
-        if not kept:
+        frames = [comparison.table().assign(scene=comparison.name) for comparison in self]
+        filled = [frame for frame in frames if len(frame)]
+        if not filled:
             return pd.DataFrame(columns=["scene"])
-        found = pd.concat(kept, ignore_index=True)
-        return found[["scene", *(name for name in found if name != "scene")]]
+        table = pd.concat(filled, ignore_index=True)
+        return table[["scene", *(name for name in table if name != "scene")]]
 
     def report(self, *, pictures: bool = True) -> Path:
         """Write the report, one HTML file that opens offline, and return its path."""
@@ -90,17 +90,22 @@ class Results:
         return write_paper(self.record, Path(folder), formats)
 
     def __repr__(self) -> str:
-        lines = [f"{each.name}: reduced model {each.verdict}. {each.answer}" for each in self]
+        lines = [
+            f"{comparison.name}: reduced model {comparison.verdict}. {comparison.answer}"
+            for comparison in self
+        ]
         return "\n".join([f"{self.folder}: {len(self)} scenes", *lines])
 
     def _repr_html_(self) -> str:
-        shown = self.record.scenes[:MOST_ROWS]
-        judged = [judged_methods(scene)[0] for scene in shown]
-        told = [f"{each.name}: {text}" for each in self for text in each.disagreements]
+        scenes = self.record.scenes[:MOST_ROWS]
+        judged = [judged_methods(scene)[0] for scene in scenes]
+        sentences = [
+            f"{comparison.name}: {text}" for comparison in self for text in comparison.disagreements
+        ]
         return notebook.block(
             f"{self.folder}, {self.record.effort}, {fmt.duration(self.record.seconds)}",
-            *told,
-            notebook.table(answers(shown, judged)),
+            *sentences,
+            notebook.table(answers(scenes, judged)),
             notebook.more(len(self) - MOST_ROWS, "scenes"),
         )
 
@@ -163,7 +168,7 @@ class Study:
             executor=Crew(workers, scheduler).executor(),
             resume=resume,
             overwrite=overwrite,
-            watch=None if progress is None else _told(progress),
+            watch=None if progress is None else _reporting(progress),
         )
 
     @property
@@ -180,7 +185,7 @@ class Study:
         return load_results(self._study.directory)  # as everybody else will read it
 
 
-def _told(progress: Progress) -> Watch:
+def _reporting(progress: Progress) -> Watch:
     """Return what tells a progress function of each solve."""
 
     def watch(campaign: Campaign[Any, Any], done: Done | None) -> None:

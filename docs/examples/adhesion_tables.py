@@ -60,10 +60,10 @@ def springs() -> list[list[str]]:
             errors = []
             for count in counts:
                 options = {"control": control, "springs": count}
-                found = [
+                pull_offs = [
                     pull_off(profile, 1.0, WORK, offset=o, **options).before.force for o in offsets
                 ]
-                errors.append(np.sqrt(np.mean((np.array(found) / exact - 1) ** 2)))
+                errors.append(np.sqrt(np.mean((np.array(pull_offs) / exact - 1) ** 2)))
             slope = np.polyfit(np.log(counts), np.log(errors), 1)[0]
             order = f"{-slope:.1f}" if errors[0] > 1e-12 else "exact"
             rows.append([name, control, *(f"{e:.0e}" for e in errors), order])
@@ -124,16 +124,16 @@ def ranges() -> list[list[str]]:
         fold = form.pull_off("penetration")
         depth = f"{-float(form.penetration(fold)) / jkr_depth:.4f}" if fold > 0 else "no fold"
         laws = dugdale(work, strength), exponential(work, work / strength)
-        found = [ball_entries(law, parameter, jkr_depth) for law in laws]
+        entries = [ball_entries(law, parameter, jkr_depth) for law in laws]
         rows.append(
             [
                 str(parameter),
                 f"{force:.4f}",
-                found[0][0],
-                found[1][0],
+                entries[0][0],
+                entries[1][0],
                 depth,
-                found[0][1],
-                found[1][1],
+                entries[0][1],
+                entries[1][1],
             ]
         )
     return rows

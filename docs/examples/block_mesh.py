@@ -39,7 +39,7 @@ def block() -> meshio.Mesh:
     quads, tags = [], []
     for tag, side in enumerate(sides, 1):
         cells = (side[:-1, :-1], side[1:, :-1], side[1:, 1:], side[:-1, 1:])
-        quads.append(np.stack([each.ravel() for each in cells], axis=-1))
+        quads.append(np.stack([corners.ravel() for corners in cells], axis=-1))
         tags.append(np.full(len(quads[-1]), tag))
     hexahedra = np.stack(corners, axis=-1)
     tagged = [np.concatenate(tags), np.full(len(hexahedra), 5)]

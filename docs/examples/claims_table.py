@@ -64,11 +64,11 @@ def put_together(records: list[ClaimsRecord]) -> ClaimsRecord:
     Date, machine and duration are those of the (last) run that judged most of them. The details
     of single measurements are left out: `roughline claims` finds them again.
     """
-    known = [claim.id for claim in load_claims()]
+    names = [claim.id for claim in load_claims()]
     judged = {claim.id: claim for record in records for claim in record.claims}
-    kept = [_bare(judged[name]) for name in known if name in judged]
+    judged_claims = [_bare(judged[name]) for name in names if name in judged]
     main = max(reversed(records), key=lambda record: len(record.claims))
-    return main.model_copy(update={"claims": kept})
+    return main.model_copy(update={"claims": judged_claims})
 
 
 def _bare(claim: ClaimRecord) -> ClaimRecord:
@@ -79,10 +79,10 @@ def _bare(claim: ClaimRecord) -> ClaimRecord:
 # %%
 def largest(claim: ClaimRecord) -> str:
     """Return the largest error, with its bar."""
-    known = [point for point in claim.points if point.error is not None]
-    if not known:
+    measured = [point for point in claim.points if point.error is not None]
+    if not measured:
         return "–"
-    point = max(known, key=lambda point: abs(point.error))
+    point = max(measured, key=lambda point: abs(point.error))
     return plus_minus(point.error, point.uncertainty)
 
 
@@ -129,16 +129,16 @@ def rendered(record: ClaimsRecord, kind: str) -> str:
     The README has the `EIGHT`, docs/findings.md the claims of `SHORT`, docs/claims.md has all.
     """
     by_id = {claim.id: claim for claim in record.claims}
-    shown = {"eight": EIGHT, "short": SHORT, "long": by_id}[kind]
-    table = markdown([HEADS[kind], *(_cells(ROWS[kind](by_id[name])) for name in shown)])
-    made = f"`{record.command}`, {record.created[:10]}, {duration(record.seconds)}"
-    origin = f"(Most of them by {made}, {machine_text(record.machine)}.)"
+    ids = {"eight": EIGHT, "short": SHORT, "long": by_id}[kind]
+    table = markdown([HEADS[kind], *(_cells(ROWS[kind](by_id[name])) for name in ids)])
+    cost = f"`{record.command}`, {record.created[:10]}, {duration(record.seconds)}"
+    origin = f"(Most of them by {cost}, {machine_text(record.machine)}.)"
     return f"{table}\n\n{tally(record)} {origin}\n"
 
 
 def tally(record: ClaimsRecord) -> str:
     """Return how many claims, as printed and as corrected, got which verdict."""
-    told = []
+    readings = []
     for reading in ("printed", "corrected"):
         claims = [claim for claim in record.claims if claim.reading == reading]
         number = Counter(claim.verdict for claim in claims)
@@ -147,8 +147,8 @@ def tally(record: ClaimsRecord) -> str:
             for verdict in VERDICTS
             if number[verdict]
         )
-        told.append(f"{len(claims)} claims as {reading}: {counts}")
-    return "; ".join(told) + "."
+        readings.append(f"{len(claims)} claims as {reading}: {counts}")
+    return "; ".join(readings) + "."
 
 
 def written(page: str, record: ClaimsRecord) -> str:

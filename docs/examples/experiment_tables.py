@@ -57,8 +57,8 @@ def readings(realisations: int = 120, effort: str = "full") -> list[list[str]]:
     measure = EXPERIMENTS["rough-contact"].measure
     rows = [["reading (H = 0.8 unless said)", *(f"F = {load:g}" for load in LOADS)]]
     for name, parameters in READINGS.items():
-        found = [measure(load, effort, realisations=realisations, **parameters) for load in LOADS]
-        cells = [f"{1 + each.error:.2f} ± {each.uncertainty:.2f}" for each in found]
+        errors = [measure(load, effort, realisations=realisations, **parameters) for load in LOADS]
+        cells = [f"{1 + error.error:.2f} ± {error.uncertainty:.2f}" for error in errors]
         rows.append([name, *cells])
     return rows
 
@@ -70,8 +70,8 @@ def load_curves(realisations: int = 300, effort: str = "full") -> list[list[str]
         ["quantity (line over surface, H = 0.8, free patch)", *(f"F = {load:g}" for load in LOADS)]
     ]
     for name in ("penetration", "stiffness", "mean_gap", "contact_length", "contact_area"):
-        found = [measure(load, effort, realisations=realisations, quantity=name) for load in LOADS]
-        cells = [f"{1 + each.error:.2f} ± {each.uncertainty:.2f}" for each in found]
+        errors = [measure(load, effort, realisations=realisations, quantity=name) for load in LOADS]
+        cells = [f"{1 + error.error:.2f} ± {error.uncertainty:.2f}" for error in errors]
         rows.append([name.replace("_", " "), *cells])
     return rows
 
@@ -79,14 +79,14 @@ def load_curves(realisations: int = 300, effort: str = "full") -> list[list[str]
 # %%
 def constants() -> list[list[str]]:
     """List the numbers of bodies, impacts and peaks that the page speaks of."""
-    held, free = (press_section(1e4, 0.3, support=s, elements=16) for s in ("fixed", "inertia"))
+    fixed, free = (press_section(1e4, 0.3, support=s, elements=16) for s in ("fixed", "inertia"))
     near = press_section(100.0, 0.3, elements=16)
     shares = [EXPERIMENTS["energy-share"].measure(k) for k in (1.0, 5.0)]
     plane = EXPERIMENTS["kinetic-energy"].measure(1e-4, frame="held", kind="plane")
     slow, fast = (impact(v, 0.3) for v in (1e-5, 1e-2))
     steel = impact(1e-5, 0.3, elastic_sphere=True)
     line, summits = line_peaks(1.0, 8 / 3), surface_peaks(0.5, 1.0)
-    found = {
+    numbers = {
         "k/(2E\\*a) − 1 of the held half-ball, times R/a": 100 * (near.stiffness / 2 - 1),
         "energy farther than D": shares[0].error,
         "energy farther than 5 D, times r/D": 5 * shares[1].error,
@@ -95,7 +95,7 @@ def constants() -> list[list[str]]:
         ],
         "the same, farther than 5 D": shares[1].details["(19.10) over the energy beyond"],
         "coefficient of D/R in (19.12), half-space, ν = 0.3": 5.2 / (2 * np.pi * 0.7),
-        "v0 of the round side": held.mean_displacement[-1] * held.radius,
+        "v0 of the round side": fixed.mean_displacement[-1] * fixed.radius,
         "v0 of the centre of mass": abs(round(free.mean_displacement[-1] * free.radius, 9)),
         "and of (D/R)²": free.mean_square_displacement[-1] * (free.radius / 2) ** 2,
         "plane strain, D/R = 1e-4: m v0²/2 over K, less one": plane.error,
@@ -108,7 +108,7 @@ def constants() -> list[list[str]]:
         "peak radius, line over Gaussian surface": line.mean_radius / summits.mean_radius,
         "peak curvature, line over Gaussian surface": line.mean_curvature / summits.mean_curvature,
     }
-    return [["number", "value"], *([name, f"{value:.4g}"] for name, value in found.items())]
+    return [["number", "value"], *([name, f"{value:.4g}"] for name, value in numbers.items())]
 
 
 # %%
@@ -117,12 +117,12 @@ def best_readings(effort: str = "full") -> list[list[str]]:
     measure = EXPERIMENTS["best-reading"].measure
     rows = [["chosen by", "reading (counted cells)", *(f"F = {load:g}" for load in LOADS)]]
     for by in ("largest", "median"):
-        found = [measure(load, effort, by=by) for load in LOADS]
-        given = found[0].details
-        words = f"H = {given['H']:g}, plateau above L/{given['L/lambda_l']:g}, "
-        words += f"line of {given['line length L1/L']:g} L"
-        cells = [f"{1 + each.error:.2f} ± {each.uncertainty:.2f}" for each in found]
-        rows.append([f"{by} error over the loads", words, *cells])
+        errors = [measure(load, effort, by=by) for load in LOADS]
+        details = errors[0].details
+        description = f"H = {details['H']:g}, plateau above L/{details['L/lambda_l']:g}, "
+        description += f"line of {details['line length L1/L']:g} L"
+        cells = [f"{1 + error.error:.2f} ± {error.uncertainty:.2f}" for error in errors]
+        rows.append([f"{by} error over the loads", description, *cells])
     return rows
 
 
@@ -137,9 +137,9 @@ def costs(effort: str = "full") -> list[list[str]]:
         for n, seconds, memory, error in zip(
             *(series.points, series.seconds, series.memory, series.errors), strict=True
         ):
-            held = fmt.memory(memory) if memory > LEAST_MEMORY else "below 1 MB"
+            storage = fmt.memory(memory) if memory > LEAST_MEMORY else "below 1 MB"
             size = "–" if name == "reduced" else fmt.relative(error)
-            cells = (f"{n:.0f}", fmt.duration(seconds), held, size)
+            cells = (f"{n:.0f}", fmt.duration(seconds), storage, size)
             rows.append([METHODS[name].title, *cells])
     return rows
 

@@ -112,7 +112,7 @@ def error_table() -> list[list[str]]:
         cells = []
         for nu in RATIOS:
             errors = [error(n, nu) for n in LEVELS]
-            cells.append(", ".join(f"{each:.0e}" for each in errors) + f" ({order(errors)})")
+            cells.append(", ".join(f"{error:.0e}" for error in errors) + f" ({order(errors)})")
         rows.append([name, *cells])
     return rows
 
@@ -194,8 +194,8 @@ def stress_table() -> list[list[str]]:
     """Stresses under Hertz's contact against Johnson (1985), sec. 4.2."""
     rows = [["elements per radius", "largest shear / p0", "von Mises / p0", "depth / a"]]
     for elements in (4, 6, 8, 10):
-        found = depth_profile(elements)
-        rows += [[str(elements), *(f"{each:.4f}" for each in found)]]
+        stresses = depth_profile(elements)
+        rows += [[str(elements), *(f"{stress:.4f}" for stress in stresses)]]
     z = np.linspace(0.3, 0.7, 4001)
     radial = 0.5 / (1 + z**2) - 1.3 * (1 - z * np.arctan(1 / z))
     shear = 0.5 * (radial + 1 / (1 + z**2))

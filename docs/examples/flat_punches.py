@@ -44,7 +44,7 @@ def row(name: str, indenter: str) -> str:
     solved = {("bem_fft", n): execute(task_of(plan, "bem_fft", n), 1) for n in LEVELS}
     truth = choose_truth(solved, plan.loads.axis, ("stiffness",))
     assert truth is not None
-    values = [f"{each.quantities['stiffness'][0, 0]:.5f}" for each in solved.values()]
+    values = [f"{solution.quantities['stiffness'][0, 0]:.5f}" for solution in solved.values()]
     bar = float(truth.bar("stiffness")[0])
     return f"| {name} | {' | '.join(values)} | {100 * bar:.3f} % |"
 

@@ -115,12 +115,12 @@ def stability() -> list[list[str]]:
 # %%
 FORCED = {"stiffness": 1.0, "amplitude": 1.0, "frequency": 0.4}
 LIMIT, END = 0.9, 60.0
-ASKED = np.linspace(0, END, 2001)
+SAMPLES = np.linspace(0, END, 2001)
 
 
 def exact() -> np.ndarray:
     """Positions by events."""
-    return follow(coulomb.blocks(1.0, LIMIT, **FORCED), END).at(ASKED)[0][:, 0]
+    return follow(coulomb.blocks(1.0, LIMIT, **FORCED), END).at(SAMPLES)[0][:, 0]
 
 
 def law_error(v0: float) -> float:
@@ -130,7 +130,7 @@ def law_error(v0: float) -> float:
         push = math.cos(FORCED["frequency"] * t) - y[0]
         return [y[1], push - 2 / math.pi * LIMIT * math.atan(y[1] / v0)]
 
-    run = solve_ivp(rates, (0, END), [0, 0], method="Radau", rtol=1e-9, atol=1e-12, t_eval=ASKED)
+    run = solve_ivp(rates, (0, END), [0, 0], method="Radau", rtol=1e-9, atol=1e-12, t_eval=SAMPLES)
     truth = exact()
     return float(np.abs(run.y[0] - truth).max() / np.abs(truth).max())
 
@@ -154,10 +154,10 @@ def oscillator_cost() -> list[list[str]]:
     system, set_valued = blocks(1.0, LIMIT, **FORCED), coulomb.blocks(1.0, LIMIT, **FORCED)
 
     def add(name: str, speed: str, steps: int, run: Callable[[], object]) -> None:
-        found = run()
-        at = np.interp(ASKED, found.time, found.position[:, 0])
+        solution = run()
+        at = np.interp(SAMPLES, solution.time, solution.position[:, 0])
         error = np.abs(at - truth).max() / np.abs(truth).max()
-        cells = [name, speed, f"{steps}", f"{found.evaluations}"]
+        cells = [name, speed, f"{steps}", f"{solution.evaluations}"]
         rows.append([*cells, f"{seconds(run):.1e}", f"{error:.1e}"])
 
     for scheme in ("explicit_euler", "runge_kutta_4"):
@@ -239,9 +239,11 @@ def impacts() -> list[list[str]]:
         speed = SPEEDS.get(name, 0.01)
         true = collision.collide(form, 1.0, speed)
         for edges in ("sub_cell", "nodal"):
-            found = [strike(profile, 1.0, 1.0, [speed], springs=n, edges=edges) for n in (10, 40)]
-            times = [f"{f.duration[0] / true.duration - 1:+.0e}" for f in found]
-            forces = [f"{f.force[0] / true.force - 1:+.0e}" for f in found]
+            collisions = [
+                strike(profile, 1.0, 1.0, [speed], springs=n, edges=edges) for n in (10, 40)
+            ]
+            times = [f"{f.duration[0] / true.duration - 1:+.0e}" for f in collisions]
+            forces = [f"{f.force[0] / true.force - 1:+.0e}" for f in collisions]
             number = true.duration * speed / true.penetration
             rows.append([name, f"{number:.5f}", edges, *times, *forces])
     return rows
@@ -261,14 +263,14 @@ def impact_steps() -> list[list[str]]:
             def run(scheme: str = scheme, step: float = step, steps: int = steps) -> object:
                 return move(contact, 1.0, step=step, steps=steps + 2, scheme=scheme, velocity=speed)
 
-            found = run()
-            duration, parting = found.release()
+            impact = run()
+            duration, parting = impact.release()
             error = abs(duration / true - 1)
             order = "" if last is None else f"{math.log(last / error, 4):.1f}"
             back = f"{-parting / speed - 1:+.0e}"
             cost = f"{1e6 * seconds(run):.0f}"
             rows.append(
-                [scheme, f"{steps}", f"{error:.1e}", order, back, f"{found.evaluations}", cost]
+                [scheme, f"{steps}", f"{error:.1e}", order, back, f"{impact.evaluations}", cost]
             )
             last = error
     cost = seconds(lambda: strike(profile, 1.0, 1.0, [speed]))

@@ -95,12 +95,12 @@ def kernel_choice() -> list[list[str]]:
             PeriodicOperator(*grid, kernel="cells"),
             FreeOperator(*grid),
         )
-        found = [fft.solve(operator, gap, force=0.1 * SLOPE) for operator in operators]
-        base, *others = [(area_of(contact), contact.penetration) for contact in found]
+        contacts = [fft.solve(operator, gap, force=0.1 * SLOPE) for operator in operators]
+        base, *finer = [(area_of(contact), contact.penetration) for contact in contacts]
         cells = [
             f"{100 * (value / reference - 1):+.2f} %"
-            for other in others
-            for value, reference in zip(other, base, strict=True)
+            for measured in finer
+            for value, reference in zip(measured, base, strict=True)
         ]
         rows.append([str(cutoff), *cells])
     return rows
@@ -151,8 +151,8 @@ def near_full_contact() -> list[list[str]]:
     for kernel in ("continuum", "cells"):
         operator = PeriodicOperator(gap.shape, (1 / POINTS, 1 / POINTS), 1.0, kernel=kernel)
         closing = full_contact_force(operator, gap)
-        found = [fft.solve(operator, gap, force=share * closing) for share in shares]
-        cells = [f"{contact.iterations} ({contact.mask.mean():.2%})" for contact in found]
+        contacts = [fft.solve(operator, gap, force=share * closing) for share in shares]
+        cells = [f"{contact.iterations} ({contact.mask.mean():.2%})" for contact in contacts]
         rows.append([f"iterations (contact), {kernel}", *cells])
     return rows
 
@@ -180,11 +180,11 @@ def dense_or_fft() -> list[list[str]]:
         operator = FreeOperator((n, n), (1.0, 1.0), 1.0)
         gap, force = (x[:, None] ** 2 + x**2) / 2 / radius**2, 4 / 3 * radius
         exact = dense.solve(operator, gap, force=force)
-        found = fft.solve(operator, gap, force=force)
+        contact = fft.solve(operator, gap, force=force)
         repeats = 3 if cells < 1000 else 1
         spent = [cpu(partial(s.solve, operator, gap, force=force), repeats) for s in (dense, fft)]
-        difference = np.abs(found.pressure - exact.pressure).max() / exact.pressure.max()
-        counts = [str(exact.iterations), str(found.iterations)]
+        difference = np.abs(contact.pressure - exact.pressure).max() / exact.pressure.max()
+        counts = [str(exact.iterations), str(contact.iterations)]
         rows.append(
             [
                 str(int(exact.mask.sum())),

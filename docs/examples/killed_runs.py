@@ -50,7 +50,7 @@ class Killed:
     """What was seen of one run: the moment as a share of the whole, files and solves."""
 
     moment: float
-    kept: int
+    solves: int
     leftovers: int
     redone: int
     left: int
@@ -59,8 +59,8 @@ class Killed:
 
 def command(scene: Path, out: Path, workers: int, *more: str) -> list[str]:
     """Return the command line of a run."""
-    words = ["run", str(scene), "--full", "--no-pictures", "--out", str(out)]
-    return [sys.executable, "-m", "reports", *words, "--workers", str(workers), *more]
+    arguments = ["run", str(scene), "--full", "--no-pictures", "--out", str(out)]
+    return [sys.executable, "-m", "reports", *arguments, "--workers", str(workers), *more]
 
 
 def solved(out: Path) -> dict[str, int]:
@@ -96,8 +96,8 @@ def start(scene: Path, out: Path, workers: int, *more: str) -> int:
     if not workers:
         return forked(scene, out, *more)
     devnull = subprocess.DEVNULL
-    words = command(scene, out, workers, *more)
-    return subprocess.Popen(words, stdout=devnull, stderr=devnull).pid  # noqa: S603
+    arguments = command(scene, out, workers, *more)
+    return subprocess.Popen(arguments, stdout=devnull, stderr=devnull).pid  # noqa: S603
 
 
 def finish(process: int) -> None:
@@ -111,7 +111,7 @@ def finish(process: int) -> None:
 
 
 # %%
-def killed(scene: Path, out: Path, whole: Path, moment: float, seconds: float, workers: int):
+def killed(scene: Path, out: Path, complete: Path, moment: float, seconds: float, workers: int):
     """Kill a run after a share `moment` of the `seconds` that it takes, and resume it."""
     process = start(scene, out, workers)
     time.sleep(moment * seconds)
@@ -123,11 +123,11 @@ def killed(scene: Path, out: Path, whole: Path, moment: float, seconds: float, w
     after = solved(out)
     return Killed(
         moment=moment,
-        kept=len(before),
+        solves=len(before),
         leftovers=torn,
         redone=sum(after[name] != written for name, written in before.items()),
         left=leftovers(out),
-        identical=all(a.equals(b) for a, b in zip(numbers(out), numbers(whole), strict=True)),
+        identical=all(a.equals(b) for a, b in zip(numbers(out), numbers(complete), strict=True)),
     )
 
 
@@ -144,11 +144,13 @@ def experiment(runs: int, workers: int, realisations: int, seed: int) -> tuple[l
             begun = time.perf_counter()
             finish(start(scene, folder / "whole", workers, "--overwrite"))
             seconds = time.perf_counter() - begun
-        found = []
+        outcomes = []
         for k, moment in enumerate(sorted(moments)):
-            found.append(killed(scene, folder / str(k), folder / "whole", moment, seconds, workers))
-            print(found[-1], file=sys.stderr, flush=True)
-        return found, len(solved(folder / "whole"))
+            outcomes.append(
+                killed(scene, folder / str(k), folder / "whole", moment, seconds, workers)
+            )
+            print(outcomes[-1], file=sys.stderr, flush=True)
+        return outcomes, len(solved(folder / "whole"))
 
 
 def main() -> None:
@@ -156,16 +158,16 @@ def main() -> None:
     parser = argparse.ArgumentParser(description="--workers 0: the study without its start-up")
     for option, default in (("runs", 20), ("workers", 2), ("realisations", 200), ("seed", 1)):
         parser.add_argument(f"--{option}", type=int, default=default)
-    found, total = experiment(**vars(parser.parse_args()))
+    runs, total = experiment(**vars(parser.parse_args()))
     print(
         "| killed at | solves kept | temporary files left | kept ones solved again | "
         "temporary files after resume | identical |"
     )
     print("|---|---|---|---|---|---|")
-    for each in found:
-        cells = (f"{each.moment:.0%}", f"{each.kept} of {total}", each.leftovers, each.redone)
-        words = (*cells, each.left, "yes" if each.identical else "NO")
-        print("| " + " | ".join(map(str, words)) + " |")
+    for run in runs:
+        cells = (f"{run.moment:.0%}", f"{run.solves} of {total}", run.leftovers, run.redone)
+        row = (*cells, run.left, "yes" if run.identical else "NO")
+        print("| " + " | ".join(map(str, row)) + " |")
 
 
 if __name__ == "__main__":

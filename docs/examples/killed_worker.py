@@ -42,30 +42,30 @@ CLOCK = ["seconds", "setup_seconds", "compile_seconds", "memory"]
 
 def run(scene: Path, out: Path, *more: str) -> float:
     """Run the study and return its wall time."""
-    words = ["run", str(scene), "--full", "--no-pictures", "--out", str(out), *more]
+    arguments = ["run", str(scene), "--full", "--no-pictures", "--out", str(out), *more]
     start = time.perf_counter()
-    program = [sys.executable, "-m", "reports", *words]
+    program = [sys.executable, "-m", "reports", *arguments]
     subprocess.run(program, check=True, stdout=subprocess.DEVNULL)  # noqa: S603
     return time.perf_counter() - start
 
 
-def same(one: Path, other: Path) -> bool:
+def same(first: Path, second: Path) -> bool:
     """Tell whether two runs are the same in every digit, times and memory apart."""
     pairs = []
     for name in ("results.csv", "measures.csv"):
-        tables = (pd.read_csv(folder / name, dtype=str) for folder in (one, other))
+        tables = (pd.read_csv(folder / name, dtype=str) for folder in (first, second))
         pairs.append([table.drop(columns=CLOCK, errors="ignore") for table in tables])
     return all(a.equals(b) for a, b in pairs)
 
 
-def kill_one(pids: list[int], out: Path, generator: np.random.Generator, told: list[str]) -> None:
+def kill_one(pids: list[int], out: Path, generator: np.random.Generator, log: list[str]) -> None:
     """Kill a random worker when a random number of solves is done."""
-    wanted = int(generator.integers(2, 20))
-    while len(list((out / "fields").glob("[!.]*.npz"))) < wanted:
+    tasks = int(generator.integers(2, 20))
+    while len(list((out / "fields").glob("[!.]*.npz"))) < tasks:
         time.sleep(0.05)
     victim = int(generator.choice(pids))
     os.kill(victim, signal.SIGKILL)
-    told.append(f"worker {pids.index(victim) + 1} of {len(pids)} killed after {wanted} tasks")
+    log.append(f"worker {pids.index(victim) + 1} of {len(pids)} killed after {tasks} tasks")
 
 
 def main() -> None:
@@ -75,22 +75,25 @@ def main() -> None:
     parser = argparse.ArgumentParser()
     for option, default in (("realisations", 450), ("workers", 3), ("seed", 1)):
         parser.add_argument(f"--{option}", type=int, default=default)
-    given = parser.parse_args()
-    generator, told = np.random.default_rng(given.seed), []
-    options = {"n_workers": given.workers, "threads_per_worker": 1, "dashboard_address": ":0"}
-    with tempfile.TemporaryDirectory(prefix="cluster-") as name, LocalCluster(**options) as cluster:
+    options = parser.parse_args()
+    generator, log = np.random.default_rng(options.seed), []
+    settings = {"n_workers": options.workers, "threads_per_worker": 1, "dashboard_address": ":0"}
+    with (
+        tempfile.TemporaryDirectory(prefix="cluster-") as name,
+        LocalCluster(**settings) as cluster,
+    ):
         folder = Path(name)
         scene = folder / "ensemble.toml"
-        scene.write_text(SCENE.format(realisations=given.realisations), encoding="utf-8")
+        scene.write_text(SCENE.format(realisations=options.realisations), encoding="utf-8")
         with cluster.get_client() as client:
             pids = list(client.run(os.getpid).values())
         out = folder / "cluster"
-        arguments = (pids, out, generator, told)
+        arguments = (pids, out, generator, log)
         threading.Thread(target=kill_one, args=arguments, daemon=True).start()
         together = run(scene, out, "--scheduler", cluster.scheduler_address)
         alone = run(scene, folder / "serial")
         tasks = len(list((out / "fields").glob("*.npz")))
-        print(f"{given.realisations} realisations, {tasks} tasks; {'; '.join(told)}")
+        print(f"{options.realisations} realisations, {tasks} tasks; {'; '.join(log)}")
         answer = same(folder / "serial", out)
         print(f"cluster {together:.0f} s, serial {alone:.0f} s, identical: {answer}")
 

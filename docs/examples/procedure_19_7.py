@@ -26,9 +26,9 @@ def prepared_map(path: Path | None = None) -> np.ndarray:
     h = 1e-9 * np.genfromtxt(file, delimiter=",")
     while np.isnan(h).any():
         around = np.stack([np.roll(h, step, axis) for axis in (0, 1) for step in (-1, 1)])
-        known = np.isfinite(around)
-        mean = np.where(known, around, 0).sum(axis=0) / np.maximum(known.sum(axis=0), 1)
-        h = np.where(np.isnan(h) & known.any(axis=0), mean, h)
+        defined = np.isfinite(around)
+        mean = np.where(defined, around, 0).sum(axis=0) / np.maximum(defined.sum(axis=0), 1)
+        h = np.where(np.isnan(h) & defined.any(axis=0), mean, h)
     x, y = np.meshgrid(*(np.arange(n) for n in h.shape), indexing="ij")
     plane = np.stack([np.ones(h.size), x.ravel(), y.ravel()], axis=1)
     return h - (plane @ np.linalg.lstsq(plane, h.ravel(), rcond=None)[0]).reshape(h.shape)
@@ -53,24 +53,25 @@ literal, corrected = side_by_side(height, SIDE, MODULUS, force, realisations=50,
 
 
 # %%
-def table(found: Procedure) -> str:
+def table(procedure: Procedure) -> str:
     """Results by load as lines of text."""
-    area, length = found.ensemble["contact_area"], found.ensemble["contact_length"]
-    kept = ", ".join(f"{ratio:.3f}" for ratio in found.sums.ratio)
+    area, length = procedure.ensemble["contact_area"], procedure.ensemble["contact_length"]
+    ratios = ", ".join(f"{ratio:.3f}" for ratio in procedure.sums.ratio)
     lines = [
-        f"{found.variant.name}: line/surface height, slope, curvature {kept}",
+        f"{procedure.variant.name}: line/surface height, slope, curvature {ratios}",
         "F/(E* A0 h')  A/A0 (standard error)  length/L  contact size: median, 95 %"
         "  F/(A E*h')  stress/(E*h'): median, 95 %  no value",
     ]
     scale = MODULUS * gradient
     for step, load in enumerate(LOADS):
         share, error = area.mean[step] / SIDE**2, area.standard_error[step] / SIDE**2
-        sizes = np.quantile(found.contact_sizes[step], [0.5, 0.95]) / SIDE
-        pressure = np.quantile(found.pressures[step], [0.5, 0.95]) / scale
+        sizes = np.quantile(procedure.contact_sizes[step], [0.5, 0.95]) / SIDE
+        pressure = np.quantile(procedure.pressures[step], [0.5, 0.95]) / scale
         lines.append(
             f"{load:12.2e}  {share:9.4f} ({error:.4f})  {length.mean[step] / SIDE:19.3f}"
-            f"  {sizes[0]:20.4f} L {sizes[1]:.4f} L  {found.mean_pressure[step] / scale:9.3f}"
-            f"  {pressure[0]:15.3f} {pressure[1]:7.3f}  {100 * found.undefined_share[step]:8.0f} %"
+            f"  {sizes[0]:20.4f} L {sizes[1]:.4f} L  {procedure.mean_pressure[step] / scale:9.3f}"
+            f"  {pressure[0]:15.3f} {pressure[1]:7.3f}"
+            f"  {100 * procedure.undefined_share[step]:8.0f} %"
         )
     return "\n".join(lines)
 

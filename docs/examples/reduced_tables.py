@@ -53,27 +53,27 @@ def contact_error(shape: str, springs: int, edges: str, rng: np.random.Generator
     profile, exact, largest = SHAPES[shape]
     a = largest * rng.uniform(0.6, 1.0)
     depth = float(profile.height(np.array(a)))
-    found = indent(
+    contact = indent(
         *(profile, 1.0),
         penetration=[depth],
         spacing=largest / springs,
         edges=edges,
         offset=rng.uniform(),
     )
-    return [found.force[0] / exact(a) - 1, found.contact_radius[0] / a - 1]
+    return [contact.force[0] / exact(a) - 1, contact.contact_radius[0] / a - 1]
 
 
 def punch_error(springs: int, edges: str, rng: np.random.Generator) -> list[float]:
     """Take the flat punch of random radius."""
     b = rng.uniform(0.6, 1.0)
-    found = indent(
+    contact = indent(
         *(cylinder(b), 1.0),
         penetration=[0.1],
         spacing=1 / springs,
         edges=edges,
         offset=rng.uniform(),
     )
-    return [found.force[0] / (0.2 * b) - 1, found.contact_radius[0] / b - 1]
+    return [contact.force[0] / (0.2 * b) - 1, contact.contact_radius[0] / b - 1]
 
 
 def line_error(springs: int, edges: str, rng: np.random.Generator) -> list[float]:
@@ -81,9 +81,9 @@ def line_error(springs: int, edges: str, rng: np.random.Generator) -> list[float
     a, shift = rng.uniform(0.6, 1.0), rng.uniform()
     x = (np.arange(-springs - 3, springs + 4) + shift) / springs
     depth = a**2 - np.min(x**2)
-    found = press(-(x**2), 1 / springs, 1.0, penetration=[depth], edges=edges, periodic=False)
-    radius = np.sqrt(found.contact_area[0, 0] / np.pi)
-    return [found.force[0, 0] / (4 / 3 * a**3) - 1, radius / a - 1]
+    contact = press(-(x**2), 1 / springs, 1.0, penetration=[depth], edges=edges, periodic=False)
+    radius = np.sqrt(contact.contact_area[0, 0] / np.pi)
+    return [contact.force[0, 0] / (4 / 3 * a**3) - 1, radius / a - 1]
 
 
 def convergence(draws: int = DRAWS) -> list[list[str]]:
@@ -94,8 +94,8 @@ def convergence(draws: int = DRAWS) -> list[list[str]]:
         cases |= {"cylinder": punch_error, "paraboloid as a sampled line": line_error}
         for name, error in cases.items():
             rng = np.random.default_rng(1)
-            each = draws // SPRINGS.size
-            errors = np.array([[error(n, edges, rng) for _ in range(each)] for n in SPRINGS])
+            repeats = draws // SPRINGS.size
+            errors = np.array([[error(n, edges, rng) for _ in range(repeats)] for n in SPRINGS])
             rms = np.sqrt(np.mean(errors**2, axis=1))
             cells = [name, edges]
             for column in rms.T:
@@ -157,10 +157,12 @@ def stress_rules() -> list[list[str]]:
         depth = float(profile.height(np.array(0.6))) or 0.1
         a = float(profile.contact_radius(depth))
         exact = abel(profile, 1.0, depth, a * s)
-        own, valid = local_rule(profile, 1.0, depth, a * s)
-        one = one_radius_rule(profile, 1.0, depth, a * s)
+        local, valid = local_rule(profile, 1.0, depth, a * s)
+        one_radius = one_radius_rule(profile, 1.0, depth, a * s)
         scale = np.sum(s * exact**2)
-        errors = [np.sqrt(np.sum(s * (each - exact) ** 2) / scale) for each in (own, one)]
+        errors = [
+            np.sqrt(np.sum(s * (stress - exact) ** 2) / scale) for stress in (local, one_radius)
+        ]
         share = np.sum(s * ~valid) / np.sum(s)
         everywhere = (np.arange(4000) + 0.5) / 4000
         carried = one_radius_rule(profile, 1.0, depth, a * everywhere)
@@ -188,7 +190,7 @@ def stiffness_exponents(points: int = 2**15, realisations: int = 400) -> list[li
     for hurst in (0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 1.0):
         power = mode ** (-1 - 2 * hurst)
         line = LineSpectrum(2 * np.pi * mode, power / (2 * power.sum()), 1.0)
-        found = press_ensemble(
+        lines = press_ensemble(
             *(line, points, realisations, 1.0),
             force=np.geomspace(1e-9, 1e-1, 120),
             seed=2,
@@ -197,7 +199,7 @@ def stiffness_exponents(points: int = 2**15, realisations: int = 400) -> list[li
         cells = [f"{hurst}", f"{1 / (1 + hurst):.3f}"]
         for least in shortest:
             slopes = []
-            for length, force in zip(found["contact_length"], found["force"], strict=True):
+            for length, force in zip(lines["contact_length"], lines["force"], strict=True):
                 inner = (length > least / points) & (length < 0.03)
                 slopes.append(np.polyfit(np.log(force[inner]), np.log(length[inner]), 1)[0])
             error = np.std(slopes, ddof=1) / np.sqrt(realisations)

@@ -64,14 +64,14 @@ def on_grids(hurst: float, roll_off: float, periodic: bool, shortest: int) -> np
         realisation=0,
     )
     kind = PeriodicOperator if periodic else FreeOperator
-    found = []
+    quantities = []
     for factor in FACTORS:
         heights = refine(native, factor)
         n = len(heights)
         operator = kind((n, n), (1 / n, 1 / n), 1.0)
         steps = fft.sweep(operator, heights.max() - heights, force=LOADS, tolerance=1e-7)
-        found.append([measured(contact) for contact in steps])
-    return np.array(found)
+        quantities.append([measured(contact) for contact in steps])
+    return np.array(quantities)
 
 
 def errors(shortest: int) -> np.ndarray:
@@ -96,15 +96,15 @@ def table() -> list[list[str]]:
     """Return a row for each number of cells per shortest wave and the range of loads."""
     by_cutoff = {shortest: errors(shortest) for shortest in (2, 4)}
     rows = [["cells per shortest wave", "loads / (E\\* A0 h')", *ORDERS]]
-    for shortest, found in by_cutoff.items():
+    for shortest, quantities in by_cutoff.items():
         for grid, factor in enumerate(FACTORS[:-1]):
-            for loads, words in ((slice(0, 3), "0.001 to 0.01"), (slice(3, 6), "0.03 to 0.2")):
-                part = found[:, grid, loads].reshape(-1, len(ORDERS))
+            for loads, load_range in ((slice(0, 3), "0.001 to 0.01"), (slice(3, 6), "0.03 to 0.2")):
+                part = quantities[:, grid, loads].reshape(-1, len(ORDERS))
                 cells = [
                     f"{100 * mean:+.2f} ± {100 * spread:.2f} %"
                     for mean, spread in zip(part.mean(axis=0), part.std(axis=0), strict=True)
                 ]
-                rows.append([f"{shortest * factor} (cutoff {shortest} points)", words, *cells])
+                rows.append([f"{shortest * factor} (cutoff {shortest} points)", load_range, *cells])
     return rows
 
 

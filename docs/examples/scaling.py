@@ -72,7 +72,7 @@ def scaling(rounds: int, count: int) -> list[tuple[float, float, float, float]]:
     work = tasks("bem_fft", count)
     surfaces = sum(len(task.realisations) for task in work)
     compile_apart(work[0])
-    found = []
+    times = []
     for _ in range(rounds):
         row: list[float] = []
         for workers in (1, 2):
@@ -83,9 +83,9 @@ def scaling(rounds: int, count: int) -> list[tuple[float, float, float, float]]:
             executor.add(Job(str(k), timed, (task,)) for k, task in enumerate(work))
             done = list(executor.finished())
             wall = time.perf_counter() - start
-            row += [wall / surfaces, sum(each.value[0] for each in done) / surfaces]
-        found.append((row[0], row[1], row[2], row[3]))
-    return found
+            row += [wall / surfaces, sum(job.value[0] for job in done) / surfaces]
+        times.append((row[0], row[1], row[2], row[3]))
+    return times
 
 
 def sizes(method: str) -> tuple[int, int, int]:
@@ -120,19 +120,19 @@ def main() -> None:
     parser = argparse.ArgumentParser()
     for option, default in (("rounds", 5), ("tasks", 6), ("jobs", 2000)):
         parser.add_argument(f"--{option}", type=int, default=default)
-    given = parser.parse_args()
-    rows = np.array(scaling(given.rounds, given.tasks))
+    options = parser.parse_args()
+    rows = np.array(scaling(options.rounds, options.tasks))
     print("| round | 1 process, ms wall (cpu) | 2 processes, ms wall (cpu) | wall | cpu |")
     print("|---|---|---|---|---|")
-    for k, (one, cpu_one, two, cpu_two) in enumerate(rows, start=1):
-        cells = f"{1e3 * one:.1f} ({1e3 * cpu_one:.1f}) | {1e3 * two:.1f} ({1e3 * cpu_two:.1f})"
-        print(f"| {k} | {cells} | {one / (2 * two):.2f} | {cpu_one / cpu_two:.2f} |")
+    for k, (serial, cpu_one, two, cpu_two) in enumerate(rows, start=1):
+        cells = f"{1e3 * serial:.1f} ({1e3 * cpu_one:.1f}) | {1e3 * two:.1f} ({1e3 * cpu_two:.1f})"
+        print(f"| {k} | {cells} | {serial / (2 * two):.2f} | {cpu_one / cpu_two:.2f} |")
     walls, cpus = rows[:, 0] / (2 * rows[:, 2]), rows[:, 1] / rows[:, 3]
     print(f"median efficiency: wall {np.median(walls):.2f}, processor {np.median(cpus):.2f}")
     for method in ("bem_fft", "reduced"):
         task, solution, file = sizes(method)
         print(f"{method}: task {task} bytes, solution {solution} bytes, file {file} bytes")
-    wall, cpu = overhead(given.jobs)
+    wall, cpu = overhead(options.jobs)
     print(f"a job of no work on a cluster: {1e3 * wall:.1f} ms, {1e3 * cpu:.1f} ms of processor")
 
 

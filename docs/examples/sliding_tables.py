@@ -48,9 +48,9 @@ def printed() -> list[list[str]]:
     for number in (0.02, 0.1, 0.5, 1.0, 1.5, 1.9, 1.99, 2.01, 2.1, 5.0, 1000.0):
         speed, ended, errors, works, tensile = 1 / (512 * number), 0, [], [], []
         for line in rough(512):
-            rest = press(line, 1 / 512, 4.0, force=[LOAD], edges="nodal").penetration.item()
+            still = press(line, 1 / 512, 4.0, force=[LOAD], edges="nodal").penetration.item()
             run = slide_as_printed(
-                *(line, 1 / 512, 1.0, 1.0, speed, LOAD), steps=2048, level=line.max() - rest
+                *(line, 1 / 512, 1.0, 1.0, speed, LOAD), steps=2048, level=line.max() - still
             )
             exact = slide(line, 1 / 512, RUBBER, speed, LOAD).tangential_force.item()
             if run.outcome == "completed":
@@ -58,9 +58,9 @@ def printed() -> list[list[str]]:
                 errors.append(run.tangential_force[-512:].mean() / exact - 1)
                 works.append(run.conjugate_force[-512:].mean() / exact - 1)
                 tensile.append(run.tensile_count[-512:].mean())
-        found = [f"{100 * np.mean(e):+.3g} %" for e in (errors, works)] if ended else ["-", "-"]
+        means = [f"{100 * np.mean(e):+.3g} %" for e in (errors, works)] if ended else ["-", "-"]
         rows.append(
-            [f"{number:g}", f"{ended} of 6", *found, f"{np.mean(tensile):.0f}" if ended else "-"]
+            [f"{number:g}", f"{ended} of 6", *means, f"{np.mean(tensile):.0f}" if ended else "-"]
         )
     return rows
 
@@ -77,14 +77,14 @@ def energy() -> list[list[str]]:
         finest = slide(rough(8192, 1), 1 / 8192, RUBBER, speed, LOAD).friction_coefficient.item()
         for points in (128, 512, 2048):
             line = rough(points, 1)[0]
-            found = slide_in_time(line, 1 / points, 1.0, 1.0, speed, LOAD, steps=4 * points)
+            sliding = slide_in_time(line, 1 / points, 1.0, 1.0, speed, LOAD, steps=4 * points)
             steady = slide(line, 1 / points, RUBBER, speed, LOAD)
             central = central_work(line, speed, float(line.max()) - steady.penetration.item())
             rows.append(
                 [
                     f"{points}",
                     f"{speed * points:.3g}",
-                    f"{found.energy_error()[0]:+.0e}",
+                    f"{sliding.energy_error()[0]:+.0e}",
                     f"{100 * (central / steady.dissipation.item() - 1):+.2g} %",
                     f"{100 * (steady.friction_coefficient.item() / finest - 1):+.2g} %",
                 ]
@@ -130,7 +130,7 @@ def ball() -> list[list[str]]:
             truth = paraboloid(1.0, body, speed, penetration=0.01, cells=144)
             mu = truth.friction_coefficient
             x = np.linspace(-0.3, 0.3, 4001)
-            found = slide(
+            sliding = slide(
                 *(-(x**2), x[1] - x[0], springs, speed, truth.force.estimate), periodic=False
             )
             rows.append(
@@ -139,8 +139,8 @@ def ball() -> list[list[str]]:
                     f"{way:g}",
                     f"{mu.estimate / (slow * speed):.4g}",
                     f"{100 * mu.uncertainty / mu.estimate:.2f} %",
-                    f"{found.friction_coefficient.item() / mu.estimate:.3f}",
-                    f"{found.penetration.item() / 0.01:.3f}",
+                    f"{sliding.friction_coefficient.item() / mu.estimate:.3f}",
+                    f"{sliding.penetration.item() / 0.01:.3f}",
                 ]
             )
     return rows
@@ -153,15 +153,15 @@ def ball() -> list[list[str]]:
 # %%
 def study(height, slope, load: float, material, speed: float, counts) -> tuple[GridStudy, list]:
     """Friction on the grids, each of twice the points."""
-    found, start = [], None
+    contacts, start = [], None
     for n in counts:
         h, s = height(n), slope(n)
         width = h.shape[1]
         operator = Travelling((n, width), (1 / n, 1 / n), material, speed, periodic=True)
-        found.append(solve(operator, h.max() - h, slope=s, force=load * width / n, start=start))
-        grown = found[-1].mask.repeat(2, axis=0)
+        contacts.append(solve(operator, h.max() - h, slope=s, force=load * width / n, start=start))
+        grown = contacts[-1].mask.repeat(2, axis=0)
         start = grown if width == 2 else grown.repeat(2, axis=1)
-    return GridStudy.of([each.friction_coefficient for each in found]), found
+    return GridStudy.of([contact.friction_coefficient for contact in contacts]), contacts
 
 
 def ridge() -> list[list[str]]:
@@ -170,7 +170,7 @@ def ridge() -> list[list[str]]:
     q = 2 * np.pi
     body = GeneralisedMaxwell.kelvin_voigt(0.25, 0.25)
     for speed in (0.003, 0.03, 0.3):
-        result, found = study(
+        result, contacts = study(
             lambda n: 0.1 / q * np.cos(q * np.arange(n) / n)[:, None] * np.ones((1, 2)),
             lambda n: 0.1 * np.sin(q * np.arange(n) / n)[:, None] * np.ones((1, 2)),
             *(0.005, body, speed, (128, 256, 512)),
@@ -178,7 +178,12 @@ def ridge() -> list[list[str]]:
         values = [f"{v:.5f}" for v in result.values]
         rows.append(
             [
-                *(f"{speed:g}", f"{found[-1].mask.mean():.3f}", *values, f"{result.estimate:.5f}"),
+                *(
+                    f"{speed:g}",
+                    f"{contacts[-1].mask.mean():.3f}",
+                    *values,
+                    f"{result.estimate:.5f}",
+                ),
                 f"{100 * result.uncertainty / result.estimate:.2f} %",
             ]
         )
@@ -213,11 +218,16 @@ def surface() -> list[list[str]]:
         return -np.fft.ifft(modes * np.fft.fft(height(n), axis=0), axis=0).real
 
     for k, speed in enumerate(speeds):
-        result, found = study(height, slope, 0.005, body, speed, (48, 96, 192))
+        result, contacts = study(height, slope, 0.005, body, speed, (48, 96, 192))
         values = [f"{v:.5f}" for v in result.values]
         rows.append(
             [
-                *(f"{speed:g}", f"{found[-1].mask.mean():.3f}", *values, f"{result.estimate:.5f}"),
+                *(
+                    f"{speed:g}",
+                    f"{contacts[-1].mask.mean():.3f}",
+                    *values,
+                    f"{result.estimate:.5f}",
+                ),
                 f"{100 * result.uncertainty / result.estimate:.1f} %",
                 f"{mean[k]:.5f} +- {scatter[k]:.5f}",
             ]

@@ -60,10 +60,10 @@ def springs() -> list[list[str]]:
         for edges in ("sub_cell", "nodal"):
             errors = []
             for count in (10, 20, 40, 80):
-                found = [
+                misfits = [
                     _spring_error(profile, form, largest, count, edges, rng) for _ in range(200)
                 ]
-                errors.append(np.sqrt(np.mean(np.square(found), axis=0)))
+                errors.append(np.sqrt(np.mean(np.square(misfits), axis=0)))
             row = [name, edges]
             for column in np.array(errors).T:
                 order = -np.polyfit(np.log([10, 20, 40, 80]), np.log(column + 1e-300), 1)[0]
@@ -103,14 +103,14 @@ def grid() -> list[list[str]]:
     rng, before = np.random.default_rng(1), None
     exact = 0.5 * (1 - 0.5**1.5) / 0.5
     for points in (22, 44, 88, 176):
-        found = []
+        errors = []
         for _ in range(8):
             body, gap = paraboloid_body(points, 0.0, rng.uniform(size=2))
             (step,) = sweep(
                 body, gap, MU, penetration=1.0, tangential_displacement=[MU / 2], coupled=False
             )
-            found.append(step.tangential_force / (MU * 4 / 3 * 2.0) / exact - 1)
-        error = float(np.sqrt(np.mean(np.square(found))))
+            errors.append(step.tangential_force / (MU * 4 / 3 * 2.0) / exact - 1)
+        error = float(np.sqrt(np.mean(np.square(errors))))
         order = "" if before is None else f"{np.log2(before / error):.1f}"
         before = error
         body, gap = paraboloid_body(points, 0.3)
@@ -280,8 +280,8 @@ def second_opinion() -> list[list[str]]:
             body = frictional_body(1.0, 2 * (1 + nu), nu, elements=elements)
             heights = (body.points**2).sum(axis=1) / 2
             pairs = list(zip(list(follow(body, heights, MU, **loads))[8:], true, strict=True))
-            normal = max(abs(one.force / other.force - 1) for one, other in pairs)
-            along = _apart([one.tangential_force for one, _ in pairs], true)
+            normal = max(abs(first.force / second.force - 1) for first, second in pairs)
+            along = _apart([first.tangential_force for first, _ in pairs], true)
             springs = _apart(line.tangential_force, true)
             rows.append(
                 [
@@ -296,7 +296,9 @@ def second_opinion() -> list[list[str]]:
 def _apart(forces, true: list[FrictionStep]) -> float:
     """Largest difference of tangential forces over mu F."""
     pairs = zip(forces, true, strict=True)
-    return max(abs(force - other.tangential_force) / (MU * other.force) for force, other in pairs)
+    return max(
+        abs(force - second.tangential_force) / (MU * second.force) for force, second in pairs
+    )
 
 
 # %% [markdown]
@@ -309,7 +311,7 @@ def rough() -> list[list[str]]:
     points, load = 64, 0.02
     options = {"hurst": 0.8, "rms_slope": 0.1, "long_cutoff": 0.5, "short_cutoff": 4 / points}
     shares = np.array([0.3, 0.6, 0.9])
-    found: dict[str, list[np.ndarray]] = {}
+    displacements: dict[str, list[np.ndarray]] = {}
     for k in range(4):
         height = self_affine(points, 1.0, **options, seed=2, realisation=k)
         gap, force = height.max() - height, load * 0.1
@@ -327,17 +329,21 @@ def rough() -> list[list[str]]:
             steps = list(sweep(body, gap, MU, force=normal, tangential_force=path, coupled=coupled))
             depth, unit = steps[7].penetration, MU / compliance.tangential_modulus
             u = np.array([step.tangential_displacement for step in steps[8:]])
-            found.setdefault(name, []).append((u - steps[7].tangential_displacement) / unit / depth)
+            displacements.setdefault(name, []).append(
+                (u - steps[7].tangential_displacement) / unit / depth
+            )
         body = NormalAndTangential((points,) * 2, (1 / points,) * 2, Compliance.of(0.5, 0.0))
         depths = [
             fft.solve(body.normal, gap, force=force * s).penetration for s in (1, *(1 - shares))
         ]
-        found.setdefault("3-D, superposition of normal solutions", []).append(
+        displacements.setdefault("3-D, superposition of normal solutions", []).append(
             1 - np.array(depths[1:]) / depths[0]
         )
-    found["springs of lines"] = _lines(load, shares, options)
+    displacements["springs of lines"] = _lines(load, shares, options)
     rows = [["model", *(f"F_x = {s} mu F" for s in shares)]]
-    return rows + [[name, *(f"{v:.4f}" for v in np.mean(u, axis=0))] for name, u in found.items()]
+    return rows + [
+        [name, *(f"{v:.4f}" for v in np.mean(u, axis=0))] for name, u in displacements.items()
+    ]
 
 
 def _lines(load: float, shares: np.ndarray, options: dict) -> list[np.ndarray]:

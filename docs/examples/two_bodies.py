@@ -27,9 +27,9 @@ def cube(cells: int, moduli: tuple[float, float]) -> CondensedBody:
     mesh = MeshHex2.from_mesh(MeshHex.init_tensor(lines, lines, lines))
     nodes = np.asarray(mesh.dofs.element_dofs.T)
     solid = SolidMesh(KINDS["hexahedron27"], np.array(mesh.doflocs.T), nodes)
-    held = solid.points < 1e-12
-    held[:, 2] = solid.points[:, 2] > 1.0 - 1e-12
-    return supported_body(solid, solid.faces_within(solid.points[:, 2] < 1e-12), held, *moduli)
+    fixed = solid.points < 1e-12
+    fixed[:, 2] = solid.points[:, 2] > 1.0 - 1e-12
+    return supported_body(solid, solid.faces_within(solid.points[:, 2] < 1e-12), fixed, *moduli)
 
 
 def half_space(cells: int, moduli: tuple[float, float]) -> CondensedBody:
@@ -72,7 +72,7 @@ def main() -> None:
         for coupling, multipliers in WAYS:
             patch = patch_error(coupling, multipliers)
             errors = " | ".join(
-                f"{each:.1e}" for each in hertz_errors(cells, bodies, coupling, multipliers)
+                f"{error:.1e}" for error in hertz_errors(cells, bodies, coupling, multipliers)
             )
             name = coupling.replace("_", "-") + (f", {multipliers}" if coupling == "mortar" else "")
             print(f"| {name} | {patch:.0e} | {cells} on {cells + 1} | {errors} |")

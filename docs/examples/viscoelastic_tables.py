@@ -59,16 +59,16 @@ def ting() -> list[list[str]]:
         exact = indentation(form, 1.0, SOLID, HISTORY, DEPTHS, HISTORY[1:])
         errors = []
         for n in springs:
-            found = indent_in_time(profile, SPRINGS, HISTORY, penetration=DEPTHS, springs=n)
-            force = np.abs(found.force[1:] - exact.force).max() / exact.force.max()
-            radius = np.abs(found.contact_radius[1:] / exact.contact_radius - 1).max()
+            contact = indent_in_time(profile, SPRINGS, HISTORY, penetration=DEPTHS, springs=n)
+            force = np.abs(contact.force[1:] - exact.force).max() / exact.force.max()
+            radius = np.abs(contact.contact_radius[1:] / exact.contact_radius - 1).max()
             errors.append([force, radius])
-        for what, column in zip(("force", "radius"), np.array(errors).T, strict=True):
+        for quantity, column in zip(("force", "radius"), np.array(errors).T, strict=True):
             exactly = column.max() < 1e-12
             order = (
                 "exact" if exactly else f"{-np.polyfit(np.log(springs), np.log(column), 1)[0]:.1f}"
             )
-            rows.append([name, what, *cells(column), order])
+            rows.append([name, quantity, *cells(column), order])
     return rows
 
 
@@ -108,9 +108,9 @@ def creep() -> list[list[str]]:
         errors = []
         for n in counts:
             t, force = graded_times(2.0, int(n), exponent), np.full(n + 1, 0.02)
-            found = indent_in_time(paraboloid(1.0), material, t, force=force, springs=springs)
+            contact = indent_in_time(paraboloid(1.0), material, t, force=force, springs=springs)
             exact = (0.75 * 0.02 * compliance(t)) ** (2 / 3)
-            errors.append(np.abs(found.penetration - exact)[t >= 0.2].max() / exact[-1])
+            errors.append(np.abs(contact.penetration - exact)[t >= 0.2].max() / exact[-1])
         order = -np.polyfit(np.log(counts), np.log(errors), 1)[0]
         rows.append([name, *cells(np.array(errors)), f"{order:.1f}"])
     return rows
@@ -129,8 +129,8 @@ def ball_force(n: int, steps: int, history: np.ndarray, depths: np.ndarray) -> n
     pieces = pairwise(history)
     t = np.concatenate([[0.0], *(np.linspace(*ends, steps + 1)[1:] for ends in pieces)])
     gap = (x[:, None] ** 2 + x**2) / 2
-    found = press_in_time(operator, gap, SOLID, t, penetration=np.interp(t, history, depths))
-    return np.array([instant.force for instant in found])[steps::steps]
+    instants = press_in_time(operator, gap, SOLID, t, penetration=np.interp(t, history, depths))
+    return np.array([instant.force for instant in instants])[steps::steps]
 
 
 def half_space() -> list[list[str]]:
@@ -198,9 +198,9 @@ def fits() -> list[list[str]]:
     data = 1e9 - (1e9 - 1e6) / (1 + (1j * w * 1e-3) ** 0.6) ** 0.7
     rows = [["arms per decade", "arms kept", "rms error", "largest error"]]
     for per_decade in (0.5, 1.0, 1.5, 2.0, 3.0):
-        found = fit(w, data.real, data.imag, per_decade=per_decade)
-        kept = f"{found.material.times.size}"
-        rows.append([f"{per_decade}", kept, f"{found.rms_error:.2%}", f"{found.error.max():.2%}"])
+        fitted = fit(w, data.real, data.imag, per_decade=per_decade)
+        arms = f"{fitted.material.times.size}"
+        rows.append([f"{per_decade}", arms, f"{fitted.rms_error:.2%}", f"{fitted.error.max():.2%}"])
     return rows
 
 
@@ -228,8 +228,8 @@ def cost() -> list[list[str]]:
             indent_in_time(paraboloid(1.0), material, t, penetration=depth, springs=200)
 
         work()
-        each = median(work) / (t.size * 200)
-        rows.append([name, f"{material.times.size}", f"{each / yardstick:.0f}"])
+        seconds = median(work) / (t.size * 200)
+        rows.append([name, f"{material.times.size}", f"{seconds / yardstick:.0f}"])
     return rows
 
 

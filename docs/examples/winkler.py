@@ -7,8 +7,8 @@ from comparisons.methods import method
 
 def refuses(scene):
     """Return why a scene cannot be done, "" where it can."""
-    usual = scene.indenter is not None and scene.loading.control == "penetration"
-    return "" if usual else "indenters under prescribed penetration only"
+    modelled = scene.indenter is not None and scene.loading.control == "penetration"
+    return "" if modelled else "indenters under prescribed penetration only"
 
 
 @method("winkler", title="Winkler foundation", resolutions=(20, 40, 80), refuses=refuses)

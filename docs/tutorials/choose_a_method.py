@@ -76,8 +76,8 @@ assert limits.verdict == "holds in a range"
 start = time.perf_counter()
 forces = {}
 for radius in np.geomspace(smaller, high, 10):
-    each = roughline.load_scene(scene, {"indenter.radius_x": float(radius)})
-    forces[radius / smaller] = roughline.solve(each, best.method, best.resolution)["force"][-1]
+    contact = roughline.load_scene(scene, {"indenter.radius_x": float(radius)})
+    forces[radius / smaller] = roughline.solve(contact, best.method, best.resolution)["force"][-1]
 seconds = (time.perf_counter() - start) / len(forces)
 for ratio, force in forces.items():
     print(f"R'/R'' = {ratio:.2f}: {force:8.1f} N")

@@ -39,7 +39,7 @@ moved
 # The paraboloid did not notice, for it the two rules are the same; the cone lost a fifth of its
 # force, and what moved most is its area: (pi/4)^2 of what it was. A test on the paraboloid alone
 # would have been green.
-assert {each.scene for each in moved.failed if "moved" in each.kinds} == {"cone"}
+assert {drift.scene for drift in moved.failed if "moved" in drift.kinds} == {"cone"}
 print(moved.table().query("bad")[["scene", "resolution", "what", "quantity", "change"]])
 
 # %%
