@@ -25,8 +25,9 @@ from comparisons.files import write_table
 from comparisons.judging.metrics import relative_error, rms_and_maximum
 from comparisons.judging.truth import GRID, truths
 from comparisons.judging.uncertainty import RULE, Rule, combined, grid_uncertainty
-from comparisons.questions.campaign import Campaign, Header
+from comparisons.questions.campaign import Campaign
 from comparisons.results.folder import Layout
+from comparisons.results.header import Header
 from comparisons.scene.scene import make_scene
 from comparisons.solving.inquiries import Inquiry, curves, together
 from comparisons.solving.planning import Plan, plan_scene

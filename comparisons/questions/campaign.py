@@ -18,13 +18,13 @@ import datetime
 import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, ClassVar, Generic, TypedDict, TypeVar
 
 from comparisons.errors import LostWorkError
 from comparisons.machine import machine, versions
 from comparisons.results.folder import Layout, open_folder
+from comparisons.results.header import Header
 from comparisons.results.store import SceneRecord
 from comparisons.solving.execution import THREADS
 from comparisons.solving.executors import Done, Executor, executor_for
@@ -37,31 +37,6 @@ A = TypeVar("A")
 R = TypeVar("R")
 Watch = Callable[["Campaign[Any, Any]", Done | None], None]
 ADVICE = "what was solved is kept: --resume goes on, --workers 1 needs less memory"
-
-
-@dataclass(frozen=True)
-class Header:
-    """What every record begins with.
-
-    Attributes
-    ----------
-    created, command, effort : str
-        ISO date and time of the run; the command line; "quick" or "full".
-    seconds : float
-        Wall time, with that of the runs it resumed.
-    machine, versions : dict
-        Where it ran, with which packages.
-    interrupted : bool
-        True where it was stopped before all was done.
-    """
-
-    created: str
-    command: str
-    effort: Effort
-    seconds: float
-    machine: dict[str, Any]
-    versions: dict[str, str]
-    interrupted: bool
 
 
 class Options(TypedDict, total=False):

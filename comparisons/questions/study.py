@@ -9,8 +9,9 @@ from typing import Any, Unpack
 from comparisons.errors import ResultsError
 from comparisons.judging.refinement import refinements
 from comparisons.machine import source_digest
-from comparisons.questions.campaign import Campaign, Header, Options
+from comparisons.questions.campaign import Campaign, Options
 from comparisons.results.folder import PAGE, Layout
+from comparisons.results.header import Header
 from comparisons.results.record import record_scene
 from comparisons.results.store import (
     FIELDS,
@@ -104,7 +105,7 @@ class Study(Campaign[Plan, StudyRecord]):
         ]
         return StudyRecord(
             directory=self.directory,
-            **vars(header),
+            **header.model_dump(),
             scenes=tuple(self._scene_record(plan) for plan in begun),
             source=source_digest(),
             part=f"{self.part[0]}/{self.part[1]}" if self._is_part else "",
@@ -182,15 +183,11 @@ class Study(Campaign[Plan, StudyRecord]):
 
     def solved(self, plan: Plan) -> Solved:
         """Return the solutions of a plan whose blocks of realisations are all done."""
-        blocks: dict[tuple[str, int], list[Solution | None]] = {}
-        for task in plan.tasks:
-            done = self._solutions.get(task.key)
-            blocks.setdefault((task.method, task.resolution), []).append(done)
         solved: Solved = {}
-        for planned, parts in blocks.items():
-            complete = [part for part in parts if part is not None]
-            if len(complete) == len(parts):
-                solved[planned] = Solution.concat(complete, axis=REALISATIONS)
+        for setting, tasks in plan.settings.items():
+            known = [s for s in map(self.solution, tasks) if s is not None]
+            if len(known) == len(tasks):
+                solved[setting] = Solution.concat(known, axis=REALISATIONS)
         return solved
 
     def _scene_record(self, plan: Plan) -> SceneRecord:

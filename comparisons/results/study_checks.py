@@ -4,54 +4,50 @@ from __future__ import annotations
 
 from typing import Annotated, Any, Self
 
-from pydantic import BaseModel, ConfigDict, Field, TypeAdapter, ValidationError, model_validator
+from pydantic import Field, TypeAdapter, ValidationError, model_validator
+
+from comparisons.results.header import Form, Header
 
 
-class _Form(BaseModel):
-    """Types as JSON has them; keys that a later version adds are kept."""
-
-    model_config = ConfigDict(strict=True, extra="allow", allow_inf_nan=False)
-
-
-class _Method(_Form):
+class _Method(Form):
     method: str
     supported: bool
     reason: str = ""
-    resolutions: list[int] = []
+    resolutions: list[int] = Field(default=[])
     modelled: str = ""
 
 
-class _LeftOut(_Form):
+class _LeftOut(Form):
     what: str
     why: str
 
 
-class _SwitchedOn(_Form):
+class _SwitchedOn(Form):
     what: str
     how: str
 
 
-class _Plan(_Form):
+class _Plan(Form):
     methods: list[_Method]
-    switched_on: list[_SwitchedOn] = []
+    switched_on: list[_SwitchedOn] = Field(default=[])
     left_out: list[_LeftOut]
     notes: list[str]
 
 
-class _Bar(_Form):
+class _Bar(Form):
     bar: float | None
     step: int
 
 
-class _Reference(_Form):
+class _Reference(Form):
     """Empty where a scene has no truth."""
 
     method: str = ""
     resolution: int = 0
     text: str = ""
-    uncertainty: dict[str, float | None] = {}
-    sources: dict[str, dict[str, float | None]] = {}
-    bars: dict[str, _Bar] = {}
+    uncertainty: dict[str, float | None] = Field(default={})
+    sources: dict[str, dict[str, float | None]] = Field(default={})
+    bars: dict[str, _Bar] = Field(default={})
 
     @model_validator(mode="after")
     def _whole_or_empty(self) -> Self:
@@ -60,7 +56,7 @@ class _Reference(_Form):
         return self
 
 
-class _Scene(_Form):
+class _Scene(Form):
     name: str
     title: str
     text: str
@@ -75,24 +71,17 @@ class _Scene(_Form):
     fields: list[tuple[str, int, str]]
 
 
-class _Run(_Form):
+class _Run(Form):
     created: str
     command: str
     seconds: float
     machine: dict[str, str | int | float | None]
 
 
-class _Study(_Form):
-    created: str
-    command: str
-    effort: str
-    seconds: float
-    machine: dict[str, str | int | float | None]
-    versions: dict[str, str]
-    interrupted: bool
+class _Study(Header):
     source: str = ""
     part: str = ""
-    runs: list[_Run] = []
+    runs: list[_Run] = Field(default=[])
     scenes: list[_Scene]
 
 

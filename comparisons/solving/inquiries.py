@@ -14,7 +14,7 @@ from typing import Generic, TypeVar
 from comparisons.errors import LostWorkError
 from comparisons.solving.executors.base import Done, Executor, Job, SerialExecutor
 from comparisons.solving.forecast import Forecast, Remaining
-from comparisons.solving.kept import Kept, curve_jobs, value_of
+from comparisons.solving.kept import Kept, curve_job, value_of
 from comparisons.solving.planning import Plan
 from comparisons.tasks.solution import REALISATIONS, Solution, Solved
 
@@ -194,10 +194,10 @@ def curves(plan: Plan, known: Solved | None = None) -> Inquiry[Solved]:
     LostWorkError
         If the process of a solve was ended again and again.
     """
-    jobs = curve_jobs(plan, known)
-    done = yield [job for blocks in jobs.values() for job in blocks]
     solved = dict(known or {})
-    for key, blocks in jobs.items():
-        solutions: list[Solution] = [value_of(done[job.key]) for job in blocks]
-        solved[key] = Solution.concat(solutions, axis=REALISATIONS)
+    missing = {s: [*map(curve_job, tasks)] for s, tasks in plan.settings.items() if s not in solved}
+    done = yield [job for jobs in missing.values() for job in jobs]
+    for setting, jobs in missing.items():
+        solutions: list[Solution] = [value_of(done[job.key]) for job in jobs]
+        solved[setting] = Solution.concat(solutions, axis=REALISATIONS)
     return solved

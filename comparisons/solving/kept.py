@@ -105,15 +105,10 @@ def curves_of(task: Task) -> Solution:
     return solution
 
 
-def curve_jobs(plan: Plan, known: Solved | None = None) -> dict[tuple[str, int], list[Job]]:
-    """Return the solves of a plan for their curves, in blocks of realisations, but those known."""
-    jobs: dict[tuple[str, int], list[Job]] = {}
-    for task in plan.tasks:
-        if (task.method, task.resolution) not in (known or {}):
-            asked = tuple(sorted(ALWAYS.union(task.quantities)))
-            job = solve_job(replace(task, with_body=False, quantities=asked), curves_of)
-            jobs.setdefault((task.method, task.resolution), []).append(job)
-    return jobs
+def curve_job(task: Task) -> Job:
+    """Return a solve for its curves as a job."""
+    asked = tuple(sorted(ALWAYS.union(task.quantities)))
+    return solve_job(replace(task, with_body=False, quantities=asked), curves_of)
 
 
 def value_of(done: Done) -> Any:
@@ -149,10 +144,7 @@ def solve_plan(plan: Plan, repeats: int = REPEATS) -> Solved:
     >>> sorted(solved)
     [('closed_form', 1), ('reduced', 10), ('reduced', 20), ('reduced', 40)]
     """
-    blocks: dict[tuple[str, int], list[Task]] = {}
-    for task in plan.tasks:
-        blocks.setdefault((task.method, task.resolution), []).append(task)
-    return {key: solve_blocks(tasks, repeats) for key, tasks in blocks.items()}
+    return {setting: solve_blocks(tasks, repeats) for setting, tasks in plan.settings.items()}
 
 
 def solve_blocks(tasks: Sequence[Task], repeats: int = REPEATS) -> Solution:

@@ -84,6 +84,14 @@ class Plan:
         )
 
     @property
+    def settings(self) -> dict[tuple[str, int], list[Task]]:
+        """The tasks of each method at each resolution: its blocks of realisations."""
+        settings: dict[tuple[str, int], list[Task]] = {}
+        for task in self.tasks:
+            settings.setdefault((task.method, task.resolution), []).append(task)
+        return settings
+
+    @property
     def compared(self) -> tuple[str, ...]:
         """The quantities that are compared: all that are asked for, but what is prescribed.
 

@@ -4,22 +4,14 @@ from __future__ import annotations
 
 from pathlib import Path
 
-from pydantic import BaseModel, ConfigDict, ValidationError
-
-from comparisons.errors import ResultsError
 from comparisons.files import write_text
 from comparisons.questions.claims.claim import NOT_RESOLVED
+from comparisons.results.header import Form, Header, read_record
 
 RECORD = "claims.json"
 
 
-class _Form(BaseModel):
-    """Types as JSON has them; keys that a later version adds are kept."""
-
-    model_config = ConfigDict(strict=True, extra="allow", frozen=True, allow_inf_nan=False)
-
-
-class PointRecord(_Form):
+class PointRecord(Form):
     """One measurement; None where there is no number."""
 
     parameter: float | None
@@ -30,7 +22,7 @@ class PointRecord(_Form):
     seconds: float
 
 
-class RangeRecord(_Form):
+class RangeRecord(Form):
     """A stretch over which the claim holds; see comparisons.questions.claims.search.Range."""
 
     low: float
@@ -39,7 +31,7 @@ class RangeRecord(_Form):
     above: float | None
 
 
-class ClaimRecord(_Form):
+class ClaimRecord(Form):
     """A claim with its verdict and everything it follows from."""
 
     id: str
@@ -78,16 +70,9 @@ class ClaimRecord(_Form):
         return self.effort == "full" or self.verdict != NOT_RESOLVED
 
 
-class ClaimsRecord(_Form):
+class ClaimsRecord(Header):
     """A whole run of claims."""
 
-    created: str
-    command: str
-    effort: str
-    seconds: float
-    machine: dict[str, str | int | float | None]
-    versions: dict[str, str]
-    interrupted: bool
     claims: list[ClaimRecord]
 
 
@@ -105,10 +90,4 @@ def load_claims_record(path: Path) -> ClaimsRecord:
         If there are none, or the file is not as it should be.
     """
     file = path / RECORD if path.is_dir() else path
-    try:
-        return ClaimsRecord.model_validate_json(file.read_text(encoding="utf-8"))
-    except FileNotFoundError as error:
-        raise ResultsError(f"{file}: no claims were judged here") from error
-    except (ValidationError, OSError, UnicodeDecodeError) as error:
-        first = str(error).splitlines()[:3]
-        raise ResultsError(f"{file}: damaged results ({' '.join(first)})") from error
+    return read_record(ClaimsRecord, file, f"{file}: no claims were judged here")

@@ -17,7 +17,7 @@ from comparisons.errors import LostWorkError, ResultsError
 from comparisons.files import plain, write_text
 from comparisons.machine import versions
 from comparisons.methods.user.external import outside_methods
-from comparisons.questions.campaign import Campaign, Header, Options
+from comparisons.questions.campaign import Campaign, Options
 from comparisons.questions.claims.claim import Claim
 from comparisons.questions.claims.record import (
     RECORD,
@@ -35,6 +35,7 @@ from comparisons.questions.experiments import EXPERIMENTS, Measurement
 from comparisons.questions.experiments.base import Effort
 from comparisons.reasons import one_line
 from comparisons.results.folder import Layout
+from comparisons.results.header import Header
 from comparisons.solving.executors import Job
 from comparisons.solving.forecast import Kind
 from comparisons.solving.inquiries import Inquiry, answer_of
@@ -76,7 +77,7 @@ class ClaimRun(Campaign[ClaimRecord, ClaimsRecord]):
     def answer(self, header: Header, answers: Mapping[str, ClaimRecord]) -> ClaimsRecord:
         """Return the claims that are judged, in their order."""
         judged = [answers[claim.id] for claim in self.claims if claim.id in answers]
-        return ClaimsRecord(**vars(header), claims=judged)
+        return ClaimsRecord(**header.model_dump(), claims=judged)
 
     def save(self, record: ClaimsRecord) -> None:
         """Write claims.json."""

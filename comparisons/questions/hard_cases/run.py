@@ -5,7 +5,7 @@ from __future__ import annotations
 import tempfile
 import warnings
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Unpack
 
@@ -13,6 +13,7 @@ import numpy as np
 
 from comparisons.errors import InputError
 from comparisons.facts.methods import METHODS
+from comparisons.files import plain
 from comparisons.formatting import relative
 from comparisons.judging.levels import mean_curves
 from comparisons.judging.metrics import relative_error
@@ -20,7 +21,7 @@ from comparisons.judging.truth import ENSEMBLE, EXACT, GRID, truths
 from comparisons.judging.uncertainty import combined
 from comparisons.methods.registry import solver_for
 from comparisons.methods.solver import Refusal
-from comparisons.questions.campaign import Campaign, Header, Options
+from comparisons.questions.campaign import Campaign, Options
 from comparisons.questions.hard_cases.case import (
     ACCURATE,
     ACCURATE_TO,
@@ -35,11 +36,11 @@ from comparisons.questions.hard_cases.record import (
     RECORD,
     TABLE,
     HardCasesRecord,
-    Outcome,
-    recorded,
+    OutcomeRecord,
     save_record,
 )
 from comparisons.results.folder import PAGE, Layout
+from comparisons.results.header import Header
 from comparisons.scene.scene import Scene
 from comparisons.solving.execution import execute
 from comparisons.solving.executors import Done, Job
@@ -52,6 +53,8 @@ from comparisons.tasks.task import Task
 
 PEER = "nothing is promised for other people's code: it is shown as it is"
 LOST, LEFT_OUT = "lost", "left out"
+NOTHING: dict[str, Any] = dict.fromkeys(("error", "area_error", "bar", "seconds"), float("nan"))
+NOTHING |= {"resolution": 0, "reason": "", "lost": (), "expected": "", "deviation": ""}
 
 
 @dataclass(frozen=True)
@@ -60,7 +63,7 @@ class _Truth:
     bars: Curves
 
 
-class HardCases(Campaign[list[Outcome], HardCasesRecord]):
+class HardCases(Campaign[list[OutcomeRecord], HardCasesRecord]):
     """Hard cases, the methods that try them, and where the outcomes go; they are run anew.
 
     Parameters
@@ -84,18 +87,17 @@ class HardCases(Campaign[list[Outcome], HardCasesRecord]):
         super().__init__(directory, **options)
         self.cases, self.methods = cases, methods
 
-    def inquiries(self) -> dict[str, Inquiry[list[Outcome]]]:
+    def inquiries(self) -> dict[str, Inquiry[list[OutcomeRecord]]]:
         """Return an inquiry for each case."""
         full = self.effort == "full"
         return {case.id: outcomes(case, self.methods, full=full) for case in self.cases}
 
-    def answer(self, header: Header, answers: Mapping[str, list[Outcome]]) -> HardCasesRecord:
+    def answer(self, header: Header, answers: Mapping[str, list[OutcomeRecord]]) -> HardCasesRecord:
         """Return the outcomes of the cases that are done, in their order."""
-        done = [outcome for case in self.cases for outcome in answers.get(case.id, [])]
         return HardCasesRecord(
-            **vars(header),
+            **header.model_dump(),
             hard={case.id: case.hard for case in self.cases},
-            outcomes=[recorded(outcome) for outcome in done],
+            outcomes=[one for case in self.cases for one in answers.get(case.id, [])],
         )
 
     def save(self, record: HardCasesRecord) -> None:
@@ -103,22 +105,22 @@ class HardCases(Campaign[list[Outcome], HardCasesRecord]):
         save_record(self.directory, record)
 
 
-def run_case(case: HardCase, methods: Sequence[str], *, full: bool = True) -> list[Outcome]:
+def run_case(case: HardCase, methods: Sequence[str], *, full: bool = True) -> list[OutcomeRecord]:
     """Return what each of the methods does with a case, here and now."""
     return answer_of(outcomes(case, methods, full=full))
 
 
-def outcomes(case: HardCase, methods: Sequence[str], *, full: bool) -> Inquiry[list[Outcome]]:
+def outcomes(case: HardCase, methods: Sequence[str], *, full: bool) -> Inquiry[list[OutcomeRecord]]:
     """Ask for what judges a case, and for what each of the methods does with it."""
     chosen = [name for name in methods if full or name not in case.slow]
     done = yield from _tried(case, chosen)
     return [
-        done.get(name) or Outcome(case.id, case.title, name, LEFT_OUT, reason="--full runs it")
+        done.get(name) or _outcome(case, name, kind=LEFT_OUT, reason="--full runs it")
         for name in methods
     ]
 
 
-def _tried(case: HardCase, methods: Sequence[str]) -> Inquiry[dict[str, Outcome]]:
+def _tried(case: HardCase, methods: Sequence[str]) -> Inquiry[dict[str, OutcomeRecord]]:
     if not methods:
         return {}
     with tempfile.TemporaryDirectory(prefix="roughline-") as folder:
@@ -135,7 +137,7 @@ def _tried(case: HardCase, methods: Sequence[str]) -> Inquiry[dict[str, Outcome]
     trusted = _trusted(case, truth)
     done = yield [job for jobs in (*solves.values(), *trusted.values()) for job in jobs]
     known = _truth(case, truth, {key: _joined(jobs, done)[0] for key, jobs in trusted.items()})
-    found = {name: outcome for name, outcome in tried.items() if isinstance(outcome, Outcome)}
+    found = {name: outcome for name, outcome in tried.items() if isinstance(outcome, OutcomeRecord)}
     for (name, resolution), jobs in solves.items():
         found[name] = _measured(case, plan, known, name, resolution, *_joined(jobs, done))
     return found
@@ -153,7 +155,7 @@ def _plan(scene: Scene) -> Plan:
     return plan_scene(scene, "full")[0]
 
 
-def _door(case: HardCase, plan: Plan, name: str) -> Outcome | int:
+def _door(case: HardCase, plan: Plan, name: str) -> OutcomeRecord | int:
     """Return the resolution of a method, or the outcome where it is not tried."""
     if case.only and name not in case.expected:
         return _judged(case, name, kind=NOT_FOR, reason=case.only)
@@ -219,7 +221,7 @@ def _measured(
     resolution: int,
     solution: Solution,
     warned: list[str],
-) -> Outcome:
+) -> OutcomeRecord:
     lost = tuple(int(step) for step in np.flatnonzero(~solution.converged.all(axis=0)))
     reasons = list(dict.fromkeys(solution.reasons.values()))
     reason = "; ".join([*reasons, *(f"warned: {text}" for text in warned)])
@@ -288,14 +290,18 @@ def _truth(case: HardCase, plan: Plan, solved: Solved) -> _Truth:
     return _Truth(trusted.curves, bars)
 
 
-def _judged(case: HardCase, name: str, **found: Any) -> Outcome:
-    outcome = Outcome(case.id, case.title, name, **found)
+def _judged(case: HardCase, name: str, **found: Any) -> OutcomeRecord:
+    """Return the outcome of a method beside what is expected of it."""
     expectation = case.expects(name)
-    if expectation is None and METHODS[name].peer:
-        return replace(outcome, expected=PEER)
     if expectation is None:
-        return outcome
-    return replace(outcome, expected=words(expectation), deviation=_deviation(outcome, expectation))
+        return _outcome(case, name, expected=PEER if METHODS[name].peer else "", **found)
+    deviation = _deviation(NOTHING | found, expectation)
+    return _outcome(case, name, expected=words(expectation), deviation=deviation, **found)
+
+
+def _outcome(case: HardCase, name: str, **found: Any) -> OutcomeRecord:
+    facts = plain(NOTHING | found)
+    return OutcomeRecord(case=case.id, title=case.title, method=name, **facts)
 
 
 def words(expectation: Expected) -> str:
@@ -312,26 +318,25 @@ def words(expectation: Expected) -> str:
     return f"{expectation.kind}, {', '.join(bounds)}{why}"
 
 
-def _deviation(outcome: Outcome, expectation: Expected) -> str:
+def _deviation(outcome: dict[str, Any], expectation: Expected) -> str:
     """Return in words how an outcome differs from what was expected, "" where it does not."""
+    kind, area, lost = outcome["kind"], outcome["area_error"], outcome["lost"]
     allowed = {DEGRADED: (ACCURATE, DEGRADED)}  # better than expected is as expected
-    if outcome.kind not in allowed.get(expectation.kind, (expectation.kind,)):
-        return f"{outcome.kind} instead of {expectation.kind}"
+    if kind not in allowed.get(expectation.kind, (expectation.kind,)):
+        return f"{kind} instead of {expectation.kind}"
     found = []
-    total = outcome.error + outcome.bar
+    total = outcome["error"] + outcome["bar"]
     if total > expectation.error:
         found.append(f"error {relative(total)} instead of at most {relative(expectation.error)}")
-    if outcome.area_error > expectation.area:
-        found.append(
-            f"area off by {relative(outcome.area_error)} instead of at most "
-            f"{relative(expectation.area)}"
-        )
-    if outcome.kind not in (LOST, REFUSED) and outcome.lost != expectation.lost:
-        found.append(f"lost steps {outcome.lost} instead of {expectation.lost}")
-    if expectation.lost and not outcome.reason:
+    if area > expectation.area:
+        most = relative(expectation.area)
+        found.append(f"area off by {relative(area)} instead of at most {most}")
+    if kind not in (LOST, REFUSED) and lost != expectation.lost:
+        found.append(f"lost steps {lost} instead of {expectation.lost}")
+    if expectation.lost and not outcome["reason"]:
         found.append("no reason is given for the lost steps")
-    if expectation.reason not in outcome.reason:
+    if expectation.reason not in outcome["reason"]:
         found.append(f"the reason does not say {expectation.reason!r}")
-    if "warned: " in outcome.reason:
+    if "warned: " in outcome["reason"]:
         found.append("it warns")
     return "; ".join(found)

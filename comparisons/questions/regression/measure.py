@@ -18,8 +18,9 @@ from comparisons.machine import machine_text
 from comparisons.methods.registry import solver_of
 from comparisons.methods.runner import run
 from comparisons.questions.benchmarks.yardstick import interleaved, measurement
-from comparisons.questions.campaign import Campaign, Header, Options, Watch
+from comparisons.questions.campaign import Campaign, Options, Watch
 from comparisons.questions.regression.snapshot import Curves, SceneSnapshot, Snapshot, Speed
+from comparisons.results.header import Header
 from comparisons.scene.scene import Scene, load_scene
 from comparisons.scene.suites import SINGLE
 from comparisons.solving.inquiries import Inquiry, curves
