@@ -215,9 +215,11 @@ def _spaced(
         return []
     if spacing == "linear":
         return [float(each) for each in np.linspace(first, last, steps)]
-    # Not np.geomspace: through the ratio, a scene scaled by two has the same digits.
-    ratio = (last / first) ** (np.arange(1, steps - 1) / (steps - 1))
-    return [first, *(float(first * each) for each in ratio), last]
+    # Not np.geomspace: through the ratio, a scene scaled by two has the same digits. Nor NumPy's
+    # power of arrays, whose last digit hangs on the vector units of the processor: parts of a study
+    # from two machines would not be parts of one scene.
+    ratio = last / first
+    return [first, *(first * ratio ** (k / (steps - 1)) for k in range(1, steps - 1)), last]
 
 
 def _number(value: Any, unit: Dimension, name: str, problems: list[str]) -> float:

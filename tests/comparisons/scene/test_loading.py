@@ -3,16 +3,23 @@
 from __future__ import annotations
 
 import math
+import os
+import subprocess
+import sys
 from fractions import Fraction
+from pathlib import Path
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from numpy._core._multiarray_umath import __cpu_dispatch__, __cpu_features__
 from pydantic_core import PydanticCustomError
 
 from comparisons.scene.loading import RELATIVE_FORCE, Loading, read_range
 from comparisons.scene.units import FORCE, LENGTH, TIME
+
+ROOT = Path(__file__).resolve().parents[3]
 
 
 def values(given_loads, dimension=LENGTH):
@@ -45,6 +52,29 @@ def test_logarithmic_ranges_have_equal_ratios_and_both_ends():
     loads = values({"from": "1 um", "to": "1 mm", "steps": 4, "spacing": "log"})
     assert loads == pytest.approx((1e-6, 1e-5, 1e-4, 1e-3), rel=1e-14)
     assert (loads[0], loads[-1]) == (1e-6, 1e-3)
+
+
+def test_logarithmic_ranges_have_the_same_digits_on_every_processor():
+    """NumPy has vector loops that this processor runs and others lack: not a bit hangs on them."""
+    script = (
+        "from comparisons.scene.loading import read_range\n"
+        "from comparisons.scene.units import LENGTH\n"
+        "for to in range(2, 40):\n"
+        "    table = {'from': 1e-6, 'to': to * 1e-6, 'steps': 20, 'spacing': 'log'}\n"
+        "    print(read_range(table, LENGTH, 'loads'))\n"
+    )
+    loops = [name for name in __cpu_dispatch__ if __cpu_features__.get(name)]
+    printed = {
+        subprocess.run(
+            [sys.executable, "-c", script],
+            env=os.environ | {"PYTHONPATH": str(ROOT), "NPY_DISABLE_CPU_FEATURES": off},
+            capture_output=True,
+            text=True,
+            check=True,
+        ).stdout
+        for off in ("", " ".join(loops))
+    }
+    assert len(printed) == 1
 
 
 @given(
