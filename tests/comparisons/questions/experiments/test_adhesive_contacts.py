@@ -62,6 +62,8 @@ def test_the_limit_for_a_disc_is_kendalls_punch_to_a_percent():
     assert abs(found.error) <= found.uncertainty < 0.01
 
 
+# The limit of each of these faces takes four seconds of solves; that of a disc is a quick test.
+@pytest.mark.slow
 def test_equal_area_serves_no_face_with_corners_or_narrow_ends():
     """The rule is too high by more than its bar, for an ellipse the more the longer it is."""
     square, short, long = face(shape="square"), face(aspect=2.0), face(aspect=4.0)
@@ -70,6 +72,7 @@ def test_equal_area_serves_no_face_with_corners_or_narrow_ends():
     assert long.error > short.error
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("indenter", "parameters"),
     [
