@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import os
 import re
 from dataclasses import replace
+from functools import cache
 from html.parser import HTMLParser
 
 import numpy as np
@@ -16,7 +18,7 @@ from comparisons.results import selection
 from comparisons.results.advice import advise
 from comparisons.results.decisions import equal_at, verdicts, worst
 from comparisons.results.record import record_scene
-from comparisons.results.store import StudyRecord
+from comparisons.results.store import StudyRecord, load_study
 from comparisons.scene.scene import builtin_names, load_scene
 from comparisons.solving.kept import solve_plan
 from comparisons.solving.planning import plan_scene
@@ -132,11 +134,21 @@ def test_every_place_says_the_same(scene, tmp_path, capsys):
     assert_one_voice(scene, tmp_path, capsys)
 
 
-# The ensemble of sliding-rough takes minutes, and sliding-ball is spoken of in the same places.
+@cache
+def scenes_of_the_quick_suite():
+    """Return the scenes of the folder that ROUGHLINE_QUICK names, where `.ci/run` solved them."""
+    made = os.environ.get("ROUGHLINE_QUICK")
+    return {scene.name: scene for scene in load_study(made).scenes} if made else {}
+
+
 @pytest.mark.slow
-@pytest.mark.parametrize("name", sorted({*builtin_names()} - {"sliding-rough"}))
+@pytest.mark.parametrize("name", sorted(builtin_names()))
 def test_every_place_says_the_same_of_every_built_in_scene(name, tmp_path, capsys):
-    assert_one_voice(solved(name, FEW), tmp_path, capsys)
+    """Coarse grids do where nothing is solved yet: it is about words, not how good they are."""
+    scene = scenes_of_the_quick_suite().get(name)
+    assert_one_voice(
+        scene or solved(name, FEW | {"compare.resolutions": [8, 16]}), tmp_path, capsys
+    )
 
 
 def test_the_prescribed_load_decides(scene):
