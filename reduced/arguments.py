@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection
+from typing import TypeGuard
 
 import numpy as np
 
@@ -20,6 +21,27 @@ def positive_faults(**values: object) -> list[str]:
         for name, value in values.items()
         if not (_is_number(value) and np.isfinite(value) and value > 0)
     ]
+
+
+def nonnegative_faults(**values: object) -> list[str]:
+    """Name the values that are not finite numbers of at least zero.
+
+    Examples
+    --------
+    >>> nonnegative_faults(load=0.0, damping=-1.0)
+    ['damping must be finite and >= 0, got -1.0']
+    """
+    return [
+        f"{name} must be finite and >= 0, got {value!r}"
+        for name, value in values.items()
+        if not (_is_number(value) and np.isfinite(value) and value >= 0)
+    ]
+
+
+def poisson_faults(poisson_ratio: object) -> list[str]:
+    """Say so if a Poisson's ratio is not that of a stable isotropic solid."""
+    good = _is_number(poisson_ratio) and -1 < poisson_ratio <= 0.5
+    return [] if good else [f"poisson_ratio must lie in (-1, 0.5], got {poisson_ratio!r}"]
 
 
 def count_faults(least: int = 1, **values: object) -> list[str]:
@@ -55,5 +77,6 @@ def refuse(wrong: list[str]) -> None:
         raise ValueError("; ".join(wrong))
 
 
-def _is_number(value: object) -> bool:
-    return np.ndim(value) == 0 and np.asarray(value).dtype.kind in "iuf"
+def _is_number(value: object) -> TypeGuard[float]:
+    array = np.asarray(value)
+    return array.ndim == 0 and array.dtype.kind in "iuf"

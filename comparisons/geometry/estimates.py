@@ -11,9 +11,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from comparisons.scene.physics.loads import Loads
+from reduced.loads import Load
 from reduced.motion.contact import impact_depth
 from reduced.profiles import shapes
 from reduced.springs.indent import indent
+from reduced.springs.line import Springs
 
 if TYPE_CHECKING:
     from comparisons.scene.scene import Scene
@@ -48,7 +50,7 @@ def largest_contact(scene: Scene, profile: shapes.Profile, loads: Loads) -> tupl
     largest = float(normal.values.max())
     if largest <= 0:
         raise ValueError("expected a load above zero somewhere")
-    contact = indent(profile, modulus, **{normal.control: np.array([largest])})
+    contact = indent(Springs(profile, modulus), Load(normal.control, largest))
     return float(contact.penetration[0]), float(contact.contact_radius[0])
 
 

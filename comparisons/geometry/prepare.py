@@ -22,8 +22,10 @@ from comparisons.scene.physics.loads import Loads, loads_of
 from comparisons.scene.scene import Scene, SceneError
 from comparisons.scene.shapes import Indenter, RigidPlane, Sphere
 from comparisons.scene.surface import MeasuredMap, SelfAffine
+from reduced.loads import Load
 from reduced.profiles import shapes
 from reduced.springs.indent import indent
+from reduced.springs.line import Springs
 from reference import surfaces
 from reference.closed_form import sphere
 
@@ -331,7 +333,7 @@ class _Estimates:
         """
         values, reason = loads.values, "beyond the range of double precision"
         try:
-            contact = indent(profile, modulus, **{loads.control: values})
+            contact = indent(Springs(profile, modulus), Load(loads.control, values))
             lengths = contact.contact_radius
             fits = (lengths >= COARSEST_SHARE * lengths[-1]) & np.isfinite(contact.penetration)
             own = int(np.argmin(fits[::-1])) if not fits.all() else len(values)

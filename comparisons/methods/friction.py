@@ -20,9 +20,12 @@ from comparisons.scene.scene import Scene
 from comparisons.tasks.solution import Solution
 from comparisons.tasks.steps import NoAnswerError, Row, Step, solve_rows
 from comparisons.tasks.task import Task
-from reduced.friction.slide import TangentialPath, slide, slide_lines
+from reduced.friction.slide import Friction, TangentialPath, slide, slide_lines
+from reduced.loads import Load, LoadPath
+from reduced.rough.lines import RoughLines
 from reduced.rough.press import press
 from reduced.springs.indent import Indentation, indent
+from reduced.springs.line import Springs
 from reference.closed_form import PartialSlip
 from reference.halfspace import areas
 from reference.halfspace.cerruti import Compliance
@@ -87,13 +90,13 @@ class ReducedFriction(ReducedProfile):
     ) -> tuple[Indentation, TangentialPath, int]:
         """Return the normal contact, the path as far as it holds, and the number of its steps."""
         control, load = normal_load(task)
-        line: dict[str, Any] = {"springs": springs, "edges": self.options.edges}
-        normal = indent(self.profile, self.modulus, **{control: [load]}, **line)
+        line = Springs(self.profile, self.modulus, springs, edges=self.options.edges)
+        stays = Load(control, load)
+        normal = indent(line, stays)
         held = held_steps(task, self.friction, float(normal.force[0]))
-        path: dict[str, Any] = {task.loads.control: task.loads.values[: max(held, 1)] * (held > 0)}
-        moduli = self.modulus, self.scene.tangential_modulus
-        answer = slide(self.profile, *moduli, self.friction, **path, **line, **{control: load})
-        return normal, answer, held
+        path = LoadPath(task.loads.control, task.loads.values[: max(held, 1)] * (held > 0))
+        friction = Friction(self.scene.tangential_modulus, self.friction)
+        return normal, slide(line, friction, stays, path), held
 
 
 class ReducedFrictionLines(ReducedLines):
@@ -111,9 +114,9 @@ class ReducedFrictionLines(ReducedLines):
 
     def warm_up(self, task: Task[RoughGeometry]) -> None:
         """Compile the walk along a line."""
-        line = np.cos(np.arange(16.0))
-        press(line, 1.0, 1.0, penetration=[0.5])
-        press(line, 1.0, 1.0, force=[0.5])
+        line = RoughLines(np.cos(np.arange(16.0)), 1.0)
+        press(line, 1.0, Load("penetration", 0.5))
+        press(line, 1.0, Load("force", 0.5))
 
     def solve(self, task: Task[RoughGeometry]) -> Solution:
         """Follow the path on each line."""
@@ -122,28 +125,23 @@ class ReducedFrictionLines(ReducedLines):
     def rows(self, task: Task[RoughGeometry]) -> Iterator[Row]:
         """Draw all lines."""
         lines = self.draw(task)
-        for line in lines.heights:
-            yield Row(partial(self._steps, task, lines, line), unknowns=line.size)
+        for row, line in enumerate(lines.heights):
+            yield Row(partial(self._steps, task, lines, row), unknowns=line.size)
 
     def _steps(
-        self, task: Task[RoughGeometry], lines: Lines, line: np.ndarray, loads: np.ndarray
+        self, task: Task[RoughGeometry], lines: Lines, row: int, loads: np.ndarray
     ) -> Iterator[Step]:
         """Yield the steps of one line as far as it holds; it stands for `patches` patches."""
-        spacing, patches, modulus = lines.spacing, lines.patches, self.modulus
+        line, patches, edges = lines.rough[row], lines.patches, self.options.edges
         control, load = normal_load(task)
-        normal = load * (patches if control == "force" else 1.0)
-        how: dict[str, Any] = {"edges": self.options.edges}
-        contact = press(line, spacing, modulus, **{control: [normal]}, **how)
+        normal = Load(control, load * (patches if control == "force" else 1.0))
+        contact = press(line, self.modulus, normal, edges=edges)
         force = float(contact.force[0, 0])
         held = held_steps(task, self.friction, force / patches)
         share = patches if task.loads.control == "tangential_force" else 1.0
-        path: dict[str, Any] = {task.loads.control: loads[: max(held, 1)] * (held > 0) * share}
-        answer = slide_lines(
-            *(line, spacing, modulus, self.scene.tangential_modulus, self.friction),
-            **{control: normal},
-            **path,
-            **how,
-        )
+        path = LoadPath(task.loads.control, loads[: max(held, 1)] * (held > 0) * share)
+        friction = Friction(self.scene.tangential_modulus, self.friction)
+        answer = slide_lines(line, self.modulus, friction, normal, path, edges=edges)
         length = float(contact.contact_length[0, 0])
         steady = {
             "penetration": float(contact.penetration[0, 0]),

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from functools import partial
-from typing import Any
 
 import numpy as np
 
@@ -16,9 +15,11 @@ from comparisons.scene.scene import Scene
 from comparisons.scene.shapes import Indenter
 from comparisons.tasks.solution import Solution
 from comparisons.tasks.task import Task
+from reduced.loads import Load
 from reduced.profiles import shapes
 from reduced.springs import stress
 from reduced.springs.indent import Indentation, indent
+from reduced.springs.line import Springs
 
 NO_PLANE = "the contact is not that of an indenter on a plane surface"
 
@@ -68,14 +69,13 @@ class ReducedProfile(Solver[IndenterGeometry]):
     def warm_up(self, task: Task[IndenterGeometry]) -> None:
         """Compile the springs of a profile."""
         small = shapes.power_law(4.0, 1.0)
-        control: dict[str, Any] = {task.loads.control: np.array([0.5, 1.0])}
-        indent(small, 1.0, **control, springs=4, edges=self.options.edges)
+        springs = Springs(small, 1.0, per_radius=4, edges=self.options.edges)
+        indent(springs, Load(task.loads.control, [0.5, 1.0]))
 
     def solve(self, task: Task[IndenterGeometry]) -> Solution:
         """Press the profile to all loads at once."""
-        load: dict[str, Any] = task.loads.keyword
-        springs: dict[str, Any] = {"springs": task.resolution, "edges": self.options.edges}
-        contact = indent(self.profile, self.modulus, **load, **springs)
+        springs = Springs(self.profile, self.modulus, task.resolution, edges=self.options.edges)
+        contact = indent(springs, Load(task.loads.control, task.loads.values))
         radius = np.asarray(contact.contact_radius)
         curves = {
             "penetration": contact.penetration,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -12,9 +12,12 @@ from comparisons.scene.options import ReducedOptions
 from comparisons.scene.scene import Scene
 from comparisons.tasks.solution import Solution, Stopwatch
 from comparisons.tasks.task import Task
+from reduced.loads import Load
 from reduced.rough import ensemble, regions, surface_spectrum
 from reduced.rough import line_spectrum as spectrum
+from reduced.rough.lines import RoughLines
 from reduced.rough.press import LineContact, press
+from reduced.rough.surface_spectrum import SelfAffine
 
 
 class Lines(NamedTuple):
@@ -24,8 +27,7 @@ class Lines(NamedTuple):
     carries F = p L1^2, and its area, force and stiffness are those of L1^2.
     """
 
-    heights: np.ndarray
-    spacing: float
+    rough: RoughLines
     patches: float
 
 
@@ -78,9 +80,8 @@ class ReducedLines(Solver[RoughGeometry]):
 
     def warm_up(self, task: Task[RoughGeometry]) -> None:
         """Compile the walk along a line."""
-        line = np.cos(np.arange(16.0))[None, :]
-        load: dict[str, Any] = {task.loads.control: np.array([0.5])}
-        press(line, 1.0, 1.0, **load, edges=self.options.edges, periodic=True)
+        line = RoughLines(np.cos(np.arange(16.0)), 1.0)
+        press(line, 1.0, Load(task.loads.control, 0.5), edges=self.options.edges)
 
     def _points(self, task: Task[RoughGeometry]) -> int:
         options = self.options
@@ -91,9 +92,9 @@ class ReducedLines(Solver[RoughGeometry]):
         length = self.options.line_length * float(np.sqrt(task.geometry.area))
         points = self._points(task)
         source = line_spectrum(task.geometry, self.options)
-        seed: int = self.surface.seed
-        heights = ensemble.lines(source, points, task.realisations, seed=seed, length=length)
-        return Lines(heights, length / points, self.options.line_length**2)
+        count = len(task.realisations)
+        random = ensemble.RandomLines(source, points, count, self.surface.seed, length)
+        return Lines(random.draw(task.realisations), self.options.line_length**2)
 
     def solve(self, task: Task[RoughGeometry]) -> Solution:
         """Press all lines to all loads at once."""
@@ -102,14 +103,13 @@ class ReducedLines(Solver[RoughGeometry]):
         loads = task.loads.values
         if task.loads.control == "force":
             loads = loads * lines.patches
-        load: dict[str, Any] = {task.loads.control: loads}
-        how: dict[str, Any] = {"edges": self.options.edges, "periodic": True}
-        contact = press(lines.heights, lines.spacing, self.modulus, **load, **how)
+        load = Load(task.loads.control, loads)
+        contact = press(lines.rough, self.modulus, load, edges=self.options.edges)
         curves = _quantities(contact, lines)
         if self.options.stress == "local" and task.wants_pressure:
             shares = _undefined_shares(lines, contact.penetration, self.options.edges)
             curves["local_stress_undefined_share"] = shares
-        points = lines.heights.shape[1]
+        points = lines.rough.heights.shape[1]
         solution = Solution.of(task, curves, unknowns=points, setup_seconds=setup.seconds)
         # A mean gap wider than at first touch leaves a line without contact.
         for row, step in np.argwhere(contact.contact_count == 0):
@@ -122,15 +122,15 @@ class ReducedLines(Solver[RoughGeometry]):
 def _fields(lines: Lines, penetration: float) -> dict[str, np.ndarray]:
     return {
         "penetration": np.array(penetration),
-        "line_x": np.arange(lines.heights.shape[1]) * lines.spacing,
-        "line_height": lines.heights[0],
+        "line_x": np.arange(lines.rough.heights.shape[1]) * lines.rough.spacing,
+        "line_height": lines.rough.heights[0],
         "line_penetration": np.array(penetration),
     }
 
 
 def _quantities(contact: LineContact, lines: Lines) -> dict[str, np.ndarray]:
     """Return the quantities of lines that each stand for a number of patches, per patch."""
-    heights, patches = lines.heights, lines.patches
+    heights, patches = lines.rough.heights, lines.patches
     peak = heights.max(axis=1) - heights.mean(axis=1)
     return {
         "penetration": contact.penetration,
@@ -150,10 +150,12 @@ def _undefined_shares(lines: Lines, penetration: np.ndarray, edges: str) -> np.n
     return np.array(
         [
             [
-                regions.line_stress(line, lines.spacing, 1.0, d, edges=edges).undefined_share
+                regions.line_stress(
+                    RoughLines(line, lines.rough.spacing), 1.0, d, edges=edges
+                ).undefined_share
                 for d in depths
             ]
-            for line, depths in zip(lines.heights, penetration, strict=True)
+            for line, depths in zip(lines.rough.heights, penetration, strict=True)
         ]
     )
 
@@ -166,7 +168,7 @@ def line_spectrum(geometry: RoughGeometry, options: ReducedOptions) -> spectrum.
         return spectrum.prescribed(
             recipe.points,
             recipe.size,
-            **{name: getattr(recipe, name) for name in names},
+            SelfAffine(**{name: getattr(recipe, name) for name in names}),
             rule=options.spectrum,
         )
     heights = geometry.heights(0, geometry.points[0])

@@ -25,7 +25,9 @@ from comparisons.scene.scene import Scene
 from comparisons.tasks.solution import Solution, Stopwatch
 from comparisons.tasks.steps import Row, Step, solve_rows
 from comparisons.tasks.task import Task
+from reduced.loads import LoadPath
 from reduced.memory.materials import Prony
+from reduced.rough.lines import RoughLines
 from reduced.rubber.steady import SteadySliding, slide
 from reference.halfspace import areas
 from reference.sliding.cells import LIMIT
@@ -69,7 +71,7 @@ def _springs(scene: Scene) -> Prony:
 
 def _compile(material: Prony, speeds: np.ndarray) -> None:
     line = -(np.linspace(-1.0, 1.0, 17) ** 2)
-    slide(line, 0.125, material, speeds[:1], 1e-9, periodic=True)
+    slide(RoughLines(line, 0.125), material, speeds[:1], LoadPath("force", 1e-9))
 
 
 STEADY = "steady sliding on springs with memory (19.31)"
@@ -121,8 +123,9 @@ class ReducedSliding(ReducedProfile):
             line = -np.asarray(profile.height(np.abs(x)), dtype=float)
             # depths are counted from the axis, the line's from its highest spring
             top = float(line.max())
-            pressed = {control: load + top if given else load}
-            state = slide(line, spacing, self.material, speed, **pressed, periodic=False)
+            fitted = RoughLines(line, spacing, periodic=False)
+            pressed = LoadPath(control, load + top if given else load)
+            state = slide(fitted, self.material, speed, pressed)
             state = replace(state, penetration=state.penetration - top)
             wide = float(profile.contact_radius(state.penetration[0, 0]))
             if given or wide > 0.9 * radius:
@@ -154,9 +157,9 @@ class ReducedSlidingLines(ReducedLines):
         """Slide the lines at every speed."""
         with Stopwatch() as setup:
             lines = self.draw(task)
-        force = lines.patches * normal_load(task)[1]
-        state = slide(lines.heights, lines.spacing, self.material, task.loads.values, force)
-        points = lines.heights.shape[1]
+        force = LoadPath("force", lines.patches * normal_load(task)[1])
+        state = slide(lines.rough, self.material, task.loads.values, force)
+        points = lines.rough.heights.shape[1]
         curves = _curves(state, lines.patches)
         return Solution.of(task, curves, unknowns=points, setup_seconds=setup.seconds)
 

@@ -11,12 +11,15 @@ from pathlib import Path
 
 import numpy as np
 
+from reduced.loads import Load
 from reduced.profiles.shapes import cone, cylinder, paraboloid, power_law, rounded_punch, sphere
-from reduced.rough.ensemble import press_ensemble
+from reduced.rough.ensemble import RandomLines, press_ensemble
 from reduced.rough.line_spectrum import LineSpectrum, line_of, prescribed, sum_rules
+from reduced.rough.lines import RoughLines
 from reduced.rough.press import press
-from reduced.rough.surface_spectrum import self_affine
+from reduced.rough.surface_spectrum import SelfAffine, self_affine
 from reduced.springs.indent import indent
+from reduced.springs.line import Springs
 from reduced.springs.stress import abel, local_rule, one_radius_rule
 from reports.tables.documents import rewrite
 
@@ -53,26 +56,16 @@ def contact_error(shape: str, springs: int, edges: str, rng: np.random.Generator
     profile, exact, largest = SHAPES[shape]
     a = largest * rng.uniform(0.6, 1.0)
     depth = float(profile.height(np.array(a)))
-    contact = indent(
-        *(profile, 1.0),
-        penetration=[depth],
-        spacing=largest / springs,
-        edges=edges,
-        offset=rng.uniform(),
-    )
+    row = Springs(*(profile, 1.0), spacing=largest / springs, edges=edges, offset=rng.uniform())
+    contact = indent(row, Load("penetration", depth))
     return [contact.force[0] / exact(a) - 1, contact.contact_radius[0] / a - 1]
 
 
 def punch_error(springs: int, edges: str, rng: np.random.Generator) -> list[float]:
     """Take the flat punch of random radius."""
     b = rng.uniform(0.6, 1.0)
-    contact = indent(
-        *(cylinder(b), 1.0),
-        penetration=[0.1],
-        spacing=1 / springs,
-        edges=edges,
-        offset=rng.uniform(),
-    )
+    row = Springs(*(cylinder(b), 1.0), spacing=1 / springs, edges=edges, offset=rng.uniform())
+    contact = indent(row, Load("penetration", 0.1))
     return [contact.force[0] / (0.2 * b) - 1, contact.contact_radius[0] / b - 1]
 
 
@@ -81,7 +74,12 @@ def line_error(springs: int, edges: str, rng: np.random.Generator) -> list[float
     a, shift = rng.uniform(0.6, 1.0), rng.uniform()
     x = (np.arange(-springs - 3, springs + 4) + shift) / springs
     depth = a**2 - np.min(x**2)
-    contact = press(-(x**2), 1 / springs, 1.0, penetration=[depth], edges=edges, periodic=False)
+    contact = press(
+        RoughLines(-(x**2), 1 / springs, periodic=False),
+        1.0,
+        Load("penetration", [depth]),
+        edges=edges,
+    )
     radius = np.sqrt(contact.contact_area[0, 0] / np.pi)
     return [contact.force[0, 0] / (4 / 3 * a**3) - 1, radius / a - 1]
 
@@ -121,8 +119,10 @@ def printed_height() -> list[list[str]]:
     for hurst in HURST:
         cells = [f"{hurst}"]
         for n in MODES:
-            sampled = prescribed(n, 1.0, hurst=hurst, rms_height=1.0, rule="printed").rms_height
-            surface = self_affine(n, 1.0, hurst=hurst, rms_height=1.0)
+            sampled = prescribed(
+                n, 1.0, SelfAffine(hurst=hurst, rms_height=1.0), rule="printed"
+            ).rms_height
+            surface = self_affine(n, 1.0, SelfAffine(hurst=hurst, rms_height=1.0))
             averaged = line_of(surface, "printed").rms_height
             cells.append(f"{100 * (sampled - 1):+.1f} / {100 * (averaged - 1):+.1f}")
         rows.append(cells)
@@ -134,7 +134,9 @@ def rules() -> list[list[str]]:
     rows = [["points", "roll-off", "rule", "height - 1", "slope - 1", "curvature - 1"]]
     for n in (64, 512):
         for roll_off in (None, 1 / 8):
-            surface = self_affine(n, 1.0, hurst=0.8, rms_height=1.0, long_cutoff=roll_off)
+            surface = self_affine(
+                n, 1.0, SelfAffine(hurst=0.8, rms_height=1.0, long_cutoff=roll_off)
+            )
             for rule in ("rings", "split", "printed"):
                 ratio = sum_rules(surface, line_of(surface, rule)).ratio - 1
                 cells = [f"{x:+.1e}" for x in ratio]
@@ -167,7 +169,7 @@ def stress_rules() -> list[list[str]]:
         everywhere = (np.arange(4000) + 0.5) / 4000
         carried = one_radius_rule(profile, 1.0, depth, a * everywhere)
         force = 2 * np.pi * a**2 * np.sum(everywhere * carried) / 4000
-        ratio = force / indent(profile, 1.0, penetration=[depth]).force[0] - 1
+        ratio = force / indent(Springs(profile, 1.0), Load("penetration", [depth])).force[0] - 1
         first = "no value" if share == 1 else f"{errors[0]:.1e}"
         cells = [name, first, f"{100 * share:.0f} %", f"{errors[1]:.1e}", f"{100 * ratio:+.1f} %"]
         rows.append(cells)
@@ -191,9 +193,8 @@ def stiffness_exponents(points: int = 2**15, realisations: int = 400) -> list[li
         power = mode ** (-1 - 2 * hurst)
         line = LineSpectrum(2 * np.pi * mode, power / (2 * power.sum()), 1.0)
         lines = press_ensemble(
-            *(line, points, realisations, 1.0),
-            force=np.geomspace(1e-9, 1e-1, 120),
-            seed=2,
+            *(RandomLines(line, points, realisations, seed=2), 1.0),
+            Load("force", np.geomspace(1e-9, 1e-1, 120)),
             quantities=["contact_length", "force"],
         ).samples
         cells = [f"{hurst}", f"{1 / (1 + hurst):.3f}"]

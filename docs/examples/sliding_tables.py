@@ -11,11 +11,13 @@ from pathlib import Path
 
 import numpy as np
 
+from reduced.loads import Load, LoadPath
 from reduced.memory.materials import kelvin_voigt, standard_solid
-from reduced.rough.ensemble import lines
+from reduced.rough.ensemble import RandomLines
 from reduced.rough.line_spectrum import line_of, prescribed
+from reduced.rough.lines import RoughLines
 from reduced.rough.press import press
-from reduced.rough.surface_spectrum import measured
+from reduced.rough.surface_spectrum import SelfAffine, measured
 from reduced.rubber.history import slide_in_time
 from reduced.rubber.printed import slide_as_printed
 from reduced.rubber.steady import slide
@@ -28,13 +30,13 @@ from reports.tables.documents import rewrite
 
 PAGE = Path(__file__).resolve().parents[1] / "rubber-sliding.md"
 LOAD = 3e-3
-SPECTRUM = prescribed(64, 1.0, hurst=0.8, rms_slope=0.1, short_cutoff=1 / 16)
+SPECTRUM = prescribed(64, 1.0, SelfAffine(hurst=0.8, rms_slope=0.1, short_cutoff=1 / 16))
 RUBBER = kelvin_voigt(1.0, 1.0)
 
 
 def rough(points: int, count: int = 6) -> np.ndarray:
     """Lines of length 1 with sixteen waves."""
-    return lines(SPECTRUM, points, range(count), seed=7)
+    return RandomLines(SPECTRUM, points, count, seed=7).draw().heights
 
 
 # %% [markdown]
@@ -48,11 +50,20 @@ def printed() -> list[list[str]]:
     for number in (0.02, 0.1, 0.5, 1.0, 1.5, 1.9, 1.99, 2.01, 2.1, 5.0, 1000.0):
         speed, ended, errors, works, tensile = 1 / (512 * number), 0, [], [], []
         for line in rough(512):
-            still = press(line, 1 / 512, 4.0, force=[LOAD], edges="nodal").penetration.item()
+            still = press(
+                RoughLines(line, 1 / 512), 4.0, Load("force", [LOAD]), edges="nodal"
+            ).penetration.item()
             run = slide_as_printed(
-                *(line, 1 / 512, 1.0, 1.0, speed, LOAD), steps=2048, level=line.max() - still
+                RoughLines(line, 1 / 512),
+                kelvin_voigt(1.0, 1.0),
+                speed,
+                LOAD,
+                steps=2048,
+                level=line.max() - still,
             )
-            exact = slide(line, 1 / 512, RUBBER, speed, LOAD).tangential_force.item()
+            exact = slide(
+                RoughLines(line, 1 / 512), RUBBER, speed, LoadPath("force", LOAD)
+            ).tangential_force.item()
             if run.outcome == "completed":
                 ended += 1
                 errors.append(run.tangential_force[-512:].mean() / exact - 1)
@@ -74,11 +85,15 @@ def energy() -> list[list[str]]:
     """Work over dissipation less one: conjugate force, and central differences, by spacing."""
     rows = [["points", "v tau/dx", "work-conjugate", "central difference", "friction against 8192"]]
     for speed in (1e-4, 0.02, 0.2):
-        finest = slide(rough(8192, 1), 1 / 8192, RUBBER, speed, LOAD).friction_coefficient.item()
+        finest = slide(
+            RoughLines(rough(8192, 1), 1 / 8192), RUBBER, speed, LoadPath("force", LOAD)
+        ).friction_coefficient.item()
         for points in (128, 512, 2048):
             line = rough(points, 1)[0]
-            sliding = slide_in_time(line, 1 / points, 1.0, 1.0, speed, LOAD, steps=4 * points)
-            steady = slide(line, 1 / points, RUBBER, speed, LOAD)
+            sliding = slide_in_time(
+                RoughLines(line, 1 / points), kelvin_voigt(1.0, 1.0), speed, LOAD, steps=4 * points
+            )
+            steady = slide(RoughLines(line, 1 / points), RUBBER, speed, LoadPath("force", LOAD))
             central = central_work(line, speed, float(line.max()) - steady.penetration.item())
             rows.append(
                 [
@@ -131,7 +146,10 @@ def ball() -> list[list[str]]:
             mu = truth.friction_coefficient
             x = np.linspace(-0.3, 0.3, 4001)
             sliding = slide(
-                *(-(x**2), x[1] - x[0], springs, speed, truth.force.estimate), periodic=False
+                RoughLines(-(x**2), x[1] - x[0], periodic=False),
+                springs,
+                speed,
+                LoadPath("force", truth.force.estimate),
             )
             rows.append(
                 [
@@ -206,8 +224,9 @@ def surface() -> list[list[str]]:
     body = GeneralisedMaxwell.standard(0.25, 2.5, 1 / 11)
     springs = standard_solid(0.25, 2.5, relaxation_time=1 / 11)
     speeds = (0.003, 0.01, 0.03, 0.1, 0.3)
-    many = lines(line_of(measured(h, 1.0, periodic=True)), 8 * 48, range(100))
-    friction = slide(many, 1 / (8 * 48), springs, speeds, 0.005).friction_coefficient
+    spectrum = line_of(measured(h, 1.0, periodic=True))
+    many = RandomLines(spectrum, 8 * 48, 100).draw()
+    friction = slide(many, springs, speeds, LoadPath("force", 0.005)).friction_coefficient
     mean, scatter = friction.mean(axis=0), friction.std(axis=0, ddof=1) / 10
 
     def height(n: int) -> np.ndarray:

@@ -12,10 +12,13 @@ from pathlib import Path
 
 import numpy as np
 
-from reduced.friction.slide import slide, slide_lines
+from reduced.friction.slide import Friction, slide, slide_lines
+from reduced.loads import Load, LoadPath
 from reduced.profiles import shapes
-from reduced.rough.ensemble import lines
+from reduced.rough.ensemble import RandomLines
 from reduced.rough.line_spectrum import prescribed
+from reduced.rough.surface_spectrum import SelfAffine
+from reduced.springs.line import Springs
 from reference import closed_form
 from reference.closed_form import PartialSlip, stiffness_ratio
 from reference.fem.friction import follow
@@ -47,9 +50,11 @@ SHAPES = {
     "power law, n = 4": (shapes.power_law(4, 0.5), closed_form.power_law(4, 0.5, 1.0), 1.0),
     "sphere, a to 0.6 R": (shapes.sphere(1.0), closed_form.sphere(1.0, 1.0), 0.6),
     "rounded punch, b = 0.4 a": (
-        shapes.rounded_punch(0.4, 3.0), closed_form.rounded_punch(0.4, 3.0, 1.0), 1.0,
+        shapes.rounded_punch(0.4, 3.0),
+        closed_form.rounded_punch(0.4, 3.0, 1.0),
+        1.0,
     ),
-}  # fmt: skip
+}
 
 
 def springs() -> list[list[str]]:
@@ -77,9 +82,11 @@ def _spring_error(profile, form, largest, count, edges, rng) -> list[float]:
     d = float(profile.height(np.array(a)))
     d_inner = d / 2
     path = slide(
-        profile, 1.0, 0.8, MU, penetration=d, tangential_displacement=[MU * (d - d_inner) / 0.8],
-        spacing=largest / count, offset=rng.uniform(), edges=edges,
-    )  # fmt: skip
+        Springs(profile, 1.0, spacing=largest / count, offset=rng.uniform(), edges=edges),
+        Friction(0.8, MU),
+        Load("penetration", d),
+        LoadPath("tangential_displacement", [MU * (d - d_inner) / 0.8]),
+    )
     exact = MU * (form.force(d) - form.force(d_inner)), form.contact_radius(d_inner)
     return [path.tangential_force[0] / exact[0] - 1, path.stick_length[0] / 2 / exact[1] - 1]
 
@@ -98,8 +105,17 @@ def paraboloid_body(points: int, nu: float, offset=(0.4, 0.7), width: float = 2.
 
 def grid() -> list[list[str]]:
     """Error of F_x at nu = 0 over 8 offsets; iterations and time of a partial-slip step."""
-    rows = [["cells per radius", "rms error of F_x, nu = 0", "order", "iterations, nu = 0.3",
-             "step, uncoupled", "rounds", "step, coupled"]]  # fmt: skip
+    rows = [
+        [
+            "cells per radius",
+            "rms error of F_x, nu = 0",
+            "order",
+            "iterations, nu = 0.3",
+            "step, uncoupled",
+            "rounds",
+            "step, coupled",
+        ]
+    ]
     rng, before = np.random.default_rng(1), None
     exact = 0.5 * (1 - 0.5**1.5) / 0.5
     for points in (22, 44, 88, 176):
@@ -125,9 +141,13 @@ def _timed_step(body: NormalAndTangential, gap: np.ndarray, coupled: bool) -> tu
     """Second step of a path (the first one warms up) and its processor time."""
     force = 4 / 3 * body.compliance.effective_modulus
     path = sweep(
-        body, gap, MU, force=force, tangential_force=[0.3 * MU * force, 0.8 * MU * force],
+        body,
+        gap,
+        MU,
+        force=force,
+        tangential_force=[0.3 * MU * force, 0.8 * MU * force],
         coupled=coupled,
-    )  # fmt: skip
+    )
     next(path)
     start = time.process_time()
     step = next(path)
@@ -141,8 +161,18 @@ def _timed_step(body: NormalAndTangential, gap: np.ndarray, coupled: bool) -> tu
 # %%
 def left_out() -> list[list[str]]:
     """Displacement and loss of a cycle against Cattaneo-Mindlin, rigid paraboloid."""
-    rows = [["nu", "u at 0.5 mu F", "u at 0.9 mu F", "loss of a cycle, 0.9 mu F",
-             "largest q_y/q_x", "coupled: u at 0.5", "u at 0.9", "loss"]]  # fmt: skip
+    rows = [
+        [
+            "nu",
+            "u at 0.5 mu F",
+            "u at 0.9 mu F",
+            "loss of a cycle, 0.9 mu F",
+            "largest q_y/q_x",
+            "coupled: u at 0.5",
+            "u at 0.9",
+            "loss",
+        ]
+    ]
     for nu in NUS:
         row = [f"{nu}"]
         for coupled in (False, True):
@@ -202,8 +232,16 @@ def outlines(x: np.ndarray) -> dict[str, np.ndarray]:
 
 def _rough_contact(points: int) -> np.ndarray:
     """Contact of a rough patch, about 10 % of its area."""
-    height = self_affine(points, 2.1, hurst=0.8, rms_slope=0.1, long_cutoff=1.0, short_cutoff=0.13,
-                         seed=4, realisation=0)  # fmt: skip
+    height = self_affine(
+        points,
+        2.1,
+        hurst=0.8,
+        rms_slope=0.1,
+        long_cutoff=1.0,
+        short_cutoff=0.13,
+        seed=4,
+        realisation=0,
+    )
     body = NormalAndTangential((points,) * 2, (2.1 / points,) * 2, Compliance.of(0.5, 0.0))
     contact = fft.solve(body.normal, height.max() - height, force=0.05 * 0.1 * 2.1**2)
     return contact.mask
@@ -272,9 +310,11 @@ def second_opinion() -> list[list[str]]:
     for nu in (0.0, 0.2, 0.45):
         half_space, gap = paraboloid_body(44, nu)
         true = list(sweep(half_space, gap, MU, **loads))[8:]
-        moduli = half_space.compliance.effective_modulus, half_space.compliance.tangential_modulus
         line = slide(
-            shapes.paraboloid(1.0), *moduli, MU, penetration=0.8, tangential_displacement=shift
+            Springs(shapes.paraboloid(1.0), half_space.compliance.effective_modulus),
+            Friction(half_space.compliance.tangential_modulus, MU),
+            Load("penetration", 0.8),
+            LoadPath("tangential_displacement", shift),
         )
         for elements in (2, 4):
             body = frictional_body(1.0, 2 * (1 + nu), nu, elements=elements)
@@ -348,10 +388,14 @@ def rough() -> list[list[str]]:
 
 def _lines(load: float, shares: np.ndarray, options: dict) -> list[np.ndarray]:
     """Displacements of 100 lines of the same spectrum, springs 4G/(2 - nu), any nu."""
-    drawn = lines(prescribed(64, 1.0, **options), 512, range(100))
+    drawn = RandomLines(prescribed(64, 1.0, SelfAffine(**options)), 512, 100).draw()
     force = load * 0.1
     path = slide_lines(
-        drawn, 1 / 512, 1.0, 0.8, MU, force=force, tangential_force=shares * MU * force
+        drawn,
+        1.0,
+        Friction(0.8, MU),
+        Load("force", force),
+        LoadPath("tangential_force", shares * MU * force),
     )
     return list(path.tangential_displacement * 0.8 / MU / path.penetration[:, None])
 

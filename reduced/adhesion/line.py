@@ -22,7 +22,7 @@ import numpy as np
 from numba import njit
 
 from reduced.profiles.section import Profile
-from reduced.springs.cubics import part_moments, rise_and_slope
+from reduced.springs.cubics import Half, part_moments, rise_and_slope
 from reduced.springs.line import SmoothLine
 
 PENETRATION, FORCE = 0, 1
@@ -32,17 +32,6 @@ FOLD_LEVEL = (0.25, 2.25)
 _STEPS = 100
 _GRADES = 40
 _EPSILON = float(np.finfo(float).eps)
-
-
-class Half(NamedTuple):
-    """Cubics of a half line, as `cubics.moments` makes them; all arrays."""
-
-    x: np.ndarray
-    heights: np.ndarray
-    start: np.ndarray
-    end: np.ndarray
-    first: np.ndarray
-    second: np.ndarray
 
 
 class Pieces(NamedTuple):
@@ -70,7 +59,7 @@ def half_line(profile: Profile, spacing: float, offset: float, largest: float) -
     graded = np.concatenate([marks[1:], (marks[:, None] + steps).ravel()])
     graded = graded[graded < min(profile.edge, largest + spacing)]
     dense = replace(profile, breakpoints=tuple(map(float, graded)))
-    return Half(*SmoothLine(dense, spacing, offset, largest).halves[0])
+    return SmoothLine(dense, spacing, offset, largest).halves[0]
 
 
 @njit(cache=True)

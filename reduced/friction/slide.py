@@ -2,7 +2,7 @@
 
 Each spring has the tangential stiffness G* dx with G* = 4 G/(2 - nu) (19.18) and slips where its
 force would exceed mu times its normal force (19.19; Popov & Hess 2015, sec. 5.2). Here the normal
-load stays while any path of tangential force or displacement is followed; `stick_slip_line` follows
+load stays while any path of tangential force or displacement is followed; `stick_slip` follows
 paths on which the penetration changes as well.
 
 What the model leaves out: the coupling of normal and tangential displacements, unless the two
@@ -13,17 +13,20 @@ nu > 0. With both left out it is exact for every body of revolution (Jaeger 1995
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from reduced.arguments import positive_faults, refuse
+from reduced.arguments import poisson_faults, positive_faults, refuse
 from reduced.friction.slip_memory import Branches, accumulate, branches
-from reduced.profiles.section import Profile
+from reduced.loads import Load, LoadPath
+from reduced.rough.lines import RoughLines
 from reduced.rough.press import press
 from reduced.springs.indent import indent
+from reduced.springs.line import Springs
 
+CONTROLS = ("tangential_displacement", "tangential_force")
 _SPENT = 8 * np.finfo(float).eps  # a force that the friction carries but for rounding
 
 
@@ -56,6 +59,31 @@ class TangentialPath:
     stick_length: np.ndarray
     stiffness: np.ndarray
     dissipation: np.ndarray
+
+
+@dataclass(frozen=True)
+class Friction:
+    """Tangential springs of stiffness G* dx, with Coulomb's law (19.18), (19.19).
+
+    Parameters
+    ----------
+    tangential_modulus : float
+        G*, see `tangential_modulus`.
+    coefficient : float
+        Coulomb's mu.
+
+    Raises
+    ------
+    ValueError
+        If one of them is not positive.
+    """
+
+    tangential_modulus: float
+    coefficient: float
+
+    def __post_init__(self) -> None:
+        wrong = positive_faults(tangential_modulus=self.tangential_modulus)
+        refuse(wrong + positive_faults(coefficient=self.coefficient))
 
 
 @dataclass(frozen=True)
@@ -95,7 +123,7 @@ def tangential_modulus(shear_modulus: float, poisson_ratio: float) -> float:
     >>> tangential_modulus(3.0, 0.5)
     8.0
     """
-    refuse(positive_faults(shear_modulus=shear_modulus) + _poisson_faults(poisson_ratio))
+    refuse(positive_faults(shear_modulus=shear_modulus) + poisson_faults(poisson_ratio))
     return 4 * shear_modulus / (2 - poisson_ratio)
 
 
@@ -105,25 +133,11 @@ def stiffness_ratio(poisson_ratio: float) -> float:
     >>> round(stiffness_ratio(0.5), 12)
     0.666666666667
     """
-    refuse(_poisson_faults(poisson_ratio))
+    refuse(poisson_faults(poisson_ratio))
     return 2 * (1 - poisson_ratio) / (2 - poisson_ratio)
 
 
-def slide(
-    profile: Profile,
-    effective_modulus: float,
-    tangential_modulus: float,
-    friction: float,
-    *,
-    penetration: float | None = None,
-    force: float | None = None,
-    tangential_displacement: Sequence[float] | np.ndarray | None = None,
-    tangential_force: Sequence[float] | np.ndarray | None = None,
-    springs: int = 40,
-    spacing: float | None = None,
-    edges: str = "sub_cell",
-    offset: float = 0.5,
-) -> TangentialPath:
+def slide(springs: Springs, friction: Friction, load: Load, path: LoadPath) -> TangentialPath:
     """Load a single contact tangentially, along any path, under a constant normal load.
 
     The springs are those of `springs.indent.indent`, sub-cell edges included; the border of stick
@@ -132,18 +146,15 @@ def slide(
 
     Parameters
     ----------
-    profile : Profile
-        Equivalent profile g(x), see `profiles`.
-    effective_modulus, tangential_modulus : float
-        E* and G* (`tangential_modulus`).
-    friction : float
-        Coefficient mu of Coulomb's law.
-    penetration, force : float
-        Exactly one: the normal load, reached before the path begins, without any tangential force.
-    tangential_displacement, tangential_force : array_like, shape (k,)
-        Exactly one: the values the path passes, in order, any sign; between them it is monotone.
-    springs, spacing, edges, offset
-        As for `springs.indent.indent`.
+    springs : Springs
+        The profile, and the springs under it.
+    friction : Friction
+        G* and mu.
+    load : Load
+        Penetration or force, one value: reached before the path begins, without tangential force.
+    path : LoadPath
+        Values of ``"tangential_displacement"`` or ``"tangential_force"`` that the path passes, in
+        order, any sign, shape (k,); between them it is monotone.
 
     Returns
     -------
@@ -152,7 +163,7 @@ def slide(
     Raises
     ------
     ValueError
-        Listing every argument that is wrong; a tangential force above mu F has no equilibrium.
+        If the load is not one value; a tangential force above mu F has no equilibrium.
     ConvergenceError
         If a force could not be inverted.
 
@@ -166,39 +177,34 @@ def slide(
     Cattaneo-Mindlin, stick radius c = a (1 - F_x/(mu F))^(1/3):
 
     >>> from reduced.profiles.shapes import paraboloid
-    >>> path = slide(paraboloid(1.0), 1.0, 0.8, 0.5, penetration=1.0, tangential_force=[7 / 12])
+    >>> path = slide(Springs(paraboloid(1.0), 1.0), Friction(0.8, 0.5), Load("penetration", 1.0),
+    ...              LoadPath("tangential_force", 7 / 12))
     >>> round(float(path.stick_length[0]) / 2, 12)
     0.5
     """
-    control, values = _path(tangential_displacement, tangential_force)
-    _check(effective_modulus, tangential_modulus, friction)
-    name, load = _one_load(penetration, force)
-    options = {"springs": springs, "spacing": spacing, "edges": edges, "offset": offset}
-    normal = indent(profile, effective_modulus, **{name: [load]}, **options)
-    options["spacing"] = normal.spacing
+    path.one_of(*CONTROLS)
+    load.single()
+    normal = indent(springs, load)
+    reduced = replace(springs, effective_modulus=1.0, spacing=normal.spacing)
 
     def at(kind: str, levels: np.ndarray) -> tuple[np.ndarray, ...]:
-        found = indent(profile, 1.0, **{kind: levels}, **options)
-        return found.penetration, found.force, 2 * found.contact_radius, found.energy
+        contact = indent(reduced, Load(kind, levels))
+        return contact.penetration, contact.force, 2 * contact.contact_radius, contact.energy
 
-    levels = _Levels(float(normal.penetration[0]), normal.force[0] / effective_modulus, at)
-    answers = _follow(levels, control, values, effective_modulus, tangential_modulus, friction)
+    modulus = springs.effective_modulus
+    levels = _Levels(float(normal.penetration[0]), normal.force[0] / modulus, at)
+    answers = _follow(levels, path, modulus, friction)
     return TangentialPath(levels.penetration, float(normal.force[0]), *answers)
 
 
 def slide_lines(
-    lines: np.ndarray,
-    spacing: float,
+    lines: RoughLines,
     effective_modulus: float,
-    tangential_modulus: float,
-    friction: float,
+    friction: Friction,
+    load: Load,
+    path: LoadPath,
     *,
-    force: float | None = None,
-    penetration: float | None = None,
-    tangential_displacement: Sequence[float] | np.ndarray | None = None,
-    tangential_force: Sequence[float] | np.ndarray | None = None,
     edges: str = "sub_cell",
-    periodic: bool = True,
 ) -> TangentialPath:
     """Load rough lines tangentially, along any path, under a constant normal load.
 
@@ -207,14 +213,10 @@ def slide_lines(
 
     Parameters
     ----------
-    lines, spacing, edges, periodic
+    lines, effective_modulus, edges
         As for `rough.press.press`.
-    effective_modulus, tangential_modulus, friction : float
-        E*, G*, mu.
-    force, penetration : float
-        Exactly one: the normal load of every line.
-    tangential_displacement, tangential_force : array_like, shape (k,)
-        Exactly one: the same path for every line.
+    friction, load, path
+        As for `slide`, the same for every line; the load is that of each line.
 
     Returns
     -------
@@ -227,47 +229,47 @@ def slide_lines(
 
     Examples
     --------
-    >>> tent = np.array([0.0, 1.0, 0.0, 0.0])
-    >>> path = slide_lines(tent, 1.0, 1.0, 0.8, 0.5, penetration=0.5, tangential_displacement=[9.0])
+    >>> tent = RoughLines([0.0, 1.0, 0.0, 0.0], 1.0)
+    >>> path = slide_lines(tent, 1.0, Friction(0.8, 0.5), Load("penetration", 0.5),
+    ...                    LoadPath("tangential_displacement", 9.0))
     >>> path.tangential_force  # mu F
     array([[0.125]])
     """
-    control, values = _path(tangential_displacement, tangential_force)
-    _check(effective_modulus, tangential_modulus, friction)
-    name, load = _one_load(penetration, force)
-    options = {"edges": edges, "periodic": periodic}
-    heights = np.atleast_2d(np.asarray(lines, dtype=float))
-    normal = press(heights, spacing, effective_modulus, **{name: [load]}, **options)
+    path.one_of(*CONTROLS)
+    load.single()
+    normal = press(lines, effective_modulus, load, edges=edges)
 
     def follow(row: int) -> list[np.ndarray]:
+        line = lines[row]
+
         def at(kind: str, levels: np.ndarray) -> tuple[np.ndarray, ...]:
-            found = press(heights[row], spacing, 1.0, **{kind: levels}, **options)
-            return found.penetration[0], found.force[0], found.contact_length[0], found.energy[0]
+            contact = press(line, 1.0, Load(kind, levels), edges=edges)
+            length, energy = contact.contact_length[0], contact.energy[0]
+            return contact.penetration[0], contact.force[0], length, energy
 
         own = _Levels(normal.penetration[row, 0], normal.force[row, 0] / effective_modulus, at)
-        return _follow(own, control, values, effective_modulus, tangential_modulus, friction)
+        return _follow(own, path, effective_modulus, friction)
 
-    answers = zip(*map(follow, range(len(heights))), strict=True)
+    answers = zip(*map(follow, range(len(lines))), strict=True)
     return TangentialPath(normal.penetration[:, 0], normal.force[:, 0], *map(np.array, answers))
 
 
-def _follow(
-    levels: _Levels, control: str, values: np.ndarray, E: float, G: float, friction: float
-) -> list[np.ndarray]:
+def _follow(levels: _Levels, path: LoadPath, E: float, friction: Friction) -> list[np.ndarray]:
     """F_x, u, stick length, stiffness and dissipation at the points of a path of one row."""
-    if control == "displacement":
-        branch, force = _by_displacement(levels, values * (G / (friction * E)))
-        given_force = friction * E * force[branch.given]
-        given_displacement = values
+    mu, G = friction.coefficient, friction.tangential_modulus
+    if path.control == "tangential_displacement":
+        branch, force = _by_displacement(levels, path.values * (G / (mu * E)))
+        given_force = mu * E * force[branch.given]
+        given_displacement = path.values
     else:
-        branch = _by_force(levels, values / (friction * E))
-        given_displacement = friction * E / G * branch.value[branch.given]
-        given_force = values
+        branch = _by_force(levels, path.values / (mu * E))
+        given_displacement = mu * E / G * branch.value[branch.given]
+        given_force = path.values
     depth = levels.penetration
     way, before = np.abs([branch.reach, branch.reach_before])
     length = levels.respond("penetration", depth - way)[2]
     lost = branch.factor * (_dissipated(levels, way) - _dissipated(levels, before))
-    lost = friction * E / G * friction * E * np.cumsum(np.maximum(lost, 0.0))
+    lost = mu * E / G * mu * E * np.cumsum(np.maximum(lost, 0.0))
     stick = length[branch.given]
     return [given_force, given_displacement, stick, G * stick, lost[branch.given]]
 
@@ -307,38 +309,3 @@ def _dissipated(levels: _Levels, way: np.ndarray) -> np.ndarray:
     total = levels.respond("penetration", np.array([depth]))[3, 0]
     slipped = within * (levels.force + force) - 2 * (total - energy)
     return slipped + levels.force * (way - within)
-
-
-def _path(displacement: object, force: object) -> tuple[str, np.ndarray]:
-    """Kind and values of the only tangential path that was given."""
-    if (displacement is None) == (force is None):
-        raise ValueError("give exactly one of tangential_displacement, tangential_force")
-    control, given = ("displacement", displacement) if force is None else ("force", force)
-    values = np.array(given, dtype=float, ndmin=1)
-    if values.ndim != 1 or values.size == 0 or not np.all(np.isfinite(values)):
-        raise ValueError(f"tangential_{control} must be a non-empty finite 1-D list, got {given!r}")
-    return control, values
-
-
-def _one_load(penetration: float | None, force: float | None) -> tuple[str, float]:
-    """Name and value of the only normal load that was given."""
-    if (penetration is None) == (force is None):
-        raise ValueError("give exactly one of penetration, force")
-    name, load = ("penetration", penetration) if force is None else ("force", force)
-    refuse(positive_faults(**{name: load}))
-    return name, float(load)
-
-
-def _check(effective_modulus: float, tangential_modulus: float, friction: float) -> None:
-    refuse(
-        positive_faults(
-            effective_modulus=effective_modulus,
-            tangential_modulus=tangential_modulus,
-            friction=friction,
-        )
-    )
-
-
-def _poisson_faults(poisson_ratio: float) -> list[str]:
-    good = np.isfinite(poisson_ratio) and -1 < poisson_ratio <= 0.5
-    return [] if good else [f"poisson_ratio must lie in (-1, 0.5], got {poisson_ratio!r}"]

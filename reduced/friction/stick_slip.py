@@ -20,8 +20,11 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from reduced.arguments import positive_faults, refuse
+from reduced.friction.slide import Friction
+from reduced.loads import LoadPath
 
 
 @dataclass(frozen=True)
@@ -87,18 +90,9 @@ class _State:
             setattr(self, name, getattr(self, name)[needed])
 
 
-def follow(
-    gap: np.ndarray,
-    spacing: float,
-    effective_modulus: float,
-    tangential_modulus: float,
-    friction: float,
-    *,
-    penetration: np.ndarray,
-    tangential_displacement: np.ndarray,
-    periodic: bool = False,
-) -> LinePath:
-    """Move a line on springs along a path of penetration and tangential displacement.
+@dataclass(frozen=True)
+class StickingLine:
+    """A gap over springs that stick and slip.
 
     Parameters
     ----------
@@ -107,53 +101,82 @@ def follow(
         depth of a rough line below its highest peak; finite, n >= 2.
     spacing : float
         dx.
-    effective_modulus, tangential_modulus, friction : float
-        E*, G* (`slide.tangential_modulus`) and Coulomb's mu.
-    penetration, tangential_displacement : array_like, shape (k,)
-        The points of the path, any sign and order; the path starts at d = 0 (or the negative
-        first penetration), u = 0, and both change in proportion between two points.
+    effective_modulus : float
+        E*.
+    friction : Friction
+        G* and Coulomb's mu.
     periodic : bool
         Whether the last point is the first one's neighbour; a free line ends half a cell beyond
         its outer points, level with them.
-
-    Returns
-    -------
-    LinePath
 
     Raises
     ------
     ValueError
         Listing every argument that is wrong.
-
-    Examples
-    --------
-    A flat punch, pressed and shifted at once with u G* < mu d E*: everything sticks.
-
-    >>> flat = follow(np.zeros(4), 0.5, 1.0, 0.8, 0.5, penetration=[1.0],
-    ...               tangential_displacement=[0.5])
-    >>> flat.force, flat.tangential_force
-    (array([2.]), array([0.8]))
     """
-    gap = np.asarray(gap, dtype=float)
-    depth, shift = (
-        np.array(path, dtype=float, ndmin=1) for path in (penetration, tangential_displacement)
-    )
-    _check(gap, depth, shift, spacing, effective_modulus, tangential_modulus, friction)
-    state = _start(gap, periodic)
-    ratio = tangential_modulus / (friction * effective_modulus)
-    before = min(depth[0], 0.0)
-    rows = []
-    for d, step in zip(depth, np.diff(ratio * shift, prepend=0.0), strict=True):
-        _advance(state, before, d, step)
-        rows.append([*_sums(state, d), state.place.size])
-        before = d
-    normal, tangential, contact, stick, energy, energy_x, knots = np.array(rows).T
-    unit = effective_modulus * spacing
-    energy = unit * (energy + friction / ratio * energy_x)
-    return LinePath(
-        *(depth, shift, unit * normal, friction * unit * tangential),
-        *(spacing * contact, spacing * stick, energy, knots.astype(int)),
-    )
+
+    gap: np.ndarray
+    spacing: float
+    effective_modulus: float
+    friction: Friction
+    periodic: bool = False
+
+    def __post_init__(self) -> None:
+        wrong = positive_faults(spacing=self.spacing, effective_modulus=self.effective_modulus)
+        shape = np.shape(self.gap)
+        if len(shape) != 1 or shape[0] < 2 or not np.all(np.isfinite(self.gap)):
+            wrong.append(f"gap must be finite, of shape (n,), n >= 2, got shape {shape}")
+        refuse(wrong)
+
+    def follow(self, penetration: ArrayLike, tangential_displacement: ArrayLike) -> LinePath:
+        """Move the line along a path of penetration and tangential displacement.
+
+        Parameters
+        ----------
+        penetration, tangential_displacement : array_like, shape (k,)
+            The points of the path, any sign and order; the path starts at d = 0 (or the negative
+            first penetration), u = 0, and both change in proportion between two points.
+
+        Returns
+        -------
+        LinePath
+
+        Raises
+        ------
+        ValueError
+            If they are not finite lists of one length.
+
+        Examples
+        --------
+        A flat punch, pressed and shifted at once with u G* < mu d E*: everything sticks.
+
+        >>> flat = StickingLine(np.zeros(4), 0.5, 1.0, Friction(0.8, 0.5)).follow([1.0], [0.5])
+        >>> flat.force, flat.tangential_force
+        (array([2.]), array([0.8]))
+        """
+        depth = LoadPath("penetration", penetration).values
+        shift = LoadPath("tangential_displacement", tangential_displacement).values
+        if depth.shape != shift.shape:
+            raise ValueError(
+                "penetration and tangential_displacement must be lists of one length, "
+                f"got shapes {depth.shape} and {shift.shape}"
+            )
+        state = _start(np.asarray(self.gap, dtype=float), self.periodic)
+        mu = self.friction.coefficient
+        ratio = self.friction.tangential_modulus / (mu * self.effective_modulus)
+        before = min(depth[0], 0.0)
+        rows = []
+        for d, step in zip(depth, np.diff(ratio * shift, prepend=0.0), strict=True):
+            _advance(state, before, d, step)
+            rows.append([*_sums(state, d), state.place.size])
+            before = d
+        normal, tangential, contact, stick, energy, energy_x, knots = np.array(rows).T
+        unit = self.effective_modulus * self.spacing
+        energy = unit * (energy + mu / ratio * energy_x)
+        return LinePath(
+            *(depth, shift, unit * normal, mu * unit * tangential),
+            *(self.spacing * contact, self.spacing * stick, energy, knots.astype(int)),
+        )
 
 
 def _start(gap: np.ndarray, periodic: bool) -> _State:
@@ -216,31 +239,3 @@ def _square(values: np.ndarray, cell: np.ndarray) -> float:
     """Integral of its square."""
     first, last = values[:-1], values[1:]
     return float(np.sum((first * first + first * last + last * last) / 3 * cell))
-
-
-def _check(
-    gap: np.ndarray,
-    depth: np.ndarray,
-    shift: np.ndarray,
-    spacing: float,
-    effective_modulus: float,
-    tangential_modulus: float,
-    friction: float,
-) -> None:
-    """Raise one ValueError for everything wrong."""
-    wrong = positive_faults(
-        spacing=spacing,
-        effective_modulus=effective_modulus,
-        tangential_modulus=tangential_modulus,
-        friction=friction,
-    )
-    if gap.ndim != 1 or gap.size < 2 or not np.all(np.isfinite(gap)):
-        wrong.append(f"gap must be finite, of shape (n,), n >= 2, got shape {gap.shape}")
-    if depth.shape != shift.shape or depth.ndim != 1 or depth.size == 0:
-        wrong.append(
-            "penetration and tangential_displacement must be lists of one length, "
-            f"got shapes {depth.shape} and {shift.shape}"
-        )
-    elif not (np.all(np.isfinite(depth)) and np.all(np.isfinite(shift))):
-        wrong.append("penetration and tangential_displacement must be finite")
-    refuse(wrong)

@@ -12,13 +12,14 @@ import numpy as np
 
 from reduced.arguments import choice_faults, count_faults, positive_faults, refuse
 from reduced.errors import ConvergenceError
-from reduced.loads import EDGES
+from reduced.loads import EDGES, Load
 from reduced.memory.indent import contact_modulus
 from reduced.memory.kernel import law_of
 from reduced.memory.materials import Prony
 from reduced.memory.row import SpringRow
 from reduced.profiles.section import Profile
 from reduced.springs.indent import indent
+from reduced.springs.line import Springs
 
 _ITERATIONS = 60
 _LONGEST = 200  # elastic contact times that a body may stay
@@ -178,7 +179,9 @@ def _estimate_depth(profile: Profile, law: Prony, mass: float, velocity: float) 
     def taken(depth: float) -> float:
         time = depth / velocity
         modulus = law.long_term + float(law.advance(time)[1].sum()) + law.viscosity / time
-        return modulus * float(indent(profile, 1.0, penetration=[depth]).energy[0])
+        return modulus * float(
+            indent(Springs(profile, 1.0), Load("penetration", [depth])).energy[0]
+        )
 
     energy = mass * velocity**2 / 2
     low = high = profile.length

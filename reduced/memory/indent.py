@@ -17,12 +17,13 @@ import numpy as np
 
 from reduced.arguments import choice_faults, count_faults, positive_faults, refuse
 from reduced.errors import ConvergenceError
-from reduced.loads import EDGES
+from reduced.loads import EDGES, Load
 from reduced.memory.kernel import law_of
 from reduced.memory.materials import Prony
 from reduced.memory.row import SpringRow
 from reduced.profiles.section import Profile
 from reduced.springs.indent import indent
+from reduced.springs.line import Springs
 
 _ITERATIONS = 100
 _ROUNDING = 4 * np.finfo(float).eps
@@ -242,7 +243,7 @@ def _reach(profile: Profile, law: Prony, time: np.ndarray, force: np.ndarray) ->
         flow += duration * (value + before) / 2
         total = (creep.instantaneous + creep.compliances.sum()) * value - missing.sum()
         largest, before = max(largest, total + creep.fluidity * flow), value
-    return float(indent(profile, 1.0, force=[largest]).penetration[0])
+    return float(indent(Springs(profile, 1.0), Load("force", [largest])).penetration[0])
 
 
 def _follow_depth(
@@ -299,7 +300,9 @@ def _depth_under(
         if length > 0:
             change = (target - force) / (stiffness * length)
         else:
-            change = float(indent(profile, stiffness, force=[target]).penetration[0])
+            change = float(
+                indent(Springs(profile, stiffness), Load("force", [target])).penetration[0]
+            )
         outside = not low < depth + change < high
         if outside and np.isfinite(high - low):
             change = (low + high) / 2 - depth

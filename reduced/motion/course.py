@@ -197,7 +197,7 @@ def _law(halves, modulus, x, out):
     if x > 0.0:
         place = np.array([x])
         for half in halves:
-            respond(*half, place, out)
+            respond(half, place, out)
         out *= modulus
 
 

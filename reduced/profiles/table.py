@@ -159,14 +159,15 @@ def _transform(functions: list[PPoly], x: np.ndarray, r: np.ndarray, power: int 
         each[:, degree - len(function.c) :] = function.c.T
     flat = np.ravel(np.asarray(x, dtype=float))
     totals = np.zeros((len(functions), flat.size))
-    _quarter_turns(flat, r, coefficients, power, _WIDE, _NARROW, totals)
+    _quarter_turns(flat, r, coefficients, power, (_WIDE, _NARROW), totals)
     return totals.reshape(len(functions), *np.shape(x))
 
 
 @njit(cache=True, error_model="numpy")
-def _quarter_turns(x, r, coefficients, power, wide, narrow, totals):
+def _quarter_turns(x, r, coefficients, power, rules, totals):
     """Add up the integrals segment by segment, by a rule that is exact to rounding on each."""
     count, segments, degree = coefficients.shape
+    wide, narrow = rules
     for i in range(x.size):
         begin = 0.0
         for j in range(segments):

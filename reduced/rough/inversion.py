@@ -11,12 +11,15 @@ positive. One walk along the line then measures the contacts.
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numba import njit
 
 from reduced.rough import sums as line_sums
 from reduced.rough import walk as line_walk
 from reduced.rough.knots import roots
+from reduced.rough.lines import Ends
 from reduced.rough.sums import add_up
 from reduced.rough.walk import walk
 
@@ -33,18 +36,49 @@ _NEWTON = 100
 _BOLD = 8  # steps that also use the rate of the contact length; Newton's own converge for certain
 
 
+class Wanted(NamedTuple):
+    """What the lines are pressed to.
+
+    Attributes
+    ----------
+    control : int
+        PENETRATION, FORCE or MEAN_GAP.
+    goals : ndarray, shape (k,)
+        Increasing penetrations, forces over E* dx, or mean gaps.
+    """
+
+    control: int
+    goals: np.ndarray
+
+
+class Results(NamedTuple):
+    """Where the results of all lines go.
+
+    Attributes
+    ----------
+    units : ndarray, shape (FIELDS,)
+        Units of the fields.
+    fields : ndarray, shape (FIELDS, all, k)
+        Penetrations, forces (E* dx is their unit), sums of squared contact lengths, contact
+        lengths, longest contacts, mean gaps, energies (E* dx) and contact lengths once more, for
+        the stiffness.
+    counts : ndarray of int, shape (all, k)
+        Numbers of contacts.
+    """
+
+    units: np.ndarray
+    fields: np.ndarray
+    counts: np.ndarray
+
+
 @njit(cache=True, nogil=True, error_model="numpy")
 def press_lines(
     heights: np.ndarray,
     orders: np.ndarray,
     first: int,
-    goals: np.ndarray,
-    control: int,
-    sub_cell: bool,
-    periodic: bool,
-    units: np.ndarray,
-    fields: np.ndarray,
-    counts: np.ndarray,
+    wanted: Wanted,
+    ends: Ends,
+    results: Results,
 ) -> np.ndarray:
     """Press lines one after the other; returns the last relative step of each inversion.
 
@@ -57,28 +91,19 @@ def press_lines(
         way; empty for others.
     first : int
         The first of these m lines.
-    goals : ndarray, shape (k,)
-        Increasing penetrations, forces over E* dx, or mean gaps, as `control` says.
-    control : int
-        PENETRATION, FORCE or MEAN_GAP.
-    sub_cell, periodic : bool
-        As for `walk.walk`.
-    units : ndarray, shape (FIELDS,)
-        Units of the results.
-    fields : ndarray, shape (FIELDS, all, k)
-        The rows of the m lines are filled with penetrations, forces (E* dx is their unit), sums of
-        squared contact lengths, contact lengths, longest contacts, mean gaps, energies (E* dx) and
-        contact lengths once more, for the stiffness.
-    counts : ndarray, shape (all, k)
-        These rows are filled with the numbers of contacts.
+    wanted : Wanted
+    ends : Ends
+    results : Results
+        The rows of the m lines are filled.
     """
+    control, goals = wanted
     lines, n = orders.shape[0], heights.shape[1]
     steps = np.zeros(lines)
-    depth, knots, d = np.empty(n), np.empty(n + 1), goals.copy()
+    depth, d = np.empty(n), goals.copy()
     contact = np.empty((goals.size + 1, line_walk.ROOM))
     ordered, turned = orders.shape[1] > 0, control == MEAN_GAP
     forces = n * goals if turned else goals
-    promising = _PROMISING_CUT if sub_cell else _PROMISING_WHOLE
+    promising = _PROMISING_CUT if ends.sub_cell else _PROMISING_WHOLE
     for index in range(lines):
         line = heights[first + index]
         lowest, highest, mean = _extremes_and_mean(line)
@@ -87,26 +112,26 @@ def press_lines(
             for i in range(n):
                 depth[i] = line[i] - lowest if turned else highest - line[i]
             if ordered:
-                roots(depth, orders[index], turned, forces, sub_cell, periodic, knots, d)
+                roots(depth, orders[index], turned, forces, ends, d)
             else:
-                first_guess(depth, forces, mean_depth, sub_cell, periodic, d)
+                first_guess(depth, forces, mean_depth, ends, d)
                 enough = _FINISHED if turned else promising
-                steps[index] = refine(depth, forces, mean_depth, sub_cell, periodic, enough, d)
+                steps[index] = refine(depth, forces, mean_depth, ends, enough, d)
             _settle(d, highest - lowest, turned)
         if control != FORCE:
             for i in range(n):
                 depth[i] = highest - line[i]
         start = 0
-        while periodic and line[start] != lowest:
+        while ends.periodic and line[start] != lowest:
             start += 1
-        walk(depth, start, d, sub_cell, periodic, contact)
+        walk(depth, start, d, ends, contact)
         if control == FORCE:
             steps[index] = _mismatch(contact, forces, d)
             if not steps[index] <= _AGREED:
-                steps[index] = refine(depth, forces, mean_depth, sub_cell, periodic, _FINISHED, d)
+                steps[index] = refine(depth, forces, mean_depth, ends, _FINISHED, d)
                 _settle(d, 0.0, False)
-                walk(depth, start, d, sub_cell, periodic, contact)
-        _write(first + index, d, contact, n, highest - mean, turned, units, fields, counts)
+                walk(depth, start, d, ends, contact)
+        _write(first + index, d, contact, (n, highest - mean), turned, results)
     return steps
 
 
@@ -134,8 +159,13 @@ def _settle(d, range_of_heights, turned):
 
 
 @njit(cache=True)
-def _write(row, d, contact, n, mean, turned, units, fields, counts):
-    """Put the results of one line in their places, those of mean gaps the other way round."""
+def _write(row, d, contact, line, turned, results):
+    """Put the results of one line in their places, those of mean gaps the other way round.
+
+    `line` are its number of points and its mean depth.
+    """
+    n, mean = line
+    units, fields, counts = results
     k = d.size
     for j in range(k):
         to = k - 1 - j if turned else j
@@ -177,7 +207,7 @@ def _extremes_and_mean(line):
 
 
 @njit(cache=True, error_model="numpy")
-def refine(depth, goals, mean, sub_cell, periodic, enough, d):
+def refine(depth, goals, mean, ends, enough, d):
     """Newton's method from penetrations d until its relative steps are `enough`.
 
     The first steps take the force as quadratic, as it is between two knots, the others as linear.
@@ -190,7 +220,7 @@ def refine(depth, goals, mean, sub_cell, periodic, enough, d):
         _insertion_sort(loads, d)
         for i in range(loads.size):
             levels[i] = d[loads[i]]
-        add_up(depth, levels[: loads.size], sub_cell, periodic, sums)
+        add_up(depth, levels[: loads.size], ends, sums)
         left = 0
         for i in range(loads.size):
             load = loads[i]
@@ -223,7 +253,7 @@ def _insertion_sort(loads, d):
 
 
 @njit(cache=True, error_model="numpy")
-def first_guess(depth, goals, mean, sub_cell, periodic, guess):
+def first_guess(depth, goals, mean, ends, guess):
     """Penetrations near the roots, interpolated between the rungs of a ladder of levels.
 
     A cubic through the force and its slope on two rungs, in logarithms since the force is nearly a
@@ -232,7 +262,7 @@ def first_guess(depth, goals, mean, sub_cell, periodic, guess):
     n = depth.size
     sums = np.empty((max(_COARSE, _LADDER) + 1, line_sums.ROOM))
     rungs = _rungs(goals[0] / n, goals[-1] / n + mean, _COARSE)
-    add_up(depth, rungs, sub_cell, periodic, sums)
+    add_up(depth, rungs, ends, sums)
     # Closer rungs where the roots are.
     first, last = 0, _COARSE - 1
     while first < _COARSE - 2 and sums[first + 1, line_sums.FORCE] < goals[0]:
@@ -240,7 +270,7 @@ def first_guess(depth, goals, mean, sub_cell, periodic, guess):
     while last > first + 1 and sums[last - 1, line_sums.FORCE] >= goals[-1]:
         last -= 1
     rungs = _rungs(rungs[first], rungs[last], _LADDER)
-    add_up(depth, rungs, sub_cell, periodic, sums)
+    add_up(depth, rungs, ends, sums)
     j = 1
     for i in range(goals.size):
         while j < _LADDER - 1 and sums[j, line_sums.FORCE] < goals[i]:

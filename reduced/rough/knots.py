@@ -12,6 +12,8 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from reduced.rough.lines import Ends
+
 
 @njit(cache=True, error_model="numpy")
 def roots(
@@ -19,9 +21,7 @@ def roots(
     order: np.ndarray,
     rising: bool,
     goals: np.ndarray,
-    sub_cell: bool,
-    periodic: bool,
-    room: np.ndarray,
+    ends: Ends,
     found: np.ndarray,
 ) -> None:
     """Penetrations d at which the force over E* dx equals each goal.
@@ -36,16 +36,14 @@ def roots(
         Which of both.
     goals : ndarray, shape (k,)
         Increasing forces.
-    sub_cell, periodic : bool
-        As for `walk.walk`.
-    room : ndarray, shape (n + 1,)
-        Room to work in.
+    ends : Ends
     found : ndarray, shape (k,)
         Is filled with the penetrations.
     """
     n = depth.size
-    _inverse_rises(depth, sub_cell, periodic, room)
-    ends = 0.5 if sub_cell and not periodic else 0.0
+    sub_cell, periodic = ends
+    rises = _inverse_rises(depth, sub_cell, periodic)
+    outer = 0.5 if sub_cell and not periodic else 0.0
     force = length = rate = carry = y = 0.0
     j = 0
     for i in range(goals.size):
@@ -58,13 +56,13 @@ def roots(
                 break
             force, y = next_force, depth[point]
             length += grown
-            before, after = room[point], room[point + 1]
+            before, after = rises[point], rises[point + 1]
             if not sub_cell or after == np.inf:  # a whole spring; the flat cell behind a point
                 length, after = length + 1.0, 0.0
             if before == np.inf:
                 before = 0.0
             if point == 0 or point == n - 1:
-                length += ends
+                length += outer
             rate, carry = _add(rate, carry, after)
             rate, carry = _add(rate, carry, -before)
             j += 1
@@ -83,18 +81,19 @@ def _add(total, carry, term):
 
 
 @njit(cache=True, error_model="numpy")
-def _inverse_rises(depth, sub_cell, periodic, out):
+def _inverse_rises(depth, sub_cell, periodic):
     """Inverse rise of the cell before each point and of the last one behind; inf where it is flat.
 
     Zero where no cell is ever cut: with whole springs, and beyond free ends.
     """
     n = depth.size
+    out = np.zeros(n + 1)
     if not sub_cell:
-        out[: n + 1] = 0.0
-        return
+        return out
     for i in range(1, n):
         out[i] = 1.0 / (depth[i] - depth[i - 1])
     out[0] = out[n] = 1.0 / (depth[0] - depth[n - 1]) if periodic else 0.0
     for i in range(n + 1):
         if out[i] == -np.inf:
             out[i] = np.inf
+    return out

@@ -21,12 +21,10 @@ import scipy.fft
 from reduced.arguments import choice_faults, positive_faults, refuse
 from reduced.rough.surface_spectrum import (
     ROUNDING,
+    Grid,
+    SelfAffine,
     SurfaceSpectrum,
-    cutoffs,
-    pair,
-    power_law,
     self_affine,
-    self_affine_faults,
 )
 
 RULES = ("rings", "split", "printed")
@@ -100,7 +98,7 @@ def sum_rules(surface: SurfaceSpectrum, line: LineSpectrum) -> SumRules:
 
     Examples
     --------
-    >>> surface = self_affine(64, 1.0, hurst=0.8, rms_slope=0.1)
+    >>> surface = self_affine(64, 1.0, SelfAffine(hurst=0.8, rms_slope=0.1))
     >>> for rule in ("rings", "split", "printed"):
     ...     print(rule, np.round(sum_rules(surface, line_of(surface, rule)).ratio, 3))
     rings [1.    0.981 0.997]
@@ -164,37 +162,19 @@ def line_of(surface: SurfaceSpectrum, rule: str = "rings") -> LineSpectrum:
 def prescribed(
     points: int | tuple[int, int],
     size: float | tuple[float, float],
-    *,
-    hurst: float | None = None,
-    power: float | None = None,
-    rms_slope: float | None = None,
-    rms_height: float | None = None,
-    long_cutoff: float | None = None,
-    short_cutoff: float | None = None,
+    roughness: SelfAffine,
     rule: str = "rings",
 ) -> LineSpectrum:
     """Line spectrum of a synthetic self-affine surface, from its parameters alone.
 
-    The surface has fixed amplitudes B2D with C2D ~ q^-power for q_l <= q <= q_s, a plateau below
-    q_l = 2 pi/long_cutoff, nothing beyond q_s = 2 pi/short_cutoff, self-conjugate Nyquist modes
-    zero; cutoffs are circles in q (a mode on the circle is kept). `rms_slope` is the rms of the
-    full gradient summed over the modes of the surface; the line's own differs by what the rings
-    round off (2 % low for 64 points without roll-off, where a mode (1, 1) counts as ring 1).
+    The surface has fixed amplitudes B2D, see `surface_spectrum.self_affine`. Its rms slope is the
+    rms of the full gradient summed over its modes; the line's own differs by what the rings round
+    off (2 % low for 64 points without roll-off, where a mode (1, 1) counts as ring 1).
 
     Parameters
     ----------
-    points : int or (int, int)
-        Points of the surface per side.
-    size : float or (float, float)
-        Sides of the surface.
-    hurst, power : float
-        Exactly one: H with power = 2 (1 + H), or the exponent of C2D itself.
-    rms_slope, rms_height : float
-        Exactly one, positive.
-    long_cutoff : float, optional
-        Roll-off wavelength; without it the power law goes down to the longest mode.
-    short_cutoff : float, optional
-        Shortest wavelength; two cells (of the coarser direction) without it.
+    points, size, roughness
+        As for `surface_spectrum.self_affine`.
     rule : {"rings", "split", "printed"}
         As for `line_of`; but C1D = pi q C2D is sampled from the power law itself.
 
@@ -207,27 +187,15 @@ def prescribed(
     ValueError
         Listing everything wrong, also if no mode is left between the cutoffs.
     """
-    parameters = {
-        "hurst": hurst,
-        "power": power,
-        "rms_slope": rms_slope,
-        "rms_height": rms_height,
-        "long_cutoff": long_cutoff,
-        "short_cutoff": short_cutoff,
-    }
-    shape, sides = pair(points, "points"), pair(size, "size")
-    wrong = self_affine_faults(shape, sides, *parameters.values())
-    refuse(wrong + choice_faults("rule", rule, RULES))
-    surface = self_affine(shape, sides, **parameters)
+    refuse(choice_faults("rule", rule, RULES))
+    surface = self_affine(points, size, roughness)
     if rule != "printed":
         return line_of(surface, rule)
-    exponent = power if hurst is None else 2 * (1 + hurst)
-    limits = cutoffs(shape, sides, long_cutoff, short_cutoff)
+    law = roughness.law(Grid(points, size))
     mode = np.arange(1, surface.whole_rings + 1)
-    law = power_law(2 * np.pi / surface.length * mode, exponent, *limits)
     # The law's factor, from all modes of the surface: the sum of a constant times the law.
-    whole = power_law(surface.magnitude, exponent, *limits)[surface.power > 0].sum()
-    density = law * (surface.density.sum() / whole)
+    whole = law(surface.magnitude)[surface.power > 0].sum()
+    density = law(2 * np.pi / surface.length * mode) * (surface.density.sum() / whole)
     return _sample_rule(density, mode, surface.length)
 
 

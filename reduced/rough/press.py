@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
@@ -10,10 +10,11 @@ import numpy as np
 
 from reduced.arguments import choice_faults, count_faults, positive_faults, refuse
 from reduced.errors import ConvergenceError
-from reduced.loads import EDGES, one_load_list
+from reduced.loads import EDGES, Load
 from reduced.rough import inversion
+from reduced.rough.lines import Ends, RoughLines
 
-_CONTROLS = {
+CONTROLS = {
     "penetration": inversion.PENETRATION,
     "force": inversion.FORCE,
     "mean_gap": inversion.MEAN_GAP,
@@ -61,15 +62,11 @@ class LineContact:
 
 
 def press(
-    lines: np.ndarray,
-    spacing: float,
+    lines: RoughLines,
     effective_modulus: float,
+    load: Load,
     *,
-    force: Sequence[float] | np.ndarray | None = None,
-    penetration: Sequence[float] | np.ndarray | None = None,
-    mean_gap: Sequence[float] | np.ndarray | None = None,
     edges: str = "sub_cell",
-    periodic: bool = True,
     threads: int = 1,
 ) -> LineContact:
     """Press rigid rough lines onto independent springs, all loads in a few walks along the line.
@@ -86,19 +83,14 @@ def press(
 
     Parameters
     ----------
-    lines : ndarray, shape (m, n) or (n,)
-        Heights, positive towards the half-space, n >= 2.
-    spacing : float
-        dx.
+    lines : RoughLines
     effective_modulus : float
         E*.
-    force, penetration, mean_gap : array_like, shape (k,)
-        Exactly one: positive, strictly increasing; the same for every line. `force` is the force on
-        the line. A mean gap larger than that of the line at first touch leaves it out of contact.
+    load : Load
+        Forces on the line, penetrations or mean gaps, shape (k,), the same for every line. A mean
+        gap larger than that of the line at first touch leaves it out of contact.
     edges : {"sub_cell", "nodal"}
         The discrete law.
-    periodic : bool
-        Whether the line continues itself.
     threads : int
         Threads that share the lines of a batch; the result does not depend on it.
 
@@ -115,36 +107,36 @@ def press(
 
     Examples
     --------
-    >>> tent = np.array([0.0, 1.0, 0.0, 0.0])  # slopes of 1 at both sides of one peak
-    >>> contact = press(tent, 1.0, 1.0, penetration=[0.5])
+    >>> tent = RoughLines([0.0, 1.0, 0.0, 0.0], 1.0)  # slopes of 1 at both sides of one peak
+    >>> contact = press(tent, 1.0, Load("penetration", 0.5))
     >>> contact.contact_length, contact.force
     (array([[1.]]), array([[0.25]]))
     """
-    heights = np.atleast_2d(np.ascontiguousarray(lines, dtype=float))
-    _check(heights, spacing, effective_modulus, edges, threads)
-    name, loads = one_load_list(force=force, penetration=penetration, mean_gap=mean_gap)
-    goals = loads / (effective_modulus * spacing) if name == "force" else loads
-    stiff = effective_modulus * spacing
-    area = np.pi / 4 * spacing * spacing
-    units = np.array([1.0, stiff, area, spacing, spacing, 1.0, stiff, stiff])
+    wrong = positive_faults(effective_modulus=effective_modulus)
+    refuse(wrong + choice_faults("edges", edges, EDGES) + count_faults(threads=threads))
+    control, loads, heights = load.one_of(*CONTROLS), load.values, lines.heights
+    stiff, cell = effective_modulus * lines.spacing, lines.spacing
+    goals = loads / stiff if control == "force" else loads
+    wanted = inversion.Wanted(CONTROLS[control], goals)
+    squares = np.pi / 4 * cell * cell
+    units = np.array([1.0, stiff, squares, cell, cell, 1.0, stiff, stiff])
     fields = np.empty((inversion.FIELDS, heights.shape[0], loads.size))
     counts = np.empty(fields.shape[1:], np.int64)
+    results = inversion.Results(units, fields, counts)
+    ends = Ends(edges == "sub_cell", bool(lines.periodic))
 
     def press_rows(rows: slice) -> None:
         block = heights[rows]
-        ordered = name != "penetration" and block.shape[1] <= _SHORT
+        ordered = control != "penetration" and block.shape[1] <= _SHORT
         orders = (block if ordered else block[:, :0]).argsort(axis=1)
-        steps = inversion.press_lines(
-            *(heights, orders, rows.start, goals, _CONTROLS[name], edges == "sub_cell", periodic),
-            *(units, fields, counts),
-        )
+        steps = inversion.press_lines(heights, orders, rows.start, wanted, ends, results)
         if not np.all(steps <= inversion.CONVERGED):
             row = rows.start + int(np.argmax(~(steps <= inversion.CONVERGED)))
-            raise ConvergenceError(f"{name} of line {row} could not be inverted", steps)
+            raise ConvergenceError(f"{control} of line {row} could not be inverted", steps.tolist())
 
     _for_blocks(press_rows, heights.shape, threads)
-    if name != "penetration":
-        fields[inversion.FORCES if name == "force" else inversion.GAPS] = loads
+    if control != "penetration":
+        fields[inversion.FORCES if control == "force" else inversion.GAPS] = loads
     penetration, force, area, length, longest, gap, energy, stiffness = fields
     return LineContact(*(penetration, force, area, length, counts, longest, gap, stiffness, energy))
 
@@ -160,17 +152,3 @@ def _for_blocks(work: Callable[[slice], None], shape: tuple[int, int], threads: 
     with ThreadPoolExecutor(threads) as pool:
         for _ in pool.map(work, blocks):
             pass
-
-
-def _check(
-    heights: np.ndarray, spacing: float, effective_modulus: float, edges: str, threads: int
-) -> None:
-    """Raise one ValueError for everything wrong."""
-    wrong = []
-    if heights.ndim != 2 or heights.shape[1] < 2 or heights.shape[0] < 1:
-        wrong.append(f"lines must have shape (m, n) or (n,), n >= 2, got {heights.shape}")
-    elif not np.all(np.isfinite(heights)):
-        wrong.append("lines must be finite")
-    wrong += positive_faults(spacing=spacing, effective_modulus=effective_modulus)
-    wrong += choice_faults("edges", edges, EDGES) + count_faults(threads=threads)
-    refuse(wrong)

@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from reduced.rough.ensemble import Ensemble, lines, press_ensemble
+from reduced.loads import Load
+from reduced.rough.ensemble import HUNDRED, Ensemble, RandomLines, Sampling, press_ensemble
 from reduced.rough.line_spectrum import LineSpectrum, SumRules, line_of, sum_rules
 from reduced.rough.regions import line_stress
-from reduced.rough.surface_spectrum import RadialAverage, SurfaceSpectrum, measured
+from reduced.rough.surface_spectrum import RadialAverage, SurfaceSpectrum
 
 
 @dataclass(frozen=True)
@@ -81,18 +82,13 @@ class Procedure:
 
 
 def calculate(
-    height: np.ndarray,
-    size: float | tuple[float, float],
+    surface: SurfaceSpectrum,
     effective_modulus: float,
-    force: Sequence[float] | np.ndarray,
-    *,
+    force: ArrayLike,
     variant: Variant = CORRECTED,
-    realisations: int = 100,
-    periodic: bool = False,
-    seed: int = 0,
-    workers: int = 1,
+    sampling: Sampling = HUNDRED,
 ) -> Procedure:
-    """Carry out steps 2-5 and 7 of section 19.7 on a prepared map (step 1 is the measurement).
+    """Carry out steps 3-5 and 7 of section 19.7 on the spectrum of a prepared map (steps 1, 2).
 
     The spectrum of the map becomes that of a line of the map's longer side (19.26), lines are
     synthesised from it (19.24) and pressed on springs of stiffness E* dx (19.14) with the force
@@ -102,20 +98,16 @@ def calculate(
 
     Parameters
     ----------
-    height : ndarray, shape (nx, ny)
-        Prepared map (level, filled), positive towards the half-space.
-    size : float or (float, float)
-        Sides Lx, Ly.
+    surface : SurfaceSpectrum
+        Of the prepared map, `surface_spectrum.measured`.
     effective_modulus : float
         E*.
     force : array_like, shape (k,)
         Forces on the map: positive, strictly increasing.
     variant : Variant
         `LITERAL`, `CORRECTED` or your own.
-    realisations, seed, workers : int
-        Lines, and as for `ensemble.press_ensemble`.
-    periodic : bool
-        Whether the map continues itself (no window then).
+    sampling : Sampling
+        How many lines are drawn.
 
     Returns
     -------
@@ -130,28 +122,21 @@ def calculate(
 
     Examples
     --------
+    >>> from reduced.rough.surface_spectrum import measured
     >>> h = np.random.default_rng(0).normal(size=(16, 16))
-    >>> found = calculate(h, 1.0, 1.0, [0.1], realisations=3)
-    >>> round(float(found.sums.ratio[0]), 12), float(found.undefined_share[0])
+    >>> result = calculate(measured(h, 1.0), 1.0, 0.1, sampling=Sampling(3))
+    >>> round(float(result.sums.ratio[0]), 12), float(result.undefined_share[0])
     (1.0, 0.0)
     """
-    surface = measured(height, size, periodic)
     line = line_of(surface, variant.spectrum)
-    if not np.any(line.power > 0):
-        raise ValueError("the map is level: it has no power to make a line of")
-    points = variant.refinement * max(surface.power.shape)
-    # Corner modes lie beyond the map's own Nyquist wavenumber, and a line must resolve its modes.
-    points = max(points, 2 * int(np.flatnonzero(line.power > 0)[-1] + 1) + 2)
+    lines = sampling.lines(line, variant.refinement * max(surface.power.shape))
     ensemble = press_ensemble(
-        *(line, points, realisations, effective_modulus),
-        force=force,
-        seed=seed,
+        *(lines, effective_modulus, Load("force", force)),
         edges=variant.edges,
-        workers=workers,
+        workers=sampling.workers,
     )
-    sizes, pressures, shares = _distributions(
-        line, points, ensemble.samples["penetration"], effective_modulus, variant, seed
-    )
+    penetrations = ensemble.samples["penetration"]
+    sizes, pressures, shares = _distributions(lines, penetrations, effective_modulus, variant)
     area = ensemble.samples["contact_area"]
     return Procedure(
         *(variant, surface, surface.radial_average(), line, sum_rules(surface, line), ensemble),
@@ -163,43 +148,36 @@ def calculate(
 
 
 def side_by_side(
-    height: np.ndarray,
-    size: float | tuple[float, float],
+    surface: SurfaceSpectrum,
     effective_modulus: float,
-    force: Sequence[float] | np.ndarray,
-    **options,
+    force: ArrayLike,
+    sampling: Sampling = HUNDRED,
 ) -> tuple[Procedure, Procedure]:
     """Return the literal text and the corrected variant on the same map, `calculate` for each."""
     literal, corrected = (
-        calculate(height, size, effective_modulus, force, variant=each, **options)
-        for each in (LITERAL, CORRECTED)
+        calculate(surface, effective_modulus, force, variant, sampling)
+        for variant in (LITERAL, CORRECTED)
     )
     return literal, corrected
 
 
 def _distributions(
-    line: LineSpectrum,
-    points: int,
-    penetrations: np.ndarray,
-    effective_modulus: float,
-    variant: Variant,
-    seed: int,
+    lines: RandomLines, penetrations: np.ndarray, effective_modulus: float, variant: Variant
 ) -> tuple[tuple[np.ndarray, ...], tuple[np.ndarray, ...], np.ndarray]:
     """Contact lengths and stresses of all lines, pooled by load, and the undefined shares."""
     steps = penetrations.shape[1]
-    sizes, pressures = [[] for _ in range(steps)], [[] for _ in range(steps)]
+    sizes: list[list[np.ndarray]] = [[] for _ in range(steps)]
+    pressures: list[list[np.ndarray]] = [[] for _ in range(steps)]
     valid, total = np.zeros(steps), np.zeros(steps)
     for k, depths in enumerate(penetrations):
-        heights = lines(line, points, [k], seed=seed)[0]
+        line = lines.draw([k])
         for step, depth in enumerate(depths):
-            found = line_stress(
-                *(heights, line.length / points, effective_modulus, depth),
-                rule=variant.stress,
-                edges=variant.edges,
+            stress = line_stress(
+                *(line, effective_modulus, depth), rule=variant.stress, edges=variant.edges
             )
-            sizes[step].append(found.regions.lengths)
-            pressures[step].append(found.pressure[found.valid])
-            valid[step] += np.count_nonzero(found.valid)
-            total[step] += found.valid.size
-    pooled = (tuple(np.concatenate(part) for part in each) for each in (sizes, pressures))
-    return *pooled, 1 - valid / total
+            sizes[step].append(stress.regions.lengths)
+            pressures[step].append(stress.pressure[stress.valid])
+            valid[step] += np.count_nonzero(stress.valid)
+            total[step] += stress.valid.size
+    pooled_sizes = tuple(np.concatenate(part) for part in sizes)
+    return pooled_sizes, tuple(np.concatenate(part) for part in pressures), 1 - valid / total

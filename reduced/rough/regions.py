@@ -8,6 +8,7 @@ import numpy as np
 
 from reduced.arguments import choice_faults, positive_faults, refuse
 from reduced.loads import EDGES
+from reduced.rough.lines import RoughLines
 
 RULES = ("own_curvature", "one_radius")
 
@@ -56,27 +57,18 @@ class LineStress:
     regions: Regions
 
 
-def regions(
-    line: np.ndarray,
-    spacing: float,
-    penetration: float,
-    *,
-    edges: str = "sub_cell",
-    periodic: bool = True,
-) -> Regions:
+def regions(line: RoughLines, penetration: float, *, edges: str = "sub_cell") -> Regions:
     """Find the connected contacts of a line, as `rough.press.press` counts them.
 
     Parameters
     ----------
-    line : ndarray, shape (n,)
-        Heights, positive towards the half-space.
-    spacing, penetration : float
-        dx, and d after first touch of the highest point; d <= 0 is no contact.
+    line : RoughLines
+        A single one.
+    penetration : float
+        d after first touch of the highest point; d <= 0 is no contact.
     edges : {"sub_cell", "nodal"}
         Whether contacts end where the straight line between points meets the surface, or half a
         cell beyond the last spring.
-    periodic : bool
-        Whether a contact across the seam is one.
 
     Returns
     -------
@@ -89,11 +81,14 @@ def regions(
 
     Examples
     --------
-    >>> regions(np.array([0.0, 1.0, 0.0, 0.0]), 1.0, 0.5).lengths
+    >>> regions(RoughLines([0.0, 1.0, 0.0, 0.0], 1.0), 0.5).lengths
     array([1.])
     """
-    h = np.asarray(line, dtype=float)
-    _check(h, spacing, penetration, edges)
+    h, spacing, periodic = line.single(), line.spacing, line.periodic
+    wrong = choice_faults("edges", edges, EDGES)
+    if not np.isfinite(penetration):
+        wrong.append(f"penetration must be finite, got {penetration!r}")
+    refuse(wrong)
     n = h.size
     delta = h - h.max() + penetration
     touching = delta > 0
@@ -115,20 +110,18 @@ def regions(
 
 
 def line_stress(
-    line: np.ndarray,
-    spacing: float,
+    line: RoughLines,
     effective_modulus: float,
     penetration: float,
     *,
     rule: str = "own_curvature",
     edges: str = "sub_cell",
-    periodic: bool = True,
 ) -> LineStress:
     """Stress on a rough line by the chapter's rule (19.37), sigma = E* sqrt(2 delta/R1)/pi.
 
     Parameters
     ----------
-    line, spacing, penetration, edges, periodic
+    line, penetration, edges
         As for `regions`.
     effective_modulus : float
         E*.
@@ -150,11 +143,11 @@ def line_stress(
     refuse(
         choice_faults("rule", rule, RULES) + positive_faults(effective_modulus=effective_modulus)
     )
-    found = regions(line, spacing, penetration, edges=edges, periodic=periodic)
+    found = regions(line, penetration, edges=edges)
     if found.points.size == 0:
         return LineStress(np.zeros(0), np.zeros(0, bool), 0.0, found)
     if rule == "own_curvature":
-        curvature = _curvature(np.asarray(line, dtype=float), spacing, periodic)[found.points]
+        curvature = _curvature(line)[found.points]
     else:
         deepest = np.zeros(found.lengths.size)
         np.maximum.at(deepest, found.region, found.deflection)
@@ -180,20 +173,10 @@ def _reach(
     return part if periodic else np.where(outside, 0.5, part)
 
 
-def _curvature(h: np.ndarray, spacing: float, periodic: bool) -> np.ndarray:
+def _curvature(line: RoughLines) -> np.ndarray:
     """-h'' by second differences; 0 (no radius) at the ends of a free line."""
+    h, spacing = line.single(), line.spacing
     second = (2 * h - np.roll(h, 1) - np.roll(h, -1)) / spacing / spacing
-    if not periodic:
+    if not line.periodic:
         second[[0, -1]] = 0.0
     return second
-
-
-def _check(h: np.ndarray, spacing: float, penetration: float, edges: str) -> None:
-    """Raise one ValueError for everything wrong."""
-    wrong = []
-    if h.ndim != 1 or h.size < 2 or not np.all(np.isfinite(h)):
-        wrong.append(f"line must be finite, of shape (n,), n >= 2, got shape {h.shape}")
-    wrong += positive_faults(spacing=spacing)
-    if not np.isfinite(penetration):
-        wrong.append(f"penetration must be finite, got {penetration!r}")
-    refuse(wrong + choice_faults("edges", edges, EDGES))

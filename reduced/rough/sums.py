@@ -9,20 +9,20 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from reduced.rough.lines import Ends
+
 FORCE, LENGTH, RATE = range(3)
 _CELLS, _TOTAL = 3, 4  # whole cells, and their mean heights, that no shallower level has
 ROOM = 5
 
 
 @njit(cache=True, error_model="numpy")
-def add_up(
-    depth: np.ndarray, levels: np.ndarray, sub_cell: bool, periodic: bool, out: np.ndarray
-) -> None:
+def add_up(depth: np.ndarray, levels: np.ndarray, ends: Ends, out: np.ndarray) -> None:
     """Force Phi, its slope l and the slope's rate l' at every level.
 
     Parameters
     ----------
-    depth, levels, sub_cell, periodic
+    depth, levels, ends
         As for `walk.walk`.
     out : ndarray, shape (k + 1, ROOM)
         The first three numbers of each of the first k rows are filled with: force over E* dx,
@@ -30,8 +30,8 @@ def add_up(
         whole springs); the rest is room to work in.
     """
     out[: levels.size + 1] = 0.0
-    if sub_cell:
-        _cut_cells(depth, levels, periodic, out)
+    if ends.sub_cell:
+        _cut_cells(depth, levels, ends.periodic, out)
     else:
         _whole_springs(depth, levels, out)
     count = total = 0.0

@@ -6,10 +6,12 @@ C2D = Lx Ly/(2 pi)^2 |B2D|^2 (19.23), so that <h^2> = sum |B2D|^2.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 import scipy.fft
+from numpy.typing import ArrayLike
 
 from reduced.arguments import count_faults, positive_faults, refuse
 
@@ -174,7 +176,7 @@ def measured(
         is not positive.
     """
     h = np.asarray(height, dtype=float)
-    sides = pair(size, "size")
+    sides = _pair(size, "size")
     wrong = positive_faults(size=sides[0]) or positive_faults(size=sides[1])
     if h.ndim != 2 or min(h.shape) < 2:
         wrong.append(f"height must be a 2-D map of at least 2 x 2 points, got shape {h.shape}")
@@ -189,58 +191,140 @@ def measured(
     return SurfaceSpectrum(power, sides)
 
 
-def self_affine(
-    points: int | tuple[int, int],
-    size: float | tuple[float, float],
-    *,
-    hurst: float | None = None,
-    power: float | None = None,
-    rms_slope: float | None = None,
-    rms_height: float | None = None,
-    long_cutoff: float | None = None,
-    short_cutoff: float | None = None,
-) -> SurfaceSpectrum:
-    """Prescribed spectrum of a synthetic self-affine surface; parameters as for `line_spectrum`.
+@dataclass(frozen=True)
+class SelfAffine:
+    """Self-affine roughness: C2D ~ q^-power for q_l <= q <= q_s, a plateau below q_l.
 
-    See `line_spectrum.prescribed` for parameters and errors.
+    q_l = 2 pi/long_cutoff and q_s = 2 pi/short_cutoff; nothing lies beyond q_s. Cutoffs are circles
+    in q, and a mode on a circle is kept.
+
+    Parameters
+    ----------
+    hurst, power : float
+        Exactly one: H with power = 2 (1 + H), or the exponent of C2D itself.
+    rms_slope, rms_height : float
+        Exactly one, positive: the rms of the full gradient, or of the height.
+    long_cutoff : float, optional
+        Roll-off wavelength; without it the power law goes down to the longest mode.
+    short_cutoff : float, optional
+        Shortest wavelength; two cells (of the coarser direction) without it.
+
+    Raises
+    ------
+    ValueError
+        Listing everything wrong.
     """
-    shape, sides = pair(points, "points"), pair(size, "size")
-    refuse(
-        self_affine_faults(
-            shape, sides, hurst, power, rms_slope, rms_height, long_cutoff, short_cutoff
-        )
-    )
-    shape = (int(shape[0]), int(shape[1]))
-    exponent = float(power) if hurst is None else 2 * (1 + float(hurst))
-    low, high = cutoffs(shape, sides, long_cutoff, short_cutoff)
-    magnitude = _magnitude(shape, sides)
-    square = power_law(magnitude, exponent, low, high)
-    for axis, n in enumerate(shape):
+
+    hurst: float | None = None
+    power: float | None = None
+    rms_slope: float | None = None
+    rms_height: float | None = None
+    long_cutoff: float | None = None
+    short_cutoff: float | None = None
+
+    def __post_init__(self) -> None:
+        wrong = []
+        for one, other in (("hurst", "power"), ("rms_slope", "rms_height")):
+            values = getattr(self, one), getattr(self, other)
+            if (values[0] is None) == (values[1] is None):
+                wrong.append(
+                    f"give exactly one of {one} and {other}, got {values[0]!r} and {values[1]!r}"
+                )
+        names = ("hurst", "rms_slope", "rms_height", "long_cutoff", "short_cutoff")
+        given = {name: getattr(self, name) for name in names}
+        wrong += positive_faults(**{k: v for k, v in given.items() if v is not None})
+        if self.power is not None and not np.isfinite(self.power):
+            wrong.append(f"power must be finite, got {self.power!r}")
+        refuse(wrong)
+
+    def law(self, grid: Grid) -> Callable[[np.ndarray], np.ndarray]:
+        """Return the power law as a function of q, up to its factor."""
+        if self.hurst is not None:
+            exponent = 2 * (1 + float(self.hurst))
+        else:
+            exponent = float(self.power if self.power is not None else np.nan)
+        low = 2 * np.pi / self.long_cutoff if self.long_cutoff else 0.0
+        high = 2 * np.pi / (self.short_cutoff or 2 * grid.cell)
+
+        def law(q: np.ndarray) -> np.ndarray:
+            # The circle itself belongs to the spectrum, whatever the rounding of |q|.
+            kept = (q > 0) & (q <= high * (1 + 1e-10))
+            rise = np.maximum(np.where(kept, q, high), low) / high
+            return np.where(kept, rise**-exponent, 0.0)
+
+        return law
+
+
+@dataclass(frozen=True, init=False)
+class Grid:
+    """Points and sides of a map.
+
+    Parameters
+    ----------
+    points : int or (int, int)
+        Points per side, at least 2.
+    size : float or (float, float)
+        Sides.
+
+    Raises
+    ------
+    ValueError
+        Listing everything wrong.
+    """
+
+    points: tuple[int, int]
+    size: tuple[float, float]
+
+    def __init__(self, points: int | tuple[int, int], size: float | tuple[float, float]) -> None:
+        shape, sides = _pair(points, "points"), _pair(size, "size")
+        wrong = [*count_faults(2, points=shape[0]), *positive_faults(size=sides[0])]
+        if shape[1] != shape[0]:
+            wrong += count_faults(2, points=shape[1])
+        if sides[1] != sides[0]:
+            wrong += positive_faults(size=sides[1])
+        refuse(wrong)
+        object.__setattr__(self, "points", (int(shape[0]), int(shape[1])))
+        object.__setattr__(self, "size", sides)
+
+    @property
+    def cell(self) -> float:
+        """Side of a cell, the longer one."""
+        return max(side / n for side, n in zip(self.size, self.points, strict=True))
+
+
+def self_affine(
+    points: int | tuple[int, int], size: float | tuple[float, float], roughness: SelfAffine
+) -> SurfaceSpectrum:
+    """Prescribed spectrum of a synthetic self-affine surface, self-conjugate Nyquist modes zero.
+
+    Parameters
+    ----------
+    points : int or (int, int)
+        Points of the surface per side.
+    size : float or (float, float)
+        Sides of the surface.
+    roughness : SelfAffine
+        The rms slope is that of the full gradient summed over the modes of the surface.
+
+    Raises
+    ------
+    ValueError
+        Listing everything wrong, also if no mode is left between the cutoffs.
+    """
+    grid = Grid(points, size)
+    magnitude = _magnitude(grid.points, grid.size)
+    square = roughness.law(grid)(magnitude)
+    for axis, n in enumerate(grid.points):
         if n % 2 == 0:
             square[(slice(None),) * axis + (n // 2,)] = 0.0
-    target, weight = (rms_slope, magnitude**2) if rms_height is None else (rms_height, 1.0)
+    target, weight = roughness.rms_height, np.ones(())
+    if target is None:
+        target, weight = roughness.rms_slope or 0.0, magnitude**2
     total = float(np.sum(weight * square))
     if not total > 0:
-        raise ValueError(f"no mode lies between the cutoffs {long_cutoff!r} and {short_cutoff!r}")
-    return SurfaceSpectrum(target**2 / total * square, sides)
-
-
-def cutoffs(
-    shape: tuple[int, int],
-    sides: tuple[float, float],
-    long_cutoff: float | None,
-    short_cutoff: float | None,
-) -> tuple[float, float]:
-    """Wavenumbers of roll-off (0 without one) and of the end, two cells by default."""
-    cell = max(side / n for side, n in zip(sides, shape, strict=True))
-    return 2 * np.pi / long_cutoff if long_cutoff else 0.0, 2 * np.pi / (short_cutoff or 2 * cell)
-
-
-def power_law(q: np.ndarray, exponent: float, low: float, high: float) -> np.ndarray:
-    """q^-exponent with a plateau below `low` and nothing above `high` or at q = 0."""
-    # The circle itself belongs to the spectrum, whatever the rounding of |q|.
-    kept = (q > 0) & (q <= high * (1 + 1e-10))
-    return np.where(kept, (np.maximum(np.where(kept, q, high), low) / high) ** -exponent, 0.0)
+        cutoffs = f"{roughness.long_cutoff!r} and {roughness.short_cutoff!r}"
+        raise ValueError(f"no mode lies between the cutoffs {cutoffs}")
+    return SurfaceSpectrum(target**2 / total * square, grid.size)
 
 
 def _hann(h: np.ndarray) -> np.ndarray:
@@ -258,36 +342,8 @@ def _magnitude(shape: tuple[int, ...], sides: tuple[float, float]) -> np.ndarray
     return np.hypot(qx[:, None], qy)
 
 
-def pair(value, name: str) -> tuple:
+def _pair(value: ArrayLike, name: str) -> tuple:
     """Turn a number into a pair, or leave a pair."""
     if np.shape(value) not in ((), (1,), (2,)):
         raise ValueError(f"{name} must be one number or two, got {value!r}")
     return tuple(np.broadcast_to(np.asarray(value), 2).tolist())
-
-
-def self_affine_faults(
-    shape, sides, hurst, power, rms_slope, rms_height, long_cutoff, short_cutoff
-) -> list[str]:
-    """List everything that is wrong with the parameters of `self_affine`."""
-    wrong = [*count_faults(2, points=shape[0]), *positive_faults(size=sides[0])]
-    if shape[1] != shape[0]:
-        wrong += count_faults(2, points=shape[1])
-    if sides[1] != sides[0]:
-        wrong += positive_faults(size=sides[1])
-    for names, values in (
-        ("hurst and power", (hurst, power)),
-        ("rms_slope and rms_height", (rms_slope, rms_height)),
-    ):
-        if (values[0] is None) == (values[1] is None):
-            wrong.append(f"give exactly one of {names}, got {values[0]!r} and {values[1]!r}")
-    named = {
-        "hurst": hurst,
-        "rms_slope": rms_slope,
-        "rms_height": rms_height,
-        "long_cutoff": long_cutoff,
-        "short_cutoff": short_cutoff,
-    }
-    wrong += positive_faults(**{k: v for k, v in named.items() if v is not None})
-    if power is not None and not np.isfinite(power):
-        wrong.append(f"power must be finite, got {power!r}")
-    return wrong

@@ -16,6 +16,8 @@ from __future__ import annotations
 import numpy as np
 from numba import njit
 
+from reduced.rough.lines import Ends
+
 FORCE, LENGTH, SQUARES, COUNT, LONGEST, ENERGY = range(6)
 # Per level: where the open contact begins, how far it reaches beyond that point, and the number,
 # heights and squares of the whole cells that no shallower level has.
@@ -28,8 +30,7 @@ def walk(
     depth: np.ndarray,
     start: int,
     levels: np.ndarray,
-    sub_cell: bool,
-    periodic: bool,
+    ends: Ends,
     out: np.ndarray,
 ) -> None:
     """Measures of the contact at every level.
@@ -43,26 +44,23 @@ def walk(
         0 for a free line.
     levels : ndarray, shape (k,)
         Penetrations that do not decrease.
-    sub_cell : bool
-        Linear line between points and contacts that end inside cells; False: whole springs.
-    periodic : bool
-        Whether the last point is the first point's neighbour.
+    ends : Ends
     out : ndarray, shape (k + 1, ROOM)
         The first six numbers of each of the first k rows are filled with: force over E* dx, contact
         length, sum of squared contact lengths, number of contacts, longest contact (lengths in dx),
         energy over E* dx. What one edge needs lies side by side; the rest is room to work in.
     """
     n, k = depth.size, levels.size
+    sub_cell, periodic = ends
     out[: k + 1] = 0.0
     y = depth[start]
     level = np.searchsorted(levels, y, side="right")
     if not periodic:
         for j in range(level, k):
             out[j, _REACH] = _end_half_cell(out, j, levels[j] - y)
-    level = _stretch(depth, y, start + 1, n, level, levels, sub_cell, out, start)
+    level = _stretch(depth, (start + 1, n, start), level, levels, sub_cell, out)
     if periodic:
-        y = depth[n - 1]
-        level = _stretch(depth, y, 0, start + 1, level, levels, sub_cell, out, start - n)
+        level = _stretch(depth, (0, start + 1, start - n), level, levels, sub_cell, out)
     for j in range(level, k):
         if periodic:
             _close(out, j, float(n))
@@ -73,13 +71,14 @@ def walk(
 
 
 @njit(cache=True, error_model="numpy")
-def _stretch(depth, y, first, stop, level, levels, sub_cell, out, origin):
-    """Walk from a point at depth y to the points first ... stop - 1.
+def _stretch(depth, way, level, levels, sub_cell, out):
+    """Walk on from the point before the first to the points first ... stop - 1.
 
-    `origin` is the index whose place on the walk is zero, `level` the number of levels that leave
-    the point before the first out of contact; returns that of the last one.
+    `way` are first, stop, and the index whose place on the walk is zero; `level` is the number of
+    levels that leave the point before the first out of contact; returns that of the last one.
     """
-    k = levels.size
+    first, stop, origin = way
+    k, y = levels.size, depth[first - 1]
     cross = 1.0 if sub_cell else 0.0
     lower = levels[level - 1] if level > 0 else -np.inf
     upper = levels[level] if level < k else np.inf

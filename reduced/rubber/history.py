@@ -25,9 +25,12 @@ import numpy as np
 
 from reduced.arguments import count_faults, positive_faults, refuse
 from reduced.errors import ConvergenceError
+from reduced.loads import Load
+from reduced.memory.materials import Prony
+from reduced.rough.lines import RoughLines
 from reduced.rough.press import press
 from reduced.rubber import steps as sliding_steps
-from reduced.rubber.steady import line_faults
+from reduced.rubber.steady import kelvin_voigt_faults
 from reduced.rubber.steps import COUNT, IMPULSE, LENGTH, LOSS, SUMS, WORK
 
 _SPRING = 4.0  # (19.30) at nu = 1/2
@@ -101,10 +104,8 @@ class SlidingHistory:
 
 
 def slide_in_time(
-    lines: np.ndarray,
-    spacing: float,
-    shear_modulus: float,
-    viscosity: float,
+    lines: RoughLines,
+    material: Prony,
     speed: float,
     force: float,
     *,
@@ -115,12 +116,10 @@ def slide_in_time(
 
     Parameters
     ----------
-    lines : ndarray, shape (m, n) or (n,)
-        Heights, positive towards the rubber; the spring at x sees h(x + v t).
-    spacing : float
-        dx.
-    shear_modulus, viscosity : float
-        G and eta of (19.30) with f = 4 dx (G w + eta dw/dt).
+    lines : RoughLines
+        Periodic; the spring at x sees h(x + v t).
+    material : Prony
+        `materials.kelvin_voigt`: G and eta of (19.30) with f = 4 dx (G w + eta dw/dt).
     speed, force : float
         v and the force on each line.
     steps : int
@@ -141,27 +140,30 @@ def slide_in_time(
 
     Examples
     --------
-    >>> line = 0.01 * np.cos(2 * np.pi * np.arange(64) / 64)
-    >>> found = slide_in_time(line, 1 / 64, 1.0, 1e-3, 1.0, 0.01, steps=192)
-    >>> bool(abs(found.energy_error()[0]) < 1e-6)
+    >>> from reduced.memory.materials import kelvin_voigt
+    >>> line = RoughLines(0.01 * np.cos(2 * np.pi * np.arange(64) / 64), 1 / 64)
+    >>> sliding = slide_in_time(line, kelvin_voigt(1.0, 1e-3), 1.0, 0.01, steps=192)
+    >>> bool(abs(sliding.energy_error()[0]) < 1e-6)
     True
     """
-    heights = np.atleast_2d(np.asarray(lines, dtype=float))
+    heights, spacing = lines.heights, lines.spacing
     way = spacing if step_length is None else step_length
-    _check(heights, spacing, shear_modulus, viscosity, speed, force, steps, way)
+    wrong = positive_faults(speed=speed, force=force, step_length=way) + count_faults(steps=steps)
+    refuse(wrong + kelvin_voigt_faults(material))
     m, n = heights.shape
-    relaxed = _SPRING * shear_modulus
-    start = press(heights, spacing, relaxed, force=[force], edges="nodal").penetration[:, 0]
+    relaxed = _SPRING * material.long_term
+    at_rest = press(lines, relaxed, Load("force", force), edges="nodal").penetration[:, 0]
     # counted from the highest point, where the level is near: it keeps its digits under light loads
     tops = heights.max(axis=1)
     unit = relaxed * spacing
-    memory = speed * (viscosity / shear_modulus)
+    memory = speed * (material.viscosity / material.long_term)
     found = np.empty((m, SUMS + 2, steps))
-    for line, depth, rows in zip(heights - tops[:, None], start, found, strict=True):
+    for line, depth, rows in zip(heights - tops[:, None], at_rest, found, strict=True):
         twice = np.concatenate([line, line, line[:1]])
         springs = np.maximum(line + depth, 0.0)
         goal = force * way / unit
-        done = sliding_steps.march(twice, spacing, way, memory, goal, -depth, springs, rows)
+        lengths = (float(spacing), float(way), float(memory))
+        done = sliding_steps.march(twice, lengths, float(goal), -depth, springs, rows)
         if done < steps:
             raise ConvergenceError(f"the force of step {done} could not be met")
     sums = np.moveaxis(found, 1, 0)
@@ -177,26 +179,3 @@ def slide_in_time(
         period=n * spacing,
         spacing=spacing,
     )
-
-
-def _check(
-    heights: np.ndarray,
-    spacing: float,
-    shear_modulus: float,
-    viscosity: float,
-    speed: float,
-    force: float,
-    steps: int,
-    way: float,
-) -> None:
-    """Raise one ValueError for everything wrong."""
-    wrong = line_faults(heights)
-    wrong += positive_faults(
-        spacing=spacing,
-        shear_modulus=shear_modulus,
-        viscosity=viscosity,
-        speed=speed,
-        force=force,
-        step_length=way,
-    )
-    refuse(wrong + count_faults(steps=steps))

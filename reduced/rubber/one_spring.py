@@ -12,6 +12,8 @@ a dashpot beside them. Forces are per length of line and without the factor 4 of
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numba import njit
 
@@ -21,8 +23,33 @@ _ROUNDS = 200
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(4)
 
 
+class Rubber(NamedTuple):
+    """A material at one speed.
+
+    Attributes
+    ----------
+    solid, wet : float
+        G_inf and v eta.
+    arms, lengths : ndarray, shape (k,)
+        Moduli G_k and relaxation lengths v tau_k.
+    modes : ndarray, shape (m,)
+        Retardation lengths v lambda_m, m = k, or k + 1 with a dashpot beside the arms.
+    matrix, inverse : ndarray, shape (m, m)
+        From the amplitudes of the modes of a free spring to the deflections q_k of the arms'
+        dashpots (and w in the last row, with a dashpot), and back.
+    """
+
+    solid: float
+    wet: float
+    arms: np.ndarray
+    lengths: np.ndarray
+    modes: np.ndarray
+    matrix: np.ndarray
+    inverse: np.ndarray
+
+
 @njit(cache=True)
-def draw(line, level, step, touching, solid, wet, arms, lengths, modes, matrix, inverse, state):
+def draw(line, level, step, touching, rubber, state):
     """Draw a spring under the line: integrals over the line, and the spring's state at its end.
 
     Parameters
@@ -33,15 +60,7 @@ def draw(line, level, step, touching, solid, wet, arms, lengths, modes, matrix, 
         Z0 of the rubber's undisturbed surface, and dx.
     touching : bool
         Whether the spring begins in contact.
-    solid, wet : float
-        G_inf and v eta.
-    arms, lengths : ndarray, shape (k,)
-        Moduli G_k and relaxation lengths v tau_k.
-    modes : ndarray, shape (m,)
-        Retardation lengths v lambda_m, m = k, or k + 1 with a dashpot beside the arms.
-    matrix, inverse : ndarray, shape (m, m)
-        From the amplitudes of the modes of a free spring to the deflections q_k of the arms'
-        dashpots (and w in the last row, with a dashpot), and back.
+    rubber : Rubber
     state : ndarray, shape (m,)
         q_k of a spring in contact (a last place not used), or amplitudes of modes of a free one.
 
@@ -54,6 +73,7 @@ def draw(line, level, step, touching, solid, wet, arms, lengths, modes, matrix, 
     touching : bool
         Whether the spring ends in contact.
     """
+    arms, modes = rubber.arms, rubber.modes
     sums, began, first, run = np.zeros(SUMS), touching, -1.0, 0.0
     whole, factors = np.exp(-step / modes), np.empty((3, arms.size))
     for i in range(line.size - 1):
@@ -65,16 +85,17 @@ def draw(line, level, step, touching, solid, wet, arms, lengths, modes, matrix, 
                 state *= whole
                 continue
             height, rest, touching = height + rate * at, step - at, True
-            _to_arms(state, modes, matrix, at)
-            sums[LOSS] -= _stored(state, height, solid, arms)
-        part = _contact_part(state, height, rate, rest, solid, wet, arms, lengths, factors)
-        pull = _follow(state, height, rate, part, solid, wet, arms, lengths, factors, sums)
+            _to_arms(state, modes, rubber.matrix, at)
+            sums[LOSS] -= _stored(state, height, rubber.solid, arms)
+        ramp = (height, rate)
+        part = _contact_part(state, ramp, rest, rubber, factors)
+        pull = _follow(state, ramp, part, rubber, factors, sums)
         sums[FORCE] += pull
         sums[WORK] += rate * pull
         run += part
         if part < rest:
-            sums[LOSS] += _stored(state, height + rate * part, solid, arms)
-            _to_modes(state, modes, inverse, height + rate * part, arms.size, rest - part)
+            sums[LOSS] += _stored(state, height + rate * part, rubber.solid, arms)
+            _to_modes(state, modes, rubber.inverse, height + rate * part, arms.size, rest - part)
             if began and first < 0.0:
                 first = run
             else:
@@ -164,39 +185,45 @@ def _factors(way, lengths, factors):
 
 
 @njit(cache=True)
-def _force(state, height, rate, way, solid, wet, arms, lengths, factors):
-    """Force after a way in contact; leaves the factors of this way."""
-    _factors(way, lengths, factors)
-    force = solid * (height + rate * way) + wet * rate
+def _force(state, ramp, way, rubber, factors):
+    """Force after a way in contact; leaves the factors of this way.
+
+    `ramp` are the height above the level where the way begins, and its slope.
+    """
+    (height, rate), arms = ramp, rubber.arms
+    _factors(way, rubber.lengths, factors)
+    force = rubber.solid * (height + rate * way) + rubber.wet * rate
     for j in range(arms.size):
         force += arms[j] * ((height - state[j]) * factors[0, j] + rate * way * factors[1, j])
     return force
 
 
 @njit(cache=True)
-def _contact_part(state, height, rate, rest, solid, wet, arms, lengths, factors):
+def _contact_part(state, ramp, rest, rubber, factors):
     """Part of the way in contact: all of it, or up to where the force ends."""
-    material = (solid, wet, arms, lengths, factors)
-    if _force(state, height, rate, rest, *material) >= 0.0:
+    if _force(state, ramp, rest, rubber, factors) >= 0.0:
         return rest
-    if _force(state, height, rate, 0.0, *material) <= 0.0:
+    if _force(state, ramp, 0.0, rubber, factors) <= 0.0:
         return 0.0
-    if arms.size == 0:
-        return min(max(-(height * solid + wet * rate) / (solid * rate), 0.0), rest)
+    if rubber.arms.size == 0:
+        (height, rate), solid = ramp, rubber.solid
+        return min(max(-(height * solid + rubber.wet * rate) / (solid * rate), 0.0), rest)
     low, high = 0.0, rest
     for _ in range(60):
         middle = (low + high) / 2
-        if _force(state, height, rate, middle, *material) > 0.0:
+        if _force(state, ramp, middle, rubber, factors) > 0.0:
             low = middle
         else:
             high = middle
-    _factors(low, lengths, factors)
+    _factors(low, rubber.lengths, factors)
     return low
 
 
 @njit(cache=True)
-def _follow(state, height, rate, way, solid, wet, arms, lengths, factors, sums):
+def _follow(state, ramp, way, rubber, factors, sums):
     """Follow the line over a way in contact: the integral of the force; losses are added up."""
+    height, rate = ramp
+    solid, wet, arms, lengths = rubber.solid, rubber.wet, rubber.arms, rubber.lengths
     pull = solid * way * (height + rate * way / 2) + wet * rate * way
     sums[LOSS] += wet * rate * rate * way
     for j in range(arms.size):

@@ -13,7 +13,9 @@ from numba import njit
 
 from reduced.arguments import positive_faults, refuse
 from reduced.errors import ConvergenceError
-from reduced.rubber.steady import line_faults
+from reduced.memory.materials import Prony
+from reduced.rough.lines import RoughLines
+from reduced.rubber.steady import kelvin_voigt_faults
 
 _SPRING = 4.0  # (19.30) at nu = 1/2
 _ESCAPED = 2.0**20  # a spring or level this many times the line's range away is not coming back
@@ -74,10 +76,8 @@ class PrintedSliding:
 
 
 def slide_as_printed(
-    line: np.ndarray,
-    spacing: float,
-    shear_modulus: float,
-    viscosity: float,
+    line: RoughLines,
+    material: Prony,
     speed: float,
     force: float,
     *,
@@ -94,12 +94,12 @@ def slide_as_printed(
 
     Parameters
     ----------
-    line : ndarray, shape (n,)
-        Heights of a periodic line from its mean, positive towards the rubber.
-    spacing : float
-        dx.
-    shear_modulus, viscosity, speed, force : float
-        G, eta, v, F_N.
+    line : RoughLines
+        A single periodic line, heights from its mean.
+    material : Prony
+        `materials.kelvin_voigt`: G and eta.
+    speed, force : float
+        v, F_N.
     steps : int
         Number of steps.
     level : float, optional
@@ -116,26 +116,20 @@ def slide_as_printed(
 
     Examples
     --------
-    >>> line = 0.01 * np.cos(2 * np.pi * np.arange(64) / 64)
-    >>> slide_as_printed(line, 1 / 64, 1.0, 1.0, 1.0, 0.01, steps=10).outcome  # 3 rms is 2 rms high
+    >>> from reduced.memory.materials import kelvin_voigt
+    >>> line = RoughLines(0.01 * np.cos(2 * np.pi * np.arange(64) / 64), 1 / 64)
+    >>> slide_as_printed(line, kelvin_voigt(1.0, 1.0), 1.0, 0.01, steps=10).outcome
     'no contact'
     """
-    heights = np.atleast_2d(np.asarray(line, dtype=float))
-    wrong = line_faults(heights) + positive_faults(
-        spacing=spacing,
-        shear_modulus=shear_modulus,
-        viscosity=viscosity,
-        speed=speed,
-        force=force,
-        steps=steps,
-    )
-    refuse(wrong if len(heights) == 1 else [*wrong, "give one line"])
-    start = 3 * float(np.sqrt(np.mean(heights[0] ** 2))) if level is None else float(level)
-    number = shear_modulus * spacing / (speed * viscosity)
+    wrong = positive_faults(speed=speed, force=force, steps=steps)
+    refuse(wrong + kelvin_voigt_faults(material))
+    heights, spacing, shear_modulus = line.single(), line.spacing, material.long_term
+    start = 3 * float(np.sqrt(np.mean(heights**2))) if level is None else float(level)
+    number = shear_modulus * spacing / (speed * material.viscosity)
     unit = _SPRING * shear_modulus * spacing
     rows = np.zeros((5, int(steps)))
     with np.errstate(over="ignore"):
-        outcome, done = _march(heights[0], spacing, number, force / unit, start, rows)
+        outcome, done = _march(heights, spacing, number, force / unit, start, rows)
     rows = rows[:, :done]
     return PrintedSliding(
         outcome=OUTCOMES[outcome],

@@ -15,17 +15,22 @@ sliding, F_x = int f dh/dx dx; F_x v is the power dissipated.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.optimize import brentq
 
-from reduced.arguments import positive_faults, refuse
+from reduced.arguments import refuse
 from reduced.errors import ConvergenceError
+from reduced.loads import LoadPath
 from reduced.memory.materials import Prony
+from reduced.rough.lines import RoughLines
 from reduced.rubber import one_spring
-from reduced.rubber.one_spring import COUNT, FORCE, LENGTH, LOSS, SQUARES, WORK
+from reduced.rubber.one_spring import COUNT, FORCE, LENGTH, LOSS, SQUARES, WORK, Rubber
+
+CONTROLS = ("force", "penetration")
 
 _SPRING = 4.0  # (19.30) at nu = 1/2
 _PERIODS = 60
@@ -65,16 +70,7 @@ class SteadySliding:
     energy_error: np.ndarray
 
 
-def slide(
-    lines: np.ndarray,
-    spacing: float,
-    material: Prony,
-    speed: float | Sequence[float] | np.ndarray,
-    force: float | Sequence[float] | np.ndarray | None = None,
-    *,
-    penetration: float | Sequence[float] | np.ndarray | None = None,
-    periodic: bool = True,
-) -> SteadySliding:
+def slide(lines: RoughLines, material: Prony, speed: ArrayLike, load: LoadPath) -> SteadySliding:
     """Slide rigid lines under a viscoelastic foundation until nothing changes: steady friction.
 
     The line is straight between its points; everything else is exact (`one_spring`), for every
@@ -84,21 +80,16 @@ def slide(
 
     Parameters
     ----------
-    lines : ndarray, shape (m, n) or (n,)
-        Heights, positive towards the rubber, in the order in which a point of the rubber meets
-        them, n >= 2.
-    spacing : float
-        dx.
+    lines : RoughLines
+        Heights in the order in which a point of the rubber meets them. A free line is met by rubber
+        at rest; its contact has to lie inside it.
     material : Prony
         In shear, with G_inf > 0 (a fluid sinks until nothing is left to carry); nu = 1/2.
     speed : array_like, shape (k,) or float
         v > 0, any order.
-    force, penetration : array_like, shape (k,) or float
-        Exactly one: F > 0 on the line, or the depth of its highest point below the level of the
-        rubber, one for all speeds or one for each.
-    periodic : bool
-        Whether the line continues itself. A free line is met by rubber at rest; its contact has to
-        lie inside it.
+    load : LoadPath
+        ``"force"`` F > 0 on the line, or ``"penetration"``, the depth of its highest point below
+        the level of the rubber: one value for all speeds or one for each.
 
     Returns
     -------
@@ -117,21 +108,21 @@ def slide(
 
     >>> from reduced.memory.materials import kelvin_voigt
     >>> x = np.linspace(-0.2, 0.2, 401)
-    >>> found = slide(-(x**2), 1e-3, kelvin_voigt(1.0, 1.0), 1e-6, 1e-3, periodic=False)
-    >>> round(found.friction_coefficient.item() / 2e-6, 3)
+    >>> parabola = RoughLines(-(x**2), 1e-3, periodic=False)
+    >>> sliding = slide(parabola, kelvin_voigt(1.0, 1.0), 1e-6, LoadPath("force", 1e-3))
+    >>> round(sliding.friction_coefficient.item() / 2e-6, 3)
     1.0
     """
-    heights = np.atleast_2d(np.asarray(lines, dtype=float))
-    speeds = np.atleast_1d(np.asarray(speed, float))
-    loads = _one_load(force, penetration)
-    _check(heights, spacing, material, speeds, loads)
-    loads = np.broadcast_to(loads, speeds.shape)
+    speeds = LoadPath("speed", speed).values
+    _check(material, speeds, load)
+    loads = np.broadcast_to(load.values, speeds.shape)
+    forced = load.one_of(*CONTROLS) == "force"
     rows = [
         [
-            _steady(line, spacing, material, v, load, force is not None, periodic)
-            for v, load in zip(speeds, loads, strict=True)
+            _steady(_Line.of(lines, row, material, v), value, forced)
+            for v, value in zip(speeds, loads, strict=True)
         ]
-        for line in heights
+        for row in range(len(lines))
     ]
     depth = np.array([[each[0] for each in row] for row in rows])
     sums = np.moveaxis(np.array([[each[1] for each in row] for row in rows]), -1, 0)
@@ -156,11 +147,28 @@ class _Line:
     path: np.ndarray
     step: float
     periodic: bool
-    material: tuple[float, float, np.ndarray, np.ndarray, np.ndarray, np.ndarray, np.ndarray]
+    material: Prony
+    rubber: Rubber
+
+    @classmethod
+    def of(cls, lines: RoughLines, row: int, material: Prony, speed: float) -> _Line:
+        """Return a line from its highest point, and the material at a speed."""
+        line = lines.heights[row]
+        peak = int(np.argmax(line))
+        path = line - line[peak]
+        if lines.periodic:
+            path = np.concatenate([path[peak:], path[: peak + 1]])
+        rubber = _rubber(material, speed)
+        return cls(np.ascontiguousarray(path), lines.spacing, lines.periodic, material, rubber)
+
+    @property
+    def points(self) -> int:
+        """Points of the line."""
+        return self.path.size - 1 if self.periodic else self.path.size
 
     def draw(self, depth: float, state: np.ndarray) -> tuple[np.ndarray, bool]:
         """Integrals over the line at a depth of its highest point; `state` is advanced."""
-        return one_spring.draw(self.path, -depth, self.step, self.periodic, *self.material, state)
+        return one_spring.draw(self.path, -depth, self.step, self.periodic, self.rubber, state)
 
     def settled(self, depth: float) -> np.ndarray:
         """Integrals over one period of the steady state, or over the whole of a free line.
@@ -168,8 +176,7 @@ class _Line:
         The highest point is always in contact, so the state is that of the arms there. The map of
         a period is piecewise linear in it: Newton's steps end on the fixed point.
         """
-        arms = self.material[2].size
-        size = self.material[4].size
+        arms, size = self.rubber.arms.size, self.rubber.modes.size
         if not self.periodic:
             return self._passed(depth, np.zeros(size))
         begin = np.zeros(size)
@@ -186,7 +193,7 @@ class _Line:
 
     def _tangent(self, depth: float, begin: np.ndarray, end: np.ndarray) -> np.ndarray:
         """Return d(state after a period)/d(state); differences are exact on a linear piece."""
-        arms, probe = self.material[2].size, depth * 2.0**-20
+        arms, probe = self.rubber.arms.size, depth * 2.0**-20
         tangent = np.empty((arms, arms))
         for k in range(arms):
             moved = begin.copy()
@@ -204,40 +211,30 @@ class _Line:
         return sums
 
 
-def _steady(
-    line: np.ndarray,
-    spacing: float,
-    material: Prony,
-    speed: float,
-    load: float,
-    forced: bool,
-    periodic: bool,
-) -> tuple[float, np.ndarray]:
+def _steady(held: _Line, load: float, forced: bool) -> tuple[float, np.ndarray]:
     """Depth of the highest point and integrals of one line at one speed and load."""
-    peak = int(np.argmax(line))
-    path = line - line[peak]
-    if periodic:
-        path = np.concatenate([path[peak:], path[: peak + 1]])
-    held = _Line(np.ascontiguousarray(path), spacing, periodic, _lengths(material, speed))
     if not forced:
         return load, held.settled(load)
+    long_term, path = held.material.long_term, held.path
     goal = load / _SPRING
 
     def excess(depth: float) -> float:
         return held.settled(depth)[FORCE] / goal - 1 if depth > 0 else -1.0
 
-    if periodic:
+    if held.periodic:
         # mean deflection F/(4 G_inf L), and w >= h - Z0 everywhere
-        deepest = goal / (material.long_term * line.size * spacing) - path[:-1].mean()
+        deepest = goal / (long_term * held.points * held.step) - path[:-1].mean()
         deepest *= 1 + 2.0**-40  # at full contact this is the root, but for rounding
     else:
-        deepest = _deep_enough(excess, path, goal / material.long_term, spacing)
+        deepest = _deep_enough(excess, path, goal / long_term, held.step)
     precision = 4 * np.finfo(float).eps
     depth = brentq(excess, 0.0, deepest, xtol=2.0**-52 * deepest, rtol=precision, maxiter=200)
     return float(depth), held.settled(depth)
 
 
-def _deep_enough(excess, path: np.ndarray, deflection: float, spacing: float) -> float:
+def _deep_enough(
+    excess: Callable[[float], float], path: np.ndarray, deflection: float, spacing: float
+) -> float:
     """Depth at which a free line carries more than the force: doubled from a single spring's."""
     end = -float(path[[0, -1]].max())
     depth = min(deflection / spacing, end / 1024)
@@ -250,45 +247,28 @@ def _deep_enough(excess, path: np.ndarray, deflection: float, spacing: float) ->
     return end
 
 
-def _lengths(material: Prony, speed: float) -> tuple:
-    """Return the material with times as lengths, and its modes, as `one_spring.draw` takes it."""
+def _rubber(material: Prony, speed: float) -> Rubber:
+    """Return the material with times as lengths, and its modes."""
     modes = material.creep().times
     matrix = 1 / (1 - material.times[:, None] / modes)
     if material.viscosity > 0:
         matrix = np.vstack([matrix, np.ones(modes.size)])
     inverse = np.linalg.inv(matrix)
-    return (
+    return Rubber(
         *(material.long_term, speed * material.viscosity, material.moduli),
         *(speed * material.times, speed * modes, matrix, inverse),
     )
 
 
-def _one_load(force: object, penetration: object) -> np.ndarray:
-    """Return the load that was given, of which there is one."""
-    if (force is None) == (penetration is None):
-        raise ValueError("give exactly one of force, penetration")
-    return np.asarray(penetration if force is None else force, float)
-
-
-def _check(
-    heights: np.ndarray, spacing: float, material: Prony, speeds: np.ndarray, loads: np.ndarray
-) -> None:
+def _check(material: Prony, speeds: np.ndarray, load: LoadPath) -> None:
     """Raise one ValueError for everything wrong."""
-    wrong = line_faults(heights) + positive_faults(spacing=spacing)
-    wrong += solid_faults(material)
-    for name, values in (("speed", speeds), ("force or penetration", loads)):
-        if values.ndim > 1 or values.size == 0 or not np.all(np.isfinite(values) & (values > 0)):
-            wrong.append(f"{name} must be positive and finite, a number or a list, got {values}")
-    if loads.ndim == 1 and loads.shape not in ((1,), speeds.shape):
-        wrong.append(f"loads must be one, or one per speed ({speeds.size}), got {loads.size}")
+    wrong = solid_faults(material)
+    for name, values in (("speed", speeds), (load.control, load.values)):
+        if not np.all(values > 0):
+            wrong.append(f"{name} must be positive, got {values}")
+    if load.values.shape not in ((1,), speeds.shape):
+        wrong.append(f"loads must be one, or one per speed ({speeds.size}), got {load.values.size}")
     refuse(wrong)
-
-
-def line_faults(heights: np.ndarray) -> list[str]:
-    """Name what keeps an array from being lines of heights."""
-    if heights.ndim != 2 or heights.shape[1] < 2 or heights.shape[0] < 1:
-        return [f"lines must have shape (m, n) or (n,), n >= 2, got {heights.shape}"]
-    return [] if np.all(np.isfinite(heights)) else ["lines must be finite"]
 
 
 def solid_faults(material: Prony) -> list[str]:
@@ -299,3 +279,10 @@ def solid_faults(material: Prony) -> list[str]:
     if not material.steady_viscosity > 0:
         wrong.append("material must have a dashpot: an elastic foundation has no friction")
     return wrong
+
+
+def kelvin_voigt_faults(material: Prony) -> list[str]:
+    """Say so if a material is more than a spring and a dashpot side by side."""
+    if material.long_term > 0 and material.viscosity > 0 and material.moduli.size == 0:
+        return []
+    return ["material must be a spring and a dashpot side by side (Kelvin-Voigt), no arms"]

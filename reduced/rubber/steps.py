@@ -24,14 +24,14 @@ _ROUNDING = 1e-14  # error of a meeting place, relative to the step
 
 
 @njit(cache=True)
-def march(line, spacing, way, memory, goal, level, springs, rows):
+def march(line, lengths, goal, level, springs, rows):
     """Take all steps of one line; returns how many met the force.
 
     Parameters
     ----------
     line : ndarray, shape (2 n + 1,)
         Heights of a periodic line, twice over.
-    spacing, way, memory : float
+    lengths : tuple of float
         dx, length of a step, and l.
     goal, level : float
         Impulse of each step, and level to start from.
@@ -40,7 +40,7 @@ def march(line, spacing, way, memory, goal, level, springs, rows):
     rows : ndarray, shape (8, steps)
         Takes the sums of each step, its level, and what the springs store in the end.
     """
-    n = springs.size
+    n, (spacing, way, memory) = springs.size, lengths
     moved, sums, cells = np.empty(n), np.empty(SUMS), way / spacing
     upper = np.maximum(line[:-1], line[1:])
     finest = _FINEST * (np.max(line) - np.min(line))
@@ -49,7 +49,8 @@ def march(line, spacing, way, memory, goal, level, springs, rows):
     for step in range(rows.shape[1]):
         guess, last = 2 * level - last, level
         place = (line, upper, spacing, step * cells, way, memory)
-        level, count = _balance(place, goal, guess, finest, springs, moved, mask, chosen, sums)
+        room = (mask, chosen, sums)
+        level, count = _balance(place, goal, guess, finest, (springs, moved), room)
         if count < 0:
             return step
         if count < n:
@@ -63,7 +64,7 @@ def march(line, spacing, way, memory, goal, level, springs, rows):
 
 
 @njit(cache=True)
-def _balance(place, goal, level, finest, springs, moved, mask, chosen, sums):
+def _balance(place, goal, level, finest, state, room):
     """Find the level at which the springs carry the goal over a step, and move them.
 
     The impulse of a step is convex and decreasing in the level: w is a maximum of functions linear
@@ -71,10 +72,13 @@ def _balance(place, goal, level, finest, springs, moved, mask, chosen, sums):
     exceeds the goal therefore end on the root; one from where it falls short leads there. Without
     a contact in the whole step the highest point is set on the surface first.
 
+    `state` are the springs before and after, `room` is for mask, chosen springs and sums.
+
     Returns the level and how many springs were moved for it (those the line could reach), -1 if
     the force was not met.
     """
     line, _, spacing, begin, way, memory = place
+    (springs, moved), (mask, chosen, sums) = state, room
     floor, count, reach = np.inf, 0, 0.0
     for _ in range(_NEWTON):
         if level < floor:
@@ -148,15 +152,19 @@ def _advance(place, level, springs, moved, chosen, sums):
         cell = np.floor(at)
         until = min(cell + 1.0, end)
         first = int(cell) % springs.size
-        _cell(
-            line[first:], at - cell, until - cell, spacing, memory, level, now, moved, chosen, sums
-        )
+        cut = (at - cell, until - cell, spacing, memory)
+        _cell(line[first:], cut, level, (now, moved), chosen, sums)
         at, now = until, moved
 
 
 @njit(cache=True)
-def _cell(line, start, stop, spacing, memory, level, springs, moved, chosen, sums):
-    """Move the chosen springs from `start` to `stop` within a cell of the line."""
+def _cell(line, cut, level, state, chosen, sums):
+    """Move the chosen springs within a cell of the line.
+
+    `cut` are the places in the cell from and to which, dx and l; `state` the springs before and
+    after.
+    """
+    (start, stop, spacing, memory), (springs, moved) = cut, state
     fresh, way = springs is not moved, (stop - start) * spacing
     decay, inverse = np.exp(-way / memory), 1 / spacing
     impulse = slope = work = loss = length = 0.0
@@ -168,7 +176,7 @@ def _cell(line, start, stop, spacing, memory, level, springs, moved, chosen, sum
         high = left * (1 - stop) + right * stop - level
         at = 0.0
         if w > low:
-            at = _meeting(w, low, high, rate, way, memory, decay)
+            at = _meeting(w, (low, high, rate), way, memory, decay)
             if at >= way:
                 moved[i] = w * decay
                 loss += (w * w - moved[i] * moved[i]) / 2
@@ -210,12 +218,15 @@ def _contact(low, high, rate, way, memory):
 
 
 @njit(cache=True)
-def _meeting(w, low, high, rate, way, memory, decay):
+def _meeting(w, ramp, way, memory, decay):
     """Way to where a free spring is met by the line, or more than there is.
+
+    `ramp` are the heights of the line above the level before and after, and its slope.
 
     The clearance w exp(-s/l) - low - rate s is convex: Newton's steps from before its first zero
     stay before it.
     """
+    low, high, rate = ramp
     if high <= w * decay and not _grazes(w, low, high, rate, memory):
         return 2 * way
     at = -low / rate if low < 0.0 < rate else 0.0

@@ -7,6 +7,8 @@ units of v/w, at most 3: then the cubic is monotone (Fritsch & Carlson 1980).
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numba import njit
 
@@ -18,22 +20,37 @@ _EDGE_STEPS = 80
 _EPSILON = float(np.finfo(float).eps)
 
 
+class Half(NamedTuple):
+    """Cubics of a half line from the axis outwards, n knots.
+
+    Attributes
+    ----------
+    x, heights : ndarray, shape (n,)
+        Knots from x = 0, and g there.
+    start, end : ndarray, shape (n - 1,)
+        Slopes m_0, m_1 at the ends of the cells.
+    first, second : ndarray, shape (n,)
+        int g dx and int g^2 dx from 0 to every knot.
+    """
+
+    x: np.ndarray
+    heights: np.ndarray
+    start: np.ndarray
+    end: np.ndarray
+    first: np.ndarray
+    second: np.ndarray
+
+
+def half_line(x: np.ndarray, heights: np.ndarray, slopes: np.ndarray) -> Half:
+    """Join knots x, from x = 0 outwards, with g and g' there, all of shape (n,), by cubics."""
+    return Half(x, heights, *_moments(x, heights, slopes))
+
+
 @njit(cache=True)
-def moments(
+def _moments(
     x: np.ndarray, heights: np.ndarray, slopes: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """End slopes m_0, m_1 of the cells, and int g dx and int g^2 dx from 0 to every knot.
-
-    Parameters
-    ----------
-    x, heights, slopes : ndarray, shape (n,)
-        Knots from x = 0 outwards, and g and g' there.
-
-    Returns
-    -------
-    tuple of ndarray
-        m_0 (n - 1,), m_1 (n - 1,), first (n,), second (n,).
-    """
+    """End slopes m_0, m_1 of the cells, and int g dx and int g^2 dx from 0 to every knot."""
     n = x.size
     start, end = np.zeros(n - 1), np.zeros(n - 1)
     first, second = np.zeros(n), np.zeros(n)
@@ -49,38 +66,26 @@ def moments(
 
 
 @njit(cache=True)
-def respond(
-    x: np.ndarray,
-    heights: np.ndarray,
-    start: np.ndarray,
-    end: np.ndarray,
-    first: np.ndarray,
-    second: np.ndarray,
-    d: np.ndarray,
-    out: np.ndarray,
-) -> None:
+def respond(half: Half, d: np.ndarray, out: np.ndarray) -> None:
     """Add contact length, F/E* and energy/E* of the half line at penetrations d > 0 to `out`.
 
     Parameters
     ----------
-    x, heights, start, end, first, second : ndarray
-        Knots, heights and what `moments` returns.
+    half : Half
     d : ndarray, shape (k,)
         Penetrations.
     out : ndarray, shape (3, k)
         Length, force, energy.
     """
-    last = start.size - 1
+    x, heights, starts, ends, first, second = half  # looked up once, not for every load
+    last = starts.size - 1
     for k in range(d.size):
-        cell, part = np.searchsorted(heights, d[k]) - 1, 1.0
-        if cell > last:
-            cell = last
-        else:
-            rise = heights[cell + 1] - heights[cell]
-            part = _locate(start[cell], end[cell], (d[k] - heights[cell]) / rise)
-        width = x[cell + 1] - x[cell]
-        rise = heights[cell + 1] - heights[cell]
-        one, two = part_moments(heights[cell], rise, width, start[cell], end[cell], part)
+        cell = min(np.searchsorted(heights, d[k]) - 1, last)
+        base, rise = heights[cell], heights[cell + 1] - heights[cell]
+        start, end, width, part = starts[cell], ends[cell], x[cell + 1] - x[cell], 1.0
+        if d[k] <= heights[-1]:
+            part = _locate(start, end, (d[k] - base) / rise)
+        one, two = part_moments(base, rise, width, start, end, part)
         one, two = one + first[cell], two + second[cell]
         length = x[cell] + part * width
         out[0, k] += length

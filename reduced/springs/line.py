@@ -1,14 +1,86 @@
-"""The two discrete spring lines: a smooth one with sub-cell edges, and the printed nodal sums."""
+"""A row of springs under a profile: smooth with sub-cell edges, or with the printed nodal sums."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 
+from reduced.arguments import choice_faults, count_faults, positive_faults, refuse
+from reduced.loads import EDGES
 from reduced.profiles.section import Profile
-from reduced.springs.cubics import moments, respond
+from reduced.springs.cubics import Half, half_line, respond
 
 _MARGIN = 4  # springs beyond the largest contact radius, for inverted loads
 _WALL_STEPS = 80
+
+
+@dataclass(frozen=True)
+class Springs:
+    """Springs of stiffness E* dx (19.14) under a profile, at x_i = (i + offset) dx, all i.
+
+    dx is the contact radius at the largest load over `per_radius`, or `spacing`. Two discrete laws:
+
+    - ``"sub_cell"``: between springs the profile is the monotone cubic through the heights and
+      slopes at the springs, at x = 0 and at the profile's own breakpoints, and the contact ends
+      where that curve meets the surface, inside a cell. Interior springs then weigh E* dx each, as
+      printed; all corrections sit in the edge cells. Force and radius converge as dx^4 for smooth
+      profiles, parabola, cone and flat punch are exact for any alignment of the springs.
+      (A profile ~ x^n near its tip or behind a breakpoint limits the order to n + 1.)
+    - ``"nodal"``: the chapter's sums, F = E* dx sum (d - g_i) over springs with g_i < d, and
+      a = dx/2 times their number: dx^2 in F and dx in a.
+
+    Parameters
+    ----------
+    profile : Profile
+        Equivalent profile g(x), see `profiles`.
+    effective_modulus : float
+        E*, 1/E* = (1 - nu1^2)/E1 + (1 - nu2^2)/E2.
+    per_radius : int
+        Springs per contact radius at the largest load, >= 1.
+    spacing : float, optional
+        dx itself, in place of `per_radius`; at most the contact radius at the largest load.
+    edges : {"sub_cell", "nodal"}
+        The discrete law.
+    offset : float
+        Place of the first spring right of the axis, in [0, 1) spacings.
+
+    Raises
+    ------
+    ValueError
+        Listing every argument that is wrong.
+    """
+
+    profile: Profile
+    effective_modulus: float
+    per_radius: int = 40
+    spacing: float | None = None
+    edges: str = "sub_cell"
+    offset: float = 0.5
+
+    def __post_init__(self) -> None:
+        wrong = positive_faults(effective_modulus=self.effective_modulus)
+        wrong += row_faults(self.per_radius, self.spacing, self.edges, self.offset)
+        refuse(wrong)
+
+    def lay(self, largest: float) -> NodalLine | SmoothLine:
+        """Lay the springs out to a contact radius, and some beyond."""
+        spacing = largest / self.per_radius if self.spacing is None else self.spacing
+        if spacing > largest:
+            raise ValueError(
+                f"spacing must be at most the contact radius {largest!r}, got {spacing!r}"
+            )
+        kind = SmoothLine if self.edges == "sub_cell" else NodalLine
+        return kind(self.profile, spacing, self.offset, largest)
+
+
+def row_faults(
+    per_radius: int, spacing: float | None = None, edges: str = "sub_cell", offset: float = 0.5
+) -> list[str]:
+    """Name what is wrong with how a row of springs is laid out."""
+    wrong = [] if spacing is None else positive_faults(spacing=spacing)
+    wrong += count_faults(per_radius=per_radius) + choice_faults("edges", edges, EDGES)
+    return wrong if 0 <= offset < 1 else [*wrong, f"offset must be in [0, 1), got {offset!r}"]
 
 
 class NodalLine:
@@ -59,29 +131,28 @@ class NodalLine:
 class SmoothLine:
     """Springs joined by the monotone cubic through heights and slopes: edges inside the cells.
 
-    The two halves of the line see the springs at different places. Each is a tuple of knots from
-    x = 0 outwards, heights, end slopes of the cubics and running integrals, see `cubics`.
+    The two halves of the line see the springs at different places.
     """
 
     def __init__(self, profile: Profile, spacing: float, offset: float, largest: float) -> None:
+        self.spacing = spacing
         self.springs = [_springs(spacing, o, largest) for o in (offset, 1 - offset)]
-        self.halves = [
-            (x, g, *moments(x, g, slope)) for x, g, slope in _knots(profile, self.springs, largest)
-        ]
+        knots = _knots(profile, self.springs, largest)
+        self.halves: list[Half] = [half_line(*part) for part in knots]
 
     def respond(self, d: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Contact length, F/E* and energy/E* at penetrations d."""
         out = np.zeros((3, d.size))
         for half in self.halves:
-            respond(*half, d, out)
+            respond(half, d, out)
         return out[0], out[1], out[2]
 
     def deep_start(self, goal: np.ndarray) -> np.ndarray:
         """Penetrations on or beyond those that carry F/E* = goal."""
-        knots = np.unique(np.concatenate([half[1] for half in self.halves]))
+        knots = np.unique(np.concatenate([half.heights for half in self.halves]))
         knots = knots[knots > 0]
         if knots.size == 0:
-            return goal / sum(half[0][-1] for half in self.halves)
+            return goal / sum(half.x[-1] for half in self.halves)
         length, force, _ = self.respond(knots)
         index = np.searchsorted(force, goal, side="left")
         beyond = index == knots.size
@@ -93,7 +164,7 @@ class SmoothLine:
         count = 0
         for half, springs in zip(self.halves, self.springs, strict=True):
             out = np.zeros((3, 1))
-            respond(*half, np.array([d]), out)
+            respond(half, np.array([d]), out)
             count += int(np.searchsorted(springs, out[0, 0]))
         return count
 

@@ -4,17 +4,20 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from functools import partial
-from typing import Any
 
 import numpy as np
 
 from comparisons.questions.benchmarks.yardstick import Measurement, interleaved, measurement
+from reduced.loads import Load
+from reduced.memory.materials import kelvin_voigt
 from reduced.profiles import shapes
 from reduced.rough import ensemble
-from reduced.rough import press as rough_line
 from reduced.rough.line_spectrum import LineSpectrum
+from reduced.rough.lines import RoughLines
+from reduced.rough.press import press
 from reduced.rubber.history import slide_in_time
 from reduced.springs.indent import indent
+from reduced.springs.line import Springs
 
 SPRINGS, LOADS = 10**6, 100
 LINES, POINTS, FEW_LOADS = 450, 64, 15
@@ -30,43 +33,39 @@ def measure() -> list[Measurement]:
     return [*_long_line(0.8), *_long_line(0.3), *_batch(), *_single(), *_sizes(), *_sliding()]
 
 
-def rough_lines(count: int, points: int, hurst: float = 0.8) -> np.ndarray:
-    """Self-affine lines with all waves the points resolve, rms height 1."""
+def rough_lines(count: int, points: int, hurst: float = 0.8) -> RoughLines:
+    """Self-affine lines with all waves the points resolve, rms height 1, dx = 1."""
     mode = np.arange(1, (points - 1) // 2 + 1)
     power = mode ** (-1 - 2 * hurst)
     source = LineSpectrum(2 * np.pi * mode, power / (2 * power.sum()), 1.0)
-    return ensemble.lines(source, points, range(count), seed=1)
+    return RoughLines(ensemble.RandomLines(source, points, count, seed=1).draw().heights, 1.0)
 
 
-def load_lists(lines: np.ndarray, loads: int) -> dict[str, np.ndarray]:
+def load_lists(lines: RoughLines, loads: int) -> list[Load]:
     """Three decades of force up to about half a line in contact, and loads alike otherwise."""
-    depth = float(np.mean(lines.max(axis=1) - lines.mean(axis=1)))
+    heights = lines.heights
+    depth = float(np.mean(heights.max(axis=1) - heights.mean(axis=1)))
     ladder = np.geomspace(1e-3, 1, loads)
-    return {
-        "force": 0.2 * ladder * depth * lines.shape[1],
-        "penetration": ladder * depth,
-        "mean_gap": depth * np.linspace(0.05, 0.99, loads),
-    }
+    return [
+        Load("force", 0.2 * ladder * depth * heights.shape[1]),
+        Load("penetration", ladder * depth),
+        Load("mean_gap", depth * np.linspace(0.05, 0.99, loads)),
+    ]
 
 
-def _presses(lines: np.ndarray, loads: int) -> dict[str, Callable[[], object]]:
+def _presses(lines: RoughLines, loads: int) -> dict[str, Callable[[], object]]:
     return {
-        f"{control}, {edges}": _press(lines, edges, {control: values})
-        for control, values in load_lists(lines, loads).items()
+        f"{load.control}, {edges}": partial(press, lines, 1.0, load, edges=edges)
+        for load in load_lists(lines, loads)
         for edges in EDGES
     }
 
 
-def _press(lines: np.ndarray, edges: str, load: dict[str, Any]) -> Callable[[], object]:
-    return partial(rough_line.press, lines, 1.0, 1.0, edges=edges, **load)
-
-
 def _long_line(hurst: float) -> list[Measurement]:
     line = rough_lines(1, SPRINGS, hurst)
-    tasks = _presses(line, LOADS)
-    times = interleaved(
-        {"argsort": partial(np.argsort, line[0]), "sort": partial(np.sort, line[0]), **tasks}, 5
-    )
+    tasks, heights = _presses(line, LOADS), line.single()
+    sorts = {"argsort": partial(np.argsort, heights), "sort": partial(np.sort, heights)}
+    times = interleaved(sorts | tasks, 5)
     title = f"1e6 springs x {LOADS} loads, H = {hurst}"
     rows = [
         measurement(f"{title}, {name}", times[name], "np.argsort", times["argsort"], SORT_TARGET)
@@ -80,7 +79,7 @@ def _long_line(hurst: float) -> list[Measurement]:
 def _batch() -> list[Measurement]:
     lines = rough_lines(LINES, POINTS)
     tasks = _presses(lines, FEW_LOADS)
-    times = interleaved({"argsort": partial(np.argsort, lines, axis=1), **tasks}, 21)
+    times = interleaved({"argsort": partial(np.argsort, lines.heights, axis=1), **tasks}, 21)
     title = f"{LINES} lines x {POINTS} points x {FEW_LOADS} loads"
     yardstick = "np.argsort of the batch"
     return [
@@ -94,7 +93,7 @@ def _single() -> list[Measurement]:
     profile, loads = shapes.paraboloid(1.0), np.geomspace(1e-3, 0.1, 7)
     heights = np.random.default_rng(0).normal(size=80)
     tasks = {
-        control: partial(indent, profile, 1.0, **{control: loads})
+        control: partial(indent, Springs(profile, 1.0), Load(control, loads))
         for control in ("penetration", "force")
     }
     times = interleaved({"argsort": partial(np.argsort, heights), **tasks}, 21)
@@ -114,13 +113,14 @@ def _sliding() -> list[Measurement]:
 
     A tenth of the line is in contact at rest; with half of it, no target is set.
     """
-    lines = 1e-2 * rough_lines(SLIDING_LINES, SLIDING_POINTS)
-    points = np.random.default_rng(0).normal(size=lines.shape)
+    heights = rough_lines(SLIDING_LINES, SLIDING_POINTS).heights
+    lines = RoughLines(1e-2 * heights, 1 / SLIDING_POINTS)
+    points = np.random.default_rng(0).normal(size=lines.heights.shape)
     rows = []
     for load, target in ((1e-3, EXP_TARGET), (2e-2, None)):
         tasks = {
             f"v tau = {reach:g} dx": partial(
-                *(slide_in_time, lines, 1 / SLIDING_POINTS, 1.0, 1.0),
+                *(slide_in_time, lines, kelvin_voigt(1.0, 1.0)),
                 *(reach / SLIDING_POINTS, load),
                 steps=SLIDING_STEPS,
             )
@@ -153,8 +153,9 @@ def _sizes() -> list[Measurement]:
     rows, found = [], {}
     for points in SIZES:
         line = rough_lines(1, points)
-        press = _press(line, "sub_cell", {"force": load_lists(line, LOADS)["force"]})
-        times = interleaved({"argsort": partial(np.argsort, line[0]), "press": press}, 5)
+        pressing = partial(press, line, 1.0, load_lists(line, LOADS)[0])
+        sorting = partial(np.argsort, line.single())
+        times = interleaved({"argsort": sorting, "press": pressing}, 5)
         rows.append(
             measurement(
                 f"N = {points:.0e}, {LOADS} loads, force",

@@ -39,7 +39,7 @@ def _moments(
     surface = Surface.of(points, hurst, roll_off, shortest, True)
     line = surface.line(rule)
     spectrum = surface_spectrum.self_affine(
-        surface.points, 1.0, **{"hurst": None, "power": None, "rms_height": None, **surface.recipe}
+        surface.points, 1.0, surface_spectrum.SelfAffine(**surface.recipe)
     )
     stated = {"height": line.rms_height, "curvature_laplacian": line.rms_curvature}
     true = {
@@ -86,7 +86,11 @@ def _height_samples(surface: Surface, count: int, rule: str) -> tuple[np.ndarray
     """Heights of surfaces and of lines, one row per realisation, in units of the surface's rms."""
     maps = np.stack([surface.heights(k).ravel() for k in range(count)])
     # every line point is worth many of the surface's: as many lines as make equal numbers
-    lines = ensemble.lines(surface.line(rule), 2 * surface.points, range(20 * count), seed=SEED)
+    lines = (
+        ensemble.RandomLines(surface.line(rule), 2 * surface.points, 20 * count, seed=SEED)
+        .draw()
+        .heights
+    )
     scale = maps.std()
     return maps / scale, lines / scale
 
@@ -142,7 +146,7 @@ def _surface_peaks(surface: Surface, count: int, factor: int) -> dict[str, np.nd
 def _line_peaks(surface: Surface, count: int, rule: str, factor: int) -> dict[str, np.ndarray]:
     """Means over the maxima of each of `count` lines, `factor` times finer than they need be."""
     points = 2 * factor * surface.points
-    lines = ensemble.lines(surface.line(rule), points, range(count), seed=SEED)
+    lines = ensemble.RandomLines(surface.line(rule), points, count, seed=SEED).draw().heights
     wavenumber = 2 * np.pi * points * fft.rfftfreq(points)
     second = fft.irfft(fft.rfft(lines, axis=1) * wavenumber**2, n=points, axis=1)
     top = (lines > np.roll(lines, 1, axis=1)) & (lines > np.roll(lines, -1, axis=1)) & (second > 0)

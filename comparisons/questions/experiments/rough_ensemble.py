@@ -16,7 +16,9 @@ from scipy import stats
 
 from comparisons.judging.uncertainty import RULE, combined, ratio_of_means, standard_error
 from comparisons.questions.experiments.running import above, one_of
+from reduced.loads import Load
 from reduced.rough import ensemble, line_spectrum
+from reduced.rough.surface_spectrum import SelfAffine
 from reference import surfaces
 from reference.halfspace import Contact, FreeOperator, HalfSpace, PeriodicOperator, areas, fft
 
@@ -89,7 +91,7 @@ class Surface:
 
     def line(self, rule: str) -> line_spectrum.LineSpectrum:
         """Return the spectrum of the line that stands for the surface."""
-        return line_spectrum.prescribed(self.points, 1.0, **self.recipe, rule=rule)
+        return line_spectrum.prescribed(self.points, 1.0, SelfAffine(**self.recipe), rule=rule)
 
 
 def press(
@@ -139,15 +141,13 @@ def line_samples(
     """
     per_side = points or 2 * surface.points
     names = ("contact_area", "penetration", "mean_gap", "contact_length", "stiffness")
-    found = ensemble.press_ensemble(
-        *(surface.line(rule), round(per_side * length), count, 1.0),
-        force=[load * length**2],
-        length=length,
-        seed=SEED,
-        edges=edges,
-        quantities=names,
+    lines = ensemble.RandomLines(
+        surface.line(rule), round(per_side * length), count, seed=SEED, length=length
     )
-    samples = {name: found.samples[name][:, 0] for name in names}
+    pressed = ensemble.press_ensemble(
+        lines, 1.0, Load("force", load * length**2), edges=edges, quantities=names
+    )
+    samples = {name: pressed.samples[name][:, 0] for name in names}
     for name in ("contact_area", "contact_length", "stiffness"):
         samples[name] = samples[name] / length**2
     return samples | {"contact_area_raw": samples["contact_area"]}

@@ -14,8 +14,9 @@ import numpy as np
 from comparisons.questions.experiments.base import Effort
 from comparisons.questions.experiments.rough_ensemble import SEED, Surface, compare, truth
 from comparisons.questions.experiments.running import Finding, above, experiment
-from reduced.friction.slide import slide_lines, tangential_modulus
-from reduced.rough.ensemble import lines
+from reduced.friction.slide import Friction, slide_lines, tangential_modulus
+from reduced.loads import Load, LoadPath
+from reduced.rough.ensemble import RandomLines
 from reference.halfspace.cerruti import Compliance
 from reference.halfspace.friction import sweep
 from reference.halfspace.traction import NormalAndTangential
@@ -45,11 +46,11 @@ def _true(surface: Surface, load: float, share: float, realisation: int, factor:
 def _stated(surface: Surface, load: float, share: float, count: int) -> np.ndarray:
     """Tangential displacements of lines with the same spectrum."""
     points = 4 * surface.points
-    drawn = lines(surface.line("rings"), points, range(count), seed=SEED)
-    modulus = tangential_modulus(_SHEAR_MODULUS, _POISSON)
-    loads = {"force": load, "tangential_force": [share * _FRICTION * load]}
-    found = slide_lines(drawn, 1 / points, 1.0, modulus, _FRICTION, **loads)
-    return found.tangential_displacement[:, -1]
+    drawn = RandomLines(surface.line("rings"), points, count, seed=SEED).draw()
+    friction = Friction(tangential_modulus(_SHEAR_MODULUS, _POISSON), _FRICTION)
+    path = LoadPath("tangential_force", share * _FRICTION * load)
+    answer = slide_lines(drawn, 1.0, friction, Load("force", load), path)
+    return answer.tangential_displacement[:, -1]
 
 
 def _slip(effort: Effort, *, share: float = 0.9, load: float = 0.02, points: float = 48) -> Finding:

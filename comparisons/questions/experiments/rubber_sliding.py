@@ -5,11 +5,14 @@ from __future__ import annotations
 import numpy as np
 
 from comparisons.questions.experiments.running import Finding, above, experiment, one_of
+from reduced.loads import Load, LoadPath
 from reduced.memory.materials import kelvin_voigt, standard_solid
-from reduced.rough.ensemble import lines
+from reduced.rough.ensemble import RandomLines
 from reduced.rough.line_spectrum import prescribed
+from reduced.rough.lines import RoughLines
 from reduced.rough.press import press
 from reduced.rubber.history import slide_in_time
+from reduced.rough.surface_spectrum import SelfAffine
 from reduced.rubber.printed import PrintedSliding, slide_as_printed
 from reduced.rubber.steady import slide
 from reference.sliding.studies import paraboloid
@@ -22,18 +25,21 @@ _RADIUS, _DEPTH = 1.0, 0.01
 _ROUNDING = 1e-9  # of the forces, each met to 1e-11
 
 
-def _rough_lines(count: int) -> np.ndarray:
-    spectrum = prescribed(64, 1.0, hurst=0.8, rms_slope=0.1, short_cutoff=1 / 16)
-    return lines(spectrum, _POINTS, range(count), seed=7)
+def _rough_lines(count: int) -> RoughLines:
+    spectrum = prescribed(64, 1.0, SelfAffine(hurst=0.8, rms_slope=0.1, short_cutoff=1 / 16))
+    return RandomLines(spectrum, _POINTS, count, seed=7).draw()
 
 
-def _printed_run(line: np.ndarray, number: float) -> PrintedSliding:
+def _printed_run(line: RoughLines, number: float) -> PrintedSliding:
     """Slide a line as printed, from contact at rest; the mean is that of the last period."""
-    at_rest = press(line, 1 / _POINTS, 4.0, force=[_LOAD], edges="nodal").penetration.item()
+    at_rest = press(line, 4.0, Load("force", _LOAD), edges="nodal").penetration.item()
     return slide_as_printed(
-        *(line, 1 / _POINTS, 1.0, 1.0, 1 / (_POINTS * number), _LOAD),
+        line,
+        kelvin_voigt(1.0, 1.0),
+        1 / (_POINTS * number),
+        _LOAD,
         steps=4 * _POINTS,
-        level=float(line.max()) - at_rest,
+        level=float(line.heights.max()) - at_rest,
     )
 
 
@@ -51,8 +57,8 @@ def _printed(effort: str, *, number: float = 1.0, quantity: str = "friction") ->
         missed = [line.max() < 3 * np.sqrt(np.mean(line**2)) for line in rough]
         return Finding(float(np.mean(missed)), 0.0, {"lines": float(len(rough))})
     speed = 1 / (_POINTS * number)
-    exact = slide(rough, 1 / _POINTS, kelvin_voigt(1.0, 1.0), speed, _LOAD)
-    runs = [_printed_run(line, number) for line in rough]
+    exact = slide(rough, kelvin_voigt(1.0, 1.0), speed, LoadPath("force", _LOAD))
+    runs = [_printed_run(rough[row], number) for row in range(len(rough))]
     done = [run.outcome == "completed" for run in runs]
     name = "tangential_force" if quantity == "friction" else "conjugate_force"
     found = [float(getattr(run, name)[-_POINTS:].mean()) for run in runs]
@@ -105,7 +111,10 @@ def _paraboloid(effort: str, *, way: float = 1.0, glassy: float = 0.0) -> Findin
     )
     x = np.linspace(-0.3, 0.3, 4001)
     found = slide(
-        *(-(x**2) / _RADIUS, x[1] - x[0], springs, speed, truth.force.estimate), periodic=False
+        RoughLines(-(x**2) / _RADIUS, x[1] - x[0], periodic=False),
+        springs,
+        speed,
+        LoadPath("force", truth.force.estimate),
     )
     friction = truth.friction_coefficient
     ratio = float(found.friction_coefficient.item() / friction.estimate)

@@ -10,6 +10,7 @@ from scipy.optimize import brentq, minimize_scalar
 
 from comparisons.questions.experiments.rough_ensemble import SEED, Surface, compare, press, truth
 from comparisons.questions.experiments.running import Finding, above, experiment, one_of
+from reduced.loads import Load
 from reduced.profiles import shapes
 from reduced.rough import ensemble, regions
 from reduced.springs import stress
@@ -125,19 +126,14 @@ def _stresses(
 
     And the share of the springs for which the rule has no real value; they carry none.
     """
-    lines = ensemble.lines(surface.line("rings"), points, range(count), seed=SEED)
-    pressed = ensemble.press_ensemble(
-        *(surface.line("rings"), points, count, 1.0),
-        force=[load],
-        seed=SEED,
-        quantities=["penetration"],
-    )
+    random = ensemble.RandomLines(surface.line("rings"), points, count, seed=SEED)
+    pressed = ensemble.press_ensemble(random, 1.0, Load("force", load), quantities=["penetration"])
     depths = pressed.samples["penetration"][:, 0]
-    found = [
-        regions.line_stress(line, 1 / points, 1.0, float(depth), rule=rule)
-        for line, depth in zip(lines, depths, strict=True)
+    stresses = [
+        regions.line_stress(random.draw([k]), 1.0, float(depth), rule=rule)
+        for k, depth in enumerate(depths)
     ]
-    return [each.pressure for each in found], np.array([each.undefined_share for each in found])
+    return [s.pressure for s in stresses], np.array([s.undefined_share for s in stresses])
 
 
 def _shares(stresses: list[np.ndarray], hardness: float) -> np.ndarray:

@@ -15,8 +15,10 @@ from comparisons.questions.experiments.rough_ensemble import (
     truth,
 )
 from comparisons.questions.experiments.running import Finding, above, experiment, one_of
+from reduced.loads import Load
 from reduced.rough import ensemble, line_spectrum
 from reduced.rough import press as rough_line
+from reduced.rough.lines import RoughLines
 
 # Realisations of the second body: far from those of the first.
 _SECOND = 100_000
@@ -50,13 +52,14 @@ def _lines(
         longer = one if one.power.size == size else other
         power = sum(np.pad(each.power, (0, size - each.power.size)) for each in (one, other))
         both = line_spectrum.LineSpectrum(longer.wavenumber, power, longer.length)
-        heights = ensemble.lines(both, points, range(count), seed=SEED)
+        lines = ensemble.RandomLines(both, points, count, seed=SEED).draw()
     else:
-        heights = ensemble.lines(one, points, range(count), seed=SEED)
+        first_lines = ensemble.RandomLines(one, points, count, seed=SEED).draw()
         later = range(_SECOND, _SECOND + count)
-        heights = heights + ensemble.lines(other, points, later, seed=SEED)
+        second_lines = ensemble.RandomLines(other, points, count, seed=SEED).draw(later)
+        lines = RoughLines(first_lines.heights + second_lines.heights, 1 / points)
     # the springs of both bodies in series have the combined modulus, 1/E* = 1/E1* + 1/E2*
-    contact = rough_line.press(heights, 1 / points, 1.0, force=[load])
+    contact = rough_line.press(lines, 1.0, Load("force", load))
     return {name: getattr(contact, name)[:, 0] for name in _NAMES}
 
 

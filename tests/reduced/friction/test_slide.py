@@ -7,9 +7,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from reduced.friction.slide import slide, slide_lines, stiffness_ratio, tangential_modulus
-from reduced.friction.stick_slip import follow
+from reduced.friction.slide import Friction, slide, slide_lines, stiffness_ratio, tangential_modulus
+from reduced.friction.stick_slip import StickingLine
+from reduced.loads import Load, LoadPath
 from reduced.profiles.shapes import cone, cylinder, paraboloid, power_law, rounded_punch
+from reduced.rough.lines import RoughLines
+from reduced.springs.line import Springs
 
 E, G, MU = 1.3, 0.9, 0.4
 
@@ -33,9 +36,11 @@ def test_cattaneo_mindlin_to_rounding(share):
     """The cubic through the springs is the parabola itself: rounding, at any offset."""
     d, force = 0.9, 4 / 3 * E * 0.9**1.5
     found = slide(
-        paraboloid(1.0), E, G, MU, force=force, tangential_force=[share * MU * force],
-        springs=11, offset=0.3,
-    )  # fmt: skip
+        Springs(paraboloid(1.0), E, per_radius=11, offset=0.3),
+        Friction(G, MU),
+        Load("force", force),
+        LoadPath("tangential_force", [share * MU * force]),
+    )
     left = 1 - share
     u = 3 * MU * force / (4 * np.sqrt(d) * G) * (1 - left ** (2 / 3))
     assert found.tangential_displacement[0] == pytest.approx(u, rel=1e-12)
@@ -46,7 +51,12 @@ def test_cattaneo_mindlin_to_rounding(share):
 def test_flat_punch_sticks_whole_and_slips_whole():
     """G* u = mu E* d everywhere at once: linear up to mu F."""
     full = MU * E * 0.2 / G
-    found = slide(cylinder(2.0), E, G, MU, penetration=0.2, tangential_displacement=[0.9 * full, 9])
+    found = slide(
+        Springs(cylinder(2.0), E),
+        Friction(G, MU),
+        Load("penetration", 0.2),
+        LoadPath("tangential_displacement", [0.9 * full, 9]),
+    )
     assert found.tangential_force == pytest.approx([0.9 * MU * found.force, MU * found.force])
     assert found.stick_length == pytest.approx([4.0, 0.0])
 
@@ -89,11 +99,15 @@ def test_partial_slip_force_converges(profile, edges, order):
         options = [(rng.uniform(), rng.uniform(0.9, 1.1)) for _ in range(60)]
         found = [
             slide(
-                profile, E, G, MU, penetration=d, tangential_displacement=[u],
-                spacing=stretch / springs, offset=offset, edges=edges,
-            ).tangential_force[0] / truth - 1
+                Springs(profile, E, spacing=stretch / springs, offset=offset, edges=edges),
+                Friction(G, MU),
+                Load("penetration", d),
+                LoadPath("tangential_displacement", [u]),
+            ).tangential_force[0]
+            / truth
+            - 1
             for offset, stretch in options
-        ]  # fmt: skip
+        ]
         errors.append(np.sqrt(np.mean(np.square(found))))
     rates = np.log2(np.array(errors[:-1]) / errors[1:])
     assert rates.mean() > order - 0.25
@@ -111,14 +125,15 @@ def test_memory_of_branches_is_what_single_springs_do(periodic, path, depth, see
     line = rough_line(seed)
     u = path * 2 * MU * E * depth / G
     fast = slide_lines(
-        line, 0.5, E, G, MU, penetration=depth, tangential_displacement=u, periodic=periodic
+        RoughLines(line, 0.5, periodic=periodic),
+        E,
+        Friction(G, MU),
+        Load("penetration", depth),
+        LoadPath("tangential_displacement", u),
     )
-    slow = follow(
-        line.max() - line, 0.5, E, G, MU,
-        penetration=np.full(u.size + 1, depth),
-        tangential_displacement=np.concatenate([[0.0], u]),
-        periodic=periodic,
-    )  # fmt: skip
+    slow = StickingLine(line.max() - line, 0.5, E, Friction(G, MU), periodic=periodic).follow(
+        np.full(u.size + 1, depth), np.concatenate([[0.0], u])
+    )
     assert fast.force[0] == pytest.approx(slow.force[-1], rel=1e-11)
     bound = 1e-11 * MU * fast.force[0]
     assert np.abs(fast.tangential_force[0] - slow.tangential_force[1:]).max() < bound
@@ -134,9 +149,19 @@ def test_force_control_inverts_displacement_control(path, seed):
     line = rough_line(seed)
     normal = 3.0
     given_forces = 0.99 * path * MU * normal
-    there = slide_lines(line, 0.5, E, G, MU, force=normal, tangential_force=given_forces)
+    there = slide_lines(
+        RoughLines(line, 0.5),
+        E,
+        Friction(G, MU),
+        Load("force", normal),
+        LoadPath("tangential_force", given_forces),
+    )
     back = slide_lines(
-        line, 0.5, E, G, MU, force=normal, tangential_displacement=there.tangential_displacement[0]
+        RoughLines(line, 0.5),
+        E,
+        Friction(G, MU),
+        Load("force", normal),
+        LoadPath("tangential_displacement", there.tangential_displacement[0]),
     )
     assert np.abs(back.tangential_force[0] - given_forces).max() < 1e-8 * MU * normal
     assert back.dissipation[0, -1] == pytest.approx(
@@ -148,7 +173,12 @@ def test_closed_loop_is_forgotten_and_symmetric():
     """Masing: a loop between +-f returns to its start and its halves mirror each other."""
     amplitude = 0.7 * MU * 2.0
     path = amplitude * np.array([1, 0.5, -0.2, 0.5, 1, -1, 1, -1])
-    found = slide(paraboloid(1.0), E, G, MU, force=2.0, tangential_force=path)
+    found = slide(
+        Springs(paraboloid(1.0), E),
+        Friction(G, MU),
+        Load("force", 2.0),
+        LoadPath("tangential_force", path),
+    )
     u = found.tangential_displacement
     assert u[4] == pytest.approx(u[0], rel=1e-13)  # inner loop left no trace
     assert u[5] == pytest.approx(-u[4], rel=1e-13)
@@ -164,7 +194,12 @@ def test_loss_of_a_cycle_is_mindlins():
     """
     share, normal = 0.6, 2.0
     path = share * MU * normal * np.array([1, -1, 1])
-    found = slide(paraboloid(1.0), E, G, MU, force=normal, tangential_force=path)
+    found = slide(
+        Springs(paraboloid(1.0), E),
+        Friction(G, MU),
+        Load("force", normal),
+        LoadPath("tangential_force", path),
+    )
     a = (0.75 * normal / E) ** (1 / 3)
     left = 1 - share
     bracket = 1 - left ** (5 / 3) - 5 / 6 * share * (1 + left ** (2 / 3))
@@ -184,9 +219,7 @@ def test_work_is_stored_or_lost_on_any_path(seed):
     depth = np.interp(np.arange(0, 8, 1 / 100), np.arange(9), rng.uniform(0, 2, 9))
     shift = np.interp(np.arange(0, 8, 1 / 100), np.arange(9), rng.uniform(-2, 2, 9))
     shift -= shift[0]
-    found = follow(
-        line.max() - line, 0.5, E, G, MU, penetration=depth, tangential_displacement=shift
-    )
+    found = StickingLine(line.max() - line, 0.5, E, Friction(G, MU)).follow(depth, shift)
 
     def work(force: np.ndarray, way: np.ndarray) -> np.ndarray:
         return np.cumsum((force[1:] + force[:-1]) / 2 * np.diff(way))
@@ -205,13 +238,11 @@ def test_any_step_is_exact_on_a_straight_path():
     fine = np.arange(0, 59 + 1e-9, 1 / 16)
     line = rough_line(5)
     coarse, dense = (
-        follow(
-            line.max() - line, 0.5, E, G, MU,
-            penetration=np.interp(at, np.arange(60), depth),
-            tangential_displacement=np.interp(at, np.arange(60), shift),
+        StickingLine(line.max() - line, 0.5, E, Friction(G, MU)).follow(
+            np.interp(at, np.arange(60), depth), np.interp(at, np.arange(60), shift)
         )
         for at in (np.arange(60), fine)
-    )  # fmt: skip
+    )
     largest = np.abs(coarse.tangential_force).max()
     assert np.abs(dense.tangential_force[::16] - coarse.tangential_force).max() < 1e-11 * largest
     assert coarse.knots.max() < 6 * line.size
@@ -223,7 +254,7 @@ def test_pressing_and_shifting_in_proportion_sticks_or_slides():
     for ratio in (0.5, 2.0):
         depth = np.linspace(0.1, 1.0, 5)
         shift = ratio * MU * E / G * depth
-        found = follow(gap, 0.02, E, G, MU, penetration=depth, tangential_displacement=shift)
+        found = StickingLine(gap, 0.02, E, Friction(G, MU)).follow(depth, shift)
         expected = min(ratio, 1) * MU * found.force
         assert found.tangential_force == pytest.approx(expected, rel=1e-12)
 
@@ -235,32 +266,43 @@ def test_units_change_no_digit(exponent):
     unit = 2.0**exponent
     path = np.array([0.3, -0.1, 0.35])
     one, other = (
-        slide(paraboloid(s), E, G, MU, penetration=0.9 * s, tangential_displacement=path * s)
+        slide(
+            Springs(paraboloid(s), E),
+            Friction(G, MU),
+            Load("penetration", 0.9 * s),
+            LoadPath("tangential_displacement", path * s),
+        )
         for s in (1.0, unit)
     )
     assert np.array_equal(other.tangential_force, one.tangential_force * unit * unit)
     line = rough_line(3)
     one, other = (
-        follow(
-            (line.max() - line) * s, 0.5 * s, E, G, MU,
-            penetration=[1.0 * s] * 3, tangential_displacement=path * s,
+        StickingLine((line.max() - line) * s, 0.5 * s, E, Friction(G, MU)).follow(
+            [1.0 * s] * 3, path * s
         )
         for s in (1.0, unit)
-    )  # fmt: skip
+    )
     assert np.array_equal(other.tangential_force, one.tangential_force * unit * unit)
 
 
 def test_arguments_are_refused_together():
-    with pytest.raises(ValueError, match=r"friction.*") as caught:
-        slide(paraboloid(1.0), -1, 1, np.nan, penetration=1, tangential_force=[0])
-    assert "effective_modulus" in str(caught.value)
+    with pytest.raises(ValueError, match=r"tangential_modulus.*coefficient"):
+        Friction(-1, np.nan)
     with pytest.raises(ValueError, match="slide without end"):
-        slide(paraboloid(1.0), E, G, MU, force=1.0, tangential_force=[0.41])
-    with pytest.raises(ValueError, match="exactly one of tangential"):
-        slide(paraboloid(1.0), E, G, MU, force=1.0)
-    with pytest.raises(ValueError, match="exactly one of penetration"):
-        slide(paraboloid(1.0), E, G, MU, tangential_force=[0.1])
-    with pytest.raises(ValueError, match=r"gap.*one length|spacing.*gap"):
-        follow(np.zeros(1), 0.0, E, G, MU, penetration=[1], tangential_displacement=[1, 2])
+        slide(
+            Springs(paraboloid(1.0), E),
+            Friction(G, MU),
+            Load("force", 1.0),
+            LoadPath("tangential_force", [0.41]),
+        )
+    springs, friction = Springs(paraboloid(1.0), E), Friction(G, MU)
+    with pytest.raises(ValueError, match="'tangential_displacement', 'tangential_force', got 'f"):
+        slide(springs, friction, Load("force", 1.0), LoadPath("force", 1.0))
+    with pytest.raises(ValueError, match="force must be one value"):
+        slide(springs, friction, Load("force", [1.0, 2.0]), LoadPath("tangential_force", 0.1))
+    with pytest.raises(ValueError, match=r"spacing.*gap"):
+        StickingLine(np.zeros(1), 0.0, E, friction)
+    with pytest.raises(ValueError, match="one length"):
+        StickingLine(np.zeros(2), 1.0, E, friction).follow([1], [1, 2])
     with pytest.raises(ValueError, match="poisson_ratio"):
         tangential_modulus(1.0, 0.6)

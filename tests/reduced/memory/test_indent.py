@@ -8,10 +8,12 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import brentq
 
+from reduced.loads import Load
 from reduced.memory.indent import graded_times, harmonic_stiffness, indent_in_time
 from reduced.memory.materials import kelvin_voigt, prony, standard_solid
 from reduced.profiles.shapes import cone, cylinder, paraboloid, power_law, rounded_punch, sphere
 from reduced.springs.indent import indent
+from reduced.springs.line import Springs
 
 BALL = paraboloid(2.0)
 SOLID = prony(1.0, [3.0, 2.0], [0.3, 5.0])
@@ -50,11 +52,11 @@ def test_kelvin_voigt_in_and_out_at_constant_speed(profile, steps):
     d = speed * (0.2 - np.abs(t - 0.2))
     found = indent_in_time(profile, kelvin_voigt(0.25, 0.25 * tau), t, penetration=d, springs=23)
     coming = slice(1, steps + 1)
-    there = indent(profile, 1.0, penetration=d[coming])
+    there = indent(Springs(profile, 1.0), Load("penetration", d[coming]))
     np.testing.assert_allclose(
         found.force[coming], there.force + tau * speed * there.stiffness, rtol=ROUNDING
     )
-    left = indent(profile, 1.0, penetration=d[:steps:-1] - speed * tau)
+    left = indent(Springs(profile, 1.0), Load("penetration", d[:steps:-1] - speed * tau))
     np.testing.assert_allclose(found.force[:steps:-1], left.force, rtol=ROUNDING)
     np.testing.assert_allclose(found.contact_radius[:steps:-1], left.contact_radius, rtol=ROUNDING)
 
@@ -79,7 +81,7 @@ def test_elastic_material_is_the_elastic_contact(profile):
     """A spring alone: `foundation.indent` with E* = 4 G, to what the cells leave (exact: 1e-12)."""
     d = np.array([0.002, 0.005, 0.009, 0.006])
     found = indent_in_time(profile, prony(0.25), np.arange(4.0), penetration=d)
-    expected = indent(profile, 1.0, penetration=np.sort(d))
+    expected = indent(Springs(profile, 1.0), Load("penetration", np.sort(d)))
     exact = profile.name in ("paraboloid", "cone", "cylinder")
     # elsewhere the cell's parabola: fourth order in cells of a/40, less at tips and kinks
     tolerance = ROUNDING if exact else 2e-5

@@ -7,17 +7,20 @@ import tracemalloc
 import numpy as np
 import pytest
 
+from reduced.loads import Load
 from reduced.rough import ensemble
-from reduced.rough.ensemble import lines, press_ensemble
+from reduced.rough.ensemble import RandomLines, press_ensemble
 from reduced.rough.line_spectrum import LineSpectrum, prescribed
 from reduced.rough.press import press
+from reduced.rough.surface_spectrum import SelfAffine
 
-SPECTRUM = prescribed(64, 1.0, hurst=0.8, rms_slope=0.1)
+SPECTRUM = prescribed(64, 1.0, SelfAffine(hurst=0.8, rms_slope=0.1))
 FORCE = [1e-4, 1e-3, 1e-2]
 
 
-def run(count=12, **options):
-    return press_ensemble(SPECTRUM, 256, count, 2.0, force=FORCE, **options)
+def run(count=12, seed=0, **options):
+    lines = RandomLines(SPECTRUM, 256, count, seed)
+    return press_ensemble(lines, 2.0, Load("force", FORCE), **options)
 
 
 def test_statistics_are_those_of_the_lines_pressed_one_by_one():
@@ -25,8 +28,9 @@ def test_statistics_are_those_of_the_lines_pressed_one_by_one():
     found = run(seed=3)
     areas = []
     for k in range(12):
-        line = lines(SPECTRUM, 256, [k], seed=3)[0]
-        areas.append(press(line, 1 / 256, 2.0, force=FORCE).contact_area[0])
+        line = RandomLines(SPECTRUM, 256, 12, seed=3).draw([k])
+        assert line.spacing == 1 / 256
+        areas.append(press(line, 2.0, Load("force", FORCE)).contact_area[0])
     area = np.array(areas)
     np.testing.assert_array_equal(found.samples["contact_area"], area)
     mean = area.sum(axis=0) / 12
@@ -86,9 +90,9 @@ def test_stiffness_of_long_lines_grows_as_the_load_to_one_over_one_plus_hurst(hu
     points, mode = 2**15, np.arange(1, 2**14)
     line = LineSpectrum(2 * np.pi * mode, mode ** (-1 - 2 * hurst), 1.0)
     scale = np.sqrt(2 * line.power.sum())
-    found = press_ensemble(
-        line, points, 60, 1.0, force=scale * np.geomspace(1e-9, 1e-1, 100), seed=4
-    ).samples
+    lines = RandomLines(line, points, 60, seed=4)
+    load = Load("force", scale * np.geomspace(1e-9, 1e-1, 100))
+    found = press_ensemble(lines, 1.0, load).samples
     slopes = []
     for length, force in zip(found["contact_length"], found["force"], strict=True):
         inner = (length > 30 / points) & (length < 0.03)
@@ -100,5 +104,9 @@ def test_stiffness_of_long_lines_grows_as_the_load_to_one_over_one_plus_hurst(hu
 
 
 def test_bad_arguments_are_all_named():
-    with pytest.raises(ValueError, match=r"realisations.*workers.*quantities.*levels"):
-        run(0, workers=0, quantities=["colour"], levels=[2.0])
+    with pytest.raises(ValueError, match="realisations"):
+        run(0)
+    with pytest.raises(ValueError, match=r"workers.*quantities"):
+        run(workers=0, quantities=["colour"])
+    with pytest.raises(ValueError, match=r"realisations.*workers"):
+        ensemble.Sampling(0, workers=0)

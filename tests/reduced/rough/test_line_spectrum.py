@@ -15,7 +15,7 @@ from reduced.rough.line_spectrum import (
     sum_rules,
     synthesise,
 )
-from reduced.rough.surface_spectrum import measured, self_affine
+from reduced.rough.surface_spectrum import SelfAffine, measured, self_affine
 
 KEPT = 1e-12
 
@@ -77,11 +77,11 @@ def test_parameters_and_map_give_the_same_spectrum(long):
     """`prescribed` without synthesis against ring sums of a synthesised map, mode by mode."""
     h = synthetic_map(64, 2.0, 1, long=long)
     from_map = line_of(measured(h, 2.0, periodic=True))
-    alone = prescribed(64, 2.0, hurst=0.8, rms_slope=0.1, long_cutoff=long)
+    alone = prescribed(64, 2.0, SelfAffine(hurst=0.8, rms_slope=0.1, long_cutoff=long))
     size = max(from_map.power.size, alone.power.size)
     padded = [np.pad(s.power, (0, size - s.power.size)) for s in (from_map, alone)]
     np.testing.assert_allclose(*padded, rtol=1e-10, atol=1e-14 * padded[0].max())
-    same = prescribed(64, 2.0, power=3.6, rms_height=float(np.std(h)), long_cutoff=long)
+    same = prescribed(64, 2.0, SelfAffine(power=3.6, rms_height=float(np.std(h)), long_cutoff=long))
     np.testing.assert_allclose(same.power, alone.power, rtol=1e-10)
 
 
@@ -134,7 +134,7 @@ def test_sum_rules_of_the_surface_are_those_of_its_heights():
 def test_line_rules_keep_the_height_of_prescribed_surfaces(rule, hurst):
     """The issue's sum rule: <h^2> to 1e-12 whatever H and the number of modes."""
     for points in (16, 63, 256):
-        surface = self_affine(points, 2.0, hurst=hurst, rms_height=0.3)
+        surface = self_affine(points, 2.0, SelfAffine(hurst=hurst, rms_height=0.3))
         assert surface.rms_height == pytest.approx(0.3, rel=KEPT)
         ratio = sum_rules(surface, line_of(surface, rule)).ratio
         assert ratio[0] == pytest.approx(1.0, rel=KEPT)
@@ -203,7 +203,7 @@ def test_radial_average_counts_modes_and_measures_their_spread():
 
 def test_spread_is_the_anisotropy_of_a_map():
     """An isotropic law has a narrow spread in its rings, grooves one as large as the mean."""
-    even = self_affine(64, 1.0, hurst=0.8, rms_height=1.0).radial_average()
+    even = self_affine(64, 1.0, SelfAffine(hurst=0.8, rms_height=1.0)).radial_average()
     assert np.all(even.spread[5:25] < 0.3 * even.density[5:25])
     grooves = measured(np.cos(2 * np.pi * 5 * np.arange(64) / 64)[:, None] * np.ones(64), 1.0, True)
     ring = grooves.radial_average()
@@ -213,7 +213,7 @@ def test_spread_is_the_anisotropy_of_a_map():
 def test_printed_rule_inflates_the_rms_height():
     """Sampling C1D = pi q C2D at the modes: 4-10 % too high (theory page), without roll-off."""
     for hurst in (0.2, 0.5, 0.8):
-        spectrum = prescribed(64, 1.0, hurst=hurst, rms_height=1.0, rule="printed")
+        spectrum = prescribed(64, 1.0, SelfAffine(hurst=hurst, rms_height=1.0), rule="printed")
         assert 1.04 <= round(spectrum.rms_height, 2) <= 1.10
 
 
@@ -234,7 +234,9 @@ def test_printed_rule_samples_the_density():
     """B1D^2 = (2 pi/L) pi q C2D with C2D = (L/2 pi)^2 |B2D|^2 at the mode (k, 0): pi k |B2D|^2."""
     h = synthetic_map(32, 1.5, 4)
     square = np.abs(np.fft.fft2(h, norm="forward")) ** 2
-    spectrum = prescribed(32, 1.5, power=3.6, rms_height=float(np.std(h)), rule="printed")
+    spectrum = prescribed(
+        32, 1.5, SelfAffine(power=3.6, rms_height=float(np.std(h))), rule="printed"
+    )
     k = np.arange(1, 16)
     np.testing.assert_allclose(spectrum.power, np.pi * k * square[k, 0], rtol=1e-9)
 
@@ -274,7 +276,7 @@ def test_synthesis_keeps_mean_square_height_and_slope(count, extra, seed, length
 
 def test_more_points_resolve_the_same_line():
     """Equal generators: the finer line passes through the coarser one's points."""
-    spectrum = prescribed(64, 1.0, hurst=0.8, rms_slope=0.1)
+    spectrum = prescribed(64, 1.0, SelfAffine(hurst=0.8, rms_slope=0.1))
     coarse = synthesise(spectrum, 128, np.random.default_rng(7))
     fine = synthesise(spectrum, 512, np.random.default_rng(7))
     np.testing.assert_allclose(fine[::4], coarse, atol=1e-14 * np.ptp(coarse) * 100)
@@ -282,7 +284,7 @@ def test_more_points_resolve_the_same_line():
 
 def test_phases_are_random_and_heights_gaussian_like():
     """Mean and correlation over 400 lines vanish within five standard errors of the ensemble."""
-    spectrum = prescribed(64, 1.0, hurst=0.8, rms_height=1.0)
+    spectrum = prescribed(64, 1.0, SelfAffine(hurst=0.8, rms_height=1.0))
     rng = np.random.default_rng(8)
     lines = np.array([synthesise(spectrum, 128, rng) for _ in range(400)])
     assert np.all(np.abs(lines.mean(axis=0)) < 5 / np.sqrt(400))
@@ -297,7 +299,7 @@ def test_longer_lines_keep_density_height_and_slope(ratio):
 
     Least above a roll-off (1 % without, as much of the slope then sits in the lowest modes).
     """
-    spectrum = prescribed(128, 1.0, hurst=0.5, rms_slope=0.1, long_cutoff=0.25)
+    spectrum = prescribed(128, 1.0, SelfAffine(hurst=0.5, rms_slope=0.1, long_cutoff=0.25))
     longer = resample(spectrum, ratio)
     assert longer.rms_height == pytest.approx(spectrum.rms_height, rel=KEPT)
     assert longer.rms_slope == pytest.approx(spectrum.rms_slope, rel=2e-3)
@@ -309,7 +311,9 @@ def test_longer_lines_keep_density_height_and_slope(ratio):
 
 
 def test_default_points_resolve_the_highest_mode():
-    spectrum = prescribed((32, 64), (1.0, 1.0), hurst=0.8, rms_slope=0.1, short_cutoff=0.02)
+    spectrum = prescribed(
+        (32, 64), (1.0, 1.0), SelfAffine(hurst=0.8, rms_slope=0.1, short_cutoff=0.02)
+    )
     line = synthesise(spectrum, rng=np.random.default_rng(0))
     assert line.size % 2 == 0
     assert np.std(line) == pytest.approx(spectrum.rms_height, rel=KEPT)
@@ -318,19 +322,23 @@ def test_default_points_resolve_the_highest_mode():
 
 
 def test_bad_arguments_are_all_named():
-    with pytest.raises(ValueError, match=r"hurst and power.*rms_slope and rms_height.*long.*rule"):
-        prescribed(64, 1.0, long_cutoff=-1.0, rule="sums")
-    with pytest.raises(ValueError, match=r"points .*16.5.*size .*0.0.*hurst .*-0.5.*long_cutoff"):
-        prescribed((16.5, 16), (1.0, 0.0), hurst=-0.5, rms_slope=0.1, long_cutoff=np.nan)
+    with pytest.raises(ValueError, match=r"hurst and power.*rms_slope and rms_height.*long"):
+        SelfAffine(long_cutoff=-1.0)
+    with pytest.raises(ValueError, match=r"hurst .*-0.5.*long_cutoff"):
+        SelfAffine(hurst=-0.5, rms_slope=0.1, long_cutoff=np.nan)
+    with pytest.raises(ValueError, match=r"points .*16.5.*size .*0.0"):
+        prescribed((16.5, 16), (1.0, 0.0), SelfAffine(hurst=0.8, rms_slope=0.1))
+    with pytest.raises(ValueError, match="rule must be one of 'rings', 'split', 'printed'"):
+        prescribed(64, 1.0, SelfAffine(hurst=0.8, rms_slope=0.1), rule="sums")
     with pytest.raises(ValueError, match="one number or two"):
-        prescribed(16, (1.0, 1.0, 1.0), hurst=0.8, rms_slope=0.1)
+        prescribed(16, (1.0, 1.0, 1.0), SelfAffine(hurst=0.8, rms_slope=0.1))
     with pytest.raises(ValueError, match="no mode"):
-        prescribed(64, 1.0, hurst=0.8, rms_slope=0.1, short_cutoff=2.0)
+        prescribed(64, 1.0, SelfAffine(hurst=0.8, rms_slope=0.1, short_cutoff=2.0))
     with pytest.raises(ValueError, match=r"size.*2-D"):
         line_of(measured(np.zeros(4), -1.0))
     with pytest.raises(ValueError, match="finite"):
         line_of(measured(np.full((4, 4), np.nan), 1.0))
     with pytest.raises(ValueError, match="Generator"):
-        synthesise(prescribed(8, 1.0, hurst=0.8, rms_slope=0.1), 64)
+        synthesise(prescribed(8, 1.0, SelfAffine(hurst=0.8, rms_slope=0.1)), 64)
     with pytest.raises(ValueError, match="length"):
-        resample(prescribed(8, 1.0, hurst=0.8, rms_slope=0.1), 0.0)
+        resample(prescribed(8, 1.0, SelfAffine(hurst=0.8, rms_slope=0.1)), 0.0)

@@ -10,9 +10,12 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from reduced.loads import Load
 from reduced.profiles.shapes import paraboloid
+from reduced.rough.lines import RoughLines
 from reduced.rough.press import press
 from reduced.springs.indent import indent
+from reduced.springs.line import Springs
 
 EDGES = ["sub_cell", "nodal"]
 
@@ -105,7 +108,9 @@ def test_all_loads_equal_the_naive_sums(edges, periodic, values, seed):
     line = np.array(values, dtype=float)
     rng = np.random.default_rng(seed)
     d = np.unique(rng.integers(0, int(np.ptp(line)) + 3, 9)) + rng.uniform(0.1, 0.9)
-    contact = press(line, 0.3, 2.0, penetration=d, edges=edges, periodic=periodic)
+    contact = press(
+        RoughLines(line, 0.3, periodic=periodic), 2.0, Load("penetration", d), edges=edges
+    )
     compare(contact, 0, line, 0.3, 2.0, edges, periodic)
 
 
@@ -121,7 +126,9 @@ def test_force_and_gap_control_invert_the_discrete_law(control, edges, periodic,
     depth = line.max() - line.mean()
     top = 3 * np.ptp(line) * line.size if control == "force" else 0.999 * depth
     loads = np.sort(top * rng.uniform(0, 1, 6) ** 3 + 1e-6 * top)
-    contact = press(line, 1.0, 1.0, edges=edges, periodic=periodic, **{control: loads})
+    contact = press(
+        RoughLines(line, 1.0, periodic=periodic), 1.0, Load(control, loads), edges=edges
+    )
     for k, d in enumerate(contact.penetration[0]):
         force, _, gap, _ = naive(line, 1.0, d, edges, periodic)
         found, scale = (force, depth * line.size) if control == "force" else (gap, depth)
@@ -140,11 +147,13 @@ def test_mean_gaps_keep_their_digits_up_to_full_contact(edges, periodic, points)
     """
     line = np.random.default_rng(8).normal(size=points)
     goals = (line.max() - line.mean()) * np.geomspace(1e-12, 1e-1, 12)
-    d = press(line, 1.0, 1.0, edges=edges, periodic=periodic, mean_gap=goals).penetration[0]
-    turned = {"edges": edges, "periodic": periodic, "penetration": np.ptp(line) - d}
+    d = press(
+        RoughLines(line, 1.0, periodic=periodic), 1.0, Load("mean_gap", goals), edges=edges
+    ).penetration[0]
+    turned, depth = RoughLines(-line, 1.0, periodic), Load("penetration", np.ptp(line) - d)
     # Nodal gaps are those of one spring at last, linear in that distance.
     rounding = np.spacing(np.ptp(line))
-    found = press(-line, 1.0, 1.0, **turned).force[0] / points
+    found = press(turned, 1.0, depth, edges=edges).force[0] / points
     np.testing.assert_allclose(found, goals, rtol=1e-9, atol=rounding)
 
 
@@ -155,7 +164,7 @@ def test_slopes_apart_by_orders_of_magnitude_lose_no_digits(periodic):
     for line in (rng.lognormal(0, 6, 40), 1 + 1e-12 * rng.normal(size=40), rng.normal(size=40)):
         line[10:20:2] = line[11:21:2] * (1 + 1e-13)
         goals = np.ptp(line) * np.geomspace(1e-9, 40, 12)
-        d = press(line, 1.0, 1.0, force=goals, periodic=periodic).penetration[0]
+        d = press(RoughLines(line, 1.0, periodic), 1.0, Load("force", goals)).penetration[0]
         exact = [rational_force(line, each, periodic) for each in d]
         np.testing.assert_allclose([float(f) for f in exact], goals, rtol=2e-14)
 
@@ -187,10 +196,10 @@ def test_ensemble_equals_line_by_line(edges):
     rng = np.random.default_rng(1)
     lines = rough(512, rng, 3)
     force = np.geomspace(1e-3, 10, 20)
-    together = press(lines, 0.1, 2.0, force=force, edges=edges)
+    together = press(RoughLines(lines, 0.1), 2.0, Load("force", force), edges=edges)
     assert together.contact_area.shape == (3, 20)
     for row, line in enumerate(lines):
-        alone = press(line, 0.1, 2.0, force=force, edges=edges)
+        alone = press(RoughLines(line, 0.1), 2.0, Load("force", force), edges=edges)
         np.testing.assert_array_equal(alone.contact_area[0], together.contact_area[row])
         compare(together, row, line, 0.1, 2.0, edges, True)
 
@@ -206,7 +215,9 @@ def test_short_and_long_lines_invert_alike(edges, periodic, points):
         ("force", np.geomspace(1e-4, 1, 9) * depth * points),
         ("mean_gap", np.array([1e-3, 0.1, 0.5, 0.9]) * depth),
     ):
-        contact = press(line, 1.0, 1.0, edges=edges, periodic=periodic, **{control: loads})
+        contact = press(
+            RoughLines(line, 1.0, periodic=periodic), 1.0, Load(control, loads), edges=edges
+        )
         for k, d in enumerate(contact.penetration[0]):
             force, _, gap, _ = naive(line, 1.0, d, edges, periodic)
             found = force if control == "force" else gap
@@ -218,7 +229,9 @@ def test_threads_change_no_bit(control):
     """Lines are independent; blocks of 2^15 points, here 5, are shared by up to 4 threads."""
     lines = rough(256, np.random.default_rng(3), 600)
     loads = np.geomspace(1e-2, 0.5, 6)
-    one, many = (press(lines, 1.0, 1.0, threads=t, **{control: loads}) for t in (1, 4))
+    one, many = (
+        press(RoughLines(lines, 1.0), 1.0, Load(control, loads), threads=t) for t in (1, 4)
+    )
     for name in vars(one):
         np.testing.assert_array_equal(getattr(one, name), getattr(many, name))
 
@@ -230,9 +243,9 @@ def test_shift_reversal_and_raised_height_keep_thirteen_digits(edges, shift, rai
     """Every quantity at given penetrations, relative to its largest value for gap and energy."""
     line = np.round(rough(256, np.random.default_rng(seed))[0] * 2**20) / 2**20
     d = np.geomspace(1e-3, 1.2, 12) * np.ptp(line)
-    one = press(line, 0.25, 1.0, penetration=d, edges=edges)
+    one = press(RoughLines(line, 0.25), 1.0, Load("penetration", d), edges=edges)
     for other in (np.roll(line, shift), line[::-1], line + float(raised)):
-        two = press(other, 0.25, 1.0, penetration=d, edges=edges)
+        two = press(RoughLines(other, 0.25), 1.0, Load("penetration", d), edges=edges)
         for name, value in vars(one).items():
             found = getattr(two, name)
             scale = 1e-14 * np.abs(value).max()
@@ -246,7 +259,7 @@ def test_force_and_area_are_monotone_and_area_is_bounded(edges, values, periodic
     """F and A grow with d on any line; A never above (pi/4) L^2."""
     line = np.array(values, dtype=float)
     d = np.sort(np.random.default_rng(seed).uniform(1e-3, 1.5 * np.ptp(line), 30))
-    c = press(line, 0.5, 1.0, penetration=d, edges=edges, periodic=periodic)
+    c = press(RoughLines(line, 0.5, periodic=periodic), 1.0, Load("penetration", d), edges=edges)
     assert np.all(np.diff(c.force[0]) > 0)
     assert np.all(np.diff(c.contact_area[0]) >= -1e-13 * c.contact_area[0, 1:])
     assert np.all(c.contact_area <= np.pi / 4 * (0.5 * line.size) ** 2 * (1 + 1e-14))
@@ -265,8 +278,8 @@ def test_units_by_any_factor_keep_twelve_digits(edges, height, width, stiff):
     h, w, e = 10.0**height, 10.0**width, 10.0**stiff
     for control, unit in (("force", h * w * e), ("mean_gap", h), ("penetration", h)):
         loads = np.geomspace(1e-2, 0.5, 7)
-        one = press(line, 1.0, 1.0, edges=edges, **{control: loads})
-        two = press(line * h, w, e, edges=edges, **{control: loads * unit})
+        one = press(RoughLines(line, 1.0), 1.0, Load(control, loads), edges=edges)
+        two = press(RoughLines(line * h, w), e, Load(control, loads * unit), edges=edges)
         np.testing.assert_allclose(two.penetration / h, one.penetration, rtol=1e-12)
         np.testing.assert_allclose(two.force / (h * w * e), one.force, rtol=1e-12)
         np.testing.assert_allclose(two.contact_area / w**2, one.contact_area, rtol=1e-10)
@@ -282,9 +295,9 @@ def test_shift_reversal_and_raised_height_change_nothing(edges, shift, raised, s
     """
     line = np.round(rough(256, np.random.default_rng(seed))[0] * 2**20) / 2**20
     force = np.geomspace(1e-4, 30, 12)
-    one = press(line, 0.25, 1.0, force=force, edges=edges)
+    one = press(RoughLines(line, 0.25), 1.0, Load("force", force), edges=edges)
     for other in (np.roll(line, shift), line[::-1], line + float(raised)):
-        two = press(other, 0.25, 1.0, force=force, edges=edges)
+        two = press(RoughLines(other, 0.25), 1.0, Load("force", force), edges=edges)
         np.testing.assert_allclose(two.penetration, one.penetration, rtol=1e-12)
         # A force may fall where two contacts join; then an edge moves by rounding only.
         np.testing.assert_allclose(two.contact_area, one.contact_area, rtol=1e-8)
@@ -300,8 +313,8 @@ def test_units_by_powers_of_two_are_bit_identical(edges, height, width, stiff):
     h, w, e = 2.0**height, 2.0**width, 2.0**stiff
     for control, unit in (("force", h * w * e), ("mean_gap", h), ("penetration", h)):
         loads = np.geomspace(1e-3, 0.5, 7)
-        one = press(line, 1.0, 1.0, edges=edges, **{control: loads})
-        two = press(line * h, w, e, edges=edges, **{control: loads * unit})
+        one = press(RoughLines(line, 1.0), 1.0, Load(control, loads), edges=edges)
+        two = press(RoughLines(line * h, w), e, Load(control, loads * unit), edges=edges)
         np.testing.assert_array_equal(two.penetration, one.penetration * h)
         np.testing.assert_array_equal(two.contact_area, one.contact_area * w**2)
         np.testing.assert_array_equal(two.energy, one.energy * (h * h * w * e))
@@ -314,7 +327,7 @@ def test_everything_grows_with_load_up_to_one_full_contact(edges, periodic):
     line = rough(1024, np.random.default_rng(2))[0]
     length = 1024 * 0.5
     force = np.geomspace(1e-3, 5 * length * np.ptp(line), 60)
-    c = press(line, 0.5, 1.0, force=force, edges=edges, periodic=periodic)
+    c = press(RoughLines(line, 0.5, periodic=periodic), 1.0, Load("force", force), edges=edges)
     for grows in (c.penetration, c.contact_area, c.contact_length, c.energy, c.longest_contact):
         assert np.all(np.diff(grows[0]) >= -1e-13 * grows[0, 1:])
     assert np.all(np.diff(c.mean_gap[0]) <= 0)
@@ -332,7 +345,7 @@ def test_energy_is_the_work_of_the_force(edges):
     """U = int F dd: trapezoid over 20000 loads; F is piecewise quadratic or linear in d."""
     line = rough(256, np.random.default_rng(4))[0]
     d = np.linspace(1e-5, 2 * np.ptp(line), 20001)
-    c = press(line, 1.0, 1.0, penetration=d, edges=edges)
+    c = press(RoughLines(line, 1.0), 1.0, Load("penetration", d), edges=edges)
     work = np.sum((c.force[0, 1:] + c.force[0, :-1]) / 2) * (d[1] - d[0])
     assert c.energy[0, -1] - c.energy[0, 0] == pytest.approx(work, rel=1e-7)
 
@@ -340,9 +353,9 @@ def test_energy_is_the_work_of_the_force(edges):
 def test_contact_across_the_seam_is_one():
     """A bump centred on the seam: one contact on a periodic line, two on a free one."""
     line = np.cos(2 * np.pi * np.arange(16) / 16)
-    wrapped = press(line, 1.0, 1.0, penetration=[0.3])
-    free = press(line, 1.0, 1.0, penetration=[0.3], periodic=False)
-    rolled = press(np.roll(line, 8), 1.0, 1.0, penetration=[0.3])
+    wrapped = press(RoughLines(line, 1.0), 1.0, Load("penetration", [0.3]))
+    free = press(RoughLines(line, 1.0, periodic=False), 1.0, Load("penetration", [0.3]))
+    rolled = press(RoughLines(np.roll(line, 8), 1.0), 1.0, Load("penetration", [0.3]))
     assert wrapped.contact_count[0, 0] == 1
     assert free.contact_count[0, 0] == 2
     np.testing.assert_allclose(wrapped.contact_area, rolled.contact_area, rtol=1e-14)
@@ -352,7 +365,12 @@ def test_contact_across_the_seam_is_one():
 def test_a_flat_line_is_a_punch(edges):
     """Equal heights: F = E* L d, one contact, at every load."""
     for periodic in (True, False):
-        c = press(np.full(9, 4.0), 0.5, 3.0, force=[0.1, 2.0], edges=edges, periodic=periodic)
+        c = press(
+            RoughLines(np.full(9, 4.0), 0.5, periodic=periodic),
+            3.0,
+            Load("force", [0.1, 2.0]),
+            edges=edges,
+        )
         np.testing.assert_allclose(c.penetration[0], np.array([0.1, 2.0]) / (3.0 * 4.5), rtol=1e-14)
         np.testing.assert_array_equal(c.contact_length[0], 4.5)
         np.testing.assert_array_equal(c.contact_count[0], 1)
@@ -360,7 +378,7 @@ def test_a_flat_line_is_a_punch(edges):
 
 def test_a_gap_wider_than_at_first_touch_is_no_contact():
     line = np.array([0.0, 1.0, 0.0, -1.0])
-    c = press(line, 1.0, 1.0, mean_gap=[0.5, 1.5])
+    c = press(RoughLines(line, 1.0), 1.0, Load("mean_gap", [0.5, 1.5]))
     assert c.force[0, 0] > 0
     assert c.penetration[0, 1] == pytest.approx(-0.5)
     assert (c.force[0, 1], c.contact_area[0, 1], c.contact_count[0, 1]) == (0.0, 0.0, 0)
@@ -381,8 +399,13 @@ def test_fine_line_through_a_parabola_converges_to_hertz(edges):
             x = (np.arange(-n - 3, n + 4) + rng.uniform(0, 1)) / n
             # The highest point of the sampled line lies below the apex; press to the same plane.
             d = a**2 - np.min(x**2)
-            c = press(-(x**2), 1 / n, 1.0, penetration=[d], edges=edges, periodic=False)
-            hertz = indent(paraboloid(1.0), 1.0, penetration=[a**2]).force[0]
+            c = press(
+                RoughLines(-(x**2), 1 / n, periodic=False),
+                1.0,
+                Load("penetration", [d]),
+                edges=edges,
+            )
+            hertz = indent(Springs(paraboloid(1.0), 1.0), Load("penetration", [a**2])).force[0]
             radius = np.sqrt(c.contact_area[0, 0] / np.pi)
             samples.append([c.force[0, 0] / hertz - 1, radius / a - 1])
         errors.append(np.sqrt(np.mean(np.square(samples), axis=0)))
@@ -391,23 +414,25 @@ def test_fine_line_through_a_parabola_converges_to_hertz(edges):
 
 
 def test_bad_arguments_are_all_named():
-    with pytest.raises(ValueError, match=r"finite.*spacing.*effective_modulus.*edges.*threads"):
-        press([1.0, np.nan], 0.0, -1.0, force=[1.0], edges="cell", threads=0)
-    with pytest.raises(ValueError, match="exactly one of force, penetration, mean_gap"):
-        press([1.0, 2.0], 1.0, 1.0)
+    with pytest.raises(ValueError, match=r"finite.*spacing"):
+        RoughLines([1.0, np.nan], 0.0)
+    with pytest.raises(ValueError, match=r"effective_modulus.*edges.*threads"):
+        press(RoughLines([1.0, 2.0], 1.0), -1.0, Load("force", 1.0), edges="cell", threads=0)
+    with pytest.raises(ValueError, match="one of 'penetration', 'force', 'mean_gap', got 'area'"):
+        press(RoughLines([1.0, 2.0], 1.0), 1.0, Load("area", 1.0))
     with pytest.raises(ValueError, match="strictly increasing"):
-        press([1.0, 2.0], 1.0, 1.0, force=[2.0, 1.0])
+        press(RoughLines([1.0, 2.0], 1.0), 1.0, Load("force", [2.0, 1.0]))
     with pytest.raises(ValueError, match="threads must be an integer"):
-        press([1.0, 2.0], 1.0, 1.0, force=[1.0], threads=np.nan)
+        press(RoughLines([1.0, 2.0], 1.0), 1.0, Load("force", [1.0]), threads=np.nan)
     with pytest.raises(ValueError, match="n >= 2"):
-        press([1.0], 1.0, 1.0, force=[1.0])
+        press(RoughLines([1.0], 1.0), 1.0, Load("force", [1.0]))
 
 
 def test_a_load_beyond_floating_point_leaves_the_others_alone():
     """An energy of 1e400 is inf; the loads before it are those of a list without it."""
     line = rough(128, np.random.default_rng(5))[0]
-    usual = press(line, 1.0, 1.0, force=[0.1, 1.0])
-    absurd = press(line, 1.0, 1.0, force=[0.1, 1.0, 1e200])
+    usual = press(RoughLines(line, 1.0), 1.0, Load("force", [0.1, 1.0]))
+    absurd = press(RoughLines(line, 1.0), 1.0, Load("force", [0.1, 1.0, 1e200]))
     assert absurd.energy[0, 2] == np.inf
     for name, values in vars(usual).items():
         np.testing.assert_allclose(getattr(absurd, name)[:, :2], values, rtol=1e-12, err_msg=name)

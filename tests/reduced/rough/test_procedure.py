@@ -9,7 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from reduced.rough.ensemble import Sampling
 from reduced.rough.procedure import CORRECTED, LITERAL, calculate, side_by_side
+from reduced.rough.surface_spectrum import measured
 from reports.tables.documents import markdown
 
 DOCS = Path(__file__).resolve().parents[3] / "docs"
@@ -32,7 +34,9 @@ def both():
     amplitude = np.where((q > 0) & (q < 16), np.maximum(q, 1) ** -1.8, 0.0)
     noise = np.fft.fft2(rng.normal(size=(32, 32)))
     height = np.fft.ifft2(amplitude * np.exp(1j * np.angle(noise)), norm="forward").real
-    return height, side_by_side(height, 1.0, 1.0, FORCE, realisations=30, periodic=True)
+    return height, side_by_side(
+        measured(height, 1.0, periodic=True), 1.0, FORCE, sampling=Sampling(30)
+    )
 
 
 def test_corrected_keeps_the_height_and_the_letter_does_not(both):
@@ -78,7 +82,7 @@ def test_one_bump_is_hertz():
     radius = 1 / (4 * np.pi**2)
     depth = 1e-2
     force = 4 * np.sqrt(2) / 3 * np.sqrt(radius * depth**3)
-    found = calculate(height, 1.0, 1.0, [force], realisations=4, periodic=True)
+    found = calculate(measured(height, 1.0, periodic=True), 1.0, [force], sampling=Sampling(4))
     assert found.ensemble["contact_count"].mean[0] == 1
     area = found.ensemble["contact_area"].mean[0]
     assert area == pytest.approx(np.pi * 2 * radius * depth, rel=0.03)
@@ -89,12 +93,12 @@ def test_one_bump_is_hertz():
 def test_options_reach_the_lines(both):
     """Seeds give other lines, workers the same; the literal line has the spacing of the map."""
     height, (literal, _) = both
-    options = {"variant": LITERAL, "realisations": 30, "periodic": True}
-    again = calculate(height, 1.0, 1.0, FORCE, workers=3, **options)
+    surface = measured(height, 1.0, periodic=True)
+    again = calculate(surface, 1.0, FORCE, LITERAL, Sampling(30, workers=3))
     np.testing.assert_array_equal(
         again.ensemble.samples["contact_area"], literal.ensemble.samples["contact_area"]
     )
-    other = calculate(height, 1.0, 1.0, FORCE, seed=1, **options)
+    other = calculate(surface, 1.0, FORCE, LITERAL, Sampling(30, seed=1))
     assert np.all(other.ensemble["contact_area"].mean != literal.ensemble["contact_area"].mean)
     lengths = np.concatenate(literal.contact_sizes) * 32
     np.testing.assert_allclose(lengths, np.rint(lengths), atol=1e-9)
@@ -140,4 +144,4 @@ def test_the_tables_of_the_page_have_the_form_their_script_makes():
 def test_a_level_map_is_refused():
     """No waves, no line: said in words."""
     with pytest.raises(ValueError, match="level"):
-        calculate(np.full((8, 8), 3.0), 1.0, 1.0, FORCE, realisations=2)
+        calculate(measured(np.full((8, 8), 3.0), 1.0), 1.0, FORCE, sampling=Sampling(2))

@@ -7,6 +7,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from reduced.loads import Load
+from reduced.rough.lines import RoughLines
 from reduced.rough.press import press
 from reduced.rough.regions import line_stress, regions
 
@@ -24,9 +26,9 @@ def test_regions_add_up_to_what_press_counts(edges, periodic, values, level):
     Levels lie halfway between possible heights, where touching decides nothing.
     """
     line = np.array(values, dtype=float)
-    options = {"edges": edges, "periodic": periodic}
-    found = regions(line, 0.25, level + 0.5, **options)
-    c = press(line, 0.25, 1.0, penetration=[level + 0.5], **options)
+    lines = RoughLines(line, 0.25, periodic)
+    found = regions(lines, level + 0.5, edges=edges)
+    c = press(lines, 1.0, Load("penetration", level + 0.5), edges=edges)
     assert found.lengths.size == c.contact_count[0, 0]
     assert found.lengths.sum() == pytest.approx(c.contact_length[0, 0], rel=1e-12)
     assert np.pi / 4 * np.sum(found.lengths**2) == pytest.approx(c.contact_area[0, 0], rel=1e-12)
@@ -44,9 +46,8 @@ def test_the_rule_on_a_sampled_parabola_is_hertz(rule):
     """
     spacing, modulus, radius, a = 0.01, 3.0, 2.0, 0.5037
     x = spacing * np.arange(-100, 101)
-    found = line_stress(
-        *(-(x**2) / radius, spacing, modulus, a**2 / radius), rule=rule, periodic=False
-    )
+    line = RoughLines(-(x**2) / radius, spacing, periodic=False)
+    found = line_stress(line, modulus, a**2 / radius, rule=rule)
     at = x[found.regions.points]
     hertz = 2 * modulus * a / (np.pi * radius) * np.sqrt(1 - (at / a) ** 2)
     assert found.undefined_share == 0
@@ -57,17 +58,17 @@ def test_the_rule_on_a_sampled_parabola_is_hertz(rule):
 def test_hollow_and_straight_points_have_no_value():
     """A tent is straight but for its tip; a crown of two tips is hollow between them."""
     tent = np.array([0.0, 1.0, 2.0, 3.0, 2.0, 1.0, 0.0, 0.0])
-    found = line_stress(tent, 1.0, 1.0, 2.5)
+    found = line_stress(RoughLines(tent, 1.0), 1.0, 2.5)
     assert found.regions.points.tolist() == [1, 2, 3, 4, 5]
     assert found.valid.tolist() == [False, False, True, False, False]
     assert found.undefined_share == pytest.approx(0.8)
-    assert line_stress(tent, 1.0, 1.0, 2.5, rule="one_radius").undefined_share == 0
+    assert line_stress(RoughLines(tent, 1.0), 1.0, 2.5, rule="one_radius").undefined_share == 0
     crown = np.array([0.0, 3.0, 2.0, 3.0, 0.0, 0.0])
-    assert line_stress(crown, 1.0, 1.0, 1.5).valid.tolist() == [True, False, True]
+    assert line_stress(RoughLines(crown, 1.0), 1.0, 1.5).valid.tolist() == [True, False, True]
 
 
 def test_no_contact_has_no_undefined_points():
-    found = line_stress(np.array([0.0, 1.0, 0.0]), 1.0, 1.0, -0.5)
+    found = line_stress(RoughLines(np.array([0.0, 1.0, 0.0]), 1.0), 1.0, -0.5)
     assert (found.pressure.size, found.undefined_share, found.regions.lengths.size) == (0, 0.0, 0)
 
 
@@ -77,16 +78,18 @@ def test_units_by_powers_of_two_are_bit_identical(height, stiff):
     line = np.random.default_rng(1).normal(size=64)
     unit, modulus = 2.0**height, 2.0**stiff
     for rule in ("own_curvature", "one_radius"):
-        one = line_stress(line, 1.0, 1.0, 1.5, rule=rule)
-        two = line_stress(line * unit, unit, modulus, 1.5 * unit, rule=rule)
+        one = line_stress(RoughLines(line, 1.0), 1.0, 1.5, rule=rule)
+        two = line_stress(RoughLines(line * unit, unit), modulus, 1.5 * unit, rule=rule)
         np.testing.assert_array_equal(two.pressure, one.pressure * modulus)
         np.testing.assert_array_equal(two.regions.lengths, one.regions.lengths * unit)
 
 
 def test_bad_arguments_are_all_named():
-    with pytest.raises(ValueError, match=r"line.*spacing.*penetration.*edges"):
-        regions(np.zeros((2, 2)), 0.0, np.nan, edges="x")
+    with pytest.raises(ValueError, match="one line, got 2"):
+        regions(RoughLines(np.zeros((2, 2)), 1.0), 1.0)
+    with pytest.raises(ValueError, match=r"edges.*penetration"):
+        regions(RoughLines(np.zeros(2), 1.0), np.nan, edges="x")
     with pytest.raises(ValueError, match="rule"):
-        line_stress(np.array([0.0, 1.0]), 1.0, 1.0, 1.0, rule="mean")
+        line_stress(RoughLines(np.array([0.0, 1.0]), 1.0), 1.0, 1.0, rule="mean")
     with pytest.raises(ValueError, match="effective_modulus"):
-        line_stress(np.array([0.0, 1.0]), 1.0, 0.0, 1.0)
+        line_stress(RoughLines(np.array([0.0, 1.0]), 1.0), 0.0, 1.0)

@@ -7,10 +7,13 @@ from hypothesis import strategies as st
 from numpy.testing import assert_allclose
 
 from reduced.errors import ConvergenceError
+from reduced.loads import Load, LoadPath
 from reduced.memory.materials import kelvin_voigt, prony, standard_solid
-from reduced.rough.ensemble import lines
+from reduced.rough.ensemble import RandomLines
 from reduced.rough.line_spectrum import prescribed
+from reduced.rough.lines import RoughLines
 from reduced.rough.press import press
+from reduced.rough.surface_spectrum import SelfAffine
 from reduced.rubber.history import slide_in_time
 from reduced.rubber.printed import slide_as_printed
 from reduced.rubber.steady import slide
@@ -26,8 +29,8 @@ MATERIALS = {
 
 def rough(points=512, count=1, slope=0.1):
     """Band-limited lines: 16 waves at most."""
-    spectrum = prescribed(64, 1.0, hurst=0.8, rms_slope=slope, short_cutoff=1 / 16)
-    return lines(spectrum, points, range(count), seed=3)
+    spectrum = prescribed(64, 1.0, SelfAffine(hurst=0.8, rms_slope=slope, short_cutoff=1 / 16))
+    return RandomLines(spectrum, points, count, seed=3).draw().heights
 
 
 def parabola(depth, length, radius=1.0):
@@ -56,7 +59,12 @@ def test_parabola_on_kelvin_voigt_springs_as_in_closed_form(length):
     errors = []
     for points in (201, 401, 801):
         x = np.linspace(-0.1537, 0.1483, points)
-        found = slide(-(x**2), x[1] - x[0], KELVIN, length, force, periodic=False)
+        found = slide(
+            RoughLines(-(x**2), x[1] - x[0], periodic=False),
+            KELVIN,
+            length,
+            LoadPath("force", force),
+        )
         errors.append(
             max(
                 abs(found.tangential_force.item() / drag - 1),
@@ -75,7 +83,7 @@ def test_full_contact_with_a_sine_follows_the_complex_modulus(name, speed):
     line = amplitude * np.cos(q * np.arange(points) / points)
     # deep enough for full contact at any phase of the force
     force = 4 * amplitude * 2 * abs(material.complex_modulus(q * speed))
-    found = slide(line, 1 / points, material, speed, force)
+    found = slide(RoughLines(line, 1 / points), material, speed, LoadPath("force", force))
     loss = material.complex_modulus(q * speed).imag
     assert_allclose(found.contact_length, 1.0, rtol=1e-12)
     # the polygon's sine is (q dx)^2/12 = 1e-6 too small, its slope twice
@@ -115,7 +123,7 @@ def test_steady_state_is_that_of_a_spring_in_small_steps(name):
     differences = []
     for factor in (10, 20):
         force, drag = drawn_in_small_steps(line, 1 / 96, material, speed, depth, factor)
-        found = slide(line, 1 / 96, material, speed, force)
+        found = slide(RoughLines(line, 1 / 96), material, speed, LoadPath("force", force))
         differences.append(abs(found.penetration.item() / depth - 1))
         assert_allclose(found.friction_coefficient, drag / force, rtol=0.6 / factor)
     assert differences[0] < 0.02
@@ -132,7 +140,7 @@ def test_steady_state_is_that_of_a_spring_in_small_steps(name):
 def test_friction_does_the_work_that_is_dissipated(speed, load, name, seed):
     """Over a period, to 1e-8 (the issue asks for 1e-6); and the force is met."""
     line = 0.01 * np.random.default_rng(seed).normal(size=64)
-    found = slide(line, 1 / 64, MATERIALS[name], speed, load)
+    found = slide(RoughLines(line, 1 / 64), MATERIALS[name], speed, LoadPath("force", load))
     assert abs(found.energy_error.item()) < 1e-8
     assert_allclose(found.force, load, rtol=1e-9)
     assert found.friction_coefficient.item() > 0
@@ -142,7 +150,7 @@ def test_slow_friction_grows_with_speed_and_contact_shrinks():
     """Slow: mu ~ v; and faster rubber is stiffer: less contact at equal force."""
     speed = np.geomspace(1e-6, 1e2, 17)
     for material in MATERIALS.values():
-        found = slide(rough(), 1 / 512, material, speed, 1e-2)
+        found = slide(RoughLines(rough(), 1 / 512), material, speed, LoadPath("force", 1e-2))
         assert_allclose(
             found.friction_coefficient[:, 1] / found.friction_coefficient[:, 0],
             speed[1] / speed[0],
@@ -155,7 +163,9 @@ def test_slow_friction_grows_with_speed_and_contact_shrinks():
 @pytest.mark.parametrize("length", [1e-3, 1e-2, 0.1])
 def test_rough_lines_converge_with_the_square_of_the_spacing(length):
     found = [
-        slide(rough(n), 1 / n, KELVIN, length, 1e-2).friction_coefficient.item()
+        slide(
+            RoughLines(rough(n), 1 / n), KELVIN, length, LoadPath("force", 1e-2)
+        ).friction_coefficient.item()
         for n in (128, 256, 512, 1024, 4096)
     ]
     errors = np.abs(np.array(found[:-1]) / found[-1] - 1)
@@ -168,7 +178,7 @@ def test_units_do_not_matter():
     """Powers of two change no digit."""
     line, length, stress, time = rough(128), 2.0**-30, 2.0**20, 2.0**9
     for material in MATERIALS.values():
-        here = slide(line, 1 / 128, material, 0.1, 1e-2)
+        here = slide(RoughLines(line, 1 / 128), material, 0.1, LoadPath("force", 1e-2))
         scaled = prony(
             stress * material.long_term,
             stress * material.moduli,
@@ -176,15 +186,18 @@ def test_units_do_not_matter():
             viscosity=stress * time * material.viscosity,
         )
         there = slide(
-            length * line, length / 128, scaled, 0.1 * length / time, 1e-2 * stress * length**2
+            RoughLines(length * line, length / 128),
+            scaled,
+            0.1 * length / time,
+            LoadPath("force", 1e-2 * stress * length**2),
         )
         assert_allclose(there.friction_coefficient, here.friction_coefficient, rtol=1e-11)
 
 
 def test_a_line_pressed_at_rest_is_the_limit_of_slow_sliding():
     line, force = rough(), [1e-2]
-    still = press(line, 1 / 512, 4.0, force=force)
-    slow = slide(line, 1 / 512, KELVIN, 1e-9, force)
+    still = press(RoughLines(line, 1 / 512), 4.0, Load("force", force))
+    slow = slide(RoughLines(line, 1 / 512), KELVIN, 1e-9, LoadPath("force", force))
     assert_allclose(slow.penetration, still.penetration, rtol=1e-6)
     assert_allclose(slow.contact_area, still.contact_area, rtol=1e-5)
     assert_allclose(slow.contact_count, still.contact_count)
@@ -193,11 +206,16 @@ def test_a_line_pressed_at_rest_is_the_limit_of_slow_sliding():
 def test_what_cannot_slide_is_refused():
     line = rough(64)
     with pytest.raises(ValueError, match=r"G_inf > 0.*speed must be positive.*force"):
-        slide(line, 1 / 64, prony(0.0, [1.0], [1.0]), [-1.0], 0.0)
+        slide(RoughLines(line, 1 / 64), prony(0.0, [1.0], [1.0]), [-1.0], LoadPath("force", 0.0))
     with pytest.raises(ValueError, match="dashpot"):
-        slide(line, 1 / 64, prony(1.0), 1.0, 1.0)
+        slide(RoughLines(line, 1 / 64), prony(1.0), 1.0, LoadPath("force", 1.0))
     with pytest.raises(ConvergenceError, match="end of the line"):
-        slide(-(np.linspace(-1, 1, 65) ** 2), 1 / 32, KELVIN, 1.0, 100.0, periodic=False)
+        slide(
+            RoughLines(-(np.linspace(-1, 1, 65) ** 2), 1 / 32, periodic=False),
+            KELVIN,
+            1.0,
+            LoadPath("force", 100.0),
+        )
 
 
 # --- the time loop --------------------------------------------------------------------------
@@ -208,8 +226,10 @@ def test_the_time_loop_ends_in_the_steady_state(relaxation):
     """From v tau = dx/1000 (slow sliding) to 30 dx; the force is met in every step."""
     heights, points, load = rough(256, 3), 256, 1e-2
     speed = relaxation / points
-    history = slide_in_time(heights, 1 / points, 1.0, 1.0, speed, load, steps=3 * points)
-    steady = slide(heights, 1 / points, KELVIN, speed, load)
+    history = slide_in_time(
+        RoughLines(heights, 1 / points), kelvin_voigt(1.0, 1.0), speed, load, steps=3 * points
+    )
+    steady = slide(RoughLines(heights, 1 / points), KELVIN, speed, LoadPath("force", load))
     assert_allclose(history.force, load, rtol=1e-11)
     assert_allclose(history.friction_coefficient(), steady.friction_coefficient[:, 0], rtol=2e-8)
     assert_allclose(heights.max(axis=1) - history.level[:, -1], steady.penetration[:, 0], rtol=1e-9)
@@ -223,11 +243,16 @@ def test_steps_of_any_length_tend_to_the_same_friction(cells):
     for points in (128, 512):
         heights, speed = rough(points, 2), 0.01
         history = slide_in_time(
-            *(heights, 1 / points, 1.0, 1.0, speed, 1e-2),
+            RoughLines(heights, 1 / points),
+            kelvin_voigt(1.0, 1.0),
+            speed,
+            1e-2,
             steps=int(3 * points / cells),
             step_length=cells / points,
         )
-        steady = slide(heights, 1 / points, KELVIN, speed, 1e-2).friction_coefficient[:, 0]
+        steady = slide(
+            RoughLines(heights, 1 / points), KELVIN, speed, LoadPath("force", 1e-2)
+        ).friction_coefficient[:, 0]
         differences.append(np.abs(history.friction_coefficient() / steady - 1).max())
         assert_allclose(history.force, 1e-2, rtol=1e-11)
     assert differences[1] < 0.02
@@ -238,7 +263,13 @@ def test_slow_sliding_is_stable_for_every_step_and_converges():
     """At v tau = dx/1000 for 256 points; refining the line at that speed changes little."""
     speed, found = 1e-3 / 256, []
     for points in (256, 512, 1024):
-        history = slide_in_time(rough(points), 1 / points, 1.0, 1.0, speed, 1e-2, steps=2 * points)
+        history = slide_in_time(
+            RoughLines(rough(points), 1 / points),
+            kelvin_voigt(1.0, 1.0),
+            speed,
+            1e-2,
+            steps=2 * points,
+        )
         assert np.ptp(history.level[:, points:]) < 1e-12
         found.append(history.friction_coefficient()[0])
     assert abs(found[1] / found[2] - 1) < abs(found[0] / found[1] - 1) / 2
@@ -252,13 +283,22 @@ def test_the_force_is_met_where_the_springs_lose_the_line():
     """
     line = np.zeros(64)
     line[10] = 1.0
-    history = slide_in_time(line, 1 / 64, 1.0, 100.0, 50.0, 1e-7, steps=256)
+    history = slide_in_time(
+        RoughLines(line, 1 / 64), kelvin_voigt(1.0, 100.0), 50.0, 1e-7, steps=256
+    )
     assert_allclose(history.force, 1e-7, rtol=1e-3)
     assert history.contact_count.min() == 0  # no spring in contact at the end of some steps
 
 
 def test_an_energy_balance_needs_a_whole_period():
-    history = slide_in_time(rough(64), 1 / 64, 1.0, 1.0, 1.0, 1e-2, steps=200, step_length=0.3 / 64)
+    history = slide_in_time(
+        RoughLines(rough(64), 1 / 64),
+        kelvin_voigt(1.0, 1.0),
+        1.0,
+        1e-2,
+        steps=200,
+        step_length=0.3 / 64,
+    )
     with pytest.raises(ValueError, match="whole cells"):
         history.energy_error()
 
@@ -268,14 +308,14 @@ def test_an_energy_balance_needs_a_whole_period():
 
 def at_rest(line, load):
     """Level of the relaxed springs under the load, to begin a printed run in contact."""
-    found = press(line, 1 / line.size, 4.0, force=[load], edges="nodal")
+    found = press(RoughLines(line, 1 / line.size), 4.0, Load("force", [load]), edges="nodal")
     return line.max() - found.penetration.item()
 
 
 def test_printed_start_touches_nothing_on_a_line_below_three_rms():
     line = rough()[0]
     assert line.max() < 3 * line.std()
-    found = slide_as_printed(line, 1 / 512, 1.0, 1.0, 0.1, 1e-2, steps=10)
+    found = slide_as_printed(RoughLines(line, 1 / 512), kelvin_voigt(1.0, 1.0), 0.1, 1e-2, steps=10)
     assert found.outcome == "no contact"
     assert found.level.size == 0
     with pytest.raises(ConvergenceError, match="no contact"):
@@ -292,8 +332,12 @@ def test_printed_relaxation_is_unstable_above_two():
     for number, unstable in ((0.5, False), (1.9, False), (2.1, True)):
         speed = 1 / (512 * number)
         level = at_rest(line, 1e-2)
-        run = slide_as_printed(line, 1 / 512, 1.0, 1.0, speed, 1e-2, steps=2048, level=level)
-        exact = slide(line, 1 / 512, KELVIN, speed, 1e-2).friction_coefficient.item()
+        run = slide_as_printed(
+            RoughLines(line, 1 / 512), kelvin_voigt(1.0, 1.0), speed, 1e-2, steps=2048, level=level
+        )
+        exact = slide(
+            RoughLines(line, 1 / 512), KELVIN, speed, LoadPath("force", 1e-2)
+        ).friction_coefficient.item()
         assert_allclose(run.relaxation_number, number)
         assert (abs(run.friction_coefficient(512) / exact - 1) > 5) == unstable
         assert abs(run.friction_coefficient(512) / exact - 1) < 0.05 or unstable
@@ -306,9 +350,16 @@ def test_printed_force_does_more_work_than_the_rubber_dissipates(number, excess)
     line = rough()[0]
     speed = 1 / (512 * number)
     run = slide_as_printed(
-        *(line, 1 / 512, 1.0, 1.0, speed, 1e-2), steps=2048, level=at_rest(line, 1e-2)
+        RoughLines(line, 1 / 512),
+        kelvin_voigt(1.0, 1.0),
+        speed,
+        1e-2,
+        steps=2048,
+        level=at_rest(line, 1e-2),
     )
-    exact = slide(line, 1 / 512, KELVIN, speed, 1e-2).tangential_force.item()
+    exact = slide(
+        RoughLines(line, 1 / 512), KELVIN, speed, LoadPath("force", 1e-2)
+    ).tangential_force.item()
     assert abs(run.conjugate_force[-512:].mean() / exact - 1 - excess) < 0.25 * excess
 
 
@@ -316,7 +367,12 @@ def test_printed_scheme_is_slow_slidings_worst():
     """Far below its limit it diverges, and says so in place of a number."""
     line = rough()[0]
     run = slide_as_printed(
-        *(line, 1 / 512, 1.0, 1.0, 1 / (512 * 1000), 1e-2), steps=2048, level=at_rest(line, 1e-2)
+        RoughLines(line, 1 / 512),
+        kelvin_voigt(1.0, 1.0),
+        1 / (512 * 1000),
+        1e-2,
+        steps=2048,
+        level=at_rest(line, 1e-2),
     )
     assert run.outcome == "diverged"
     assert np.all(np.isfinite(run.tangential_force))

@@ -7,6 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
+from reduced.loads import Load
 from reduced.profiles.shapes import (
     cone,
     cylinder,
@@ -17,6 +18,7 @@ from reduced.profiles.shapes import (
     tabulated,
 )
 from reduced.springs.indent import indent
+from reduced.springs.line import Springs
 
 D = np.geomspace(1e-3, 0.4, 9)
 EXACT = 1e-14
@@ -34,7 +36,9 @@ def power_force(n, c, d):
 def test_cone_paraboloid_and_cubic_are_exact_for_any_alignment(n, offset, springs):
     """Monotone cubics through heights and slopes hold x, x^2, x^3: only rounding is left."""
     force, radius = power_force(n, 0.3, D)
-    contact = indent(power_law(n, 0.3), 1.0, penetration=D, springs=springs, offset=offset)
+    contact = indent(
+        Springs(power_law(n, 0.3), 1.0, per_radius=springs, offset=offset), Load("penetration", D)
+    )
     np.testing.assert_allclose(contact.force, force, rtol=EXACT * 10)
     np.testing.assert_allclose(contact.contact_radius, radius, rtol=EXACT * 10)
 
@@ -43,7 +47,7 @@ def test_hertz():
     """F = (4/3) E* sqrt(R) d^1.5, a = sqrt(R d), stiffness 2 E* a, energy (2/5) F d."""
     modulus, radius = 7e10, 0.01
     d = np.array([1e-6, 3e-6, 8e-6])
-    contact = indent(paraboloid(radius), modulus, penetration=d)
+    contact = indent(Springs(paraboloid(radius), modulus), Load("penetration", d))
     force = 4 / 3 * modulus * np.sqrt(radius) * d**1.5
     np.testing.assert_allclose(contact.force, force, rtol=EXACT)
     np.testing.assert_allclose(contact.contact_radius, np.sqrt(radius * d), rtol=EXACT)
@@ -56,7 +60,9 @@ def test_hertz():
 @given(offset=st.floats(0, 0.999), springs=st.integers(1, 50))
 def test_flat_punch_is_exact_for_any_alignment(offset, springs):
     """F = 2 E* b d, U = E* b d^2."""
-    contact = indent(cylinder(0.7), 2.0, penetration=D, springs=springs, offset=offset)
+    contact = indent(
+        Springs(cylinder(0.7), 2.0, per_radius=springs, offset=offset), Load("penetration", D)
+    )
     np.testing.assert_allclose(contact.force, 2 * 2.0 * 0.7 * D, rtol=EXACT)
     np.testing.assert_allclose(contact.energy, 2.0 * 0.7 * D**2, rtol=EXACT)
     np.testing.assert_array_equal(contact.contact_radius, 0.7)
@@ -65,10 +71,10 @@ def test_flat_punch_is_exact_for_any_alignment(offset, springs):
 @given(b=st.floats(0.3, 1.0), offset=st.floats(0, 0.999))
 def test_flat_punch_is_exact_for_any_radius_over_spacing(b, offset):
     """Round-off for every b/dx by sub-cell edges; nodal sums miss by up to a spring."""
-    options = {"penetration": D, "spacing": 0.1, "offset": offset}
-    contact = indent(cylinder(b), 2.0, **options)
+    options = {"spacing": 0.1, "offset": offset}
+    contact = indent(Springs(cylinder(b), 2.0, **options), Load("penetration", D))
     np.testing.assert_allclose(contact.force, 2 * 2.0 * b * D, rtol=EXACT)
-    nodal = indent(cylinder(b), 2.0, edges="nodal", **options)
+    nodal = indent(Springs(cylinder(b), 2.0, edges="nodal", **options), Load("penetration", D))
     assert np.all(np.abs(nodal.force / (4 * b * D) - 1) <= 0.1 / (2 * b) * (1 + 1e-9))
 
 
@@ -88,7 +94,8 @@ def random_errors(make, exact_force, largest, springs, edges, rng):
         a = largest * rng.uniform(0.6, 1.0)
         d = [float(make.height(np.array(a))), float(make.height(np.array(largest)))]
         contact = indent(
-            make, 1.0, penetration=d, springs=springs, edges=edges, offset=rng.uniform(0, 1)
+            Springs(make, 1.0, per_radius=springs, edges=edges, offset=rng.uniform(0, 1)),
+            Load("penetration", d),
         )
         errors.append([contact.force[0] / exact_force(a) - 1, contact.contact_radius[0] / a - 1])
     return np.sqrt(np.mean(np.square(errors), axis=0))
@@ -148,11 +155,16 @@ def test_springs_much_wider_than_the_contact_still_carry_the_right_order():
     d = np.geomspace(1e-12, 1.0, 13)
     for n in (1, 2, 3):
         exact, _ = power_force(n, 0.5, d)
-        force = indent(power_law(n, 0.5), 1.0, penetration=d).force
+        force = indent(Springs(power_law(n, 0.5), 1.0), Load("penetration", d)).force
         np.testing.assert_allclose(force, exact, rtol=1e-12)
     exact, _ = power_force(4, 0.5, d)
     # x^4 inside the first cell is a cubic there: at most a tenth of a decade off
-    assert np.all(np.abs(np.log10(indent(power_law(4, 0.5), 1.0, penetration=d).force / exact)) < 1)
+    assert np.all(
+        np.abs(
+            np.log10(indent(Springs(power_law(4, 0.5), 1.0), Load("penetration", d)).force / exact)
+        )
+        < 1
+    )
 
 
 TABLE = tabulated(np.linspace(0, 2, 21), np.linspace(0, 2, 21) ** 2 / 4)
@@ -165,8 +177,8 @@ PROFILES += [rounded_punch(0.3, 3.0), cylinder(0.5), TABLE]
 def test_force_control_inverts_the_same_discrete_law(profile, edges):
     """Penetrations at given forces, pressed again on the same line, carry these forces."""
     force = np.geomspace(1e-3, 0.3, 12)
-    options = {"edges": edges, "springs": 7, "offset": 0.3}
-    contact = indent(profile, 1.0, force=force, **options)
+    options = {"edges": edges, "per_radius": 7, "offset": 0.3}
+    contact = indent(Springs(profile, 1.0, **options), Load("force", force))
     np.testing.assert_array_equal(contact.force, force)
     # Work done: d(energy) = F dd between neighbouring forces, by the convexity of F(d).
     work = np.diff(contact.energy)
@@ -190,13 +202,13 @@ def test_pressing_again_to_the_penetrations_found_gives_the_forces(profile, edge
     The line is fixed by its spacing, hence by a largest penetration whose contact radius is
     `springs` spacings. What is left is the rounding of that spacing.
     """
-    options = {"offset": offset, "springs": springs, "edges": edges}
+    options = {"offset": offset, "per_radius": springs, "edges": edges}
     forces = np.geomspace(1e-2, 0.3, 7)
-    found = indent(profile, 1.0, force=forces, **options)
+    found = indent(Springs(profile, 1.0, **options), Load("force", forces))
     top = float(profile.height(np.array(found.spacing * springs)))
     below = found.penetration < (top if top > 0 else np.inf)
     loads = [*found.penetration[below], top] if top > 0 else found.penetration
-    again = indent(profile, 1.0, penetration=loads, **options)
+    again = indent(Springs(profile, 1.0, **options), Load("penetration", loads))
     assert again.spacing == pytest.approx(found.spacing, rel=1e-14)
     count = np.count_nonzero(below)
     np.testing.assert_allclose(again.force[:count], forces[:count], rtol=1e-11)
@@ -211,7 +223,9 @@ def test_energy_is_the_work_of_the_force(profile, edges):
     first load is bounded by F d.
     """
     d = np.linspace(1e-4, 0.4, 4001)
-    contact = indent(profile, 3.0, penetration=d, springs=15, edges=edges, offset=0.37)
+    contact = indent(
+        Springs(profile, 3.0, per_radius=15, edges=edges, offset=0.37), Load("penetration", d)
+    )
     work = np.sum((contact.force[1:] + contact.force[:-1]) / 2 * np.diff(d))
     assert contact.energy[-1] - contact.energy[0] == pytest.approx(work, rel=1e-6)
     assert contact.energy[0] <= contact.force[0] * d[0]
@@ -223,17 +237,16 @@ def test_energy_is_the_work_of_the_force(profile, edges):
 def test_units_by_powers_of_two_are_bit_identical(edges, k, m):
     length, modulus = 2.0**k, 2.0**m
     for make in (paraboloid, sphere, lambda r: rounded_punch(r / 4, r)):
-        one = indent(make(2.0), 3.0, penetration=D, edges=edges, springs=9, offset=0.3)
+        one = indent(
+            Springs(make(2.0), 3.0, edges=edges, per_radius=9, offset=0.3), Load("penetration", D)
+        )
         two = indent(
-            make(2.0 * length),
-            3.0 * modulus,
-            force=one.force[one.force > 0] * (length**2 * modulus),
-            edges=edges,
-            springs=9,
-            offset=0.3,
+            Springs(make(2.0 * length), 3.0 * modulus, edges=edges, per_radius=9, offset=0.3),
+            Load("force", one.force[one.force > 0] * (length**2 * modulus)),
         )
         again = indent(
-            make(2.0), 3.0, force=one.force[one.force > 0], edges=edges, springs=9, offset=0.3
+            Springs(make(2.0), 3.0, edges=edges, per_radius=9, offset=0.3),
+            Load("force", one.force[one.force > 0]),
         )
         np.testing.assert_array_equal(two.penetration, again.penetration * length)
         np.testing.assert_array_equal(two.energy, again.energy * (length**3 * modulus))
@@ -249,9 +262,9 @@ def test_units_by_any_factor_keep_twelve_digits(edges, length, modulus):
     """
     unit, stiff = 10.0**length, 10.0**modulus
     for make in (paraboloid, sphere, lambda r: rounded_punch(r / 4, r)):
-        options = {"edges": edges, "springs": 9, "offset": 0.3}
-        one = indent(make(2.0), 1.0, penetration=D, **options)
-        two = indent(make(2.0 * unit), stiff, penetration=D * unit, **options)
+        options = {"edges": edges, "per_radius": 9, "offset": 0.3}
+        one = indent(Springs(make(2.0), 1.0, **options), Load("penetration", D))
+        two = indent(Springs(make(2.0 * unit), stiff, **options), Load("penetration", D * unit))
         np.testing.assert_allclose(two.force / (stiff * unit * unit), one.force, rtol=1e-12)
         if edges == "sub_cell":
             np.testing.assert_allclose(two.contact_radius / unit, one.contact_radius, rtol=1e-12)
@@ -259,7 +272,9 @@ def test_units_by_any_factor_keep_twelve_digits(edges, length, modulus):
 
 @given(st.floats(0, 0.999))
 def test_contact_grows_with_load(offset):
-    contact = indent(rounded_punch(0.3, 3.0), 1.0, penetration=D, springs=5, offset=offset)
+    contact = indent(
+        Springs(rounded_punch(0.3, 3.0), 1.0, per_radius=5, offset=offset), Load("penetration", D)
+    )
     assert np.all(np.diff(contact.force) > 0)
     assert np.all(np.diff(contact.contact_radius) >= 0)
 
@@ -267,7 +282,10 @@ def test_contact_grows_with_load(offset):
 def test_whole_numbers_are_numbers():
     """A radius of 2 is one of 2.0."""
     for make in (sphere, paraboloid, cylinder, cone, lambda r: rounded_punch(r, 3 * r)):
-        one, two = (indent(make(r), 1, penetration=[1], edges="sub_cell") for r in (2, 2.0))
+        one, two = (
+            indent(Springs(make(r), 1, edges="sub_cell"), Load("penetration", [1]))
+            for r in (2, 2.0)
+        )
         np.testing.assert_array_equal(one.force, two.force)
 
 
@@ -275,20 +293,20 @@ def test_long_tables_cost_what_their_nodes_cost():
     """A parabola in 400 points under forces is the parabola, and is no matter of minutes."""
     r = np.linspace(0, 2, 401)
     force = np.geomspace(1e-2, 3.0, 5)
-    table = indent(tabulated(r, r**2 / 4), 1.0, force=force)
-    exact = indent(paraboloid(2.0), 1.0, force=force)
+    table = indent(Springs(tabulated(r, r**2 / 4), 1.0), Load("force", force))
+    exact = indent(Springs(paraboloid(2.0), 1.0), Load("force", force))
     # Cubics with estimated slopes: third order at the first node, better elsewhere.
     np.testing.assert_allclose(table.penetration, exact.penetration, rtol=2e-4)
 
 
 def test_bad_arguments_are_all_named():
-    with pytest.raises(ValueError, match=r"effective_modulus.*springs.*edges.*offset"):
-        indent(cone(1.0), 0.0, penetration=[1.0], springs=0, edges="cell", offset=1.0)
+    with pytest.raises(ValueError, match=r"effective_modulus.*per_radius.*edges.*offset"):
+        Springs(cone(1.0), 0.0, per_radius=0, edges="cell", offset=1.0)
     for spacing in (-1.0, np.nan, 2.0):
         with pytest.raises(ValueError, match="spacing"):
-            indent(cone(1.0), 1.0, penetration=[1.0], spacing=spacing)
-    with pytest.raises(ValueError, match="exactly one"):
-        indent(cone(1.0), 1.0, penetration=[1.0], force=[1.0])
+            indent(Springs(cone(1.0), 1.0, spacing=spacing), Load("penetration", [1.0]))
+    with pytest.raises(ValueError, match="one of 'penetration', 'force', got 'mean_gap'"):
+        indent(Springs(cone(1.0), 1.0), Load("mean_gap", 1.0))
     for loads in ([], [0.0, 1.0], [2.0, 1.0], [np.nan], [[1.0]]):
         with pytest.raises(ValueError, match="penetration"):
-            indent(cone(1.0), 1.0, penetration=loads)
+            indent(Springs(cone(1.0), 1.0), Load("penetration", loads))

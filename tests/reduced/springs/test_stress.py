@@ -8,6 +8,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from reduced.loads import Load
 from reduced.profiles.shapes import (
     cone,
     cylinder,
@@ -18,6 +19,7 @@ from reduced.profiles.shapes import (
     tabulated,
 )
 from reduced.springs.indent import indent
+from reduced.springs.line import Springs
 from reduced.springs.stress import abel, local_rule, one_radius_rule
 from reference import closed_form
 
@@ -249,7 +251,9 @@ def test_foundation_and_pressure_agree_at_the_same_load():
     t = (np.arange(4000) + 0.5) / 4000 * np.pi / 2
     force = np.mean(abel(profile, 1.0, d, a * np.sin(t)) * np.sin(2 * t)) * np.pi**2 / 2 * a**2
     # Midpoint rule: (pi/2/4000)^2; springs: 2e-8.
-    assert indent(profile, 1.0, penetration=[d]).force[0] == pytest.approx(force, rel=1e-6)
+    assert indent(Springs(profile, 1.0), Load("penetration", [d])).force[0] == pytest.approx(
+        force, rel=1e-6
+    )
 
 
 def test_bad_arguments_are_all_named():

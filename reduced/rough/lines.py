@@ -1,0 +1,84 @@
+"""Rough lines as heights at even distances."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from reduced.arguments import positive_faults, refuse
+
+
+@dataclass(frozen=True, eq=False)
+class RoughLines:
+    """Rigid rough lines, one or many.
+
+    A free line of n points is n dx long, half a cell beyond its outer points.
+
+    Parameters
+    ----------
+    heights : ndarray, shape (m, n) or (n,)
+        Positive towards the half-space, n >= 2; (1, n) is made of a single line.
+    spacing : float
+        dx.
+    periodic : bool
+        Whether each line continues itself.
+
+    Raises
+    ------
+    ValueError
+        Listing every argument that is wrong.
+
+    Examples
+    --------
+    >>> RoughLines([0.0, 1.0, 0.0, 0.0], 0.5).length
+    2.0
+    """
+
+    heights: np.ndarray
+    spacing: float
+    periodic: bool = True
+
+    def __post_init__(self) -> None:
+        heights = np.atleast_2d(np.ascontiguousarray(self.heights, dtype=float))
+        object.__setattr__(self, "heights", heights)
+        wrong = []
+        if heights.ndim != 2 or heights.shape[1] < 2 or heights.shape[0] < 1:
+            wrong.append(f"lines must have shape (m, n) or (n,), n >= 2, got {heights.shape}")
+        elif not np.all(np.isfinite(heights)):
+            wrong.append("lines must be finite")
+        refuse(wrong + positive_faults(spacing=self.spacing))
+
+    @property
+    def length(self) -> float:
+        """Length of each line."""
+        return self.heights.shape[1] * self.spacing
+
+    def __len__(self) -> int:
+        return len(self.heights)
+
+    def __getitem__(self, row: int) -> RoughLines:
+        """One of the lines."""
+        return RoughLines(self.heights[row], self.spacing, self.periodic)
+
+    def single(self) -> np.ndarray:
+        """Heights of the line if there is one, shape (n,)."""
+        if len(self.heights) != 1:
+            raise ValueError(f"give one line, got {len(self.heights)}")
+        return self.heights[0]
+
+
+class Ends(NamedTuple):
+    """Where contacts and lines end.
+
+    Attributes
+    ----------
+    sub_cell : bool
+        Linear line between points and contacts that end inside cells; False: whole springs.
+    periodic : bool
+        Whether the last point is the first point's neighbour.
+    """
+
+    sub_cell: bool
+    periodic: bool
