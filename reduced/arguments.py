@@ -6,6 +6,7 @@ from collections.abc import Collection
 from typing import TypeGuard
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 
 def positive_faults(**values: object) -> list[str]:
@@ -36,6 +37,39 @@ def nonnegative_faults(**values: object) -> list[str]:
         for name, value in values.items()
         if not (_is_number(value) and np.isfinite(value) and value >= 0)
     ]
+
+
+def finite_faults(**values: object) -> list[str]:
+    """Name the values that are not finite numbers.
+
+    Examples
+    --------
+    >>> finite_faults(position=0.0, velocity=float("inf"))
+    ['velocity must be finite, got inf']
+    """
+    return [
+        f"{name} must be finite, got {value!r}"
+        for name, value in values.items()
+        if not (_is_number(value) and np.isfinite(value))
+    ]
+
+
+def increasing_faults(**lists: ArrayLike) -> list[str]:
+    """Name the lists that are not finite, positive and strictly increasing.
+
+    Examples
+    --------
+    >>> increasing_faults(force=[1.0, 2.0], velocity=[2.0, 1.0])
+    ['velocity must be finite, positive and strictly increasing, got [2.0, 1.0]']
+    """
+    wrong = []
+    for name, values in lists.items():
+        loads = np.array(values, dtype=float, ndmin=1)
+        if loads.ndim != 1 or loads.size == 0:
+            wrong.append(f"{name} must be a non-empty 1-D list, got shape {loads.shape}")
+        elif not (np.isfinite(loads).all() and loads[0] > 0 and np.all(np.diff(loads) > 0)):
+            wrong.append(f"{name} must be finite, positive and strictly increasing, got {values!r}")
+    return wrong
 
 
 def poisson_faults(poisson_ratio: object) -> list[str]:

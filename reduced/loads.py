@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from reduced.arguments import choice_faults, refuse
+from reduced.arguments import choice_faults, increasing_faults, refuse
 
 EDGES = ("sub_cell", "nodal")
 """Contacts that end inside a cell, and the chapter's sums over whole springs."""
@@ -41,23 +41,19 @@ class LoadPath:
     def __init__(self, control: str, values: ArrayLike) -> None:
         object.__setattr__(self, "control", control)
         object.__setattr__(self, "values", np.array(values, dtype=float, ndmin=1))
-        if self.values.ndim != 1 or self.values.size == 0:
-            shape = self.values.shape
-            raise ValueError(f"{control} must be a non-empty 1-D list, got shape {shape}")
-        if not (np.isfinite(self.values).all() and self._ordered()):
-            raise ValueError(f"{control} must be {self._expected}, got {values!r}")
+        refuse(self._faults(values))
 
     def one_of(self, *controls: str) -> str:
         """Return what is prescribed, or refuse it if it is none of these."""
         refuse(choice_faults("control", self.control, controls))
         return self.control
 
-    @property
-    def _expected(self) -> str:
-        return "finite"
-
-    def _ordered(self) -> bool:
-        return True
+    def _faults(self, given: ArrayLike) -> list[str]:
+        shape = self.values.shape
+        if len(shape) != 1 or shape[0] == 0:
+            return [f"{self.control} must be a non-empty 1-D list, got shape {shape}"]
+        good = np.isfinite(self.values).all()
+        return [] if good else [f"{self.control} must be finite, got {given!r}"]
 
 
 class Load(LoadPath):
@@ -86,9 +82,5 @@ class Load(LoadPath):
             raise ValueError(f"{self.control} must be one value, got {self.values}")
         return float(self.values[0])
 
-    @property
-    def _expected(self) -> str:
-        return "finite, positive and strictly increasing"
-
-    def _ordered(self) -> bool:
-        return bool(self.values[0] > 0 and np.all(np.diff(self.values) > 0))
+    def _faults(self, given: ArrayLike) -> list[str]:
+        return increasing_faults(**{self.control: given})

@@ -25,7 +25,9 @@ from comparisons.tasks.solution import Solution
 from comparisons.tasks.task import Task
 from reduced.adhesion.adhere import Adhesion, adhere, pull_off
 from reduced.adhesion.walk import State
+from reduced.loads import LoadPath
 from reduced.profiles.shapes import paraboloid
+from reduced.springs.line import Springs
 from reference.closed_form import adhesive
 
 PHYSICS = frozenset({"adhesion"})
@@ -63,14 +65,15 @@ class ReducedAdhesion(ReducedProfile):
 
     def warm_up(self, task: Task[IndenterGeometry]) -> None:
         """Compile the half line for the control of the task."""
-        load: dict[str, Any] = {task.loads.control: [0.1, -1.0]}
-        adhere(paraboloid(1.0), 1.0, 0.01, **load, springs=4)
+        springs = Springs(paraboloid(1.0), 1.0, per_radius=4)
+        adhere(springs, 0.01, LoadPath(task.loads.control, [0.1, -1.0]))
 
     def solve(self, task: Task[IndenterGeometry]) -> Solution:
         """Walk the whole path."""
-        body = self.profile, self.modulus, self.adhesion.work
-        contact = adhere(*body, **task.loads.keyword, springs=task.resolution)
-        strongest = pull_off(*body, springs=task.resolution).before
+        springs = Springs(self.profile, self.modulus, task.resolution)
+        path = LoadPath(task.loads.control, task.loads.values)
+        contact = adhere(springs, self.adhesion.work, path)
+        strongest = pull_off(springs, self.adhesion.work).before
         curves: dict[str, ArrayLike] = {
             "penetration": contact.penetration,
             "force": contact.force,

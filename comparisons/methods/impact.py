@@ -21,6 +21,7 @@ from comparisons.tasks.solution import Solution
 from comparisons.tasks.steps import Row, Step, solve_rows
 from comparisons.tasks.task import Task
 from reduced.motion.impact import Impact, strike
+from reduced.springs.line import Springs
 from reference.dynamics.collision import collide
 
 PHYSICS = frozenset({"dynamics"})
@@ -69,10 +70,8 @@ class ReducedImpact(ReducedProfile):
         return Solution.of(task, curves, unknowns=2 * task.resolution)
 
     def _struck(self, task: Task[IndenterGeometry], springs: int) -> Impact:
-        mass, edges = self.dynamics.mass, self.options.edges
-        velocities = task.loads.values
-        body = self.profile, self.modulus, mass
-        return strike(*body, velocities, springs=springs, edges=edges)
+        row = Springs(self.profile, self.modulus, springs, edges=self.options.edges)
+        return strike(row, self.dynamics.mass, task.loads.values)
 
 
 class ClosedFormImpact(ClosedForm):

@@ -10,8 +10,10 @@ from comparisons.tasks.solution import Solution
 from comparisons.tasks.task import Task
 from reduced.errors import ConvergenceError
 from reduced.motion.contact import SpringContact, impact_depth, spring_contact
-from reduced.motion.course import Motion, move
+from reduced.motion.course import Mass, Motion, Push, move
+from reduced.motion.stepping import Stepping
 from reduced.profiles.shapes import Profile
+from reduced.springs.line import Springs
 from reference.closed_form import ClosedForm
 from reference.dynamics.course import course
 
@@ -73,7 +75,7 @@ def _moved(
     push = 0.0 if history is None else max(0.0, float(history[1].max()))
     deepest = impact_depth(profile, modulus, 0.5 * mass * speed**2, push)
     for _ in range(_ROUNDS):
-        contact = spring_contact(profile, modulus, deepest, springs=resolution)
+        contact = spring_contact(Springs(profile, modulus, per_radius=resolution), deepest)
         stiffness = float(contact.respond(deepest)[2])
         period = 2 * np.pi * np.sqrt(mass / stiffness)
         steps = int(np.ceil(max(_STEPS_PER_SPRING * resolution * end / period, 1.0)))
@@ -82,12 +84,10 @@ def _moved(
         if steps > _MOST_STEPS:
             raise ConvergenceError(f"{steps} steps of {period:.3g} s/{resolution}: too long", [])
         motion = move(
-            *(contact, mass),
-            step=end / steps,
-            steps=steps,
-            velocity=speed,
-            history=history,
-            every=every,
+            contact,
+            Mass(mass, velocity=speed),
+            Stepping(end / steps, steps, every=every),
+            Push() if history is None else Push(history=history),
         )
         reached = float(motion.position.max())
         if reached <= deepest:

@@ -26,8 +26,10 @@ from comparisons.scene.scene import Scene
 from comparisons.tasks.solution import Solution
 from comparisons.tasks.steps import Row, Step
 from comparisons.tasks.task import Task
+from reduced.loads import LoadPath
 from reduced.memory.indent import History, graded_times, indent_in_time
 from reduced.memory.materials import Prony, prony
+from reduced.memory.row import RelaxingSprings
 from reduced.profiles.shapes import paraboloid
 from reference import closed_form as forms
 from reference import viscoelastic as reference
@@ -125,7 +127,11 @@ class ReducedMemory(ReducedProfile):
 
     def warm_up(self, task: Task[IndenterGeometry]) -> None:
         """Compile the springs on a history that cannot fail."""
-        indent_in_time(_BALL, _SOLID, [0.0, 1.0], penetration=[0.1, 0.05], springs=4)
+        indent_in_time(
+            RelaxingSprings(_BALL, _SOLID, per_radius=4),
+            [0.0, 1.0],
+            LoadPath("penetration", [0.1, 0.05]),
+        )
 
     def solve(self, task: Task[IndenterGeometry]) -> Solution:
         """Walk through the history once."""
@@ -147,14 +153,15 @@ class ReducedMemory(ReducedProfile):
         forced = loads.control == "force"
         steps = STEPS_OF_SPRINGS * springs if forced else 1
         times, parts = _divided(loads, steps, graded=forced and self.material.viscosity > 0)
-        history = indent_in_time(
-            *(self.profile, self.material, times),
-            **_history(loads, times),
-            poisson_ratio=self.scene.poisson_ratio,
-            springs=springs,
+        row = RelaxingSprings(
+            self.profile,
+            self.material,
+            self.scene.poisson_ratio,
+            springs,
             edges=self.options.edges,
         )
-        return history, parts
+        path = LoadPath(loads.control, np.interp(times, _times(loads), loads.values))
+        return indent_in_time(row, times, path), parts
 
 
 def circular(form: forms.ClosedForm) -> forms.ClosedForm:

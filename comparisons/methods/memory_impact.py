@@ -20,6 +20,7 @@ from comparisons.tasks.steps import Row, Step, solve_rows
 from comparisons.tasks.task import Task
 from reduced.memory.impact import impact as strike
 from reduced.memory.materials import prony
+from reduced.memory.row import RelaxingSprings
 from reduced.profiles.shapes import paraboloid
 from reference import viscoelastic as reference
 
@@ -58,7 +59,12 @@ class ReducedImpact(ReducedProfile):
 
     def warm_up(self, task: Task[IndenterGeometry]) -> None:
         """Compile the springs on an impact that cannot fail."""
-        strike(paraboloid(1.0), prony(1.0, [1.0], [1.0]), 1.0, 0.01, springs=4, steps=10)
+        strike(
+            RelaxingSprings(paraboloid(1.0), prony(1.0, [1.0], [1.0]), per_radius=4),
+            1.0,
+            0.01,
+            steps=10,
+        )
 
     def solve(self, task: Task[IndenterGeometry]) -> Solution:
         """Let the mass strike at every velocity."""
@@ -69,14 +75,10 @@ class ReducedImpact(ReducedProfile):
         yield Row(partial(self._steps, task.resolution), unknowns=2 * task.resolution)
 
     def _steps(self, springs: int, loads: np.ndarray) -> Iterator[Step]:
+        ratio, edges = self.scene.poisson_ratio, self.options.edges
+        row = RelaxingSprings(self.profile, self.material, ratio, springs, edges=edges)
         for velocity in loads:
-            hit = strike(
-                *(self.profile, self.material, self.mass, float(velocity)),
-                poisson_ratio=self.scene.poisson_ratio,
-                springs=springs,
-                steps=STEPS * springs,
-                edges=self.options.edges,
-            )
+            hit = strike(row, self.mass, float(velocity), steps=STEPS * springs)
             values = {"velocity": float(velocity), "restitution": hit.restitution}
             values |= {"contact_duration": hit.duration, "force": float(hit.force.max())}
             yield Step(values | {"penetration": float(hit.penetration.max())})

@@ -12,7 +12,9 @@ from pathlib import Path
 import numpy as np
 
 from reduced.adhesion.adhere import adhere, pull_off
+from reduced.loads import LoadPath
 from reduced.profiles import shapes
+from reduced.springs.line import Springs
 from reference.closed_form import adhesive
 from reference.closed_form.maugis import MaugisForm, strength_of
 from reference.errors import ConvergenceError
@@ -59,10 +61,8 @@ def springs() -> list[list[str]]:
             exact = float(form.force(form.pull_off(control)))
             errors = []
             for count in counts:
-                options = {"control": control, "springs": count}
-                pull_offs = [
-                    pull_off(profile, 1.0, WORK, offset=o, **options).before.force for o in offsets
-                ]
+                rows_of_springs = [Springs(profile, 1.0, count, offset=o) for o in offsets]
+                pull_offs = [pull_off(row, WORK, control).before.force for row in rows_of_springs]
                 errors.append(np.sqrt(np.mean((np.array(pull_offs) / exact - 1) ** 2)))
             slope = np.polyfit(np.log(counts), np.log(errors), 1)[0]
             order = f"{-slope:.1f}" if errors[0] > 1e-12 else "exact"
@@ -76,7 +76,7 @@ def cycles() -> list[list[str]]:
     for name, (profile, form) in SHAPES.items():
         for control in ("force", "penetration"):
             top = 0.5 if control == "force" else 0.1
-            contact = adhere(profile, 1.0, WORK, **{control: [0.0, top, -10.0]})
+            contact = adhere(Springs(profile, 1.0), WORK, LoadPath(control, [0.0, top, -10.0]))
             unit = np.pi * WORK * form.pull_off(control) ** 2
             lost = [f"{event.dissipated / unit:.3f}" for event in contact.events]
             rows.append([name, control, *lost])

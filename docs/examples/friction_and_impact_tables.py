@@ -16,11 +16,13 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from reduced.motion import friction_law
-from reduced.motion.blocks import blocks, integrate
+from reduced.motion.blocks import Blocks, integrate
 from reduced.motion.contact import impact_depth, spring_contact
-from reduced.motion.course import move
+from reduced.motion.course import Mass, Push, move
 from reduced.motion.impact import strike
+from reduced.motion.stepping import Stepping
 from reduced.profiles.shapes import cone, cylinder, paraboloid, power_law, rounded_punch, sphere
+from reduced.springs.line import Springs
 from reference import closed_form
 from reference.dynamics import blocks as coulomb
 from reference.dynamics import collision, oscillator
@@ -52,7 +54,7 @@ def slope() -> list[list[str]]:
     rows = [["F/(mu F_N)", "creep/v0, formula", "stepped", "friction/F - 1", "Moreau-Jean"]]
     for load in (0.1, 0.5, 0.9, 0.99, 0.999):
         v0 = 1e-3
-        run = integrate(blocks(1.0, 1.0, load=load), v0, step=1.0, steps=20_000)
+        run = integrate(Blocks(1.0, 1.0, load=load), v0, Stepping(1.0, 20_000))
         speed = (run.position[-1, 0] - run.position[-2, 0]) / v0
         force = float(friction_law.friction(run.velocity[-1, 0], 1.0, v0))
         still = march(coulomb.blocks(1.0, 1.0, load=load), step=1.0, steps=20_000)
@@ -84,9 +86,9 @@ def grows(scheme: str, load: float, step: float) -> bool:
     """Whether a small deviation from the creep grows."""
     v0 = 1e-3
     creep = float(friction_law.creep_speed(load, 1.0, v0))
-    system = blocks(1.0, 1.0, load=load)
+    system = Blocks(1.0, 1.0, load=load)
     start = creep + 1e-6 * v0
-    run = integrate(system, v0, step=step, steps=4000, scheme=scheme, velocity=start)
+    run = integrate(system, v0, Stepping(step, 4000), scheme=scheme, velocity=start)
     return bool(abs(run.velocity[-1, 0] - creep) > abs(start - creep))
 
 
@@ -151,7 +153,7 @@ def oscillator_cost() -> list[list[str]]:
     """Error against cost of every way to step."""
     rows = [["method", "v0", "steps", "law evaluations", "seconds", "error"]]
     truth = exact()
-    system, set_valued = blocks(1.0, LIMIT, **FORCED), coulomb.blocks(1.0, LIMIT, **FORCED)
+    system, set_valued = Blocks(1.0, LIMIT, **FORCED), coulomb.blocks(1.0, LIMIT, **FORCED)
 
     def add(name: str, speed: str, steps: int, run: Callable[[], object]) -> None:
         solution = run()
@@ -179,7 +181,7 @@ def oscillator_cost() -> list[list[str]]:
 
 def stepping(system, v0: float, steps: int, scheme: str) -> Callable[[], object]:
     """Return a run of the regularised law."""
-    return lambda: integrate(system, v0, step=END / steps, steps=steps, scheme=scheme)
+    return lambda: integrate(system, v0, Stepping(END / steps, steps), scheme=scheme)
 
 
 def marching(system, steps: int) -> Callable[[], object]:
@@ -206,10 +208,10 @@ def belt() -> list[list[str]]:
         stick = float(np.mean(run.velocity[100_000:, 0] == 1.0))
         swing = 0.5 * (late.max() - late.min())
         rows.append([f"{ratio}", "Coulomb", f"{half:.4f}", f"{swing:.4f}", f"{stick:.3f}"])
-    soft = blocks(1.0, 1.0, stiffness=1.0, belt=1.0)
+    soft = Blocks(1.0, 1.0, stiffness=1.0, belt=1.0)
     for v0 in (1e-2, 1e-4):
         run = integrate(
-            *(soft, v0), step=end / 120_000, steps=120_000, scheme="implicit_midpoint", **start
+            soft, v0, Stepping(end / 120_000, 120_000), scheme="implicit_midpoint", **start
         )
         swing = 0.5 * np.ptp(run.position[100_000:, 0])
         rows.append(["1.0", f"(19.1), v0 = {v0:g} V", f"{half:.4f}", f"{swing:.4f}", "0"])
@@ -240,7 +242,8 @@ def impacts() -> list[list[str]]:
         true = collision.collide(form, 1.0, speed)
         for edges in ("sub_cell", "nodal"):
             collisions = [
-                strike(profile, 1.0, 1.0, [speed], springs=n, edges=edges) for n in (10, 40)
+                strike(Springs(profile, 1.0, per_radius=n, edges=edges), 1.0, [speed])
+                for n in (10, 40)
             ]
             times = [f"{f.duration[0] / true.duration - 1:+.0e}" for f in collisions]
             forces = [f"{f.force[0] / true.force - 1:+.0e}" for f in collisions]
@@ -254,14 +257,16 @@ def impact_steps() -> list[list[str]]:
     rows = [["scheme", "steps", "duration", "order", "restitution - 1", "law evaluations", "us"]]
     profile, speed = paraboloid(1.0), 0.01
     true = collision.power_law_collision(2, 0.5, 1.0, 1.0, speed).duration
-    contact = spring_contact(profile, 1.0, impact_depth(profile, 1.0, 0.5 * speed**2))
+    contact = spring_contact(Springs(profile, 1.0), impact_depth(profile, 1.0, 0.5 * speed**2))
     for scheme in ("verlet", "yoshida", "energy"):
         last = None
         for steps in (10, 40, 160, 640, 2560):
             step = true / (steps - 0.37)
 
             def run(scheme: str = scheme, step: float = step, steps: int = steps) -> object:
-                return move(contact, 1.0, step=step, steps=steps + 2, scheme=scheme, velocity=speed)
+                return move(
+                    contact, Mass(1.0, velocity=speed), Stepping(step, steps + 2), scheme=scheme
+                )
 
             impact = run()
             duration, parting = impact.release()
@@ -273,8 +278,8 @@ def impact_steps() -> list[list[str]]:
                 [scheme, f"{steps}", f"{error:.1e}", order, back, f"{impact.evaluations}", cost]
             )
             last = error
-    cost = seconds(lambda: strike(profile, 1.0, 1.0, [speed]))
-    error = strike(profile, 1.0, 1.0, [speed]).duration[0] / true - 1
+    cost = seconds(lambda: strike(Springs(profile, 1.0), 1.0, [speed]))
+    error = strike(Springs(profile, 1.0), 1.0, [speed]).duration[0] / true - 1
     rows.append(["by energy", "none", f"{abs(error):.0e}", "", "0", "", f"{1e6 * cost:.0f}"])
     return rows
 
@@ -293,15 +298,13 @@ def backbone() -> list[list[str]]:
     limit = oscillator.deepest_without_flight(BALL, LOAD) / DEPTH
     for deepest in (1.01, 1.1, 1.5, limit, 2.0, 3.0):
         period = oscillator.free_period(BALL, 1.0, LOAD, deepest * DEPTH)
-        contact = spring_contact(paraboloid(1.0), 1.0, deepest * DEPTH)
+        contact = spring_contact(Springs(paraboloid(1.0), 1.0), deepest * DEPTH)
         steps = 4000
         run = move(
             contact,
-            1.0,
-            step=1.5 * period / steps,
-            steps=steps,
-            position=deepest * DEPTH,
-            load=LOAD,
+            Mass(1.0, position=deepest * DEPTH),
+            Stepping(1.5 * period / steps, steps),
+            Push(load=LOAD),
         )
         v, h = run.velocity, 1.5 * period / steps
         k = np.flatnonzero((v[1:-1] > 0) & (v[2:] <= 0))[0] + 1
@@ -319,7 +322,7 @@ def forced() -> list[list[str]]:
     rows = [
         ["P/F0", "springs in steps", "Runge-Kutta", "linear", "share in flight", "seconds, both"]
     ]
-    contact = spring_contact(paraboloid(1.0), 1.0, 4 * DEPTH)
+    contact = spring_contact(Springs(paraboloid(1.0), 1.0), 4 * DEPTH)
     per, push = 1000, {"damping": 0.1, "frequency": 1.0}
     step = 2 * math.pi / per
     for share in (0.001, 0.03, 0.1, 0.15, 0.2, 0.3):
@@ -329,12 +332,11 @@ def forced() -> list[list[str]]:
         )
         middle = time.process_time()
         run = move(
-            *(contact, 1.0),
-            step=step,
-            steps=80 * per,
-            position=DEPTH,
-            load=LOAD,
-            **{"amplitude": share * LOAD, "scheme": "verlet", **push},
+            contact,
+            Mass(1.0, push["damping"], position=DEPTH),
+            Stepping(step, 80 * per),
+            Push(LOAD, amplitude=share * LOAD, frequency=push["frequency"]),
+            scheme="verlet",
         )
         spent = f"{time.process_time() - middle:.2f}, {middle - start:.2f}"
         linear = oscillator.linear_amplitude(1.0, 1.0, 0.1, share * LOAD, 1.0)

@@ -13,9 +13,11 @@ from pathlib import Path
 
 import numpy as np
 
+from reduced.loads import LoadPath
 from reduced.memory.impact import impact as impact_on_springs
 from reduced.memory.indent import graded_times, indent_in_time
 from reduced.memory.materials import fit, kelvin_voigt, prony, standard_solid
+from reduced.memory.row import RelaxingSprings
 from reduced.profiles.shapes import cone, cylinder, paraboloid, power_law
 from reference import closed_form
 from reference.halfspace import FreeOperator
@@ -59,7 +61,11 @@ def ting() -> list[list[str]]:
         exact = indentation(form, 1.0, SOLID, HISTORY, DEPTHS, HISTORY[1:])
         errors = []
         for n in springs:
-            contact = indent_in_time(profile, SPRINGS, HISTORY, penetration=DEPTHS, springs=n)
+            contact = indent_in_time(
+                RelaxingSprings(profile, SPRINGS, per_radius=n),
+                HISTORY,
+                LoadPath("penetration", DEPTHS),
+            )
             force = np.abs(contact.force[1:] - exact.force).max() / exact.force.max()
             radius = np.abs(contact.contact_radius[1:] / exact.contact_radius - 1).max()
             errors.append([force, radius])
@@ -80,7 +86,9 @@ def steps_in_time() -> list[list[str]]:
         pieces = pairwise(HISTORY)
         t = np.concatenate([[0.0], *(np.linspace(*ends, count + 1)[1:] for ends in pieces)])
         depth = np.interp(t, HISTORY, DEPTHS)
-        return indent_in_time(paraboloid(1.0), SPRINGS, t, penetration=depth).force[count::count]
+        return indent_in_time(
+            RelaxingSprings(paraboloid(1.0), SPRINGS), t, LoadPath("penetration", depth)
+        ).force[count::count]
 
     many = run(counts[-1])
     largest = [np.abs(run(count) / many - 1).max() for count in counts[:-1]]
@@ -108,7 +116,11 @@ def creep() -> list[list[str]]:
         errors = []
         for n in counts:
             t, force = graded_times(2.0, int(n), exponent), np.full(n + 1, 0.02)
-            contact = indent_in_time(paraboloid(1.0), material, t, force=force, springs=springs)
+            contact = indent_in_time(
+                RelaxingSprings(paraboloid(1.0), material, per_radius=springs),
+                t,
+                LoadPath("force", force),
+            )
             exact = (0.75 * 0.02 * compliance(t)) ** (2 / 3)
             errors.append(np.abs(contact.penetration - exact)[t >= 0.2].max() / exact[-1])
         order = -np.polyfit(np.log(counts), np.log(errors), 1)[0]
@@ -137,7 +149,9 @@ def half_space() -> list[list[str]]:
     """Errors against Ting over the largest force, and differences from the springs in the other."""
     exact = indentation(BALL, 1.0, SOLID, HISTORY, DEPTHS, HISTORY[1:]).force
     springs = indent_in_time(
-        paraboloid(1.0), SPRINGS, AGAIN, penetration=AGAIN_DEPTHS, springs=320
+        RelaxingSprings(paraboloid(1.0), SPRINGS, per_radius=320),
+        AGAIN,
+        LoadPath("penetration", AGAIN_DEPTHS),
     ).force[1:]
     rows = [["cells, steps per piece", "against Ting: largest error", "last difference", "touched "
              "again: largest difference from 320 springs", "last difference"]]  # fmt: skip
@@ -179,7 +193,7 @@ def impacts() -> list[list[str]]:
         errors = np.array(
             [
                 impact_on_springs(
-                    paraboloid(1.0), material, 1e-6, 1e-2, steps=n, springs=160
+                    RelaxingSprings(paraboloid(1.0), material, per_radius=160), 1e-6, 1e-2, steps=n
                 ).restitution
                 - exact.restitution
                 for n in counts
@@ -198,9 +212,9 @@ def fits() -> list[list[str]]:
     data = 1e9 - (1e9 - 1e6) / (1 + (1j * w * 1e-3) ** 0.6) ** 0.7
     rows = [["arms per decade", "arms kept", "rms error", "largest error"]]
     for per_decade in (0.5, 1.0, 1.5, 2.0, 3.0):
-        fitted = fit(w, data.real, data.imag, per_decade=per_decade)
-        arms = f"{fitted.material.times.size}"
-        rows.append([f"{per_decade}", arms, f"{fitted.rms_error:.2%}", f"{fitted.error.max():.2%}"])
+        fitted = fit(w, data, per_decade=per_decade)
+        kept = f"{fitted.material.times.size}"
+        rows.append([f"{per_decade}", kept, f"{fitted.rms_error:.2%}", f"{fitted.error.max():.2%}"])
     return rows
 
 
@@ -225,7 +239,11 @@ def cost() -> list[list[str]]:
     for name, material in cases.items():
 
         def work(material=material):
-            indent_in_time(paraboloid(1.0), material, t, penetration=depth, springs=200)
+            indent_in_time(
+                RelaxingSprings(paraboloid(1.0), material, per_radius=200),
+                t,
+                LoadPath("penetration", depth),
+            )
 
         work()
         seconds = median(work) / (t.size * 200)

@@ -8,15 +8,15 @@ rule stands for adhesion of a short range; nothing acts across a gap.
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from reduced.adhesion.line import FORCE, PENETRATION
 from reduced.adhesion.walk import Body, Event, walk
-from reduced.arguments import choice_faults, count_faults, positive_faults, refuse
-from reduced.profiles.section import Profile
+from reduced.arguments import choice_faults, positive_faults, refuse
+from reduced.loads import LoadPath
+from reduced.springs.line import Springs
 
 _CONTROLS = {"penetration": PENETRATION, "force": FORCE}
 
@@ -50,16 +50,7 @@ class Adhesion:
     spacing: float
 
 
-def adhere(
-    profile: Profile,
-    effective_modulus: float,
-    work: float,
-    *,
-    penetration: Sequence[float] | np.ndarray | None = None,
-    force: Sequence[float] | np.ndarray | None = None,
-    springs: int = 40,
-    offset: float = 0.5,
-) -> Adhesion:
+def adhere(springs: Springs, work: float, path: LoadPath) -> Adhesion:
     """Lead an adhesive body along a path of penetrations or forces, starting out of contact.
 
     Springs of stiffness E* dx stand at x = +-(i + offset) dx; between them the profile is the
@@ -75,18 +66,13 @@ def adhere(
 
     Parameters
     ----------
-    profile : Profile
-        Equivalent profile g(x), see `profiles`.
-    effective_modulus : float
-        E*.
+    springs : Springs
+        The profile, and the springs under it, with ``edges="sub_cell"``; `per_radius` counts at the
+        largest contact of the path.
     work : float
         Work of adhesion w per area, energy/length^2.
-    penetration, force : array_like, shape (k,)
-        Exactly one of them: finite numbers of either sign in the order of the path.
-    springs : int
-        Springs per contact radius at the largest contact of the path.
-    offset : float
-        Place of the first spring in spacings, in [0, 1).
+    path : LoadPath
+        ``"penetration"`` or ``"force"``, of either sign in the order of the path.
 
     Returns
     -------
@@ -102,70 +88,45 @@ def adhere(
     Examples
     --------
     >>> from reduced.profiles.shapes import paraboloid
-    >>> ball = adhere(paraboloid(1.0), 1.0, 0.1, force=[0.0, -1.0])
+    >>> ball = adhere(Springs(paraboloid(1.0), 1.0), 0.1, LoadPath("force", [0.0, -1.0]))
     >>> [event.kind for event in ball.events]
     ['snap_in', 'pull_off']
     >>> round(ball.events[-1].before.force / (np.pi * 0.1), 12)  # Johnson, Kendall & Roberts 1971
     -1.5
     """
-    control, loads = _path(penetration=penetration, force=force)
-    refuse(_faults(effective_modulus, work, springs, offset))
-    body = Body(profile, effective_modulus, work, control)
-    way = walk(body, loads, springs, offset)
+    way = walk(_body(springs, work, path.control), path.values, springs)
     states, dissipated, holds = (np.array(part) for part in zip(*way.record, strict=True))
-    return Adhesion(*states.T, dissipated, holds, tuple(way.events), way.spacing)
+    penetration, force, radius, energy = states.T
+    return Adhesion(
+        *(penetration, force, radius, energy, dissipated, holds), tuple(way.events), way.spacing
+    )
 
 
-def pull_off(
-    profile: Profile,
-    effective_modulus: float,
-    work: float,
-    *,
-    control: str = "force",
-    springs: int = 40,
-    offset: float = 0.5,
-) -> Event:
+def pull_off(springs: Springs, work: float, control: str = "force") -> Event:
     """Draw a body off that was laid down at zero load: the last event of the way.
 
     Parameters
     ----------
-    profile, effective_modulus, work, offset
-        As for `adhere`.
+    springs, work
+        As for `adhere`; `per_radius` counts at the contact radius under zero load.
     control : {"force", "penetration"}
         What is prescribed.
-    springs : int
-        Springs per contact radius at zero load.
 
     Examples
     --------
     >>> from reduced.profiles.shapes import cylinder
-    >>> event = pull_off(cylinder(2.0), 1.0, 0.1)
+    >>> event = pull_off(Springs(cylinder(2.0), 1.0), 0.1)
     >>> bool(abs(event.before.force + np.sqrt(8 * np.pi * 0.1 * 2.0**3)) < 1e-14)  # Kendall 1971
     True
     """
-    wrong = _faults(effective_modulus, work, springs, offset)
-    refuse(wrong + choice_faults("control", control, tuple(_CONTROLS)))
-    body = Body(profile, effective_modulus, work, _CONTROLS[control])
-    return walk(body, np.array([0.0, -np.inf]), springs, offset).events[-1]
+    body = _body(springs, work, control)
+    return walk(body, np.array([0.0, -np.inf]), springs).events[-1]
 
 
-def _path(**given: object) -> tuple[int, np.ndarray]:
-    """Return control and loads of the only list given."""
-    chosen = {name: values for name, values in given.items() if values is not None}
-    if len(chosen) != 1:
-        names = " and ".join(given)
-        raise ValueError(f"give exactly one of {names}; got {', '.join(chosen) or 'none'}")
-    ((name, values),) = chosen.items()
-    loads = np.array(values, dtype=float, ndmin=1)
-    if loads.ndim != 1 or loads.size == 0 or not np.isfinite(loads).all():
-        raise ValueError(f"{name} must be a non-empty 1-D list of finite numbers, got {values!r}")
-    return _CONTROLS[name], loads
-
-
-def _faults(effective_modulus: float, work: float, springs: int, offset: float) -> list[str]:
-    """Name what is wrong with the numbers."""
-    wrong = positive_faults(effective_modulus=effective_modulus, work=work)
-    wrong += count_faults(springs=springs)
-    if not 0 <= offset < 1:
-        wrong.append(f"offset must be in [0, 1), got {offset!r}")
-    return wrong
+def _body(springs: Springs, work: float, control: str) -> Body:
+    """Return what is pressed on, or one ValueError for everything wrong."""
+    wrong = positive_faults(work=work) + choice_faults("control", control, tuple(_CONTROLS))
+    if springs.edges != "sub_cell":
+        wrong.append(f"edges must be 'sub_cell' where springs adhere, got {springs.edges!r}")
+    refuse(wrong)
+    return Body(springs.profile, springs.effective_modulus, work, _CONTROLS[control])

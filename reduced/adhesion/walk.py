@@ -11,6 +11,7 @@ from reduced.adhesion.line import FORCE, PENETRATION
 from reduced.errors import ConvergenceError
 from reduced.profiles.section import Profile
 from reduced.springs.indent import continuum_radius
+from reduced.springs.line import Springs
 
 _ROUNDS = 200
 _SETTLED = 1e-3
@@ -78,12 +79,12 @@ class _LineEndsError(Exception):
     """The contact grew beyond the springs that were laid."""
 
 
-def walk(body: Body, loads: np.ndarray, springs: int, offset: float) -> Walk:
+def walk(body: Body, loads: np.ndarray, springs: Springs) -> Walk:
     """Lay springs as far as the contact will reach and lead it along the loads."""
     reach = _largest_radius(body, float(loads.max()))
-    spacing = reach / springs
+    spacing = reach / springs.per_radius if springs.spacing is None else springs.spacing
     for _ in range(_EXTENSIONS):
-        way = Walk(body, spacing, offset, reach)
+        way = Walk(body, spacing, springs.offset, reach)
         try:
             for load in loads:
                 way.to(float(load))

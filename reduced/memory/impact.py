@@ -10,13 +10,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from reduced.arguments import choice_faults, count_faults, positive_faults, refuse
+from reduced.arguments import count_faults, positive_faults, refuse
 from reduced.errors import ConvergenceError
-from reduced.loads import EDGES, Load
-from reduced.memory.indent import contact_modulus
-from reduced.memory.kernel import law_of
+from reduced.loads import Load
 from reduced.memory.materials import Prony
-from reduced.memory.row import SpringRow
+from reduced.memory.row import RelaxingSprings, SpringRow
 from reduced.profiles.section import Profile
 from reduced.springs.indent import indent
 from reduced.springs.line import Springs
@@ -48,17 +46,7 @@ class Impact:
     force: np.ndarray
 
 
-def impact(
-    profile: Profile,
-    material: Prony,
-    mass: float,
-    velocity: float,
-    *,
-    poisson_ratio: float = 0.5,
-    springs: int = 40,
-    steps: int = 200,
-    edges: str = "sub_cell",
-) -> Impact:
+def impact(springs: RelaxingSprings, mass: float, velocity: float, steps: int = 200) -> Impact:
     """Let a body of a mass hit the springs at a speed, without weight.
 
     Per step the depth is linear, so that the springs are exact, with the slope V that the force in
@@ -68,17 +56,13 @@ def impact(
 
     Parameters
     ----------
-    profile : Profile
-    material : Prony
-        Shear modulus in time.
+    springs : RelaxingSprings
+        The profile, and the springs under it; `per_radius` counts at the depth estimated from the
+        energy.
     mass, velocity : float
         m and the speed v > 0 at first touch, far below that of sound.
-    poisson_ratio : float
-    springs : int
-        Springs per contact radius at the depth estimated from the energy.
     steps : int
         Steps in three times that depth over v, about the duration of an elastic impact.
-    edges : {"sub_cell", "nodal"}
 
     Returns
     -------
@@ -95,15 +79,14 @@ def impact(
     --------
     >>> from reduced.profiles.shapes import paraboloid
     >>> from reduced.memory.materials import prony
-    >>> round(impact(paraboloid(1.0), prony(1.0), 1.0, 1e-3).restitution, 5)
+    >>> elastic = RelaxingSprings(paraboloid(1.0), prony(1.0))
+    >>> round(impact(elastic, 1.0, 1e-3).restitution, 5)
     1.0
     """
-    wrong = positive_faults(mass=mass, velocity=velocity) + choice_faults("edges", edges, EDGES)
-    refuse(wrong + count_faults(springs=springs, steps=steps))
-    law = contact_modulus(material, poisson_ratio)
-    depth = _estimate_depth(profile, law, mass, velocity)
-    spacing = float(profile.contact_radius(depth)) / springs
-    flight = _Flight(SpringRow(profile, law_of(law), spacing, edges), law, mass, velocity)
+    refuse(positive_faults(mass=mass, velocity=velocity) + count_faults(steps=steps))
+    law = springs.modulus
+    depth = _estimate_depth(springs.profile, law, mass, velocity)
+    flight = _Flight(springs.lay(depth), law, mass, velocity)
     duration = 3 * depth / velocity / steps
     for _ in range(_LONGEST * steps):
         if flight.step(duration):

@@ -10,21 +10,21 @@ the contact grows it gives Lee and Radok (1960), through unloading Ting (1968).
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
-from reduced.arguments import choice_faults, count_faults, positive_faults, refuse
+from reduced.arguments import count_faults, positive_faults, refuse
 from reduced.errors import ConvergenceError
-from reduced.loads import EDGES, Load
-from reduced.memory.kernel import law_of
-from reduced.memory.materials import Prony
-from reduced.memory.row import SpringRow
+from reduced.loads import Load, LoadPath
+from reduced.memory.materials import Prony, contact_modulus
+from reduced.memory.row import RelaxingSprings, SpringRow
 from reduced.profiles.section import Profile
 from reduced.springs.indent import indent
 from reduced.springs.line import Springs
 
+CONTROLS = ("penetration", "force")
 _ITERATIONS = 100
 _ROUNDING = 4 * np.finfo(float).eps
 _STALLED = 1e-12  # below, a residual that no longer falls is the rounding of the sums
@@ -51,13 +51,6 @@ class History:
     contact_radius: np.ndarray
     contact_length: np.ndarray
     spacing: float
-
-
-def contact_modulus(material: Prony, poisson_ratio: float = 0.5) -> Prony:
-    """E*(t) = 2 G(t)/(1 - nu) for one Poisson's ratio at all times; 4 G for rubber (19.30)."""
-    if not -1 < poisson_ratio <= 0.5:
-        raise ValueError(f"poisson_ratio must lie in (-1, 1/2], got {poisson_ratio!r}")
-    return material.scaled(2 / (1 - poisson_ratio))
 
 
 def harmonic_stiffness(
@@ -102,18 +95,7 @@ def harmonic_stiffness(
     return 2 * radius * contact_modulus(material, poisson_ratio).complex_modulus(frequency)
 
 
-def indent_in_time(
-    profile: Profile,
-    material: Prony,
-    time: Sequence[float] | np.ndarray,
-    *,
-    penetration: Sequence[float] | np.ndarray | None = None,
-    force: Sequence[float] | np.ndarray | None = None,
-    poisson_ratio: float = 0.5,
-    springs: int = 40,
-    spacing: float | None = None,
-    edges: str = "sub_cell",
-) -> History:
+def indent_in_time(springs: RelaxingSprings, time: ArrayLike, path: LoadPath) -> History:
     """Press a body of revolution into a viscoelastic half-space along a history.
 
     Before the first time nothing touches. Depth or force is linear between the times; a time given
@@ -126,23 +108,13 @@ def indent_in_time(
 
     Parameters
     ----------
-    profile : Profile
-        Equivalent profile g(x), see `profiles`.
-    material : Prony
-        Shear modulus in time.
+    springs : RelaxingSprings
+        The profile, and the springs under it; under force `per_radius` counts at the largest depth
+        that the history could reach if the contact never shrank.
     time : array_like, shape (k,)
         Not decreasing.
-    penetration, force : array_like, shape (k,)
-        Exactly one of them. Depths may have any sign; forces are positive (the first may be 0).
-    poisson_ratio : float
-        Constant in time; 1/2 is rubber.
-    springs : int
-        Springs per contact radius at the largest depth (under force: at the largest that the
-        history could reach if the contact never shrank).
-    spacing : float, optional
-        dx itself.
-    edges : {"sub_cell", "nodal"}
-        Contacts end inside cells, or are whole springs of one dx each at (i + 1/2) dx as printed.
+    path : LoadPath
+        ``"penetration"`` of any sign, or ``"force"``, positive (the first may be 0), at the times.
 
     Returns
     -------
@@ -160,28 +132,21 @@ def indent_in_time(
     --------
     >>> from reduced.profiles.shapes import paraboloid
     >>> from reduced.memory.materials import prony
-    >>> held = indent_in_time(paraboloid(1.0), prony(0.0, [0.25], [1.0]), [0.0, 2.0],
-    ...                       penetration=[0.01, 0.01])
+    >>> ball = RelaxingSprings(paraboloid(1.0), prony(0.0, [0.25], [1.0]))
+    >>> held = indent_in_time(ball, [0.0, 2.0], LoadPath("penetration", [0.01, 0.01]))
     >>> np.round(held.force * 1e3, 6)  # (4/3) E* sqrt(R) d^1.5, then exp(-t/tau) of it
     array([1.333333, 0.180447])
     """
-    law = contact_modulus(material, poisson_ratio)
-    name, times, values = _checked(time, penetration=penetration, force=force)
-    wrong = choice_faults("edges", edges, EDGES) + count_faults(springs=springs)
-    wrong += [] if spacing is None else positive_faults(spacing=spacing)
-    if material.viscosity > 0 and name == "penetration" and _jumps(times, values):
-        wrong.append("penetration jumps, which a parallel dashpot does not let it")
-    refuse(wrong)
-    if spacing is None:
-        reach = values.max() if name == "penetration" else _reach(profile, law, times, values)
-        spacing = float(profile.contact_radius(max(reach, 0.0))) / springs
-        refuse(positive_faults(largest_contact_radius=spacing))
-    row = SpringRow(profile, law_of(law), spacing, edges)
-    if name == "penetration":
-        found = _follow_depth(row, times, values)
+    forced = path.one_of(*CONTROLS) == "force"
+    law, values = springs.modulus, path.values
+    times = _times(springs, time, path)
+    reach = _reach(springs.profile, law, times, values) if forced else values.max()
+    row = springs.lay(reach)
+    if forced:
+        curves = _follow_force(row, springs.profile, law, times, values)
     else:
-        found = _follow_force(row, profile, law, times, values)
-    return History(times, *found, float(spacing))
+        curves = _follow_depth(row, times, values)
+    return History(times, *curves, row.spacing)
 
 
 def graded_times(duration: float, steps: int, exponent: float = 3.0) -> np.ndarray:
@@ -196,30 +161,25 @@ def graded_times(duration: float, steps: int, exponent: float = 3.0) -> np.ndarr
     return duration * np.linspace(0.0, 1.0, steps + 1) ** exponent
 
 
-def _checked(
-    time: Sequence[float] | np.ndarray, **given: Sequence[float] | np.ndarray | None
-) -> tuple[str, np.ndarray, np.ndarray]:
-    """Name, times and values of the one history given, or one ValueError."""
-    chosen = {name: values for name, values in given.items() if values is not None}
-    if len(chosen) != 1:
-        raise ValueError(
-            f"give exactly one of {', '.join(given)}; got {', '.join(chosen) or 'none'}"
-        )
-    ((name, values),) = chosen.items()
-    t, history = np.array(time, dtype=float, ndmin=1), np.array(values, dtype=float, ndmin=1)
+def _times(springs: RelaxingSprings, time: ArrayLike, path: LoadPath) -> np.ndarray:
+    """Return the times of a history, or raise one ValueError."""
+    t, values = np.array(time, dtype=float, ndmin=1), path.values
     wrong = []
-    if t.ndim != 1 or t.shape != history.shape:
-        wrong.append(f"time and {name} must be lists of one length, got {t.shape}, {history.shape}")
+    if t.shape != values.shape:
+        wrong.append(
+            f"time and {path.control} must be lists of one length, got {t.shape}, {values.shape}"
+        )
     if not (np.isfinite(t).all() and (np.diff(t) >= 0).all()):
         wrong.append(f"time must be finite and not decreasing, got {time!r}")
-    if not np.isfinite(history).all():
-        wrong.append(f"{name} must be finite, got {values!r}")
-    elif name == "force" and not (history[0] >= 0 and (history[1:] > 0).all()):
-        wrong.append(f"force must be positive (the first may be 0), got {values!r}")
-    elif not (history > 0).any():
-        wrong.append(f"{name} must be positive somewhere, got {values!r}")
+    if path.control == "force" and not (values[0] >= 0 and (values[1:] > 0).all()):
+        wrong.append(f"force must be positive (the first may be 0), got {values}")
+    elif not (values > 0).any():
+        wrong.append(f"{path.control} must be positive somewhere, got {values}")
+    damped = springs.material.viscosity > 0 and path.control == "penetration"
+    if damped and not wrong and _jumps(t, values):
+        wrong.append("penetration jumps, which a parallel dashpot does not let it")
     refuse(wrong)
-    return name, t, history
+    return t
 
 
 def _jumps(time: np.ndarray, penetration: np.ndarray) -> bool:
@@ -265,7 +225,7 @@ def _follow_force(
     the middle of a step, where the velocity of the step is known to second order.
     """
     place = 0.5 if law.viscosity > 0 else 1.0
-    found, before, rate = [], force[0], 0.0
+    steps, before, rate = [], force[0], 0.0
     for duration, value in zip(np.diff(time, prepend=time[0]), force, strict=True):
         depth = row.depth
         if value > 0 and (duration > 0 or law.viscosity == 0):
@@ -275,10 +235,10 @@ def _follow_force(
             depth = row.depth + (depth - row.depth) / place
             rate = (depth - row.depth) / duration if duration > 0 else 0.0
         _, length, radius = row.go(depth, duration)
-        found.append((depth, radius, length))
+        steps.append((depth, radius, length))
         before = value
-    depths, radius, length = (np.array(column) for column in zip(*found, strict=True))
-    return depths, force, radius, length
+    depths, radii, lengths = (np.array(column) for column in zip(*steps, strict=True))
+    return depths, force, radii, lengths
 
 
 def _depth_under(

@@ -60,6 +60,17 @@ class Row(NamedTuple):
     fall: np.ndarray
 
 
+class Spring(NamedTuple):
+    """State of one spring between two of its events, `height` the profile over it."""
+
+    touching: bool
+    height: float
+    deflection: float
+    arms: np.ndarray
+    modes: np.ndarray
+    kept: float
+
+
 class Step(NamedTuple):
     """Linear motion of the body over one step; a jump has no duration.
 
@@ -147,23 +158,23 @@ def _free_deflection(law, step, modes, kept, share):
 
 
 @njit(cache=True)
-def _signed(law, step, touching, height, deflection, arms, modes, kept, begin, share):
+def _signed(law, step, spring, begin, share):
     """Force of a held spring or gap of a free one, `share` of the step after `begin`."""
-    if touching:
-        return _held_force(law, step, deflection, arms, share)
+    if spring.touching:
+        return _held_force(law, step, spring.deflection, spring.arms, share)
     depth = step.start + step.change * (begin + share)
-    return height + _free_deflection(law, step, modes, kept, share) - depth
+    return spring.height + _free_deflection(law, step, spring.modes, spring.kept, share) - depth
 
 
 @njit(cache=True)
-def _root(law, step, touching, height, deflection, arms, modes, kept, begin):
+def _root(law, step, spring, begin):
     """Last share after `begin` with force or gap >= 0, by halving: they end below 0."""
     low, high = 0.0, 1.0 - begin
     for _ in range(_HALVINGS):
         middle = 0.5 * (low + high)
         if not low < middle < high:
             break
-        if _signed(law, step, touching, height, deflection, arms, modes, kept, begin, middle) >= 0:
+        if _signed(law, step, spring, begin, middle) >= 0:
             low = middle
         else:
             high = middle
@@ -256,14 +267,14 @@ def _move_spring(law, step, height, row, i):
     touching, deflection, kept = row.touching[i], row.deflection[i], row.kept[i]
     begin, event, left = 0.0, -1.0, 0.0
     for _ in range(_ALTERNATIONS):
-        first = _signed(law, step, touching, height, deflection, arms, modes, kept, begin, 0.0)
-        rest = 1.0 - begin
-        last = _signed(law, step, touching, height, deflection, arms, modes, kept, begin, rest)
+        spring = Spring(touching, height, deflection, arms, modes, kept)
+        first = _signed(law, step, spring, begin, 0.0)
+        last = _signed(law, step, spring, begin, 1.0 - begin)
         if last >= 0:
             break
         share = 0.0
         if first > 0:
-            share = _root(law, step, touching, height, deflection, arms, modes, kept, begin)
+            share = _root(law, step, spring, begin)
         begin = event = begin + share
         if touching:
             left = min(first, 0.0)
@@ -296,13 +307,19 @@ def _gap(law, step, height, row, i, share):
 
 
 @njit(cache=True)
-def _place_edge(law, step, heights, old, new, events, left, cell, held, free):
+def _place_edge(law, step, heights, rows, marks, cell):
     """Find where the contact ends between a held and a free spring; store edge and fall.
+
+    `rows` are the states before and after, `marks` the last events of the springs and the forces
+    with which they left.
 
     The gap is taken linear in height from the edge to the free spring while it closes, and the
     force falls to zero as steeply as when the edge last advanced while it opens. Both are exact for
     the first loading of elastic springs, and err by the square of the spacing otherwise.
     """
+    (old, new), (events, left) = rows, marks
+    held = cell if new.touching[cell] else cell + 1
+    free = 2 * cell + 1 - held
     end = step.start + step.change
     gap = heights[free] + new.deflection[free] - end
     force = new.force[held]
@@ -334,7 +351,7 @@ def _place_edge(law, step, heights, old, new, events, left, cell, held, free):
 
 
 @njit(cache=True)
-def advance(law, heights, old, new, start, end, duration):
+def advance(law, heights, old, new, way):
     """Carry a row of springs over one step in which the depth goes linearly from start to end.
 
     Parameters
@@ -344,11 +361,10 @@ def advance(law, heights, old, new, start, end, duration):
         Profile g at the springs.
     old, new : Row
         State before, left as it is, and after.
-    start, end : float
-        Depths.
-    duration : float
-        dt >= 0; 0 is a jump.
+    way : tuple of float
+        Depths at start and end, and dt >= 0; 0 is a jump.
     """
+    start, end, duration = way
     step = _make_step(law, start, end - start, duration)
     count = heights.size
     events, left = np.full(count, -1.0), np.zeros(count)
@@ -360,6 +376,4 @@ def advance(law, heights, old, new, start, end, duration):
         if new.touching[cell] == new.touching[cell + 1]:
             new.edge[cell] = new.fall[cell] = 0.0
         else:
-            held = cell if new.touching[cell] else cell + 1
-            free = 2 * cell + 1 - held
-            _place_edge(law, step, heights, old, new, events, left, cell, held, free)
+            _place_edge(law, step, heights, (old, new), (events, left), cell)

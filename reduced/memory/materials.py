@@ -15,9 +15,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy.optimize import nnls
 
-from reduced.arguments import positive_faults, refuse
+from reduced.arguments import poisson_faults, positive_faults, refuse
 
 _HALVINGS = 200  # an interval of logarithms is down to rounding after some 60
 _ROUNDING = 1e-12  # share of a datum that least squares cannot tell from nothing
@@ -244,6 +245,12 @@ def prony(
     return Prony(float(long_term), joined[::-1].copy(), distinct[::-1].copy(), float(viscosity))
 
 
+def contact_modulus(material: Prony, poisson_ratio: float = 0.5) -> Prony:
+    """E*(t) = 2 G(t)/(1 - nu) for one Poisson's ratio at all times; 4 G for rubber (19.30)."""
+    refuse(poisson_faults(poisson_ratio))
+    return material.scaled(2 / (1 - poisson_ratio))
+
+
 def kelvin_voigt(shear_modulus: float, viscosity: float) -> Prony:
     """Spring and dashpot side by side, G(w) = G + i w eta: the chapter's rubber in Problem 1."""
     refuse(positive_faults(shear_modulus=shear_modulus, viscosity=viscosity))
@@ -270,9 +277,11 @@ def _arm_time(modulus: float, viscosity: float | None, time: float | None) -> fl
     """Relaxation time of a Maxwell arm from the one of the two that was given."""
     if (viscosity is None) == (time is None):
         raise ValueError("give exactly one of viscosity and relaxation_time")
-    given = {"relaxation_time": time} if viscosity is None else {"viscosity": viscosity}
-    refuse(positive_faults(shear_modulus=modulus, **given))
-    return float(time) if viscosity is None else viscosity / modulus
+    if time is not None:
+        refuse(positive_faults(shear_modulus=modulus, relaxation_time=time))
+        return float(time)
+    refuse(positive_faults(shear_modulus=modulus, viscosity=viscosity))
+    return float(viscosity or 0.0) / modulus
 
 
 @dataclass(frozen=True)
@@ -296,9 +305,8 @@ class Fit:
 
 
 def fit(
-    frequency: Sequence[float] | np.ndarray,
-    storage: Sequence[float] | np.ndarray,
-    loss: Sequence[float] | np.ndarray,
+    frequency: ArrayLike,
+    modulus: ArrayLike,
     *,
     times: Sequence[float] | np.ndarray | None = None,
     per_decade: float = 2.0,
@@ -313,8 +321,10 @@ def fit(
 
     Parameters
     ----------
-    frequency, storage, loss : array_like, shape (k,)
-        Angular frequencies w > 0 in any order, G' >= 0 and G'' >= 0.
+    frequency : array_like, shape (k,)
+        Angular frequencies w > 0 in any order.
+    modulus : array_like of complex, shape (k,)
+        G' + i G'', neither of them negative.
     times : array_like, optional
         Relaxation times; default: `per_decade` a decade over [1/w_max, 1/w_min].
     solid, dashpot : bool
@@ -330,11 +340,11 @@ def fit(
     >>> w = np.geomspace(1e-2, 1e2, 9)
     >>> exact = standard_solid(1.0, 4.0, relaxation_time=1.0)
     >>> data = exact.complex_modulus(w)
-    >>> found = fit(w, data.real, data.imag, times=[0.1, 1.0, 10.0])
+    >>> found = fit(w, data, times=[0.1, 1.0, 10.0])
     >>> found.material.times.tolist(), bool(found.rms_error < 1e-12)
     ([1.0], True)
     """
-    w, data = _checked_data(frequency, storage, loss)
+    w, data = _checked_data(frequency, modulus)
     refuse(positive_faults(per_decade=per_decade))
     tau = _default_times(w, per_decade) if times is None else np.asarray(times, dtype=float)
     if tau.ndim != 1 or not (np.isfinite(tau).all() and (tau > 0).all()):
@@ -360,26 +370,22 @@ def fit(
     return Fit(material, np.abs(material.complex_modulus(w) - data) * weight)
 
 
-def _checked_data(
-    frequency: Sequence[float] | np.ndarray,
-    storage: Sequence[float] | np.ndarray,
-    loss: Sequence[float] | np.ndarray,
-) -> tuple[np.ndarray, np.ndarray]:
+def _checked_data(frequency: ArrayLike, modulus: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
     """Frequencies and complex moduli, or one ValueError for everything wrong."""
-    w, real, imaginary = (np.asarray(a, dtype=float) for a in (frequency, storage, loss))
+    w, data = np.asarray(frequency, dtype=float), np.asarray(modulus, dtype=complex)
     wrong = []
-    if w.ndim != 1 or w.size == 0 or not w.shape == real.shape == imaginary.shape:
-        shapes = f"{w.shape}, {real.shape}, {imaginary.shape}"
-        wrong.append(f"frequency, storage and loss must be lists of one length, got {shapes}")
+    if w.ndim != 1 or w.size == 0 or w.shape != data.shape:
+        shapes = f"{w.shape}, {data.shape}"
+        wrong.append(f"frequency and modulus must be lists of one length, got {shapes}")
     if not (np.isfinite(w).all() and (w > 0).all()):
         wrong.append(f"frequency must be finite and positive, got {w}")
-    for name, values in (("storage", real), ("loss", imaginary)):
+    for name, values in (("storage", data.real), ("loss", data.imag)):
         if not (np.isfinite(values).all() and (values >= 0).all()):
             wrong.append(f"{name} must be finite and >= 0, got {values}")
-    if not wrong and not ((real > 0) | (imaginary > 0)).all():
+    if not wrong and not (data != 0).all():
         wrong.append("storage and loss must not both be zero at a frequency")
     refuse(wrong)
-    return w, real + 1j * imaginary
+    return w, data
 
 
 def _default_times(w: np.ndarray, per_decade: float) -> np.ndarray:

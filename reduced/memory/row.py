@@ -8,11 +8,16 @@ for elastic springs under a paraboloid or a cone at any spacing, and errs by dx^
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numba import njit
 
-from reduced.memory.kernel import Law, Row, advance, fresh_row
+from reduced.arguments import poisson_faults, positive_faults, refuse
+from reduced.memory.kernel import Law, Row, advance, fresh_row, law_of
+from reduced.memory.materials import Prony, contact_modulus
 from reduced.profiles.section import Profile
+from reduced.springs.line import row_faults
 
 _LEAST, _MOST = 0.25, 0.75  # middle heights of cells that a monotone parabola can pass
 
@@ -97,8 +102,12 @@ def _part_cell(middle, edge, rim, inward, held):
 
 
 @njit(cache=True)
-def _sub_cell(places, heights, middles, touching, force, edge, rim):
-    """Force of the right half, its contact length and where its contact ends farthest out."""
+def _sub_cell(line, row, rim):
+    """Force of the right half, its contact length and where its contact ends farthest out.
+
+    `line` are the places of the springs, the profile's heights there, and their middle heights.
+    """
+    (places, heights, middles), touching, force = line, row.touching, row.force
     total, length, radius = 0.0, 0.0, 0.0
     for i in range(places.size - 1):
         if not (touching[i] or touching[i + 1]):
@@ -108,11 +117,61 @@ def _sub_cell(places, heights, middles, touching, force, edge, rim):
             mean, share = _whole_cell(heights, middle, touching, force, i), 1.0
         else:
             held = force[i] if touching[i] else force[i + 1]
-            mean, share = _part_cell(middle, edge[i], rim, touching[i], held)
+            mean, share = _part_cell(middle, row.edge[i], rim, touching[i], held)
         total += width * mean
         length += width * share
         radius = places[i + 1] if touching[i + 1] else places[i] + width * share
     return total, length, radius
+
+
+@dataclass(frozen=True)
+class RelaxingSprings:
+    """Viscoelastic springs E*(t) dx under a profile (19.30).
+
+    Parameters
+    ----------
+    profile : Profile
+        Equivalent profile g(x), see `profiles`.
+    material : Prony
+        Shear modulus in time.
+    poisson_ratio : float
+        Constant in time; 1/2 is rubber.
+    per_radius : int
+        Springs per contact radius at the largest depth.
+    spacing : float, optional
+        dx itself, in place of `per_radius`.
+    edges : {"sub_cell", "nodal"}
+        Contacts end inside cells, or are whole springs of one dx each at (i + 1/2) dx as printed.
+
+    Raises
+    ------
+    ValueError
+        Listing everything wrong.
+    """
+
+    profile: Profile
+    material: Prony
+    poisson_ratio: float = 0.5
+    per_radius: int = 40
+    spacing: float | None = None
+    edges: str = "sub_cell"
+
+    def __post_init__(self) -> None:
+        wrong = poisson_faults(self.poisson_ratio)
+        refuse(wrong + row_faults(self.per_radius, self.spacing, self.edges))
+
+    @property
+    def modulus(self) -> Prony:
+        """E*(t)."""
+        return contact_modulus(self.material, self.poisson_ratio)
+
+    def lay(self, depth: float) -> SpringRow:
+        """Lay springs for a largest depth; deeper, more are added at the same distance."""
+        spacing = self.spacing
+        if spacing is None:
+            spacing = float(self.profile.contact_radius(max(depth, 0.0))) / self.per_radius
+            refuse(positive_faults(largest_contact_radius=spacing))
+        return SpringRow(self.profile, law_of(self.modulus), spacing, self.edges)
 
 
 class SpringRow:
@@ -130,7 +189,8 @@ class SpringRow:
     """
 
     def __init__(self, profile: Profile, law: Law, spacing: float, edges: str) -> None:
-        self._profile, self._law, self._spacing, self._edges = profile, law, spacing, edges
+        self._profile, self._law, self._edges = profile, law, edges
+        self._spacing = self.spacing = float(spacing)
         self._places = np.zeros(0)
         self.time, self.depth = 0.0, 0.0
         self._place(4 * spacing)
@@ -143,9 +203,8 @@ class SpringRow:
         The velocity is constant on the way; a duration of 0 is a jump. Nothing is kept.
         """
         self._grow(depth)
-        advance(
-            self._law, self._heights, self._row, self._trial, self.depth, depth, float(duration)
-        )
+        way = (float(self.depth), float(depth), float(duration))
+        advance(self._law, self._heights, self._row, self._trial, way)
         speed = (depth - self.depth) / duration if duration > 0 else 0.0
         return self._totals(self._trial, speed)
 
@@ -162,10 +221,8 @@ class SpringRow:
             radius = held * self._spacing
             return 2 * self._spacing * float(row.force.sum()), 2 * radius, radius
         rim = self._law.viscosity * max(speed, 0.0)
-        total, length, radius = _sub_cell(
-            *(self._places, self._heights, self._middles),
-            *(row.touching, row.force, row.edge, rim),
-        )
+        line = (self._places, self._heights, self._middles)
+        total, length, radius = _sub_cell(line, row, rim)
         return 2 * total, 2 * length, radius
 
     def _grow(self, depth: float) -> None:

@@ -8,13 +8,15 @@ with L = mu F_N of each block and V the speed of what it slides on (a belt; 0 fo
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
 from numpy.typing import ArrayLike
 
-from reduced.arguments import choice_faults, count_faults, positive_faults, refuse
+from reduced.arguments import choice_faults, positive_faults, refuse
 from reduced.errors import ConvergenceError
+from reduced.motion.stepping import Stepping
 
 _EXPLICIT = {"explicit_euler": 0, "semi_implicit_euler": 1, "runge_kutta_4": 2}
 _IMPLICIT = {"implicit_euler": 1.0, "implicit_midpoint": 0.5}  # where in the step u is taken
@@ -26,70 +28,84 @@ _SWEEPS = 10_000
 _NEWTON = 200
 
 
-@dataclass(frozen=True)
-class Blocks:
-    """n rigid blocks; build them with `blocks`.
-
-    Attributes
-    ----------
-    mass, load, amplitude, belt, limit : ndarray, shape (n,)
-        m, f, P, V, L = mu F_N.
-    stiffness, damping : ndarray, shape (n, n)
-        K and C, symmetric.
-    frequency : float
-        W, of the harmonic load.
-    """
+class System(NamedTuple):
+    """Blocks as full arrays of shape (n,) and (n, n)."""
 
     mass: np.ndarray
     load: np.ndarray
     amplitude: np.ndarray
-    belt: np.ndarray
-    limit: np.ndarray
+    frequency: float
     stiffness: np.ndarray
     damping: np.ndarray
-    frequency: float
+    belt: np.ndarray
+    limit: np.ndarray
 
 
-def blocks(
-    mass: ArrayLike,
-    limit: ArrayLike,
-    *,
-    stiffness: ArrayLike = 0.0,
-    damping: ArrayLike = 0.0,
-    load: ArrayLike = 0.0,
-    amplitude: ArrayLike = 0.0,
-    frequency: float = 0.0,
-    belt: ArrayLike = 0.0,
-) -> Blocks:
-    """Collect blocks from numbers (one block, or the same for all) and arrays.
+@dataclass(frozen=True, eq=False)
+class Blocks:
+    """n rigid blocks, from numbers (one block, or the same for all) and arrays.
 
-    A block on a slope is ``blocks(m, mu * m * g * cos(a), load=m * g * sin(a))``, an oscillator on
-    a belt ``blocks(m, limit, stiffness=k, belt=V)``.
+    A block on a slope is ``Blocks(m, mu * m * g * cos(a), load=m * g * sin(a))``, an oscillator on
+    a belt ``Blocks(m, limit, stiffness=k, belt=V)``.
+
+    Parameters
+    ----------
+    mass, limit : array_like, shape (n,)
+        m and L = mu F_N, positive.
+    stiffness, damping : array_like
+        K and C: numbers, or symmetric (n, n).
+    load, amplitude, belt : array_like, shape (n,)
+        f, P, V.
+    frequency : float
+        W, of the harmonic load.
 
     Raises
     ------
     ValueError
         Listing what is not finite, not positive (mass, limit) or not symmetric (matrices).
     """
-    vectors = {"mass": mass, "limit": limit, "load": load, "amplitude": amplitude, "belt": belt}
-    size = max(np.size(value) for value in vectors.values())
-    full = {name: np.array(np.broadcast_to(value, size), float) for name, value in vectors.items()}
-    matrices = {
-        name: np.array(value, float) if np.ndim(value) else float(value) * np.eye(size)
-        for name, value in (("stiffness", stiffness), ("damping", damping))
-    }
-    numbers = {**full, **matrices, "frequency": np.array(float(frequency))}
-    wrong = [
-        f"{k} must be finite, got {v!r}" for k, v in numbers.items() if not np.isfinite(v).all()
-    ]
-    wrong += [
-        f"{k} must be positive, got {full[k]!r}" for k in ("mass", "limit") if (full[k] <= 0).any()
-    ]
-    for name, matrix in matrices.items():
-        if matrix.shape != (size, size) or not np.array_equal(matrix, matrix.T):
-            wrong.append(f"{name} must be a symmetric ({size}, {size}) matrix, got {matrix!r}")
-    refuse(wrong)
-    return Blocks(**full, **matrices, frequency=float(frequency))
+
+    mass: ArrayLike
+    limit: ArrayLike
+    stiffness: ArrayLike = 0.0
+    damping: ArrayLike = 0.0
+    load: ArrayLike = 0.0
+    amplitude: ArrayLike = 0.0
+    frequency: float = 0.0
+    belt: ArrayLike = 0.0
+
+    def __post_init__(self) -> None:
+        parts = self.arrays()._asdict()
+        wrong = [
+            f"{name} must be finite, got {value!r}"
+            for name, value in parts.items()
+            if not np.isfinite(value).all()
+        ]
+        wrong += [
+            f"{name} must be positive, got {parts[name]!r}"
+            for name in ("mass", "limit")
+            if (parts[name] <= 0).any()
+        ]
+        n = parts["mass"].size
+        for name in ("stiffness", "damping"):
+            matrix = parts[name]
+            if matrix.shape != (n, n) or not np.array_equal(matrix, matrix.T):
+                wrong.append(f"{name} must be a symmetric ({n}, {n}) matrix, got {matrix!r}")
+        refuse(wrong)
+
+    def arrays(self) -> System:
+        """Return all of them as arrays."""
+        vectors = self.mass, self.load, self.amplitude, self.belt, self.limit
+        size = max(np.size(value) for value in vectors)
+        mass, load, amplitude, belt, limit = (
+            np.array(np.broadcast_to(np.asarray(value, float), size)) for value in vectors
+        )
+        stiffness, damping = (
+            np.array(value, float) if np.ndim(value) else np.asarray(value, float) * np.eye(size)
+            for value in (self.stiffness, self.damping)
+        )
+        frequency = float(self.frequency)
+        return System(mass, load, amplitude, frequency, stiffness, damping, belt, limit)
 
 
 @dataclass(frozen=True)
@@ -115,13 +131,11 @@ class Motion:
 def integrate(
     system: Blocks,
     characteristic_speed: float,
-    *,
-    step: float,
-    steps: int,
+    stepping: Stepping,
     scheme: str = "implicit_euler",
+    *,
     position: ArrayLike = 0.0,
     velocity: ArrayLike = 0.0,
-    every: int = 1,
 ) -> Motion:
     """Step the blocks under the regularised law.
 
@@ -137,17 +151,14 @@ def integrate(
     Parameters
     ----------
     system : Blocks
-        See `blocks`.
     characteristic_speed : float
         v0 of (19.1).
-    step, steps
-        Length h and number of the steps.
+    stepping : Stepping
+        Length and number of the steps, and which of them are recorded.
     scheme : str
         See above.
     position, velocity : array_like, shape (n,)
         At t = 0.
-    every : int
-        Record each so many steps; `steps` is a multiple of it.
 
     Raises
     ------
@@ -158,40 +169,36 @@ def integrate(
 
     Examples
     --------
-    >>> resting = blocks(1.0, 1.0, load=0.5)  # it creeps at v0 tan(pi/4)
-    >>> slow = integrate(resting, 1e-3, step=1.0, steps=100)
+    >>> resting = Blocks(1.0, 1.0, load=0.5)  # it creeps at v0 tan(pi/4)
+    >>> slow = integrate(resting, 1e-3, Stepping(1.0, 100))
     >>> round(float(slow.velocity[-1, 0]), 12)
     0.001
     """
-    wrong = positive_faults(characteristic_speed=characteristic_speed, step=step)
-    wrong += count_faults(steps=steps, every=every) + choice_faults("scheme", scheme, SCHEMES)
-    size = system.mass.size
-    start = [np.array(np.broadcast_to(value, size), float) for value in (position, velocity)]
-    if not all(np.isfinite(each).all() for each in start):
+    wrong = positive_faults(characteristic_speed=characteristic_speed)
+    wrong += choice_faults("scheme", scheme, SCHEMES)
+    data = system.arrays()
+    size = data.mass.size
+    start = tuple(np.array(np.broadcast_to(value, size), float) for value in (position, velocity))
+    if not all(np.isfinite(part).all() for part in start):
         wrong.append(f"position and velocity must be finite, got {position!r}, {velocity!r}")
     refuse(wrong)
-    if steps % every:
-        raise ValueError(f"steps must be a multiple of every = {every}, got {steps}")
-    records = np.empty((2, steps // every + 1, size))
-    data = (system.mass, system.load, system.amplitude, system.frequency)
-    matrices = (system.stiffness, system.damping)
-    law = (system.belt, system.limit, float(characteristic_speed))
-    arguments = (*data, *matrices, *law, *start, float(step), int(steps), int(every), records)
+    records = np.empty((2, stepping.records, size))
+    law = (data, float(characteristic_speed))
+    clock = (float(stepping.step), int(stepping.steps), int(stepping.every))
     if scheme in _EXPLICIT:
-        evaluations, failed = _explicit(_EXPLICIT[scheme], *arguments), -1
+        evaluations, failed = _explicit(_EXPLICIT[scheme], law, start, clock, records), -1
     else:
-        evaluations, failed = _implicit(_IMPLICIT[scheme], *arguments)
+        evaluations, failed = _implicit(_IMPLICIT[scheme], law, start, clock, records)
     if failed >= 0 or not np.isfinite(records).all():
-        raise ConvergenceError(f"{scheme}: no finite velocity at step {max(failed, 0)}", [step])
-    time = step * every * np.arange(steps // every + 1)
-    return Motion(time, records[0], records[1], int(evaluations))
+        at = max(failed, 0)
+        raise ConvergenceError(f"{scheme}: no finite velocity at step {at}", [stepping.step])
+    return Motion(stepping.times, records[0], records[1], int(evaluations))
 
 
 @njit(cache=True)
-def _acceleration(
-    t, x, v, mass, load, amplitude, frequency, stiffness, damping, belt, limit, v0, out
-):
+def _acceleration(t, x, v, law, out):
     """Acceleration of every block; one evaluation of the law each."""
+    (mass, load, amplitude, frequency, stiffness, damping, belt, limit), v0 = law
     swing = np.cos(frequency * t)
     for i in range(mass.size):
         force = load[i] + amplitude[i] * swing
@@ -202,31 +209,14 @@ def _acceleration(
 
 
 @njit(cache=True)
-def _explicit(
-    scheme,
-    mass,
-    load,
-    amplitude,
-    frequency,
-    stiffness,
-    damping,
-    belt,
-    limit,
-    v0,
-    x,
-    v,
-    h,
-    steps,
-    every,
-    records,
-):
+def _explicit(scheme, law, start, clock, records):
     """Run Euler (0), semi-implicit Euler (1) or Runge and Kutta (2)."""
-    data = (mass, load, amplitude, frequency, stiffness, damping, belt, limit, v0)
+    (x, v), (h, steps, every) = start, clock
     records[0, 0], records[1, 0] = x, v
-    slopes = np.empty((4, mass.size))
+    slopes = np.empty((4, x.size))
     for k in range(steps):
         t = k * h
-        _acceleration(t, x, v, *data, slopes[0])
+        _acceleration(t, x, v, law, slopes[0])
         if scheme == 0:
             x, v = x + h * v, v + h * slopes[0]
         elif scheme == 1:
@@ -234,11 +224,11 @@ def _explicit(
             x = x + h * v
         else:
             v1 = v + 0.5 * h * slopes[0]
-            _acceleration(t + 0.5 * h, x + 0.5 * h * v, v1, *data, slopes[1])
+            _acceleration(t + 0.5 * h, x + 0.5 * h * v, v1, law, slopes[1])
             v2 = v + 0.5 * h * slopes[1]
-            _acceleration(t + 0.5 * h, x + 0.5 * h * v1, v2, *data, slopes[2])
+            _acceleration(t + 0.5 * h, x + 0.5 * h * v1, v2, law, slopes[2])
             v3 = v + h * slopes[2]
-            _acceleration(t + h, x + h * v2, v3, *data, slopes[3])
+            _acceleration(t + h, x + h * v2, v3, law, slopes[3])
             x = x + h / 6.0 * (v + 2.0 * v1 + 2.0 * v2 + v3)
             v = v + h / 6.0 * (slopes[0] + 2.0 * slopes[1] + 2.0 * slopes[2] + slopes[3])
         if (k + 1) % every == 0:
@@ -247,28 +237,13 @@ def _explicit(
 
 
 @njit(cache=True)
-def _implicit(
-    theta,
-    mass,
-    load,
-    amplitude,
-    frequency,
-    stiffness,
-    damping,
-    belt,
-    limit,
-    v0,
-    x,
-    v,
-    h,
-    steps,
-    every,
-    records,
-):
+def _implicit(theta, law, start, clock, records):
     """Run m (u - v)/(theta h) = force(t + theta h, x + theta h u, u), u the velocity at theta.
 
     Returns the evaluations of the law and the step at which the velocities did not settle, or -1.
     """
+    (mass, load, amplitude, frequency, stiffness, damping, belt, limit), v0 = law
+    (x, v), (h, steps, every) = start, clock
     n = mass.size
     matrix = h * damping + h * h * theta * stiffness
     for i in range(n):

@@ -7,11 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike
 
-from reduced.arguments import choice_faults, count_faults, positive_faults, refuse
+from reduced.arguments import positive_faults, refuse
 from reduced.errors import ConvergenceError
-from reduced.loads import EDGES
 from reduced.profiles.section import Profile
-from reduced.springs.line import NodalLine, SmoothLine
+from reduced.springs.line import NodalLine, SmoothLine, Springs
 
 _MARGIN = 1.01
 _LEAST, _MOST = 1e-150, 1e150  # beyond, energies leave the range of floating point
@@ -46,46 +45,27 @@ class SpringContact:
         return force, energy, stiffness
 
 
-def spring_contact(
-    profile: Profile,
-    effective_modulus: float,
-    deepest: float,
-    *,
-    springs: int = 40,
-    edges: str = "sub_cell",
-    offset: float = 0.5,
-) -> SpringContact:
+def spring_contact(springs: Springs, deepest: float) -> SpringContact:
     """Lay springs under a profile for penetrations up to `deepest`.
 
     Parameters
     ----------
-    profile : Profile
-        Equivalent profile g(x).
-    effective_modulus : float
-        E*.
+    springs : Springs
+        The profile, and the springs under it; `per_radius` counts at the largest penetration.
     deepest : float
         Largest penetration of the motion; `impact_depth` estimates that of an impact.
-    springs : int
-        Springs per contact radius there.
-    edges, offset
-        As for `springs.indent.indent`.
 
     Examples
     --------
     >>> from reduced.profiles.shapes import paraboloid
-    >>> force, energy, stiffness = spring_contact(paraboloid(1.0), 1.0, 0.25).respond(0.25)
+    >>> ball = spring_contact(Springs(paraboloid(1.0), 1.0), 0.25)
+    >>> force, energy, stiffness = ball.respond(0.25)
     >>> round(float(force), 12), round(float(stiffness), 12)  # (4/3) E* sqrt(R) d^1.5, 2 E* a
     (0.166666666667, 1.0)
     """
-    wrong = positive_faults(effective_modulus=effective_modulus, deepest=deepest)
-    wrong += count_faults(springs=springs) + choice_faults("edges", edges, EDGES)
-    if not 0 <= offset < 1:
-        wrong.append(f"offset must be in [0, 1), got {offset!r}")
-    refuse(wrong)
-    largest = float(profile.contact_radius(deepest))
-    kind = SmoothLine if edges == "sub_cell" else NodalLine
-    line = kind(profile, largest / springs, offset, largest)
-    return SpringContact(line, float(effective_modulus), float(deepest))
+    refuse(positive_faults(deepest=deepest))
+    line = springs.lay(float(springs.profile.contact_radius(deepest)))
+    return SpringContact(line, float(springs.effective_modulus), float(deepest))
 
 
 def impact_depth(
@@ -113,9 +93,10 @@ def impact_depth(
     if not (min(kinetic_energy, load) >= 0 and 0 < kinetic_energy + load < np.inf):
         wrong.append(f"expected kinetic energy or load, got {kinetic_energy!r} and {load!r}")
     refuse(wrong)
+    few = Springs(profile, effective_modulus, per_radius=8)
 
     def stops(depth: float) -> bool:
-        contact = spring_contact(profile, effective_modulus, depth, springs=8)
+        contact = spring_contact(few, depth)
         return bool(contact.respond(depth)[1] - load * depth >= kinetic_energy)
 
     depth, factor = float(profile.length), 4.0

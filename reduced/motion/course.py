@@ -13,9 +13,16 @@ import numpy as np
 from numba import njit
 from numpy.typing import ArrayLike
 
-from reduced.arguments import choice_faults, count_faults, positive_faults, refuse
+from reduced.arguments import (
+    choice_faults,
+    finite_faults,
+    nonnegative_faults,
+    positive_faults,
+    refuse,
+)
 from reduced.errors import ConvergenceError
 from reduced.motion.contact import SpringContact
+from reduced.motion.stepping import Stepping
 from reduced.profiles.quadrature import gauss_legendre
 from reduced.springs.cubics import respond
 from reduced.springs.line import SmoothLine
@@ -87,28 +94,84 @@ class Motion:
         """
         leaving = np.flatnonzero((self.position[:-1] > 0) & (self.position[1:] <= 0))
         if leaving.size == 0:
-            raise ConvergenceError("the mass did not leave the contact", self.position[-1:])
+            raise ConvergenceError(
+                "the mass did not leave the contact", self.position[-1:].tolist()
+            )
         k = int(leaving[0]) + 1
         height, speed = -self.position[k], -self.velocity[k]
         parting = float(np.sqrt(speed**2 + 2 * self.pull * height))
         return float(self.time[k] - 2 * height / (speed + parting)), -parting
 
 
+@dataclass(frozen=True)
+class Mass:
+    """A rigid mass, and where it starts.
+
+    Parameters
+    ----------
+    mass, damping : float
+        m > 0 and c >= 0.
+    position, velocity : float
+        At t = 0.
+    """
+
+    mass: float
+    damping: float = 0.0
+    position: float = 0.0
+    velocity: float = 0.0
+
+    def __post_init__(self) -> None:
+        refuse(
+            positive_faults(mass=self.mass)
+            + nonnegative_faults(damping=self.damping)
+            + finite_faults(position=self.position, velocity=self.velocity)
+        )
+
+
+@dataclass(frozen=True)
+class Push:
+    """Force on a mass in time: constant, harmonic and piecewise linear parts.
+
+    Parameters
+    ----------
+    load, amplitude, frequency : float
+        f, P, W of f + P cos(W t).
+    history : tuple of array_like, shape (j,)
+        Increasing times and the force there, added to the load: linear in between, constant
+        outside. The energy is kept where it is constant.
+    """
+
+    load: float = 0.0
+    amplitude: float = 0.0
+    frequency: float = 0.0
+    history: tuple[ArrayLike, ArrayLike] = (0.0, 0.0)
+
+    def __post_init__(self) -> None:
+        parts = finite_faults(load=self.load, amplitude=self.amplitude, frequency=self.frequency)
+        times, forces = self.table
+        known = np.isfinite(times).all() and np.isfinite(forces).all()
+        if times.shape != forces.shape or not known or not (np.diff(times) > 0).all():
+            parts.append(
+                f"history must be increasing times with a force each, got {self.history!r}"
+            )
+        refuse(parts)
+
+    @property
+    def table(self) -> tuple[np.ndarray, np.ndarray]:
+        """Times and forces of the history."""
+        times, forces = (np.array(part, float, ndmin=1) for part in self.history)
+        return times, forces
+
+
+AT_REST = Push()
+
+
 def move(
     contact: SpringContact,
-    mass: float,
-    *,
-    step: float,
-    steps: int,
+    mass: Mass,
+    stepping: Stepping,
+    push: Push = AT_REST,
     scheme: str = "energy",
-    position: float = 0.0,
-    velocity: float = 0.0,
-    load: float = 0.0,
-    amplitude: float = 0.0,
-    frequency: float = 0.0,
-    damping: float = 0.0,
-    history: tuple[ArrayLike, ArrayLike] | None = None,
-    every: int = 1,
 ) -> Motion:
     """Step a mass on a contact.
 
@@ -127,26 +190,18 @@ def move(
     ----------
     contact : SpringContact
         With ``edges="sub_cell"``.
-    mass : float
-        m.
-    step, steps
-        Length h and number of the steps.
+    mass : Mass
+    stepping : Stepping
+        Length and number of the steps, and which of them are recorded.
+    push : Push
+        The force on the mass.
     scheme : str
         See above.
-    position, velocity : float
-        At t = 0.
-    load, amplitude, frequency, damping : float
-        f, P, W, c >= 0.
-    history : tuple of array_like, shape (j,), optional
-        Increasing times and the force there, added to the load: linear in between, constant
-        outside. The energy is kept where it is constant.
-    every : int
-        Record each so many steps; `steps` is a multiple of it.
 
     Raises
     ------
     ValueError
-        Listing every argument that is wrong.
+        If the edges are not those of cells, or the scheme is unknown.
     ConvergenceError
         If an implicit step finds no position, or a number is not finite.
 
@@ -154,45 +209,43 @@ def move(
     --------
     >>> from reduced.motion.contact import spring_contact
     >>> from reduced.profiles.shapes import cylinder
-    >>> disc = spring_contact(cylinder(0.5), 1.0, 1.0)  # stiffness 2 E* a = 1: half a sine
-    >>> time, speed = move(disc, 1.0, step=0.001, steps=4000, velocity=1.0).release()
+    >>> from reduced.springs.line import Springs
+    >>> disc = spring_contact(Springs(cylinder(0.5), 1.0), 1.0)  # stiffness 2 E* a = 1: half a sine
+    >>> time, speed = move(disc, Mass(1.0, velocity=1.0), Stepping(0.001, 4000)).release()
     >>> round(time, 5), round(speed, 6)
     (3.14159, -1.0)
     """
-    wrong = positive_faults(mass=mass, step=step) + choice_faults("scheme", scheme, SCHEMES)
-    wrong += count_faults(steps=steps, every=every)
-    others = {"position": position, "velocity": velocity, "load": load, "amplitude": amplitude}
-    others |= {"frequency": frequency, "damping": damping}
-    wrong += [f"{k} must be finite, got {v!r}" for k, v in others.items() if not np.isfinite(v)]
+    wrong = choice_faults("scheme", scheme, SCHEMES)
     if not isinstance(contact.line, SmoothLine):
-        wrong.append("the contact's edges must be 'sub_cell'")
-    if damping < 0:
-        wrong.append(f"damping must not be negative, got {damping!r}")
-    times, forces = (np.array(each, float, ndmin=1) for each in history or (0.0, 0.0))
-    known = np.isfinite(times).all() and np.isfinite(forces).all()
-    if times.shape != forces.shape or not known or not (np.diff(times) > 0).all():
-        wrong.append(f"history must be increasing times with a force each, got {history!r}")
+        raise ValueError("; ".join([*wrong, "the contact's edges must be 'sub_cell'"]))
     refuse(wrong)
-    if steps % every:
-        raise ValueError(f"steps must be a multiple of every = {every}, got {steps}")
-    records = np.empty((2, steps // every + 1))
-    records[:, 0] = position, velocity
+    records = np.empty((2, stepping.records))
+    records[:, 0] = mass.position, mass.velocity
     parts = (1.0,) if scheme != "yoshida" else _YOSHIDA
-    numbers = (mass, load, amplitude, frequency, damping, step)
     evaluations, failed = _move(
-        *(tuple(contact.line.halves), contact.effective_modulus, scheme == "energy", parts),
-        *(*map(float, numbers), times, forces, int(every), records),
+        (tuple(contact.line.halves), contact.effective_modulus),
+        (scheme == "energy", parts),
+        (float(mass.mass), float(mass.damping)),
+        (float(push.load), float(push.amplitude), float(push.frequency), *push.table),
+        (float(stepping.step), int(stepping.every)),
+        records,
     )
     if failed >= 0 or not np.isfinite(records).all():
-        raise ConvergenceError(f"{scheme}: no finite position at step {max(failed, 0)}", [step])
+        at = max(failed, 0)
+        raise ConvergenceError(f"{scheme}: no finite position at step {at}", [stepping.step])
     force, energy, _ = contact.respond(records[0])
-    time = step * every * np.arange(records.shape[1])
-    return Motion(time, *records, force, energy, int(evaluations), float(load / mass))
+    pull = float(push.load / mass.mass)
+    position, velocity = records
+    return Motion(stepping.times, position, velocity, force, energy, int(evaluations), pull)
 
 
 @njit(cache=True)
-def _law(halves, modulus, x, out):
-    """Write stiffness, force and energy of the contact at x to out[:, 0]."""
+def _law(contact, x, out):
+    """Write stiffness, force and energy of the contact at x to out[:, 0].
+
+    `contact` are the cubics of both halves, and E*.
+    """
+    halves, modulus = contact
     out[:] = 0.0
     if x > 0.0:
         place = np.array([x])
@@ -202,8 +255,9 @@ def _law(halves, modulus, x, out):
 
 
 @njit(cache=True)
-def _push(t, load, amplitude, frequency, times, forces):
+def _push(t, pushed):
     """Return the force on the mass: constant, harmonic and piecewise linear parts."""
+    load, amplitude, frequency, times, forces = pushed
     push = load + amplitude * np.cos(frequency * t)
     k = np.searchsorted(times, t)
     if k == 0:
@@ -215,27 +269,12 @@ def _push(t, load, amplitude, frequency, times, forces):
 
 
 @njit(cache=True)
-def _move(
-    halves,
-    modulus,
-    implicit,
-    parts,
-    mass,
-    load,
-    amplitude,
-    frequency,
-    damping,
-    step,
-    times,
-    forces,
-    every,
-    records,
-):
+def _move(contact, scheme, body, pushed, clock, records):
     """Fill the records; evaluations of the law, and the step that failed or -1."""
+    (implicit, parts), (mass, damping), (step, every) = scheme, body, clock
     x, v = records[0, 0], records[1, 0]
-    pushed = (load, amplitude, frequency, times, forces)
     out = np.empty((3, 1))
-    _law(halves, modulus, x, out)
+    _law(contact, x, out)
     force, evaluations = out[1, 0], 1
     for k in range((records.shape[1] - 1) * every):
         t = k * step
@@ -244,20 +283,20 @@ def _move(
             decay = np.exp(-0.5 * damping * h / mass)
             v *= decay
             if implicit:
-                push = _push(t + 0.5 * h, *pushed)
-                new, used = _implicit_position(halves, modulus, mass, push, x, v, h, out)
+                push = _push(t + 0.5 * h, pushed)
+                new, used = _implicit_position(contact, mass, push, (x, v), h, out)
                 if used < 0:
                     return evaluations, k
                 evaluations += used
                 v = 2.0 * (new - x) / h - v
                 x = new
             else:
-                v += 0.5 * h / mass * (_push(t, *pushed) - force)
+                v += 0.5 * h / mass * (_push(t, pushed) - force)
                 x += h * v
-                _law(halves, modulus, x, out)
+                _law(contact, x, out)
                 force = out[1, 0]
                 evaluations += 1
-                v += 0.5 * h / mass * (_push(t + h, *pushed) - force)
+                v += 0.5 * h / mass * (_push(t + h, pushed) - force)
             v *= decay
             t += h
         if (k + 1) % every == 0:
@@ -266,22 +305,23 @@ def _move(
 
 
 @njit(cache=True)
-def _implicit_position(halves, modulus, mass, push, x, v, h, out):
+def _implicit_position(contact, mass, push, state, h, out):
     """Solve y = x + h v + h^2/(2 m) (push - mean force between x and y); evaluations, or -1.
 
     The mean force rises with y, so that the left side less the right one does, with a slope of at
     least 1: Newton's method inside a bracket that shrinks.
     """
+    x, v = state
     free = x + h * v + 0.5 * h * h / mass * push
     gain = 0.5 * h * h / mass
-    _law(halves, modulus, x, out)
+    _law(contact, x, out)
     start_force, start_energy = out[1, 0], out[2, 0]
-    _law(halves, modulus, free, out)
+    _law(contact, free, out)
     low, high = free - gain * max(start_force, out[1, 0]), free
     y, used = free - gain * start_force, 2
     scale = abs(x) + abs(h * v) + abs(free)
     for _ in range(_NEWTON):
-        mean, slope, more = _mean_force(halves, modulus, x, y, start_force, start_energy, out)
+        mean, slope, more = _mean_force(contact, x, y, start_energy, out)
         used += more
         excess = y + gain * mean - free
         if excess > 0.0:
@@ -297,12 +337,12 @@ def _implicit_position(halves, modulus, mass, push, x, v, h, out):
 
 
 @njit(cache=True)
-def _mean_force(halves, modulus, x, y, start_force, start_energy, out):
+def _mean_force(contact, x, y, start_energy, out):
     """Mean of F between x and y, its derivative in y, and evaluations of the law.
 
     (U(y) - U(x))/(y - x), whose digits cancel where y is close to x; there by Gauss's rule.
     """
-    _law(halves, modulus, y, out)
+    _law(contact, y, out)
     stiffness, force, energy = out[0, 0], out[1, 0], out[2, 0]
     way = y - x
     if abs(way) > 1e-3 * max(abs(x), abs(y)):
@@ -310,6 +350,6 @@ def _mean_force(halves, modulus, x, y, start_force, start_energy, out):
         return mean, (force - mean) / way, 1
     mean = 0.0
     for k in range(len(_NODES)):
-        _law(halves, modulus, x + _NODES[k] * way, out)
+        _law(contact, x + _NODES[k] * way, out)
         mean += _WEIGHTS[k] * out[1, 0]
     return mean, 0.5 * stiffness, 1 + len(_NODES)

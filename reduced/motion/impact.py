@@ -2,18 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from reduced.arguments import positive_faults, refuse
+from reduced.arguments import increasing_faults, nonnegative_faults, positive_faults, refuse
 from reduced.errors import ConvergenceError
 from reduced.motion.contact import impact_depth, spring_contact
 from reduced.profiles.quadrature import gauss_legendre
-from reduced.profiles.section import Profile
+from reduced.springs.line import Springs
 
 _ITERATIONS = 200
 _NODES = 48
@@ -50,31 +49,19 @@ class Impact:
     restitution: np.ndarray
 
 
-def strike(
-    profile: Profile,
-    effective_modulus: float,
-    mass: float,
-    velocity: Sequence[float] | np.ndarray,
-    *,
-    load: float = 0.0,
-    springs: int = 40,
-    edges: str = "sub_cell",
-    offset: float = 0.5,
-) -> Impact:
-    """Let a rigid mass with this profile strike the springs: m x'' = f - F(x).
+def strike(springs: Springs, mass: float, velocity: ArrayLike, load: float = 0.0) -> Impact:
+    """Let a rigid mass with a profile strike springs: m x'' = f - F(x).
 
     Parameters
     ----------
-    profile : Profile
-        Equivalent profile g(x).
-    effective_modulus, mass : float
-        E* and m.
+    springs : Springs
+        The profile, and the springs under it, laid out for the largest velocity.
+    mass : float
+        m.
     velocity : array_like, shape (k,)
-        At first touch; positive, strictly increasing. The springs are laid out for the largest.
+        At first touch; positive, strictly increasing.
     load : float
         Constant force f >= 0 on the mass during the impact (its weight).
-    springs, edges, offset
-        As for `springs.indent.indent`.
 
     Raises
     ------
@@ -86,17 +73,14 @@ def strike(
     Examples
     --------
     >>> from reduced.profiles.shapes import paraboloid
-    >>> hertz = strike(paraboloid(1.0), 1.0, 1.0, [1e-3])
+    >>> hertz = strike(Springs(paraboloid(1.0), 1.0), 1.0, 1e-3)
     >>> round(float(hertz.duration[0] * 1e-3 / hertz.penetration[0]), 4)  # Hertz: 2.9432 d/v
     2.9433
     """
     speeds = _checked(mass, velocity, load)
     energy = 0.5 * mass * float(speeds[-1]) ** 2
-    deepest = impact_depth(profile, effective_modulus, energy, load)
-    contact = spring_contact(
-        profile, effective_modulus, deepest, springs=springs, edges=edges, offset=offset
-    )
-    return rebound(contact, mass, speeds, deepest, load)
+    deepest = impact_depth(springs.profile, springs.effective_modulus, energy, load)
+    return rebound(spring_contact(springs, deepest), mass, speeds, deepest, load)
 
 
 def rebound(
@@ -128,7 +112,7 @@ def rebound(
     swept = depth[:, None] * np.sin(2 * angle) / kept
     duration = 2 * (np.pi / 2) * (swept @ weights)
     if not np.isfinite(duration).all():
-        raise ConvergenceError("the impact has no finite duration", duration)
+        raise ConvergenceError("the impact has no finite duration", duration.tolist())
     force = law.respond(depth)[0]
     return Impact(speeds, duration, depth, force, np.ones(speeds.size))
 
@@ -166,12 +150,6 @@ def _turning_points(law: Law, energy: np.ndarray, deepest: float, load: float) -
 
 
 def _checked(mass: float, velocity: ArrayLike, load: float) -> np.ndarray:
-    speeds = np.array(velocity, dtype=float, ndmin=1)
-    wrong = positive_faults(mass=mass)
-    increasing = speeds.ndim == 1 and speeds.size and bool(np.all(np.diff(speeds) > 0))
-    if not (increasing and np.isfinite(speeds).all() and speeds[0] > 0):
-        wrong.append(f"velocity must be finite, positive and increasing, got {velocity!r}")
-    if not (np.isfinite(load) and load >= 0):
-        wrong.append(f"load must be finite and >= 0, got {load!r}")
-    refuse(wrong)
-    return speeds
+    wrong = positive_faults(mass=mass) + increasing_faults(velocity=velocity)
+    refuse(wrong + nonnegative_faults(load=load))
+    return np.array(velocity, dtype=float, ndmin=1)

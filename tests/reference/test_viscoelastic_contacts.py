@@ -12,9 +12,11 @@ import numpy as np
 import pytest
 from scipy.integrate import quad
 
+from reduced.loads import LoadPath
 from reduced.memory.impact import impact as impact_on_springs
 from reduced.memory.indent import indent_in_time
 from reduced.memory.materials import prony
+from reduced.memory.row import RelaxingSprings
 from reduced.profiles.shapes import cone, cylinder, paraboloid, power_law
 from reference import closed_form
 from reference.halfspace import FreeOperator
@@ -63,7 +65,11 @@ def test_springs_converge_to_ting_through_unloading(form, profile):
     assert (exact.error <= 1e-9 * exact.force).all()
     springs, errors = np.array([10, 20, 40, 80, 160]), []
     for n in springs:
-        found = indent_in_time(profile, SOLID_SPRINGS, HISTORY, penetration=DEPTHS, springs=n)
+        found = indent_in_time(
+            RelaxingSprings(profile, SOLID_SPRINGS, per_radius=n),
+            HISTORY,
+            LoadPath("penetration", DEPTHS),
+        )
         force = np.abs(found.force[1:] - exact.force).max() / exact.force.max()
         radius = np.abs(found.contact_radius[1:] / exact.contact_radius - 1).max()
         errors.append([force, radius])
@@ -84,7 +90,11 @@ def test_a_jump_and_a_retreat():
     exact = indentation(BALL, 1.0, SOLID, t, depth, t)
     held = 16 / 3 * 0.01**1.5 * SOLID.relaxation(t[:2])
     np.testing.assert_allclose(exact.force[:2], held, rtol=1e-13)
-    found = indent_in_time(paraboloid(1.0), SOLID_SPRINGS, t, penetration=depth, springs=320)
+    found = indent_in_time(
+        RelaxingSprings(paraboloid(1.0), SOLID_SPRINGS, per_radius=320),
+        t,
+        LoadPath("penetration", depth),
+    )
     np.testing.assert_allclose(found.force, exact.force, rtol=1e-6)
     np.testing.assert_allclose(found.contact_radius, exact.contact_radius, rtol=1e-6)
 
@@ -95,7 +105,9 @@ def test_ting_refuses_a_retreat_that_the_surface_overtakes():
     t = np.array([0.0, 1.0, 2.0, 2.4, 2.6])
     with pytest.raises(ValueError, match="grows again"):
         indentation(BALL, 1.0, SOLID, t, slower, t)
-    found = indent_in_time(paraboloid(1.0), SOLID_SPRINGS, t, penetration=slower)
+    found = indent_in_time(
+        RelaxingSprings(paraboloid(1.0), SOLID_SPRINGS), t, LoadPath("penetration", slower)
+    )
     assert found.contact_radius[4] > found.contact_radius[3]
 
 
@@ -104,7 +116,9 @@ def test_creep_of_both_rooms():
     t = np.linspace(0, 2, 41)
     force = 0.02 * np.minimum(t, 1.0)
     exact = creep(BALL, 1.0, SOLID, [0, 1, 2], [0, 0.02, 0.02], t[1:])
-    found = indent_in_time(paraboloid(1.0), SOLID_SPRINGS, t, force=force, springs=160)
+    found = indent_in_time(
+        RelaxingSprings(paraboloid(1.0), SOLID_SPRINGS, per_radius=160), t, LoadPath("force", force)
+    )
     # 41 times: dt^2, most of it where the ramp starts (d ~ t^(2/3) there)
     np.testing.assert_allclose(found.penetration[11:], exact.penetration[10:], rtol=4e-4)
 
@@ -169,7 +183,9 @@ def test_surface_that_recovers_is_touched_again():
     depth = np.array([0.0, 1.0, 1.0, 0.3, 0.3, 0.9]) * 0.01
     half_space = ball_force(64, 30, depth, history)
     springs = indent_in_time(
-        paraboloid(1.0), SOLID_SPRINGS, history, penetration=depth, springs=160
+        RelaxingSprings(paraboloid(1.0), SOLID_SPRINGS, per_radius=160),
+        history,
+        LoadPath("penetration", depth),
     ).force[1:]
     # where most of the imprint has no contact, the few cells that have make the error
     np.testing.assert_allclose(half_space, springs, rtol=2e-3, atol=2e-3 * springs.max())
@@ -232,7 +248,7 @@ def test_impact_on_springs_is_that_of_lee_radok_and_ting(material, springs):
     """Restitution, duration, depth and force of a ball by an initial value problem."""
     exact = impact(BALL, 1.0, material, 1e-6, 1e-2)
     assert exact.error < 1e-6
-    found = impact_on_springs(paraboloid(1.0), springs, 1e-6, 1e-2, steps=400)
+    found = impact_on_springs(RelaxingSprings(paraboloid(1.0), springs), 1e-6, 1e-2, steps=400)
     # second order in 400 steps; with a dashpot d ~ t puts its kink t^(1/2) into the first steps
     assert found.restitution == pytest.approx(exact.restitution, abs=2e-5)
     assert found.duration == pytest.approx(exact.duration, rel=2e-5)

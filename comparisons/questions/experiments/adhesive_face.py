@@ -14,6 +14,7 @@ from comparisons.questions.experiments.base import Effort
 from comparisons.questions.experiments.running import Finding, above, experiment, one_of
 from reduced.adhesion.adhere import pull_off
 from reduced.profiles.shapes import equivalent_punch
+from reduced.springs.line import Springs
 from reference.halfspace import FreeOperator
 from reference.halfspace.cohesive import CohesiveProblem
 from reference.halfspace.cohesive_laws import dugdale
@@ -70,7 +71,7 @@ def _ratio(cells: int, zone: int, shape: str, aspect: float) -> float:
     )
     found = path.pull_off()
     assert found is not None  # the way has ended above its lowest force
-    rule = pull_off(equivalent_punch(np.pi * radius**2), 1.0, 1.0).before.force
+    rule = pull_off(Springs(equivalent_punch(np.pi * radius**2), 1.0), 1.0).before.force
     return found[1] / rule
 
 

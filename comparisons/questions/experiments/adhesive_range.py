@@ -16,6 +16,7 @@ from comparisons.questions.experiments.base import Effort
 from comparisons.questions.experiments.running import Finding, above, experiment, one_of
 from reduced.adhesion.adhere import pull_off
 from reduced.profiles.shapes import paraboloid
+from reduced.springs.line import Springs
 from reference.closed_form.maugis import MaugisForm, strength_of
 from reference.halfspace import FreeOperator
 from reference.halfspace.cohesive import CohesiveProblem
@@ -41,7 +42,7 @@ def _pull_off(effort: Effort, *, parameter: float = 1.0, law: str = "constant") 
     """
     above("parameter", parameter, 0)
     one_of("law", law, *LAWS)
-    rule = pull_off(paraboloid(1.0), 1.0, 1.0).before.force
+    rule = pull_off(Springs(paraboloid(1.0), 1.0), 1.0).before.force
     strength = strength_of(1.0, 1.0, 1.0, parameter)
     form = MaugisForm(1.0, 1.0, 1.0, strength)
     constant = float(form.force(form.pull_off()))

@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 from comparisons.questions.experiments.running import Finding, above, experiment, one_of
-from reduced.motion.blocks import blocks, integrate
+from reduced.motion.blocks import Blocks, integrate
 from reduced.motion.friction_law import creep_speed, friction, missing_friction, stable_step
+from reduced.motion.stepping import Stepping
 from reference.dynamics import blocks as coulomb
 from reference.dynamics.event_driven import follow
 from reference.dynamics.friction_forms import stick_slip, stopping
@@ -39,7 +40,7 @@ def _block(
     if quantity == "kinetic":
         return Finding(-float(missing_friction(1.0, v0)), EXACT, details)
     if quantity == "force":
-        run = integrate(blocks(1.0, 1.0, load=load), v0, step=1.0, steps=1000, every=1000)
+        run = integrate(Blocks(1.0, 1.0, load=load), v0, Stepping(1.0, 1000, every=1000))
         held = float(friction(run.velocity[-1, 0], 1.0, v0))
         return Finding(held / above("load", load, 0) - 1, EXACT, details)
     return _way(v0, effort, details)
@@ -51,12 +52,11 @@ def _way(v0: float, effort: str, details: dict[str, float | str]) -> Finding:
     found = []
     for steps in (20_000, 40_000) if effort == "full" else (5000, 10_000):
         run = integrate(
-            *(blocks(1.0, 1.0), v0),
-            step=(2 + 20 * v0) / steps,
-            steps=steps,
+            Blocks(1.0, 1.0),
+            v0,
+            Stepping((2 + 20 * v0) / steps, steps, every=steps),
             scheme="implicit_midpoint",
             velocity=1.0,
-            every=steps,
         )
         found.append(float(run.position[-1, 0]) / way - 1)
     details["4/pi v0/V"] = 4 / np.pi * v0
@@ -79,10 +79,9 @@ def _stick_slip(effort: str, *, speed_ratio: float = 1e3, limit: float = 0.9) ->
     errors = []
     for steps in (40_000, 80_000) if effort == "full" else (20_000, 40_000):
         run = integrate(
-            *(blocks(1.0, limit, **_DRIVEN), v0),
-            step=end / steps,
-            steps=steps,
-            every=steps // 1000,
+            Blocks(1.0, limit, **_DRIVEN),
+            v0,
+            Stepping(end / steps, steps, every=steps // 1000),
             scheme="implicit_midpoint",
         )
         deviation = run.position[:, 0] - position
@@ -106,9 +105,9 @@ def _belt(effort: str, *, static: float = 1.2, speed_ratio: float = 1e3) -> Find
     swings = []
     for steps in (60_000, 120_000) if effort == "full" else (12_000, 24_000):
         run = integrate(
-            *(blocks(1.0, 1.0, stiffness=1.0, belt=1.0), v0),
-            step=(_CYCLES + 2) * cycle.period / steps,
-            steps=steps,
+            Blocks(1.0, 1.0, stiffness=1.0, belt=1.0),
+            v0,
+            Stepping((_CYCLES + 2) * cycle.period / steps, steps),
             scheme="implicit_midpoint",
             position=static,
             velocity=1.0,
@@ -130,10 +129,9 @@ def _step(effort: str, *, load: float = 0.0, scheme: str = "explicit_euler") -> 
 
     def grows(step: float) -> bool:
         run = integrate(
-            *(blocks(1.0, 1.0, load=load), v0),
-            step=step,
-            steps=4000,
-            every=4000,
+            Blocks(1.0, 1.0, load=load),
+            v0,
+            Stepping(step, 4000, every=4000),
             scheme=scheme,
             velocity=start,
         )

@@ -10,9 +10,11 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from reduced.motion.blocks import blocks, integrate
+from reduced.motion.blocks import Blocks, integrate
 from reduced.motion.impact import strike
+from reduced.motion.stepping import Stepping
 from reduced.profiles.shapes import paraboloid, power_law, sphere
+from reduced.springs.line import Springs
 from reference import closed_form
 from reference.dynamics import blocks as coulomb
 from reference.dynamics.collision import collide, power_law_collision
@@ -55,7 +57,7 @@ def test_the_law_errs_by_its_speed_on_a_sled():
     excess = []
     for v0 in (2e-2, 1e-2):
         run = integrate(
-            *(blocks(1.0, 1.0), v0), step=1e-4, steps=20_000, scheme="implicit_midpoint", velocity=1
+            Blocks(1.0, 1.0), v0, Stepping(1e-4, 20_000), scheme="implicit_midpoint", velocity=1
         )
         excess.append(run.position[-1, 0] / 0.5 - 1)
     # the printed series: 4/pi v0 (1 + O(v0 log v0))
@@ -74,10 +76,9 @@ def test_the_law_errs_by_the_two_thirds_power_where_blocks_are_torn_off():
     errors = []
     for v0 in (1e-4, 1e-5, 1e-6):
         run = integrate(
-            *(blocks(1.0, 0.9, **forced), v0),
-            step=60 / 60_000,
-            steps=60_000,
-            every=60,
+            Blocks(1.0, 0.9, **forced),
+            v0,
+            Stepping(60 / 60_000, 60_000, every=60),
             scheme="implicit_midpoint",
         )
         errors.append(np.abs(run.position - truth).max())
@@ -93,7 +94,7 @@ def test_implicit_euler_becomes_the_step_of_moreau_and_jean():
     K = np.array([[2.0, -1.0, 0.0], [-1.0, 2.0, -1.0], [0.0, -1.0, 1.0]])
     data = {"stiffness": K, "belt": 0.1, "load": [0.1, 0.0, -0.2], "damping": 0.05}
     args = ([1.0, 2.0, 1.0], [0.3, 0.5, 0.2])
-    soft = integrate(blocks(*args, **data), 1e-13, step=0.01, steps=3000)
+    soft = integrate(Blocks(*args, **data), 1e-13, Stepping(0.01, 3000))
     hard = march(coulomb.blocks(*args, **data), step=0.01, steps=3000, theta=1.0)
     np.testing.assert_allclose(soft.position, hard.position, atol=1e-6)
 
@@ -107,7 +108,7 @@ def test_springs_are_struck_as_the_half_space_is(speed):
         (power_law(4, 0.5), closed_form.power_law(4, 0.5, 3.0), 2e-8),
     )
     for profile, form, tolerance in cases:
-        springs = strike(profile, 3.0, 0.7, [speed])
+        springs = strike(Springs(profile, 3.0), 0.7, [speed])
         true = collide(form, 0.7, speed)
         found = (springs.duration[0], springs.penetration[0], springs.force[0])
         expected = (true.duration, true.penetration, true.force)
@@ -122,5 +123,5 @@ def test_the_half_radius_rule_is_struck_too_softly_by_its_own_factor():
     from reduced.profiles.shapes import cone, half_radius
 
     exact = power_law_collision(1, 0.3, 1.0, 1.0, 0.01)
-    rule = strike(half_radius(cone(0.3).section), 1.0, 1.0, [0.01])
+    rule = strike(Springs(half_radius(cone(0.3).section), 1.0), 1.0, [0.01])
     assert rule.duration[0] / exact.duration == pytest.approx((4 / math.pi) ** (1 / 3), rel=1e-9)

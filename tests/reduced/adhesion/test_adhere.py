@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from scipy.optimize import minimize_scalar
 
 from reduced.adhesion.adhere import adhere, equilibrium, pull_off
+from reduced.loads import LoadPath
 from reduced.profiles.shapes import (
     Profile,
     cone,
@@ -19,6 +20,7 @@ from reduced.profiles.shapes import (
     sphere,
     tabulated,
 )
+from reduced.springs.line import Springs
 
 W = 0.013
 OFFSETS = st.integers(0, 999).map(lambda i: i / 1000)
@@ -49,8 +51,8 @@ def test_paraboloid_pulls_off_as_johnson_kendall_and_roberts_say(control, share,
 
     A fold is flat: its place has half the digits of its load.
     """
-    options = {"control": control, "springs": springs, "offset": offset}
-    event = pull_off(paraboloid(3.0), 2.0, W, **options)
+    row = Springs(paraboloid(3.0), 2.0, per_radius=springs, offset=offset)
+    event = pull_off(row, W, control)
     assert event.kind == "pull_off"
     assert event.before.force == pytest.approx(share * np.pi * W * 3.0, rel=1e-12)
     cube = (9 if control == "force" else 1) * np.pi * W * 3.0**2 / (8 * 2.0)
@@ -60,9 +62,9 @@ def test_paraboloid_pulls_off_as_johnson_kendall_and_roberts_say(control, share,
 def test_parting_needs_the_same_depth_under_both_controls():
     """Depth -(3/4) (pi^2 w^2 R/E*^2)^(1/3) (Johnson 1985, sec. 5.5)."""
     depth = -0.75 * np.cbrt((np.pi * W / 2.0) ** 2 * 3.0)
-    event = pull_off(paraboloid(3.0), 2.0, W, control="penetration")
+    event = pull_off(Springs(paraboloid(3.0), 2.0), W, control="penetration")
     assert event.before.penetration == pytest.approx(depth, rel=1e-12)
-    event = pull_off(paraboloid(3.0), 2.0, W, control="force")
+    event = pull_off(Springs(paraboloid(3.0), 2.0), W, control="force")
     assert event.after.penetration == pytest.approx(depth, rel=1e-12)
 
 
@@ -70,7 +72,7 @@ def test_parting_needs_the_same_depth_under_both_controls():
 def test_flat_punch_pulls_off_at_once_as_kendall_says(control):
     """-sqrt(8 pi E* w b^3) under both controls, the elastic energy and nothing else lost."""
     b, modulus = 0.7, 3.0
-    event = pull_off(cylinder(b), modulus, W, control=control, offset=0.3)
+    event = pull_off(Springs(cylinder(b), modulus, offset=0.3), W, control=control)
     assert event.before.force == pytest.approx(-np.sqrt(8 * np.pi * modulus * W * b**3), rel=1e-14)
     # U = F^2/(4 E* b) = 2 pi w b^2, less the surface energy
     assert event.dissipated == pytest.approx(np.pi * W * b**2, rel=1e-13)
@@ -85,7 +87,7 @@ def test_power_laws_pull_off_at_the_closed_form(n, control, factor):
     a = (factor * np.sqrt(np.pi * W / (2 * modulus)) / (n * kappa * c)) ** (1 / (n - 0.5))
     force = 2 * modulus * n / (n + 1) * kappa * c * a ** (n + 1)
     force -= np.sqrt(8 * np.pi * modulus * W * a**3)
-    event = pull_off(power_law(n, c), modulus, W, control=control, offset=0.21)
+    event = pull_off(Springs(power_law(n, c), modulus, offset=0.21), W, control=control)
     assert event.before.force == pytest.approx(force, rel=1e-12)
     assert event.before.contact_radius == pytest.approx(a, rel=1e-12)
 
@@ -116,7 +118,9 @@ def test_pull_off_converges_with_the_fourth_order(shape, control):
     errors = []
     for springs in (20, 40, 80):
         found = [
-            pull_off(profile, 1.0, W, control=control, springs=springs, offset=o).before.force
+            pull_off(
+                Springs(profile, 1.0, per_radius=springs, offset=o), W, control=control
+            ).before.force
             for o in rng.random(12)
         ]
         errors.append(np.sqrt(np.mean((np.array(found) / exact - 1) ** 2)))
@@ -132,7 +136,7 @@ def test_a_fold_close_to_a_broken_power_is_found(control, offset, springs):
     """Rounded punch: g rises as (x - b)^(3/2), the fold is 0.03 b behind: 1e-5, by graded knots."""
     profile = SHAPES["rounded"]
     exact, _ = extremum(profile, 1.0, control, 1.0, 1.5)
-    event = pull_off(profile, 1.0, W, control=control, springs=springs, offset=offset)
+    event = pull_off(Springs(profile, 1.0, per_radius=springs, offset=offset), W, control=control)
     assert event.before.force == pytest.approx(exact, rel=1e-5)
 
 
@@ -169,7 +173,7 @@ def test_the_path_is_that_of_a_plain_search(shape, control):
         [up, down, np.linspace(0.3 * low, top, 11), np.linspace(top, 3 * low, 29)]
     )
     radius, step = searched_path(SHAPES[shape], control, path)
-    contact = adhere(SHAPES[shape], 1.0, W, **{control: path})
+    contact = adhere(Springs(SHAPES[shape], 1.0), W, LoadPath(control, path))
     np.testing.assert_allclose(contact.contact_radius, radius, atol=2 * step, rtol=0)
     assert contact.holds.all() == (control == "penetration")
 
@@ -177,7 +181,7 @@ def test_the_path_is_that_of_a_plain_search(shape, control):
 def test_a_shelf_is_crossed_in_a_jump_both_ways():
     """Two stable radii at one load: the contact leaves each at its own fold, and loses energy."""
     path = np.concatenate([np.linspace(0, 0.3, 31), np.linspace(0.3, -0.5, 81)])
-    contact = adhere(SHELF, 1.0, W, penetration=path)
+    contact = adhere(Springs(SHELF, 1.0), W, LoadPath("penetration", path))
     kinds = [event.kind for event in contact.events]
     assert kinds == ["snap_in", "jump", "jump", "pull_off"]
     outwards, inwards = contact.events[1:3]
@@ -194,7 +198,7 @@ def test_the_work_of_a_cycle_is_what_the_jumps_lost(shape):
     The rule errs where a jump falls between two depths, by the jump in force times the step.
     """
     path = np.concatenate([np.linspace(0, 0.2, 4000), np.linspace(0.2, -0.5, 4000)])
-    contact = adhere(SHAPES[shape], 1.0, W, penetration=path)
+    contact = adhere(Springs(SHAPES[shape], 1.0), W, LoadPath("penetration", path))
     work = np.trapezoid(contact.force, contact.penetration)
     assert contact.contact_radius[-1] == 0
     assert work == pytest.approx(contact.dissipated[-1], rel=2e-3)
@@ -204,7 +208,7 @@ def test_the_work_of_a_cycle_is_what_the_jumps_lost(shape):
 def test_energy_between_jumps_is_the_work_of_the_force(shape):
     """Along the stable branch U - pi w a^2 changes by int F dd; nothing is lost."""
     path = np.linspace(0.1, 0.05, 3000)
-    contact = adhere(SHAPES[shape], 1.0, W, penetration=path)
+    contact = adhere(Springs(SHAPES[shape], 1.0), W, LoadPath("penetration", path))
     free = contact.elastic_energy - np.pi * W * contact.contact_radius**2
     lost = contact.dissipated[-1] - contact.dissipated[0]
     work = np.trapezoid(contact.force, path)
@@ -222,7 +226,9 @@ def test_energy_between_jumps_is_the_work_of_the_force(shape):
 def test_jumps_lose_energy_and_states_obey_the_rule(shape, control, loads, springs, offset):
     """Any path: losses are positive, and an edge that is not sharp is stretched by l(a)."""
     profile = SHAPES[shape]
-    contact = adhere(profile, 1.0, W, **{control: loads}, springs=springs, offset=offset)
+    contact = adhere(
+        Springs(profile, 1.0, per_radius=springs, offset=offset), W, LoadPath(control, loads)
+    )
     # a fold that a rounding error opens loses a rounding error
     assert all(event.dissipated >= -1e-12 for event in contact.events)
     assert np.isfinite(contact.penetration).all()
@@ -241,30 +247,33 @@ def test_units_that_differ_by_powers_of_two_give_the_same_digits(power, offset):
     """Lengths times 2^k, work of adhesion too: the same contact in other units, bit for bit."""
     unit = 2.0**power
     loads = np.array([0.0, 0.1, -0.05, -0.5])
-    one = adhere(sphere(1.0), 1.0, W, penetration=loads, offset=offset)
-    other = adhere(sphere(unit), 1.0, W * unit, penetration=loads * unit, offset=offset)
+    one = adhere(Springs(sphere(1.0), 1.0, offset=offset), W, LoadPath("penetration", loads))
+    other = adhere(
+        Springs(sphere(unit), 1.0, offset=offset), W * unit, LoadPath("penetration", loads * unit)
+    )
     np.testing.assert_array_equal(other.force, one.force * unit**2)
     np.testing.assert_array_equal(other.contact_radius, one.contact_radius * unit)
 
 
 def test_little_adhesion_is_hertz():
     """As w goes to zero, F at given d tends to Hertz's as w: it is extreme there."""
-    contacts = [adhere(paraboloid(1.0), 1.0, w, penetration=[0.01]) for w in (1e-12, 1e-16)]
+    contacts = [
+        adhere(Springs(paraboloid(1.0), 1.0), w, LoadPath("penetration", [0.01]))
+        for w in (1e-12, 1e-16)
+    ]
     errors = [1 - float(c.force[0]) / (4 / 3 * 0.01**1.5) for c in contacts]
     assert 0 < errors[1] < 1e-5
     assert errors[0] / errors[1] == pytest.approx(1e4, rel=0.01)
 
 
 def test_nothing_acts_across_a_gap():
-    contact = adhere(sphere(1.0), 1.0, W, penetration=[-0.2, -0.01])
+    contact = adhere(Springs(sphere(1.0), 1.0), W, LoadPath("penetration", [-0.2, -0.01]))
     assert not contact.force.any()
     assert contact.events == ()
 
 
 def test_faults_are_listed():
-    with pytest.raises(ValueError, match=r"work must be .*; springs must be"):
-        adhere(cone(1.0), 1.0, 0.0, force=[1.0], springs=0)
-    with pytest.raises(ValueError, match="exactly one"):
-        adhere(cone(1.0), 1.0, 1.0)
+    with pytest.raises(ValueError, match=r"work must be .*; control must be .*; edges must be"):
+        adhere(Springs(cone(1.0), 1.0, edges="nodal"), 0.0, LoadPath("mean_gap", [1.0]))
     with pytest.raises(ValueError, match="sharper than the root"):
-        pull_off(power_law(0.4, 1.0), 1.0, W)
+        pull_off(Springs(power_law(0.4, 1.0), 1.0), W)

@@ -11,13 +11,14 @@ from scipy.special import gamma
 from reduced.errors import ConvergenceError
 from reduced.memory.impact import impact
 from reduced.memory.materials import kelvin_voigt, prony, standard_solid
+from reduced.memory.row import RelaxingSprings
 from reduced.profiles.shapes import cylinder, paraboloid
 
 
 def test_elastic_sphere_comes_back_as_it_went():
     """Duration 2 sqrt(pi) Gamma(7/5)/Gamma(9/10) d/v, d = (15 m v^2/(16 E* sqrt R))^(2/5)."""
     mass, speed, radius = 2.0, 0.3, 0.5
-    found = impact(paraboloid(radius), prony(100.0), mass, speed, steps=400)
+    found = impact(RelaxingSprings(paraboloid(radius), prony(100.0)), mass, speed, steps=400)
     depth = (15 * mass * speed**2 / (16 * 400.0 * np.sqrt(radius))) ** 0.4
     duration = 2 * np.sqrt(np.pi) * gamma(1.4) / gamma(0.9) * depth / speed
     # second order: (1/400 of the duration)^2 with a constant of order one
@@ -40,7 +41,13 @@ def test_punch_on_kelvin_voigt_is_the_damped_oscillator(damping):
     steps = np.array([25, 50, 100, 200])
     material = kelvin_voigt(1.5, viscosity)
     errors = [
-        abs(impact(cylinder(0.2), material, mass, 0.1, steps=n, springs=3).restitution / exact - 1)
+        abs(
+            impact(
+                RelaxingSprings(cylinder(0.2), material, per_radius=3), mass, 0.1, steps=n
+            ).restitution
+            / exact
+            - 1
+        )
         for n in steps
     ]
     assert -np.polyfit(np.log(steps), np.log(errors), 1)[0] > 1.9
@@ -52,7 +59,9 @@ def test_punch_on_kelvin_voigt_is_the_damped_oscillator(damping):
 )
 def test_no_loss_far_from_the_relaxation_time(tau, restitution):
     """A standard solid is elastic when the impact is far slower or faster than its arm."""
-    found = impact(paraboloid(1.0), standard_solid(1.0, 1.0, relaxation_time=tau), 1.0, 1e-2)
+    found = impact(
+        RelaxingSprings(paraboloid(1.0), standard_solid(1.0, 1.0, relaxation_time=tau)), 1.0, 1e-2
+    )
     assert found.restitution == pytest.approx(restitution, abs=1e-4)
 
 
@@ -61,7 +70,11 @@ def test_no_loss_far_from_the_relaxation_time(tau, restitution):
 def test_energy_is_lost_and_accounted_for(tau, ratio):
     """Kinetic energy falls by the work done on the springs: int F dd over the path."""
     speed = 1e-2
-    found = impact(paraboloid(1.0), standard_solid(1.0, ratio, relaxation_time=tau), 1.0, speed)
+    found = impact(
+        RelaxingSprings(paraboloid(1.0), standard_solid(1.0, ratio, relaxation_time=tau)),
+        1.0,
+        speed,
+    )
     assert 0 < found.restitution <= 1 + 1e-5
     work = np.sum((found.force[1:] + found.force[:-1]) / 2 * np.diff(found.penetration))
     lost = (1 - found.restitution**2) * speed**2 / 2
@@ -72,21 +85,29 @@ def test_energy_is_lost_and_accounted_for(tau, ratio):
 def test_units_cost_no_digit():
     """Lengths and masses in other units of powers of two: the same restitution."""
     here = impact(
-        paraboloid(1.0), standard_solid(1.0, 3.0, relaxation_time=1.0), 1.0, 0.01, steps=50
+        RelaxingSprings(paraboloid(1.0), standard_solid(1.0, 3.0, relaxation_time=1.0)),
+        1.0,
+        0.01,
+        steps=50,
     )
     metre, kilogram = 2.0**20, 2.0**-30
     pascal = kilogram / metre
     material = standard_solid(pascal, 3.0 * pascal, relaxation_time=1.0)
-    there = impact(paraboloid(metre), material, kilogram, 0.01 * metre, steps=50)
+    there = impact(RelaxingSprings(paraboloid(metre), material), kilogram, 0.01 * metre, steps=50)
     assert there.restitution == here.restitution
 
 
 def test_a_fluid_that_keeps_the_body_says_so():
     """A heavy body creeps into a thin fluid for far longer than an impact lasts."""
     with pytest.raises(ConvergenceError, match="still in contact"):
-        impact(cylinder(1.0), prony(0.0, [1.0], [1e-3]), 1e9, 1e-6, steps=3, springs=2)
+        impact(
+            RelaxingSprings(cylinder(1.0), prony(0.0, [1.0], [1e-3]), per_radius=2),
+            1e9,
+            1e-6,
+            steps=3,
+        )
 
 
 def test_bad_arguments_are_refused_with_every_fault():
     with pytest.raises(ValueError, match=r"mass.*velocity.*steps"):
-        impact(cylinder(1.0), prony(1.0), -1.0, 0.0, steps=0)
+        impact(RelaxingSprings(cylinder(1.0), prony(1.0)), -1.0, 0.0, steps=0)

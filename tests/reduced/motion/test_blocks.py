@@ -8,8 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
-from reduced.motion.blocks import SCHEMES, blocks, integrate
+from reduced.motion.blocks import SCHEMES, Blocks, integrate
 from reduced.motion.friction_law import creep_speed, friction, missing_friction, stable_step
+from reduced.motion.stepping import Stepping
 
 EXPLICIT = ("explicit_euler", "semi_implicit_euler", "runge_kutta_4")
 ORDERS = {
@@ -49,7 +50,7 @@ def test_a_block_on_a_slope_creeps_where_coulombs_law_rests(scheme):
     v0 = 1e-3
     step = 0.4 * stable_step(2.0, 3.0, v0, 1.8, scheme) if scheme in EXPLICIT else 0.01
     motion = integrate(
-        blocks(2.0, 3.0, load=1.8), v0, step=step, steps=400, scheme=scheme, velocity=0.0
+        Blocks(2.0, 3.0, load=1.8), v0, Stepping(step, 400), scheme=scheme, velocity=0.0
     )
     expected = v0 * np.tan(0.3 * np.pi)
     way = motion.position[-1, 0] - motion.position[200, 0]
@@ -66,10 +67,9 @@ def test_explicit_steps_are_stable_up_to_the_limit_of_theory(scheme, load):
     start = creep + 1e-4 * v0
     for factor, grows in ((0.99, False), (1.01, True)):
         motion = integrate(
-            blocks(1.5, limit, load=load * limit),
-            *(v0,),
-            step=factor * limit_step,
-            steps=200,
+            Blocks(1.5, limit, load=load * limit),
+            v0,
+            Stepping(factor * limit_step, 200),
             scheme=scheme,
             velocity=start,
         )
@@ -82,7 +82,7 @@ def test_beyond_the_limit_euler_chatters_at_a_known_amplitude(ratio):
     v0, limit, mass = 1e-3, 2.0, 1.0
     step = ratio * stable_step(mass, limit, v0)
     motion = integrate(
-        blocks(mass, limit), v0, step=step, steps=20000, scheme="explicit_euler", velocity=v0 / 7
+        Blocks(mass, limit), v0, Stepping(step, 20000), scheme="explicit_euler", velocity=v0 / 7
     )
     v = abs(motion.velocity[-1, 0])
     assert motion.velocity[-1, 0] == pytest.approx(-motion.velocity[-2, 0], rel=1e-9)
@@ -96,8 +96,16 @@ def test_orders_where_the_law_is_smooth(scheme):
     The observed order over one halving is within 0.15 of the scheme's.
     """
     K = np.array([[2.0, -1.0], [-1.0, 1.5]])
-    system = blocks([1.0, 2.0], [0.4, 0.7], stiffness=K, damping=0.1, belt=[0.3, 0.0], load=0.2,
-                    amplitude=[0.5, 0.0], frequency=1.3)  # fmt: skip
+    system = Blocks(
+        [1.0, 2.0],
+        [0.4, 0.7],
+        stiffness=K,
+        damping=0.1,
+        belt=[0.3, 0.0],
+        load=0.2,
+        amplitude=[0.5, 0.0],
+        frequency=1.3,
+    )
 
     def rates(t, y):
         x, v = y[:2], y[2:]
@@ -111,12 +119,7 @@ def test_orders_where_the_law_is_smooth(scheme):
     errors = []
     for steps in (80, 160):
         motion = integrate(
-            *(system, 0.5),
-            step=4 / steps,
-            steps=steps,
-            scheme=scheme,
-            position=[1, 0],
-            velocity=[0, 1],
+            system, 0.5, Stepping(4 / steps, steps), scheme=scheme, position=[1, 0], velocity=[0, 1]
         )
         errors.append(np.abs(motion.position[-1] - exact).max())
     assert np.log2(errors[0] / errors[1]) == pytest.approx(ORDERS[scheme], abs=0.15)
@@ -127,7 +130,7 @@ def test_implicit_steps_become_coulombs_as_the_speed_vanishes():
 
     The sled's speed 2.001 is no multiple of h L/m = 0.005, where the law needs sqrt(v0) to rest.
     """
-    motion = integrate(blocks(1.0, 0.5), 1e-14, step=0.01, steps=800, velocity=2.001)
+    motion = integrate(Blocks(1.0, 0.5), 1e-14, Stepping(0.01, 800), velocity=2.001)
     expected = np.maximum(2.001 - 0.005 * np.arange(801), 0)
     np.testing.assert_allclose(motion.velocity[:, 0], expected, atol=1e-12)
     assert motion.position[-1, 0] == pytest.approx(0.01 * expected[1:].sum(), rel=1e-12)
@@ -142,7 +145,7 @@ def test_implicit_steps_become_coulombs_as_the_speed_vanishes():
 )
 def test_an_implicit_step_obeys_its_own_law(v0, step, velocity, load):
     """Momentum: m (v+ - v)/h = F - F_R(v+), to the rounding of the largest term."""
-    motion = integrate(blocks(2.0, 1.0, load=load), v0, step=step, steps=1, velocity=velocity)
+    motion = integrate(Blocks(2.0, 1.0, load=load), v0, Stepping(step, 1), velocity=velocity)
     new = motion.velocity[1, 0]
     terms = [2 * new, -2 * velocity, -step * load, step * float(friction(new, 1.0, v0))]
     # one unit in the last place of v+ moves the impulse by up to (2/pi) h/v0 times it
@@ -156,10 +159,13 @@ def test_units_change_no_digit(scheme):
     length, mass, time = 2.0**-30, 2.0**10, 2.0**-12
     force = mass * length / time**2
     plain = integrate(
-        blocks(1.0, 0.7, stiffness=3.0, belt=0.2, load=0.1),
-        *(1e-2,), step=0.003, steps=300, scheme=scheme, position=0.3,
-    )  # fmt: skip
-    system = blocks(
+        Blocks(1.0, 0.7, stiffness=3.0, belt=0.2, load=0.1),
+        1e-2,
+        Stepping(0.003, 300),
+        scheme=scheme,
+        position=0.3,
+    )
+    system = Blocks(
         mass,
         0.7 * force,
         stiffness=3.0 * mass / time**2,
@@ -167,16 +173,19 @@ def test_units_change_no_digit(scheme):
         load=0.1 * force,
     )
     scaled = integrate(
-        *(system, 1e-2 * length / time),
-        step=0.003 * time, steps=300, scheme=scheme, position=0.3 * length,
-    )  # fmt: skip
+        system,
+        1e-2 * length / time,
+        Stepping(0.003 * time, 300),
+        scheme=scheme,
+        position=0.3 * length,
+    )
     np.testing.assert_array_equal(scaled.position / length, plain.position)
 
 
 def test_wrong_arguments_are_all_named():
     with pytest.raises(ValueError, match=r"mass must be positive.*stiffness must be a symmetric"):
-        blocks([-1.0, 1.0], 1.0, stiffness=[[1.0, 2.0], [0.0, 1.0]])
+        Blocks([-1.0, 1.0], 1.0, stiffness=[[1.0, 2.0], [0.0, 1.0]])
     with pytest.raises(ValueError, match=r"step must be.*scheme must be"):
-        integrate(blocks(1.0, 1.0), 1e-3, step=0.0, steps=1, scheme="euler")
+        integrate(Blocks(1.0, 1.0), 1e-3, Stepping(0.0, 1), scheme="euler")
     with pytest.raises(ValueError, match="below the limit"):
         creep_speed(1.0, 1.0, 1.0)

@@ -12,9 +12,11 @@ from scipy.special import beta
 
 from reduced.errors import ConvergenceError
 from reduced.motion.contact import impact_depth, spring_contact
-from reduced.motion.course import SCHEMES, move
+from reduced.motion.course import SCHEMES, Mass, Push, move
 from reduced.motion.impact import rebound, strike
+from reduced.motion.stepping import Stepping
 from reduced.profiles.shapes import cone, cylinder, paraboloid, power_law, rounded_punch, sphere
+from reduced.springs.line import Springs
 
 
 def duration_number(exponent: float) -> float:
@@ -38,7 +40,7 @@ def duration_number(exponent: float) -> float:
 )
 def test_impacts_of_power_laws_last_as_the_closed_form_says(profile, exponent, tolerance):
     """At two velocities a factor of 3 apart; force and depth are those of the static curve."""
-    found = strike(profile, 1.0, 2.0, [1e-3, 3e-3])
+    found = strike(Springs(profile, 1.0), 2.0, [1e-3, 3e-3])
     number = found.duration * found.velocity / found.penetration
     np.testing.assert_allclose(number, duration_number(exponent), rtol=tolerance)
     # energy: F x_m/p = m v^2/2 for F ~ x^(p-1)
@@ -57,7 +59,11 @@ def test_the_duration_converges_with_the_springs(edges):
     errors = []
     for springs in (10, 40):
         found = [
-            strike(paraboloid(1.0), 1.0, 1.0, [0.01], springs=springs, edges=edges, offset=o)
+            strike(
+                Springs(paraboloid(1.0), 1.0, per_radius=springs, edges=edges, offset=o),
+                1.0,
+                [0.01],
+            )
             for o in (0.0, 0.21, 0.37, 0.5, 0.83)
         ]
         number = [float(f.duration[0] * 0.01 / f.penetration[0]) for f in found]
@@ -72,17 +78,15 @@ def test_the_duration_converges_with_the_springs(edges):
 @pytest.mark.parametrize("scheme", ["verlet", "energy"])
 def test_steps_in_time_reach_the_impact_by_energy(profile, scheme):
     """Second order in the step: the duration between 50 and 400 steps, fitted within 0.2."""
-    exact = strike(profile, 1.0, 1.0, [0.02])
-    contact = spring_contact(profile, 1.0, impact_depth(profile, 1.0, 2e-4))
+    exact = strike(Springs(profile, 1.0), 1.0, [0.02])
+    contact = spring_contact(Springs(profile, 1.0), impact_depth(profile, 1.0, 2e-4))
     counts, errors = np.array([50, 100, 200, 400]), []
     for n in counts:
         motion = move(
             contact,
-            1.0,
-            step=exact.duration[0] / (n - 0.37),
-            steps=n + 2,
+            Mass(1.0, velocity=0.02),
+            Stepping(exact.duration[0] / (n - 0.37), n + 2),
             scheme=scheme,
-            velocity=0.02,
         )
         errors.append(abs(motion.release()[0] / exact.duration[0] - 1))
         # sampled at the steps: off by at most (w h)^2/8 of the force's crest, w T < 5
@@ -97,14 +101,18 @@ def test_a_fourth_order_step_keeps_its_order_inside_the_contact_only():
     the release lies is arbitrary, so that errors scatter about an order between 2 and 3.
     """
     counts = np.array([128, 256, 512, 1024])
-    punch = spring_contact(cylinder(0.5), 1.0, 10.0)
-    ball = spring_contact(paraboloid(1.0), 1.0, impact_depth(paraboloid(1.0), 1.0, 2e-4))
-    exact = float(strike(paraboloid(1.0), 1.0, 1.0, [0.02]).duration[0])
+    punch = spring_contact(Springs(cylinder(0.5), 1.0), 10.0)
+    ball = spring_contact(Springs(paraboloid(1.0), 1.0), impact_depth(paraboloid(1.0), 1.0, 2e-4))
+    exact = float(strike(Springs(paraboloid(1.0), 1.0), 1.0, [0.02]).duration[0])
     held, struck = [], []
     for n in counts:
-        run = move(punch, 1.0, step=10 / n, steps=n, scheme="yoshida", position=6.0, load=5.0)
+        run = move(
+            punch, Mass(1.0, position=6.0), Stepping(10 / n, n), Push(load=5.0), scheme="yoshida"
+        )
         held.append(abs(run.position[-1] - 5 - math.cos(10)))
-        run = move(ball, 1.0, step=exact / (n + 0.5), steps=n + 3, scheme="yoshida", velocity=0.02)
+        run = move(
+            ball, Mass(1.0, velocity=0.02), Stepping(exact / (n + 0.5), n + 3), scheme="yoshida"
+        )
         struck.append(abs(run.release()[0] / exact - 1))
     slopes = [-np.polyfit(np.log(counts), np.log(errors), 1)[0] for errors in (held, struck)]
     assert slopes[0] == pytest.approx(4, abs=0.1)
@@ -116,23 +124,25 @@ def test_a_fourth_order_step_keeps_its_order_inside_the_contact_only():
 @given(steps=st.integers(2, 300), mass=st.floats(0.1, 10), speed=st.floats(1e-4, 0.1))
 def test_an_elastic_impact_gives_back_its_energy_whatever_the_step(steps, mass, speed):
     """Restitution 1 with the energy-conserving step, even with two steps per impact: to 1e-11."""
-    exact = strike(paraboloid(1.0), 1.0, mass, [speed])
-    contact = spring_contact(paraboloid(1.0), 1.0, 2 * exact.penetration[0])
+    exact = strike(Springs(paraboloid(1.0), 1.0), mass, [speed])
+    contact = spring_contact(Springs(paraboloid(1.0), 1.0), 2 * exact.penetration[0])
     motion = move(
-        contact, mass, step=exact.duration[0] / steps, steps=3 * steps + 3, velocity=speed
+        contact, Mass(mass, velocity=speed), Stepping(exact.duration[0] / steps, 3 * steps + 3)
     )
     assert motion.release()[1] == pytest.approx(-speed, rel=1e-11)
 
 
 def test_verlet_is_stable_up_to_two_over_the_frequency():
     """A mass held on a punch, k = 1: h w = 1.99 stays, 2.01 leaves; implicit, 20 stays."""
-    punch = spring_contact(cylinder(0.5), 1.0, 10.0)
+    punch = spring_contact(Springs(cylinder(0.5), 1.0), 10.0)
     for step, scheme, stays in (
         (1.99, "verlet", True),
         (2.01, "verlet", False),
         (20.0, "energy", True),
     ):
-        motion = move(punch, 1.0, step=step, steps=200, scheme=scheme, position=5.001, load=5.0)
+        motion = move(
+            punch, Mass(1.0, position=5.001), Stepping(step, 200), Push(load=5.0), scheme=scheme
+        )
         assert (np.abs(motion.position - 5).max() < 0.05) == stays
 
 
@@ -142,9 +152,11 @@ def test_small_vibrations_have_the_contact_resonance(scheme):
 
     Time of the 40th zero of the velocity at 400 steps per period; Verlet's own w errs by 1e-5.
     """
-    ball = spring_contact(paraboloid(1.0), 1.0, 0.3)
+    ball = spring_contact(Springs(paraboloid(1.0), 1.0), 0.3)
     step = 2 * math.pi / 400
-    motion = move(ball, 1.0, step=step, steps=9000, scheme=scheme, position=0.25025, load=1 / 6)
+    motion = move(
+        ball, Mass(1.0, position=0.25025), Stepping(step, 9000), Push(load=1 / 6), scheme=scheme
+    )
     v = motion.velocity
     k = np.flatnonzero(v[1:-1] * v[2:] < 0)[39] + 1
     zero = motion.time[k] + step * v[k] / (v[k] - v[k + 1])
@@ -153,7 +165,7 @@ def test_small_vibrations_have_the_contact_resonance(scheme):
 
 def test_a_weight_shortens_no_impact_of_a_linear_spring_below_half_a_period():
     """Punch with k = m = 1 under f: T = pi + 2 arctan(f/v), x_m = f + sqrt(f^2 + v^2)."""
-    found = strike(cylinder(0.5), 1.0, 1.0, [0.5, 2.0], load=1.0)
+    found = strike(Springs(cylinder(0.5), 1.0), 1.0, [0.5, 2.0], load=1.0)
     v = found.velocity
     np.testing.assert_allclose(found.duration, math.pi + 2 * np.arctan(1 / v), rtol=1e-12)
     np.testing.assert_allclose(found.penetration, 1 + np.hypot(1, v), rtol=1e-13)
@@ -165,8 +177,10 @@ def test_a_mass_bounces_under_its_weight_to_its_height(scheme):
 
     Energy of Verlet's step oscillates as (w h)^2 within an impact, and is back after it.
     """
-    contact = spring_contact(paraboloid(1.0), 1.0, 0.02)
-    motion = move(contact, 1.0, step=0.02, steps=8000, scheme=scheme, position=-1e-3, load=1e-4)
+    contact = spring_contact(Springs(paraboloid(1.0), 1.0), 0.02)
+    motion = move(
+        contact, Mass(1.0, position=-1e-3), Stepping(0.02, 8000), Push(load=1e-4), scheme=scheme
+    )
     after = motion.position[motion.position.argmax() :]
     assert after.min() == pytest.approx(-1e-3, rel=1e-3)
 
@@ -176,19 +190,17 @@ def test_units_change_no_digit():
     length, mass, time = 2.0**-30, 2.0**10, 2.0**-12
     modulus, speed = mass / (length * time**2), length / time
     plain, scaled = (
-        strike(paraboloid(r), e, m, [v])
+        strike(Springs(paraboloid(r), e), m, [v])
         for r, e, m, v in ((1.0, 1.0, 3.0, 0.01), (length, modulus, 3 * mass, 0.01 * speed))
     )
     assert float(scaled.duration[0] / time) == float(plain.duration[0])
     for scheme in SCHEMES:
         runs = [
             move(
-                spring_contact(paraboloid(r), e, 0.02 * r),
-                m,
-                step=0.1 * t,
-                steps=400,
+                spring_contact(Springs(paraboloid(r), e), 0.02 * r),
+                Mass(m, velocity=0.01 * r / t),
+                Stepping(0.1 * t, 400),
                 scheme=scheme,
-                velocity=0.01 * r / t,
             )
             for r, e, m, t in ((1.0, 1.0, 3.0, 1.0), (length, modulus, 3 * mass, time))
         ]
@@ -201,8 +213,14 @@ def test_a_ramp_of_force_moves_a_linear_spring_as_the_closed_form_says(scheme):
 
     Second order: (0.005)^2 of the motion, and cubics between the records.
     """
-    punch = spring_contact(cylinder(0.5), 1.0, 10.0)
-    run = move(punch, 1.0, step=0.005, steps=2000, scheme=scheme, history=([0.0, 4.0], [0.0, 4.0]))
+    punch = spring_contact(Springs(cylinder(0.5), 1.0), 10.0)
+    run = move(
+        punch,
+        Mass(1.0),
+        Stepping(0.005, 2000),
+        Push(history=([0.0, 4.0], [0.0, 4.0])),
+        scheme=scheme,
+    )
     early = np.linspace(0, 4, 33)
     x, v = run.at(early)
     np.testing.assert_allclose(x, early - np.sin(early), atol=1e-4)
@@ -217,16 +235,24 @@ def test_a_ramp_of_force_moves_a_linear_spring_as_the_closed_form_says(scheme):
 
 def test_what_cannot_be_done_is_said():
     with pytest.raises(ValueError, match=r"mass must be.*velocity must be.*load must be"):
-        strike(paraboloid(1.0), 1.0, -1.0, [1.0, 0.5], load=-1.0)
-    ball = spring_contact(paraboloid(1.0), 1.0, 0.1)
-    with pytest.raises(ValueError, match=r"scheme must be.*damping must not be negative"):
-        move(ball, 1.0, step=0.1, steps=1, scheme="euler", damping=-1.0)
+        strike(Springs(paraboloid(1.0), 1.0), -1.0, [1.0, 0.5], load=-1.0)
+    ball = spring_contact(Springs(paraboloid(1.0), 1.0), 0.1)
+    with pytest.raises(ValueError, match=r"mass must be.*damping must be finite and >= 0"):
+        Mass(0.0, damping=-1.0)
+    with pytest.raises(ValueError, match=r"step must be.*multiple of every = 2"):
+        Stepping(0.0, 3, every=2)
+    with pytest.raises(ValueError, match="scheme must be one of"):
+        move(ball, Mass(1.0), Stepping(0.1, 1), scheme="euler")
     with pytest.raises(ValueError, match="history must be increasing"):
-        move(ball, 1.0, step=0.1, steps=1, history=([1.0, 0.0], [1.0, 1.0]))
+        Push(history=([1.0, 0.0], [1.0, 1.0]))
     with pytest.raises(ValueError, match="sub_cell"):
-        move(spring_contact(paraboloid(1.0), 1.0, 0.1, edges="nodal"), 1.0, step=0.1, steps=1)
+        move(
+            spring_contact(Springs(paraboloid(1.0), 1.0, edges="nodal"), 0.1),
+            Mass(1.0),
+            Stepping(0.1, 1),
+        )
     with pytest.raises(ConvergenceError, match="did not leave"):
-        move(ball, 1.0, step=0.1, steps=1, velocity=0.1).release()
+        move(ball, Mass(1.0, velocity=0.1), Stepping(0.1, 1)).release()
 
 
 def test_any_law_with_energy_can_be_struck():

@@ -1,0 +1,54 @@
+"""Fixed steps in time."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from reduced.arguments import count_faults, positive_faults, refuse
+
+
+@dataclass(frozen=True)
+class Stepping:
+    """Steps of one length, of which some are recorded.
+
+    Parameters
+    ----------
+    step : float
+        Length h.
+    steps : int
+        Their number, a multiple of `every`.
+    every : int
+        Record each so many steps.
+
+    Raises
+    ------
+    ValueError
+        Listing everything wrong.
+
+    Examples
+    --------
+    >>> Stepping(0.5, 4, every=2).times
+    array([0., 1., 2.])
+    """
+
+    step: float
+    steps: int
+    every: int = 1
+
+    def __post_init__(self) -> None:
+        wrong = count_faults(steps=self.steps, every=self.every)
+        if not wrong and self.steps % self.every:
+            wrong.append(f"steps must be a multiple of every = {self.every}, got {self.steps}")
+        refuse(positive_faults(step=self.step) + wrong)
+
+    @property
+    def records(self) -> int:
+        """Number of records, that of the start included."""
+        return int(self.steps // self.every) + 1
+
+    @property
+    def times(self) -> np.ndarray:
+        """Times of the records, from 0."""
+        return self.step * self.every * np.arange(self.records)
