@@ -54,7 +54,7 @@ def _printed(effort: str, *, number: float = 1.0, quantity: str = "friction") ->
     above("number", number, 0)
     rough = _rough_lines(20 if effort == "full" else 6)
     if quantity == "start":
-        missed = [line.max() < 3 * np.sqrt(np.mean(line**2)) for line in rough]
+        missed = [line.max() < 3 * np.sqrt(np.mean(line**2)) for line in rough.heights]
         return Finding(float(np.mean(missed)), 0.0, {"lines": float(len(rough))})
     speed = 1 / (_POINTS * number)
     exact = slide(rough, kelvin_voigt(1.0, 1.0), speed, LoadPath("force", _LOAD))
