@@ -8,8 +8,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import minimize_scalar
 
-from reduced.adhesion.adhere import adhere, equilibrium, pull_off
+from reduced.adhesion.adhere import adhere, pull_off
 from reduced.loads import LoadPath
+from reduced.profiles.quadrature import integrate_panels
 from reduced.profiles.shapes import (
     Profile,
     cone,
@@ -41,6 +42,15 @@ SHAPES = {
     "shelf": SHELF,
     "table": tabulated([0, 0.2, 0.4, 0.8], [0, 0.02, 0.08, 0.32]),
 }
+
+
+def equilibrium(profile, modulus, work, radii):
+    """d(a) and F(a) = 2 E* int_0^a (d - g) dx of the whole branch, by quadrature, no springs."""
+    a = np.asarray(radii, dtype=float)
+    marks = np.minimum(np.array([0.0, *profile.breakpoints, np.inf]), a[:, None])
+    filled = integrate_panels(lambda x, _: profile.height(x), marks[:, :-1], marks[:, 1:])
+    depth = profile.height(a) - np.sqrt(2 * np.pi * work / modulus * a)
+    return depth, 2 * modulus * (a * depth - filled)
 
 
 @pytest.mark.parametrize(("control", "share"), [("force", -1.5), ("penetration", -5 / 6)])
