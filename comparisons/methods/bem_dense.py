@@ -19,6 +19,8 @@ from comparisons.scene.scene import Scene
 from comparisons.tasks.task import Task
 from reference.halfspace import Contact, FreeOperator, dense
 from reference.halfspace.edge_cells import respond_dense
+from reference.halfspace.solution import Press
+from reference.loads import Load
 
 
 class BemDense(GridSolver[FreeOperator]):
@@ -79,6 +81,6 @@ class BemDense(GridSolver[FreeOperator]):
         """Return the active-set sweep."""
 
         def run(loads: np.ndarray) -> Iterator[Contact]:
-            return dense.sweep(operator, gap, **{task.loads.control: loads})
+            return dense.sweep(Press(operator, gap), Load(task.loads.control, loads))
 
         return run

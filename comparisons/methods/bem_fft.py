@@ -12,6 +12,8 @@ from comparisons.scene.scene import Scene
 from comparisons.tasks.task import Task
 from reference.errors import ConvergenceError
 from reference.halfspace import Contact, FreeOperator, PeriodicOperator, fft
+from reference.halfspace.solution import Press
+from reference.loads import Load
 
 # Double arrays of one grid that a solve holds at once, measured: 20 and 32 on grids of 512 to 2048
 # points a side (the free half-space pads each direction to twice its cells); double precision all
@@ -82,8 +84,8 @@ class BemFft(GridSolver[Operator]):
             limit, why = _limit(task, operator, gap)
             within = loads[loads < limit]
             if len(within):
-                load = {task.loads.control: within}
-                yield from fft.sweep(operator, gap, **load, tolerance=self.options.tolerance)
+                load = Load(task.loads.control, within)
+                yield from fft.sweep(Press(operator, gap), load, tolerance=self.options.tolerance)
             if len(within) < len(loads):
                 control = task.loads.control.replace("_", " ")
                 raise ConvergenceError(f"{control} {loads[len(within)]:.3g} m: {why}")

@@ -18,7 +18,7 @@ from comparisons.isolation import parent
 from comparisons.isolation.parent import Limits
 from reference.halfspace import Contact, HalfSpace
 from reference.halfspace.overlap import overlap_depth, overlap_pressure
-from reference.halfspace.solution import assemble
+from reference.halfspace.solution import Press, assemble
 
 # Name of the method -> packages whose versions make its answer; the first is the solver.
 PACKAGES = {
@@ -257,7 +257,7 @@ def _measured(
         depth = float(gap.mean()) - load
     else:
         depth = float((gap + operator.apply(pressure))[mask].mean())
-    contact = assemble(operator, gap, pressure, depth, iterations, [])
+    contact = assemble(Press(operator, gap), pressure, depth, iterations, [])
     missed = abs(contact.force / load - 1) if problem.control == "force" else 0.0
     worst = max(contact.violation, tension / float(pressure[mask].mean()), missed)
     return replace(contact, violation=worst)

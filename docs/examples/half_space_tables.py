@@ -26,6 +26,8 @@ from reference.halfspace import (
     kernels,
     starts,
 )
+from reference.halfspace.solution import Press
+from reference.loads import Load
 from reference.surfaces import self_affine
 from reports.tables.documents import rewrite
 
@@ -95,7 +97,9 @@ def kernel_choice() -> list[list[str]]:
             PeriodicOperator(*grid, kernel="cells"),
             FreeOperator(*grid),
         )
-        contacts = [fft.solve(operator, gap, force=0.1 * SLOPE) for operator in operators]
+        contacts = [
+            fft.solve(Press(operator, gap), Load("force", 0.1 * SLOPE)) for operator in operators
+        ]
         base, *finer = [(area_of(contact), contact.penetration) for contact in contacts]
         cells = [
             f"{100 * (value / reference - 1):+.2f} %"
@@ -135,7 +139,7 @@ def solver_parts() -> list[list[str]]:
             gap = gap_of(POINTS, cutoff)
             operator = PeriodicOperator(gap.shape, (1 / POINTS, 1 / POINTS), 1.0)
             force = share * SLOPE
-            iterations = fft.solve(operator, gap, force=force).iterations
+            iterations = fft.solve(Press(operator, gap), Load("force", force)).iterations
             spent = cpu(partial(fft.solve, operator, gap, force=force))
             cells.append(f"{iterations}, {spent:.0f} ms")
         rows.append([name, *cells])
@@ -151,7 +155,9 @@ def near_full_contact() -> list[list[str]]:
     for kernel in ("continuum", "cells"):
         operator = PeriodicOperator(gap.shape, (1 / POINTS, 1 / POINTS), 1.0, kernel=kernel)
         closing = full_contact_force(operator, gap)
-        contacts = [fft.solve(operator, gap, force=share * closing) for share in shares]
+        contacts = [
+            fft.solve(Press(operator, gap), Load("force", share * closing)) for share in shares
+        ]
         cells = [f"{contact.iterations} ({contact.mask.mean():.2%})" for contact in contacts]
         rows.append([f"iterations (contact), {kernel}", *cells])
     return rows
@@ -179,8 +185,8 @@ def dense_or_fft() -> list[list[str]]:
         x = np.arange(n) - n / 2 + 0.3
         operator = FreeOperator((n, n), (1.0, 1.0), 1.0)
         gap, force = (x[:, None] ** 2 + x**2) / 2 / radius**2, 4 / 3 * radius
-        exact = dense.solve(operator, gap, force=force)
-        contact = fft.solve(operator, gap, force=force)
+        exact = dense.solve(Press(operator, gap), Load("force", force))
+        contact = fft.solve(Press(operator, gap), Load("force", force))
         repeats = 3 if cells < 1000 else 1
         spent = [cpu(partial(s.solve, operator, gap, force=force), repeats) for s in (dense, fft)]
         difference = np.abs(contact.pressure - exact.pressure).max() / exact.pressure.max()
@@ -206,7 +212,9 @@ def hardest() -> list[list[str]]:
     rows = [["penetration / mean gap at first touch", "outcome"]]
     for share in (0.5, 0.9, 0.99, 0.9999):
         try:
-            contact = fft.solve(operator, gap, penetration=share * float(gap.mean()))
+            contact = fft.solve(
+                Press(operator, gap), Load("penetration", share * float(gap.mean()))
+            )
             outcome = f"{contact.iterations} iterations, violation {contact.violation:.0e}"
         except ConvergenceError as error:
             outcome = f"refused: {error.reason}"

@@ -26,6 +26,7 @@ from reference.fem.frictional_body import frictional_body
 from reference.halfspace import areas, fft
 from reference.halfspace.cerruti import Compliance
 from reference.halfspace.friction import FrictionStep, sweep, tangential_stiffness
+from reference.halfspace.solution import Press
 from reference.halfspace.traction import NormalAndTangential
 from reference.surfaces import self_affine
 from reports.tables.documents import rewrite
@@ -243,7 +244,9 @@ def _rough_contact(points: int) -> np.ndarray:
         realisation=0,
     )
     body = NormalAndTangential((points,) * 2, (2.1 / points,) * 2, Compliance.of(0.5, 0.0))
-    contact = fft.solve(body.normal, height.max() - height, force=0.05 * 0.1 * 2.1**2)
+    contact = fft.solve(
+        Press(body.normal, height.max() - height), Load("force", 0.05 * 0.1 * 2.1**2)
+    )
     return contact.mask
 
 
@@ -374,7 +377,8 @@ def rough() -> list[list[str]]:
             )
         body = NormalAndTangential((points,) * 2, (1 / points,) * 2, Compliance.of(0.5, 0.0))
         depths = [
-            fft.solve(body.normal, gap, force=force * s).penetration for s in (1, *(1 - shares))
+            fft.solve(Press(body.normal, gap), Load("force", force * s)).penetration
+            for s in (1, *(1 - shares))
         ]
         displacements.setdefault("3-D, superposition of normal solutions", []).append(
             1 - np.array(depths[1:]) / depths[0]

@@ -28,7 +28,8 @@ from reference.errors import ConvergenceError
 from reference.halfspace import fft
 from reference.halfspace.cohesive_laws import CohesiveLaw
 from reference.halfspace.operators import HalfSpace
-from reference.halfspace.solution import check_control, check_gap
+from reference.halfspace.solution import Effort, Press, check_gap
+from reference.loads import Load
 
 Field = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -95,7 +96,9 @@ class CohesiveProblem:
         if penetration <= 0:
             return np.zeros(self.operator.shape)
         gap = np.where(self.solid, self.initial_gap, np.inf)
-        return fft.solve(self.operator, gap, penetration=penetration, tolerance=1e-4).pressure
+        return fft.solve(
+            Press(self.operator, gap), Load("penetration", penetration), tolerance=1e-4
+        ).pressure
 
     def force(self, pressure: Field) -> float:
         """Sum of the pressures times the area of a cell."""
@@ -115,7 +118,7 @@ class CohesiveProblem:
         ConvergenceError
             If it leads nowhere: beyond a fold there is no equilibrium nearby.
         """
-        check_control(tolerance, max_iterations)
+        Effort(tolerance, max_iterations)
         fixed = Constraint(1.0, 0.0, penetration)
         if start is None:
             start = self._load_up(penetration, fixed, max_iterations)
@@ -148,7 +151,7 @@ class CohesiveProblem:
         max_iterations: int = 40,
     ) -> CohesiveContact:
         """Find the equilibrium at a force; from a penetration and pressures close to it."""
-        check_control(tolerance, max_iterations)
+        Effort(tolerance, max_iterations)
         fixed = Constraint(0.0, 1.0, force)
         return self.newton(start, penetration, fixed, tolerance, max_iterations)
 

@@ -29,6 +29,7 @@ from reference.errors import ConvergenceError
 from reference.halfspace import descent, kernels
 from reference.halfspace.convolution import Convolution
 from reference.halfspace.operators import HalfSpace, power_of_two
+from reference.halfspace.solution import Effort
 
 Field = NDArray[np.float64]
 
@@ -112,7 +113,7 @@ _STAGES = (
 )
 
 
-def minimise(problem: Problem, start: Field, tolerance: float, max_iterations: int) -> State:
+def minimise(problem: Problem, start: Field, effort: Effort) -> State:
     """Solve the contact problem from a starting pressure.
 
     Raises
@@ -120,7 +121,8 @@ def minimise(problem: Problem, start: Field, tolerance: float, max_iterations: i
     ConvergenceError
         With the violation of every iteration, when no stage reaches the tolerance.
     """
-    pressure = np.where(problem.allowed, start, 0.0)
+    tolerance, max_iterations = effort.tolerance, effort.max_iterations
+    pressure: Field = np.where(problem.allowed, start, 0.0).astype(np.float64, copy=False)
     if problem.unilateral:
         np.maximum(pressure, 0.0, out=pressure)
     state = State(pressure, np.empty_like(pressure), np.empty_like(pressure), problem.depth or 0.0)
@@ -129,7 +131,7 @@ def minimise(problem: Problem, start: Field, tolerance: float, max_iterations: i
     for stage in _STAGES:
         while len(state.history) < max_iterations:
             before = state.worst
-            outcome = _improve(problem, state, stage, tolerance, max_iterations)
+            outcome = _improve(problem, state, stage, effort)
             if _refresh(problem, state, tolerance):
                 return state
             if outcome == descent.STALLED or not state.worst < before / 4:
@@ -147,7 +149,7 @@ def fixed_contact_response(
     """Pressure (of either sign) that displaces the cells of `mask` by one and loads no others."""
     nothing = np.zeros(operator.shape)
     problem = Problem(operator, nothing, mask, depth=1.0, unilateral=False)
-    return minimise(problem, nothing, tolerance, max_iterations).pressure
+    return minimise(problem, nothing, Effort(tolerance, max_iterations)).pressure
 
 
 def _refresh(problem: Problem, state: State, tolerance: float) -> bool:
@@ -159,14 +161,10 @@ def _refresh(problem: Problem, state: State, tolerance: float) -> bool:
     state.displacement = operator.convolution(np.float64)(state.pressure)
     state.double += 1
     state.worst, state.depth = _clearances(
-        state.pressure,
-        state.displacement,
-        problem.gap,
-        problem.allowed,
-        problem.unilateral,
+        (state.pressure, state.displacement, state.clearance),
+        (problem.gap, problem.allowed, problem.unilateral),
         operator.unit,
         np.nan if problem.depth is None else problem.depth,
-        state.clearance,
     )
     if not np.isfinite([state.worst, state.depth]).all():
         raise ConvergenceError("the contact iteration left the range of numbers", state.history)
@@ -186,17 +184,17 @@ def _rounding(problem: Problem, state: State) -> float:
     return float(_ROUNDING * np.finfo(float).eps * displacement / state.depth)
 
 
-def _improve(
-    problem: Problem, state: State, stage: _Stage, tolerance: float, max_iterations: int
-) -> int:
+def _improve(problem: Problem, state: State, stage: _Stage, effort: Effort) -> int:
     """Run one stage on the correction of the pressure, in units near its own size."""
     operator = problem.operator
     length = power_of_two(state.worst)
     pressure_unit = length / operator.unit
     target, lower = (np.empty(operator.shape, stage.dtype) for _ in range(2))
     _prepare(
-        *(state.clearance, state.pressure, problem.allowed, problem.unilateral),
-        *(length, pressure_unit, target, lower),
+        (state.clearance, state.pressure),
+        (problem.allowed, problem.unilateral),
+        (length, pressure_unit),
+        (target, lower),
     )
     iteration = descent.Descent(
         *(target, lower, operator.convolution(stage.dtype)),
@@ -205,10 +203,10 @@ def _improve(
         _settling(operator) if operator.periodic and problem.total is None else 0.0,
     )
     outcome = iteration.run(
-        _goal(state, stage, tolerance) / length,
+        _goal(state, stage, effort.tolerance) / length,
         state.depth / length,
         stage.patience,
-        max_iterations - len(state.history),
+        effort.max_iterations - len(state.history),
     )
     if stage.dtype == np.float32:
         state.single += iteration.convolutions
@@ -242,7 +240,8 @@ def _preconditioner(operator: HalfSpace, dtype: DTypeLike) -> Convolution:
     def make() -> Convolution:
         padded = operator.shape
         if not operator.periodic:
-            padded = tuple(fft.next_fast_len(n + _RIM, real=True) for n in operator.shape)
+            rows, columns = (fft.next_fast_len(n + _RIM, real=True) for n in operator.shape)
+            padded = rows, columns
         wavenumber = np.hypot(*kernels.wavenumbers(padded, operator.spacing))
         return Convolution(operator.shape, padded, wavenumber * _wave_unit(operator), dtype)
 
@@ -267,11 +266,13 @@ def _settling(operator: HalfSpace) -> float:
 
 
 @njit(cache=True, error_model="numpy")
-def _clearances(pressure, displacement, gap, allowed, unilateral, unit, wanted_depth, clearance):
+def _clearances(state, problem, unit, wanted_depth):
     """Scale the displacement, fill the clearance; (largest violation, depth).
 
+    `state` are pressure, displacement and clearance, `problem` gap, allowed and unilateral.
     The depth is the mean of displacement + gap over the loaded cells where it is not given (NaN).
     """
+    (pressure, displacement, clearance), (gap, allowed, unilateral) = state, problem
     depth = wanted_depth
     total, count = 0.0, 0
     for i in range(gap.shape[0]):
@@ -296,8 +297,10 @@ def _clearances(pressure, displacement, gap, allowed, unilateral, unit, wanted_d
 
 
 @njit(cache=True, error_model="numpy")
-def _prepare(clearance, pressure, allowed, unilateral, length, pressure_unit, target, lower):
+def _prepare(state, cells, units, correction):
     """Fill target and bound of the correction; ratios out of range stand for infinity."""
+    (clearance, pressure), (allowed, unilateral) = state, cells
+    (length, pressure_unit), (target, lower) = units, correction
     for i in range(clearance.shape[0]):
         for j in range(clearance.shape[1]):
             target[i, j] = descent.NEVER

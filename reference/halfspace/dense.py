@@ -7,10 +7,10 @@ some thousand contact cells use `fft`.
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from reference.errors import ConvergenceError
 from reference.halfspace.contact_block import Cells
@@ -18,15 +18,17 @@ from reference.halfspace.operators import FreeOperator
 from reference.halfspace.overlap import overlap_depth
 from reference.halfspace.solution import (
     Contact,
+    Effort,
+    Press,
     assemble,
-    check_control,
-    check_gap,
-    check_load,
     from_first_touch,
 )
+from reference.loads import Load
 
 Field = NDArray[np.float64]
 Mask = NDArray[np.bool_]
+
+CONTROLS = ("penetration", "force")
 
 # Overlap or tension below this fraction of the penetration or mean pressure is rounding of the
 # factorisation, and a set that differs only by it is the same set.
@@ -38,13 +40,7 @@ _PATIENCE = 10
 
 
 def solve(
-    operator: FreeOperator,
-    gap: ArrayLike,
-    *,
-    penetration: float | None = None,
-    force: float | None = None,
-    start: Contact | None = None,
-    max_iterations: int = 1000,
+    press: Press, load: Load, *, start: Contact | None = None, max_iterations: int = 1000
 ) -> Contact:
     """Press a rigid shape on a free half-space by the active-set iteration of the chapter.
 
@@ -60,12 +56,11 @@ def solve(
 
     Parameters
     ----------
-    operator : FreeOperator
-        Grid and modulus; its FFT is used only to evaluate the final displacement and violation.
-    gap : array_like, shape (nx, ny)
-        Initial gap g >= 0 of the rigid shape; +inf where it can never touch.
-    penetration, force : float
-        Exactly one of them, positive.
+    press : Press
+        The shape over a free half-space, whose FFT is used only to evaluate the final displacement
+        and violation.
+    load : Load
+        Penetration or force, one value.
     start : Contact, optional
         A solution at a nearby load.
     max_iterations : int
@@ -84,104 +79,90 @@ def solve(
     >>> K = FreeOperator((3, 3), (1.0, 1.0), 1.0)
     >>> gap = np.full((3, 3), 10.0)
     >>> gap[1, 1] = 0.0
-    >>> contact = solve(K, gap, penetration=1.0)
+    >>> contact = solve(Press(K, gap), Load("penetration", 1.0))
     >>> int(contact.mask.sum()), bool(np.isclose(contact.force, np.pi / 4 / np.log(1 + np.sqrt(2))))
     (1, True)
     """
-    kind, values = check_load(penetration=penetration, force=force)
-    if values.size != 1:
-        raise ValueError(f"{kind} must be one number; use sweep for a list")
-    gap = _checked(operator, gap)
-    check_control(0.5, max_iterations)
+    kind, value = load.one_of(*CONTROLS), load.single()
+    _free(press)
+    effort = Effort(_ROUNDING, max_iterations)
     mask = None if start is None else start.mask
-    return _from_touch(operator, gap, kind, float(values[0]), mask, max_iterations)
+    return _from_touch(press, kind, value, mask, effort)
 
 
-def sweep(
-    operator: FreeOperator,
-    gap: ArrayLike,
-    *,
-    penetration: Sequence[float] | None = None,
-    force: Sequence[float] | None = None,
-    max_iterations: int = 1000,
-) -> Iterator[Contact]:
+def sweep(press: Press, load: Load, *, max_iterations: int = 1000) -> Iterator[Contact]:
     """Solve a strictly increasing list of loads, each from the contact set before; see `solve`."""
-    kind, values = check_load(penetration=penetration, force=force)
-    check_control(0.5, max_iterations)
-    return _sweep(operator, _checked(operator, gap), kind, values, max_iterations)
+    load.one_of(*CONTROLS)
+    _free(press)
+    return _sweep(press, load, Effort(_ROUNDING, max_iterations))
 
 
-def _sweep(
-    operator: FreeOperator,
-    gap: Field,
-    kind: str,
-    values: NDArray[np.float64],
-    max_iterations: int,
-) -> Iterator[Contact]:
-    mask, cells, lowest = None, None, float(gap.min())
-    largest = float(values[-1]) - (lowest if kind == "penetration" else 0.0)
+def _sweep(press: Press, load: Load, effort: Effort) -> Iterator[Contact]:
+    mask, cells, kind = None, None, load.control
+    largest = float(load.values[-1]) - (press.lowest if kind == "penetration" else 0.0)
     if largest > 0.0:
         # the cells of the largest load serve all of them, and with the cells the kept factor
-        lifted = gap - lowest
-        cells = Cells.of(operator, lifted, _reach(operator, lifted, kind, largest))
-    for value in values:
-        contact = _from_touch(operator, gap, kind, float(value), mask, max_iterations, cells)
+        lifted = press.touching()
+        cells = Cells.of(_free(lifted), lifted.gap, _reach(lifted, kind, largest))
+    for value in load.values:
+        contact = _from_touch(press, kind, float(value), mask, effort, cells)
         mask = contact.mask
         yield contact
 
 
 def _from_touch(
-    operator: FreeOperator,
-    gap: Field,
+    press: Press,
     kind: str,
     value: float,
     start: Mask | None,
-    max_iterations: int,
+    effort: Effort,
     cells: Cells | None = None,
 ) -> Contact:
     """Solve with depths that count from the first touch of a cell."""
-    lowest = float(gap.min())
+    lowest = press.lowest
     if kind == "penetration":
         if lowest >= value:
-            return assemble(operator, gap, np.zeros(operator.shape), value, 0, [0.0])
+            return assemble(press, np.zeros(press.operator.shape), value, 0, [0.0])
         value -= lowest
-    contact = _solve(operator, gap - lowest, kind, value, start, max_iterations, cells)
-    return from_first_touch(contact, gap) if lowest > 0.0 else contact
+    contact = _solve(press.touching(), kind, value, start, effort, cells)
+    return from_first_touch(contact, press.gap) if lowest > 0.0 else contact
 
 
-def _checked(operator: FreeOperator, gap: ArrayLike) -> Field:
-    if operator.periodic:
+def _free(press: Press) -> FreeOperator:
+    """Return the half-space, or say that it is none of the free ones."""
+    if not isinstance(press.operator, FreeOperator):
         raise ValueError("the dense solver is for the free half-space; use fft for periodic ones")
-    return check_gap(operator, gap)
+    return press.operator
 
 
-def _reach(operator: FreeOperator, gap: Field, kind: str, value: float) -> float:
+def _reach(press: Press, kind: str, value: float) -> float:
     """Gap up to which cells may touch: the penetration, or a guess with a margin."""
-    return value if kind == "penetration" else 1.5 * overlap_depth(operator, gap, value)
+    if kind == "penetration":
+        return value
+    return 1.5 * overlap_depth(press.operator, press.gap, value)
 
 
 def _solve(
-    operator: FreeOperator,
-    gap: Field,
+    press: Press,
     kind: str,
     value: float,
     start: Mask | None,
-    max_iterations: int,
+    effort: Effort,
     cells: Cells | None = None,
 ) -> Contact:
-    reach = _reach(operator, gap, kind, value)
+    operator, reach = _free(press), _reach(press, kind, value)
     while True:
         if cells is None or cells.reach < reach:
-            cells = Cells.of(operator, gap, reach)
+            cells = Cells.of(operator, press.gap, reach)
         active = cells.overlapping(reach)
         if start is not None and start[cells.rows, cells.columns].any():
             active = start[cells.rows, cells.columns]
         total = None if kind == "penetration" else value / operator.cell_area * cells.unit
-        pressures, depth, history = _pivot(cells, active, value, total, max_iterations)
+        pressures, depth, history = _pivot(cells, active, value, total, effort.max_iterations)
         pressure = np.zeros(operator.shape)
         pressure[cells.rows, cells.columns] = pressures / cells.unit
         if depth <= cells.reach:
-            return assemble(operator, gap, pressure, depth, len(history), history)
+            return assemble(press, pressure, depth, len(history), history)
         # the depth was only estimated: start again with all cells below the one found
         reach, start = 1.2 * depth, pressure > 0
 

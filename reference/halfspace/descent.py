@@ -88,8 +88,9 @@ class Descent:
         best, best_at = np.inf, 0
         for iteration in range(limit):
             worst, count, shift = _residual(
-                *(self._displacement, self.target, self.correction, self.lower),
-                *(self._residual, self._free, self.fixed_sum),
+                (self._displacement, self.target, self.correction, self.lower),
+                (self._residual, self._free),
+                self.fixed_sum,
             )
             total = depth + shift
             self.history.append(worst / total if total > 0 else np.inf)
@@ -104,8 +105,11 @@ class Descent:
     def _step(self, count: float) -> bool:
         """Move along the next direction, as far as the bound lets; False where there is no way."""
         slope, self._slope = _turn(
-            *(self._preconditioned(count), self._free, self._residual, self._previous),
-            *(self._direction, self.fixed_sum, count, self._slope),
+            (self._preconditioned(count), self._free, self._residual, self._previous),
+            self._direction,
+            self.fixed_sum,
+            count,
+            self._slope,
         )
         if not slope > 0:
             return False
@@ -151,13 +155,14 @@ def _loaded_mean(displacement, target, correction, lower):
 
 
 @njit(cache=True, error_model="numpy", fastmath=_REORDER)
-def _residual(
-    displacement_map, target_map, correction_map, lower_map, residual_map, free_map, fixed_sum
-):
-    """Residual on the free set (loaded, or overlapping); largest violation, cells, depth gained."""
-    displacement, target = displacement_map.reshape(-1), target_map.reshape(-1)
-    correction, lower = correction_map.reshape(-1), lower_map.reshape(-1)
-    residual, free = residual_map.reshape(-1), free_map.reshape(-1)
+def _residual(maps, found, fixed_sum):
+    """Residual on the free set (loaded, or overlapping); largest violation, cells, depth gained.
+
+    `maps` are displacement, target, correction and its bound; `found` takes residual and free set.
+    """
+    displacement, target = maps[0].reshape(-1), maps[1].reshape(-1)
+    correction, lower = maps[2].reshape(-1), maps[3].reshape(-1)
+    residual, free = found[0].reshape(-1), found[1].reshape(-1)
     shift = _loaded_mean(displacement, target, correction, lower) if fixed_sum else 0.0
     zero = residual.dtype.type(0)
     one = residual.dtype.type(1)
@@ -194,16 +199,16 @@ def _largest(values):
 
 
 @njit(cache=True, error_model="numpy", fastmath=_REORDER)
-def _turn(
-    scaled_map, free_map, residual_map, previous_map, direction_map, fixed_sum, count, descent
-):
+def _turn(maps, direction_map, fixed_sum, count, descent):
     """Turn to the next conjugate direction (Polak and Ribiere); slope along it, residual.scaled.
+
+    `maps` are the preconditioned residual, the free set, the residual, and the one before.
 
     The directions of Polak and Ribiere forget by themselves when the contact set changes; with the
     restarts of Polonsky and Keer instead, rough contacts took up to four times as many iterations.
     """
-    scaled, free = scaled_map.reshape(-1), free_map.reshape(-1)
-    residual, previous = residual_map.reshape(-1), previous_map.reshape(-1)
+    scaled, free = maps[0].reshape(-1), maps[1].reshape(-1)
+    residual, previous = maps[2].reshape(-1), maps[3].reshape(-1)
     direction = direction_map.reshape(-1)
     sum_scaled, sum_direction, sum_previous, now, crossed = 0.0, 0.0, 0.0, 0.0, 0.0
     for k in range(scaled.size):

@@ -22,8 +22,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from reference.errors import ConvergenceError
-from reference.halfspace.operators import FreeOperator
-from reference.halfspace.solution import check_gap
+from reference.halfspace.operators import HalfSpace
+from reference.halfspace.solution import Press
 
 Field = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -34,6 +34,8 @@ RULES = {"edge": 0.76153, "printed": float(1 / np.sqrt(2 * 0.473201))}
 # Cells whose turn comes within this share of the last step of the load let go together: mirror
 # images differ by the residual of the solver only.
 _TOGETHER = 1e-6
+
+_MOST = 2000  # iterations for the pressures of one set
 
 
 @dataclass(frozen=True)
@@ -68,7 +70,7 @@ class Peeling:
     @property
     def area(self) -> Field:
         """Area of the cells in contact."""
-        return self.cells * self.cell_area
+        return np.asarray(self.cells * self.cell_area, dtype=np.float64)
 
     def pull_off(self, control: str = "force") -> int:
         """Index of the set that is lost for good when the prescribed load falls: the lowest."""
@@ -99,24 +101,20 @@ def letting_go(
 
 
 def peel(
-    operator: FreeOperator,
-    gap: ArrayLike,
+    press: Press,
     mask: ArrayLike,
     work: float,
     *,
     rule: str = "printed",
     tolerance: float = 1e-7,
-    max_iterations: int = 2000,
     until: float = 0.0,
 ) -> Peeling:
     """Take an adhesive contact apart, from a set of cells that hold to the last one.
 
     Parameters
     ----------
-    operator : FreeOperator
-        Square cells.
-    gap : array_like, shape (nx, ny)
-        Initial gap g of the rigid body.
+    press : Press
+        The rigid body over a free half-space of square cells.
     mask : array_like of bool, shape (nx, ny)
         Cells in contact at first; a contact that was pressed wider than it will be held.
     work : float
@@ -141,22 +139,22 @@ def peel(
 
     Examples
     --------
+    >>> from reference.halfspace import FreeOperator
     >>> K = FreeOperator((1, 1), (1.0, 1.0), 1.0)
-    >>> one = peel(K, [[0.0]], [[True]], 1.0)
+    >>> one = peel(Press(K, [[0.0]]), [[True]], 1.0)
     >>> bool(np.isclose(one.force[0], -one.tension))
     True
     """
-    gap = check_gap(operator, gap)
-    mask = _checked(operator, gap, mask, work, until)
+    operator, gap = press.operator, press.gap
+    mask = _checked(press, mask, work, until)
     tension = letting_go(operator.spacing[0], operator.effective_modulus, work, rule)
     per_depth, from_shape = np.zeros(gap.shape), np.zeros(gap.shape)
     rows: list[tuple[float, float, int, float, float]] = []
     last = until * np.count_nonzero(mask)
     while np.count_nonzero(mask) > last:
         target = np.where(mask, gap, 0.0)
-        options = tolerance, max_iterations
-        per_depth = _press(operator, mask, mask.astype(float), per_depth, *options)
-        from_shape = _press(operator, mask, target, from_shape, *options)
+        per_depth = _press(operator, mask, mask.astype(float), per_depth, tolerance)
+        from_shape = _press(operator, mask, target, from_shape, tolerance)
         # p = d per_depth - from_shape reaches -tension
         turn = np.where(mask, (from_shape - tension) / np.where(mask, per_depth, 1.0), -np.inf)
         depth = float(turn.max())
@@ -170,14 +168,7 @@ def peel(
     return Peeling(depths, forces, cells, stiffnesses, offsets, tension, operator.cell_area)
 
 
-def _press(
-    operator: FreeOperator,
-    mask: Mask,
-    target: Field,
-    start: Field,
-    tolerance: float,
-    max_iterations: int,
-) -> Field:
+def _press(operator: HalfSpace, mask: Mask, target: Field, start: Field, tolerance: float) -> Field:
     """Pressures on the mask that displace its cells by the target, by conjugate gradients."""
     pressure = np.where(mask, start, 0.0)
     goal = tolerance * float(np.abs(target).max())
@@ -185,7 +176,7 @@ def _press(
     direction, power = residual, float((residual * residual).sum())
     history = [float(np.abs(residual).max())]
     while history[-1] > goal:
-        if len(history) > max_iterations:
+        if len(history) > _MOST:
             raise ConvergenceError("the pressures of an adhesive contact were not found", history)
         image = np.where(mask, operator.apply(direction), 0.0)
         length = power / float((direction * image).sum())
@@ -197,10 +188,9 @@ def _press(
     return pressure
 
 
-def _checked(
-    operator: FreeOperator, gap: Field, mask: ArrayLike, work: float, until: float
-) -> Mask:
+def _checked(press: Press, mask: ArrayLike, work: float, until: float) -> Mask:
     """Return the mask, or raise one ValueError for everything wrong."""
+    operator, gap = press.operator, press.gap
     mask = np.asarray(mask, dtype=bool)
     faults = []
     if operator.periodic or abs(operator.spacing[0] / operator.spacing[1] - 1) > 1e-12:

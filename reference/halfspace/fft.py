@@ -7,11 +7,11 @@ final evaluation on the whole grid. Callers see only operator, gap and load in, 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from reference.errors import ConvergenceError
 from reference.halfspace.conjugate_gradients import Problem, State, minimise
@@ -19,16 +19,18 @@ from reference.halfspace.operators import FreeOperator, HalfSpace
 from reference.halfspace.overlap import overlap_depth
 from reference.halfspace.solution import (
     Contact,
+    Effort,
+    Press,
     assemble,
-    check_control,
-    check_gap,
-    check_load,
     contact_of,
     from_first_touch,
 )
 from reference.halfspace.starts import starting_pressure
+from reference.loads import Load
 
 Field = NDArray[np.float64]
+
+CONTROLS = ("penetration", "force", "mean_gap")
 
 # The depth is guessed from the geometric overlap: Hertz 0.96 and rough surfaces 0.64 to 0.93 of the
 # guess, a single cell 1.12. Should it be exceeded, the window grows and the load is solved again.
@@ -36,12 +38,9 @@ _REACH = 1.15
 
 
 def solve(
-    operator: HalfSpace,
-    gap: ArrayLike,
+    press: Press,
+    load: Load,
     *,
-    penetration: float | None = None,
-    force: float | None = None,
-    mean_gap: float | None = None,
     tolerance: float = 1e-8,
     start: Contact | None = None,
     max_iterations: int = 2000,
@@ -53,12 +52,10 @@ def solve(
 
     Parameters
     ----------
-    operator : FreeOperator or PeriodicOperator
-        The half-space.
-    gap : array_like, shape (nx, ny)
-        Initial gap g >= 0 of the rigid shape; +inf where it can never touch.
-    penetration, force, mean_gap : float
-        Exactly one of them, positive, consistent units. The mean gap is over the finite cells.
+    press : Press
+        The shape over the half-space.
+    load : Load
+        Penetration, force or mean gap (over the finite cells), one value, consistent units.
     tolerance : float
         Largest overlap of free cells and largest gap of loaded cells, relative to the penetration.
         Tension does not occur.
@@ -85,28 +82,19 @@ def solve(
     >>> import numpy as np
     >>> x = (np.arange(64) - 31.3) / 240
     >>> K = FreeOperator((64, 64), (1 / 240, 1 / 240), 1.0)
-    >>> contact = solve(K, (x[:, None] ** 2 + x**2) / 2, penetration=0.01)
+    >>> ball = Press(K, (x[:, None] ** 2 + x**2) / 2)
+    >>> contact = solve(ball, Load("penetration", 0.01))
     >>> round(contact.force / (4 / 3 * 0.01**1.5), 2)
     1.0
     """
-    kind, values = check_load(penetration=penetration, force=force, mean_gap=mean_gap)
-    if values.size != 1:
-        raise ValueError(f"{kind} must be one number; use sweep for a list")
-    gap = check_gap(operator, gap)
-    check_control(tolerance, max_iterations)
-    pressure = None if start is None else _checked_start(start, operator)
-    return _solve(operator, gap, kind, float(values[0]), pressure, tolerance, max_iterations)
+    kind, value = load.one_of(*CONTROLS), load.single()
+    effort = Effort(tolerance, max_iterations)
+    pressure = None if start is None else _checked_start(start, press.operator)
+    return _solve(press, kind, value, pressure, effort)
 
 
 def sweep(
-    operator: HalfSpace,
-    gap: ArrayLike,
-    *,
-    penetration: Sequence[float] | None = None,
-    force: Sequence[float] | None = None,
-    mean_gap: Sequence[float] | None = None,
-    tolerance: float = 1e-8,
-    max_iterations: int = 2000,
+    press: Press, load: Load, *, tolerance: float = 1e-8, max_iterations: int = 2000
 ) -> Iterator[Contact]:
     """Solve a strictly increasing list of loads, each started from the ones before.
 
@@ -123,24 +111,15 @@ def sweep(
     ConvergenceError
         From the `next` of a load that fails; a new sweep may begin at the load after it.
     """
-    kind, values = check_load(penetration=penetration, force=force, mean_gap=mean_gap)
-    gap = check_gap(operator, gap)
-    check_control(tolerance, max_iterations)
-    return _sweep(operator, gap, kind, values, tolerance, max_iterations)
+    load.one_of(*CONTROLS)
+    return _sweep(press, load, Effort(tolerance, max_iterations))
 
 
-def _sweep(
-    operator: HalfSpace,
-    gap: Field,
-    kind: str,
-    values: NDArray[np.float64],
-    tolerance: float,
-    max_iterations: int,
-) -> Iterator[Contact]:
+def _sweep(press: Press, load: Load, effort: Effort) -> Iterator[Contact]:
     pressures: list[Field] = []
-    for step, value in enumerate(values):
-        start = _extrapolate(pressures, values[:step], value)
-        contact = _solve(operator, gap, kind, float(value), start, tolerance, max_iterations)
+    for step, value in enumerate(load.values):
+        start = _extrapolate(pressures, load.values[:step], value)
+        contact = _solve(press, load.control, float(value), start, effort)
         pressures = [*pressures[-1:], contact.pressure]
         yield contact
 
@@ -164,28 +143,19 @@ def _checked_start(start: Contact, operator: HalfSpace) -> Field:
 
 # what overflows on the way is found in the result, and reported as such
 @np.errstate(over="ignore", invalid="ignore")
-def _solve(
-    operator: HalfSpace,
-    gap: Field,
-    kind: str,
-    value: float,
-    start: Field | None,
-    tolerance: float,
-    max_iterations: int,
-) -> Contact:
+def _solve(press: Press, kind: str, value: float, start: Field | None, effort: Effort) -> Contact:
+    operator, gap = press.operator, press.gap
     if kind == "mean_gap":
-        return _solve_mean_gap(operator, gap, value, start, tolerance, max_iterations)
+        return _solve_mean_gap(press, value, start, effort)
     if kind == "penetration":
-        _refuse_closed_gap(operator, gap, value)
+        _refuse_closed_gap(press, value)
         if gap.min() >= value:
-            return assemble(operator, gap, np.zeros(operator.shape), value, 0, [0.0])
+            return assemble(press, np.zeros(operator.shape), value, 0, [0.0])
     elif operator.periodic and not gap.any():
-        return _flat_on_flat(operator, gap, value)
-    lowest = float(gap.min())
-    if lowest > 0:
-        part = value - lowest if kind == "penetration" else value
-        contact = _solve(operator, gap - lowest, kind, part, start, tolerance, max_iterations)
-        return from_first_touch(contact, gap)
+        return _flat_on_flat(press, value)
+    if press.lowest > 0:
+        rest = value - press.lowest if kind == "penetration" else value
+        return from_first_touch(_solve(press.touching(), kind, rest, start, effort), gap)
     reach = value if kind == "penetration" else _REACH * overlap_depth(operator, gap, value)
     while True:
         window = _window(operator, gap, reach, start)
@@ -193,27 +163,24 @@ def _solve(
         inside = np.ascontiguousarray(gap[window])
         first = starting_pressure(part, inside, kind, value) if start is None else start[window]
         problem = Problem.of(part, inside, kind, value)
-        state = minimise(problem, first, tolerance, max_iterations)
+        state = minimise(problem, first, effort)
         # u >= 0 everywhere: where the gap outside is at least the depth, no cell there overlaps
         if part is operator or state.depth <= reach:
-            return _answer(operator, gap, window, state)
+            return _answer(press, window, state)
         # under force control the depth was only estimated
         reach, start = 1.2 * state.depth, _embedded(operator, window, state.pressure)
 
 
-def _answer(operator: HalfSpace, gap: Field, window: tuple[slice, slice], state: State) -> Contact:
-    whole = state.pressure.shape == operator.shape
-    return contact_of(
-        operator,
-        gap,
-        state.pressure if whole else _embedded(operator, window, state.pressure),
-        state.depth,
-        state.violation,
-        len(state.history),
-        state.history,
-        displacement=state.displacement if whole else None,
-        convolutions=(state.single, state.double),
+def _answer(press: Press, window: tuple[slice, slice], state: State) -> Contact:
+    whole = state.pressure.shape == press.operator.shape
+    pressure = state.pressure if whole else _embedded(press.operator, window, state.pressure)
+    contact = contact_of(
+        press, pressure, state.depth, state.violation, len(state.history), state.history
     )
+    contact = replace(contact, convolutions=(state.single, state.double))
+    if whole:
+        vars(contact)["displacement"] = state.displacement
+    return contact
 
 
 def _embedded(operator: HalfSpace, window: tuple[slice, slice], inside: Field) -> Field:
@@ -223,14 +190,18 @@ def _embedded(operator: HalfSpace, window: tuple[slice, slice], inside: Field) -
     return pressure
 
 
-def _flat_on_flat(operator: HalfSpace, gap: Field, force: float) -> Contact:
+def _flat_on_flat(press: Press, force: float) -> Contact:
     """Uniform pressure of a periodic flat: no penetration that violations could be relative to."""
-    pressure = np.full(operator.shape, force / (gap.size * operator.cell_area))
-    return contact_of(operator, gap, pressure, 0.0, 0.0, 0, [0.0], np.zeros(operator.shape))
+    operator = press.operator
+    pressure = np.full(operator.shape, force / (press.gap.size * operator.cell_area))
+    contact = contact_of(press, pressure, 0.0, 0.0, 0, [0.0])
+    vars(contact)["displacement"] = np.zeros(operator.shape)
+    return contact
 
 
-def _refuse_closed_gap(operator: HalfSpace, gap: Field, depth: float) -> None:
-    if operator.periodic and np.isfinite(gap).all() and depth >= gap.mean():
+def _refuse_closed_gap(press: Press, depth: float) -> None:
+    gap = press.gap
+    if press.operator.periodic and np.isfinite(gap).all() and depth >= gap.mean():
         raise ValueError(
             f"penetration {depth!r} reaches the mean gap {float(gap.mean())!r}: the periodic "
             "half-space is in full contact there and the penetration does not set the force; "
@@ -252,12 +223,12 @@ def _window(
     near = gap < reach
     if start is not None:
         near |= start > 0
-    window = tuple(
+    rows, columns = (
         _padded_range(np.flatnonzero(near.any(axis=1 - axis)), operator.shape[axis])
         for axis in (0, 1)
     )
-    cells = np.prod([part.stop - part.start for part in window])
-    return window if cells < 0.7 * gap.size else whole
+    cells = (rows.stop - rows.start) * (columns.stop - columns.start)
+    return (rows, columns) if cells < 0.7 * gap.size else whole
 
 
 def _padded_range(indices: NDArray[np.intp], size: int) -> slice:
@@ -268,19 +239,16 @@ def _padded_range(indices: NDArray[np.intp], size: int) -> slice:
 
 
 def _restricted(operator: HalfSpace, window: tuple[slice, slice]) -> HalfSpace:
-    shape = tuple(part.stop - part.start for part in window)
-    return operator if shape == operator.shape else operator.restrict(shape)
+    rows, columns = window
+    shape = rows.stop - rows.start, columns.stop - columns.start
+    if shape == operator.shape or not isinstance(operator, FreeOperator):
+        return operator
+    return operator.restrict(shape)
 
 
-def _solve_mean_gap(
-    operator: HalfSpace,
-    gap: Field,
-    mean_gap: float,
-    start: Field | None,
-    tolerance: float,
-    max_iterations: int,
-) -> Contact:
+def _solve_mean_gap(press: Press, mean_gap: float, start: Field | None, effort: Effort) -> Contact:
     """Penetration control at d = <g> - mean gap when <u> = 0, else by a search over d."""
+    gap = press.gap
     finite = np.isfinite(gap)
     widest = float(gap[finite].mean())
     if mean_gap >= widest:
@@ -289,11 +257,11 @@ def _solve_mean_gap(
         )
 
     def at(depth: float, pressure: Field | None) -> Contact:
-        return _solve(operator, gap, "penetration", depth, pressure, tolerance, max_iterations)
+        return _solve(press, "penetration", depth, pressure, effort)
 
-    if operator.periodic and finite.all():
+    if press.operator.periodic and finite.all():
         return at(widest - mean_gap, start)
-    return _search_depth(at, widest, mean_gap, tolerance, start)
+    return _search_depth(at, widest, mean_gap, effort.tolerance, start)
 
 
 def _search_depth(

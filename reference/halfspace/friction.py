@@ -21,8 +21,9 @@ from numpy.typing import ArrayLike, NDArray
 
 from reference.errors import ConvergenceError
 from reference.halfspace import fft, stick_slip
-from reference.halfspace.solution import Contact, check_gap, violation
+from reference.halfspace.solution import Contact, Press, check_gap, violation
 from reference.halfspace.traction import NormalAndTangential
+from reference.loads import Load
 
 Field = NDArray[np.float64]
 Fields = NDArray[np.float64]
@@ -197,9 +198,8 @@ class _Path:
         offset = lowest if self.coupled else 0.0
         given = load - offset if self.kinds[0] == "penetration" else load
         contact = fft.solve(
-            self.body.normal,
-            lifted - offset,
-            **{self.kinds[0]: given},
+            Press(self.body.normal, lifted - offset),
+            Load(self.kinds[0], given),
             tolerance=0.3 * precision,
             start=self.contact,
         )

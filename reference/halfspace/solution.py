@@ -1,4 +1,4 @@
-"""What a half-space solver is asked (one kind of load) and what it answers (`Contact`)."""
+"""What a half-space solver is asked (`Press` and `Effort`) and what it answers (`Contact`)."""
 
 from __future__ import annotations
 
@@ -12,6 +12,69 @@ from numpy.typing import ArrayLike, NDArray
 from reference.halfspace.operators import HalfSpace
 
 Field = NDArray[np.float64]
+
+
+@dataclass(frozen=True, eq=False)
+class Press:
+    """A rigid shape over a half-space, to be pressed on.
+
+    Parameters
+    ----------
+    operator : FreeOperator or PeriodicOperator
+        The half-space.
+    gap : array_like, shape (nx, ny)
+        Initial gap g >= 0 of the shape; +inf where it can never touch.
+
+    Raises
+    ------
+    ValueError
+        Listing everything wrong with the gap.
+    """
+
+    operator: HalfSpace
+    gap: Field
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "gap", check_gap(self.operator, self.gap))
+
+    @property
+    def lowest(self) -> float:
+        """Gap where the shape touches first."""
+        return float(self.gap.min())
+
+    def touching(self) -> Press:
+        """Return the shape moved to its first touch."""
+        return Press(self.operator, self.gap - self.lowest)
+
+
+@dataclass(frozen=True)
+class Effort:
+    """How far a solver goes.
+
+    Parameters
+    ----------
+    tolerance : float
+        Largest violation, relative to the penetration.
+    max_iterations : int
+        Limit for all stages together.
+
+    Raises
+    ------
+    ValueError
+        Listing everything wrong.
+    """
+
+    tolerance: float
+    max_iterations: int
+
+    def __post_init__(self) -> None:
+        faults = []
+        if not 0 < self.tolerance < 1:
+            faults.append(f"tolerance must lie between 0 and 1, not {self.tolerance!r}")
+        if self.max_iterations < 1:
+            faults.append(f"max_iterations must be at least 1, not {self.max_iterations!r}")
+        if faults:
+            raise ValueError("; ".join(faults))
 
 
 @dataclass(frozen=True)
@@ -97,49 +160,37 @@ def from_first_touch(contact: Contact, gap: Field) -> Contact:
 
 
 def assemble(
-    operator: HalfSpace,
-    gap: Field,
-    pressure: Field,
-    penetration: float,
-    iterations: int,
-    history: Sequence[float],
+    press: Press, pressure: Field, penetration: float, iterations: int, history: Sequence[float]
 ) -> Contact:
     """Evaluate force and violation of a final pressure on the whole grid."""
-    displacement = operator.apply(pressure)
-    finite = np.isfinite(gap)
-    clearance = np.where(finite, gap, 0.0) - penetration + displacement
+    displacement = press.operator.apply(pressure)
+    finite = np.isfinite(press.gap)
+    clearance = np.where(finite, press.gap, 0.0) - penetration + displacement
     worst = violation(clearance, pressure > 0, finite, penetration)
-    return contact_of(
-        operator, gap, pressure, penetration, worst, iterations, history, displacement
-    )
+    contact = contact_of(press, pressure, penetration, worst, iterations, history)
+    vars(contact)["displacement"] = displacement
+    return contact
 
 
 def contact_of(
-    operator: HalfSpace,
-    gap: Field,
+    press: Press,
     pressure: Field,
     penetration: float,
     violation: float,
     iterations: int,
     history: Sequence[float],
-    displacement: Field | None = None,
-    convolutions: tuple[int, int] = (0, 0),
 ) -> Contact:
-    """Return the answer, with the displacement where it is known already."""
-    contact = Contact(
+    """Return the answer of a solver whose violation is known."""
+    return Contact(
         penetration=float(penetration),
-        force=float(pressure.sum() * operator.cell_area),
+        force=float(pressure.sum() * press.operator.cell_area),
         pressure=pressure,
         iterations=int(iterations),
         violation=float(violation),
-        operator=operator,
-        initial_gap=gap,
+        operator=press.operator,
+        initial_gap=press.gap,
         history=list(history),
-        convolutions=convolutions,
     )
-    if displacement is not None:
-        vars(contact)["displacement"] = displacement
-    return contact
 
 
 def violation(
@@ -170,38 +221,3 @@ def check_gap(operator: HalfSpace, gap: ArrayLike) -> Field:
     if faults:
         raise ValueError("; ".join(faults))
     return gap
-
-
-def check_load(**loads: float | ArrayLike | None) -> tuple[str, NDArray[np.float64]]:
-    """Return (kind, values) of the one load given; values are positive and strictly increasing.
-
-    A zero mean gap is full contact, which does not set the force, and is refused like any zero.
-    """
-    given = {kind: value for kind, value in loads.items() if value is not None}
-    if len(given) != 1:
-        raise ValueError(
-            f"give exactly one of {', '.join(loads)}; came: {', '.join(given) or 'none'}"
-        )
-    ((kind, value),) = given.items()
-    values = np.atleast_1d(np.asarray(value, dtype=float))
-    faults = []
-    if values.ndim != 1 or values.size == 0:
-        faults.append(f"{kind} must be a number or a non-empty list, not shape {values.shape}")
-    elif not (np.isfinite(values).all() and (values > 0).all()):
-        faults.append(f"{kind} must be positive and finite, not {value!r}")
-    elif not (np.diff(values) > 0).all():
-        faults.append(f"{kind} must be strictly increasing, not {value!r}")
-    if faults:
-        raise ValueError("; ".join(faults))
-    return kind, values
-
-
-def check_control(tolerance: float, max_iterations: int) -> None:
-    """Raise ValueError unless the tolerance and the iteration limit make sense."""
-    faults = []
-    if not 0 < tolerance < 1:
-        faults.append(f"tolerance must lie between 0 and 1, not {tolerance!r}")
-    if max_iterations < 1:
-        faults.append(f"max_iterations must be at least 1, not {max_iterations!r}")
-    if faults:
-        raise ValueError("; ".join(faults))

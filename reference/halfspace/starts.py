@@ -11,6 +11,7 @@ from reference.halfspace.conjugate_gradients import Problem, minimise
 from reference.halfspace.convolution import Convolution
 from reference.halfspace.operators import HalfSpace
 from reference.halfspace.overlap import overlap_depth, overlap_pressure
+from reference.halfspace.solution import Effort
 
 Field = NDArray[np.float64]
 
@@ -76,7 +77,7 @@ def _from_coarser_grid(operator: HalfSpace, gap: Field, kind: str, value: float)
     start = starting_pressure(coarse, points, kind, value)
     problem = Problem.of(coarse, points, kind, value)
     try:
-        state = minimise(problem, start, _COARSE_TOLERANCE, _COARSE_ITERATIONS)
+        state = minimise(problem, start, Effort(_COARSE_TOLERANCE, _COARSE_ITERATIONS))
     except ConvergenceError:
         return None
     return _interpolated(state.pressure, operator)

@@ -23,7 +23,8 @@ from numpy.typing import ArrayLike, NDArray
 
 from reference.halfspace.fft import solve
 from reference.halfspace.operators import HalfSpace
-from reference.halfspace.solution import Contact, check_gap
+from reference.halfspace.solution import Contact, Press, check_gap
+from reference.loads import Load
 from reference.viscoelastic.hereditary import contact_factor
 from reference.viscoelastic.materials import GeneralisedMaxwell
 
@@ -179,11 +180,11 @@ class _Surface:
             self.pressure, self._last = np.zeros(gap.shape), None
             # No force is at the start only, where depths are counted from: first touch.
             return load if name == "penetration" else 0.0, None
-        given = {name: load - top if name == "penetration" else load * scale}
+        given = Load(name, load - top if name == "penetration" else load * scale)
         start = self._last
         if start is not None:
             start = replace(start, pressure=self.pressure * scale)
-        contact = solve(self._operator, gap - top, **given, tolerance=tolerance, start=start)
+        contact = solve(Press(self._operator, gap - top), given, tolerance=tolerance, start=start)
         self.pressure, self._last = contact.pressure / scale, contact
         return contact.penetration + top, contact
 

@@ -10,6 +10,8 @@ import pytest
 from reference.errors import ConvergenceError
 from reference.fem import ball_body, press, tensor_body
 from reference.halfspace import FreeOperator, fft
+from reference.halfspace.solution import Press
+from reference.loads import Load
 
 
 @cache
@@ -142,7 +144,7 @@ def by_cells(points, depth):
     place = (np.arange(points) + 0.5) / points
     x, y = np.meshgrid(place, place, indexing="ij")
     operator = FreeOperator((points, points), (1 / points, 1 / points), 1 / (1 - 0.3**2))
-    step = fft.solve(operator, rough_gap(x, y), penetration=depth)
+    step = fft.solve(Press(operator, rough_gap(x, y)), Load("penetration", depth))
     return np.array([step.force, *(parts(x, y, step.pressure) * step.force)])
 
 

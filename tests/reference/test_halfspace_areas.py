@@ -9,6 +9,8 @@ from hypothesis import strategies as st
 from scipy.special import ellipk
 
 from reference.halfspace import FreeOperator, PeriodicOperator, areas, dense, fft
+from reference.halfspace.solution import Press
+from reference.loads import Load
 
 MASKS = st.integers(0, 2**32).map(lambda seed: np.random.default_rng(seed).random((7, 9)) < 0.5)
 
@@ -31,7 +33,7 @@ def test_perimeter_correction_halves_the_area_error_of_hertz_contacts_at_least()
         x, y = (np.arange(n) - n / 2 + rng.uniform(0, 1, (2, 1))) / cells
         operator = FreeOperator((n, n), (1 / cells, 1 / cells), 1.0)
         gap = (x[:, None] ** 2 + y[None, :] ** 2) / 2
-        mask = dense.solve(operator, gap, penetration=1.0).mask
+        mask = dense.solve(Press(operator, gap), Load("penetration", 1.0)).mask
         raw.append(areas.raw_area(mask, operator.spacing) / np.pi - 1)
         corrected.append(areas.corrected_area(mask, operator.spacing) / np.pi - 1)
     assert np.mean(raw) > 0.02
@@ -81,7 +83,9 @@ def test_stiffness_is_the_slope_of_the_load_curve():
     """dF/dd at fixed contact: exact between two depths with the same contact set (F is linear)."""
     height = np.random.default_rng(23).standard_normal((20, 20))
     operator = FreeOperator((20, 20), (1.0, 1.0), 3.0)
-    low, high = dense.sweep(operator, height.max() - height, penetration=[0.8, 0.8 + 1e-6])
+    low, high = dense.sweep(
+        Press(operator, height.max() - height), Load("penetration", [0.8, 0.8 + 1e-6])
+    )
     np.testing.assert_array_equal(low.mask, high.mask)
     slope = (high.force - low.force) / (high.penetration - low.penetration)
     assert areas.contact_stiffness(operator, low.mask) == pytest.approx(slope, rel=1e-7)
@@ -133,6 +137,6 @@ def test_hertz_energy_is_two_fifths_of_force_times_depth():
     """U = int F dd = (2/5) F d for F ~ d^1.5; second order like the force (20 cells: 3e-4)."""
     x = (np.arange(60) - 29.7) / 20
     operator = FreeOperator((60, 60), (1 / 20, 1 / 20), 1.0)
-    contact = fft.solve(operator, (x[:, None] ** 2 + x**2) / 2, penetration=1.0)
+    contact = fft.solve(Press(operator, (x[:, None] ** 2 + x**2) / 2), Load("penetration", 1.0))
     energy = areas.elastic_energy(operator, contact.pressure)
     assert energy == pytest.approx(0.4 * 4 / 3, rel=1e-3)

@@ -8,6 +8,8 @@ import pytest
 from reference import surfaces
 from reference.halfspace import FreeOperator, PeriodicOperator, areas, dense, fft
 from reference.halfspace.contact_line import euler_characteristic, located_area, place
+from reference.halfspace.solution import Press
+from reference.loads import Load
 
 RANDOM = np.random.default_rng(5)
 
@@ -21,7 +23,7 @@ def _hertz(radius: float, spacing: tuple[float, float] = (1.0, 1.0)):
     )
     gap = (x[:, None] ** 2 + y**2) / (200 * radius)
     operator = FreeOperator(gap.shape, spacing, 1.0)
-    return fft.solve(operator, gap, penetration=radius / 100, tolerance=1e-9)
+    return fft.solve(Press(operator, gap), Load("penetration", radius / 100), tolerance=1e-9)
 
 
 def _errors(radius: float, count: int, measure, **grid) -> np.ndarray:
@@ -55,7 +57,7 @@ def test_a_ring_has_no_curvature_in_total():
         x = (np.arange(36 * factor) - 17.5 * factor - 0.2) / factor
         gap = (np.hypot(x[:, None], x) - 12) ** 2 / 50
         operator = FreeOperator(gap.shape, (1 / factor, 1 / factor), 1.0)
-        contact = fft.solve(operator, gap - gap.min(), force=6.0)
+        contact = fft.solve(Press(operator, gap - gap.min()), Load("force", 6.0))
         assert euler_characteristic(contact.mask, periodic=False) == 0
         return located_area(contact)
 
@@ -71,7 +73,7 @@ def test_rough_areas_need_no_grid_eight_times_finer(kernel):
         heights = surfaces.refine(native, factor)
         n = len(heights)
         operator = PeriodicOperator((n, n), (1 / n, 1 / n), 1.0, kernel=kernel)
-        return fft.solve(operator, heights.max() - heights, force=0.05)
+        return fft.solve(Press(operator, heights.max() - heights), Load("force", 0.05))
 
     fine, coarse = contact(16), contact(4)
     true = located_area(fine)
@@ -81,19 +83,23 @@ def test_rough_areas_need_no_grid_eight_times_finer(kernel):
 
 def test_full_contact_is_the_whole_period_and_none_is_nothing():
     operator = PeriodicOperator((8, 8), (0.5, 0.5), 1.0)
-    full = fft.solve(operator, np.zeros((8, 8)), force=1.0)
+    full = fft.solve(Press(operator, np.zeros((8, 8))), Load("force", 1.0))
     assert located_area(full) == 16.0
     free = FreeOperator((4, 4), (1.0, 1.0), 1.0)
-    assert located_area(fft.solve(free, np.ones((4, 4)), penetration=0.5)) == 0.0
+    assert located_area(fft.solve(Press(free, np.ones((4, 4))), Load("penetration", 0.5))) == 0.0
 
 
 def test_contact_that_ends_with_the_material_ends_between_cells():
     """A flat face of 6 x 6 cells, and a wall beside a free patch: nothing is to be located."""
     gap = np.full((10, 10), np.inf)
     gap[2:8, 2:8] = 0.0
-    contact = dense.solve(FreeOperator((10, 10), (1.0, 1.0), 1.0), gap, penetration=1.0)
+    contact = dense.solve(
+        Press(FreeOperator((10, 10), (1.0, 1.0), 1.0), gap), Load("penetration", 1.0)
+    )
     assert located_area(contact) == 36.0
-    covered = dense.solve(FreeOperator((6, 6), (1.0, 1.0), 1.0), gap[2:8, 2:8], penetration=1.0)
+    covered = dense.solve(
+        Press(FreeOperator((6, 6), (1.0, 1.0), 1.0), gap[2:8, 2:8]), Load("penetration", 1.0)
+    )
     assert located_area(covered) == 36.0
 
 

@@ -15,6 +15,8 @@ from reference.errors import ConvergenceError
 from reference.halfspace import FreeOperator, PeriodicOperator, conjugate_gradients, fft
 from reference.halfspace.conjugate_gradients import _Stage
 from reference.halfspace.convolution import Convolution
+from reference.halfspace.solution import Press
+from reference.loads import Load
 
 # Powers and mixtures of small factors, primes (by chirps), single rows and columns.
 LENGTHS = st.sampled_from([1, 2, 3, 4, 5, 7, 8, 9, 11, 15, 16, 17, 24, 30, 31, 32, 40, 49, 64, 97])
@@ -98,9 +100,9 @@ def problem(operator_class):
 def test_every_stage_alone_reaches_the_same_contact(operator_class, stage, monkeypatch):
     """The plain method, the last resort, needs no preconditioner and no single precision."""
     operator, gap = problem(operator_class)
-    usual = fft.solve(operator, gap, force=20.0, tolerance=1e-11)
+    usual = fft.solve(Press(operator, gap), Load("force", 20.0), tolerance=1e-11)
     monkeypatch.setattr(conjugate_gradients, "_STAGES", (stage,))
-    alone = fft.solve(operator, gap, force=20.0, tolerance=1e-11)
+    alone = fft.solve(Press(operator, gap), Load("force", 20.0), tolerance=1e-11)
     np.testing.assert_array_equal(alone.mask, usual.mask)
     np.testing.assert_allclose(alone.pressure, usual.pressure, atol=1e-8 * usual.pressure.max())
 
@@ -109,7 +111,7 @@ def test_every_stage_alone_reaches_the_same_contact(operator_class, stage, monke
 def test_a_preconditioner_that_misleads_is_given_up(operator_class, monkeypatch):
     """With |q| replaced by its sixth power both preconditioned stages stall; the plain one ends."""
     operator, gap = problem(operator_class)
-    usual = fft.solve(operator, gap, force=20.0)
+    usual = fft.solve(Press(operator, gap), Load("force", 20.0))
     sound = conjugate_gradients._preconditioner
 
     def misleading(operator, dtype):
@@ -122,7 +124,7 @@ def test_a_preconditioner_that_misleads_is_given_up(operator_class, monkeypatch)
         return np.fft.fftfreq(padded[0])[:, None], np.fft.rfftfreq(padded[1])[None, :]
 
     monkeypatch.setattr(conjugate_gradients, "_preconditioner", misleading)
-    found = fft.solve(operator, gap, force=20.0)
+    found = fft.solve(Press(operator, gap), Load("force", 20.0))
     assert found.violation <= 1e-8
     assert found.iterations > 2 * usual.iterations
     assert found.penetration == pytest.approx(usual.penetration, rel=1e-7)
@@ -132,4 +134,4 @@ def test_a_field_out_of_the_range_of_numbers_is_an_error():
     """A gap near the largest double overflows: the solver says so and returns no NaN."""
     gap = np.array([[0.0, 1.0], [1.0, 1e300]]) * 1e8
     with pytest.raises(ConvergenceError, match="range of numbers"):
-        fft.solve(FreeOperator((2, 2), (1.0, 1.0), 1e-300), gap, force=1e308)
+        fft.solve(Press(FreeOperator((2, 2), (1.0, 1.0), 1e-300), gap), Load("force", 1e308))

@@ -10,6 +10,8 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from reference.halfspace import FreeOperator, contact_block, dense, fft
+from reference.halfspace.solution import Press
+from reference.loads import Load
 from reference.surfaces import self_affine
 
 
@@ -39,7 +41,7 @@ def test_complementarity_holds_to_rounding_at_every_load(control):
     """Products p (u - d + g) vanish and both factors are positive, to 1e-12 of their scales."""
     operator, gap = rough(32)
     loads = np.geomspace(1e-4, 3e-2, 8) * (1.0 if control == "force" else gap.mean() / 3e-2)
-    for contact in dense.sweep(operator, gap, **{control: loads}):
+    for contact in dense.sweep(Press(operator, gap), Load(control, loads)):
         clearance = contact.gap / contact.penetration
         assert contact.pressure.min() >= 0
         assert clearance.min() > -1e-12
@@ -51,10 +53,10 @@ def test_a_sweep_keeps_its_factor_and_changes_only_its_border(control, factorisa
     """Fewer than half of the rounds factorise, and the answers are those of single solves."""
     operator, gap = rough(48)
     loads = np.linspace(0.2, 0.6, 25) * (2e-2 if control == "force" else gap.mean())
-    swept = list(dense.sweep(operator, gap, **{control: loads}))
+    swept = list(dense.sweep(Press(operator, gap), Load(control, loads)))
     assert len(factorisations) < 0.5 * sum(contact.iterations for contact in swept)
     for load, contact in zip(loads[::6], swept[::6], strict=True):
-        single = dense.solve(operator, gap, **{control: load})
+        single = dense.solve(Press(operator, gap), Load(control, load))
         np.testing.assert_array_equal(single.mask, contact.mask)
         scale = single.pressure.max()
         np.testing.assert_allclose(contact.pressure, single.pressure, atol=1e-11 * scale)
@@ -72,11 +74,14 @@ def test_any_contact_set_to_start_from_leads_to_the_same_contact(seed, share, co
     Then single changes take over, under force control within Newton's iteration for the depth.
     """
     operator, gap = rough(16)
-    load = {control: 0.5 * gap.mean() if control == "penetration" else 5e-3}
-    expected = dense.solve(operator, gap, **load)
+    pressed, load = (
+        Press(operator, gap),
+        Load(control, 0.5 * gap.mean() if control == "penetration" else 5e-3),
+    )
+    expected = dense.solve(pressed, load)
     mask = np.random.default_rng(seed).random(gap.shape) < share
     start = replace(expected, pressure=mask.astype(float))
-    found = dense.solve(operator, gap, **load, start=start)
+    found = dense.solve(pressed, load, start=start)
     np.testing.assert_array_equal(found.mask, expected.mask)
     assert found.force == pytest.approx(expected.force, rel=1e-11)
 
@@ -85,8 +90,11 @@ def test_any_contact_set_to_start_from_leads_to_the_same_contact(seed, share, co
 def test_a_contact_set_that_returns_is_noticed(control, monkeypatch):
     """A block change that undoes itself would go round for ever; single changes end it."""
     operator, gap = rough(16)
-    load = {control: 0.5 * gap.mean() if control == "penetration" else 5e-3}
-    expected = dense.solve(operator, gap, **load)
+    pressed, load = (
+        Press(operator, gap),
+        Load(control, 0.5 * gap.mean() if control == "penetration" else 5e-3),
+    )
+    expected = dense.solve(pressed, load)
     genuine, calls = dense._changed, []
 
     def back_and_forth(cells, active, wrong):
@@ -94,7 +102,7 @@ def test_a_contact_set_that_returns_is_noticed(control, monkeypatch):
         return genuine(cells, active, wrong) if wrong.sum() == 1 else active.copy()
 
     monkeypatch.setattr(dense, "_changed", back_and_forth)
-    found = dense.solve(operator, gap, **load)
+    found = dense.solve(pressed, load)
     assert calls[0] > 1
     assert set(calls[1:]) == {1}
     np.testing.assert_array_equal(found.mask, expected.mask)
@@ -107,9 +115,9 @@ def test_the_dense_solver_carries_five_thousand_contact_cells():
     x = np.arange(112) - 55.7
     operator = FreeOperator((112, 112), (1 / cells, 1 / cells), 1.0)
     gap = (x[:, None] ** 2 + x**2) / (2 * cells**2)
-    exact = dense.solve(operator, gap, penetration=1.0)
+    exact = dense.solve(Press(operator, gap), Load("penetration", 1.0))
     assert 4700 < exact.mask.sum() <= contact_block.CELL_LIMIT
     assert exact.violation < 1e-12
     assert exact.force == pytest.approx(4 / 3, rel=2e-4)
-    found = fft.solve(operator, gap, penetration=1.0, tolerance=1e-10)
+    found = fft.solve(Press(operator, gap), Load("penetration", 1.0), tolerance=1e-10)
     np.testing.assert_allclose(found.pressure, exact.pressure, atol=1e-7 * exact.pressure.max())

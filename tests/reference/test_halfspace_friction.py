@@ -15,8 +15,10 @@ from reference.errors import ConvergenceError
 from reference.halfspace import areas, fft
 from reference.halfspace.cerruti import Compliance, cell_integrals
 from reference.halfspace.friction import sweep, tangential_stiffness
+from reference.halfspace.solution import Press
 from reference.halfspace.stick_slip import minimise
 from reference.halfspace.traction import NormalAndTangential
+from reference.loads import Load
 from reference.surfaces import self_affine
 
 MU = 0.4
@@ -142,7 +144,7 @@ def test_rough_paths_at_zero_poisson_ratio_are_normal_solutions(periodic, seed, 
     )
 
     def pressure(load: float) -> np.ndarray:
-        found = fft.solve(body.normal, gap, force=load, tolerance=1e-10)
+        found = fft.solve(Press(body.normal, gap), Load("force", load), tolerance=1e-10)
         return found.pressure
 
     whole = pressure(force)

@@ -19,6 +19,8 @@ from reference.halfspace import (
     dense,
     fft,
 )
+from reference.halfspace.solution import Press
+from reference.loads import Load
 
 SHAPES = st.sampled_from(["white noise", "smooth", "plateaus", "punches", "islands"])
 
@@ -57,9 +59,9 @@ def test_fft_and_dense_solvers_agree(kind, shape, ratio, load, control, seed):
     """
     operator = FreeOperator(shape, (1.0, ratio), 2.0)
     gap = random_gap(kind, shape, seed)
-    arguments = {control: 10.0**load}
-    exact = dense.solve(operator, gap, **arguments)
-    found = fft.solve(operator, gap, tolerance=1e-12, **arguments)
+    pressed, wanted = Press(operator, gap), Load(control, 10.0**load)
+    exact = dense.solve(pressed, wanted)
+    found = fft.solve(pressed, wanted, tolerance=1e-12)
     assert exact.violation < 1e-13
     assert found.violation <= 1e-12
     assert found.force == pytest.approx(exact.force, rel=1e-10)
@@ -84,7 +86,7 @@ def test_periodic_contact_satisfies_its_conditions_under_any_force(kind, shape, 
     """
     operator = PeriodicOperator(shape, (1.0, 0.7), 1.0, kernel=kernel)
     gap = random_gap(kind, shape, seed)
-    contact = fft.solve(operator, gap, force=10.0**load, tolerance=1e-11)
+    contact = fft.solve(Press(operator, gap), Load("force", 10.0**load), tolerance=1e-11)
     finite = np.isfinite(gap)
     clearance = operator.apply(contact.pressure)[finite] + gap[finite] - contact.penetration
     scale = max(contact.penetration, 1e-300)
@@ -107,7 +109,7 @@ def test_mean_gap_control_gives_the_mean_gap(operator_class, fraction):
     gap = random_gap("smooth", (48, 48), 3)
     operator = operator_class((48, 48), (1.0, 1.0), 1.0)
     wanted = fraction * gap.mean()
-    contact = fft.solve(operator, gap, mean_gap=wanted, max_iterations=60)
+    contact = fft.solve(Press(operator, gap), Load("mean_gap", wanted), max_iterations=60)
     clearance = gap - contact.penetration + operator.apply(contact.pressure)
     assert contact.mean_gap == pytest.approx(clearance.mean(), rel=1e-9)
     assert abs(contact.mean_gap - wanted) <= 2e-8 * contact.penetration
@@ -117,7 +119,7 @@ def test_periodic_penetration_and_mean_gap_add_up_to_the_highest_peak():
     """The mean displacement is zero: d + mean gap = max(h) - <h> at every load."""
     gap = random_gap("smooth", (32, 32), 4)
     operator = PeriodicOperator((32, 32), (1.0, 1.0), 1.0)
-    for contact in fft.sweep(operator, gap, force=[0.1, 1.0, 10.0, 100.0]):
+    for contact in fft.sweep(Press(operator, gap), Load("force", [0.1, 1.0, 10.0, 100.0])):
         assert contact.penetration + contact.mean_gap == pytest.approx(gap.mean(), rel=1e-12)
         assert abs(contact.displacement.mean()) < 1e-12 * gap.mean()
 
@@ -127,8 +129,8 @@ def test_force_control_inverts_penetration_control(solver):
     operator = FreeOperator((24, 24), (1.0, 1.0), 1.0)
     gap = random_gap("smooth", (24, 24), 5)
     for depth in (0.05, 0.3, 0.9):
-        by_depth = solver.solve(operator, gap, penetration=depth)
-        by_force = solver.solve(operator, gap, force=by_depth.force)
+        by_depth = solver.solve(Press(operator, gap), Load("penetration", depth))
+        by_force = solver.solve(Press(operator, gap), Load("force", by_depth.force))
         assert by_force.penetration == pytest.approx(depth, rel=1e-7)
         np.testing.assert_array_equal(by_force.mask, by_depth.mask)
 
@@ -143,8 +145,10 @@ def test_sweeps_equal_single_solves(solver, operator_class, control):
     operator = operator_class((24, 20), (1.0, 1.2), 1.0)
     gap = random_gap("smooth", (24, 20), 6)
     loads = np.linspace(0.05, 0.9, 7) * (1.0 if control == "force" else gap.mean())
-    for load, swept in zip(loads, solver.sweep(operator, gap, **{control: loads}), strict=True):
-        single = solver.solve(operator, gap, **{control: load})
+    for load, swept in zip(
+        loads, solver.sweep(Press(operator, gap), Load(control, loads)), strict=True
+    ):
+        single = solver.solve(Press(operator, gap), Load(control, load))
         assert swept.force == pytest.approx(single.force, rel=1e-6)
         assert swept.penetration == pytest.approx(single.penetration, rel=1e-6)
         np.testing.assert_allclose(
@@ -157,12 +161,16 @@ def test_a_solution_is_its_own_best_start(operator_class):
     """Started from the answer there is nothing left to iterate but the check."""
     operator = operator_class((40, 40), (1.0, 1.0), 1.0)
     gap = random_gap("smooth", (40, 40), 7)
-    first = fft.solve(operator, gap, force=3.0)
-    again = fft.solve(operator, gap, force=3.0, start=first)
+    first = fft.solve(Press(operator, gap), Load("force", 3.0))
+    again = fft.solve(Press(operator, gap), Load("force", 3.0), start=first)
     assert first.iterations > 5
     assert again.iterations <= 2
     with pytest.raises(ValueError, match=r"start has shape \(40, 40\)"):
-        fft.solve(operator_class((4, 4), (1.0, 1.0), 1.0), gap[:4, :4], force=1.0, start=first)
+        fft.solve(
+            Press(operator_class((4, 4), (1.0, 1.0), 1.0), gap[:4, :4]),
+            Load("force", 1.0),
+            start=first,
+        )
 
 
 def test_force_control_widens_a_window_that_was_too_small():
@@ -175,8 +183,8 @@ def test_force_control_widens_a_window_that_was_too_small():
     gap[30:, 30:] = 1e-3
     operator = FreeOperator((40, 40), (1.0, 1.0), 1.0)
     for force in (1e-3, 1e-2, 10.0, 100.0):
-        found = fft.solve(operator, gap, force=force, tolerance=1e-11)
-        exact = dense.solve(operator, gap, force=force)
+        found = fft.solve(Press(operator, gap), Load("force", force), tolerance=1e-11)
+        exact = dense.solve(Press(operator, gap), Load("force", force))
         assert found.penetration == pytest.approx(exact.penetration, rel=1e-9)
         assert found.violation <= 1e-11
 
@@ -187,10 +195,10 @@ def test_units_that_differ_by_powers_of_two_change_no_digit(solver, control):
     """No absolute tolerance anywhere: lengths times 2^-30 and moduli times 2^37, bit for bit."""
     gap = random_gap("smooth", (20, 20), 8)
     length, modulus = 2.0**-30, 2.0**37
-    small = solver.solve(FreeOperator((20, 20), (1.0, 1.5), 1.0), gap, **{control: 0.5})
+    small = solver.solve(Press(FreeOperator((20, 20), (1.0, 1.5), 1.0), gap), Load(control, 0.5))
     operator = FreeOperator((20, 20), (length, 1.5 * length), modulus)
     load = 0.5 * length * (1.0 if control == "penetration" else modulus * length)
-    scaled = solver.solve(operator, gap * length, **{control: load})
+    scaled = solver.solve(Press(operator, gap * length), Load(control, load))
     np.testing.assert_array_equal(scaled.pressure, small.pressure * modulus)
     assert scaled.penetration == small.penetration * length
     assert scaled.iterations == small.iterations
@@ -200,9 +208,13 @@ def test_units_that_differ_by_powers_of_two_change_no_digit(solver, control):
 def test_nanometres_and_metres_give_the_same_contact(operator_class):
     """Units nm with GPa against m with Pa: no powers of two, so the rounding differs."""
     gap = random_gap("smooth", (32, 32), 9)
-    nano = fft.solve(operator_class((32, 32), (1.0, 1.0), 1.0), gap, force=2.0, tolerance=1e-11)
+    nano = fft.solve(
+        Press(operator_class((32, 32), (1.0, 1.0), 1.0), gap), Load("force", 2.0), tolerance=1e-11
+    )
     metre = fft.solve(
-        operator_class((32, 32), (1e-9, 1e-9), 1e9), gap * 1e-9, force=2e-9, tolerance=1e-11
+        Press(operator_class((32, 32), (1e-9, 1e-9), 1e9), gap * 1e-9),
+        Load("force", 2e-9),
+        tolerance=1e-11,
     )
     np.testing.assert_allclose(
         metre.pressure, nano.pressure * 1e9, atol=1e-9 * metre.pressure.max()
@@ -217,7 +229,7 @@ def test_deeper_means_more_force_more_pressure_and_stiffer(kind, seed):
     operator = FreeOperator((16, 16), (1.0, 1.0), 1.0)
     gap = random_gap(kind, (16, 16), seed)
     depths = np.linspace(0.2, 2.0, 5)
-    contacts = list(dense.sweep(operator, gap, penetration=depths))
+    contacts = list(dense.sweep(Press(operator, gap), Load("penetration", depths)))
     forces = np.array([contact.force for contact in contacts])
     assert (np.diff(forces) > 0).all()
     assert (np.diff(forces, 2) > -1e-12 * forces[-1]).all()
@@ -229,7 +241,7 @@ def test_force_is_the_derivative_of_the_elastic_energy():
     """dU/dd = F (Castigliano); central difference of U, exact to O(step^2)."""
     operator = FreeOperator((32, 32), (1.0, 1.0), 1.0)
     gap = random_gap("smooth", (32, 32), 10)
-    low, middle, high = dense.sweep(operator, gap, penetration=[0.499, 0.5, 0.501])
+    low, middle, high = dense.sweep(Press(operator, gap), Load("penetration", [0.499, 0.5, 0.501]))
     energies = [areas.elastic_energy(operator, contact.pressure) for contact in (low, high)]
     assert (energies[1] - energies[0]) / 0.002 == pytest.approx(middle.force, rel=1e-5)
 
@@ -247,14 +259,16 @@ def test_depths_count_from_the_first_touch_of_a_cell(operator_class, offset):
     at_touch = gap - gap.min()
     solvers = [fft, dense] if operator_class is FreeOperator else [fft]
     for solver in solvers:
-        near = solver.solve(operator, at_touch, force=1.0)
-        far = solver.solve(operator, gap, force=1.0)
+        near = solver.solve(Press(operator, at_touch), Load("force", 1.0))
+        far = solver.solve(Press(operator, gap), Load("force", 1.0))
         np.testing.assert_array_equal(far.pressure, near.pressure)
         assert far.penetration == pytest.approx(near.penetration + gap.min(), rel=1e-14)
-        light = next(solver.sweep(operator, gap, force=[1e-300]))
+        light = next(solver.sweep(Press(operator, gap), Load("force", [1e-300])))
         assert light.force == pytest.approx(1e-300, rel=1e-12)
         assert light.mask.sum() == np.sum(at_touch == 0)
-        (deep,) = solver.sweep(operator, gap, penetration=[near.penetration + gap.min()])
+        (deep,) = solver.sweep(
+            Press(operator, gap), Load("penetration", [near.penetration + gap.min()])
+        )
         assert deep.force == pytest.approx(1.0, rel=1e-6 if offset < 1 else 1e-2)
 
 
@@ -262,7 +276,7 @@ def test_no_cell_within_reach_means_no_force():
     """First touch may lie between grid points: a smaller depth loads nothing."""
     operator = FreeOperator((8, 8), (1.0, 1.0), 1.0)
     for solver in (dense, fft):
-        contact = solver.solve(operator, np.full((8, 8), 0.2), penetration=0.1)
+        contact = solver.solve(Press(operator, np.full((8, 8), 0.2)), Load("penetration", 0.1))
         assert contact.force == 0
         assert contact.mean_gap == pytest.approx(0.1)
 
@@ -272,9 +286,9 @@ def test_single_changes_reach_the_same_contact_as_block_changes(control, monkeyp
     """The fallback against cycling (Murty 1974), made to work from the first round."""
     operator = FreeOperator((14, 14), (1.0, 1.0), 1.0)
     gap = random_gap("white noise", (14, 14), 15)
-    blocks = dense.solve(operator, gap, **{control: 1.0})
+    blocks = dense.solve(Press(operator, gap), Load(control, 1.0))
     monkeypatch.setattr(dense, "_PATIENCE", -1)
-    singles = dense.solve(operator, gap, **{control: 1.0})
+    singles = dense.solve(Press(operator, gap), Load(control, 1.0))
     assert singles.iterations > 3 * blocks.iterations
     assert singles.force == pytest.approx(blocks.force, rel=1e-12)
     np.testing.assert_array_equal(singles.mask, blocks.mask)
@@ -284,59 +298,63 @@ def test_too_few_iterations_are_an_error_with_their_history():
     operator = FreeOperator((32, 32), (1.0, 1.0), 1.0)
     gap = random_gap("smooth", (32, 32), 11)
     with pytest.raises(ConvergenceError, match="3 iterations") as caught:
-        fft.solve(operator, gap, force=5.0, max_iterations=3)
+        fft.solve(Press(operator, gap), Load("force", 5.0), max_iterations=3)
     assert len(caught.value.history) == 3
     with pytest.raises(ConvergenceError) as caught:
-        dense.solve(operator, gap, force=5.0, max_iterations=1)
+        dense.solve(Press(operator, gap), Load("force", 5.0), max_iterations=1)
     assert caught.value.history[0] > 0
 
 
 def test_an_unreachable_tolerance_is_an_error_and_not_an_endless_loop():
     operator = FreeOperator((32, 32), (1.0, 1.0), 1.0)
     with pytest.raises(ConvergenceError, match="violation"):
-        fft.solve(operator, random_gap("smooth", (32, 32), 12), force=5.0, tolerance=1e-18)
+        fft.solve(
+            Press(operator, random_gap("smooth", (32, 32), 12)), Load("force", 5.0), tolerance=1e-18
+        )
 
 
 def test_a_sweep_may_start_again_after_a_load_that_failed():
     operator = FreeOperator((32, 32), (1.0, 1.0), 1.0)
     gap = random_gap("smooth", (32, 32), 13)
     with pytest.raises(ConvergenceError):
-        list(fft.sweep(operator, gap, force=[1.0, 2.0], max_iterations=3))
-    assert next(fft.sweep(operator, gap, force=[2.0])).force == pytest.approx(2.0)
+        list(fft.sweep(Press(operator, gap), Load("force", [1.0, 2.0]), max_iterations=3))
+    assert next(fft.sweep(Press(operator, gap), Load("force", [2.0]))).force == pytest.approx(2.0)
 
 
 @pytest.mark.parametrize(
-    ("arguments", "complaint"),
+    ("control", "values", "complaint"),
     [
-        ({}, "exactly one of penetration, force"),
-        ({"penetration": 1.0, "force": 1.0}, "exactly one.*came: penetration, force"),
-        ({"penetration": -1.0}, "positive and finite, not -1.0"),
-        ({"force": float("nan")}, "positive and finite, not nan"),
-        ({"force": [1.0, 2.0]}, "use sweep"),
+        ("area", 1.0, "control must be one of penetration, force.*not 'area'"),
+        ("penetration", -1.0, "positive and finite, not -1.0"),
+        ("force", float("nan"), "positive and finite, not nan"),
+        ("force", [2.0, 1.0], "strictly increasing"),
+        ("force", [1.0, 2.0], "use sweep"),
     ],
 )
-def test_senseless_loads_are_refused(arguments, complaint):
-    operator = FreeOperator((4, 4), (1.0, 1.0), 1.0)
+def test_senseless_loads_are_refused(control, values, complaint):
+    pressed = Press(FreeOperator((4, 4), (1.0, 1.0), 1.0), np.zeros((4, 4)))
     for solver in (dense, fft):
         with pytest.raises(ValueError, match=complaint):
-            solver.solve(operator, np.zeros((4, 4)), **arguments)
+            solver.solve(pressed, Load(control, values))
 
 
 def test_senseless_gaps_and_sweeps_are_refused_at_the_call():
     operator = FreeOperator((4, 4), (1.0, 1.0), 1.0)
     for solver in (dense, fft):
         with pytest.raises(ValueError, match=r"shape \(3, 4\)"):
-            solver.solve(operator, np.zeros((3, 4)), force=1.0)
+            solver.solve(Press(operator, np.zeros((3, 4))), Load("force", 1.0))
         with pytest.raises(ValueError, match="negative"):
-            solver.solve(operator, np.full((4, 4), -1.0), force=1.0)
+            solver.solve(Press(operator, np.full((4, 4), -1.0)), Load("force", 1.0))
         with pytest.raises(ValueError, match="NaN"):
-            solver.sweep(operator, np.full((4, 4), np.nan), force=[1.0])
+            solver.sweep(Press(operator, np.full((4, 4), np.nan)), Load("force", [1.0]))
         with pytest.raises(ValueError, match="infinite everywhere"):
-            solver.sweep(operator, np.full((4, 4), np.inf), force=[1.0])
+            solver.sweep(Press(operator, np.full((4, 4), np.inf)), Load("force", [1.0]))
         with pytest.raises(ValueError, match="strictly increasing"):
-            solver.sweep(operator, np.zeros((4, 4)), force=[2.0, 1.0])
+            solver.sweep(Press(operator, np.zeros((4, 4))), Load("force", [2.0, 1.0]))
     with pytest.raises(ValueError, match=r"tolerance.*max_iterations"):
-        fft.solve(operator, np.zeros((4, 4)), force=1.0, tolerance=0.0, max_iterations=0)
+        fft.solve(
+            Press(operator, np.zeros((4, 4))), Load("force", 1.0), tolerance=0.0, max_iterations=0
+        )
 
 
 def test_the_dense_solver_names_the_right_tool_for_large_and_periodic_contacts(monkeypatch):
@@ -345,12 +363,14 @@ def test_the_dense_solver_names_the_right_tool_for_large_and_periodic_contacts(m
     x = np.arange(24) - 11.6
     operator = FreeOperator((24, 24), (1.0, 1.0), 1.0)
     bowl = (x[:, None] ** 2 + x**2) / 100
-    contact = dense.solve(operator, bowl, penetration=1.0)
+    contact = dense.solve(Press(operator, bowl), Load("penetration", 1.0))
     assert (bowl < 1.0).sum() > 200 > contact.mask.sum()
     with pytest.raises(ValueError, match=r"576 cells.*fft"):
-        dense.solve(operator, np.zeros((24, 24)), penetration=1.0)
+        dense.solve(Press(operator, np.zeros((24, 24))), Load("penetration", 1.0))
     with pytest.raises(ValueError, match="fft"):
-        dense.solve(PeriodicOperator((4, 4), (1.0, 1.0), 1.0), np.zeros((4, 4)), force=1.0)
+        dense.solve(
+            Press(PeriodicOperator((4, 4), (1.0, 1.0), 1.0), np.zeros((4, 4))), Load("force", 1.0)
+        )
 
 
 def test_periodic_penetration_beyond_full_contact_is_refused():
@@ -358,6 +378,6 @@ def test_periodic_penetration_beyond_full_contact_is_refused():
     gap = random_gap("smooth", (8, 8), 14)
     operator = PeriodicOperator((8, 8), (1.0, 1.0), 1.0)
     with pytest.raises(ValueError, match="give the force"):
-        fft.solve(operator, gap, penetration=1.01 * gap.mean())
+        fft.solve(Press(operator, gap), Load("penetration", 1.01 * gap.mean()))
     with pytest.raises(ValueError, match="first touch"):
-        fft.solve(operator, gap, mean_gap=1.01 * gap.mean())
+        fft.solve(Press(operator, gap), Load("mean_gap", 1.01 * gap.mean()))

@@ -13,6 +13,8 @@ from reference.errors import ConvergenceError
 from reference.halfspace import fft
 from reference.halfspace import kernels as elastic
 from reference.halfspace.operators import FreeOperator
+from reference.halfspace.solution import Press
+from reference.loads import Load
 from reference.sliding import kernels
 from reference.sliding.contact import solve
 from reference.sliding.operators import Travelling
@@ -120,7 +122,9 @@ def test_the_fft_solver_at_rest_is_the_limit_of_slow_sliding():
     x, gap = grid(32, 0.2)
     spacing = (x[1] - x[0],) * 2
     found = solve(Travelling((32, 32), spacing, KELVIN, 1e-10), gap, force=1e-3)
-    still = fft.solve(FreeOperator((32, 32), spacing, 1.0), gap, force=1e-3, tolerance=1e-11)
+    still = fft.solve(
+        Press(FreeOperator((32, 32), spacing, 1.0), gap), Load("force", 1e-3), tolerance=1e-11
+    )
     assert_allclose(found.penetration, still.penetration, rtol=1e-6)
     assert_allclose(found.pressure, still.pressure, atol=1e-6 * still.pressure.max())
 
@@ -144,7 +148,9 @@ def marched(material, speed, cells, half_width, force):
         shifted = keep * np.concatenate([memory[1:], memory[-1:]])
         raised = gap + shifted
         elastic_gap = raised - raised.min()
-        contact = fft.solve(operator, elastic_gap / own, force=force, tolerance=1e-6)
+        contact = fft.solve(
+            Press(operator, elastic_gap / own), Load("force", force), tolerance=1e-6
+        )
         memory = shifted + new / 4 * contact.displacement
     pressure = contact.pressure
     depth = own * contact.penetration + raised.min()

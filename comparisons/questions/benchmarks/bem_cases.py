@@ -9,6 +9,8 @@ import numpy as np
 from comparisons.peers.press import Problem
 from reference import surfaces
 from reference.halfspace import FreeOperator, HalfSpace, PeriodicOperator, fft
+from reference.halfspace.solution import Press
+from reference.loads import Load
 
 HURST, SLOPE = 0.8, 0.1
 # Contact fractions that a load aims at, and how far beside is still the same regime.
@@ -45,7 +47,9 @@ class Case:
         operator = self.operator()
         found = []
         for gap in self.gaps:
-            steps = fft.sweep(operator, gap, **{self.control: self.loads}, tolerance=tolerance)
+            steps = fft.sweep(
+                Press(operator, gap), Load(self.control, self.loads), tolerance=tolerance
+            )
             found.append([contact.violation for contact in steps])
         return np.array(found)
 
@@ -112,7 +116,7 @@ def _force_at(gap: np.ndarray, fraction: float) -> tuple[float, float]:
     operator = PeriodicOperator(gap.shape, _spacing(len(gap)), 1.0)
     force = fraction * SLOPE / 2  # A/A0 = 2 F/(E* A0 h')
     while True:
-        contact = fft.solve(operator, gap, force=force, tolerance=1e-3)
+        contact = fft.solve(Press(operator, gap), Load("force", force), tolerance=1e-3)
         reached = float(np.mean(contact.pressure > 0))
         if abs(reached / fraction - 1) < _BESIDE:
             return force, reached

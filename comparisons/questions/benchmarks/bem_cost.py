@@ -12,6 +12,8 @@ from comparisons.isolation import parent
 from comparisons.questions.benchmarks import bem_cases
 from comparisons.questions.benchmarks.yardstick import Measurement, interleaved, measurement
 from reference.halfspace import fft
+from reference.halfspace.solution import Press
+from reference.loads import Load
 
 SIZES = tuple(2**k for k in range(6, 12))
 LARGEST, MOST_BYTES = 2048, 2e9
@@ -52,8 +54,8 @@ def fft_share(case: bem_cases.Case) -> float:
     The convolutions on the grid itself, as the solver counted them, times what one costs in either
     precision; those of coarser grids, where the solve starts, are not counted.
     """
-    operator, load = case.operator(), {case.control: float(case.loads[-1])}
-    solve = partial(fft.solve, operator, case.gaps[0], **load, tolerance=TOLERANCE)
+    operator, load = case.operator(), Load(case.control, float(case.loads[-1]))
+    solve = partial(fft.solve, Press(operator, case.gaps[0]), load, tolerance=TOLERANCE)
     single, double = solve().convolutions
     tasks: dict[str, Callable[[], object]] = {"solve": solve}
     for name in ("float32", "float64"):

@@ -9,7 +9,8 @@ from comparisons.questions.experiments.rough_ensemble import SEED, Surface
 from comparisons.questions.experiments.running import Finding, above, experiment, one_of
 from reference.errors import ConvergenceError
 from reference.halfspace import Contact, FreeOperator, dense
-from reference.halfspace.solution import assemble
+from reference.halfspace.solution import Press, assemble
+from reference.loads import Load
 
 _MOST_CELLS = 10_000
 STARTS = ("overlap", "random", "summit")
@@ -24,7 +25,7 @@ def _start(
     area = gap == gap.min()
     if kind == "random":
         area |= (gap < depth) & (rng.random(gap.shape) < 0.5)
-    return assemble(operator, gap, area.astype(float), depth, 0, [])
+    return assemble(Press(operator, gap), area.astype(float), depth, 0, [])
 
 
 def _rounds(
@@ -41,7 +42,7 @@ def _rounds(
         depth = float(np.quantile(gap, share)) + np.finfo(float).tiny
         begin = _start(start, operator, gap, depth, rng)
         try:
-            contact = dense.solve(operator, gap, penetration=depth, start=begin)
+            contact = dense.solve(Press(operator, gap), Load("penetration", depth), start=begin)
         except ConvergenceError as fault:
             lengths.append(len(fault.history))
             violations.append(np.inf)

@@ -21,6 +21,7 @@ from reduced.rough import ensemble, line_spectrum
 from reduced.rough.surface_spectrum import SelfAffine
 from reference import surfaces
 from reference.halfspace import Contact, FreeOperator, HalfSpace, PeriodicOperator, areas, fft
+from reference.halfspace.solution import Press
 
 # Overlap relative to the penetration: far below the scatter of the ensembles.
 _TOLERANCE = 1e-4
@@ -98,7 +99,9 @@ def press(
     operator: HalfSpace, heights: np.ndarray, load: float, stiffness: bool = False
 ) -> tuple[Contact, dict[str, float]]:
     """Press one map with the force `load` (E* = A0 = 1); return the contact and its quantities."""
-    contact = fft.solve(operator, heights.max() - heights, force=load, tolerance=_TOLERANCE)
+    contact = fft.solve(
+        Press(operator, heights.max() - heights), Load("force", load), tolerance=_TOLERANCE
+    )
     mask, periodic = contact.mask, operator.periodic
     found = areas.patches(mask, operator.spacing, periodic)
     row = {

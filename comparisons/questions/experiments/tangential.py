@@ -11,7 +11,9 @@ from reference import closed_form
 from reference.halfspace import areas, fft
 from reference.halfspace.cerruti import Compliance
 from reference.halfspace.friction import tangential_stiffness
+from reference.halfspace.solution import Press
 from reference.halfspace.traction import NormalAndTangential
+from reference.loads import Load
 from reference.surfaces import self_affine
 
 SHAPES = ("ellipse", "rectangle", "triangle", "rough")
@@ -94,7 +96,7 @@ def _rough_contact(body: NormalAndTangential) -> np.ndarray:
     )
     modulus = body.compliance.effective_modulus
     force = 0.05 * modulus * _SIDE**2 * 0.1
-    return fft.solve(body.normal, height.max() - height, force=force).mask
+    return fft.solve(Press(body.normal, height.max() - height), Load("force", force)).mask
 
 
 EXPERIMENTS = (

@@ -10,6 +10,8 @@ from comparisons.methods.registry import solver_for
 from comparisons.solving.execution import execute
 from comparisons.solving.planning import plan_scene, task_of
 from reference.halfspace import PeriodicOperator, areas, fft
+from reference.halfspace.solution import Press
+from reference.loads import Load
 
 SIDE, MODULUS, FORCES = 640e-9, 100e9, (1e-6, 1e-5)
 
@@ -43,7 +45,7 @@ def sampled(points, force):
     """Return penetration and area from the function itself at this many points a side."""
     heights, spacing = waves(points), (SIDE / points, SIDE / points)
     operator = PeriodicOperator(heights.shape, spacing, MODULUS)
-    contact = fft.solve(operator, heights.max() - heights, force=force)
+    contact = fft.solve(Press(operator, heights.max() - heights), Load("force", force))
     area = areas.corrected_area(contact.pressure > 0, spacing, periodic=True)
     return {"penetration": contact.penetration, "contact_area": float(area)}
 

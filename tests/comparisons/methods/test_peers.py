@@ -23,6 +23,8 @@ from comparisons.solving.execution import execute
 from comparisons.solving.planning import plan_scene, task_of
 from reference import surfaces
 from reference.halfspace import FreeOperator, PeriodicOperator, fft
+from reference.halfspace.solution import Press
+from reference.loads import Load
 
 PEERS = tuple(press.PACKAGES)
 MAP = Path(__file__).resolve().parents[4] / "shared" / "data" / "di-6.di"
@@ -76,8 +78,8 @@ def test_pressures_of_two_codes_agree_to_their_violation(peer, periodic, control
     assert not result.reasons
     assert result.worst <= WANTED
     for (row, step), contact in result.contacts.items():
-        load = {control: float(problem.loads[step])}
-        ours = fft.solve(problem.operator, problem.gaps[row], **load, tolerance=WANTED)
+        pressed = Press(problem.operator, problem.gaps[row])
+        ours = fft.solve(pressed, Load(control, problem.loads[step]), tolerance=WANTED)
         difference = np.linalg.norm(contact.pressure - ours.pressure)
         assert difference < 30 * WANTED * np.linalg.norm(ours.pressure)
         # The load that is prescribed, and the one that follows from it.
@@ -98,7 +100,7 @@ def test_a_peer_keeps_off_cells_without_material(peer):
     problem = Problem(operator, gap[None], "force", np.array([0.02, 0.1]))
     result = press.press(peer_or_skip(peer), problem, WANTED, repeats=1, limits=Limits(120, 4e9))
     assert not result.reasons
-    ours = fft.solve(operator, gap, force=0.1, tolerance=WANTED)
+    ours = fft.solve(Press(operator, gap), Load("force", 0.1), tolerance=WANTED)
     pressure = result.contacts[0, 1].pressure
     assert np.linalg.norm(pressure - ours.pressure) < 30 * WANTED * np.linalg.norm(ours.pressure)
 
@@ -169,7 +171,10 @@ def answering(monkeypatch, change):
         assert limits["seconds"] == 9
         problem = rough_problem(True, "force")
         step = [
-            [fft.solve(problem.operator, g, force=f).pressure for f in problem.loads]
+            [
+                fft.solve(Press(problem.operator, g), Load("force", f)).pressure
+                for f in problem.loads
+            ]
             for g in problem.gaps
         ]
         # As the process sees it: E* = 1, lengths in units of powers of two.

@@ -16,6 +16,8 @@ from comparisons.questions.claims.runner import judge_claim
 from comparisons.questions.experiments import EXPERIMENTS, cost, reading_scan
 from comparisons.questions.experiments.running import Finding, experiment
 from reference.halfspace import FreeOperator, fft
+from reference.halfspace.solution import Press
+from reference.loads import Load
 from reports.tables.documents import markdown
 
 
@@ -99,7 +101,9 @@ def test_the_far_field_is_that_of_a_solved_punch():
     axis = (np.arange(n) - n / 2 + 0.5) / 8
     r = np.hypot(axis[:, None], axis)
     gap = np.where(r < 1, 0.0, np.inf)
-    contact = fft.solve(FreeOperator((n, n), (1 / 8, 1 / 8), 1.0), gap, penetration=1.0)
+    contact = fft.solve(
+        Press(FreeOperator((n, n), (1 / 8, 1 / 8), 1.0), gap), Load("penetration", 1.0)
+    )
     at = np.argmin(np.abs(r - 3.0))
     found = measure("far-field", float(r.flat[at]) / 2).details["u/d"]
     assert contact.displacement.flat[at] == pytest.approx(found, rel=0.02)

@@ -1,0 +1,85 @@
+"""What is prescribed to a contact: a path of values, or loads that increase."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+
+@dataclass(frozen=True, eq=False, init=False)
+class LoadPath:
+    """Values that one prescribed quantity passes in order, of any sign.
+
+    Parameters
+    ----------
+    control : str
+        What is prescribed: ``"penetration"``, ``"force"``, ``"tangential_force"``, ...
+    values : array_like, shape (k,)
+        Finite; a number is a path of one point.
+
+    Raises
+    ------
+    ValueError
+        If the values are no list of finite numbers.
+    """
+
+    control: str
+    values: NDArray[np.float64]
+
+    def __init__(self, control: str, values: ArrayLike) -> None:
+        object.__setattr__(self, "control", control)
+        object.__setattr__(self, "values", np.array(values, dtype=float, ndmin=1))
+        fault = self._fault(values)
+        if fault:
+            raise ValueError(f"{control} must be {fault}")
+
+    def one_of(self, *controls: str) -> str:
+        """Return what is prescribed, or refuse it if it is none of these."""
+        if self.control not in controls:
+            raise ValueError(f"control must be one of {', '.join(controls)}, not {self.control!r}")
+        return self.control
+
+    def single(self) -> float:
+        """Return the value of a load of which there is one."""
+        if self.values.size != 1:
+            raise ValueError(f"{self.control} must be one number; use sweep for a list")
+        return float(self.values[0])
+
+    def _fault(self, given: ArrayLike) -> str:
+        if self.values.ndim != 1 or self.values.size == 0:
+            return f"a number or a non-empty list, not shape {self.values.shape}"
+        return "" if np.isfinite(self.values).all() else f"finite, not {given!r}"
+
+
+class Load(LoadPath):
+    """Loads of a contact that is pressed on: positive, strictly increasing.
+
+    A zero mean gap is full contact, which does not set the force, and is refused like any zero.
+
+    Parameters
+    ----------
+    control : {"penetration", "force", "mean_gap"}
+        What is prescribed.
+    values : array_like, shape (k,)
+
+    Raises
+    ------
+    ValueError
+        If the values are not positive, finite and strictly increasing.
+
+    Examples
+    --------
+    >>> Load("force", [1, 2])
+    Load(control='force', values=array([1., 2.]))
+    """
+
+    def _fault(self, given: ArrayLike) -> str:
+        fault = super()._fault(given)
+        if fault:
+            return fault.replace("finite, not", "positive and finite, not")
+        if not (self.values > 0).all():
+            return f"positive and finite, not {given!r}"
+        increasing = bool((np.diff(self.values) > 0).all())
+        return "" if increasing else f"strictly increasing, not {given!r}"
