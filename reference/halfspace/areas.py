@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -17,7 +17,8 @@ from reference.halfspace.operators import HalfSpace
 _PERIMETER_FACTOR = (np.pi - 1 + np.log(2)) / 24
 
 
-class Patches(NamedTuple):
+@dataclass(frozen=True)
+class Patches:
     """Connected contact patches: label map (0 = no contact), their number and areas."""
 
     labels: NDArray[np.int_]
@@ -81,9 +82,9 @@ def corrected_area(mask: ArrayLike, spacing: tuple[float, float], periodic: bool
     mask = _checked(mask, spacing)
     edges = 0
     for axis in (0, 1):
-        edges += np.count_nonzero(np.diff(mask, axis=axis))
+        edges += int(np.count_nonzero(np.diff(mask, axis=axis)))
         if periodic:
-            edges += np.count_nonzero(mask.take(0, axis) != mask.take(-1, axis))
+            edges += int(np.count_nonzero(mask.take(0, axis) != mask.take(-1, axis)))
     return raw_area(mask, spacing) - float(_PERIMETER_FACTOR * edges * spacing[0] * spacing[1])
 
 
@@ -111,7 +112,7 @@ def patches(
     if periodic and count:
         labels, count = _join_seams(labels, count)
     cells = np.bincount(labels.ravel(), minlength=count + 1)[1:]
-    return Patches(labels, int(count), cells * float(spacing[0] * spacing[1]))
+    return Patches(labels, int(count), np.asarray(cells * float(spacing[0] * spacing[1]), float))
 
 
 def _join_seams(labels: NDArray[np.int_], count: int) -> tuple[NDArray[np.int_], int]:

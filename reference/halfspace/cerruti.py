@@ -186,7 +186,7 @@ class Transfer(NamedTuple):
 
 
 def free_transfer(
-    table: Callable[[Field, int, int], Field],
+    table: Callable[[Field, int, int], NDArray[np.complex128]],
     shape: tuple[int, int],
     spacing: tuple[float, float],
     compliance: Compliance,
@@ -202,7 +202,8 @@ def free_transfer(
         Of the grid.
     compliance : Compliance
     """
-    cells = cell_integrals(*np.ix_(*(np.arange(n) for n in shape)), spacing)
+    i, j = np.ix_(*(np.arange(n) for n in shape))
+    cells = cell_integrals(i, j, spacing)
     c1, c2, c3 = compliance.normal, compliance.lateral, compliance.coupling
     both, scale = cells.xx + cells.yy, 1 / (2 * np.pi)
     return Transfer(

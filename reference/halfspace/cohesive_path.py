@@ -19,6 +19,7 @@ from reference.halfspace.cohesive import CohesiveContact, CohesiveProblem, Const
 Field = NDArray[np.float64]
 
 _SHRINKS = 12
+_MOST = 2000  # points of a way
 _EASY, _ITERATIONS = 6, 30
 # Sharper turns than this cosine are taken in smaller steps, down to those of a corner of the path:
 # a step over a fold would land on another branch.
@@ -109,6 +110,25 @@ class CohesivePath:
         return place[0], place[1]
 
 
+@dataclass(frozen=True)
+class Ending:
+    """Where the way of an adhesive contact ends, in shares of its lowest force.
+
+    Parameters
+    ----------
+    parted : float
+        Without contact, where the force has fallen to this share.
+    risen : float
+        Where the force has risen again by this share: enough, if only the pull-off force is wanted.
+    """
+
+    parted: float = 1e-3
+    risen: float = np.inf
+
+
+PARTED = Ending()
+
+
 def trace(
     problem: CohesiveProblem,
     penetration: float,
@@ -116,9 +136,7 @@ def trace(
     *,
     steps: int = 40,
     tolerance: float = 1e-7,
-    parted: float = 1e-3,
-    risen: float = np.inf,
-    max_points: int = 2000,
+    ending: Ending = PARTED,
 ) -> CohesivePath:
     """Follow the equilibria from a penetration at which the body is pressed on until it is parted.
 
@@ -133,13 +151,8 @@ def trace(
         Points between the two on a straight way; folds and jumps of the grid take more.
     tolerance : float
         Of every equilibrium, see `CohesiveContact.residual`.
-    parted : float
-        The way ends without contact where the force has fallen to this share of its lowest.
-    risen : float
-        It also ends where the force has risen again by this share of its lowest: enough, if only
-        the pull-off force is wanted.
-    max_points : int
-        Limit of the way.
+    ending : Ending
+        Where the way ends.
 
     Returns
     -------
@@ -157,10 +170,10 @@ def trace(
     previous = problem.at_penetration(penetration - stride, first.pressure, tolerance)
     points.append(previous)
     length = 1.0
-    while not _ended(points, lowest, parted, risen):
-        if len(points) >= max_points:
+    while not _ended(points, lowest, ending):
+        if len(points) >= _MOST:
             raise ConvergenceError(
-                f"the path has not ended after {max_points} points: the grid may be too coarse "
+                f"the path has not ended after {_MOST} points: the grid may be too coarse "
                 "for the range of the law",
                 [],
             )
@@ -175,14 +188,14 @@ def trace(
     )
 
 
-def _ended(points: list[CohesiveContact], lowest: float, parted: float, risen: float) -> bool:
+def _ended(points: list[CohesiveContact], lowest: float, ending: Ending) -> bool:
     last = points[-1]
     pulled = min(point.force for point in points)
-    if pulled < 0 and last.force - pulled > risen * abs(pulled):
+    if pulled < 0 and last.force - pulled > ending.risen * abs(pulled):
         return True
     if last.mask.any():
         return False
-    return last.penetration < lowest or abs(last.force) <= parted * abs(pulled)
+    return last.penetration < lowest or abs(last.force) <= ending.parted * abs(pulled)
 
 
 def _way_behind(

@@ -158,7 +158,8 @@ def _refresh(problem: Problem, state: State, tolerance: float) -> bool:
         # a step keeps the total but for rounding
         state.pressure *= problem.total / state.pressure.sum()
     operator = problem.operator
-    state.displacement = operator.convolution(np.float64)(state.pressure)
+    displacement = operator.convolution(np.float64)(state.pressure)
+    state.displacement = np.asarray(displacement, dtype=np.float64)
     state.double += 1
     state.worst, state.depth = _clearances(
         (state.pressure, state.displacement, state.clearance),

@@ -14,7 +14,7 @@ only grows, without coupling, one step is as good as many but for the turning of
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -182,9 +182,8 @@ class _Path:
             lift, self.traction = new_lift, found.traction
             reached, precision = precision, max(self.tolerance, _PER_ROUND * worst)
             if worst <= self.tolerance and reached <= self.tolerance:
-                return self.finish(
-                    contact, depth, found, drag, tangential, worst, rounds, iterations
-                )
+                step = self.finish((contact, depth), found, drag, tangential)
+                return replace(step, violation=worst, rounds=rounds, iterations=iterations)
         raise ConvergenceError(
             f"normal and tangential problem disagree by {worst:.1e} of the penetration after "
             f"{self.max_rounds} rounds",
@@ -231,16 +230,12 @@ class _Path:
             wanted[0] += load
         self.scale = self.size_of_slip(contact, depth, wanted, load)
         box = self.box(contact.mask)
-        part = self.body.restrict(tuple(side.stop - side.start for side in box))
+        rows, columns = box
+        part = self.body.restrict((rows.stop - rows.start, columns.stop - columns.start))
         inside = (slice(None), *box)
-        found = stick_slip.minimise(
-            part,
-            self.friction * contact.pressure[box],
-            wanted[inside],
-            self.traction[inside],
-            precision * self.scale,
-            total=total,
-        )
+        bound = self.friction * contact.pressure[box]
+        problem = stick_slip.Shear(part, bound, wanted[inside], total)
+        found = stick_slip.minimise(problem, self.traction[inside], precision * self.scale)
         if part is not self.body:
             traction = np.zeros((2, *self.body.shape))
             traction[inside] = found.traction
@@ -249,16 +244,13 @@ class _Path:
 
     def finish(
         self,
-        contact: Contact,
-        depth: float,
+        normal: tuple[Contact, float],
         found: stick_slip.Tractions,
         drag: Fields,
         load: float,
-        worst: float,
-        rounds: int,
-        iterations: int,
     ) -> FrictionStep:
         """Keep the state of a converged step and report it."""
+        contact, depth = normal
         shift = found.shift if self.kinds[1] == "tangential_force" else load
         position = -found.displacement - drag
         position[0] += shift
@@ -278,10 +270,10 @@ class _Path:
             slip=slip,
             sticking=contact.mask & (np.hypot(*found.traction) < stick_slip.ON_BOUND * bound),
             dissipation=self.dissipation,
-            violation=worst,
+            violation=contact.violation,
             slip_error=found.error / self.scale,
-            rounds=rounds,
-            iterations=iterations,
+            rounds=1,
+            iterations=found.iterations,
         )
 
     def refuse_sliding(self, contact: Contact, load: float) -> None:
@@ -310,16 +302,16 @@ class _Path:
 
     def box(self, mask: NDArray[np.bool_]) -> tuple[slice, slice]:
         """Smallest rectangle around the loaded cells, its sides multiples of eight; or all."""
-        whole = tuple(slice(0, n) for n in mask.shape)
         if self.body.periodic:
-            return whole
-        box = []
-        for axis, size in enumerate(mask.shape):
-            used = np.flatnonzero(mask.any(axis=1 - axis))
-            length = min(size, -(-(used[-1] + 1 - used[0]) // 8) * 8)
+            return slice(0, mask.shape[0]), slice(0, mask.shape[1])
+
+        def side(used: NDArray[np.intp], size: int) -> slice:
+            length = min(size, -(-int(used[-1] + 1 - used[0]) // 8) * 8)
             first = min(int(used[0]), size - length)
-            box.append(slice(first, first + length))
-        return tuple(box)
+            return slice(first, first + length)
+
+        rows, columns = (np.flatnonzero(mask.any(axis=1 - axis)) for axis in (0, 1))
+        return side(rows, mask.shape[0]), side(columns, mask.shape[1])
 
 
 def tangential_stiffness(
@@ -360,7 +352,9 @@ def tangential_stiffness(
         raise ValueError(f"mask must have shape {body.shape} and a cell in contact")
     wanted = np.array(direction)[:, None, None] * np.ones((2, *body.shape))
     bound = np.where(mask, np.inf, 0.0)
-    found = stick_slip.minimise(body, bound, wanted, np.zeros_like(wanted), tolerance)
+    found = stick_slip.minimise(
+        stick_slip.Shear(body, bound, wanted), np.zeros_like(wanted), tolerance
+    )
     along, across = found.traction.sum(axis=(1, 2)) * body.cell_area
     c, s = direction
     return float(c * along + s * across), float(c * across - s * along)

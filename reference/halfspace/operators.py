@@ -81,7 +81,7 @@ class HalfSpace:
     def apply(self, pressure: ArrayLike) -> NDArray[np.float64]:
         """Displacement of all cell centres under cell pressures of shape `shape`."""
         pressure = np.ascontiguousarray(check_pressure(pressure, self.shape))
-        displacement = self.convolution(np.float64)(pressure)
+        displacement = np.asarray(self.convolution(np.float64)(pressure), dtype=np.float64)
         displacement *= self.unit
         return displacement
 
@@ -157,8 +157,8 @@ class FreeOperator(HalfSpace):
         if known is None or any(n > k for n, k in zip(shape, known.shape, strict=True)):
             # some more than asked for: the next window of a sweep may be larger
             size = (min(n, max(64, k)) for n, k in zip(self.shape, shape, strict=True))
-            offsets = np.ix_(*(np.arange(n) for n in size))
-            known = kernels.love(*offsets, self.spacing, self.effective_modulus)
+            i, j = np.ix_(*(np.arange(n) for n in size))
+            known = kernels.love(i, j, self.spacing, self.effective_modulus)
             self._made["coefficients"] = known
         return known[: shape[0], : shape[1]]
 
@@ -174,8 +174,8 @@ class FreeOperator(HalfSpace):
 
     def coarser(self) -> FreeOperator:
         """Operator on every second point (kept)."""
-        shape = tuple((n + 1) // 2 for n in self.shape)
-        spacing = tuple(2 * step for step in self.spacing)
+        shape = (self.shape[0] + 1) // 2, (self.shape[1] + 1) // 2
+        spacing = 2 * self.spacing[0], 2 * self.spacing[1]
         return self.kept("coarser", lambda: FreeOperator(shape, spacing, self.effective_modulus))
 
     def restrict(self, shape: tuple[int, int]) -> FreeOperator:
@@ -235,7 +235,6 @@ class PeriodicOperator(HalfSpace):
         """Operator on every second point (kept), if the period holds a whole number of them."""
         if any(n % 2 for n in self.shape):
             return None
-        shape = tuple(n // 2 for n in self.shape)
-        spacing = tuple(2 * step for step in self.spacing)
-        arguments = shape, spacing, self.effective_modulus, self.kernel
-        return self.kept("coarser", lambda: PeriodicOperator(*arguments))
+        shape = self.shape[0] // 2, self.shape[1] // 2
+        spacing, modulus = (2 * self.spacing[0], 2 * self.spacing[1]), self.effective_modulus
+        return self.kept("coarser", lambda: PeriodicOperator(shape, spacing, modulus, self.kernel))

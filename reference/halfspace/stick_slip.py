@@ -73,31 +73,20 @@ class Tractions:
 
 
 def minimise(
-    body: NormalAndTangential,
-    bound: Field,
-    wanted: Fields,
+    problem: Shear,
     start: Fields,
     tolerance: float,
-    *,
-    total: float | None = None,
     max_iterations: int = 2000,
 ) -> Tractions:
     """Find the tractions.
 
     Parameters
     ----------
-    body : NormalAndTangential
-    bound : ndarray, shape (nx, ny)
-        mu p >= 0; cells with 0 carry nothing.
-    wanted : ndarray, shape (2, nx, ny)
-        Displacement w under which the cells would stick (up to U along x with a total).
+    problem : Shear
     start : ndarray, shape (2, nx, ny)
         Tractions to start from; brought within the bounds.
     tolerance : float
         Largest error of the slip, a length.
-    total : float, optional
-        Sum of the tractions along x over the cells (force over cell area), below the sum of the
-        bounds; the rigid displacement along x is then found.
     max_iterations : int
 
     Raises
@@ -105,8 +94,7 @@ def minimise(
     ConvergenceError
         With the errors of all iterations.
     """
-    problem = _Problem(body, bound, wanted, total)
-    if total is None:
+    if problem.total is None:
         return problem.solve(start, tolerance, max_iterations)
     try:
         return problem.solve(start, tolerance, max_iterations, _PATIENCE)
@@ -116,7 +104,7 @@ def minimise(
 
 
 def _search_shift(
-    problem: _Problem, start: Fields, tolerance: float, max_iterations: int, spent: list[float]
+    problem: Shear, start: Fields, tolerance: float, max_iterations: int, spent: list[float]
 ) -> Tractions:
     """Find the rigid displacement that carries the total, by Brent's method on single solutions.
 
@@ -132,7 +120,7 @@ def _search_shift(
     def missing(shift: float) -> float:
         wanted = problem.wanted.copy()
         wanted[0] += shift
-        inner = _Problem(problem.body, problem.bound, wanted, None)
+        inner = Shear(problem.body, problem.bound, wanted)
         found[shift] = inner.solve(last[0], tolerance, max_iterations)
         last[0] = found[shift].traction
         spent.extend(found[shift].history)
@@ -153,11 +141,23 @@ def _search_shift(
     return answer
 
 
-class _Problem:
-    """One minimisation, in units of the bounds and displacements as they come."""
+class Shear:
+    """Tractions within their bounds that let cells stick or slip, in the units that come.
+
+    Parameters
+    ----------
+    body : NormalAndTangential
+    bound : ndarray, shape (nx, ny)
+        mu p >= 0; cells with 0 carry nothing.
+    wanted : ndarray, shape (2, nx, ny)
+        Displacement w under which the cells would stick (up to U along x with a total).
+    total : float, optional
+        Sum of the tractions along x over the cells (force over cell area), below the sum of the
+        bounds; the rigid displacement along x is then found.
+    """
 
     def __init__(
-        self, body: NormalAndTangential, bound: Field, wanted: Fields, total: float | None
+        self, body: NormalAndTangential, bound: Field, wanted: Fields, total: float | None = None
     ) -> None:
         self.body, self.bound, self.wanted, self.total = body, bound, wanted, total
         self.loaded = bound > 0
@@ -174,7 +174,8 @@ class _Problem:
         """Iterate to the tolerance; give up where the error has not halved in `patience` steps."""
         traction = self.project(start)
         state = self.evaluate(traction, [])
-        direction = scaled_before = residual_before = None
+        direction: Fields | None = None
+        scaled_before, residual_before = 1.0, traction
         energy = self.energy(state)
         while not state.error <= tolerance:
             if len(state.history) >= max_iterations or _stalled(state.history, patience):

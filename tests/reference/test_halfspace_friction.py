@@ -16,7 +16,7 @@ from reference.halfspace import areas, fft
 from reference.halfspace.cerruti import Compliance, cell_integrals
 from reference.halfspace.friction import sweep, tangential_stiffness
 from reference.halfspace.solution import Press
-from reference.halfspace.stick_slip import minimise
+from reference.halfspace.stick_slip import Shear, minimise
 from reference.halfspace.traction import NormalAndTangential
 from reference.loads import Load
 from reference.surfaces import self_affine
@@ -329,5 +329,5 @@ def test_refusals():
         Compliance.of(0.0, 0.7)
     bound, wanted = np.full((8, 8), 1.0), np.random.default_rng(0).normal(size=(2, 8, 8))
     with pytest.raises(ConvergenceError, match="friction iteration stopped") as caught:
-        minimise(body, bound, wanted, np.zeros((2, 8, 8)), 1e-12, max_iterations=3)
+        minimise(Shear(body, bound, wanted), np.zeros((2, 8, 8)), 1e-12, max_iterations=3)
     assert len(caught.value.history) == 3

@@ -18,7 +18,7 @@ from reduced.springs.line import Springs
 from reference.halfspace import FreeOperator
 from reference.halfspace.cohesive import CohesiveProblem
 from reference.halfspace.cohesive_laws import dugdale
-from reference.halfspace.cohesive_path import trace
+from reference.halfspace.cohesive_path import Ending, trace
 
 # Cells across the zone, and cells per radius of the disc of equal area.
 _ZONE = 6
@@ -67,7 +67,7 @@ def _ratio(cells: int, zone: int, shape: str, aspect: float) -> float:
     path = trace(
         *(problem, 0.02 * stretch, -1.3 * stretch - 1 / strength),
         tolerance=_TOLERANCE,
-        risen=_RISEN,
+        ending=Ending(risen=_RISEN),
     )
     found = path.pull_off()
     assert found is not None  # the way has ended above its lowest force
