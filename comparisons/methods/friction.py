@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from functools import partial
-from typing import Any
 
 import numpy as np
 
@@ -26,10 +25,11 @@ from reduced.rough.lines import RoughLines
 from reduced.rough.press import press
 from reduced.springs.indent import Indentation, indent
 from reduced.springs.line import Springs
+from reference import loads as reference_loads
 from reference.closed_form import PartialSlip
 from reference.halfspace import areas
 from reference.halfspace.cerruti import Compliance
-from reference.halfspace.friction import FrictionStep, sweep, tangential_stiffness
+from reference.halfspace.friction import FrictionalPress, FrictionStep, sweep, tangential_stiffness
 from reference.halfspace.traction import NormalAndTangential
 
 PHYSICS = frozenset({"friction"})
@@ -252,7 +252,11 @@ class GridFriction(BemFft):
         x = np.arange(8.0) - 3.5
         body = NormalAndTangential((8, 8), (1.0, 1.0), Compliance.of(1.0, 0.3))
         gap = (x[:, None] ** 2 + x**2) / 16
-        for _ in sweep(body, gap, 0.5, penetration=1.0, tangential_displacement=[0.1]):
+        for _ in sweep(
+            FrictionalPress(body, gap, 0.5),
+            reference_loads.LoadPath("penetration", 1.0),
+            reference_loads.LoadPath("tangential_displacement", [0.1]),
+        ):
             pass
 
     @property
@@ -284,8 +288,9 @@ class GridFriction(BemFft):
         per_radius = task.resolution // 16 if rough else task.resolution
         way = finer_path(task, per_radius, self.coupled)
         tolerance = max(self.options.tolerance, 1e-6)
-        how: dict[str, Any] = {"coupled": self.coupled, "tolerance": tolerance}
-        for step in way.asked(sweep(body, grid.gap, self.friction, **way.loads, **how)):
+        press = FrictionalPress(body, grid.gap, self.friction, self.coupled)
+        normal, tangential = (reference_loads.LoadPath(*load) for load in way.loads.items())
+        for step in way.asked(sweep(press, normal, tangential, tolerance=tolerance)):
             violation = max(step.violation, step.slip_error)
             values = _quantities(task, body, step, grid)
             yield Step(values, iterations=step.iterations, violation=violation)

@@ -20,12 +20,13 @@ from reduced.rough.line_spectrum import prescribed
 from reduced.rough.surface_spectrum import SelfAffine
 from reduced.springs.line import Springs
 from reference import closed_form
+from reference import loads as reference_loads
 from reference.closed_form import PartialSlip, stiffness_ratio
 from reference.fem.friction import follow
 from reference.fem.frictional_body import frictional_body
 from reference.halfspace import areas, fft
 from reference.halfspace.cerruti import Compliance
-from reference.halfspace.friction import FrictionStep, sweep, tangential_stiffness
+from reference.halfspace.friction import FrictionalPress, FrictionStep, sweep, tangential_stiffness
 from reference.halfspace.solution import Press
 from reference.halfspace.traction import NormalAndTangential
 from reference.surfaces import self_affine
@@ -124,7 +125,9 @@ def grid() -> list[list[str]]:
         for _ in range(8):
             body, gap = paraboloid_body(points, 0.0, rng.uniform(size=2))
             (step,) = sweep(
-                body, gap, MU, penetration=1.0, tangential_displacement=[MU / 2], coupled=False
+                FrictionalPress(body, gap, MU, coupled=False),
+                reference_loads.LoadPath("penetration", 1.0),
+                reference_loads.LoadPath("tangential_displacement", [MU / 2]),
             )
             errors.append(step.tangential_force / (MU * 4 / 3 * 2.0) / exact - 1)
         error = float(np.sqrt(np.mean(np.square(errors))))
@@ -142,12 +145,9 @@ def _timed_step(body: NormalAndTangential, gap: np.ndarray, coupled: bool) -> tu
     """Second step of a path (the first one warms up) and its processor time."""
     force = 4 / 3 * body.compliance.effective_modulus
     path = sweep(
-        body,
-        gap,
-        MU,
-        force=force,
-        tangential_force=[0.3 * MU * force, 0.8 * MU * force],
-        coupled=coupled,
+        FrictionalPress(body, gap, MU, coupled=coupled),
+        reference_loads.LoadPath("force", force),
+        reference_loads.LoadPath("tangential_force", [0.3 * MU * force, 0.8 * MU * force]),
     )
     next(path)
     start = time.process_time()
@@ -207,7 +207,11 @@ def _cycle(nu: float, coupled: bool, parts: int = 8) -> list[FrictionStep]:
     loads = np.concatenate([pressing, np.ones(shares.size)]) * force
     shares = np.concatenate([np.zeros(pressing.size), shares])
     steps = list(
-        sweep(body, gap, MU, force=loads, tangential_force=shares * MU * force, coupled=coupled)
+        sweep(
+            FrictionalPress(body, gap, MU, coupled=coupled),
+            reference_loads.LoadPath("force", loads),
+            reference_loads.LoadPath("tangential_force", shares * MU * force),
+        )
     )
     return [steps[pressing.size + (k + 1) * parts - 1] for k in range(4)]
 
@@ -293,7 +297,11 @@ def steps() -> list[list[str]]:
     for count in (1, 5, 10, 20, 40):
         loads = np.append(np.geomspace(0.02, 1, count) if count > 1 else [1.0], 1.0) * force
         shifts = np.append(np.zeros(count), 0.5 * MU * force)
-        *_, pressed, shifted = sweep(body, gap, MU, force=loads, tangential_force=shifts)
+        *_, pressed, shifted = sweep(
+            FrictionalPress(body, gap, MU),
+            reference_loads.LoadPath("force", loads),
+            reference_loads.LoadPath("tangential_force", shifts),
+        )
         share = np.sqrt(pressed.sticking.sum() / (pressed.pressure > 0).sum())
         rows.append([str(count), f"{share:.3f}", f"{shifted.tangential_displacement / unit:.4f}"])
     return rows
@@ -312,7 +320,8 @@ def second_opinion() -> list[list[str]]:
     loads = {"penetration": depth, "tangential_displacement": np.append(np.zeros(8), shift)}
     for nu in (0.0, 0.2, 0.45):
         half_space, gap = paraboloid_body(44, nu)
-        true = list(sweep(half_space, gap, MU, **loads))[8:]
+        paths = (reference_loads.LoadPath(*load) for load in loads.items())
+        true = list(sweep(FrictionalPress(half_space, gap, MU), *paths))[8:]
         line = slide(
             Springs(shapes.paraboloid(1.0), half_space.compliance.effective_modulus),
             Friction(half_space.compliance.tangential_modulus, MU),
@@ -369,7 +378,13 @@ def rough() -> list[list[str]]:
             body = NormalAndTangential((points,) * 2, (1 / points,) * 2, compliance)
             normal = np.append(np.geomspace(0.05, 1, 8), np.ones(3)) * force
             path = np.append(np.zeros(8), shares) * MU * force
-            steps = list(sweep(body, gap, MU, force=normal, tangential_force=path, coupled=coupled))
+            steps = list(
+                sweep(
+                    FrictionalPress(body, gap, MU, coupled=coupled),
+                    reference_loads.LoadPath("force", normal),
+                    reference_loads.LoadPath("tangential_force", path),
+                )
+            )
             depth, unit = steps[7].penetration, MU / compliance.tangential_modulus
             u = np.array([step.tangential_displacement for step in steps[8:]])
             displacements.setdefault(name, []).append(

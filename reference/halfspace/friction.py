@@ -13,7 +13,7 @@ only grows, without coupling, one step is as good as many but for the turning of
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -23,14 +23,15 @@ from reference.errors import ConvergenceError
 from reference.halfspace import fft, stick_slip
 from reference.halfspace.solution import Contact, Press, check_gap, violation
 from reference.halfspace.traction import NormalAndTangential
-from reference.loads import Load
+from reference.loads import Load, LoadPath
 
 Field = NDArray[np.float64]
 Fields = NDArray[np.float64]
 
 # Precision of the first round of a step, and of the next ones relative to what the last left.
 _FIRST_ROUND, _PER_ROUND = 1e-3, 0.1
-_LOADS = ("penetration", "force", "tangential_displacement", "tangential_force")
+_NORMAL = ("penetration", "force")
+_TANGENTIAL = ("tangential_displacement", "tangential_force")
 
 
 @dataclass(frozen=True)
@@ -79,20 +80,9 @@ class FrictionStep:
     iterations: int
 
 
-def sweep(
-    body: NormalAndTangential,
-    gap: ArrayLike,
-    friction: float,
-    *,
-    penetration: Sequence[float] | float | None = None,
-    force: Sequence[float] | float | None = None,
-    tangential_displacement: Sequence[float] | float | None = None,
-    tangential_force: Sequence[float] | float | None = None,
-    coupled: bool = True,
-    tolerance: float = 1e-6,
-    max_rounds: int = 60,
-) -> Iterator[FrictionStep]:
-    """Follow a path of normal and tangential loads.
+@dataclass(frozen=True, eq=False)
+class FrictionalPress:
+    """A rigid shape over a half-space, to be pressed on and moved along it.
 
     Parameters
     ----------
@@ -101,12 +91,44 @@ def sweep(
         Initial gap of the rigid shape; +inf where it can never touch.
     friction : float
         mu, positive and finite.
-    penetration, force : float or (k,)
-        Exactly one; the normal load at each step, positive. A number stays.
-    tangential_displacement, tangential_force : float or (k,)
-        Exactly one, along x, any sign. A force must stay below mu F.
     coupled : bool
         False leaves out what pressure and tangential tractions do to each other's displacement.
+
+    Raises
+    ------
+    ValueError
+        If the gap or the friction is wrong.
+    """
+
+    body: NormalAndTangential
+    gap: Field
+    friction: float
+    coupled: bool = True
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "gap", check_gap(self.body.normal, self.gap))
+        if not (np.isfinite(self.friction) and self.friction > 0):
+            raise ValueError(f"friction must be positive and finite, not {self.friction!r}")
+
+
+def sweep(
+    press: FrictionalPress,
+    normal: LoadPath,
+    tangential: LoadPath,
+    *,
+    tolerance: float = 1e-6,
+    max_rounds: int = 60,
+) -> Iterator[FrictionStep]:
+    """Follow a path of normal and tangential loads.
+
+    Parameters
+    ----------
+    press : FrictionalPress
+    normal : LoadPath
+        ``"penetration"`` or ``"force"`` at each step, positive. A single value stays.
+    tangential : LoadPath
+        ``"tangential_displacement"`` or ``"tangential_force"`` along x, any sign. A force must stay
+        below mu F.
     tolerance : float
         Bound of `violation` and `slip_error`.
     max_rounds : int
@@ -133,32 +155,26 @@ def sweep(
     >>> body = NormalAndTangential((32, 32), (1 / 14, 1 / 14), Compliance.of(1.0, 0.0))
     >>> gap = (x[:, None] ** 2 + x**2) / 2
     >>> load = 4 / 3 * body.compliance.effective_modulus
-    >>> (step,) = sweep(body, gap, 0.1, force=load, tangential_force=[0.0875 * load], coupled=False)
+    >>> ball = FrictionalPress(body, gap, 0.1, coupled=False)
+    >>> (step,) = sweep(ball, LoadPath("force", load), LoadPath("tangential_force", 0.0875 * load))
     >>> round(float(np.sqrt(step.sticking.sum() / np.pi)) / 14, 1)
     0.5
     """
-    gap = check_gap(body.normal, gap)
-    given = (penetration, force, tangential_displacement, tangential_force)
-    kinds, path = _check_path(dict(zip(_LOADS, given, strict=True)), friction)
-    path_maker = _Path(body, gap, friction, kinds, coupled, tolerance, max_rounds)
-    return (path_maker.step(*loads) for loads in path)
+    path = _steps(normal, tangential)
+    way = _Path(press, (normal.control, tangential.control), tolerance, max_rounds)
+    return (way.step(*loads) for loads in path)
 
 
 class _Path:
     """The state between two steps: position against the half-space, tractions, pressure."""
 
     def __init__(
-        self,
-        body: NormalAndTangential,
-        gap: Field,
-        friction: float,
-        kinds: tuple[str, str],
-        coupled: bool,
-        tolerance: float,
-        max_rounds: int,
+        self, press: FrictionalPress, kinds: tuple[str, str], tolerance: float, max_rounds: int
     ) -> None:
-        self.body, self.gap, self.friction, self.kinds = body, gap, friction, kinds
-        self.coupled, self.tolerance, self.max_rounds = coupled, tolerance, max_rounds
+        self.body, self.gap, self.friction = press.body, press.gap, press.friction
+        self.kinds, self.coupled = kinds, press.coupled
+        self.tolerance, self.max_rounds = tolerance, max_rounds
+        body = self.body
         self.position = np.zeros((2, *body.shape))
         self.traction = np.zeros((2, *body.shape))
         self.contact: Contact | None = None
@@ -360,34 +376,14 @@ def tangential_stiffness(
     return float(c * along + s * across), float(c * across - s * along)
 
 
-def _check_path(
-    given: dict[str, Sequence[float] | float | None], friction: float
-) -> tuple[tuple[str, str], list[tuple[float, float]]]:
-    """Names of the two loads and their values step by step, or one ValueError for all faults."""
-    faults = []
-    if not (np.isfinite(friction) and friction > 0):
-        faults.append(f"friction must be positive and finite, not {friction!r}")
-    kinds, values = [], []
-    for pair in (_LOADS[:2], _LOADS[2:]):
-        chosen = [name for name in pair if given[name] is not None]
-        if len(chosen) != 1:
-            faults.append(
-                f"give exactly one of {', '.join(pair)}; came: {', '.join(chosen) or 'none'}"
-            )
-            continue
-        path = np.atleast_1d(np.asarray(given[chosen[0]], dtype=float))
-        if path.ndim != 1 or path.size == 0 or not np.isfinite(path).all():
-            faults.append(f"{chosen[0]} must be a finite number or list, not {given[chosen[0]]!r}")
-        elif pair is _LOADS[:2] and not (path > 0).all():
-            faults.append(f"{chosen[0]} must be positive, not {given[chosen[0]]!r}")
-        kinds.append(chosen[0])
-        values.append(path)
-    if not faults and len({path.size for path in values} - {1}) > 1:
-        sizes = " and ".join(
-            f"{path.size} of {kind}" for kind, path in zip(kinds, values, strict=True)
-        )
-        faults.append(f"both paths must have the same number of steps, not {sizes}")
-    if faults:
-        raise ValueError("; ".join(faults))
-    normal, tangential = np.broadcast_arrays(*values)
-    return (kinds[0], kinds[1]), list(zip(normal.tolist(), tangential.tolist(), strict=True))
+def _steps(normal: LoadPath, tangential: LoadPath) -> list[tuple[float, float]]:
+    """Return the loads step by step, or raise ValueError."""
+    normal.one_of(*_NORMAL)
+    tangential.one_of(*_TANGENTIAL)
+    if not (normal.values > 0).all():
+        raise ValueError(f"{normal.control} must be positive, not {normal.values}")
+    if len({path.values.size for path in (normal, tangential)} - {1}) > 1:
+        sizes = " and ".join(f"{p.values.size} of {p.control}" for p in (normal, tangential))
+        raise ValueError(f"both paths must have the same number of steps, not {sizes}")
+    one, other = np.broadcast_arrays(normal.values, tangential.values)
+    return list(zip(one.tolist(), other.tolist(), strict=True))

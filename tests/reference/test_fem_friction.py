@@ -10,8 +10,9 @@ from reference.fem.far_field import boussinesq
 from reference.fem.friction import follow
 from reference.fem.frictional_body import cerruti, frictional_body
 from reference.halfspace.cerruti import Compliance
-from reference.halfspace.friction import sweep
+from reference.halfspace.friction import FrictionalPress, sweep
 from reference.halfspace.traction import NormalAndTangential
+from reference.loads import LoadPath
 
 MU = 0.3
 
@@ -31,7 +32,8 @@ def both(nu: float, elements: int, pressing: int = 8) -> list[tuple]:
     gap = (body.points**2).sum(axis=1) / 2
     x = (np.arange(44) - 21.6) / 20
     half_space = NormalAndTangential((44, 44), (1 / 20,) * 2, Compliance.of(1.0, nu))
-    other = sweep(half_space, (x[:, None] ** 2 + x**2) / 2, MU, **loads)
+    press = FrictionalPress(half_space, (x[:, None] ** 2 + x**2) / 2, MU)
+    other = sweep(press, *(LoadPath(*load) for load in loads.items()))
     pairs = list(zip(follow(body, gap, MU, **loads), other, strict=True))
     return pairs[pressing - 1 :]
 

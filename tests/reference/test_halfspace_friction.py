@@ -14,11 +14,11 @@ from reference.closed_form import PartialSlip, paraboloid, stiffness_ratio
 from reference.errors import ConvergenceError
 from reference.halfspace import areas, fft
 from reference.halfspace.cerruti import Compliance, cell_integrals
-from reference.halfspace.friction import sweep, tangential_stiffness
+from reference.halfspace.friction import FrictionalPress, sweep, tangential_stiffness
 from reference.halfspace.solution import Press
 from reference.halfspace.stick_slip import Shear, minimise
 from reference.halfspace.traction import NormalAndTangential
-from reference.loads import Load
+from reference.loads import Load, LoadPath
 from reference.surfaces import self_affine
 
 MU = 0.4
@@ -140,7 +140,10 @@ def test_rough_paths_at_zero_poisson_ratio_are_normal_solutions(periodic, seed, 
     first, goal = 0.6 * MU * force, np.array(shares) * MU * force
     path = np.concatenate([[first], goal[:1]])
     *_, last = sweep(
-        body, gap, MU, force=force, tangential_force=path, coupled=False, tolerance=1e-7
+        FrictionalPress(body, gap, MU, coupled=False),
+        LoadPath("force", force),
+        LoadPath("tangential_force", path),
+        tolerance=1e-7,
     )
 
     def pressure(load: float) -> np.ndarray:
@@ -173,7 +176,9 @@ def test_cattaneo_force_converges():
             body = body_of(points, 2.3, 0.0)
             gap = (x[:, None] ** 2 + y**2) / 2
             (step,) = sweep(
-                body, gap, MU, penetration=1.0, tangential_displacement=[u], coupled=False
+                FrictionalPress(body, gap, MU, coupled=False),
+                LoadPath("penetration", 1.0),
+                LoadPath("tangential_displacement", [u]),
             )
             found.append(step.tangential_force / exact - 1)
         errors.append(np.sqrt(np.mean(np.square(found))))
@@ -210,7 +215,9 @@ def test_every_condition_holds_on_a_coupled_path(coupled):
     before = np.zeros((2, 32, 32))
     lost = 0.0
     for step in sweep(
-        body, gap, MU, penetration=normal, tangential_displacement=shift, coupled=coupled
+        FrictionalPress(body, gap, MU, coupled=coupled),
+        LoadPath("penetration", normal),
+        LoadPath("tangential_displacement", shift),
     ):
         scale = MU * step.penetration * 2.5
         assert (np.hypot(*step.traction) <= MU * step.pressure * (1 + 1e-9)).all()
@@ -230,8 +237,9 @@ def test_no_coupling_for_an_incompressible_body():
     body = body_of(24, 2.4, 0.5)
     x = (np.arange(24) - 11.7) * 0.1
     gap = (x[:, None] ** 2 + x**2) / 2
-    loads = {"force": 3.0, "tangential_force": [0.5, -0.3]}
-    pairs = zip(*(sweep(body, gap, MU, **loads, coupled=c) for c in (True, False)), strict=True)
+    loads = LoadPath("force", 3.0), LoadPath("tangential_force", [0.5, -0.3])
+    ways = (sweep(FrictionalPress(body, gap, MU, coupled=c), *loads) for c in (True, False))
+    pairs = zip(*ways, strict=True)
     for one, other in pairs:
         assert one.rounds == 1
         assert one.tangential_displacement == pytest.approx(other.tangential_displacement, rel=1e-6)
@@ -252,7 +260,11 @@ def test_spence_stick_radius_under_normal_load():
     radii = []
     for steps in (20, 40):
         depths = np.geomspace(0.02, 1.0, steps)
-        *_, last = sweep(body, gap, share * beta, penetration=depths, tangential_displacement=0.0)
+        *_, last = sweep(
+            FrictionalPress(body, gap, share * beta),
+            LoadPath("penetration", depths),
+            LoadPath("tangential_displacement", 0.0),
+        )
         radii.append(np.sqrt(last.sticking.sum() / (last.pressure > 0).sum()))
     exact = brentq(lambda c: np.arctanh(c) / c - share * ellipkm1(c * c), 0.1, 0.99)
     assert exact - radii[1] < 0.7 * (exact - radii[0])
@@ -271,9 +283,10 @@ def test_the_force_tends_to_sliding_as_slip_turns_into_its_direction():
     far = []
     for share in (0.9999, 0.999999):
         (step,) = sweep(
-            body, (x[:, None] ** 2 + x**2) / 2, 0.3, force=limit / 0.3,
-            tangential_force=[share * limit],
-        )  # fmt: skip
+            FrictionalPress(body, (x[:, None] ** 2 + x**2) / 2, 0.3),
+            LoadPath("force", limit / 0.3),
+            LoadPath("tangential_force", [share * limit]),
+        )
         assert not step.sticking.any()
         assert step.slip_error < 1e-6
         assert step.tangential_force == pytest.approx(share * limit, rel=1e-8)
@@ -291,7 +304,9 @@ def test_errors_are_relative_to_what_moves_even_where_nothing_slips():
     body = body_of(40, 2.2, 0.5)
     x = (np.arange(40) - 19.6) * 0.055
     (step,) = sweep(
-        body, (x[:, None] ** 2 + x**2) / 2, 1e6, penetration=1.0, tangential_force=[0.1]
+        FrictionalPress(body, (x[:, None] ** 2 + x**2) / 2, 1e6),
+        LoadPath("penetration", 1.0),
+        LoadPath("tangential_force", [0.1]),
     )
     exact = 0.1 / (2 * body.compliance.tangential_modulus)
     assert step.tangential_displacement == pytest.approx(exact, rel=5e-3)
@@ -307,7 +322,9 @@ def test_units_change_no_digit(exponent):
     for s in (1.0, unit):
         body = NormalAndTangential((20, 20), (0.12 * s,) * 2, Compliance.of(s, 0.3))
         (step,) = sweep(
-            body, gap * s, MU, force=2.0 * s**3, tangential_force=[0.5 * s**3], coupled=True
+            FrictionalPress(body, gap * s, MU, coupled=True),
+            LoadPath("force", 2.0 * s**3),
+            LoadPath("tangential_force", [0.5 * s**3]),
         )
         found.append(step)
     assert np.array_equal(found[1].traction, found[0].traction * unit)
@@ -317,14 +334,24 @@ def test_units_change_no_digit(exponent):
 def test_refusals():
     body = body_of(8, 1.0, 0.3)
     gap = np.zeros((8, 8))
-    with pytest.raises(
-        ValueError, match=r"friction.*exactly one of penetration.*exactly one of tang"
-    ):
-        sweep(body, gap, -1.0, penetration=1.0, force=1.0)
+    with pytest.raises(ValueError, match="friction must be positive and finite, not -1"):
+        FrictionalPress(body, gap, -1.0)
+    with pytest.raises(ValueError, match="one of penetration, force, not 'tangential_force'"):
+        sweep(FrictionalPress(body, gap, MU), *[LoadPath("tangential_force", 1.0)] * 2)
     with pytest.raises(ValueError, match="same number of steps"):
-        sweep(body, gap, MU, force=[1.0, 2.0], tangential_force=[0.0] * 3)
+        sweep(
+            FrictionalPress(body, gap, MU),
+            LoadPath("force", [1.0, 2.0]),
+            LoadPath("tangential_force", [0.0] * 3),
+        )
     with pytest.raises(ConvergenceError, match="slides as a whole"):
-        next(sweep(body, gap, MU, force=1.0, tangential_force=[0.5]))
+        next(
+            sweep(
+                FrictionalPress(body, gap, MU),
+                LoadPath("force", 1.0),
+                LoadPath("tangential_force", [0.5]),
+            )
+        )
     with pytest.raises(ValueError, match=r"shear_modulus.*poisson_ratio"):
         Compliance.of(0.0, 0.7)
     bound, wanted = np.full((8, 8), 1.0), np.random.default_rng(0).normal(size=(2, 8, 8))

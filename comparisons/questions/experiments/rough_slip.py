@@ -17,8 +17,9 @@ from comparisons.questions.experiments.running import Finding, above, experiment
 from reduced.friction.slide import Friction, slide_lines, tangential_modulus
 from reduced.loads import Load, LoadPath
 from reduced.rough.ensemble import RandomLines
+from reference import loads as reference_loads
 from reference.halfspace.cerruti import Compliance
-from reference.halfspace.friction import sweep
+from reference.halfspace.friction import FrictionalPress, sweep
 from reference.halfspace.traction import NormalAndTangential
 
 # nu = 1/2: pressing and shearing do not act on each other, and the displacement is in proportion to
@@ -37,9 +38,10 @@ def _true(surface: Surface, load: float, share: float, realisation: int, factor:
     compliance = Compliance.of(_SHEAR_MODULUS, _POISSON)
     body = NormalAndTangential((points,) * 2, (1 / points,) * 2, compliance)
     heights = surface.heights(realisation, factor)
-    path = share * _FRICTION * load * _PARTS
-    loads = {"force": load, "tangential_force": path}
-    *_, last = sweep(body, heights.max() - heights, _FRICTION, **loads, tolerance=_TOLERANCE)
+    press = FrictionalPress(body, heights.max() - heights, _FRICTION)
+    path = reference_loads.LoadPath("tangential_force", share * _FRICTION * load * _PARTS)
+    stays = reference_loads.LoadPath("force", load)
+    *_, last = sweep(press, stays, path, tolerance=_TOLERANCE)
     return last.tangential_displacement
 
 
