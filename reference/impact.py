@@ -13,6 +13,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy.integrate import quad, solve_ivp
@@ -205,7 +206,8 @@ def _motion(radiation: float) -> tuple[float, float, float]:
     def parting(_: float, state: np.ndarray) -> float:
         return math.sqrt(max(state[0], 0.0)) + 1.5 * radiation * state[1]
 
-    parting.terminal, parting.direction = True, -1.0
+    event: Any = parting  # SciPy reads these attributes of the function
+    event.terminal, event.direction = True, -1.0
     found = solve_ivp(
         *(rates, (0.0, 50.0), [0.0, 1.0]),
         method="DOP853",

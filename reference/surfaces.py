@@ -214,9 +214,9 @@ def rms_gradient_differences(height: ArrayLike, spacing: Pair) -> float:
 
 
 def _grid(points: int | tuple[int, int], size: float | Pair) -> tuple[tuple[int, int], Pair]:
-    shape = tuple(int(n) for n in np.broadcast_to(points, 2))
-    lengths = tuple(float(side) for side in np.broadcast_to(size, 2))
-    return shape, lengths
+    nx, ny = (int(n) for n in np.broadcast_to(points, 2))
+    length, width = (float(side) for side in np.broadcast_to(size, 2))
+    return (nx, ny), (length, width)
 
 
 def _wavenumber(shape: tuple[int, ...], spacing: Pair) -> NDArray[np.float64]:

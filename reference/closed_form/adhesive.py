@@ -125,14 +125,15 @@ class AdhesiveForm:
                 pull = max(pull, -float(self.force(strongest)))
             states.append(self._state(control, load, radius))
             pull = max(pull, -states[-1][2])
-        return AdhesivePath(*(np.array(part) for part in zip(*states, strict=True)), pull)
+        depth, force, radius = np.array(states).T
+        return AdhesivePath(depth, force, radius, pull)
 
     def _stable(self, law: Law, load: float, lost: float) -> float:
         """Return the contact radius beyond a fold at which a law is the load."""
         if self.smallest == self.largest:
             return self.largest
         high = lost
-        while float(law(high)) < load:
+        while float(law(np.asarray(high))) < load:
             high = min(2 * high, 0.5 * (high + self.largest))
         if high == lost:
             return lost

@@ -79,7 +79,7 @@ def blocks(
     vectors = {k: np.array(np.broadcast_to(value, size), float) for k, value in given.items()}
     eye = np.eye(size)
     matrices = {
-        name: np.array(value, float) if np.ndim(value) else float(value) * eye
+        name: np.array(value, float) if np.ndim(value) else np.asarray(value, float) * eye
         for name, value in {"stiffness": stiffness, "damping": damping}.items()
     }
     problems = [

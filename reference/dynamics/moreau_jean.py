@@ -97,7 +97,7 @@ def march(
     )
     if failed >= 0 or not np.isfinite(records).all():
         raise ConvergenceError(f"no finite velocity at step {max(failed, 0)}", [step])
-    time = step * np.arange(steps + 1)
+    time = np.asarray(step * np.arange(steps + 1), dtype=np.float64)
     return March(time, records[0], records[1], int(evaluations // x.size))
 
 

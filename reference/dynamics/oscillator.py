@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 from scipy.integrate import quad
@@ -203,7 +204,7 @@ def forced_vibration(
     position, velocity = (static, 0.0) if start is None else start
     state = np.array([position / static, velocity / (static * w0)])
     time, period = 0.0, 2 * math.pi / omega
-    spans = []
+    spans: list[Any] = []
     for number in range(periods):
         end = (number + 1) * period
         dense, state = through_touches(rates, time, end, state, tolerance)

@@ -284,7 +284,7 @@ def _candidates(
     mesh = grid.mesh
     numbers, shapes, _, areas = facet_quadrature(mesh, grid.surface, 3)
     shares = np.abs(areas[..., 2]) @ shapes.T
-    weights = np.bincount(numbers.ravel(), shares.ravel(), minlength=mesh.p.shape[1])
+    weights = np.bincount(numbers.ravel(), shares.ravel(), minlength=mesh.p.shape[1]).astype(float)
     nodes = facet_nodes(mesh, grid.surface)
     nodes = nodes[candidate(mesh.p[0, nodes], mesh.p[1, nodes])]
     place = np.round(mesh.p[:2, nodes], 9)

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -58,8 +59,8 @@ class CellKind:
     """
 
     name: str
-    mesh: type
-    straight: type
+    mesh: type[Any]
+    straight: type[Any]
     vtk: NDArray[np.float64]
 
     @property

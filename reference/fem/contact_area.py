@@ -39,6 +39,7 @@ def fitted_area(body: CondensedBody, stiffness: float) -> float:
     the contact set: nodes on the circle support a little beyond it, 0.2 % in the radius.
     """
     minor, major = sorted(body.stretch)
+    assert body.ring is not None, "only meshes with a ring are fitted"
     radius = body.ring * body.length
     exact = np.pi * body.effective_modulus * major * radius / ellipk(1.0 - (minor / major) ** 2)
     return _ellipse(body, radius * stiffness / exact)

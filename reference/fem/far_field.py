@@ -94,9 +94,9 @@ def group_field(
     points: NDArray[np.float64], group: NDArray[np.float64], poisson_ratio: float
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """`boussinesq` for a unit force shared equally by the positions of a group."""
-    displacement, gradient = 0.0, 0.0
-    for x, y in group:
-        u, du = boussinesq(points - np.array([x, y, 0.0]), poisson_ratio)
+    fields = [boussinesq(points - np.array([x, y, 0.0]), poisson_ratio) for x, y in group]
+    displacement, gradient = fields[0][0] / len(group), fields[0][1] / len(group)
+    for u, du in fields[1:]:
         displacement, gradient = displacement + u / len(group), gradient + du / len(group)
     return displacement, gradient
 

@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve
 
-from reference.fem.nested_dissection import Front, LinearSystem, condense, expand
+from reference.fem.nested_dissection import Front, LinearSystem, Shift, condense, expand
 
 
 class Flexibility(Protocol):
@@ -72,6 +72,6 @@ class DenseFlexibility:
 
     def interior(self, reactions: NDArray[np.float64]) -> NDArray[np.float64]:
         """See `Flexibility`: the elimination is repeated with its factors kept."""
-        fronts: list[Front] = []
+        fronts: list[Front | Shift] = []
         condense(self.system, self.exterior, fronts)
         return expand(self.system, fronts, self.compliance @ reactions)

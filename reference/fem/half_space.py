@@ -241,9 +241,9 @@ def tensor_body(
         0.0 if plane else 0.5 * (line[0] + line[-1])
         for line, plane in zip((x, y), planes, strict=True)
     ]
-    lines = [(x - centre[0]) / length, (y - centre[1]) / length]
-    grid = tensor_mesh(*_tensor_planes(*lines, planes, extent, growth), order=order, planes=planes)
-    (x0, x1), (y0, y1) = [(line[0], line[-1]) for line in lines]
+    x, y = (x - centre[0]) / length, (y - centre[1]) / length
+    grid = tensor_mesh(*_tensor_planes(x, y, planes, extent, growth), order=order, planes=planes)
+    (x0, x1), (y0, y1) = [(line[0], line[-1]) for line in (x, y)]
     body = condensed_body(
         grid,
         lambda px, py: (px >= x0) & (px <= x1) & (py >= y0) & (py <= y1),
@@ -253,7 +253,7 @@ def tensor_body(
         length=length,
         modulus=youngs_modulus,
         poisson_ratio=poisson_ratio,
-        spacing=float(np.sqrt(np.mean(np.diff(lines[0])) * np.mean(np.diff(lines[1])))),
+        spacing=float(np.sqrt(np.mean(np.diff(x)) * np.mean(np.diff(y)))),
         fixed=far_field == "fixed",
         reduced_integration=reduced_integration,
         solver=solver,

@@ -80,7 +80,8 @@ class MultigridFlexibility:
         """
         if np.any(softness):
             raise ValueError("the multigrid path solves contact = 'active_set' only")
-        known = self.solved.get(inside.tobytes(), (np.zeros((len(inside), 0)), None))
+        nothing = np.zeros((len(inside), 0)), np.zeros((self.matrix.shape[0], 0))
+        known = self.solved.get(inside.tobytes(), nothing)
         for column in right.T:
             known = self._with(inside, known, column)
         self.solved = {inside.tobytes(): known}  # contact sets rarely come back
@@ -104,14 +105,14 @@ class MultigridFlexibility:
     def _with(
         self,
         inside: NDArray[np.int64],
-        known: tuple[NDArray[np.float64], NDArray[np.float64] | None],
+        known: tuple[NDArray[np.float64], NDArray[np.float64]],
         column: NDArray[np.float64],
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Add the field of a prescribed displacement, unless it is a combination of known ones."""
         basis, fields = known
         rest = column - basis @ np.linalg.lstsq(basis, column, rcond=None)[0]
         size = np.linalg.norm(rest)
-        if fields is not None and size <= IN_SPAN * np.linalg.norm(column):
+        if fields.shape[1] and size <= IN_SPAN * np.linalg.norm(column):
             return basis, fields
         rest /= size
         field = np.zeros(self.matrix.shape[0])
@@ -120,8 +121,7 @@ class MultigridFlexibility:
         free = np.ones(len(field), dtype=bool)
         free[place] = False
         field += self._solve(-(self.matrix @ field), free)
-        fields = field[:, None] if fields is None else np.column_stack([fields, field])
-        return np.column_stack([basis, rest]), fields
+        return np.column_stack([basis, rest]), np.column_stack([fields, field])
 
     def _precondition(self, residual: NDArray[np.float64]) -> NDArray[np.float64]:
         first = self.system.first

@@ -152,7 +152,8 @@ def _extrapolation(mesh: MeshHex | MeshTet) -> NDArray[np.float64]:
     if element_order(mesh) == 1:
         return np.ones((len(locations), 1))
     if isinstance(mesh, MeshTet):
-        return np.linalg.solve(_barycentric(simplex_points(2)[0].T).T, _barycentric(locations).T).T
+        points = _barycentric(simplex_points(2)[0].T)
+        return np.asarray(np.linalg.solve(points.T, _barycentric(locations).T).T, dtype=float)
     line = np.unique(gauss_points(2)[0][0])
     toward = (locations - line[0]) / (line[1] - line[0])
     factors = np.stack([1.0 - toward, toward], axis=1)

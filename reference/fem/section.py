@@ -205,8 +205,7 @@ def _solve(
     held = [axis.all(["u^1"]), pushed]
     if support == "fixed":
         held.append(round_side.all())
-    held = np.unique(np.concatenate(held))
-    free = np.setdiff1d(np.arange(basis.N), held)
+    free = np.setdiff1d(np.arange(basis.N), np.concatenate(held))
     field, load = basis.zeros(), basis.zeros()
     if support == "fixed":
         field[pushed] = 1.0

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -151,7 +152,7 @@ def _weights(mesh: SolidMesh, surface: NDArray[np.int64]) -> NDArray[np.float64]
 
 def _system(
     mesh: SolidMesh,
-    grid: object,
+    grid: Any,
     numbers: NDArray[np.int64],
     nodes: NDArray[np.int64],
     held: NDArray[np.bool_],

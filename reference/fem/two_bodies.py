@@ -148,11 +148,11 @@ def couple(
     if wrong:
         raise ValueError("; ".join(wrong))
     # One unit of length for all the geometry, so that scenes in nm and m have the same digits.
-    faces = [ContactFaces.of(body, slave.length) for body in (slave, master)]
+    ours, theirs = (ContactFaces.of(body, slave.length) for body in (slave, master))
     if coupling == "mortar":
-        terms = _mortar(*faces, len(slave.nodes), len(master.nodes), multipliers)
+        terms = _mortar(ours, theirs, len(slave.nodes), len(master.nodes), multipliers)
     else:
-        terms = _node_to_surface(*faces, slave, len(master.nodes))
+        terms = _node_to_surface(ours, theirs, slave, len(master.nodes))
     return _pair(slave, master, *terms)
 
 

@@ -86,8 +86,9 @@ class Cells:
         changed = np.setxor1d(places, self._base, assume_unique=True).size
         if self._factor is not None and changed <= _FEW * places.size:
             found = [self._by_old_factor(places, side) for side in sides]
-            if all(each is not None for each in found):
-                return np.stack(found)
+            known = [solution for solution in found if solution is not None]
+            if len(known) == len(found):
+                return np.stack(known)
         self._factorise(places)
         return lu_solve(self._factor, sides.T, check_finite=False).T
 

@@ -126,11 +126,11 @@ def paraboloid(
         slide_shape(gap, reach(depth), material, speed, count, **load)
         for count in (cells // 4, cells // 2, cells)
     ]
-    studies = (
-        GridStudy.of([getattr(each, name) for each in contacts])
+    depth_study, force_study, friction_study = (
+        GridStudy.of([getattr(contact, name) for contact in contacts])
         for name in ("penetration", "force", "friction_coefficient")
     )
-    return SlidingParaboloid(*studies, contacts)
+    return SlidingParaboloid(depth_study, force_study, friction_study, contacts)
 
 
 def slide_shape(
@@ -158,8 +158,8 @@ def slide_shape(
     """
     step = 2 * max(window) / cells
     shape = [8 * max(1, int(np.ceil(half / (4 * step) - 1e-9))) for half in window]
-    x, y = ((np.arange(n) - (n - 1) / 2) * step for n in shape)
-    x, y = x[:, None], y[None, :]
+    rows, columns = (np.asarray((np.arange(n) - (n - 1) / 2) * step, float) for n in shape)
+    x, y = rows[:, None], columns[None, :]
     slope = (gap(x + step / 2, y) - gap(x - step / 2, y)) / step
     operator = Travelling((shape[0], shape[1]), (step, step), material, speed)
     return solve(operator, gap(x, y), slope=slope, force=force, penetration=penetration)

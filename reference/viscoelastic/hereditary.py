@@ -21,6 +21,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from itertools import pairwise
 
 import numpy as np
@@ -71,7 +72,7 @@ class _Path:
     value: Array
 
     def at(self, t: ArrayLike) -> Array:
-        return np.interp(t, self.time, self.value)
+        return np.interp(np.asarray(t, dtype=float), self.time, self.value)
 
     @property
     def slopes(self) -> Array:
@@ -194,14 +195,19 @@ def creep(
     error = np.zeros(times.size)
     for i, end in enumerate(times):
         for begin, stop, slope in _segments(path, end):
-            part, doubt = _quadrature(lambda s, end=end: material.creep(end - s), begin, stop)
+            part, doubt = _quadrature(partial(_creep_before, material, end), begin, stop)
             total[i] += slope * part
             error[i] += abs(slope) * doubt
     total, error = total / contact_factor(poisson_ratio), error / contact_factor(poisson_ratio)
     depth = np.asarray(form.penetration(effective_modulus * total))
-    slope = np.asarray(form.stiffness(depth)) / effective_modulus
-    spread = np.divide(error, slope, out=np.zeros(times.size), where=slope > 0)
+    stiffness = np.asarray(form.stiffness(depth)) / effective_modulus
+    spread = np.divide(error, stiffness, out=np.zeros(times.size), where=stiffness > 0)
     return Curve(times, depth, path.at(times), np.asarray(form.contact_radius(depth)), spread)
+
+
+def _creep_before(material: GeneralisedMaxwell, end: float, s: Array) -> Array:
+    """Creep compliance at the end under a load applied at s."""
+    return material.creep(end - s)
 
 
 def _contact(material: GeneralisedMaxwell, path: _Path, t: float) -> tuple[float, float]:

@@ -192,7 +192,8 @@ class _Collision:
         stop: Callable[[float, Array], float],
     ) -> Any:
         """Integrate to the event; tolerances are relative to the scales of the impact."""
-        stop.terminal, stop.direction = True, -1.0
+        event: Any = stop  # SciPy reads these attributes of the function
+        event.terminal, event.direction = True, -1.0
         arms, depth = self._times.size, self._depth
         scale = np.full(start.size, depth)
         scale[1] = self._velocity
