@@ -126,7 +126,7 @@ def amplitude_spectrum(
     shape, lengths = _grid(points, size)
     spacing = (lengths[0] / shape[0], lengths[1] / shape[1])
     _check(shape, lengths, hurst, power, rms_slope, rms_height, long_cutoff, short_cutoff)
-    exponent = 2 * (1 + hurst) if power is None else power
+    exponent = 2 * (1 + (hurst or 0.0)) if power is None else power
     wavenumber = _wavenumber(shape, spacing)
     shortest = 2 * max(spacing) if short_cutoff is None else short_cutoff
     # a relative hair on the circle keeps modes that lie on it whatever the units round to

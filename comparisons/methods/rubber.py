@@ -29,6 +29,7 @@ from reduced.loads import LoadPath
 from reduced.memory.materials import Prony
 from reduced.rough.lines import RoughLines
 from reduced.rubber.steady import SteadySliding, slide
+from reference import loads as reference_loads
 from reference.halfspace import areas
 from reference.sliding.cells import LIMIT
 from reference.sliding.contact import SlidingContact, solve
@@ -234,7 +235,7 @@ class GridSliding(BemFft):
         speed = float(task.loads.values[0])
         x = np.linspace(-1.0, 1.0, 8)
         operator = Travelling((8, 8), (0.25, 0.25), self.material, speed)
-        solve(operator, x[:, None] ** 2 + x**2, penetration=0.3)
+        solve(operator, x[:, None] ** 2 + x**2, reference_loads.Load("penetration", 0.3))
 
     def rows(self, task: Task) -> Iterator[Row]:
         """Yield each realisation; an indenter's grids are made for each speed."""
@@ -251,9 +252,13 @@ class GridSliding(BemFft):
         control, load = normal_load(task)
         gap, reach = geometry.indenter.gap, geometry.indenter.reach
         for speed in speeds:
-            depth = window_depth(gap, reach, self.material, float(speed), **{control: load})
+            depth = window_depth(
+                gap, reach, self.material, float(speed), reference_loads.Load(control, load)
+            )
             window = reach(depth), self.material, float(speed), 2 * task.resolution
-            yield _step(slide_shape(gap, *window, **{control: load}), float(speed))
+            yield _step(
+                slide_shape(gap, *window, reference_loads.Load(control, load)), float(speed)
+            )
 
 
 class _SurfaceSweep:
@@ -269,7 +274,7 @@ class _SurfaceSweep:
         for speed in speeds:
             where = grid.gap.shape, grid.spacing, self._material, float(speed)
             operator = Travelling(*where, periodic=periodic)
-            state = solve(operator, grid.gap, start=self._mask, **{control: load})
+            state = solve(operator, grid.gap, reference_loads.Load(control, load), start=self._mask)
             self._mask = state.mask
             yield _step(state, float(speed))
 

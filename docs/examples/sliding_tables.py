@@ -21,6 +21,7 @@ from reduced.rough.surface_spectrum import SelfAffine, measured
 from reduced.rubber.history import slide_in_time
 from reduced.rubber.printed import slide_as_printed
 from reduced.rubber.steady import slide
+from reference import loads as reference_loads
 from reference import surfaces
 from reference.sliding.contact import solve
 from reference.sliding.operators import Travelling
@@ -142,7 +143,9 @@ def ball() -> list[list[str]]:
                 springs, slow = RUBBER.scaled(0.25), 1.0
                 body = GeneralisedMaxwell.kelvin_voigt(0.25, 0.25)
             speed = 0.1 * way
-            truth = paraboloid(1.0, body, speed, penetration=0.01, cells=144)
+            truth = paraboloid(
+                1.0, body, speed, reference_loads.Load("penetration", 0.01), cells=144
+            )
             mu = truth.friction_coefficient
             x = np.linspace(-0.3, 0.3, 4001)
             sliding = slide(
@@ -176,7 +179,15 @@ def study(height, slope, load: float, material, speed: float, counts) -> tuple[G
         h, s = height(n), slope(n)
         width = h.shape[1]
         operator = Travelling((n, width), (1 / n, 1 / n), material, speed, periodic=True)
-        contacts.append(solve(operator, h.max() - h, slope=s, force=load * width / n, start=start))
+        contacts.append(
+            solve(
+                operator,
+                h.max() - h,
+                reference_loads.Load("force", load * width / n),
+                slope=s,
+                start=start,
+            )
+        )
         grown = contacts[-1].mask.repeat(2, axis=0)
         start = grown if width == 2 else grown.repeat(2, axis=1)
     return GridStudy.of([contact.friction_coefficient for contact in contacts]), contacts

@@ -100,12 +100,13 @@ def follow(
         From the step whose sweeps do not converge, or whose forces are not found.
     """
     gap = np.asarray(gap, dtype=float)
-    kinds, path = [], []
+    kinds: list[str] = []
+    path: list[Sequence[float]] = []
     for names, given in (
         (_NORMAL, (penetration, force)),
         (_TANGENTIAL, (tangential_displacement, tangential_force)),
     ):
-        chosen = [pair for pair in zip(names, given, strict=True) if pair[1] is not None]
+        chosen = [(k, v) for k, v in zip(names, given, strict=True) if v is not None]
         if len(chosen) != 1:
             raise ValueError(f"give exactly one of {', '.join(names)}")
         kinds.append(chosen[0][0])

@@ -15,6 +15,7 @@ from scipy.linalg import lu_factor, lu_solve
 from scipy.sparse.linalg import LinearOperator, gmres
 
 from reference.errors import ConvergenceError
+from reference.loads import Load
 from reference.sliding.operators import Travelling
 
 Array = NDArray[np.float64]
@@ -61,9 +62,7 @@ class Cells:
         lift = self.operator.datum * float(pressure.mean())
         return self.gaps - depth + self.of_grid(self.operator.apply(pressure)) + lift
 
-    def equilibrium(
-        self, chosen: Mask, force: float | None, penetration: float | None
-    ) -> tuple[Array, float]:
+    def equilibrium(self, chosen: Mask, load: Load) -> tuple[Array, float]:
         """Pressures that close the clearance of the chosen cells, and the depth.
 
         p = d p_1 - p_g with A p_1 = 1, A p_g = g. The depth is counted with the displacement of
@@ -71,12 +70,12 @@ class Cells:
         """
         places = np.flatnonzero(chosen)
         unit, shape = self._solved(places, np.stack([np.ones(places.size), self.gaps[places]]))
-        if force is not None:
-            total = force / (self.operator.cell_area * self.copies)
+        if load.control == "force":
+            total = load.single() / (self.operator.cell_area * self.copies)
             depth = (total + shape.sum()) / unit.sum()
         else:
             mean = self.operator.datum * self.copies / np.prod(self.operator.shape)
-            depth = (penetration - mean * shape.sum()) / (1 - mean * unit.sum())
+            depth = (load.single() - mean * shape.sum()) / (1 - mean * unit.sum())
         pressures = np.zeros(self.gaps.size)
         pressures[places] = depth * unit - shape
         return pressures, float(depth)

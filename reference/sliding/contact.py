@@ -21,6 +21,7 @@ from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
 from reference.errors import ConvergenceError
+from reference.loads import Load
 from reference.sliding.cells import Cells
 from reference.sliding.operators import Travelling
 
@@ -81,9 +82,8 @@ class SlidingContact:
 def solve(
     operator: Travelling,
     gap: ArrayLike,
+    load: Load,
     *,
-    force: float | None = None,
-    penetration: float | None = None,
     slope: ArrayLike | None = None,
     start: ArrayLike | None = None,
     max_rounds: int = 400,
@@ -97,8 +97,8 @@ def solve(
     gap : array_like, shape (nx, ny)
         Initial gap g >= 0 of the rigid shape. On the free half-space the grid has to hold the
         contact: displacements are positive, so that nothing touches where g > d.
-    force, penetration : float
-        Exactly one. On the periodic half-space the mean displacement is zero.
+    load : Load
+        Force or penetration, one value. On the periodic half-space the mean displacement is zero.
     slope : array_like, shape (nx, ny), optional
         dg/dx at the cell centres; central differences of the gap without it.
     start : array_like of bool, shape (nx, ny), optional
@@ -125,16 +125,18 @@ def solve(
     >>> rubber = GeneralisedMaxwell.kelvin_voigt(0.25, 0.25)
     >>> x = (np.arange(-12, 12) + 0.5) / 100
     >>> half_space = Travelling((24, 24), (0.01, 0.01), rubber, 0.02)
-    >>> found = solve(half_space, (x[:, None] ** 2 + x**2) / 2, force=4e-3 / 3)
+    >>> found = solve(half_space, (x[:, None] ** 2 + x**2) / 2, Load("force", 4e-3 / 3))
     >>> 0.7 < found.friction_coefficient / 0.02 < 1
     True
     """
-    gap, slope = _checked(operator, gap, slope, force, penetration)
+    load.one_of("force", "penetration")
+    load.single()
+    gap, slope = _checked(operator, gap, slope)
     cells = Cells(operator, gap)
     if start is None:
-        start = _coarse_start(operator, gap, force, penetration, max_rounds)
+        start = _coarse_start(operator, gap, load, max_rounds)
     chosen = cells.of_grid(start)
-    pressures, depth, history = _pivot(cells, chosen, force, penetration, max_rounds)
+    pressures, depth, history = _pivot(cells, chosen, load, max_rounds)
     pressure = cells.on_grid(pressures)
     if not operator.periodic and _touches_edge(pressure):
         raise ConvergenceError("the contact reaches the edge of the grid", history)
@@ -155,11 +157,7 @@ def solve(
 
 
 def _pivot(
-    cells: Cells,
-    chosen: Mask,
-    force: float | None,
-    penetration: float | None,
-    max_rounds: int,
+    cells: Cells, chosen: Mask, load: Load, max_rounds: int
 ) -> tuple[Array, float, list[int]]:
     """Change the contact set until no cell is wrong: pressures of the cells, and depth."""
     history: list[int] = []
@@ -172,7 +170,7 @@ def _pivot(
         key = np.packbits(chosen).tobytes()
         cycling = cycling or key in seen
         seen.add(key)
-        pressures, depth = cells.equilibrium(chosen, force, penetration)
+        pressures, depth = cells.equilibrium(chosen, load)
         clearance = cells.clearance(pressures, depth)
         tension = chosen & (pressures < -_ROUNDING * pressures.max(initial=0.0))
         overlap = ~chosen & (clearance < -_ROUNDING * abs(depth))
@@ -202,22 +200,18 @@ def _foremost(tension, overlap):
     return change
 
 
-def _coarse_start(
-    operator: Travelling,
-    gap: Array,
-    force: float | None,
-    penetration: float | None,
-    max_rounds: int,
-) -> Mask:
+def _coarse_start(operator: Travelling, gap: Array, load: Load, max_rounds: int) -> Mask:
     """Contact set on twice the spacing, or the deeper half of the geometric overlap."""
     if any(n % 2 or n < 2 * _COARSEST for n in operator.shape):
-        depth = penetration if force is None else _overlap_depth(operator, gap, force)
+        depth = load.single()
+        if load.control == "force":
+            depth = _overlap_depth(operator, gap, depth)
         return gap <= max(depth / 2, gap.min())
     coarse = (gap[::2, ::2] + gap[1::2, ::2] + gap[::2, 1::2] + gap[1::2, 1::2]) / 4
     half = operator.coarser()
     cells = Cells(half, coarse)
-    chosen = cells.of_grid(_coarse_start(half, coarse, force, penetration, max_rounds))
-    found = cells.on_grid(_pivot(cells, chosen, force, penetration, max_rounds)[0]) > 0
+    chosen = cells.of_grid(_coarse_start(half, coarse, load, max_rounds))
+    found = cells.on_grid(_pivot(cells, chosen, load, max_rounds)[0]) > 0
     return found.repeat(2, axis=0).repeat(2, axis=1)
 
 
@@ -240,13 +234,7 @@ def _touches_edge(pressure: Array) -> bool:
     return any((edge(pressure) > 0).any() for edge in edges)
 
 
-def _checked(
-    operator: Travelling,
-    gap: ArrayLike,
-    slope: ArrayLike | None,
-    force: float | None,
-    penetration: float | None,
-) -> tuple[Array, Array]:
+def _checked(operator: Travelling, gap: ArrayLike, slope: ArrayLike | None) -> tuple[Array, Array]:
     """Gap and slope as arrays, or one ValueError for everything wrong."""
     gap = np.asarray(gap, dtype=float)
     faults = []
@@ -261,13 +249,6 @@ def _checked(
     slope = np.zeros(gap.shape) if slope is None else np.asarray(slope, dtype=float)
     if slope.shape != gap.shape or not np.isfinite(slope).all():
         faults.append(f"slope must be finite, of the shape of the gap, got shape {slope.shape}")
-    given = {"force": force, "penetration": penetration}
-    given = {name: value for name, value in given.items() if value is not None}
-    if len(given) != 1:
-        faults.append(f"give exactly one of force, penetration; came: {', '.join(given) or 'none'}")
-    for name, value in given.items():
-        if not (np.isfinite(value) and value > 0):
-            faults.append(f"{name} must be positive and finite, not {value!r}")
     if faults:
         raise ValueError("; ".join(faults))
     return gap, slope

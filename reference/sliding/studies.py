@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from reference.errors import ConvergenceError
+from reference.loads import Load
 from reference.sliding.contact import SlidingContact, solve
 from reference.sliding.operators import Travelling
 from reference.viscoelastic.materials import GeneralisedMaxwell
@@ -73,9 +74,7 @@ def paraboloid(
     radius: float,
     material: GeneralisedMaxwell,
     speed: float,
-    *,
-    force: float | None = None,
-    penetration: float | None = None,
+    load: Load,
     cells: int = 96,
 ) -> SlidingParaboloid:
     """Slide a rigid paraboloid f = r^2/(2R) over a viscoelastic half-space, nu = 1/2.
@@ -93,8 +92,8 @@ def paraboloid(
         A solid.
     speed : float
         v.
-    force, penetration : float
-        Exactly one.
+    load : Load
+        Force or penetration, one value.
     cells : int
         Across the window of the finest of three grids; a multiple of 16.
 
@@ -120,10 +119,9 @@ def paraboloid(
     def reach(depth: float) -> tuple[float, float]:
         return (float(np.sqrt(2 * radius * depth)),) * 2
 
-    depth = window_depth(gap, reach, material, speed, force=force, penetration=penetration)
-    load = {"force": force, "penetration": penetration}
+    depth = window_depth(gap, reach, material, speed, load)
     contacts = [
-        slide_shape(gap, reach(depth), material, speed, count, **load)
+        slide_shape(gap, reach(depth), material, speed, count, load)
         for count in (cells // 4, cells // 2, cells)
     ]
     depth_study, force_study, friction_study = (
@@ -139,9 +137,7 @@ def slide_shape(
     material: GeneralisedMaxwell,
     speed: float,
     cells: int,
-    *,
-    force: float | None = None,
-    penetration: float | None = None,
+    load: Load,
 ) -> SlidingContact:
     """Slide a shape on a grid of square cells around the origin; the slope is that over a cell.
 
@@ -153,7 +149,7 @@ def slide_shape(
         Half-widths that hold the contact.
     cells : int
         Across the wider side of the window; the other side has what it takes, up to 8 more.
-    material, speed, force, penetration
+    material, speed, load
         As for `contact.solve`.
     """
     step = 2 * max(window) / cells
@@ -162,7 +158,7 @@ def slide_shape(
     x, y = rows[:, None], columns[None, :]
     slope = (gap(x + step / 2, y) - gap(x - step / 2, y)) / step
     operator = Travelling((shape[0], shape[1]), (step, step), material, speed)
-    return solve(operator, gap(x, y), slope=slope, force=force, penetration=penetration)
+    return solve(operator, gap(x, y), load, slope=slope)
 
 
 def window_depth(
@@ -170,9 +166,7 @@ def window_depth(
     reach: Callable[[float], tuple[float, float]],
     material: GeneralisedMaxwell,
     speed: float,
-    *,
-    force: float | None = None,
-    penetration: float | None = None,
+    load: Load,
 ) -> float:
     """Depth whose geometric overlap holds the contact: the penetration, or 5 % more than needed.
 
@@ -185,16 +179,12 @@ def window_depth(
     ConvergenceError
         If no depth carries the force.
     """
-    if (force is None) == (penetration is None):
-        raise ValueError("give exactly one of force, penetration")
-    load = force if penetration is None else penetration
-    if not (np.isfinite(load) and load > 0):
-        raise ValueError(f"the load must be positive and finite, not {load!r}")
-    if penetration is not None:
-        return penetration
+    force = load.single()
+    if load.one_of("force", "penetration") == "penetration":
+        return force
 
     def excess(depth: float) -> float:
-        found = slide_shape(gap, reach(depth), material, speed, _COARSE, penetration=depth)
+        found = slide_shape(gap, reach(depth), material, speed, _COARSE, Load("penetration", depth))
         return float(np.log(found.force / force))
 
     # a disc of E* under the force: 2 E* a d, with the overlap's own width for a

@@ -144,7 +144,7 @@ def indentation(
         force[i], error[i] = _hereditary_force(material, path, growth, t, touching)
         jump = float(form.force(min(depth[i], path.value[0]))) / effective_modulus
         force[i] += float(material.relaxation(t - path.time[0])) * jump
-    radius = np.where(depth > 0, form.contact_radius(depth), 0.0)
+    radius = np.where(depth > 0, _contact_radius(form, depth), 0.0)
     return Curve(times, path.at(times), factor * force, radius, factor * error)
 
 
@@ -202,7 +202,13 @@ def creep(
     depth = np.asarray(form.penetration(effective_modulus * total))
     stiffness = np.asarray(form.stiffness(depth)) / effective_modulus
     spread = np.divide(error, stiffness, out=np.zeros(times.size), where=stiffness > 0)
-    return Curve(times, depth, path.at(times), np.asarray(form.contact_radius(depth)), spread)
+    return Curve(times, depth, path.at(times), _contact_radius(form, depth), spread)
+
+
+def _contact_radius(form: ClosedForm, depth: Array) -> Array:
+    if form.contact_radius is None:
+        raise ValueError("the integral holds for round contacts: form must be axisymmetric")
+    return np.asarray(form.contact_radius(depth))
 
 
 def _creep_before(material: GeneralisedMaxwell, end: float, s: Array) -> Array:

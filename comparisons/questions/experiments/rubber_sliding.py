@@ -15,6 +15,7 @@ from reduced.rubber.history import slide_in_time
 from reduced.rough.surface_spectrum import SelfAffine
 from reduced.rubber.printed import PrintedSliding, slide_as_printed
 from reduced.rubber.steady import slide
+from reference import loads as reference_loads
 from reference.sliding.studies import paraboloid
 from reference.viscoelastic.materials import GeneralisedMaxwell
 
@@ -107,7 +108,11 @@ def _paraboloid(effort: str, *, way: float = 1.0, glassy: float = 0.0) -> Findin
     else:
         springs, body = kelvin_voigt(0.25, 0.25), GeneralisedMaxwell.kelvin_voigt(0.25, 0.25)
     truth = paraboloid(
-        _RADIUS, body, speed, penetration=_DEPTH, cells=96 if effort == "full" else 48
+        _RADIUS,
+        body,
+        speed,
+        reference_loads.Load("penetration", _DEPTH),
+        cells=96 if effort == "full" else 48,
     )
     x = np.linspace(-0.3, 0.3, 4001)
     found = slide(
