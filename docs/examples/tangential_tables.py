@@ -249,7 +249,8 @@ def _rough_contact(points: int) -> np.ndarray:
     )
     body = NormalAndTangential((points,) * 2, (2.1 / points,) * 2, Compliance.of(0.5, 0.0))
     contact = fft.solve(
-        Press(body.normal, height.max() - height), Load("force", 0.05 * 0.1 * 2.1**2)
+        Press(body.normal, height.max() - height),
+        reference_loads.Load("force", 0.05 * 0.1 * 2.1**2),
     )
     return contact.mask
 
@@ -392,7 +393,7 @@ def rough() -> list[list[str]]:
             )
         body = NormalAndTangential((points,) * 2, (1 / points,) * 2, Compliance.of(0.5, 0.0))
         depths = [
-            fft.solve(Press(body.normal, gap), Load("force", force * s)).penetration
+            fft.solve(Press(body.normal, gap), reference_loads.Load("force", force * s)).penetration
             for s in (1, *(1 - shares))
         ]
         displacements.setdefault("3-D, superposition of normal solutions", []).append(

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from comparisons.questions.experiments.running import Finding, above, experiment, one_of
-from reduced.motion.blocks import blocks, integrate
+from reduced.motion.blocks import Blocks, integrate
+from reduced.motion.stepping import Stepping
 from reference.dynamics import blocks as coulomb
 from reference.dynamics.event_driven import follow
 from reference.dynamics.friction_forms import dry_oscillator_amplitude
@@ -61,13 +62,12 @@ def _amplitude(
     above("speed_ratio", speed_ratio, 0)
     true = dry_oscillator_amplitude(1.0, friction, 1.0, ratio)
     v0 = true * ratio / speed_ratio
-    system = blocks(1.0, friction, stiffness=1.0, amplitude=1.0, frequency=ratio)
+    system = Blocks(1.0, friction, stiffness=1.0, amplitude=1.0, frequency=ratio)
     swings = []
     for steps in (800, 1600) if effort == "quick" else (3200, 6400):
         run = integrate(
             *(system, v0),
-            step=2 * np.pi / ratio / steps,
-            steps=_SETTLING * steps,
+            Stepping(2 * np.pi / ratio / steps, _SETTLING * steps),
             scheme="implicit_midpoint",
         )
         last = run.position[-2 * steps :, 0].reshape(2, steps)

@@ -9,12 +9,15 @@ import numpy as np
 from comparisons.judging.uncertainty import SAFE
 from comparisons.questions.experiments.base import Effort
 from comparisons.questions.experiments.running import Finding, above, experiment
-from reduced.friction.slide import slide, tangential_modulus
-from reduced.friction.stick_slip import follow
+from reduced.friction.slide import Friction, slide, tangential_modulus
+from reduced.friction.stick_slip import StickingLine
+from reduced.loads import Load, LoadPath
 from reduced.profiles import shapes
+from reduced.springs.line import Springs
+from reference import loads as reference_loads
 from reference.closed_form import PartialSlip, power_law
 from reference.halfspace.cerruti import Compliance
-from reference.halfspace.friction import sweep
+from reference.halfspace.friction import FrictionalPress, sweep
 from reference.halfspace.traction import NormalAndTangential
 
 EXACT = 1e-12
@@ -48,10 +51,10 @@ def _stick_radius(effort: str, *, share: float = 0.5, exponent: float = 2.0) -> 
     profile = shapes.power_law(exponent, 1.0)
     springs, finer = (
         slide(
-            *(profile, 1.0, _MODULUS, _FRICTION),
-            penetration=_DEPTH,
-            tangential_force=path.tangential_force,
-            springs=count,
+            Springs(profile, 1.0, per_radius=count),
+            Friction(_MODULUS, _FRICTION),
+            Load("penetration", _DEPTH),
+            LoadPath("tangential_force", path.tangential_force),
         ).stick_length[0]
         / 2
         for count in ((40, 80) if effort == "quick" else (80, 160))
@@ -84,8 +87,11 @@ def _true(final: float, reach: float, cells: int, steps: int) -> tuple[float, fl
     )
     depth, shift = _way(final, reach, steps)
     gap = (x[:, None] ** 2 + x**2) / 2
-    path = sweep(body, gap, _FRICTION, penetration=depth, tangential_displacement=shift)
-    *_, last = path
+    *_, last = sweep(
+        FrictionalPress(body, gap, _FRICTION),
+        reference_loads.LoadPath("penetration", depth),
+        reference_loads.LoadPath("tangential_displacement", shift),
+    )
     return last.force, last.tangential_force
 
 
@@ -102,11 +108,8 @@ def _changing_load(effort: Effort, *, final: float = 0.5, reach: float = 0.5) ->
     radius = 1.05 * float(np.sqrt(_DEPTH * max(final, 1.0)))
     x = np.linspace(-radius, radius, _SPRINGS)
     depth, shift = _way(final, reach, 1)
-    springs = follow(
-        *(x**2, x[1] - x[0], 1.0, _MODULUS, _FRICTION),
-        penetration=depth,
-        tangential_displacement=shift,
-    )
+    line = StickingLine(x**2, x[1] - x[0], 1.0, Friction(_MODULUS, _FRICTION))
+    springs = line.follow(depth, shift)
     stated = springs.tangential_force[-1] / (_FRICTION * springs.force[-1])
     coarse, fine = (_true(final, reach, *grid) for grid in _GRIDS[effort])
     shares = [tangential / (_FRICTION * normal) for normal, tangential in (coarse, fine)]

@@ -10,7 +10,9 @@ from comparisons.judging.uncertainty import combined, ratio_of_means
 from comparisons.questions.experiments.base import Effort
 from comparisons.questions.experiments.rough_ensemble import Surface, surface_samples, truth
 from comparisons.questions.experiments.running import Finding, above, experiment, one_of
+from reduced.rough.ensemble import Sampling
 from reduced.rough.procedure import Procedure, side_by_side
+from reduced.rough.surface_spectrum import measured
 
 VARIANTS = ("literal", "corrected")
 QUANTITIES = ("contact_area", "stress", "undefined")
@@ -21,9 +23,8 @@ _COUNTS: dict[Effort, tuple[int, int]] = {"quick": (12, 20), "full": (60, 60)}
 @lru_cache(maxsize=512)
 def _calculated(surface: Surface, load: float, map_number: int, lines: int) -> dict[str, Procedure]:
     """Carry out the procedure on one map, by the letter and as corrected; E* = A0 = h' = 1."""
-    height = surface.heights(map_number)
-    options = {"realisations": lines, "periodic": surface.periodic, "seed": map_number}
-    found = side_by_side(height, 1.0, 1.0, [load], **options)
+    spectrum = measured(surface.heights(map_number), 1.0, surface.periodic)
+    found = side_by_side(spectrum, 1.0, load, Sampling(lines, seed=map_number))
     return dict(zip(VARIANTS, found, strict=True))
 
 

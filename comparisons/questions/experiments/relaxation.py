@@ -18,7 +18,7 @@ def _series(effort: str, *, per_decade: float = 2.0) -> Finding:
     above("per_decade", per_decade, 0)
     turns = (1j * _FREQUENCIES * _TIME) ** _FIRST
     true = _GLASSY - (_GLASSY - _RELAXED) / (1 + turns) ** _SECOND
-    series = fit(_FREQUENCIES, true.real, true.imag, per_decade=per_decade)
+    series = fit(_FREQUENCIES, true, per_decade=per_decade)
     details: dict[str, float | str] = {
         "relaxation times": float(series.material.times.size),
         "rms error": series.rms_error,

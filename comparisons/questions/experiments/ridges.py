@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from comparisons.questions.experiments.running import Finding, above, experiment, one_of
-from reduced.rough.ensemble import lines
+from reduced.loads import Load
+from reduced.rough.ensemble import RandomLines
 from reduced.rough.line_spectrum import line_of
 from reduced.rough.press import LineContact, press
 from reduced.rough.surface_spectrum import measured
@@ -47,8 +48,8 @@ def _pressed(count: int, per_ridge: int, pressure: float) -> LineContact:
     points = _MAP * count
     height = np.cos(2 * np.pi * np.arange(points) / _MAP)[:, None] / count * np.ones(4)
     spectrum = line_of(measured(height, (1.0, 4 / points), periodic=True))
-    line = lines(spectrum, per_ridge * count, [0])
-    return press(line, 1 / (per_ridge * count), 1.0, force=[pressure])
+    line = RandomLines(spectrum, per_ridge * count, 1).draw()
+    return press(line, 1.0, Load("force", pressure))
 
 
 EXPERIMENTS = (

@@ -19,6 +19,7 @@ from comparisons.questions.experiments.running import above, one_of
 from reduced.loads import Load
 from reduced.rough import ensemble, line_spectrum
 from reduced.rough.surface_spectrum import SelfAffine
+from reference import loads as reference_loads
 from reference import surfaces
 from reference.halfspace import Contact, FreeOperator, HalfSpace, PeriodicOperator, areas, fft
 from reference.halfspace.solution import Press
@@ -100,7 +101,9 @@ def press(
 ) -> tuple[Contact, dict[str, float]]:
     """Press one map with the force `load` (E* = A0 = 1); return the contact and its quantities."""
     contact = fft.solve(
-        Press(operator, heights.max() - heights), Load("force", load), tolerance=_TOLERANCE
+        Press(operator, heights.max() - heights),
+        reference_loads.Load("force", load),
+        tolerance=_TOLERANCE,
     )
     mask, periodic = contact.mask, operator.periodic
     found = areas.patches(mask, operator.spacing, periodic)

@@ -11,8 +11,8 @@ from reduced.rough.ensemble import RandomLines
 from reduced.rough.line_spectrum import prescribed
 from reduced.rough.lines import RoughLines
 from reduced.rough.press import press
-from reduced.rubber.history import slide_in_time
 from reduced.rough.surface_spectrum import SelfAffine
+from reduced.rubber.history import slide_in_time
 from reduced.rubber.printed import PrintedSliding, slide_as_printed
 from reduced.rubber.steady import slide
 from reference import loads as reference_loads
@@ -84,8 +84,9 @@ def _corrected(effort: str, *, number: float = 1.0, quantity: str = "work") -> F
     above("number", number, 0)
     rough = _rough_lines(20 if effort == "full" else 6)
     speed = 1 / (_POINTS * number)
-    run = slide_in_time(rough, 1 / _POINTS, 1.0, 1.0, speed, _LOAD, steps=3 * _POINTS)
-    exact = slide(rough, 1 / _POINTS, kelvin_voigt(1.0, 1.0), speed, _LOAD)
+    rubber = kelvin_voigt(1.0, 1.0)
+    run = slide_in_time(rough, rubber, speed, _LOAD, steps=3 * _POINTS)
+    exact = slide(rough, rubber, speed, LoadPath("force", _LOAD))
     friction = run.friction_coefficient() / exact.friction_coefficient[:, 0] - 1
     errors = run.energy_error() if quantity == "work" else friction
     worst = float(errors[np.argmax(np.abs(errors))])

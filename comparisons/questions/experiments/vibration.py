@@ -8,8 +8,10 @@ import numpy as np
 
 from comparisons.questions.experiments.running import Finding, above, experiment, one_of
 from reduced.motion.contact import SpringContact, spring_contact
-from reduced.motion.course import move
+from reduced.motion.course import Mass, Push, move
+from reduced.motion.stepping import Stepping
 from reduced.profiles import shapes
+from reduced.springs.line import Springs
 from reference.closed_form import paraboloid
 from reference.dynamics.collision import power_law_collision, power_law_motion
 from reference.dynamics.oscillator import (
@@ -53,7 +55,7 @@ def _free(effort: str, *, deepest: float = 1.5, model: str = "springs") -> Findi
     }
     if model == "linear":
         return Finding(period / small - 1, EXACT, details)
-    contact = spring_contact(shapes.paraboloid(1.0), 1.0, deepest * _STATIC)
+    contact = spring_contact(Springs(shapes.paraboloid(1.0), 1.0), deepest * _STATIC)
     counts = _one_more(effort, 1000, 4000)
     halves, highest = zip(*(_to_the_top(contact, deepest, period, n) for n in counts), strict=True)
     if model == "second_order":
@@ -68,7 +70,8 @@ def _to_the_top(
 ) -> tuple[float, float]:
     """Return the time from the deepest point to the highest one, and where that is."""
     step = 0.6 * period / steps
-    run = move(contact, 1.0, step=step, steps=steps, position=deepest * _STATIC, load=_LOAD)
+    mass = Mass(1.0, position=deepest * _STATIC)
+    run = move(contact, mass, Stepping(step, steps), Push(_LOAD))
     v = run.velocity
     k = int(np.flatnonzero((v[1:-1] < 0) & (v[2:] >= 0))[0]) + 1
     return float(run.time[k] + step * v[k] / (v[k] - v[k + 1])), float(run.position.min())
@@ -91,19 +94,15 @@ def _forced(effort: str, *, push: float = 0.1, model: str = "springs") -> Findin
     if model == "linear":
         stated = linear_amplitude(1.0, frequency**2, _DAMPING, push * _LOAD, frequency)
         return Finding(stated / exact.amplitude - 1, steady, details)
-    contact = spring_contact(shapes.paraboloid(1.0), 1.0, 4 * _STATIC)
+    contact = spring_contact(Springs(shapes.paraboloid(1.0), 1.0), 4 * _STATIC)
     errors = []
     for steps in _one_more(effort, 100, 400):
         run = move(
-            *(contact, 1.0),
-            step=2 * np.pi / frequency / steps,
-            steps=_PERIODS * steps,
-            position=_STATIC,
-            load=_LOAD,
-            amplitude=push * _LOAD,
+            contact,
+            Mass(1.0, _DAMPING, position=_STATIC),
+            Stepping(2 * np.pi / frequency / steps, _PERIODS * steps),
+            Push(_LOAD, push * _LOAD, frequency),
             scheme="verlet",
-            damping=_DAMPING,
-            frequency=frequency,
         )
         errors.append(0.5 * float(np.ptp(run.position[-steps:])) / exact.amplitude - 1)
     return Finding(errors[1], abs(errors[1] - errors[0]) + steady, details)
@@ -133,8 +132,8 @@ def _impact(effort: str, *, exponent: float = 2.0) -> Finding:
     profile = shapes.power_law(exponent, 1.0)
     errors = []
     for springs, steps in zip((40, 80), _one_more(effort, 250, 1000), strict=True):
-        contact = spring_contact(profile, 1.0, 1.01 * exact.penetration, springs=springs)
-        run = move(contact, 1.0, step=exact.duration / steps, steps=steps, velocity=speed)
+        contact = spring_contact(Springs(profile, 1.0, springs), 1.01 * exact.penetration)
+        run = move(contact, Mass(1.0, velocity=speed), Stepping(exact.duration / steps, steps))
         true = power_law_motion(exponent, exact, np.minimum(run.time, exact.duration))
         errors.append(float(np.abs(run.position - true).max()) / exact.penetration)
     details: dict[str, float | str] = {

@@ -185,7 +185,9 @@ def test_units_change_no_digit(scheme):
 def test_wrong_arguments_are_all_named():
     with pytest.raises(ValueError, match=r"mass must be positive.*stiffness must be a symmetric"):
         Blocks([-1.0, 1.0], 1.0, stiffness=[[1.0, 2.0], [0.0, 1.0]])
-    with pytest.raises(ValueError, match=r"step must be.*scheme must be"):
-        integrate(Blocks(1.0, 1.0), 1e-3, Stepping(0.0, 1), scheme="euler")
+    with pytest.raises(ValueError, match="step must be finite and positive"):
+        Stepping(0.0, 1)
+    with pytest.raises(ValueError, match=r"characteristic_speed must be.*scheme must be"):
+        integrate(Blocks(1.0, 1.0), 0.0, Stepping(1.0, 1), scheme="euler")
     with pytest.raises(ValueError, match="below the limit"):
         creep_speed(1.0, 1.0, 1.0)
