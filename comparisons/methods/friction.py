@@ -125,7 +125,7 @@ class ReducedFrictionLines(ReducedLines):
     def rows(self, task: Task[RoughGeometry]) -> Iterator[Row]:
         """Draw all lines."""
         lines = self.draw(task)
-        for row, line in enumerate(lines.heights):
+        for row, line in enumerate(lines.rough.heights):
             yield Row(partial(self._steps, task, lines, row), unknowns=line.size)
 
     def _steps(
