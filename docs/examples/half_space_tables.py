@@ -140,7 +140,7 @@ def solver_parts() -> list[list[str]]:
             operator = PeriodicOperator(gap.shape, (1 / POINTS, 1 / POINTS), 1.0)
             force = share * SLOPE
             iterations = fft.solve(Press(operator, gap), Load("force", force)).iterations
-            spent = cpu(partial(fft.solve, operator, gap, force=force))
+            spent = cpu(partial(fft.solve, Press(operator, gap), Load("force", force)))
             cells.append(f"{iterations}, {spent:.0f} ms")
         rows.append([name, *cells])
     conjugate_gradients._STAGES, starts._SHORTEST_COARSENED = full, 128
@@ -188,7 +188,10 @@ def dense_or_fft() -> list[list[str]]:
         exact = dense.solve(Press(operator, gap), Load("force", force))
         contact = fft.solve(Press(operator, gap), Load("force", force))
         repeats = 3 if cells < 1000 else 1
-        spent = [cpu(partial(s.solve, operator, gap, force=force), repeats) for s in (dense, fft)]
+        spent = [
+            cpu(partial(s.solve, Press(operator, gap), Load("force", force)), repeats)
+            for s in (dense, fft)
+        ]
         difference = np.abs(contact.pressure - exact.pressure).max() / exact.pressure.max()
         counts = [str(exact.iterations), str(contact.iterations)]
         rows.append(
