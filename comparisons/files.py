@@ -68,12 +68,12 @@ def write_named(path: Path, write: Write) -> None:
         If it cannot be written, with the name that was given.
     """
     try:
-        own = _own_descriptor(path)
-        if own is not None:
+        descriptor = _own_descriptor(path)
+        if descriptor is not None:
             # A shell may have sent it to a file in which it goes on writing: no other file will do.
             for stream in (sys.stdout, sys.stderr):
                 stream.flush()
-            with os.fdopen(os.dup(own), "wb") as target:
+            with os.fdopen(os.dup(descriptor), "wb") as target:
                 write(target)
         elif path.exists() and not path.is_file():
             with path.open("wb") as target:
@@ -168,9 +168,9 @@ def plain(value: Any) -> Any:
     {'a': [1.0, None], 'b': [2.0, 'c']}
     """
     if isinstance(value, dict):
-        return {key: plain(each) for key, each in value.items()}
+        return {key: plain(entry) for key, entry in value.items()}
     if isinstance(value, (list, tuple)):
-        return [plain(each) for each in value]
+        return [plain(entry) for entry in value]
     if isinstance(value, (np.ndarray, np.generic)):
         return plain(value.tolist())
     if isinstance(value, float) and not math.isfinite(value):

@@ -156,10 +156,10 @@ def without_padding(text: str) -> str:
     return (head.rstrip("0").rstrip(".") if "." in head else head) + times + power
 
 
-def given(value: float, unit: str) -> str:
+def unpadded(value: float, unit: str) -> str:
     """Write a value that a user gave, without padding zeros.
 
-    >>> given(10.0, "N"), given(0.3, "")
+    >>> unpadded(10.0, "N"), unpadded(0.3, "")
     ('10\u202fN', '0.3')
     """
     scale = prefix_for(value, unit)

@@ -28,13 +28,13 @@ OWN_PACKAGES = ("reduced", "reference", "comparisons")
 @lru_cache(maxsize=1)
 def versions() -> dict[str, str]:
     """Return the versions of Python and of the packages that results depend on."""
-    found = {"python": platform.python_version()}
+    releases = {"python": platform.python_version()}
     for name in PACKAGES:
         try:
-            found[name] = metadata.version(name)
+            releases[name] = metadata.version(name)
         except metadata.PackageNotFoundError:
             continue
-    return found
+    return releases
 
 
 @lru_cache(maxsize=1)
@@ -68,14 +68,16 @@ def free_memory() -> float:
     """
     free = float(psutil.virtual_memory().available)
     try:
-        own = Path("/proc/self/cgroup").read_text(encoding="utf-8").strip().rpartition("::")[2]
+        group_path = (
+            Path("/proc/self/cgroup").read_text(encoding="utf-8").strip().rpartition("::")[2]
+        )
     except OSError:
         return free
     root = Path("/sys/fs/cgroup")
-    group = root / own.lstrip("/")
-    for each in (group, *group.parents):
-        if each.is_relative_to(root):
-            free = min(free, _left_in(each))
+    group = root / group_path.lstrip("/")
+    for folder in (group, *group.parents):
+        if folder.is_relative_to(root):
+            free = min(free, _left_in(folder))
     return free
 
 
@@ -99,9 +101,9 @@ def machine_text(described: dict[str, Any]) -> str:
     )
 
 
-def versions_text(found: dict[str, str]) -> str:
+def versions_text(releases: dict[str, str]) -> str:
     """Return the versions in one short text for the rows of a table."""
-    return " ".join(f"{name}={version}" for name, version in found.items())
+    return " ".join(f"{name}={version}" for name, version in releases.items())
 
 
 def _processor() -> str:
@@ -109,5 +111,5 @@ def _processor() -> str:
         lines = Path("/proc/cpuinfo").read_text(encoding="utf-8").splitlines()
     except OSError:
         return platform.processor() or "unknown processor"
-    named = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
-    return named[0] if named else platform.processor() or "unknown processor"
+    models = [line.partition(":")[2].strip() for line in lines if line.startswith("model name")]
+    return models[0] if models else platform.processor() or "unknown processor"

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from comparisons.facts.methods import OWN
+from comparisons.facts.methods import BUILT_IN
 from comparisons.methods.registry import SOLVERS
 from comparisons.scene.options import MethodOptions
 from reports.cli import shadowed
@@ -137,9 +137,9 @@ def test_nothing_heavy_is_imported_for_a_list(what):
 
 def test_every_method_has_a_row_of_facts_solvers_and_options():
     """The facts stand apart from the solvers, so that listing them imports none."""
-    plain = {name for name in OWN if any(not maker.physics for maker in SOLVERS[name])}
-    assert plain == set(OWN) == {maker.name for name in OWN for maker in SOLVERS[name]}
-    assert list(MethodOptions.model_fields) == list(OWN)
+    plain = {name for name in BUILT_IN if any(not maker.physics for maker in SOLVERS[name])}
+    assert plain == set(BUILT_IN) == {maker.name for name in BUILT_IN for maker in SOLVERS[name]}
+    assert list(MethodOptions.model_fields) == list(BUILT_IN)
 
 
 # --- that the house is ours -----------------------------------------------------------------

@@ -41,7 +41,7 @@ ROWS = (
         "mean contact pressure",
         "p_m",
         "Pa",
-        asked=True,
+        comparable=True,
         derived=Derived(("force", "contact_area"), lambda k, _: k["force"] / k["contact_area"]),
     ),
 )

@@ -56,12 +56,12 @@ class Method:
         return self.origin == "peer"
 
     @property
-    def outside(self) -> bool:
+    def user_made(self) -> bool:
         """Whether it is a user's."""
         return self.origin == "outside"
 
 
-OWN: dict[str, Method] = {
+BUILT_IN: dict[str, Method] = {
     "closed_form": Method("closed form", preference=0, exact=True),
     "reduced": Method("reduced model", dimension=1),
     "bem_dense": Method("dense BEM", preference=3, grid=True, growth=64.0),
@@ -76,10 +76,10 @@ GROUP = "roughline.methods"
 # The list of solvers; heavy, so that it is not imported to list what has a row.
 SOLVERS = "comparisons.methods.registry"
 # All methods of this process: our own, and those from outside.
-METHODS: dict[str, Method] = dict(OWN)
+METHODS: dict[str, Method] = dict(BUILT_IN)
 # The model under test, in whose place nothing else is judged where nobody says what to judge.
-MODEL = next(name for name, row in OWN.items() if row.dimension == 1)
-CLOSED_FORM = next(name for name, row in OWN.items() if row.exact)
+MODEL = next(name for name, row in BUILT_IN.items() if row.dimension == 1)
+CLOSED_FORM = next(name for name, row in BUILT_IN.items() if row.exact)
 
 
 def leading(names: Iterable[str]) -> list[str]:
@@ -88,8 +88,8 @@ def leading(names: Iterable[str]) -> list[str]:
     >>> leading(["reduced", "fem", "bem_fft", "tamaas"])
     ['bem_fft', 'fem', 'tamaas']
     """
-    known = [name for name in METHODS if name in set(names)]
-    able = [name for name in known if METHODS[name].dimension == 3 and not METHODS[name].outside]
+    ranked = [name for name in METHODS if name in set(names)]
+    able = [name for name in ranked if METHODS[name].dimension == 3 and not METHODS[name].user_made]
     return sorted(able, key=lambda name: METHODS[name].preference)
 
 
@@ -120,8 +120,8 @@ INDEPENDENT = (CLOSED_FORM, *(n for n in references() if n == GRID or not METHOD
 def is_known(name: str) -> bool:
     """Tell whether a method has this name.
 
-    One of our own whose file brings no row to `OWN` is known when the solvers are loaded: that is
-    done for a name that nobody knows, before it is called wrong.
+    One of our own whose file brings no row to `BUILT_IN` is known when the solvers are loaded:
+    that is done for a name that nobody knows, before it is called wrong.
     """
     if name not in METHODS:
         import_module(SOLVERS)

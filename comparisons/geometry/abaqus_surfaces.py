@@ -44,11 +44,11 @@ def surfaces(path: Path, raw: meshio.Mesh) -> Iterator[Surface]:
         return
     for name, kind, rows in _definitions(path.read_text(encoding="utf-8", errors="replace")):
         by_nodes = kind == "NODE"
-        found = [_nodes(raw, row[0]) if by_nodes else _corners(raw, *row) for row in rows]
-        known = [each for each in found if each is not None]
-        if not known or len(known) < len(found):
+        pieces = [_nodes(raw, row[0]) if by_nodes else _corners(raw, *row) for row in rows]
+        corners = [piece for piece in pieces if piece is not None]
+        if not corners or len(corners) < len(pieces):
             continue
-        joined, none = np.concatenate(known), np.zeros((0, 3), dtype=np.int64)
+        joined, none = np.concatenate(corners), np.zeros((0, 3), dtype=np.int64)
         yield Surface(name, none, joined) if by_nodes else Surface(name, joined, none.ravel())
 
 
@@ -59,12 +59,14 @@ def _definitions(text: str) -> Iterator[tuple[str, str, list[list[str]]]]:
         if line.startswith("**") or not line.strip():
             continue
         if not line.startswith("*"):
-            rows.append([each.strip() for each in line.strip().rstrip(",").split(",")])
+            rows.append([cell.strip() for cell in line.strip().rstrip(",").split(",")])
             continue
-        head, _, rest = keyword.partition(",")
+        head, _, options = keyword.partition(",")
         if head.strip().upper() == "*SURFACE":
-            given = dict(each.partition("=")[::2] for each in rest.replace(" ", "").split(","))
-            values = {key.upper(): value.strip('"') for key, value in given.items()}
+            parameters = dict(
+                option.partition("=")[::2] for option in options.replace(" ", "").split(",")
+            )
+            values = {key.upper(): value.strip('"') for key, value in parameters.items()}
             if "NAME" in values:
                 yield values["NAME"], values.get("TYPE", "ELEMENT").upper(), rows
         keyword, rows = line.strip(), []
@@ -81,13 +83,13 @@ def _corners(raw: meshio.Mesh, chosen: str, face: str = "") -> np.ndarray | None
     sets = {key.upper(): value for key, value in raw.cell_sets.items()}
     if chosen.upper() not in sets:
         return None
-    found = []
-    for block, which in zip(raw.cells, sets[chosen.upper()], strict=False):
-        if which is None or not len(which):
+    corners = []
+    for block, chosen_cells in zip(raw.cells, sets[chosen.upper()], strict=False):
+        if chosen_cells is None or not len(chosen_cells):
             continue
         faces = FACES.get(block.type.rstrip("0123456789"), ())
         number = face.upper().removeprefix("S")
         if not number.isdigit() or not 1 <= int(number) <= len(faces):
             return None
-        found.append(block.data[np.asarray(which)][:, list(faces[int(number) - 1])])
-    return np.concatenate(found) if found else None
+        corners.append(block.data[np.asarray(chosen_cells)][:, list(faces[int(number) - 1])])
+    return np.concatenate(corners) if corners else None

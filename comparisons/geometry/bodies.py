@@ -16,7 +16,7 @@ import numpy as np
 from comparisons.geometry.body_files import BodyError, BodyFile, NamedPart, read_body
 from comparisons.geometry.prepare import IndenterGeometry
 from comparisons.scene.body import AXES, Body
-from comparisons.scene.fields import shown
+from comparisons.scene.fields import excerpt
 from comparisons.scene.scene import Scene, SceneError
 from reference.fem.solid_mesh import SolidMesh
 from reference.fem.supported_body import contact_nodes, free_motions
@@ -74,18 +74,22 @@ class BodyGeometry(IndenterGeometry):
         """What identifies the mesh beside the scene's text."""
         state = hashlib.sha256(super().digest.encode())
         arrays = [self.solid.points, self.solid.cells, self.surface]
-        arrays += [each for s in self.supports for each in (s.faces, s.nodes)]
+        arrays += [array for s in self.supports for array in (s.faces, s.nodes)]
         for array in arrays:
             state.update(np.ascontiguousarray(array).tobytes())
         return state.hexdigest()
 
-    def held(self, mesh: SolidMesh, numbers: np.ndarray, faces: list[np.ndarray]) -> np.ndarray:
+    def fixed_components(
+        self, mesh: SolidMesh, numbers: np.ndarray, faces: list[np.ndarray]
+    ) -> np.ndarray:
         """Return the components (n, 3) held on a refined mesh, from its numbers and faces."""
-        held = np.zeros(mesh.points.shape, dtype=bool)
-        for support, own in zip(self.supports, faces, strict=True):
-            nodes = np.concatenate([numbers[support.nodes], mesh.nodes_of(own)]).astype(np.int64)
-            held[np.ix_(nodes, np.array(support.components))] = True
-        return held
+        fixed = np.zeros(mesh.points.shape, dtype=bool)
+        for support, surface_faces in zip(self.supports, faces, strict=True):
+            nodes = np.concatenate([numbers[support.nodes], mesh.nodes_of(surface_faces)]).astype(
+                np.int64
+            )
+            fixed[np.ix_(nodes, np.array(support.components))] = True
+        return fixed
 
 
 def with_body(scene: Scene, contact: IndenterGeometry) -> BodyGeometry:
@@ -107,14 +111,14 @@ def with_body(scene: Scene, contact: IndenterGeometry) -> BodyGeometry:
     try:
         return _geometry(table, read_body(Path(scene.directory) / table.file), contact)
     except BodyError as error:
-        raise SceneError(scene.name, [f"body.{each}" for each in error.problems]) from error
+        raise SceneError(scene.name, [f"body.{problem}" for problem in error.problems]) from error
 
 
 def _geometry(table: Body, read: BodyFile, contact: IndenterGeometry) -> BodyGeometry:
     axes = _axes(table.direction)
     problems = _mesh_problems(read.mesh)
-    surface, found = _contact_surface(table, read, axes)
-    problems += found
+    surface, surface_problems = _contact_surface(table, read, axes)
+    problems += surface_problems
     for name in table.supports:
         if name not in read.parts:
             problems.append(f"supports.{name}: {_unknown(name, read)}")
@@ -124,12 +128,12 @@ def _geometry(table: Body, read: BodyFile, contact: IndenterGeometry) -> BodyGeo
     origin, problems = _origin(table, mesh, surface)
     mesh = mesh.transformed(origin, np.eye(3))
     supports = []
-    for name, how in table.supports.items():
-        supports.append(_support(mesh, read.parts[name], how, axes, name, problems))
+    for name, constraint in table.supports.items():
+        supports.append(_support(mesh, read.parts[name], constraint, axes, name, problems))
     if problems:
         raise BodyError(problems)
     geometry = BodyGeometry(
-        **{each.name: getattr(contact, each.name) for each in fields(contact)},
+        **{field.name: getattr(contact, field.name) for field in fields(contact)},
         solid=mesh,
         surface=surface,
         supports=tuple(supports),
@@ -152,7 +156,7 @@ def _mesh_problems(mesh: SolidMesh) -> list[str]:
     problems = []
     inverted = mesh.inverted()
     if len(inverted):
-        some = ", ".join(str(each) for each in inverted[:SHOWN_CELLS])
+        some = ", ".join(str(cell) for cell in inverted[:SHOWN_CELLS])
         more = ", ..." if len(inverted) > SHOWN_CELLS else ""
         problems.append(
             f"file: expected cells of positive volume, got {len(inverted)} of {len(mesh.cells)} "
@@ -164,7 +168,7 @@ def _mesh_problems(mesh: SolidMesh) -> list[str]:
 
 
 def _unknown(name: str, read: BodyFile) -> str:
-    names = [shown(each) for each, part in read.parts.items() if len(part.nodes)]
+    names = [excerpt(name) for name, part in read.parts.items() if len(part.nodes)]
     return f"expected one of the file's names ({', '.join(names) or 'it has none'}), got {name!r}"
 
 
@@ -183,7 +187,7 @@ def _contact_surface(table: Body, read: BodyFile, axes: np.ndarray) -> tuple[np.
     mean = areas.sum(axis=0) / np.linalg.norm(areas.sum(axis=0))
     text = f"the indenter moves along {table.direction}"
     if -mean @ axes[2] <= 0.0:
-        normal = ", ".join(f"{each:.2g}" for each in mean)
+        normal = ", ".join(f"{component:.2g}" for component in mean)
         return part.faces, [
             f"contact_surface: expected to face the indenter; {text}, and the outward normal is "
             f"({normal})"
@@ -215,17 +219,22 @@ def _origin(table: Body, mesh: SolidMesh, surface: np.ndarray) -> tuple[np.ndarr
     slack = 1e-9 * (high - low)
     if ((position < low - slack) | (position > high + slack)).any():
         ranges = " x ".join(f"{a:.6g} to {b:.6g} m" for a, b in zip(low, high, strict=True))
-        came = ", ".join(f"{each:.6g}" for each in position)
+        came = ", ".join(f"{coordinate:.6g}" for coordinate in position)
         problems.append(f"position: expected a place on the surface ({ranges}), got [{came}]")
     return np.array([*position, points[:, 2].min()]), problems
 
 
 def _support(
-    mesh: SolidMesh, part: NamedPart, how: str, axes: np.ndarray, name: str, problems: list[str]
+    mesh: SolidMesh,
+    part: NamedPart,
+    constraint: str,
+    axes: np.ndarray,
+    name: str,
+    problems: list[str],
 ) -> Support:
     """Return a support in the frame of the contact; what is wrong joins the problems."""
-    if how != "roller":
-        turned = [int(np.abs(axes[:, AXES.index(each)]).argmax()) for each in how]
+    if constraint != "roller":
+        turned = [int(np.abs(axes[:, AXES.index(axis)]).argmax()) for axis in constraint]
         return Support(part.faces, part.nodes, tuple(sorted(turned)))
     normals = np.zeros((0, 3))
     if len(part.faces):
@@ -243,16 +252,16 @@ def _support(
 def _check_supports(geometry: BodyGeometry) -> None:
     mesh, problems = geometry.solid, []
     same = np.arange(len(mesh.points))
-    held = geometry.held(mesh, same, [each.faces for each in geometry.supports])
-    free = free_motions(mesh.points, held)
+    fixed = geometry.fixed_components(mesh, same, [support.faces for support in geometry.supports])
+    free = free_motions(mesh.points, fixed)
     if free:
         # The axes are those of the contact: name them as the file does.
         letters = [AXES[int(np.abs(row).argmax())] for row in geometry.axes]
-        named = [each[:-1] + letters[AXES.index(each[-1])] for each in free]
+        motions = [motion[:-1] + letters[AXES.index(motion[-1])] for motion in free]
         problems.append(
-            f"supports: expected supports that hold the body, got free {', '.join(named)}"
+            f"supports: expected supports that hold the body, got free {', '.join(motions)}"
         )
-    if held[contact_nodes(mesh, geometry.surface), 2].any():
+    if fixed[contact_nodes(mesh, geometry.surface), 2].any():
         problems.append(
             "supports: expected supports away from the contact surface, got nodes of it that "
             "are held along the indenter's direction"

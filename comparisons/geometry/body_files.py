@@ -61,7 +61,7 @@ def read_body(path: Path) -> BodyFile:
     """
     if not path.is_file():
         raise BodyError([f"file: expected a mesh, got {str(path)!r}, which is no file"])
-    problems = [each for file in (path, *_beside(path)) for each in _size_problems(file)]
+    problems = [problem for file in (path, *_beside(path)) for problem in _size_problems(file)]
     if problems:
         raise BodyError(problems)
     raw = _read(path)
@@ -78,21 +78,21 @@ def read_body(path: Path) -> BodyFile:
         raise BodyError(["file: expected finite coordinates x, y, z of all points"])
     used, numbers = np.unique(cells, return_inverse=True)
     mesh = SolidMesh.from_vtk(kind, raw.points[used], numbers.reshape(cells.shape))
-    known = np.full(len(raw.points), -1)
-    known[used] = np.arange(len(used))
-    parts = dict(_parts(raw, mesh, known))
+    renumbered = np.full(len(raw.points), -1)
+    renumbered[used] = np.arange(len(used))
+    parts = dict(_parts(raw, mesh, renumbered))
     for surface in surfaces(path, raw):
         if len(surface.nodes):
-            parts[surface.name] = _node_part(mesh, known, surface.nodes)
+            parts[surface.name] = _node_part(mesh, renumbered, surface.nodes)
         else:
-            found = mesh.find(known[surface.corners])
-            parts[surface.name] = NamedPart(found, mesh.nodes_of(found))
+            faces = mesh.find(renumbered[surface.corners])
+            parts[surface.name] = NamedPart(faces, mesh.nodes_of(faces))
     return BodyFile(mesh, parts)
 
 
 def _size_problems(path: Path) -> list[str]:
     remedy = "use a coarser mesh"
-    return [f"file: {path.name}: {each}" for each in size_problems(path, remedy)]
+    return [f"file: {path.name}: {problem}" for problem in size_problems(path, remedy)]
 
 
 def _beside(path: Path) -> list[Path]:
@@ -100,77 +100,89 @@ def _beside(path: Path) -> list[Path]:
     if path.suffix.lower() not in (".xdmf", ".xmf"):
         return []
     text = path.read_text(encoding="utf-8", errors="replace")
-    named = {path.parent / name.strip() for name in re.findall(r">([^<>:]+):[^<>]+<", text)}
-    return sorted(file for file in named if file.is_file())
+    arrays = {path.parent / name.strip() for name in re.findall(r">([^<>:]+):[^<>]+<", text)}
+    return sorted(file for file in arrays if file.is_file())
 
 
 def _read(path: Path) -> meshio.Mesh:
     """Read with meshio, which prints, and ends the program where it fails."""
     try:
-        with quiet() as said:
+        with quiet() as output:
             return meshio.read(path)
     except (Exception, SystemExit) as error:
-        lines = [line.strip() for line in said.getvalue().splitlines() if line.strip()]
-        why = lines[0] if isinstance(error, SystemExit) and lines else str(error)
+        lines = [line.strip() for line in output.getvalue().splitlines() if line.strip()]
+        reason = lines[0] if isinstance(error, SystemExit) and lines else str(error)
         kind = "" if isinstance(error, SystemExit) else f"{type(error).__name__}: "
-        raise BodyError([f"file: {path.name} is no mesh that meshio reads ({kind}{why})"]) from None
+        raise BodyError(
+            [f"file: {path.name} is no mesh that meshio reads ({kind}{reason})"]
+        ) from None
 
 
-def _parts(raw: meshio.Mesh, mesh: SolidMesh, known: np.ndarray) -> Iterator[tuple[str, NamedPart]]:
+def _parts(
+    raw: meshio.Mesh, mesh: SolidMesh, numbers: np.ndarray
+) -> Iterator[tuple[str, NamedPart]]:
     """Yield every name with its part; a later name of the same text wins."""
     for name, mask in raw.point_data.items():
         if mask.ndim == 1 and np.isfinite(mask).all():
-            yield name, _node_part(mesh, known, np.flatnonzero(mask))
+            yield name, _node_part(mesh, numbers, np.flatnonzero(mask))
     for name, nodes in raw.point_sets.items():
-        yield name, _node_part(mesh, known, np.asarray(nodes, dtype=np.int64))
+        yield name, _node_part(mesh, numbers, np.asarray(nodes, dtype=np.int64))
     for name, chosen in _cell_groups(raw):
-        yield name, _cell_part(raw, mesh, known, chosen)
+        yield name, _cell_part(raw, mesh, numbers, chosen)
 
 
 def _cell_groups(raw: meshio.Mesh) -> Iterator[tuple[str, list[np.ndarray]]]:
     """Yield names of cells with, for each block of cells, which of them are meant."""
     empty = np.zeros(0, dtype=np.int64)
     for name, blocks in raw.cell_data.items():
-        if name.startswith("gmsh:") or any(np.ndim(each) != 1 for each in blocks):
+        if name.startswith("gmsh:") or any(np.ndim(block) != 1 for block in blocks):
             continue
-        yield name, [np.flatnonzero(each) for each in blocks]
+        yield name, [np.flatnonzero(block) for block in blocks]
     for name, blocks in raw.cell_sets.items():
         if not name.startswith("gmsh:"):
-            chosen = [empty if each is None else np.asarray(each, np.int64) for each in blocks]
+            chosen = [empty if block is None else np.asarray(block, np.int64) for block in blocks]
             yield name, chosen
     tags = raw.cell_data.get("gmsh:physical")
     if tags is None:
         return
     names = {(int(dim), int(tag)): name for name, (tag, dim) in raw.field_data.items()}
-    groups = {(b.dim, int(t)) for b, own in zip(raw.cells, tags, strict=True) for t in set(own)}
+    groups = {
+        (b.dim, int(t))
+        for b, block_tags in zip(raw.cells, tags, strict=True)
+        for t in set(block_tags)
+    }
     for dim, tag in sorted(groups - {(b.dim, 0) for b in raw.cells}):
         pairs = zip(raw.cells, tags, strict=True)
-        chosen = [np.flatnonzero(own == tag) if b.dim == dim else empty for b, own in pairs]
+        chosen = [
+            np.flatnonzero(block_tags == tag) if b.dim == dim else empty for b, block_tags in pairs
+        ]
         yield names.get((dim, tag), str(tag)), chosen
 
 
-def _node_part(mesh: SolidMesh, known: np.ndarray, nodes: np.ndarray) -> NamedPart:
+def _node_part(mesh: SolidMesh, numbers: np.ndarray, nodes: np.ndarray) -> NamedPart:
     """Faces all of whose corners are named, and the nodes."""
-    nodes = known[nodes]
+    nodes = numbers[nodes]
     inside = np.zeros(len(mesh.points), dtype=bool)
     inside[nodes[nodes >= 0]] = True
     return NamedPart(mesh.faces_within(inside), np.flatnonzero(inside))
 
 
 def _cell_part(
-    raw: meshio.Mesh, mesh: SolidMesh, known: np.ndarray, chosen: list[np.ndarray]
+    raw: meshio.Mesh, mesh: SolidMesh, numbers: np.ndarray, chosen: list[np.ndarray]
 ) -> NamedPart:
     """Faces under named triangles and quadrilaterals; lines and vertices name nodes."""
     faces, nodes, inside = [np.zeros((0, 2), np.int64)], [np.zeros(0, np.int64)], 0
-    for block, which in zip(raw.cells, chosen, strict=True):
-        if block.dim == 3 or not len(which):
+    for block, indices in zip(raw.cells, chosen, strict=True):
+        if block.dim == 3 or not len(indices):
             continue
-        own = known[block.data[which]]
-        nodes.append(own[own >= 0])
+        cells = numbers[block.data[indices]]
+        nodes.append(cells[cells >= 0])
         if block.dim == 2:
-            corners = own[:, : 3 if block.type.startswith("triangle") else 4]
-            found = mesh.find(corners[(corners >= 0).all(axis=1)])
-            inside += len(which) - len(found)
-            faces.append(found)
-    found = np.unique(np.concatenate(faces), axis=0)
-    return NamedPart(found, np.unique(np.concatenate([*nodes, mesh.nodes_of(found)])), inside)
+            corners = cells[:, : 3 if block.type.startswith("triangle") else 4]
+            block_faces = mesh.find(corners[(corners >= 0).all(axis=1)])
+            inside += len(indices) - len(block_faces)
+            faces.append(block_faces)
+    block_faces = np.unique(np.concatenate(faces), axis=0)
+    return NamedPart(
+        block_faces, np.unique(np.concatenate([*nodes, mesh.nodes_of(block_faces)])), inside
+    )

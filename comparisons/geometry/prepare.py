@@ -69,7 +69,7 @@ class RoughGeometry:
     recipe: SelfAffine | None = None
     measured: np.ndarray | None = field(default=None, repr=False)
     treatment: tuple[str, ...] = ()
-    _made: dict[tuple[int, int], np.ndarray] = field(
+    _grids: dict[tuple[int, int], np.ndarray] = field(
         default_factory=dict, repr=False, compare=False
     )
 
@@ -96,13 +96,13 @@ class RoughGeometry:
         beside a step by 14 % of it (splines 11 %), eight points on by 3 % (nothing).
         """
         key = (realisation, resolution)
-        if key not in self._made:
-            self._made[key] = self._make(realisation, resolution)
-        return self._made[key]
+        if key not in self._grids:
+            self._grids[key] = self._make(realisation, resolution)
+        return self._grids[key]
 
     def forget(self) -> None:
         """Drop the heights kept since they were first asked for."""
-        self._made.clear()
+        self._grids.clear()
 
     def _make(self, realisation: int, resolution: int) -> np.ndarray:
         native = self._native(realisation)
@@ -214,12 +214,12 @@ def _measured(scene: Scene, surface: MeasuredMap) -> RoughGeometry:
     try:
         result = read_map(Path(scene.directory) / surface.file, surface)
     except MapError as error:
-        found = getattr(error, "problems", [str(error)])
-        problems = [f"surface.file: {surface.file}: {each}" for each in found]
+        causes = getattr(error, "problems", [str(error)])
+        problems = [f"surface.file: {surface.file}: {cause}" for cause in causes]
         raise SceneError(scene.name, problems) from error
     except Exception as error:  # readers of instrument files raise whatever they stumble over
-        why = f"not a readable map ({type(error).__name__}: {error})"
-        problem = f"surface.file: {surface.file}: {why}"
+        cause = f"not a readable map ({type(error).__name__}: {error})"
+        problem = f"surface.file: {surface.file}: {cause}"
         raise SceneError(scene.name, [problem]) from error
     # Of a periodic map the gradient of the band-limited function that all methods solve.
     gradient = (
@@ -336,19 +336,19 @@ class _Estimates:
             contact = indent(Springs(profile, modulus), Load(loads.control, values))
             lengths = contact.contact_radius
             fits = (lengths >= COARSEST_SHARE * lengths[-1]) & np.isfinite(contact.penetration)
-            own = int(np.argmin(fits[::-1])) if not fits.all() else len(values)
+            tail = int(np.argmin(fits[::-1])) if not fits.all() else len(values)
         except (ValueError, RuntimeError, ArithmeticError) as error:
-            own = 0
+            tail = 0
             if isinstance(error, (ValueError, RuntimeError)) and "NaN" not in str(error):
                 reason = str(error)
-        start = len(values) - own
-        if own:
+        start = len(values) - tail
+        if tail:
             steps = slice(first + start, first + len(values))
             self.depth[steps], self.radius[steps] = contact.penetration[start:], lengths[start:]
         elif len(values) == 1:
             self.unreached[first] = reason
             return
-        cut = start if own else len(values) // 2
+        cut = start if tail else len(values) // 2
         for low, high in ((0, cut), (cut, start)):
             if low < high:
                 part = Loads(loads.control, values[low:high])

@@ -11,11 +11,11 @@ from collections.abc import Iterator
 @contextlib.contextmanager
 def quiet() -> Iterator[io.StringIO]:
     """Silence a reader; what it printed, and logged to nobody, is in the text that is yielded."""
-    said = io.StringIO()
+    output = io.StringIO()
     with (
         warnings.catch_warnings(),
-        contextlib.redirect_stdout(said),
-        contextlib.redirect_stderr(said),
+        contextlib.redirect_stdout(output),
+        contextlib.redirect_stderr(output),
     ):
         warnings.simplefilter("ignore")
-        yield said
+        yield output

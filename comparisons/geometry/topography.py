@@ -243,12 +243,12 @@ def _harmonic_fill(
     for axis, cell in enumerate(cells):
         conductance = (cells[0] / cell) ** 2
         for step in (-1, 1):
-            there = np.roll(number, step, axis), np.roll(heights, step, axis)
+            neighbour = np.roll(number, step, axis), np.roll(heights, step, axis)
             beside = np.ones(holes.shape, bool)
             if not periodic:
                 np.moveaxis(beside, axis, 0)[min(step, 0)] = False
             pair = holes & beside
-            row, column, height = number[pair], there[0][pair], there[1][pair]
+            row, column, height = number[pair], neighbour[0][pair], neighbour[1][pair]
             rim = column < 0
             diagonal += np.bincount(row, minlength=diagonal.size) * conductance
             np.add.at(right, row[rim], conductance * height[rim])

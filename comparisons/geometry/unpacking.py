@@ -114,13 +114,13 @@ def size_problems(path: Path, remedy: str) -> list[str]:
 
 
 def _unpacking_problems(path: Path, start: bytes, remedy: str) -> list[str]:
-    whole = next((name for magic, name in _PACKED_WHOLE.items() if start.startswith(magic)), None)
-    if whole is not None:
-        return [f"compressed by {whole}: unpack it first"]
+    packer = next((name for magic, name in _PACKED_WHOLE.items() if start.startswith(magic)), None)
+    if packer is not None:
+        return [f"compressed by {packer}: unpack it first"]
     limit = min(LARGEST, MEMORY_SHARE * free_memory())
     budget = _Budget(limit)
     try:
-        return [each for weigh in _weighers(path, start) for each in weigh(path, budget)]
+        return [problem for weigh in _weighers(path, start) for problem in weigh(path, budget)]
     except _TooLargeError:
         free = "" if limit == LARGEST else ", 80 % of the free memory"
         return [
@@ -146,10 +146,10 @@ def _weigh_zip(path: Path, budget: _Budget) -> list[str]:
     try:
         with zipfile.ZipFile(path) as archive:
             members = archive.infolist()
-            kinds = {each.compress_type for each in members}
+            kinds = {member.compress_type for member in members}
             if not kinds <= {zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED}:
                 return ["an archive packed by other means than deflate: pack it as plain ZIP"]
-            _Budget(budget.limit).spend(sum(each.file_size for each in members))
+            _Budget(budget.limit).spend(sum(member.file_size for member in members))
             for member in members:
                 _weigh_member(archive, member, budget)
     except (zipfile.BadZipFile, zlib.error, EOFError, OSError, RuntimeError, ValueError) as error:
@@ -241,7 +241,7 @@ def _weigh_hdf5(path: Path, budget: _Budget) -> list[str]:
             _Budget(budget.limit).spend(node.dtype.itemsize * float(np.prod(shape, dtype=float)))
         creation = node.id.get_create_plist()
         filters = [creation.get_filter(k)[0] for k in range(creation.get_nfilters())]
-        compressing = [each for each in filters if each not in _HDF5_HARMLESS]
+        compressing = [filter_name for filter_name in filters if filter_name not in _HDF5_HARMLESS]
         if len(compressing) > 1 or not set(compressing) <= set(_HDF5_COMPRESSING):
             problems.append(f"{name}: compressed by other means than gzip: save it without")
         used.update(compressing)
@@ -264,8 +264,8 @@ def _weigh_xml(path: Path, budget: _Budget) -> list[str]:
     for text in _TEXT.finditer(content):
         # Decoders pass over line ends and any foreign character, and begin anew behind padding.
         for run in text[0].translate(None, _NOT_BASE64).split(b"="):
-            whole = run[: len(run) - (len(run) % 4 == 1)]
-            _weigh_buffer(base64.b64decode(whole + b"=" * (-len(whole) % 4)), budget)
+            quads = run[: len(run) - (len(run) % 4 == 1)]
+            _weigh_buffer(base64.b64decode(quads + b"=" * (-len(quads) % 4)), budget)
     return _weigh_streams(path, budget)
 
 
@@ -295,19 +295,19 @@ def _inflate(view: memoryview, budget: _Budget) -> int:
     """Return the length of the packed stream at the beginning of a buffer, 0 if it is none."""
     xz = view[0] == _XZ[0]
     packed: Any = lzma.LZMADecompressor(memlimit=_XZ_MEMORY) if xz else zlib.decompressobj()
-    end, rest, step = 0, b"", _FIRST_PIECE
+    end, unread, step = 0, b"", _FIRST_PIECE
     try:
         while not packed.eof:
-            if rest or not getattr(packed, "needs_input", True):
-                piece = packed.decompress(rest, _PIECE)
+            if unread or not getattr(packed, "needs_input", True):
+                piece = packed.decompress(unread, _PIECE)
             else:
                 fed = bytes(view[end : end + step])
                 if not fed:
                     return 0
                 end, step = end + len(fed), _PIECE
                 piece = packed.decompress(fed, _PIECE)
-            rest = getattr(packed, "unconsumed_tail", b"")
+            unread = getattr(packed, "unconsumed_tail", b"")
             budget.spend(len(piece))
     except (zlib.error, lzma.LZMAError, MemoryError):
         return 0
-    return end - len(packed.unused_data) - len(rest)
+    return end - len(packed.unused_data) - len(unread)

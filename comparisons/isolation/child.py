@@ -90,9 +90,9 @@ def _write(path: Path, answer: Any) -> None:
     refused = [key for key, value in arrays.items() if value.dtype.kind not in "biufcUS"]
     if refused:
         raise TypeError(f"arrays of objects: {', '.join(refused)}")
-    rest = {key: _plain(value) for key, value in answer.items() if key not in arrays}
+    plain_entries = {key: _plain(value) for key, value in answer.items() if key not in arrays}
     members = {f"a.{key}": value for key, value in arrays.items()}
-    members[DOCUMENT] = np.array(json.dumps(rest))
+    members[DOCUMENT] = np.array(json.dumps(plain_entries))
     partial = path.with_suffix(".part")
     with partial.open("wb") as file:
         np.savez(file, allow_pickle=False, **members)

@@ -16,7 +16,7 @@ The contract
 - It runs in ``sys.executable`` started afresh (no fork: no inherited threads, locks or compiled
   code), with one thread for OpenMP, BLAS and Numba, the caller's working directory, its import
   path, its standard error kept for the reason, its standard output discarded. A caller may keep
-  the process under a name for its next call (``kept``); one that gave no answer is never kept.
+  the process under a name for its next call (``reuse``); one that gave no answer is never kept.
 - **Limits**: wall-clock seconds and bytes of resident memory of the process with its children,
   both including start-up and imports. Address space is limited too, to four times the memory and
   8 GiB for the libraries, where the system knows such limits, so that one absurd allocation
@@ -114,7 +114,7 @@ def run(
     seconds: float | None = None,
     memory: float | None = None,
     finite: bool = True,
-    kept: str = "",
+    reuse: str = "",
 ) -> Outcome:
     """Call a function in a process of its own, and say how it ended. See the module's contract.
 
@@ -128,7 +128,7 @@ def run(
         Limits: wall-clock seconds, bytes of resident memory. None is no limit.
     finite : bool
         Refuse an answer that holds NaN or infinities.
-    kept : str
+    reuse : str
         A name under which the process is kept for the next call, as long as it answers; by
         default it ends after this one.
 
@@ -146,20 +146,20 @@ def run(
     'raised'
     """
     _check(work, seconds, memory)
-    process = _kept.pop(kept, None)
+    process = _waiting.pop(reuse, None)
     if process is None or not process.is_ours():
-        process = _Process(stays=bool(kept))
+        process = _Process(stays=bool(reuse))
     outcome = None
     try:
         outcome = process.call((work, arguments, memory), seconds, finite)
     finally:
-        if kept and outcome is not None and outcome.ok:
-            _kept[kept] = process
+        if reuse and outcome is not None and outcome.ok:
+            _waiting[reuse] = process
         else:
             process.end()
     if outcome.ended == OUT_OF_MEMORY and process.calls > 1:
         # Perhaps for what earlier calls have left there.
-        return run(work, *arguments, seconds=seconds, memory=memory, finite=finite, kept=kept)
+        return run(work, *arguments, seconds=seconds, memory=memory, finite=finite, reuse=reuse)
     return outcome
 
 
@@ -194,7 +194,7 @@ class _Process:
         paths = [root, *(path for path in sys.path if path)]
         environment = os.environ | dict.fromkeys(ONE_THREAD, "1")
         environment["PYTHONPATH"] = os.pathsep.join(dict.fromkeys(paths))
-        how = ["stays"] if stays else []
+        flags = ["stays"] if stays else []
         with (self._folder / "stderr").open("wb") as errors:
             self._process = subprocess.Popen(  # noqa: S603 (our own interpreter and module)
                 [
@@ -203,7 +203,7 @@ class _Process:
                     "-m",
                     "comparisons.isolation.child",
                     str(self._folder),
-                    *how,
+                    *flags,
                 ],
                 # The open pipe tells the process that we live; it ends itself when the pipe
                 # closes. A byte tells it that there is work.
@@ -234,8 +234,8 @@ class _Process:
         spent = time.perf_counter() - start
         if stopped:
             limit = f"{seconds:.3g} s" if stopped == HUNG else f"{(memory or 0) / 1e9:.3g} GB"
-            why = "no answer within" if stopped == HUNG else "more memory than"
-            return Outcome(stopped, {}, f"{why} {limit}", spent, peak)
+            problem = "no answer within" if stopped == HUNG else "more memory than"
+            return Outcome(stopped, {}, f"{problem} {limit}", spent, peak)
         ended, answer, reason = _read(self._folder, self._process.poll() or 0, finite)
         return Outcome(ended, answer, reason, spent, peak)
 
@@ -247,13 +247,13 @@ class _Process:
 
 
 # Processes between two calls, by the name under which they are kept.
-_kept: dict[str, _Process] = {}
+_waiting: dict[str, _Process] = {}
 
 
 @atexit.register
-def _end_kept() -> None:
-    while _kept:
-        _kept.popitem()[1].end()
+def _end_waiting() -> None:
+    while _waiting:
+        _waiting.popitem()[1].end()
 
 
 def _kill(process: subprocess.Popen[bytes]) -> None:
@@ -267,9 +267,9 @@ def _kill(process: subprocess.Popen[bytes]) -> None:
             # The session's group outlives its leader while any child of it is left.
             with contextlib.suppress(ProcessLookupError, PermissionError):
                 os.killpg(process.pid, signal.SIGKILL)
-        for each in children:
+        for descendant in children:
             with contextlib.suppress(psutil.NoSuchProcess):
-                each.kill()
+                descendant.kill()
         if process.poll() is None:
             process.kill()
         process.wait(_FAREWELL)
@@ -328,9 +328,9 @@ def _resident(pid: int) -> float:
     total = 0.0
     with contextlib.suppress(psutil.NoSuchProcess, psutil.AccessDenied):
         process = psutil.Process(pid)
-        for each in (process, *process.children(recursive=True)):
+        for member in (process, *process.children(recursive=True)):
             with contextlib.suppress(psutil.NoSuchProcess, psutil.AccessDenied):
-                total += each.memory_info().rss
+                total += member.memory_info().rss
     return total
 
 
@@ -366,9 +366,9 @@ def _is_finite(value: Any) -> bool:
     if isinstance(value, np.ndarray):
         return value.dtype.kind not in "fc" or bool(np.isfinite(value).all())
     if isinstance(value, dict):
-        return all(_is_finite(each) for each in value.values())
+        return all(_is_finite(entry) for entry in value.values())
     if isinstance(value, list):
-        return all(_is_finite(each) for each in value)
+        return all(_is_finite(entry) for entry in value)
     return not isinstance(value, float) or bool(np.isfinite(value))
 
 

@@ -19,7 +19,7 @@ from comparisons.solving.planning import Plan
 from comparisons.tasks.solution import Solution, Solved
 
 # Realisations that have rows of their own: bands need no more, and lines come in tens of thousands.
-SHOWN = 450
+MOST_REALISATIONS = 450
 
 
 @dataclass(frozen=True)
@@ -69,12 +69,12 @@ def compare(plan: Plan, solved: Solved, constants: dict[str, Any]) -> Comparison
 def _solution_rows(
     plan: Plan, levels: Levels, resolution: int, truth: Truth | None
 ) -> list[dict[str, Any]]:
-    """Return the rows of the first surfaces, SHOWN at most, and of the mean over all."""
+    """Return the rows of the first MOST_REALISATIONS surfaces, and of the mean over all."""
     rows = []
     solution = levels.solutions[resolution]
     count = len(solution.converged)
     common = _common(plan, levels.method, resolution, solution)
-    for k in range(min(count, SHOWN)):
+    for k in range(min(count, MOST_REALISATIONS)):
         curves = {name: values[k] for name, values in solution.quantities.items()}
         rows += _curve_rows(plan, curves, common | {"realisation": str(k)}, truth)
         for step, row in enumerate(rows[-len(plan.loads.values) :]):
@@ -120,7 +120,7 @@ def _curve_rows(
 ) -> list[dict[str, Any]]:
     steps = len(plan.loads.values)
     rows = [common | {"step": step} for step in range(steps)]
-    own = truth is not None and (
+    is_truth = truth is not None and (
         (truth.method, truth.resolution) == (common["method"], common["resolution"])
     )
     for step, row in enumerate(rows):
@@ -133,17 +133,17 @@ def _curve_rows(
         row["reference"] = "" if truth is None else truth.label
     if truth is None:
         return rows
-    asked = [n for n in plan.compared if truth.knows(n)]
+    compared = [n for n in plan.compared if truth.knows(n)]
     for name in CURVES:
         if not truth.knows(name, curves):
             continue
         bar = truth.bar(name)
         error = truth.errors(curves, name, main_axis(truth.axis, name))
         for step, row in enumerate(rows):
-            row[f"error_{name}"] = float("nan") if own else float(error[step])
+            row[f"error_{name}"] = float("nan") if is_truth else float(error[step])
             row[f"reference_uncertainty_{name}"] = float(bar[step])
     for row in rows:
-        bars = [row.get(f"reference_uncertainty_{name}", np.nan) for name in asked]
+        bars = [row.get(f"reference_uncertainty_{name}", np.nan) for name in compared]
         row["reference_uncertainty"] = max((b for b in bars if np.isfinite(b)), default=np.nan)
     return rows
 
@@ -178,9 +178,9 @@ def _measure_rows(
     for name in plan.compared:
         if name in FIELDS:
             rows += [
-                {"quantity": each["quantity"], "at": "last load"}
-                | _measure(plan, np.array([each["error"]]), np.array([each["bar"]]))
-                for each in pressure_measures(plan, solved, method, resolution, truth)
+                {"quantity": measure["quantity"], "at": "last load"}
+                | _measure(plan, np.array([measure["error"]]), np.array([measure["bar"]]))
+                for measure in pressure_measures(plan, solved, method, resolution, truth)
             ]
             continue
         if not truth.knows(name, curves):
@@ -223,7 +223,7 @@ def truth_bars(plan: Plan, truth: Truth) -> dict[str, dict[str, Any]]:
     for name in plan.compared:
         if name in FIELDS:
             true = TruePressure(plan, truth)
-            bar = np.array([true.bar] if true.known else [])
+            bar = np.array([true.bar] if true.is_known else [])
         else:
             bar = truth.bar(name, same_surfaces=True) if truth.knows(name) else np.array([])
         if len(bar):

@@ -85,8 +85,8 @@ class Levels:
         """
         if self._single(resolution):
             return np.zeros(self.solutions[resolution].converged.shape[1])
-        known = self._means(name, resolution)
-        return self._relative(known.half_width, known.mean, resolution)
+        means = self._means(name, resolution)
+        return self._relative(means.half_width, means.mean, resolution)
 
     def standard_error(self, name: str, resolution: int) -> np.ndarray:
         """Return the standard error of a mean; NaN where there is one surface."""
@@ -102,16 +102,16 @@ class Levels:
         """
         if self._single(resolution):
             return np.zeros(self.solutions[resolution].converged.shape[1])
-        known = truth._means(name, finest)
+        means = truth._means(name, finest)
         if self.method == truth.method:
-            width = known.differing([n for n in truth.solutions if n <= finest].index(resolution))
+            width = means.differing([n for n in truth.solutions if n <= finest].index(resolution))
         elif self.anchor is not None and truth.method == GRID:
             near = self._nearest(resolution)
             index = [n for n in truth.solutions if n <= finest].index(near)
-            width = combined(known.differing(index), self._paired(name, resolution).half_width)
+            width = combined(means.differing(index), self._paired(name, resolution).half_width)
         else:
-            width = combined(known.half_width, self._means(name, resolution).half_width)
-        return self._relative(width, known.mean, resolution)
+            width = combined(means.half_width, self._means(name, resolution).half_width)
+        return self._relative(width, means.mean, resolution)
 
     def discretisation(self, name: str) -> np.ndarray:
         """Return the grid uncertainty of a quantity of the finest solution, (k,).
@@ -155,12 +155,12 @@ class Levels:
         near = self._nearest(resolution)
         if name not in self.anchor.solutions[near].quantities:
             return estimate([self.solutions[resolution].quantities[name]])
-        known, pairs = self.anchor._means(name, near), self._paired(name, resolution)
+        means, pairs = self.anchor._means(name, near), self._paired(name, resolution)
         return Estimate(
-            levels=np.vstack([known.levels, pairs.mean]),
-            parts=np.vstack([known.parts, pairs.parts]),
-            freedom=known.freedom,
-            counts=np.vstack([known.counts, pairs.counts]),
+            levels=np.vstack([means.levels, pairs.mean]),
+            parts=np.vstack([means.parts, pairs.parts]),
+            freedom=means.freedom,
+            counts=np.vstack([means.counts, pairs.counts]),
             missing=pairs.missing,
         )
 
@@ -173,18 +173,20 @@ class Levels:
         """
         assert self.anchor is not None
         near = self._nearest(resolution)
-        own = self.solutions[resolution].quantities[name]
+        values = self.solutions[resolution].quantities[name]
         base = self.anchor.solutions[near].quantities[name]
-        common = min(len(own), len(base))
-        own, base = own[:common], base[:common]
-        own, base = (np.where(np.isfinite(own + base), each, np.nan) for each in (own, base))
+        common = min(len(values), len(base))
+        values, base = values[:common], base[:common]
+        values, base = (
+            np.where(np.isfinite(values + base), series, np.nan) for series in (values, base)
+        )
         mean = self.anchor._means(name, near).mean
         if self.solutions[resolution].path:
-            pairs = estimate([own - base])
+            pairs = estimate([values - base])
             return replace(pairs, levels=(mean + pairs.mean)[None, :])
         with np.errstate(invalid="ignore", divide="ignore"):
-            ratio = estimate([own]).mean / estimate([base]).mean
-            pairs = estimate([(own - ratio * base) * (mean / estimate([base]).mean)])
+            ratio = estimate([values]).mean / estimate([base]).mean
+            pairs = estimate([(values - ratio * base) * (mean / estimate([base]).mean)])
         return replace(pairs, levels=(ratio * mean)[None, :])
 
     def _nearest(self, resolution: int) -> int:

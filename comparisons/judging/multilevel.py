@@ -108,7 +108,7 @@ def estimate(values: Sequence[np.ndarray]) -> Estimate:
     (3.5, [4, 2], ('',))
     """
     terms = _terms(values)
-    means, counts = (np.array(each) for each in zip(*map(_mean, terms), strict=True))
+    means, counts = (np.array(term) for term in zip(*map(_mean, terms), strict=True))
     levels = np.where(counts > 0, np.cumsum(np.nan_to_num(means), axis=0), np.nan)
     parts = np.where(counts > 0, [_part(terms, level) for level in range(len(terms))], 0.0)
     parts[-1, counts[-1] == 0] = np.nan
@@ -161,7 +161,9 @@ def allocate(
     >>> allocate(np.array([[1.0], [0.01]]), np.array([1.0, 4.0]), np.array([0.01])).tolist()
     [120, 6]
     """
-    variance, cost, allowed = (np.asarray(each, dtype=float) for each in (variance, cost, allowed))
+    variance, cost, allowed = (
+        np.asarray(array, dtype=float) for array in (variance, cost, allowed)
+    )
     if not (np.isfinite(variance).all() and np.isfinite(cost).all() and (cost > 0).all()):
         raise ValueError("variances and costs must be finite, and costs positive")
     if not (allowed > 0).all():
@@ -179,9 +181,9 @@ def allocate(
         weights *= reached / reached.max()
         weights /= weights.sum()
     numbers = numbers * max(reached.max(), 0.0)
-    whole = np.maximum(np.ceil(numbers * (1 - 1e-9)), least)
+    counts = np.maximum(np.ceil(numbers * (1 - 1e-9)), least)
     # The surfaces of a finer grid are among those of the coarser ones.
-    return np.maximum.accumulate(whole[::-1])[::-1].astype(int)
+    return np.maximum.accumulate(counts[::-1])[::-1].astype(int)
 
 
 def within_budget(numbers: np.ndarray, cost: np.ndarray, budget: float) -> np.ndarray:
@@ -218,17 +220,17 @@ def in_words(numbers: Sequence[int], resolutions: Sequence[int]) -> str:
     >>> in_words([450, 38, 9], [64, 128, 256])
     '450 surfaces at 64, 38 at 128, 9 at 256'
     """
-    first, *rest = [f"{n} at {grid}" for n, grid in zip(numbers, resolutions, strict=True)]
+    first, *finer = [f"{n} at {grid}" for n, grid in zip(numbers, resolutions, strict=True)]
     plural = "surface" if numbers[0] == 1 else "surfaces"
-    return ", ".join([first.replace(" at", f" {plural} at", 1), *rest])
+    return ", ".join([first.replace(" at", f" {plural} at", 1), *finer])
 
 
 def _terms(values: Sequence[np.ndarray]) -> list[np.ndarray]:
     """Return Y_l, (n_l, k) each: the difference to the next coarser grid that has any answer."""
-    grids = [np.asarray(each, dtype=float) for each in values]
+    grids = [np.asarray(answers, dtype=float) for answers in values]
     if not grids:
         raise ValueError("a mean needs at least one grid")
-    sizes = [len(each) for each in grids]
+    sizes = [len(answers) for answers in grids]
     if sizes != sorted(sizes, reverse=True):
         raise ValueError(f"finer grids have the first surfaces of the coarser ones, not {sizes}")
     terms, below = [], np.zeros_like(grids[0])
@@ -252,17 +254,19 @@ def _part(terms: Sequence[np.ndarray], level: int) -> np.ndarray:
     share, over the numbers of both.
     """
     total = np.zeros(terms[0].shape[1])
-    for other in range(level, len(terms)):
-        rows = len(terms[other])
-        pair = terms[level][:rows], terms[other]
+    for finer in range(level, len(terms)):
+        rows = len(terms[finer])
+        pair = terms[level][:rows], terms[finer]
         shared = np.isfinite(pair[0]) & np.isfinite(pair[1])
-        own, count = (_mean(terms[each])[1] for each in (level, other))
+        variance, count = (_mean(terms[index])[1] for index in (level, finer))
         number = shared.sum(axis=0)
         deviations = [np.where(shared, t, np.nan) for t in pair]
         centred = [np.nan_to_num(d - _mean(d)[0]) for d in deviations]
         with np.errstate(invalid="ignore", divide="ignore"):
-            covariance = (centred[0] * centred[1]).sum(axis=0) / (number - 1) * number / own / count
-        if other > level:  # without a shared pair nothing is known to be common
+            covariance = (
+                (centred[0] * centred[1]).sum(axis=0) / (number - 1) * number / variance / count
+            )
+        if finer > level:  # without a shared pair nothing is known to be common
             total += 2 * np.where(number >= FEWEST, covariance, 0.0)
         else:
             total += np.where(number >= FEWEST, covariance, np.nan)
@@ -283,6 +287,6 @@ def _missing(counts: np.ndarray) -> str:
         return f"no surface has an answer on grid {len(counts)} of {len(counts)}"
     alone = (counts > 0) & (counts < FEWEST)
     if alone.any():
-        which = int(np.argmax(alone)) + 1
-        return f"one surface on grid {which} of {len(counts)}: how it scatters is not known"
+        grid = int(np.argmax(alone)) + 1
+        return f"one surface on grid {grid} of {len(counts)}: how it scatters is not known"
     return ""

@@ -31,7 +31,7 @@ class TruePressure:
     truth: Truth
 
     @property
-    def known(self) -> bool:
+    def is_known(self) -> bool:
         """Whether there is one: a closed form has it everywhere, a solution where it was kept."""
         return self._formula is not None or "pressure" in self.truth.solution.fields
 
@@ -44,7 +44,7 @@ class TruePressure:
         x, y = fields["pressure_x"], fields["pressure_y"]
         if self._formula is not None:
             return np.asarray(self._formula.pressure(x, y, self._penetration))
-        return _look_up(self.truth.solution.fields, fields) if self.known else None
+        return _look_up(self.truth.solution.fields, fields) if self.is_known else None
 
     def regular(self, fields: Fields) -> np.ndarray:
         """Return which points lie away from every singularity."""
@@ -112,8 +112,8 @@ def pressure_measures(
     if "pressure" not in fields or not solution.converged[0, -1]:
         return []
     force = float(solution.quantities["force"][0, -1])
-    whole = float(np.nansum(fields["pressure"] * fields["pressure_weight"]) / force - 1)
-    measures = [{"quantity": "pressure_integral", "error": whole, "bar": 0.0}]
+    integral = float(np.nansum(fields["pressure"] * fields["pressure_weight"]) / force - 1)
+    measures = [{"quantity": "pressure_integral", "error": integral, "bar": 0.0}]
     same = same_grid_difference(solved, method, resolution)
     if same is not None:
         measures.append({"quantity": "pressure_same_grid", "error": same, "bar": 0.0})
@@ -137,12 +137,12 @@ def same_grid_difference(solved: Solved, method: str, resolution: int) -> float 
     Both solve the same equations, so this is no discretisation error: it is of the order of their
     violations of the contact conditions, or one of them is wrong. None where there is no such pair.
     """
-    other = solved.get((GRID, resolution))
+    grid_solution = solved.get((GRID, resolution))
     fields = solved[method, resolution].fields
-    if method == GRID or other is None or "pressure_shape" not in fields:
+    if method == GRID or grid_solution is None or "pressure_shape" not in fields:
         return None
-    theirs = other.fields
-    if not other.converged[0, -1] or not np.array_equal(
+    theirs = grid_solution.fields
+    if not grid_solution.converged[0, -1] or not np.array_equal(
         fields["pressure_shape"], theirs.get("pressure_shape", ())
     ):
         return None
@@ -156,8 +156,8 @@ def _look_up(stored: Fields, fields: Fields) -> np.ndarray:
     """Return a stored pressure at the points of other fields."""
     x, y = fields["pressure_x"], fields["pressure_y"]
     if "pressure_shape" in stored:
-        given = fields.get("pressure_shape")
-        shape = None if given is None else tuple(int(n) for n in given)
+        stored_shape = fields.get("pressure_shape")
+        shape = None if stored_shape is None else tuple(int(n) for n in stored_shape)
         return grid_pressure_at(stored, x, y, shape)
     points = np.stack([stored["pressure_x"], stored["pressure_y"]], axis=-1)
     # a half or a quarter stands for the whole

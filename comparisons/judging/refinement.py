@@ -27,20 +27,20 @@ def refinements(
     is solved, so the refinements of many scenes can go on side by side.
     """
     main = next((q for q in plan.compared if q not in FIELDS), None)
-    wanted = SHARE * plan.scene.compare.tolerance
+    target = SHARE * plan.scene.compare.tolerance
     while main is not None:
-        known = solved(plan)
-        truth = choose_truth(known, plan.loads.axis, plan.compared)
-        if truth is None or truth.known_to(main) <= wanted:
+        solutions = solved(plan)
+        truth = choose_truth(solutions, plan.loads.axis, plan.compared)
+        if truth is None or truth.known_to(main) <= target:
             return plan
         if plan.scene.compare.resolutions is not None:
             note = "full: not refined beyond the resolutions that the scene lists"
             return replace(plan, notes=(*plan.notes, note))
         finer = 2 * truth.resolution
-        why = refusal(plan, truth.method, finer) or _over_budget(truth, budget)
-        if why:
+        reason = refusal(plan, truth.method, finer) or _over_budget(truth, budget)
+        if reason:
             note = f"full: refinement of {truth.method} ends at N = {truth.resolution}, "
-            return replace(plan, notes=(*plan.notes, note + why))
+            return replace(plan, notes=(*plan.notes, note + reason))
         plan = replace(plan, methods=tuple(_with(m, truth, finer) for m in plan.methods))
         yield plan
         solution = solved(plan).get((truth.method, finer))

@@ -85,7 +85,7 @@ class Truth:
 
     def knows(self, name: str, *curves: Curves) -> bool:
         """Tell whether it has a quantity, and so have the given curves."""
-        return all(name in known for known in (self.curves, *curves))
+        return all(name in curves for curves in (self.curves, *curves))
 
     def value(self, name: str, at: str, loads: np.ndarray) -> np.ndarray:
         """Return a quantity where another one, `at`, has the given values (`metrics.at_equal`)."""
@@ -110,17 +110,17 @@ class Truth:
         `same_surfaces` leaves out the scatter over realisations: methods that solve the very same
         surfaces do not differ by it.
         """
-        own = dict(self._systematic(name) if same_surfaces else self.sources[name])
+        sources = dict(self._systematic(name) if same_surfaces else self.sources[name])
         if at == self.axis or at not in self.curves:
-            return own
+            return sources
         x, y = self.curves[at], self.curves[name]
         if len(x) < 2 or not (np.all(x > 0) and np.all(y > 0)):
-            return own
+            return sources
         steps = np.diff(np.log(x))
         monotone = bool(np.all(steps > 0) or np.all(steps < 0))
         slope = np.gradient(np.log(y), np.log(x)) if monotone else np.ones(len(x))
         load = self.sources[at]
-        return {key: combined(part, slope * load[key]) for key, part in own.items()}
+        return {key: combined(part, slope * load[key]) for key, part in sources.items()}
 
     def bar(self, name: str, at: str = "", *, same_surfaces: bool = False) -> np.ndarray:
         """Return the uncertainty of a quantity, all sources together.
@@ -166,10 +166,10 @@ class Truth:
         mean = f", mean over {ensemble}" if ensemble else ""
         title = METHODS[self.method].title
         text = f"The truth is the finest solution of {title} (N = {self.resolution}{mean})"
-        known = {name: self.known_to(name) for name in quantities}
+        accuracies = {name: self.known_to(name) for name in quantities}
         bars = [
             f"{name.replace('_', ' ')} {relative(bar)}"
-            for name, bar in known.items()
+            for name, bar in accuracies.items()
             if np.isfinite(bar)
         ]
         if not bars:
@@ -180,7 +180,7 @@ class Truth:
         """Return a sentence for each quantity in which a check differs by more than the bars."""
         return tuple(text for check in self.checks for text in self.disagrees(check, quantities))
 
-    def disagrees(self, other: Truth, quantities: tuple[str, ...]) -> tuple[str, ...]:
+    def disagrees(self, second: Truth, quantities: tuple[str, ...]) -> tuple[str, ...]:
         """Return a sentence for each quantity in which another truth differs beyond both bars.
 
         Over the load steps the rms of the difference must stay below the rms of the combined bars,
@@ -188,9 +188,9 @@ class Truth:
         chance. Curves at the prescribed load are compared; an unknown bar cannot be exceeded.
         """
         return tuple(
-            f"{METHODS[other.method].title} and {METHODS[self.method].title} differ in "
-            f"{name.replace('_', ' ')} by {words}."
-            for name, _, words in self._differing(other, quantities)
+            f"{METHODS[second.method].title} and {METHODS[self.method].title} differ in "
+            f"{name.replace('_', ' ')} by {excess}."
+            for name, _, excess in self._differing(second, quantities)
         )
 
     def disputed(self, name: str) -> np.ndarray:
@@ -205,18 +205,18 @@ class Truth:
         return np.nan_to_num(np.max(beyond, axis=0))
 
     def _differing(
-        self, other: Truth, quantities: tuple[str, ...]
+        self, second: Truth, quantities: tuple[str, ...]
     ) -> Iterator[tuple[str, np.ndarray, str]]:
         """Yield the quantity, the difference (k,), and by how much in words."""
         for name in quantities:
-            if not self.knows(name, other.curves):
+            if not self.knows(name, second.curves):
                 continue
-            own, theirs = self.curves[name], other.curves[name]
-            difference = np.abs(relative_error(theirs, own, path=self.path))
-            bars = [combined(*one._systematic(name).values()) for one in (other, self)]
-            words = _disagreement(difference, combined(*bars) + EXACT)
-            if words:
-                yield name, difference, words
+            curve, theirs = self.curves[name], second.curves[name]
+            difference = np.abs(relative_error(theirs, curve, path=self.path))
+            bars = [combined(*truth._systematic(name).values()) for truth in (second, self)]
+            excess = _disagreement(difference, combined(*bars) + EXACT)
+            if excess:
+                yield name, difference, excess
 
     def _systematic(self, name: str) -> Sources:
         """Return the sources that remain where both methods solve the very same surfaces."""
@@ -232,10 +232,10 @@ def choose_truth(solved: Solved, axis: str, quantities: tuple[str, ...]) -> Trut
     coarse grids wins.
     """
     everyone = truths(solved, axis)
-    able = [each for each in everyone if not METHODS[each.method].peer]
-    grids = [each for each in able if METHODS[each.method].grid]
+    able = [truth for truth in everyone if not METHODS[truth.method].peer]
+    grids = [truth for truth in able if METHODS[truth.method].grid]
     finest = max(grids, key=lambda grid: grid.resolution, default=None)
-    able = [each for each in able if each is finest or each not in grids]
+    able = [truth for truth in able if truth is finest or truth not in grids]
     if not able:
         return None
 
@@ -245,7 +245,7 @@ def choose_truth(solved: Solved, axis: str, quantities: tuple[str, ...]) -> Trut
         return max(finite, default=np.inf)
 
     best = able[0] if able[0].exact else min(able, key=widest)
-    return replace(best, checks=tuple(each for each in everyone if each is not best))
+    return replace(best, checks=tuple(truth for truth in everyone if truth is not best))
 
 
 def truths(solved: Solved, axis: str) -> list[Truth]:
@@ -278,15 +278,15 @@ def _sources(levels: Levels, resolution: int, name: str) -> Sources:
 
 
 def _disagreement(difference: np.ndarray, allowed: np.ndarray) -> str:
-    known = np.isfinite(difference) & np.isfinite(allowed)
-    if not known.any():
+    finite = np.isfinite(difference) & np.isfinite(allowed)
+    if not finite.any():
         return ""
-    typical, limit = rms_and_maximum(difference[known])[0], rms_and_maximum(allowed[known])[0]
+    typical, limit = rms_and_maximum(difference[finite])[0], rms_and_maximum(allowed[finite])[0]
     if typical > limit:
         return (
             f"{relative(typical)} (rms over the loads), more than their bars of {relative(limit)}"
         )
-    ratio = np.where(known, difference / np.where(known, allowed, 1.0), 0.0)
+    ratio = np.where(finite, difference / np.where(finite, allowed, 1.0), 0.0)
     step = int(np.argmax(ratio))
     if ratio[step] <= 2:
         return ""

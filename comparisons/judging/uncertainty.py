@@ -188,7 +188,7 @@ def ratio_of_means(
     if paired:
         both = np.isfinite(x) & np.isfinite(y)
         x, y = np.where(both, x, np.nan), np.where(both, y, np.nan)
-    counts = [np.isfinite(each).sum(axis=0) for each in (x, y)]
+    counts = [np.isfinite(sample).sum(axis=0) for sample in (x, y)]
     with np.errstate(invalid="ignore", divide="ignore"):
         means = [np.nansum(e, axis=0) / n for e, n in zip((x, y), counts, strict=True)]
         # Relative deviations: their difference has the variance of the ratio, to first order.
@@ -198,7 +198,7 @@ def ratio_of_means(
         if paired:
             error = standard_error(deviations[0] - deviations[1])
         else:
-            error = np.hypot(*(standard_error(each) for each in deviations))
+            error = np.hypot(*(standard_error(sample) for sample in deviations))
         freedom = np.maximum(np.minimum(*counts) - 1, 1)
         return means[0] / means[1], stats.t.ppf(0.975, freedom) * error
 

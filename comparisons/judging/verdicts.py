@@ -82,15 +82,15 @@ def judged(error: ArrayLike, uncertainty: ArrayLike, tolerance: float) -> Judgem
     nan = float("nan")
     errors = np.abs(np.atleast_1d(np.asarray(error, dtype=float)))
     bars = np.broadcast_to(np.asarray(uncertainty, dtype=float), errors.shape)
-    known = np.isfinite(errors)
-    if not known.any():
+    finite = np.isfinite(errors)
+    if not finite.any():
         return Judgement(NO_RESULT, -1, nan, nan, nan, nan)
     bars = np.where(np.isfinite(bars), bars, np.inf)
-    least = np.where(known, errors - bars, -np.inf)
-    most = np.where(known, errors + bars, -np.inf)
-    low, high = float(np.max(least)), float(np.max(most)) if known.all() else np.inf
+    least = np.where(finite, errors - bars, -np.inf)
+    most = np.where(finite, errors + bars, -np.inf)
+    low, high = float(np.max(least)), float(np.max(most)) if finite.all() else np.inf
     word = word_for(low, high, tolerance)
-    step = _first_largest(least if word == OUTSIDE else most, np.where(known, errors, 0.0))
+    step = _first_largest(least if word == OUTSIDE else most, np.where(finite, errors, 0.0))
     if not np.isfinite(high):
         high = nan
     bar = float(bars[step]) if np.isfinite(bars[step]) else nan

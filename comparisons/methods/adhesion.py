@@ -60,8 +60,8 @@ class ReducedAdhesion(ReducedProfile):
 
     def model(self, geometry: IndenterGeometry) -> str:
         """Name the line, and what is taken for zero."""
-        taken = "" if self.adhesion.short_range else "; the range is taken for zero"
-        return f"{super().model(geometry)}; edges hold a stretch √(2π a w/E*){taken}"
+        range_note = "" if self.adhesion.short_range else "; the range is taken for zero"
+        return f"{super().model(geometry)}; edges hold a stretch √(2π a w/E*){range_note}"
 
     def warm_up(self, task: Task[IndenterGeometry]) -> None:
         """Compile the half line for the control of the task."""
@@ -98,7 +98,7 @@ def _largest_pull(contact: Adhesion, strongest: State) -> float:
     return max(0.0, -min(forces))
 
 
-_FORMS = {
+_SHAPES = {
     form.__name__: form
     for form in (
         *(adhesive.paraboloid, adhesive.sphere, adhesive.cone, adhesive.power_law),
@@ -113,9 +113,9 @@ def adhesive_form_of(
     """Return the JKR solution of a shape, or None where there is none."""
     parameters: dict[str, Any] = indenter.model_dump()
     shape = parameters.pop("shape")
-    if shape not in _FORMS:
+    if shape not in _SHAPES:
         return None
-    return _FORMS[shape](**parameters, effective_modulus=modulus, work=work)
+    return _SHAPES[shape](**parameters, effective_modulus=modulus, work=work)
 
 
 class ClosedFormAdhesion(Solver[IndenterGeometry]):

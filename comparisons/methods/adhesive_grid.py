@@ -67,10 +67,10 @@ def peeled_walk(body: AdhesiveContact, loads: Loads, resolution: int) -> GridWal
     states, pull, attached = [], 0.0, False
     for load in loads.values:
         attached = attached or load >= 0
-        held = way.at(float(load), loads.control) if attached else way.cells.size
-        states.append(_peeled_state(way, held, float(load), loads.control))
-        pull = max(pull, -states[-1][1], _pull_on_the_way(way, held, attached, loads.control))
-        attached = attached and held < way.cells.size
+        cell_count = way.at(float(load), loads.control) if attached else way.cells.size
+        states.append(_peeled_state(way, cell_count, float(load), loads.control))
+        pull = max(pull, -states[-1][1], _pull_on_the_way(way, cell_count, attached, loads.control))
+        attached = attached and cell_count < way.cells.size
     penetration, force, area = (np.array(part) for part in zip(*states, strict=True))
     return GridWalk(penetration, force, area, pull, _TOLERANCE, int(touching.sum()))
 
@@ -86,23 +86,25 @@ def edge_doubt(geometry: IndenterGeometry, resolution: int) -> float:
     return (_FLAT_DOUBT if geometry.indenter.flat else _ROUND_DOUBT) / resolution
 
 
-def _peeled_state(way: Peeling, held: int, load: float, control: str) -> tuple[float, float, float]:
+def _peeled_state(
+    way: Peeling, cell_count: int, load: float, control: str
+) -> tuple[float, float, float]:
     """Penetration, force and area of a set under a load; zeros where nothing holds."""
-    if held == way.cells.size:
+    if cell_count == way.cells.size:
         return load if control == "penetration" else 0.0, 0.0, 0.0
-    stiffness, offset = float(way.stiffness[held]), float(way.offset[held])
-    area = float(way.area[held])
+    stiffness, offset = float(way.stiffness[cell_count]), float(way.offset[cell_count])
+    area = float(way.area[cell_count])
     if control == "penetration":
         return load, stiffness * load - offset, area
     return (load + offset) / stiffness, load, area
 
 
-def _pull_on_the_way(way: Peeling, held: int, attached: bool, control: str) -> float:
+def _pull_on_the_way(way: Peeling, cell_count: int, attached: bool, control: str) -> float:
     """Largest pull of the sets that a falling load has taken apart one by one."""
-    if not attached or held == 0:
+    if not attached or cell_count == 0:
         return 0.0
     curve = way.force if control == "force" else way.penetration
-    passed = np.flatnonzero(curve[:held] <= np.minimum.accumulate(curve)[:held])
+    passed = np.flatnonzero(curve[:cell_count] <= np.minimum.accumulate(curve)[:cell_count])
     return float(-way.force[passed].min())
 
 
@@ -138,11 +140,11 @@ def cohesive_walk(body: AdhesiveContact, loads: Loads, resolution: int) -> GridW
     problem = CohesiveProblem(operator, gap, law)
     path = _path(problem, loads, max(geometry.penetration, 0.0), pulled + reach)
     places = path.follow(loads.control, loads.values)
-    found = [
+    states = [
         _settled(problem, path, place, float(load), loads.control)
         for place, load in zip(places, loads.values, strict=True)
     ]
-    penetration, force, area, residual = (np.array(part) for part in zip(*found, strict=True))
+    penetration, force, area, residual = (np.array(part) for part in zip(*states, strict=True))
     return GridWalk(
         penetration,
         force,
@@ -186,13 +188,13 @@ def _settled(
         return 0.0, 0.0, 0.0, after.residual
     pressure = before.pressure + part * (after.pressure - before.pressure)
     depth = before.penetration + part * (after.penetration - before.penetration)
-    found: CohesiveContact
+    contact: CohesiveContact
     if control == "penetration":
-        found = problem.at_penetration(load, pressure, _TOLERANCE)
+        contact = problem.at_penetration(load, pressure, _TOLERANCE)
     else:
-        found = problem.at_force(load, depth, pressure, _TOLERANCE)
-    area = float(found.mask.sum()) * problem.operator.cell_area
-    return found.penetration, found.force, area, found.residual
+        contact = problem.at_force(load, depth, pressure, _TOLERANCE)
+    area = float(contact.mask.sum()) * problem.operator.cell_area
+    return contact.penetration, contact.force, area, contact.residual
 
 
 def _passed_pull(
@@ -205,8 +207,8 @@ def _passed_pull(
         return max(pull, 0.0)
     at = int(np.argmin(path.force)) + 0.0
     spots = [path.force.size - 1.0, *(i + part for i, part in places)]
-    for one, other in pairwise(spots):
+    for start, end in pairwise(spots):
         # a rising force jumps over its own minimum; a rising penetration may not
-        if (one < at < other) or (one > at > other and control == "penetration"):
+        if (start < at < end) or (start > at > end and control == "penetration"):
             pull = max(pull, -fold[1])
     return max(pull, 0.0)

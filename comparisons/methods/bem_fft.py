@@ -51,8 +51,8 @@ class BemFft(GridSolver[Operator]):
         periodic = isinstance(task.geometry, RoughGeometry) and task.geometry.periodic
         arrays = ARRAYS_PERIODIC if periodic else ARRAYS_FREE
         # The heights of a block of realisations, and what made them, are kept beside.
-        kept = 4 * len(task.realisations)
-        return 8.0 * (arrays + kept) * cells(task.geometry, task.resolution)
+        stored = 4 * len(task.realisations)
+        return 8.0 * (arrays + stored) * cells(task.geometry, task.resolution)
 
     def model(self, geometry: Geometry) -> str:
         """Name the domain."""
@@ -81,14 +81,14 @@ class BemFft(GridSolver[Operator]):
         def run(loads: np.ndarray) -> Iterator[Contact]:
             # A load beyond what this surface admits is a lost step, not a wrong argument, because
             # another realisation may admit it.
-            limit, why = _limit(task, operator, gap)
+            limit, reason = _limit(task, operator, gap)
             within = loads[loads < limit]
             if len(within):
                 load = Load(task.loads.control, within)
                 yield from fft.sweep(Press(operator, gap), load, tolerance=self.options.tolerance)
             if len(within) < len(loads):
                 control = task.loads.control.replace("_", " ")
-                raise ConvergenceError(f"{control} {loads[len(within)]:.3g} m: {why}")
+                raise ConvergenceError(f"{control} {loads[len(within)]:.3g} m: {reason}")
 
         return run
 

@@ -14,26 +14,32 @@ from comparisons.scene.scene import Scene
 from comparisons.scene.shapes import Indenter
 from comparisons.tasks.solution import Solution
 from comparisons.tasks.task import Task
-from reference import closed_form as forms
+from reference import closed_form as closed_forms
 
-_FORMS = {
+_SOLUTIONS = {
     form.__name__: form
     for form in (
-        *(forms.paraboloid, forms.sphere, forms.cone, forms.power_law, forms.cylinder),
-        *(forms.rounded_punch, forms.ellipsoid, forms.elliptic_punch),
+        *(
+            closed_forms.paraboloid,
+            closed_forms.sphere,
+            closed_forms.cone,
+            closed_forms.power_law,
+            closed_forms.cylinder,
+        ),
+        *(closed_forms.rounded_punch, closed_forms.ellipsoid, closed_forms.elliptic_punch),
     )
 }
 
 
-def form_of(indenter: Indenter, modulus: float) -> forms.ClosedForm | None:
+def form_of(indenter: Indenter, modulus: float) -> closed_forms.ClosedForm | None:
     """Return the closed form of a shape, or None where there is none."""
     parameters: dict[str, Any] = indenter.model_dump()
     shape = parameters.pop("shape")
     if shape == "elliptic_punch":
         parameters = dict(zip(("semi_axis_x", "semi_axis_y"), parameters["semi_axes"], strict=True))
-    if shape not in _FORMS:
+    if shape not in _SOLUTIONS:
         return None
-    return _FORMS[shape](**parameters, effective_modulus=modulus)
+    return _SOLUTIONS[shape](**parameters, effective_modulus=modulus)
 
 
 class ClosedForm(Solver[IndenterGeometry]):
@@ -87,7 +93,7 @@ def shape_of(indenter: Indenter) -> str:
     return str(indenter.model_dump()["shape"]).replace("_", " ")
 
 
-def _pressure(form: forms.ClosedForm, depth: float) -> dict[str, np.ndarray]:
+def _pressure(form: closed_forms.ClosedForm, depth: float) -> dict[str, np.ndarray]:
     """Pressure along the x axis."""
     half_x, half_y = (float(half) for half in form.semi_axes(depth))
     x = half_x * unit_rings()[0]

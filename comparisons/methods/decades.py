@@ -19,7 +19,7 @@ from comparisons.tasks.task import Task
 Solve = Callable[[Task], Solution]
 
 
-def solve_in_spans(
+def solve_in_decades(
     task: Task, span: float, solve: Solve, reason: Callable[[Exception], str]
 ) -> Solution:
     """Solve a task span by span, and join the load steps again.
@@ -35,7 +35,7 @@ def solve_in_spans(
         Puts an exception into words.
     """
     cuts = _cuts(task, span)
-    parts = [_contained(_part(task, *each), solve, reason) for each in pairwise(cuts)]
+    parts = [_contained(_part(task, *cut), solve, reason) for cut in pairwise(cuts)]
     return Solution.concat(parts, axis=STEPS)
 
 
@@ -69,7 +69,9 @@ def _part(task: Task, start: int, end: int) -> Task:
             contact_radius=geometry.contact_radii[end - 1],
             penetrations=geometry.penetrations[inside],
             contact_radii=geometry.contact_radii[inside],
-            unreached={s - start: why for s, why in geometry.unreached.items() if start <= s < end},
+            unreached={
+                s - start: reason for s, reason in geometry.unreached.items() if start <= s < end
+            },
         )
     loads = replace(task.loads, values=task.loads.values[start:end])
     body = task.with_body and end == steps
@@ -85,12 +87,12 @@ def _contained(task: Task, solve: Solve, reason: Callable[[Exception], str]) -> 
     try:
         return solve(task)
     except Exception as error:  # the other loads carry on
-        why = reason(error)
+        message = reason(error)
     if steps == 1 or task.loads.is_path:  # the rest of a path cannot begin anew
-        return Solution.lost(task, why)
+        return Solution.lost(task, message)
     half = steps // 2
     below = _contained(_part(task, 0, half), solve, reason)
     if not below.converged.any():
-        return Solution.lost(task, why)
+        return Solution.lost(task, message)
     above = _contained(_part(task, half, steps), solve, reason)
     return Solution.concat([below, above], axis=STEPS)

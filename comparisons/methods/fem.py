@@ -100,10 +100,10 @@ class Fem(FemSolver[IndenterGeometry]):
 
     def resolutions(self, geometry: IndenterGeometry) -> tuple[int, ...]:
         """Elements per contact radius."""
-        wanted = self.scene.compare.tolerance
+        tolerance = self.scene.compare.tolerance
         if self.straight:
-            return fem_punch.resolutions(self.indenter, fine=wanted < 0.003)
-        return next((levels for least, levels in FITTED_LEVELS if wanted >= least), FINEST)
+            return fem_punch.resolutions(self.indenter, fine=tolerance < 0.003)
+        return next((levels for least, levels in FITTED_LEVELS if tolerance >= least), FINEST)
 
     def refusal(self, task: Task[IndenterGeometry]) -> str:
         """Refuse very elongated contacts."""
@@ -126,9 +126,9 @@ class Fem(FemSolver[IndenterGeometry]):
         part = PARTS[sum(self.indenter.even)]
         fitted = "" if self.straight else ", scaled to each load"
         solver = self.options.solver
-        how = "solved by" if solver == "multigrid" else "condensed by"
+        solution = "solved by" if solver == "multigrid" else "condensed by"
         block = f"{part}a block of graded hexahedra around the contact{fitted}"
-        return f"{block}; {FAR}; {how} {solver.replace('_', ' ')}"
+        return f"{block}; {FAR}; {solution} {solver.replace('_', ' ')}"
 
     def rows(self, task: Task[IndenterGeometry]) -> Iterator[Row]:
         """Build and condense the body once."""

@@ -111,11 +111,11 @@ def _unsuited(geometry: BodyGeometry, poisson_ratio: float) -> str:
 def _refined(geometry: BodyGeometry, resolution: int) -> tuple[SolidMesh, np.ndarray, np.ndarray]:
     """Return the mesh, the faces that may touch and the held components at a resolution."""
     mesh, numbers = geometry.solid, np.arange(len(geometry.solid.points))
-    faces = [geometry.surface, *(each.faces for each in geometry.supports)]
+    faces = [geometry.surface, *(support.faces for support in geometry.supports)]
     while resolution > 1:
         mesh, renumbered, faces = mesh.refined(*faces)
         numbers, resolution = renumbered[numbers], resolution // 2
-    return mesh, faces[0], geometry.held(mesh, numbers, faces[1:])
+    return mesh, faces[0], geometry.fixed_components(mesh, numbers, faces[1:])
 
 
 def _body(task: Task[BodyGeometry]) -> tuple[fem.CondensedBody, np.ndarray, float]:
@@ -125,7 +125,7 @@ def _body(task: Task[BodyGeometry]) -> tuple[fem.CondensedBody, np.ndarray, floa
     penetration counts from first touch.
     """
     geometry = task.geometry
-    mesh, surface, held = _refined(geometry, task.resolution)
+    mesh, surface, fixed = _refined(geometry, task.resolution)
     nodes = contact_nodes(mesh, surface)
     x, y, depth = mesh.points[nodes].T
     gap = geometry.indenter.gap(x * (1 - 1e-9), y * (1 - 1e-9))  # a node on a sharp edge belongs
@@ -136,11 +136,11 @@ def _body(task: Task[BodyGeometry]) -> tuple[fem.CondensedBody, np.ndarray, floa
     if len(nodes) > MOST_CANDIDATES:
         order = np.argsort(gap, kind="stable")
         edge = float(gap[order[MOST_CANDIDATES]])
-        kept = np.sort(order[:MOST_CANDIDATES])
-        nodes, gap = nodes[kept], gap[kept]
+        nearest = np.sort(order[:MOST_CANDIDATES])
+        nodes, gap = nodes[nearest], gap[nearest]
     modulus, nu = task.scene.half_space.elastic_constants
     body = supported_body(
-        mesh, surface, held, modulus, nu, symmetry=geometry.symmetric_parts, nodes=nodes
+        mesh, surface, fixed, modulus, nu, symmetry=geometry.symmetric_parts, nodes=nodes
     )
     return body, gap, edge
 

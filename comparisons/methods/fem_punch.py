@@ -100,13 +100,13 @@ def _lines_through(
     where that is a plane of symmetry and no edge.
     """
     first, *inner, last = np.unique(marks)
-    kept = [first]
+    lines = [first]
     for mark in inner:
-        if min(mark - kept[-1], last - mark) > 0.5 * step:
-            kept.append(mark)
-    kept.append(last)
+        if min(mark - lines[-1], last - mark) > 0.5 * step:
+            lines.append(mark)
+    lines.append(last)
     parts = []
-    for low, high in pairwise(kept):
+    for low, high in pairwise(lines):
         share = np.linspace(0.0, 1.0, 1 + max(2, round((high - low) / step)))[:-1]
         if crowded:
             both = low > first or edge_at_start

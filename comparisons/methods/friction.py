@@ -60,7 +60,7 @@ class ReducedFriction(ReducedProfile):
 
     def solve(self, task: Task[IndenterGeometry]) -> Solution:
         """Follow the path as far as the contact holds."""
-        normal, path, held = self._slide(task, task.resolution)
+        normal, path, steps_held = self._slide(task, task.resolution)
         contact, stick = float(normal.contact_radius[0]), path.stick_length / 2
         curves = {
             "tangential_force": path.tangential_force,
@@ -77,10 +77,10 @@ class ReducedFriction(ReducedProfile):
             "tangential_stiffness": self.scene.tangential_modulus * 2 * contact,
         }
         solution = Solution.empty(task, unknowns=int(normal.springs))
-        for step in range(held):
+        for step in range(steps_held):
             along = {name: float(values[step]) for name, values in curves.items()}
             solution.put((0, step), steady | along)
-        for step in range(held, task.shape[1]):
+        for step in range(steps_held, task.shape[1]):
             solution.fail((0, step), SLIDES)
         solution.fields = line_picture(self.profile, path.penetration, contact, normal.spacing)
         return solution
@@ -93,10 +93,10 @@ class ReducedFriction(ReducedProfile):
         line = Springs(self.profile, self.modulus, springs, edges=self.options.edges)
         stays = Load(control, load)
         normal = indent(line, stays)
-        held = held_steps(task, self.friction, float(normal.force[0]))
-        path = LoadPath(task.loads.control, task.loads.values[: max(held, 1)] * (held > 0))
+        holding = held_steps(task, self.friction, float(normal.force[0]))
+        path = LoadPath(task.loads.control, task.loads.values[: max(holding, 1)] * (holding > 0))
         friction = Friction(self.scene.tangential_modulus, self.friction)
-        return normal, slide(line, friction, stays, path), held
+        return normal, slide(line, friction, stays, path), holding
 
 
 class ReducedFrictionLines(ReducedLines):
@@ -137,9 +137,9 @@ class ReducedFrictionLines(ReducedLines):
         normal = Load(control, load * (patches if control == "force" else 1.0))
         contact = press(line, self.modulus, normal, edges=edges)
         force = float(contact.force[0, 0])
-        held = held_steps(task, self.friction, force / patches)
+        holding = held_steps(task, self.friction, force / patches)
         share = patches if task.loads.control == "tangential_force" else 1.0
-        path = LoadPath(task.loads.control, loads[: max(held, 1)] * (held > 0) * share)
+        path = LoadPath(task.loads.control, loads[: max(holding, 1)] * (holding > 0) * share)
         friction = Friction(self.scene.tangential_modulus, self.friction)
         answer = slide_lines(line, self.modulus, friction, normal, path, edges=edges)
         length = float(contact.contact_length[0, 0])
@@ -151,14 +151,14 @@ class ReducedFrictionLines(ReducedLines):
             "tangential_stiffness": self.scene.tangential_modulus * length / patches,
         }
         pulled, moved = answer.tangential_force[0], answer.tangential_displacement[0]
-        for step in range(held):
+        for step in range(holding):
             along = {
                 "tangential_force": float(pulled[step] / patches),
                 "tangential_displacement": float(moved[step]),
                 "friction_coefficient": float(pulled[step] / force),
             }
             yield Step(steady | along)
-        if held < len(loads):
+        if holding < len(loads):
             raise NoAnswerError(SLIDES)
 
 
@@ -237,8 +237,8 @@ class GridFriction(BemFft):
         """Name the domain, and what acts on what."""
         text = "tangential tractions with Cerruti's kernel, slip in any direction"
         both = "pressing and shearing act on each other"
-        how = both if self.coupled else "pressure as without them"
-        return f"{super().model(geometry)}; {text}; {how}"
+        coupling = both if self.coupled else "pressure as without them"
+        return f"{super().model(geometry)}; {text}; {coupling}"
 
     def refusal(self, task: Task) -> str:
         """Refuse rough grids that a path would take hours on."""
@@ -290,7 +290,7 @@ class GridFriction(BemFft):
         tolerance = max(self.options.tolerance, 1e-6)
         press = FrictionalPress(body, grid.gap, self.friction, self.coupled)
         normal, tangential = (reference_loads.LoadPath(*load) for load in way.loads.items())
-        for step in way.asked(sweep(press, normal, tangential, tolerance=tolerance)):
+        for step in way.scene_steps(sweep(press, normal, tangential, tolerance=tolerance)):
             violation = max(step.violation, step.slip_error)
             values = _quantities(task, body, step, grid)
             yield Step(values, iterations=step.iterations, violation=violation)

@@ -33,10 +33,10 @@ class FemFriction(Solver[IndenterGeometry]):
 
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)
-        why = "elements with friction are meshed for round smooth contacts"
-        self.indenter = needed(scene.indenter, why)
+        reason = "elements with friction are meshed for round smooth contacts"
+        self.indenter = needed(scene.indenter, reason)
         if not self.indenter.axisymmetric or self.indenter.flat:
-            raise Refused(why)
+            raise Refused(reason)
         nu = scene.poisson_ratio
         if nu > LARGEST_POISSON:
             raise Refused(f"nu = {nu:g}: elements with friction go to {LARGEST_POISSON}")
@@ -87,7 +87,7 @@ class FemFriction(Solver[IndenterGeometry]):
         """Yield the steps at the scene's own loads."""
         way = finer_path(task, _CELLS_PER_ELEMENT * task.resolution, coupled=True)
         gap = self.indenter.gap(*body.points.T)
-        for step in way.asked(follow(body, gap, self.friction, **way.loads)):
+        for step in way.scene_steps(follow(body, gap, self.friction, **way.loads)):
             yield Step(_quantities(step), iterations=step.sweeps, violation=step.error)
 
 

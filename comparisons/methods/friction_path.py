@@ -29,7 +29,7 @@ class FinerPath:
     presses: int
     parts: int
 
-    def asked(self, steps: Iterable[Step]) -> Iterator[Step]:
+    def scene_steps(self, steps: Iterable[Step]) -> Iterator[Step]:
         """Yield the steps at the scene's own loads."""
         for number, step in enumerate(steps, 1 - self.presses):
             if number > 0 and number % self.parts == 0:

@@ -188,7 +188,7 @@ def contact_quantities(
 ) -> dict[str, float]:
     """Return the quantities of one load step; the costly ones only if asked for."""
     mask = contact.pressure > 0
-    asked = set(task.quantities)
+    quantities = set(task.quantities)
     periodic = operator.periodic
     values = {
         "penetration": contact.penetration,
@@ -199,22 +199,22 @@ def contact_quantities(
     if isinstance(task.geometry, RoughGeometry):
         values["mean_gap"] = contact.mean_gap
         values["penetration_mean_plane"] = contact.penetration - float(grid.gap.mean())
-        values |= _patch_quantities(mask, grid, periodic, asked)
-    if asked & {"stiffness", "contact_length_stiffness"}:
+        values |= _patch_quantities(mask, grid, periodic, quantities)
+    if quantities & {"stiffness", "contact_length_stiffness"}:
         values["stiffness"] = float(area_measures.contact_stiffness(operator, mask))
-    if "energy" in asked:
+    if "energy" in quantities:
         values["energy"] = float(area_measures.elastic_energy(operator, contact.pressure))
     return values
 
 
 def _patch_quantities(
-    mask: np.ndarray, grid: Grid, periodic: bool, asked: set[str]
+    mask: np.ndarray, grid: Grid, periodic: bool, quantities: set[str]
 ) -> dict[str, float]:
-    if not asked & {"contact_count", "contact_length"}:
+    if not quantities & {"contact_count", "contact_length"}:
         return {}
-    found = area_measures.patches(mask, grid.spacing, periodic=periodic)
-    length = float(np.sqrt(4 * np.asarray(found.areas) / np.pi).sum())
-    return {"contact_count": float(found.count), "contact_length": length}
+    patches = area_measures.patches(mask, grid.spacing, periodic=periodic)
+    length = float(np.sqrt(4 * np.asarray(patches.areas) / np.pi).sum())
+    return {"contact_count": float(patches.count), "contact_length": length}
 
 
 def _pressure_of(

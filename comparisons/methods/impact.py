@@ -42,10 +42,10 @@ class ReducedImpact(ReducedProfile):
 
     def model(self, geometry: IndenterGeometry) -> str:
         """Name the line and what is done with it."""
-        how = "by its energy, without time steps"
+        course = "by its energy, without time steps"
         if self.scene.loading.time is not None:
-            how = "in steps of time that keep the energy, refined with the springs"
-        return f"{super().model(geometry)}; the impact {how}"
+            course = "in steps of time that keep the energy, refined with the springs"
+        return f"{super().model(geometry)}; the impact {course}"
 
     def warm_up(self, task: Task[IndenterGeometry]) -> None:
         """Compile the springs, and the steps where there are any."""

@@ -79,14 +79,14 @@ def _moved(
         stiffness = float(contact.respond(deepest)[2])
         period = 2 * np.pi * np.sqrt(mass / stiffness)
         steps = int(np.ceil(max(_STEPS_PER_SPRING * resolution * end / period, 1.0)))
-        every = max(1, steps // _RECORDS)
-        steps = every * -(-steps // every)
+        stride = max(1, steps // _RECORDS)
+        steps = stride * -(-steps // stride)
         if steps > _MOST_STEPS:
             raise ConvergenceError(f"{steps} steps of {period:.3g} s/{resolution}: too long", [])
         motion = move(
             contact,
             Mass(mass, velocity=speed),
-            Stepping(end / steps, steps, every=every),
+            Stepping(end / steps, steps, every=stride),
             Push() if history is None else Push(history=history),
         )
         reached = float(motion.position.max())

@@ -31,7 +31,7 @@ from reduced.memory.indent import History, graded_times, indent_in_time
 from reduced.memory.materials import Prony, prony
 from reduced.memory.row import RelaxingSprings
 from reduced.profiles.shapes import paraboloid
-from reference import closed_form as forms
+from reference import closed_form as closed_forms
 from reference import viscoelastic as reference
 from reference.halfspace import areas
 from reference.viscoelastic.materials import GeneralisedMaxwell
@@ -83,8 +83,8 @@ def _pressed(scene: Scene) -> Viscoelastic:
         raise Refused("a force that ends leaves the depth open: the body has left, or rests")
     jumps = loads.control == "penetration" and loads.values[0] > 0
     if body.dashpot_viscosity > 0 and jumps:
-        why = "the dashpot of a Kelvin-Voigt body resists a jump of the depth without bound"
-        raise Refused(why)
+        reason = "the dashpot of a Kelvin-Voigt body resists a jump of the depth without bound"
+        raise Refused(reason)
     return body
 
 
@@ -164,7 +164,7 @@ class ReducedMemory(ReducedProfile):
         return indent_in_time(row, times, path), parts
 
 
-def circular(form: forms.ClosedForm) -> forms.ClosedForm:
+def circular(form: closed_forms.ClosedForm) -> closed_forms.ClosedForm:
     """Return a closed form whose contact is a circle.
 
     Raises
@@ -222,8 +222,8 @@ class GridMemory(BemFft):
         super().__init__(scene)
         body = _pressed(scene)
         if scene.indenter is not None and scene.indenter.flat:
-            why = "a flat face has edges inside cells; its contact stays, and needs no history"
-            raise Refused(why)
+            reason = "a flat face has edges inside cells; its contact stays, and needs no history"
+            raise Refused(reason)
         self.material = material_of(body)
         self.damped = body.dashpot_viscosity > 0
 

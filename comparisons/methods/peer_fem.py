@@ -40,8 +40,8 @@ class NgSolve(Solver[IndenterGeometry]):
         super().__init__(scene)
         if util.find_spec("ngsolve") is None:
             raise Refused("not installed: pip install 'roughline[peers]'")
-        why = "single contacts only: its mesh is fitted to one contact edge"
-        self.indenter = needed(scene.indenter, why)
+        reason = "single contacts only: its mesh is fitted to one contact edge"
+        self.indenter = needed(scene.indenter, reason)
         shape = self.indenter.model_dump()["shape"]
         if shape not in SHAPES:
             raise Refused(f"no mesh is fitted to a {shape.replace('_', ' ')}")
@@ -85,12 +85,12 @@ class NgSolve(Solver[IndenterGeometry]):
             for step in steps:
                 solution.fail((0, step), f"NGSolve: {outcome.reason}")
             return solution
-        for (step, scales), found in zip(steps.items(), outcome.answer["steps"], strict=True):
-            solution.iterations[0, step] = found["rounds"]
-            if found["reason"]:
-                solution.fail((0, step), found["reason"])
+        for (step, scales), answer in zip(steps.items(), outcome.answer["steps"], strict=True):
+            solution.iterations[0, step] = answer["rounds"]
+            if answer["reason"]:
+                solution.fail((0, step), answer["reason"])
                 continue
-            solution.put((0, step), _quantities(task, geometry, scales, found))
+            solution.put((0, step), _quantities(task, geometry, scales, answer))
         if solution.converged[0, -1]:
             solution.fields = {"penetration": solution.quantities["penetration"][0, -1]}
         for name in ("unknowns", "seconds", "setup_seconds", "memory"):
@@ -141,22 +141,22 @@ def _problem(task: Task, geometry: IndenterGeometry, steps: list[dict[str, float
 
 
 def _quantities(
-    task: Task, geometry: IndenterGeometry, scales: dict[str, float], found: dict[str, float]
+    task: Task, geometry: IndenterGeometry, scales: dict[str, float], answer: dict[str, float]
 ) -> dict[str, float]:
     """Return the quantities with their units; the load as it was prescribed."""
     radius, depth, modulus = scales["radius"], scales["depth"], task.scene.effective_modulus
-    raw = radius**2 * found["counted_area"]
+    raw = radius**2 * answer["counted_area"]
     return {
-        "penetration": depth * found["penetration"],
-        "force": modulus * radius * depth * found["force"],
-        "contact_area": _area(geometry, radius, raw, found),
+        "penetration": depth * answer["penetration"],
+        "force": modulus * radius * depth * answer["force"],
+        "contact_area": _area(geometry, radius, raw, answer),
         "contact_area_raw": raw,
-        "stiffness": modulus * radius * found["stiffness"],
-        "contact_length_stiffness": radius * found["stiffness"],
+        "stiffness": modulus * radius * answer["stiffness"],
+        "contact_length_stiffness": radius * answer["stiffness"],
     }
 
 
-def _area(geometry: IndenterGeometry, radius: float, raw: float, found: dict[str, float]) -> float:
+def _area(geometry: IndenterGeometry, radius: float, raw: float, answer: dict[str, float]) -> float:
     """Return the face of a punch, the disc of a round contact, or the counted area.
 
     Points counted along the edge of a round contact are noise where the pressure is steep (a cone
@@ -167,7 +167,7 @@ def _area(geometry: IndenterGeometry, radius: float, raw: float, found: dict[str
         return geometry.indenter.face_area
     if not geometry.indenter.axisymmetric:
         return raw
-    stiff = 0.5 * found["stiffness"]
-    best = moment_radius(found["second"], found["fourth"])
+    stiff = 0.5 * answer["stiffness"]
+    best = moment_radius(answer["second"], answer["fourth"])
     relative = best if best is not None and abs(best / stiff - 1) < AGREES else stiff
     return np.pi * (radius * relative) ** 2

@@ -59,7 +59,10 @@ class PeerSolver(Solver[Geometry]):
     def solve(self, task: Task) -> Solution:
         """Solve all realisations in one process of the peer."""
         solution = Solution.empty(task)
-        grids = [make_grid(task.geometry, task.resolution, each) for each in task.realisations]
+        grids = [
+            make_grid(task.geometry, task.resolution, realisation)
+            for realisation in task.realisations
+        ]
         solution.unknowns = int(np.isfinite(grids[0].gap).sum())
         kind = PeriodicOperator if self.periodic else FreeOperator
         operator = kind(grids[0].gap.shape, grids[0].spacing, self.scene.effective_modulus)

@@ -33,12 +33,12 @@ class Maker(Protocol):
         """Return the solver of a scene that was not refused."""
 
 
-_BUILT_IN = tuple(made for made in classes_of(room, Solver) if made.name)
-for _made in _BUILT_IN:
+_BUILT_IN = tuple(solver for solver in classes_of(room, Solver) if solver.name)
+for _solver in _BUILT_IN:
     # One without a row says itself what it is called, and is the truth where no other is.
-    METHODS.setdefault(_made.name, Method(_made.title or _made.name, _made.dimension))
+    METHODS.setdefault(_solver.name, Method(_solver.title or _solver.name, _solver.dimension))
 SOLVERS: dict[str, tuple[Maker, ...]] = {
-    name: tuple(made for made in _BUILT_IN if made.name == name) for name in METHODS
+    name: tuple(solver for solver in _BUILT_IN if solver.name == name) for name in METHODS
 }
 
 
@@ -48,7 +48,7 @@ def add(maker: Maker, facts: Method) -> None:
     METHODS[maker.name] = facts
 
 
-def add_class(made: type[Solver[Any]]) -> str:
+def add_class(solver: type[Solver[Any]]) -> str:
     """Make a user's class known by its name for the rest of this process; return the name.
 
     One of the same name that was added before is replaced. Like every method from outside it is
@@ -61,15 +61,15 @@ def add_class(made: type[Solver[Any]]) -> str:
         If it is no class of a solver with a name, or the name is that of a method of roughline's
         own.
     """
-    if not (isinstance(made, type) and issubclass(made, Solver) and made.name):
+    if not (isinstance(solver, type) and issubclass(solver, Solver) and solver.name):
         raise InputError(
             "expected a function under @method(name), or a class derived from Solver that has a "
-            f"name (the class, not an object of it), got {made!r:.60}"
+            f"name (the class, not an object of it), got {solver!r:.60}"
         )
-    if made.name in METHODS and not METHODS[made.name].outside:
-        raise InputError(f"{made.name!r} is a method of roughline's own: choose another name")
-    add(made, Method(made.title or made.name, made.dimension, origin="outside"))
-    return made.name
+    if solver.name in METHODS and not METHODS[solver.name].user_made:
+        raise InputError(f"{solver.name!r} is a method of roughline's own: choose another name")
+    add(solver, Method(solver.title or solver.name, solver.dimension, origin="outside"))
+    return solver.name
 
 
 def solver_for(name: str, scene: Scene) -> Solver[Any] | Refusal:
@@ -96,17 +96,17 @@ def solver_of(task: Task) -> Solver[Any]:
 
 
 def _maker(name: str, scene: Scene) -> Maker:
-    wanted = set(scene.physics)
-    able = sorted((m for m in SOLVERS[name] if m.physics >= wanted), key=lambda m: len(m.physics))
+    tables = set(scene.physics)
+    able = sorted((m for m in SOLVERS[name] if m.physics >= tables), key=lambda m: len(m.physics))
     if not able:
         raise Refused(_missing(name, scene))
-    return next((m for m in able if m.physics == wanted and m.takes(scene)), able[0])
+    return next((m for m in able if m.physics == tables and m.takes(scene)), able[0])
 
 
 def _missing(name: str, scene: Scene) -> str:
     """Return which tables of a scene a method does not model, or not together."""
     makers = SOLVERS[name]
-    own = min((maker.physics for maker in makers), key=len)
-    missing = " and ".join(f"[{table}]" for table in scene.physics if table not in own)
+    physics = min((maker.physics for maker in makers), key=len)
+    missing = " and ".join(f"[{table}]" for table in scene.physics if table not in physics)
     apart = frozenset[str]().union(*(m.physics for m in makers)) >= set(scene.physics)
     return f"does not model {missing}" + (" in one scene" if apart else "")

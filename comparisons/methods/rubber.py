@@ -112,9 +112,9 @@ class ReducedSliding(ReducedProfile):
     def _settled(self, task: Task[IndenterGeometry], speed: float) -> SteadySliding:
         """Slide on a line fitted to the contact, whose radius a coarse line tells for a force."""
         control, load = normal_load(task)
-        given = control == "penetration"
+        by_depth = control == "penetration"
         profile, radius = self.profile, task.geometry.contact_radius
-        if given:
+        if by_depth:
             radius = float(profile.contact_radius(load))
         for _ in range(_FITS):
             spacing = radius / task.resolution
@@ -125,11 +125,11 @@ class ReducedSliding(ReducedProfile):
             # depths are counted from the axis, the line's from its highest spring
             top = float(line.max())
             fitted = RoughLines(line, spacing, periodic=False)
-            pressed = LoadPath(control, load + top if given else load)
+            pressed = LoadPath(control, load + top if by_depth else load)
             state = slide(fitted, self.material, speed, pressed)
             state = replace(state, penetration=state.penetration - top)
             wide = float(profile.contact_radius(state.penetration[0, 0]))
-            if given or wide > 0.9 * radius:
+            if by_depth or wide > 0.9 * radius:
                 break
             radius = wide
         return state

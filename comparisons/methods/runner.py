@@ -9,7 +9,7 @@ from typing import Any
 from comparisons.facts.quantities import derived
 from comparisons.geometry.bodies import BodyGeometry
 from comparisons.geometry.prepare import IndenterGeometry
-from comparisons.methods.decades import solve_in_spans
+from comparisons.methods.decades import solve_in_decades
 from comparisons.methods.solver import Solver
 from comparisons.tasks.solution import Solution
 from comparisons.tasks.steps import NO_ANSWER
@@ -48,7 +48,7 @@ def run(
         Puts an exception that is none of the numerics' own into words.
     """
     largest = solver.span if span is None else span
-    solution = solve_in_spans(task, largest, lambda part: _answer(solver, part), reason)
+    solution = solve_in_decades(task, largest, lambda part: _answer(solver, part), reason)
     solution.refuse_nan()
     return solution
 

@@ -95,11 +95,11 @@ def _press(problem: Problem, peer: Peer) -> dict[str, Any]:
         start = problem["starts"][row]
         for step, load in enumerate(loads):
             tolerance, depth = problem["tolerance"][row, step], problem["depth"][row, step]
-            found = peer.step(float(load), float(tolerance), float(depth), start)
-            if found.pressure is None:
-                reasons.append([row, step, found.reason])
+            step_answer = peer.step(float(load), float(tolerance), float(depth), start)
+            if step_answer.pressure is None:
+                reasons.append([row, step, step_answer.reason])
                 continue
-            pressure[row, step] = found.pressure
-            iterations[row, step] = found.iterations
+            pressure[row, step] = step_answer.pressure
+            iterations[row, step] = step_answer.iterations
             start = pressure[row, step]  # warm start of the next load
     return {"pressure": pressure, "iterations": iterations, "reasons": reasons}

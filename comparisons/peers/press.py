@@ -157,10 +157,10 @@ def press(
 
 def _violations(result: PeerResult, shape: tuple[int, int]) -> np.ndarray:
     """Return the measured violations, NaN where there is no contact."""
-    found = np.full(shape, np.nan)
+    violations = np.full(shape, np.nan)
     for index, contact in result.contacts.items():
-        found[index] = contact.violation
-    return found
+        violations[index] = contact.violation
+    return violations
 
 
 def _without_misses(result: PeerResult, violation: float) -> PeerResult:
@@ -193,20 +193,20 @@ def attempt(
     )
     result = PeerResult(tolerance=tolerance)
     if not outcome.ok:
-        why = f"{outcome.ended}: {outcome.reason}"
-        result.reasons = dict.fromkeys(np.ndindex(*tolerance.shape), why)
+        reason = f"{outcome.ended}: {outcome.reason}"
+        result.reasons = dict.fromkeys(np.ndindex(*tolerance.shape), reason)
         return result
     answer = outcome.answer
-    result.reasons = {(row, step): why for row, step, why in answer["reasons"]}
+    result.reasons = {(row, step): reason for row, step, reason in answer["reasons"]}
     for index in np.ndindex(*tolerance.shape):
         if index in result.reasons:
             continue
         pressure = unit * answer["pressure"][index]
-        found = _measured(problem, index, pressure, int(answer["iterations"][index]))
-        if isinstance(found, str):
-            result.reasons[index] = found
+        contact = _measured(problem, index, pressure, int(answer["iterations"][index]))
+        if isinstance(contact, str):
+            result.reasons[index] = contact
         else:
-            result.contacts[index] = found
+            result.contacts[index] = contact
     for name in ("seconds", "processor_seconds", "setup_seconds", "compile_seconds", "memory"):
         setattr(result, name, answer[name])
     return result

@@ -78,7 +78,7 @@ def solve(problem: dict[str, Any]) -> dict[str, Any]:
     edge = SHARP_EDGE if problem["shape"] in SHARP else EDGE
     model = _Model(problem["resolution"], edge, problem["poisson_ratio"], problem["stretch"])
     setup = time.perf_counter() - start
-    steps = [_step(model, problem, each) for each in problem["steps"]]
+    steps = [_step(model, problem, load) for load in problem["steps"]]
     return {
         "seconds": time.perf_counter() - start,
         "setup_seconds": setup,
@@ -163,8 +163,8 @@ class _Model:
         """Return a virtual displacement along z on the surface, to weigh contact forces with."""
         test = GridFunction(self.space)
         test.Set(CF((0, 0, value)), definedon=self.mesh.Boundaries(SURFACE))
-        for dof, there in enumerate(self.space.GetDofs(far)):
-            if there:
+        for dof, is_far in enumerate(self.space.GetDofs(far)):
+            if is_far:
                 test.vec[dof] = 0.0
         return test
 
@@ -224,7 +224,7 @@ class _Contact:
 
     def round(self) -> float:
         """Solve with the present set; return what the load leaves open, force or penetration."""
-        model, one = self.model, self.model.tests[0].vec
+        model, uniform = self.model, self.model.tests[0].vec
         for form in (self.system, self.plain, self.shaped):
             form.Assemble()
         inverse = self.system.mat.Inverse(model.space.FreeDofs(), inverse="sparsecholesky")
@@ -232,8 +232,8 @@ class _Contact:
         formed = (inverse * self.shaped.vec).Evaluate()
         pulled = (model.far.vec - inverse * (self.system.mat * model.far.vec)).Evaluate()
         # u = d raised - formed + F pulled, so the contact force is F = d a - b - F c
-        a = PARTS * (InnerProduct(self.plain.vec, one) - InnerProduct(self.plain.vec, raised))
-        b = PARTS * (InnerProduct(self.shaped.vec, one) - InnerProduct(self.plain.vec, formed))
+        a = PARTS * (InnerProduct(self.plain.vec, uniform) - InnerProduct(self.plain.vec, raised))
+        b = PARTS * (InnerProduct(self.shaped.vec, uniform) - InnerProduct(self.plain.vec, formed))
         c = PARTS * InnerProduct(self.plain.vec, pulled)
         depth = (self.load * (1 + c) + b) / a if self.by_force else self.load
         self.force = self.load if self.by_force else (depth * a - b) / (1 + c)

@@ -67,11 +67,11 @@ class TamaasPeer:
         kind = self.tamaas.PolonskyKeerRey.gap
         self.model.traction[:] = 0.0
         solver = self.tamaas.PolonskyKeerRey(self.model, -self.gap, tolerance, kind, kind)
-        found = self._finish(solver, mean, tolerance)
-        if found.pressure is not None:
+        answer = self._finish(solver, mean, tolerance)
+        if answer.pressure is not None:
             # The gap is the unknown: where it is open, what is left of the pressure is residual.
-            found.pressure[np.array(self.model["gap"]).reshape(self.shape) > 0] = 0.0
-        return found
+            answer.pressure[np.array(self.model["gap"]).reshape(self.shape) > 0] = 0.0
+        return answer
 
     def _finish(self, solver: Any, target: float, tolerance: float) -> Step:
         solver.max_iter = MOST_ITERATIONS
@@ -86,17 +86,17 @@ class TamaasPeer:
         force, slope = start.sum() * cell, 1.5
         last: tuple[float, float] | None = None
         for _ in range(MOST_STEPS):
-            found = self._at_force(force, tolerance, start)
-            if found.pressure is None:
-                return found
-            start = found.pressure
-            here = self._penetration()
-            if abs(here / depth - 1) <= tolerance:
-                return found
-            if last is not None and here != last[1]:
-                slope = np.log(force / last[0]) / np.log(here / last[1])
-            last = (force, here)
-            force *= (depth / here) ** np.clip(slope, 0.5, 4.0)
+            answer = self._at_force(force, tolerance, start)
+            if answer.pressure is None:
+                return answer
+            start = answer.pressure
+            penetration = self._penetration()
+            if abs(penetration / depth - 1) <= tolerance:
+                return answer
+            if last is not None and penetration != last[1]:
+                slope = np.log(force / last[0]) / np.log(penetration / last[1])
+            last = (force, penetration)
+            force *= (depth / penetration) ** np.clip(slope, 0.5, 4.0)
         return Step(None, reason=f"no force found with the penetration in {MOST_STEPS} solves")
 
     def _penetration(self) -> float:

@@ -146,7 +146,7 @@ class Campaign(ABC, Generic[A, R]):
             stopped = error
         lost = [f"{name}: {reason}" for name, reason in self._inquiries.lost.items()]
         if lost and stopped is None:
-            advice = [ADVICE] if self.layout is not None and self.layout.kept else []
+            advice = [ADVICE] if self.layout is not None and self.layout.answers else []
             stopped = LostWorkError("\n".join([*lost, *advice]))
         seconds = spent + time.perf_counter() - started
         record = self.record(seconds, interrupted=stopped is not None)
@@ -173,16 +173,16 @@ class Campaign(ABC, Generic[A, R]):
         if self.layout is None:
             return 0.0
         spent = self.seconds_before() if self.resume else None
-        anew = self.overwrite or not self.layout.kept
+        anew = self.overwrite or not self.layout.answers
         open_folder(self.directory, self.layout, resume=self.resume, overwrite=anew)
-        if spent is None and self.layout.kept:
+        if spent is None and self.layout.answers:
             # Killed before its end, a run leaves a folder that says so, and that is known as ours.
             self.save(self.record(0.0, interrupted=True))
         return spent or 0.0
 
     def _inquiries_with(self, executor: Executor) -> Inquiries[A]:
         kept = None
-        if self.layout is not None and self.layout.kept:
-            kept = Kept(self.directory / self.layout.kept, resume=self.resume)
+        if self.layout is not None and self.layout.answers:
+            kept = Kept(self.directory / self.layout.answers, resume=self.resume)
         self._inquiries = Inquiries(executor, kept, self.received)
         return self._inquiries

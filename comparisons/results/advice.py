@@ -75,17 +75,17 @@ class Setting:
     @property
     def worst(self) -> float:
         """The largest error over the quantities, of the truth its bar; NaN if one is missing."""
-        sizes = [each.high if self.is_truth else each.error for each in self.counted]
+        sizes = [verdict.high if self.is_truth else verdict.error for verdict in self.counted]
         return float(np.max(sizes)) if sizes else math.nan
 
     @property
     def counted(self) -> tuple[Verdict, ...]:
         """The verdicts on quantities that can be answered."""
-        return tuple(each for each in self.verdicts if each.counts)
+        return tuple(verdict for verdict in self.verdicts if verdict.counts)
 
-    def holds(self, wanted: float) -> bool:
-        """Tell whether |e| + u is at most `wanted` in every quantity and at every load step."""
-        return bool(self.counted) and all(each.high <= wanted for each in self.counted)
+    def holds(self, error: float) -> bool:
+        """Tell whether |e| + u is at most `error` in every quantity and at every load step."""
+        return bool(self.counted) and all(verdict.high <= error for verdict in self.counted)
 
 
 @dataclass(frozen=True)
@@ -122,30 +122,34 @@ class Advice:
     def reaching(self) -> list[Setting]:
         """Return each method's cheapest setting for the tolerance, fastest first."""
         reached = self.cheapest_for(self.tolerance)
-        choices = [each for name, each in reached.items() if each and name != CLOSED_FORM]
+        choices = [setting for name, setting in reached.items() if setting and name != CLOSED_FORM]
         return sorted(choices, key=_by_time)
 
-    def cheapest_for(self, wanted: float) -> dict[str, Setting | None]:
+    def cheapest_for(self, error: float) -> dict[str, Setting | None]:
         """Return the cheapest setting that was run of each method that is sure of an error.
 
         A setting counts if it holds the error and so do all finer ones of its method: a coarse
         grid whose errors happen to cancel is no way to get there. The truth counts with its own
         bar, where no other setting of its method will do.
         """
-        found = {}
-        for method in dict.fromkeys(each.method for each in self.settings):
-            own = [each for each in self.settings if each.method == method]
-            truth = [each for each in own if each.is_truth and each.holds(wanted)]
-            sure = [*self._sure(own, wanted)] or truth
-            found[method] = min(sure, key=_by_time) if sure else None
-        return found
+        cheapest = {}
+        for method in dict.fromkeys(setting.method for setting in self.settings):
+            settings = [setting for setting in self.settings if setting.method == method]
+            truth = [setting for setting in settings if setting.is_truth and setting.holds(error)]
+            sure = [*self._sure(settings, error)] or truth
+            cheapest[method] = min(sure, key=_by_time) if sure else None
+        return cheapest
 
-    def _sure(self, own: list[Setting], wanted: float) -> Iterable[Setting]:
-        compared = [s for s in own if not s.is_truth and s.resolution <= self._finest_of(s.method)]
-        for each in sorted(compared, key=lambda s: s.resolution, reverse=True):
-            if each.holds(wanted):
-                yield each
-            elif each.verdict != NO_RESULT or each.resolution == self._finest_of(each.method):
+    def _sure(self, settings: list[Setting], error: float) -> Iterable[Setting]:
+        compared = [
+            s for s in settings if not s.is_truth and s.resolution <= self._finest_of(s.method)
+        ]
+        for setting in sorted(compared, key=lambda s: s.resolution, reverse=True):
+            if setting.holds(error):
+                yield setting
+            elif setting.verdict != NO_RESULT or setting.resolution == self._finest_of(
+                setting.method
+            ):
                 return
 
     def _finest_of(self, method: str) -> int:
@@ -161,7 +165,7 @@ class Advice:
                 "unanswered": self.unanswered,
                 "sentence": self.sentence,
                 "cheapest": None if self.cheapest is None else _document(self.cheapest),
-                "settings": [_document(each) for each in self.settings],
+                "settings": [_document(setting) for setting in self.settings],
             }
         )
 
@@ -175,7 +179,9 @@ def _document(setting: Setting) -> dict[str, Any]:
         "verdict": setting.verdict,
         "decided_by": setting.deciding.quantity,
         "is_truth": setting.is_truth,
-        "verdicts": [{name: getattr(each, name) for name in names} for each in setting.verdicts],
+        "verdicts": [
+            {name: getattr(verdict, name) for name in names} for verdict in setting.verdicts
+        ],
     }
 
 
@@ -191,19 +197,21 @@ def advise(record: SceneRecord) -> Advice:
     what its own bar is within.
     """
     nothing = unanswered(record)
-    known = tuple(name for name in record.quantities if name not in nothing)
+    judged_quantities = tuple(name for name in record.quantities if name not in nothing)
     settings = tuple(sorted(_settings(record), key=_by_time))
     depths = {name: finest(record, name) for name in selection.methods(record)}
     deepest = {name: level for name, level in depths.items() if level is not None}
-    advice = Advice(known, record.tolerance, settings, "", deepest, nothing)
-    return Advice(known, record.tolerance, settings, _sentence(record, advice), deepest, nothing)
+    advice = Advice(judged_quantities, record.tolerance, settings, "", deepest, nothing)
+    return Advice(
+        judged_quantities, record.tolerance, settings, _sentence(record, advice), deepest, nothing
+    )
 
 
 def _settings(record: SceneRecord) -> Iterable[Setting]:
     for method in selection.methods(record):
         for level in levels(record, method):
-            told = setting_verdicts(record, method, level)
-            yield Setting(method, level, _seconds(record, method, level), told)
+            verdicts = setting_verdicts(record, method, level)
+            yield Setting(method, level, _seconds(record, method, level), verdicts)
     truth = _truth(record)
     if truth is not None:
         yield truth
@@ -211,9 +219,9 @@ def _settings(record: SceneRecord) -> Iterable[Setting]:
 
 def _seconds(record: SceneRecord, method: str, resolution: float) -> float:
     """Return the time of a setting; NaN where there is none (folders may be a stranger's)."""
-    names = np.array(selection.words(record.rows, "method"), dtype=object)
-    own = (names == method) & (selection.column(record.rows, "resolution") == resolution)
-    values = selection.column(record.rows, "seconds")[own]
+    names = np.array(selection.texts(record.rows, "method"), dtype=object)
+    rows = (names == method) & (selection.column(record.rows, "resolution") == resolution)
+    values = selection.column(record.rows, "seconds")[rows]
     return float(values[0]) if len(values) else math.nan
 
 
@@ -227,22 +235,22 @@ def _truth(record: SceneRecord) -> Setting | None:
 
 def _truth_verdict(record: SceneRecord, name: str) -> Verdict:
     at, nothing = equal_at(record, name), unanswered(record)
-    own = record.reference.get("bars", {}).get(name, {})
-    bar = own.get("bar", record.reference.get("uncertainty", {}).get(name))
+    bars = record.reference.get("bars", {}).get(name, {})
+    bar = bars.get("bar", record.reference.get("uncertainty", {}).get(name))
     if name in nothing:
-        why = nothing[name]
-        return Verdict(name, at, NO_RESULT, record.tolerance, reason=why, counts=False)
-    known = judged(0.0, math.nan if bar is None else bar, record.tolerance)
+        reason = nothing[name]
+        return Verdict(name, at, NO_RESULT, record.tolerance, reason=reason, counts=False)
+    verdict = judged(0.0, math.nan if bar is None else bar, record.tolerance)
     return Verdict(
         name,
         at,
-        known.word,
+        verdict.word,
         record.tolerance,
-        step=own.get("step", -1),
+        step=bars.get("step", -1),
         error=0.0,
-        uncertainty=known.uncertainty,
-        low=known.low,
-        high=known.high,
+        uncertainty=verdict.uncertainty,
+        low=verdict.low,
+        high=verdict.high,
     )
 
 
@@ -256,58 +264,59 @@ def _sentence(record: SceneRecord, advice: Advice) -> str:
     text = str(record.reference.get("text") or "")
     if not record.reference:
         return "No 3-D method finished: there is no truth to compare with."
-    if all(each.is_truth for each in advice.settings):
+    if all(setting.is_truth for setting in advice.settings):
         return f"{text} Nothing else was run, so there is nothing to compare."
     left = _left_over(advice.unanswered)
     if not advice.quantities:
         return f"Nothing that was asked for can be judged{left}."
-    said = f"For {tolerance(record.tolerance)} in {_words(advice.quantities)}: "
-    said += _ranked(advice.reaching()) or "no setting that was run is sure to get there"
+    advice_text = f"For {tolerance(record.tolerance)} in {_enumeration(advice.quantities)}: "
+    advice_text += _ranked(advice.reaching()) or "no setting that was run is sure to get there"
     for word, methods in _failing(advice).items():
-        said += f"; {word}: {', '.join(methods)}" if methods else ""
-    return f"{said}{left}; truth: {_truth_words(record, advice.quantities)}."
+        advice_text += f"; {word}: {', '.join(methods)}" if methods else ""
+    return f"{advice_text}{left}; truth: {_truth_words(record, advice.quantities)}."
 
 
 def _left_over(nothing: dict[str, str]) -> str:
-    told = [f"{quantity(name).words} ({why})" for name, why in nothing.items()]
-    return f"; not judged: {', '.join(told)}" if told else ""
+    reasons = [f"{quantity(name).label} ({reason})" for name, reason in nothing.items()]
+    return f"; not judged: {', '.join(reasons)}" if reasons else ""
 
 
 def _ranked(settings: list[Setting]) -> str:
     """Return settings fastest first; what lies closer than times repeat is not ranked."""
     groups: list[list[Setting]] = []
-    for each in settings:
-        if groups and each.seconds <= SLOWER * groups[-1][0].seconds:
-            groups[-1].append(each)
+    for setting in settings:
+        if groups and setting.seconds <= SLOWER * groups[-1][0].seconds:
+            groups[-1].append(setting)
         else:
-            groups.append([each])
+            groups.append([setting])
     return ", ".join(
-        " or ".join(each.text for each in group) + (" (too close to rank)" if group[1:] else "")
+        " or ".join(setting.text for setting in group)
+        + (" (too close to rank)" if group[1:] else "")
         for group in groups
     )
 
 
 def _failing(advice: Advice) -> dict[str, list[str]]:
     """Return word -> methods that have no setting for the tolerance, each with what decided."""
-    told: dict[str, list[str]] = {word: [] for word in (NOT_RESOLVED, OUTSIDE, NO_RESULT)}
+    failures: dict[str, list[str]] = {word: [] for word in (NOT_RESOLVED, OUTSIDE, NO_RESULT)}
     for method, reached in advice.cheapest_for(advice.tolerance).items():
-        own = [s for s in advice.settings if s.method == method and not s.is_truth]
-        finest_one = [s for s in own if s.resolution == advice.finest.get(method)]
+        settings = [s for s in advice.settings if s.method == method and not s.is_truth]
+        finest_one = [s for s in settings if s.resolution == advice.finest.get(method)]
         if reached is not None or method == CLOSED_FORM or not finest_one:
             continue
         (last,) = finest_one
-        luck = [s.resolution for s in own if s.verdict == WITHIN and last.verdict == OUTSIDE]
+        luck = [s.resolution for s in settings if s.verdict == WITHIN and last.verdict == OUTSIDE]
         chance = f"; within by chance at N = {min(luck)}" if luck else ""
         level = "" if last.verdict == NO_RESULT else f", N = {last.resolution}"
-        told[last.verdict].append(f"{last.title} ({last.deciding.text}{level}{chance})")
-    return told
+        failures[last.verdict].append(f"{last.title} ({last.deciding.text}{level}{chance})")
+    return failures
 
 
 def truth_known_to(record: SceneRecord, quantities: tuple[str, ...]) -> float:
     """Return how well the truth is known in the worst of some quantities, NaN where unknown."""
-    known = record.reference.get("uncertainty", {})
-    own = record.reference.get("bars", {})
-    bars = [known.get(name) or own.get(name, {}).get("bar") for name in quantities]
+    uncertainties = record.reference.get("uncertainty", {})
+    truth_bars = record.reference.get("bars", {})
+    bars = [uncertainties.get(name) or truth_bars.get(name, {}).get("bar") for name in quantities]
     return float(max((bar for bar in bars if bar is not None), default=math.nan))
 
 
@@ -316,12 +325,12 @@ def _truth_words(record: SceneRecord, quantities: tuple[str, ...]) -> str:
     if method == CLOSED_FORM:
         return "closed form"
     bar = truth_known_to(record, quantities)
-    own = selection.words(selection.solved_rows(record, method), "realisation")
-    of = "as a mean over the surfaces " if selection.MEAN in own else ""
-    known = f"{of}known to {relative(bar)}" if math.isfinite(bar) else "its error is not known"
-    return f"{title_of(method)} (N = {record.reference['resolution']}), {known}"
+    realisations = selection.texts(selection.solved_rows(record, method), "realisation")
+    of = "as a mean over the surfaces " if selection.MEAN in realisations else ""
+    accuracy = f"{of}known to {relative(bar)}" if math.isfinite(bar) else "its error is not known"
+    return f"{title_of(method)} (N = {record.reference['resolution']}), {accuracy}"
 
 
-def _words(names: tuple[str, ...]) -> str:
-    words = [quantity(name).words for name in names]
-    return " and ".join(filter(None, [", ".join(words[:-1]), words[-1]]))
+def _enumeration(names: tuple[str, ...]) -> str:
+    labels = [quantity(name).label for name in names]
+    return " and ".join(filter(None, [", ".join(labels[:-1]), labels[-1]]))

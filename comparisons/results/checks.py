@@ -67,7 +67,7 @@ def field_problems(fields: dict[str, np.ndarray]) -> list[str]:
     problems = _problems_at_one_load(fields)
     for step in stored_steps(fields) if not problems else ():
         earlier = _problems_at_one_load(_pressure_at(fields, step))
-        problems += [f"step {step}: {each}" for each in earlier]
+        problems += [f"step {step}: {problem}" for problem in earlier]
     return problems
 
 
@@ -77,25 +77,25 @@ def _pressure_at(fields: dict[str, np.ndarray], step: int) -> dict[str, np.ndarr
 
 
 def _problems_at_one_load(fields: dict[str, np.ndarray]) -> list[str]:
-    wanted = {name for group in TOGETHER for name in group} | {*SCALARS, *POINTS}
-    known = {name: value for name, value in fields.items() if name in wanted}
+    names = {name for group in TOGETHER for name in group} | {*SCALARS, *POINTS}
+    arrays = {name: value for name, value in fields.items() if name in names}
     problems = [
         f"{name}: expected numbers"
-        for name, value in known.items()
+        for name, value in arrays.items()
         if value.dtype.kind not in "iuf"
     ]
     problems += [
         f"{name}: expected one number"
         for name in SCALARS
-        if name in known and known[name].size != 1
+        if name in arrays and arrays[name].size != 1
     ]
     problems += [
         f"{name}: expected points (n, 3)"
         for name in POINTS
-        if name in known and (known[name].ndim != 2 or known[name].shape[1] != 3)
+        if name in arrays and (arrays[name].ndim != 2 or arrays[name].shape[1] != 3)
     ]
     for group in TOGETHER:
-        shapes = {known[name].shape for name in group if name in known}
+        shapes = {arrays[name].shape for name in group if name in arrays}
         if len(shapes) > 1 or any(len(shape) != 1 or shape == (0,) for shape in shapes):
             problems.append(f"{', '.join(group)}: expected lists of one length")
     return problems + _shape_problems(fields)

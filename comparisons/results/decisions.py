@@ -16,7 +16,7 @@ import numpy as np
 import pandas as pd
 
 from comparisons import formatting as fmt
-from comparisons.facts.methods import MODEL, OWN, ours, title_of
+from comparisons.facts.methods import BUILT_IN, MODEL, ours, title_of
 from comparisons.facts.quantities import FIELDS, QUANTITIES, main_axis, quantity
 from comparisons.judging.verdicts import NO_RESULT, WITHIN, severity, word_for
 from comparisons.results import selection
@@ -80,16 +80,16 @@ class Verdict:
     @property
     def where(self) -> str:
         """That step and what was equal there: "load step 4, equal force"."""
-        equal = f"equal {quantity(self.at).words}" if self.at in QUANTITIES else ""
+        equal = f"equal {quantity(self.at).label}" if self.at in QUANTITIES else ""
         return ", ".join(filter(None, [self.when, equal]))
 
     @property
     def text(self) -> str:
         """Quantity, number and step, or why there is none: "force 2.3 ± 0.1 % at load step 4"."""
-        words = quantity(self.quantity).words
+        label = quantity(self.quantity).label
         if self.word == NO_RESULT:
-            return f"{words}: {self.reason}"
-        return f"{words} {self.number}" + (f" at {self.when}" if self.when else "")
+            return f"{label}: {self.reason}"
+        return f"{label} {self.number}" + (f" at {self.when}" if self.when else "")
 
 
 def worst(items: Iterable[Verdict]) -> Verdict:
@@ -99,7 +99,7 @@ def worst(items: Iterable[Verdict]) -> Verdict:
     only where all are such.
     """
     several = list(items)
-    counted = [each for each in several if each.counts] or several
+    counted = [verdict for verdict in several if verdict.counts] or several
     return min(counted, key=lambda item: severity(item.word, item.low, item.high, item.error))
 
 
@@ -110,8 +110,8 @@ def equal_at(record: SceneRecord, name: str) -> str:
 
 def unanswered(record: SceneRecord) -> dict[str, str]:
     """Return the asked quantities that can be judged for no method at all, each with the reason."""
-    told = {name: _why_unanswered(record, name) for name in record.quantities}
-    return {name: why for name, why in told.items() if why}
+    reasons = {name: _why_unanswered(record, name) for name in record.quantities}
+    return {name: reason for name, reason in reasons.items() if reason}
 
 
 def _why_unanswered(record: SceneRecord, name: str) -> str:
@@ -124,7 +124,7 @@ def _why_unanswered(record: SceneRecord, name: str) -> str:
     if name in record.reference.get("bars", {}):
         alone = name == record.along and _loads(record) < 2
         return f"one load only, so nothing at equal {equal_at(record, name)}" if alone else ""
-    if name not in given(record):
+    if name not in answered(record):
         return "no method that was run gives it"
     return f"the truth ({title_of(truth)}) does not give it"
 
@@ -135,19 +135,19 @@ def asked_in_vain(records: Iterable[SceneRecord]) -> list[str]:
         f"{record.name}: compare.quantities: {name}: no method that was run gives it"
         for record in records
         for name in record.quantities
-        if record.reference and name not in given(record)
+        if record.reference and name not in answered(record)
     ]
 
 
-def given(record: SceneRecord) -> set[str]:
+def answered(record: SceneRecord) -> set[str]:
     """Return the asked quantities that some solution has."""
-    known = {
+    quantities = {
         name
         for name in record.quantities
         if np.isfinite(selection.column(selection.solved(record), name)).any()
     }
-    known |= set(record.reference.get("bars", {}))
-    return known | set(selection.words(record.measures, "quantity"))
+    quantities |= set(record.reference.get("bars", {}))
+    return quantities | set(selection.texts(record.measures, "quantity"))
 
 
 def _loads(record: SceneRecord) -> int:
@@ -158,15 +158,15 @@ def _rows(record: SceneRecord, name: str) -> pd.DataFrame:
     table = selection.compared_measures(record)
     if table.empty:
         return table
-    at = np.array(selection.words(table, "at"))
+    at = np.array(selection.texts(table, "at"))
     return table[(table["quantity"] == name).to_numpy() & (at == equal_at(record, name))]
 
 
 def levels(record: SceneRecord, method: str) -> list[int]:
     """Return the resolutions at which a method was run, ascending, but for the truth itself."""
-    names = np.array(selection.words(record.rows, "method"), dtype=object)
-    known = selection.column(record.rows, "resolution")[names == method]
-    run = {int(each) for each in known[np.isfinite(known)]}
+    names = np.array(selection.texts(record.rows, "method"), dtype=object)
+    resolutions = selection.column(record.rows, "resolution")[names == method]
+    run = {int(level) for level in resolutions[np.isfinite(resolutions)]}
     return sorted(n for n in run if not selection.is_reference(record, method, n))
 
 
@@ -182,17 +182,17 @@ def finest(record: SceneRecord, method: str) -> int | None:
 def setting_verdicts(record: SceneRecord, method: str, resolution: int) -> tuple[Verdict, ...]:
     """Return the verdict on each asked quantity of one method at one resolution."""
     nothing = unanswered(record)
-    found = []
+    judgements = []
     for name in record.quantities:
         rows = _rows(record, name)
-        own = rows[_is_setting(rows, method, resolution)]
-        verdict = _verdict(record, own.iloc[0].to_dict()) if len(own) else None
+        matching = rows[_is_setting(rows, method, resolution)]
+        verdict = _verdict(record, matching.iloc[0].to_dict()) if len(matching) else None
         if name in nothing:
             verdict = _no_result(record, name, nothing[name], resolution, counts=False)
         elif verdict is None or verdict.word == NO_RESULT:
             verdict = _no_result(record, name, _why_missing(record, name, method), resolution)
-        found.append(verdict)
-    return tuple(found)
+        judgements.append(verdict)
+    return tuple(judgements)
 
 
 def verdicts(record: SceneRecord, method: str = MODEL) -> list[Verdict]:
@@ -213,19 +213,19 @@ def second_rows(record: SceneRecord, method: str = MODEL) -> list[Verdict]:
     """Return what is known at the other load: to be looked up, it decides nothing."""
     table = selection.compared_measures(record, method)
     level = finest(record, method)
-    own = table[_is_setting(table, method, -1 if level is None else level)]
-    found = [_verdict(record, row) for row in own.to_dict("records")]
-    return [v for v in found if v.at != equal_at(record, v.quantity) and v.word != NO_RESULT]
+    matching = table[_is_setting(table, method, -1 if level is None else level)]
+    judgements = [_verdict(record, row) for row in matching.to_dict("records")]
+    return [v for v in judgements if v.at != equal_at(record, v.quantity) and v.word != NO_RESULT]
 
 
 def judged_methods(record: SceneRecord) -> list[str]:
     """Return whose verdicts a page leads with: the reduced model, and methods of the user's own."""
-    own = [name for name in selection.methods(record) if name not in {*OWN, *ours()}]
-    return [*([] if own and _not_asked(record, MODEL) else [MODEL]), *own]
+    user_methods = [name for name in selection.methods(record) if name not in {*BUILT_IN, *ours()}]
+    return [*([] if user_methods and _not_asked(record, MODEL) else [MODEL]), *user_methods]
 
 
 def _is_setting(table: pd.DataFrame, method: str, resolution: int) -> np.ndarray:
-    names = np.array(selection.words(table, "method"), dtype=object)
+    names = np.array(selection.texts(table, "method"), dtype=object)
     return (names == method) & (selection.column(table, "resolution") == resolution)
 
 

@@ -30,13 +30,13 @@ class Layout:
         The file that makes a folder known as this command's.
     tables : tuple of str
         Written beside it.
-    kept : str
+    answers : str
         Folder of answers, which `--resume` finds; "" where nothing is kept.
     """
 
     record: str
     tables: tuple[str, ...] = (PAGE,)
-    kept: str = ""
+    answers: str = ""
 
 
 def open_folder(directory: Path, layout: Layout, *, resume: bool, overwrite: bool) -> None:
@@ -57,19 +57,19 @@ def open_folder(directory: Path, layout: Layout, *, resume: bool, overwrite: boo
         raise ResultsError("--resume and --overwrite: expected at most one of them")
     used = directory.exists() and any(directory.iterdir())
     if used and not (resume or overwrite):
-        what = "has results already" if (directory / layout.record).exists() else "is not empty"
+        state = "has results already" if (directory / layout.record).exists() else "is not empty"
         raise ResultsError(
-            f"{directory} {what}: say --resume to go on with it, --overwrite to start "
+            f"{directory} {state}: say --resume to go on with it, --overwrite to start "
             "anew, or --out for another folder"
         )
     if used:
         _check_ownership(directory, layout)
-    kept = directory / layout.kept
-    kept.mkdir(parents=True, exist_ok=True)
+    answers = directory / layout.answers
+    answers.mkdir(parents=True, exist_ok=True)
     clear_leftovers(directory, {*layout.tables, layout.record})
-    if layout.kept:
-        clear_leftovers(kept, ())
-        for old in kept.iterdir() if overwrite else ():
+    if layout.answers:
+        clear_leftovers(answers, ())
+        for old in answers.iterdir() if overwrite else ():
             if OWN_FILE.fullmatch(old.name):
                 old.unlink()
 
@@ -77,16 +77,16 @@ def open_folder(directory: Path, layout: Layout, *, resume: bool, overwrite: boo
 def clear_leftovers(folder: Path, names: Iterable[str]) -> None:
     """Delete the temporary files of a killed run: those meant for `names`, or for answers."""
     for path in folder.iterdir():
-        known = LEFTOVER.fullmatch(path.name)
-        if known and (known["meant"] in names or OWN_FILE.fullmatch(known["meant"])):
+        leftover = LEFTOVER.fullmatch(path.name)
+        if leftover and (leftover["meant"] in names or OWN_FILE.fullmatch(leftover["meant"])):
             path.unlink()
 
 
 def _check_ownership(directory: Path, layout: Layout) -> None:
     """Refuse folders that have results of others."""
-    kept = directory / layout.kept
-    if layout.kept and kept.is_symlink():
-        raise ResultsError(f"{kept}: expected a folder, got a link to elsewhere")
+    answers = directory / layout.answers
+    if layout.answers and answers.is_symlink():
+        raise ResultsError(f"{answers}: expected a folder, got a link to elsewhere")
     foreign = [name for name in (*layout.tables, *RECORDS) if (directory / name).exists()]
     if foreign and layout.record not in foreign:
         raise ResultsError(

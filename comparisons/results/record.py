@@ -38,19 +38,19 @@ def record_scene(
     }
     result = compare(plan, solved, constants)
     scene, truth = plan.scene, result.truth
-    asked = plan.compared
+    quantities = plan.compared
     record = SceneRecord(
         name=scene.name,
         title=scene.heading,
         text=scene.text,
         control=plan.loads.control,
         axis=plan.loads.axis,
-        quantities=asked,
+        quantities=quantities,
         tolerance=scene.compare.tolerance,
         plan=plan.document(),
         reference={} if truth is None else _truth_document(plan, truth),
         answer="",
-        disagreements=() if truth is None else truth.disagreements(asked),
+        disagreements=() if truth is None else truth.disagreements(quantities),
         rows=result.rows,
         measures=result.measures,
         fields=dict(fields or {}),
@@ -59,12 +59,12 @@ def record_scene(
 
 
 def _truth_document(plan: Plan, truth: Truth) -> dict[str, Any]:
-    asked = plan.compared
+    quantities = plan.compared
     return {
         "method": truth.method,
         "resolution": truth.resolution,
-        "text": truth.sentence(asked),
-        "uncertainty": plain({name: truth.known_to(name) for name in asked}),
-        "sources": plain({name: truth.known_from(name) for name in asked}),
+        "text": truth.sentence(quantities),
+        "uncertainty": plain({name: truth.known_to(name) for name in quantities}),
+        "sources": plain({name: truth.known_from(name) for name in quantities}),
         "bars": plain(truth_bars(plan, truth)),
     }

@@ -19,7 +19,7 @@ SLOWER = 1.5
 # Shorter solves are timed no better than the machine's interruptions.
 SHORTEST = 0.02
 
-SAME, CHANGED, LOST, FOUND, ONE_SIDED, VERDICT, SLOW, FAST = (
+SAME, CHANGED, LOST, RECOVERED, ONE_SIDED, VERDICT, SLOW, FAST = (
     "same",
     "moved",
     "lost",
@@ -107,7 +107,7 @@ class RunComparison:
     @property
     def failed(self) -> tuple[Change, ...]:
         """What moved, was lost, changed its verdict or became slower."""
-        return tuple(each for each in self.changes if each.bad)
+        return tuple(change for change in self.changes if change.bad)
 
 
 def compare_runs(
@@ -132,7 +132,7 @@ def compare_runs(
     notes = list(_notes(before, after, old, new))
     counts = _Counts(moved, slower if before.machine == after.machine else float("inf"))
     changes: list[Change] = []
-    for name in [*old, *(each for each in new if each not in old)]:
+    for name in [*old, *(name for name in new if name not in old)]:
         was, now = old.get(name), new.get(name)
         keys = {key: None for scene in (was, now) if scene is not None for key in _solves(scene)}
         changes += [_change(name, key, was, now, counts) for key in keys]
@@ -154,24 +154,26 @@ def _notes(
         yield "the machines differ: times are told, not judged"
     if before.effort != after.effort:
         yield f"effort: {before.effort} before, {after.effort} after"
-    for run, which in ((before, "first"), (after, "second")):
+    for run, ordinal in ((before, "first"), (after, "second")):
         if run.interrupted:
-            yield f"the {which} run was interrupted"
+            yield f"the {ordinal} run was interrupted"
     for name, scene in old.items():
-        other = new.get(name)
-        if other is None:
+        scene_after = new.get(name)
+        if scene_after is None:
             yield f"{name}: in the first run only"
             continue
-        if scene.tables != other.tables:
+        if scene.tables != scene_after.tables:
             yield f"{name}: the scene itself differs"
-        yield from _truth_notes(name, scene, other)
+        yield from _truth_notes(name, scene, scene_after)
     yield from (f"{name}: in the second run only" for name in new if name not in old)
 
 
 def _truth_notes(name: str, was: SceneRecord, now: SceneRecord) -> Iterator[str]:
     truths = [
-        f"{each.reference['method']} {each.reference['resolution']}" if each.reference else "none"
-        for each in (was, now)
+        f"{scene.reference['method']} {scene.reference['resolution']}"
+        if scene.reference
+        else "none"
+        for scene in (was, now)
     ]
     if truths[0] != truths[1]:
         yield f"{name}: the truth was {truths[0]}, now {truths[1]}"
@@ -185,8 +187,8 @@ def _solves(scene: SceneRecord) -> list[tuple[str, int]]:
     rows = scene.rows
     if not len(rows):
         return []
-    kept = rows[rows["resolution"].notna()]
-    pairs = kept[["method", "resolution"]].drop_duplicates()
+    solved = rows[rows["resolution"].notna()]
+    pairs = solved[["method", "resolution"]].drop_duplicates()
     return [(str(m), int(n)) for m, n in pairs.itertuples(index=False)]
 
 
@@ -208,13 +210,13 @@ def _change(
     method, resolution = solved
     old, new = _rows(was, method, resolution), _rows(now, method, resolution)
     if was is None or now is None or not len(old) or not len(new):
-        which = "first" if len(old) else "second"
-        text = f"in the {which} run only"
+        ordinal = "first" if len(old) else "second"
+        text = f"in the {ordinal} run only"
         return Change(name, method, resolution, (ONE_SIDED,), text=text)
     both = old.merge(new, on=["realisation", "step"], suffixes=("", "_after"))
     lost = int((_true(both["converged"]) & ~_true(both["converged_after"])).sum())
     lost += max(len(old) - len(both), 0)
-    found = int((~_true(both["converged"]) & _true(both["converged_after"])).sum())
+    recovered = int((~_true(both["converged"]) & _true(both["converged_after"])).sum())
     both = both[_true(both["converged"]) & _true(both["converged_after"])]
     quantity, change = _largest(both, now)
     verdicts = _verdicts(was, now, method, resolution)
@@ -222,8 +224,8 @@ def _change(
     kinds: dict[str, str] = {}
     if lost:
         kinds[LOST] = f"{lost} of {len(old)} answers lost: {_reason(new)}"
-    if found:
-        kinds[FOUND] = f"{found} answers found that were lost"
+    if recovered:
+        kinds[RECOVERED] = f"{recovered} answers found that were lost"
     if abs(change) > counts.moved:
         sign = "+" if change > 0 else "\N{MINUS SIGN}"
         kinds[CHANGED] = f"{quantity.replace('_', ' ')} moved by {sign}{relative(abs(change))}"
@@ -232,8 +234,8 @@ def _change(
     kinds |= _time_words(seconds, counts.slower)
     errors = _error(was, method, resolution), _error(now, method, resolution)
     text = "; ".join(kinds.values()) or "same"
-    found_kinds = tuple(kinds) or (SAME,)
-    return Change(name, method, resolution, found_kinds, quantity, change, errors, seconds, text)
+    all_kinds = tuple(kinds) or (SAME,)
+    return Change(name, method, resolution, all_kinds, quantity, change, errors, seconds, text)
 
 
 def _true(column: pd.Series[Any]) -> pd.Series[bool]:
@@ -250,11 +252,11 @@ def _time_words(seconds: tuple[float, float], slower: float) -> dict[str, str]:
     before, after = seconds
     if not (before > 0 and after > 0) or max(seconds) < SHORTEST:
         return {}
-    words = f"{duration(before)} before, {duration(after)} after"
+    times = f"{duration(before)} before, {duration(after)} after"
     if after > slower * before:
-        return {SLOW: f"{number(after / before, 2)} times slower ({words})"}
+        return {SLOW: f"{number(after / before, 2)} times slower ({times})"}
     if before > slower * after:
-        return {FAST: f"{number(before / after, 2)} times faster ({words})"}
+        return {FAST: f"{number(before / after, 2)} times faster ({times})"}
     return {}
 
 
@@ -266,14 +268,14 @@ def _largest(both: pd.DataFrame, scene: SceneRecord) -> tuple[str, float]:
             continue
         old = pd.to_numeric(both[name], errors="coerce").to_numpy(dtype=float)
         new = pd.to_numeric(both[f"{name}_after"], errors="coerce").to_numpy(dtype=float)
-        known = np.isfinite(old) & np.isfinite(new) & (old != new)
-        if not known.any():
+        differing = np.isfinite(old) & np.isfinite(new) & (old != new)
+        if not differing.any():
             continue
-        size = np.abs(old[known])
+        size = np.abs(old[differing])
         if scene.is_path:
             size = np.full_like(size, np.nanmax(np.abs(old)))
         with np.errstate(divide="ignore"):
-            changes = (new[known] - old[known]) / size
+            changes = (new[differing] - old[differing]) / size
         most = float(changes[np.argmax(np.abs(changes))])
         if abs(most) > abs(worst[1]):
             worst = name, most
@@ -288,10 +290,10 @@ def _measures(scene: SceneRecord, method: str, resolution: int) -> pd.DataFrame:
 
 
 def _error(scene: SceneRecord, method: str, resolution: int) -> float:
-    own = _measures(scene, method, resolution)
-    if not len(own):
+    measures = _measures(scene, method, resolution)
+    if not len(measures):
         return float("nan")
-    values = pd.to_numeric(own["maximum"], errors="coerce").abs().to_numpy(dtype=float)
+    values = pd.to_numeric(measures["maximum"], errors="coerce").abs().to_numpy(dtype=float)
     return float(np.nanmax(values)) if np.isfinite(values).any() else float("nan")
 
 
@@ -314,5 +316,5 @@ def _verdicts(was: SceneRecord, now: SceneRecord, method: str, resolution: int) 
 
 
 def _reason(rows: pd.DataFrame) -> str:
-    given = [str(each) for each in rows["reason"].dropna() if str(each)]
-    return given[0] if given else "no reason given"
+    reasons = [str(reason) for reason in rows["reason"].dropna() if str(reason)]
+    return reasons[0] if reasons else "no reason given"

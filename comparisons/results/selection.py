@@ -48,7 +48,7 @@ def compared_along(scene: SceneRecord, rows: pd.DataFrame) -> np.ndarray:
     return values + 1 if scene.along == "step" else values
 
 
-def words(rows: pd.DataFrame, name: str) -> list[str]:
+def texts(rows: pd.DataFrame, name: str) -> list[str]:
     """Return a column as text, empty where it is missing."""
     if name not in rows:
         return [""] * len(rows)
@@ -70,21 +70,21 @@ def converged(rows: pd.DataFrame) -> np.ndarray:
 
 def methods(scene: SceneRecord) -> list[str]:
     """Return the methods that appear in the plan or the rows, in the order of every legend."""
-    seen = [str(item.get("method", "")) for item in scene.plan.get("methods", [])]
-    seen += words(scene.rows, "method")
-    known = [name for name in ours() if name in seen]
-    return known + [name for name in dict.fromkeys(seen) if name and name not in known]
+    names = [str(item.get("method", "")) for item in scene.plan.get("methods", [])]
+    names += texts(scene.rows, "method")
+    built_in = [name for name in ours() if name in names]
+    return built_in + [name for name in dict.fromkeys(names) if name and name not in built_in]
 
 
 def unsupported(scene: SceneRecord) -> dict[str, str]:
     """Return the methods that cannot do the scene, each with its reason."""
-    found = {
+    refusals = {
         str(item.get("method", "")): str(item.get("reason", ""))
         for item in scene.plan.get("methods", [])
         if not item.get("supported", True)
     }
-    reasons = dict(zip(words(scene.rows, "method"), words(scene.rows, "reason"), strict=True))
-    return {name: reason or reasons.get(name, "") for name, reason in found.items()}
+    reasons = dict(zip(texts(scene.rows, "method"), texts(scene.rows, "reason"), strict=True))
+    return {name: reason or reasons.get(name, "") for name, reason in refusals.items()}
 
 
 def solved(scene: SceneRecord) -> pd.DataFrame:
@@ -116,7 +116,7 @@ class _Same:
 @lru_cache(maxsize=4)
 def _solved_by_method(key: _Same) -> dict[str, pd.DataFrame]:
     rows = solved(key.scene)
-    names = np.array(words(rows, "method"), dtype=object)
+    names = np.array(texts(rows, "method"), dtype=object)
     return {name: rows[names == name] for name in dict.fromkeys(names)}
 
 
@@ -134,11 +134,11 @@ def curve(scene: SceneRecord, method: str, resolution: float | None = None) -> p
     if rows.empty:
         return rows
     level = column(rows, "resolution")
-    wanted = np.nanmax(level) if resolution is None else resolution
-    rows = rows[level == wanted] if np.isfinite(wanted) else rows
-    options = words(rows, "options")
+    finest = np.nanmax(level) if resolution is None else resolution
+    rows = rows[level == finest] if np.isfinite(finest) else rows
+    options = texts(rows, "options")
     rows = rows[[text == options[0] for text in options]]
-    names = words(rows, "realisation")
+    names = texts(rows, "realisation")
     chosen = MEAN if MEAN in names else names[0]
     return rows[[name == chosen for name in names]].sort_values("step")
 
@@ -147,8 +147,8 @@ def realisations(scene: SceneRecord, method: str, resolution: float) -> pd.DataF
     """Return the single realisations of an ensemble (empty where there is one surface only)."""
     rows = solved_rows(scene, method)
     rows = rows[column(rows, "resolution") == resolution]
-    single = rows[[name != MEAN for name in words(rows, "realisation")]]
-    return single if len(set(words(single, "realisation"))) > 1 else single.iloc[:0]
+    single = rows[[name != MEAN for name in texts(rows, "realisation")]]
+    return single if len(set(texts(single, "realisation"))) > 1 else single.iloc[:0]
 
 
 def failures(scene: SceneRecord) -> list[Failure]:
@@ -156,9 +156,9 @@ def failures(scene: SceneRecord) -> list[Failure]:
     rows = scene.rows[~converged(scene.rows)]
     lost = pd.DataFrame(
         {
-            "method": words(rows, "method"),
+            "method": texts(rows, "method"),
             "resolution": column(rows, "resolution"),
-            "reason": words(rows, "reason"),
+            "reason": texts(rows, "reason"),
             "load": compared_along(scene, rows),
             "seconds": column(rows, "seconds"),
         }

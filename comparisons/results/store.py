@@ -204,8 +204,8 @@ def load_study(directory: str | Path) -> StudyRecord:
         document = parse_study((root / STUDY).read_text(encoding="utf-8"))
         rows = with_columns(pd.read_csv(root / RESULTS, low_memory=False, **_AS_WRITTEN), "rows")
         measures = with_columns(pd.read_csv(root / MEASURES, **_AS_WRITTEN), "measures")
-        problems = [f"{RESULTS}: {each}" for each in table_problems(rows, "rows")]
-        problems += [f"{MEASURES}: {each}" for each in table_problems(measures, "measures")]
+        problems = [f"{RESULTS}: {problem}" for problem in table_problems(rows, "rows")]
+        problems += [f"{MEASURES}: {problem}" for problem in table_problems(measures, "measures")]
         if problems:
             raise ValueError("; ".join(problems))
         scenes = tuple(_scene_record(item, root, rows, measures) for item in document["scenes"])
@@ -223,8 +223,8 @@ def load_study(directory: str | Path) -> StudyRecord:
 
 
 def _stacked(frames: list[pd.DataFrame]) -> pd.DataFrame:
-    kept = [frame for frame in frames if len(frame)]
-    return pd.concat(kept, ignore_index=True) if kept else pd.DataFrame(columns=["scene"])
+    filled = [frame for frame in frames if len(frame)]
+    return pd.concat(filled, ignore_index=True) if filled else pd.DataFrame(columns=["scene"])
 
 
 def _scene_document(scene: SceneRecord, root: Path) -> dict[str, Any]:

@@ -18,13 +18,13 @@ class _Method(Form):
 
 
 class _LeftOut(Form):
-    what: str
-    why: str
+    effect: str = Field(alias="what")
+    reason: str = Field(alias="why")
 
 
 class _SwitchedOn(Form):
-    what: str
-    how: str
+    physics: str = Field(alias="what")
+    model: str = Field(alias="how")
 
 
 class _Plan(Form):
@@ -97,10 +97,10 @@ def parse_study(text: str) -> dict[str, Any]:
         Naming the first few places that are not as they should be.
     """
     try:
-        return _FORM.validate_json(text).model_dump(exclude_unset=True)
+        return _FORM.validate_json(text).model_dump(exclude_unset=True, by_alias=True)
     except ValidationError as error:
         places = [
-            f"{'.'.join(str(key) for key in each['loc']) or 'study.json'}: {each['msg']}"
-            for each in error.errors(include_url=False, include_input=False)[:3]
+            f"{'.'.join(str(key) for key in problem['loc']) or 'study.json'}: {problem['msg']}"
+            for problem in error.errors(include_url=False, include_input=False)[:3]
         ]
         raise ValueError("; ".join(places)) from error

@@ -27,7 +27,7 @@ def _length_unit(value: Any) -> Any:
 def _support(value: Any) -> Any:
     """Bring "fixed", "roller", "xy" or ["x", "y"] to "roller" or the held directions in order."""
     text = value
-    if isinstance(value, (list, tuple)) and all(isinstance(each, str) for each in value):
+    if isinstance(value, (list, tuple)) and all(isinstance(axis, str) for axis in value):
         text = "".join(value)
     if text in ("roller", "fixed"):
         return "roller" if text == "roller" else AXES
@@ -80,9 +80,9 @@ def with_material(data: dict[str, Any]) -> dict[str, Any]:
     body = data.get("body")
     if not isinstance(body, dict) or "half_space" in data:
         return data
-    own = {key: body[key] for key in ELASTIC_KEYS if key in body}
-    rest = {key: value for key, value in body.items() if key not in own}
-    return data | {"half_space": own, "body": rest}
+    elastic = {key: body[key] for key in ELASTIC_KEYS if key in body}
+    remaining = {key: value for key, value in body.items() if key not in elastic}
+    return data | {"half_space": elastic, "body": remaining}
 
 
 def table_problems(data: dict[str, Any]) -> list[str]:

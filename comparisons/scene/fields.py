@@ -17,16 +17,16 @@ _NOTHING = object()
 
 def fail(expected: str, came: Any = _NOTHING) -> PydanticCustomError:
     """Make the one kind of error of scene files: what was expected, and what came."""
-    text = expected if came is _NOTHING else f"{expected}, got {shown(came)}"
+    text = expected if came is _NOTHING else f"{expected}, got {excerpt(came)}"
     return PydanticCustomError("scene", text)
 
 
-def told(info: ValidationInfo, key: str) -> bool:
+def flagged(info: ValidationInfo, key: str) -> bool:
     """Whether validation is told this about the scene that a table belongs to (its context)."""
     return bool((info.context or {}).get(key, False))
 
 
-def shown(value: Any) -> str:
+def excerpt(value: Any) -> str:
     """Return a value as it may stand in a one-line message, cut where it is long."""
     text = repr(value)
     return text if len(text) <= 60 else text[:57] + "..."
@@ -62,10 +62,10 @@ Positive = Annotated[float, quantity(NUMBER)]
 Finite = Annotated[float, quantity(NUMBER, sign="any")]
 
 
-def _known(name: str) -> str:
+def _method_name(name: str) -> str:
     if not is_known(name):
         raise fail(f"expected one of {', '.join(METHODS)}", name)
     return name
 
 
-KnownMethod = Annotated[str, AfterValidator(_known)]
+KnownMethod = Annotated[str, AfterValidator(_method_name)]

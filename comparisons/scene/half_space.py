@@ -6,7 +6,7 @@ from typing import Any
 
 from pydantic import BaseModel, ConfigDict, ValidationInfo, field_validator, model_validator
 
-from comparisons.scene.fields import Modulus, fail, told
+from comparisons.scene.fields import Modulus, fail, flagged
 
 FEM_DEFAULT_POISSON = 0.3
 # What validation is told about a scene: its moduli stand in [viscoelastic].
@@ -33,16 +33,18 @@ class HalfSpace(BaseModel):
 
     @model_validator(mode="after")
     def _one_way(self, info: ValidationInfo) -> HalfSpace:
-        given = {name for name in type(self).model_fields if getattr(self, name) is not None}
+        constants = {name for name in type(self).model_fields if getattr(self, name) is not None}
         ways = (
             {"youngs_modulus", "poisson_ratio"},
             {"shear_modulus", "poisson_ratio"},
             {"effective_modulus"},
         )
-        if given not in ways and not (told(info, RELAXES) and given == {"poisson_ratio"}):
+        if constants not in ways and not (
+            flagged(info, RELAXES) and constants == {"poisson_ratio"}
+        ):
             raise fail(
                 "expected youngs_modulus and poisson_ratio, or shear_modulus and poisson_ratio, "
-                f"or effective_modulus alone, got {', '.join(sorted(given)) or 'nothing'}"
+                f"or effective_modulus alone, got {', '.join(sorted(constants)) or 'nothing'}"
             )
         return self
 

@@ -13,7 +13,7 @@ import numpy as np
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationInfo, model_validator
 
 from comparisons.facts.quantities import NORMAL, TANGENTIAL
-from comparisons.scene.fields import fail, shown, told
+from comparisons.scene.fields import fail, excerpt, flagged
 from comparisons.scene.units import FORCE, LENGTH, NUMBER, TIME, Dimension, to_si
 
 Control = Literal[
@@ -46,7 +46,7 @@ def ranged(dimension: Dimension, order: Order | None = None) -> Any:
     """Return the validator of a range: in a fixed order, or in that of the scene's normal loads."""
 
     def read(value: Any, info: ValidationInfo) -> Any:
-        return read_range(value, dimension, order or ("path" if told(info, PATH) else "loads"))
+        return read_range(value, dimension, order or ("path" if flagged(info, PATH) else "loads"))
 
     return BeforeValidator(read)
 
@@ -70,15 +70,15 @@ class Loading(BaseModel):
 
     @model_validator(mode="after")
     def _one_control(self) -> Loading:
-        given = [name for name in NORMAL if getattr(self, name)]
-        if len(given) > 1 or not (given or self.time):
+        controls = [name for name in NORMAL if getattr(self, name)]
+        if len(controls) > 1 or not (controls or self.time):
             raise fail(
                 "expected exactly one of penetration, force and mean_gap, got "
-                + (" and ".join(given) or "none")
+                + (" and ".join(controls) or "none")
             )
         if all(getattr(self, name) for name in TANGENTIAL):
             raise fail(f"expected one of {' and '.join(TANGENTIAL)}, got both")
-        if given and self.time and len(self.time.values) != len(self.range.values):
+        if controls and self.time and len(self.time.values) != len(self.range.values):
             count, loads = len(self.time.values), len(self.range.values)
             raise fail(f"time: expected one for each of the {loads} loads, got {count}")
         return self
@@ -156,11 +156,11 @@ def read_range(value: Any, dimension: Dimension, order: Order = "loads") -> Any:
     problems = []
     if "relative_to" in table and (relative != RELATIVE_FORCE or dimension != FORCE):
         problems.append(
-            f'relative_to: expected "{RELATIVE_FORCE}", of a force, got {shown(relative)}'
+            f'relative_to: expected "{RELATIVE_FORCE}", of a force, got {excerpt(relative)}'
         )
     unit = NUMBER if relative == RELATIVE_FORCE else dimension
-    known = {"values", "relative_to"} if "values" in table else _RANGE_KEYS
-    problems += [f"{key}: unknown key here" for key in table if key not in known]
+    keys = {"values", "relative_to"} if "values" in table else _RANGE_KEYS
+    problems += [f"{key}: unknown key here" for key in table if key not in keys]
     if "values" in table:
         numbers = _listed(table, unit, problems)
     else:
@@ -181,7 +181,7 @@ def _listed(table: dict[str, Any], unit: Dimension, problems: list[str]) -> list
     if len(values) > MOST_STEPS:
         problems.append(f"expected at most {MOST_STEPS} loads, got {len(values)}")
         return []
-    return [_number(each, unit, f"load {i}", problems) for i, each in enumerate(values, 1)]
+    return [_number(load, unit, f"load {i}", problems) for i, load in enumerate(values, 1)]
 
 
 def _spaced(
@@ -196,25 +196,25 @@ def _spaced(
     steps, spacing = table["steps"], table.get("spacing", "linear")
     if isinstance(steps, bool) or not isinstance(steps, int) or not 2 <= steps <= MOST_STEPS:
         problems.append(
-            f"steps: expected a whole number from 2 to {MOST_STEPS}, got {shown(steps)}"
+            f"steps: expected a whole number from 2 to {MOST_STEPS}, got {excerpt(steps)}"
         )
     if spacing not in ("linear", "log"):
-        problems.append(f'spacing: expected "linear" or "log", got {shown(spacing)}')
+        problems.append(f'spacing: expected "linear" or "log", got {excerpt(spacing)}')
     # A path may go down, and times begin at zero; ratios need positive numbers all the same.
     allowed = {
         "loads": 0 < first < last < math.inf,
         "times": 0 <= first < last < math.inf,
         "path": math.isfinite(first) and math.isfinite(last),
     }
-    words = {"loads": "0 < from < to", "times": "0 <= from < to", "path": "finite numbers"}
+    orders = {"loads": "0 < from < to", "times": "0 <= from < to", "path": "finite numbers"}
     if not problems and not allowed[order]:
-        problems.append(f"expected {words[order]}, got from = {first:g}, to = {last:g}")
+        problems.append(f"expected {orders[order]}, got from = {first:g}, to = {last:g}")
     if not problems and spacing == "log" and not min(first, last) > 0:
         problems.append(f"expected from > 0 for logarithmic spacing, got {min(first, last):g}")
     if problems:
         return []
     if spacing == "linear":
-        return [float(each) for each in np.linspace(first, last, steps)]
+        return [float(load) for load in np.linspace(first, last, steps)]
     # Not np.geomspace: through the ratio, a scene scaled by two has the same digits. Nor NumPy's
     # power of arrays, whose last digit hangs on the vector units of the processor: parts of a study
     # from two machines would not be parts of one scene.
@@ -226,7 +226,7 @@ def _number(value: Any, unit: Dimension, name: str, problems: list[str]) -> floa
     try:
         return to_si(value, unit)
     except ValueError as error:
-        problems.append(f"{name}: {error}, got {shown(value)}")
+        problems.append(f"{name}: {error}, got {excerpt(value)}")
         return float("nan")
 
 
@@ -235,13 +235,13 @@ def _order_problems(values: list[float], order: Order) -> list[str]:
         return ["expected at least one load, got an empty list"]
     if not all(np.isfinite(values)):
         kind = "positive finite loads" if order == "loads" else "finite numbers"
-        return [f"expected {kind}, got {shown(values)}"]
+        return [f"expected {kind}, got {excerpt(values)}"]
     if order == "path":
         return []
     if min(values) < 0 or (order == "loads" and min(values) <= 0):
         kind = "positive finite loads" if order == "loads" else "times from zero on"
-        return [f"expected {kind}, got {shown(values)}"]
+        return [f"expected {kind}, got {excerpt(values)}"]
     if any(b <= a for a, b in pairwise(values)):
         kind = "loads" if order == "loads" else "times"
-        return [f"expected strictly increasing {kind}, got {shown(values)}"]
+        return [f"expected strictly increasing {kind}, got {excerpt(values)}"]
     return []

@@ -42,8 +42,8 @@ def crosses_itself(corners: np.ndarray) -> bool:
         return True
     n = len(corners)
     for i in range(n - 2):
-        others = np.arange(i + 2, n - 1 if i == 0 else n)
-        if len(others) and np.any(_meet(start[i], end[i], start[others], end[others])):
+        beyond = np.arange(i + 2, n - 1 if i == 0 else n)
+        if len(beyond) and np.any(_meet(start[i], end[i], start[beyond], end[beyond])):
             return True
     return False
 
@@ -113,12 +113,12 @@ def area_fractions(
     middle = (points[:, 1:] + points[:, :-1]) / 2
     cells = [np.clip(np.floor(middle[..., k]).astype(int), 0, shape[k] - 1) for k in (0, 1)]
     rise = np.diff(points[..., 1], axis=1)
-    found = np.zeros((shape[0] + 1, shape[1]))
-    np.add.at(found, (cells[0], cells[1]), rise * (cells[0] + 1 - middle[..., 0]))
-    further = np.zeros_like(found)
+    shares = np.zeros((shape[0] + 1, shape[1]))
+    np.add.at(shares, (cells[0], cells[1]), rise * (cells[0] + 1 - middle[..., 0]))
+    further = np.zeros_like(shares)
     np.add.at(further, (cells[0] + 1, cells[1]), rise)
     # Counter-clockwise, what lies right of the right side is taken away from minus everything.
-    inside = -np.sign(signed_area(corners)) * (found + np.cumsum(further, axis=0))[:-1]
+    inside = -np.sign(signed_area(corners)) * (shares + np.cumsum(further, axis=0))[:-1]
     # A cell outside comes out as round-off.
     return np.where(inside < 1e-12, 0.0, np.minimum(inside, 1.0))
 
@@ -130,7 +130,7 @@ def _crossings(start: np.ndarray, side: np.ndarray, axis: int) -> np.ndarray:
     most = int(np.max(np.abs(dz))) + 2
     lines = first[:, None] + np.arange(most)
     with np.errstate(divide="ignore", invalid="ignore"):
-        found = (lines - z[:, None]) / dz[:, None]
-    found = np.clip(np.where(np.isfinite(found), found, 1.0), 0.0, 1.0)
+        crossings = (lines - z[:, None]) / dz[:, None]
+    crossings = np.clip(np.where(np.isfinite(crossings), crossings, 1.0), 0.0, 1.0)
     ends = np.broadcast_to([0.0, 1.0], (len(z), 2))
-    return np.concatenate([ends, found], axis=1)
+    return np.concatenate([ends, crossings], axis=1)

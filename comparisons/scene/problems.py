@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from comparisons.scene.fields import shown
+from comparisons.scene.fields import excerpt
 from comparisons.scene.shapes import SHAPES
 
 # What pydantic says in the language of Python, in the language of scene files.
@@ -39,12 +39,12 @@ def readable(error: Mapping[str, Any]) -> str:
     if kind == "missing":
         return f"{path}: expected, but missing"
     if kind in ("union_tag_invalid", "union_tag_not_found"):
-        key, known = ("shape", SHAPES) if path == "indenter" else ("kind", tags)
+        key, known_tags = ("shape", SHAPES) if path == "indenter" else ("kind", tags)
         tag = context.get("tag")
-        came = "nothing" if tag is None else shown(tag)
-        return f"{path}.{key}: expected one of {', '.join(known)}, got {came}"
+        came = "nothing" if tag is None else excerpt(tag)
+        return f"{path}.{key}: expected one of {', '.join(known_tags)}, got {came}"
     if kind == "scene":
         return f"{path}: {error['msg']}" if path else error["msg"]
     message = _PLAIN.get(kind, error["msg"]).replace("Input should be", "expected")
     message = message[0].lower() + message[1:]
-    return f"{path}: {message}, got {shown(came)}"
+    return f"{path}: {message}, got {excerpt(came)}"

@@ -25,7 +25,7 @@ from pydantic import (
 )
 
 from comparisons.errors import InputError
-from comparisons.facts.quantities import ASKED, DEFAULT
+from comparisons.facts.quantities import COMPARABLE, DEFAULT
 from comparisons.files import plain
 from comparisons.scene import body as body_table
 from comparisons.scene.body import Body
@@ -58,7 +58,7 @@ class SceneError(InputError):
             problems = [*problems[:MOST_PROBLEMS], f"... and {more} more"]
         self.source = source
         self.problems = problems
-        super().__init__(f"{source}:\n" + "\n".join(f"  {each}" for each in problems))
+        super().__init__(f"{source}:\n" + "\n".join(f"  {problem}" for problem in problems))
 
     def __reduce__(self) -> tuple[Any, ...]:
         return type(self), (self.source, self.problems)
@@ -71,7 +71,7 @@ class _Table(BaseModel):
 class Compare(_Table):
     """What is compared, how well, and by which methods."""
 
-    quantities: tuple[Literal[ASKED], ...] = DEFAULT  # type: ignore[valid-type]
+    quantities: tuple[Literal[COMPARABLE], ...] = DEFAULT  # type: ignore[valid-type]
     tolerance: Positive = 0.01
     resolutions: tuple[Annotated[int, Field(strict=True, ge=1, le=2**20)], ...] | None = None
     methods: tuple[KnownMethod, ...] | None = None
@@ -161,28 +161,32 @@ class Scene(_Physics):
     @model_validator(mode="after")
     def _one_modulus(self) -> Scene:
         """Let moduli that stand twice agree: those of [viscoelastic] count."""
-        own, body = self.viscoelastic, self.half_space
-        if own is None or not body.has_modulus:
+        material, body = self.viscoelastic, self.half_space
+        if material is None or not body.has_modulus:
             return self
-        given = 0.5 * body.modulus * (1 - self.poisson_ratio)
-        known = (own.long_term_modulus, own.instantaneous_modulus)
-        if not any(abs(given - each) <= SAME_MODULUS * each for each in known if 0 < each < inf):
-            either = " or ".join(f"{each:g} Pa" for each in known if 0 < each < inf)
+        modulus = 0.5 * body.modulus * (1 - self.poisson_ratio)
+        moduli = (material.long_term_modulus, material.instantaneous_modulus)
+        if not any(
+            abs(modulus - known_modulus) <= SAME_MODULUS * known_modulus
+            for known_modulus in moduli
+            if 0 < known_modulus < inf
+        ):
+            either = " or ".join(f"{choice:g} Pa" for choice in moduli if 0 < choice < inf)
             raise fail(
                 f"half_space: expected poisson_ratio alone, or a shear modulus of {either} as in "
-                f"[viscoelastic], got {given:g} Pa"
+                f"[viscoelastic], got {modulus:g} Pa"
             )
         return self
 
     @model_validator(mode="after")
     def _forces_that_press(self) -> Scene:
         """Without adhesion no force of a path pulls, and one of them presses."""
-        given = self.loading.force
-        if given is None or self.adhesion is not None:
+        force = self.loading.force
+        if force is None or self.adhesion is not None:
             return self
-        if min(given.values) < 0:
+        if min(force.values) < 0:
             raise fail("loading.force: expected no force below zero without [adhesion]")
-        if max(given.values) == 0 and self.dynamics is None:
+        if max(force.values) == 0 and self.dynamics is None:
             raise fail("loading.force: expected a force above zero somewhere")
         return self
 
@@ -284,19 +288,19 @@ def load_scene(
         return parse_scene(source.text, source.name, folder, overrides) if overrides else source
     if isinstance(source, Mapping):
         # Copied, so that overrides leave the caller's tables alone; arrays become lists.
-        return _made(plain(dict(source)), "scene", Path.cwd(), overrides)
+        return _scene(plain(dict(source)), "scene", Path.cwd(), overrides)
     path = Path(source)
     if str(source) in builtin_names():
         path = builtin_folder() / f"{source}.toml"
     if not path.is_file():
-        what = "a folder, not a scene file" if path.is_dir() else "no such file or built-in scene"
+        fault = "a folder, not a scene file" if path.is_dir() else "no such file or built-in scene"
         hint = "" if path.suffix or path.is_dir() else "; `roughline list scenes` names them"
-        raise SceneError(str(source), [what + hint])
+        raise SceneError(str(source), [fault + hint])
     try:
         data = read_toml(path)
     except ValueError as error:
         raise SceneError(str(source), [str(error)]) from error
-    return _made(data, str(source), path.parent.resolve(), overrides)
+    return _scene(data, str(source), path.parent.resolve(), overrides)
 
 
 def parse_scene(
@@ -307,10 +311,10 @@ def parse_scene(
         data = parse_toml(text)
     except ValueError as error:
         raise SceneError(source, [str(error)]) from error
-    return _made(data, source, directory, overrides)
+    return _scene(data, source, directory, overrides)
 
 
-def _made(
+def _scene(
     data: dict[str, Any], source: str, directory: Path, overrides: Mapping[str, Any] | None
 ) -> Scene:
     for path, value in (overrides or {}).items():
@@ -347,10 +351,10 @@ def make_scene(data: dict[str, Any], source: str, directory: Path) -> Scene:
         tables = {k: v for k, v in filled.items() if k != "directory"}
         scene = validated({**tables, "directory": str(directory)})
     except ValidationError as error:
-        found = [readable(each) for each in error.errors()]
+        messages = [readable(message) for message in error.errors()]
         if "body" in data and "half_space" not in data:
-            found = [re.sub("^half_space", "body", each) for each in found]
-        problems = found + problems + _missing_files(data, directory)
+            messages = [re.sub("^half_space", "body", message) for message in messages]
+        problems = messages + problems + _missing_files(data, directory)
         raise SceneError(source, problems) from error
     if problems:
         raise SceneError(source, problems + _missing_files(data, directory))

@@ -475,7 +475,7 @@ class PolygonPunch(_FlatPunch):
 
         def mirrored(signs: tuple[int, int]) -> bool:
             image = self.corners * signs
-            return all(np.abs(self.corners - one).max(axis=1).min() < noise for one in image)
+            return all(np.abs(self.corners - corner).max(axis=1).min() < noise for corner in image)
 
         return mirrored((-1, 1)), mirrored((1, -1))
 
@@ -517,6 +517,6 @@ AnyIndenter = Annotated[
 ]
 
 SHAPES = tuple(
-    get_args(each.model_fields["shape"].annotation)[0]
-    for each in get_args(get_args(AnyIndenter)[0])
+    get_args(model.model_fields["shape"].annotation)[0]
+    for model in get_args(get_args(AnyIndenter)[0])
 )

@@ -65,16 +65,16 @@ def subtracted(heights: Heights, defined: NDArray[np.bool_], trend: str) -> Heig
     if not powers:
         return heights.copy()
     weight = defined.astype(np.float64)
-    rest = np.where(defined, heights, 0.0)
+    residual = np.where(defined, heights, 0.0)
     x, y = (np.vander(np.linspace(-1, 1, n), 5, increasing=True) for n in heights.shape)
     moments = x.T @ weight @ y
     matrix = np.array([[moments[a + c, b + d] for c, d in powers] for a, b in powers])
     for _ in range(2):
-        projection = x.T @ rest @ y
+        projection = x.T @ residual @ y
         right = np.array([projection[a, b] for a, b in powers])
         coefficients = np.linalg.lstsq(matrix, right, rcond=None)[0]
         table = np.zeros((5, 5))
         for (a, b), value in zip(powers, coefficients, strict=True):
             table[a, b] = value
-        rest -= (x @ table @ y.T) * weight
-    return np.where(defined, rest, np.nan)
+        residual -= (x @ table @ y.T) * weight
+    return np.where(defined, residual, np.nan)

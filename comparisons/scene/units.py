@@ -21,9 +21,9 @@ class Dimension(NamedTuple):
 
     def __str__(self) -> str:
         """Return the SI unit in base units, for example ``kg m^-1 s^-2``."""
-        named = {FORCE: "N", PRESSURE: "Pa", NUMBER: "a plain number"}
-        if self in named:
-            return named[self]
+        names = {FORCE: "N", PRESSURE: "Pa", NUMBER: "a plain number"}
+        if self in names:
+            return names[self]
         parts = zip(("kg", "m", "s"), self, strict=True)
         return " ".join(u if n == 1 else f"{u}^{n}" for u, n in parts if n)
 
@@ -150,9 +150,9 @@ def _parse(text: str, dimension: Dimension) -> float:
         number = Decimal(match[1].replace("_", ""))
     except InvalidOperation as error:
         raise ValueError(_expectation(dimension)) from error
-    exponent, found = _unit(match[2], dimension)
-    if found != dimension:
-        raise ValueError(f"expected a unit of {dimension}, got one of {found}")
+    exponent, unit = _unit(match[2], dimension)
+    if unit != dimension:
+        raise ValueError(f"expected a unit of {dimension}, got one of {unit}")
     if abs(number.adjusted()) > _LARGEST_EXPONENT:
         raise ValueError("expected a number within the range of floats")
     return float(number.scaleb(exponent, _ALL_DIGITS))
@@ -162,7 +162,7 @@ def _unit(text: str, dimension: Dimension) -> tuple[int, Dimension]:
     """Return the decimal exponent and the dimension of a unit such as ``mJ/m^2``."""
     exponent, total = 0, NUMBER
     numerator, *denominators = text.split("/")
-    for sign, part in [(1, numerator), *((-1, each) for each in denominators)]:
+    for sign, part in [(1, numerator), *((-1, denominator) for denominator in denominators)]:
         for factor in part.replace("*", " ").split():
             if sign == 1 and factor == "1" and denominators:
                 continue

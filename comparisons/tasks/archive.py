@@ -30,7 +30,7 @@ def arrays_of(solution: Solution) -> dict[str, np.ndarray]:
         "machine": solution.machine,
         "exact": solution.exact,
         "path": solution.path,
-        "reasons": [[*index, why] for index, why in solution.reasons.items()],
+        "reasons": [[*index, reason] for index, reason in solution.reasons.items()],
     }
     return arrays | {f"{_PREFIX}json": np.array(json.dumps(document))}
 
@@ -59,16 +59,18 @@ def solution_of(arrays: dict[str, np.ndarray]) -> Solution:
         If the arrays are something else.
     """
     document = json.loads(str(arrays.pop(f"{_PREFIX}json")))
-    own = {name: arrays.pop(name) for name in list(arrays) if name.startswith(_PREFIX)}
+    solution_arrays = {name: arrays.pop(name) for name in list(arrays) if name.startswith(_PREFIX)}
     start = len(_PREFIX) + 2
     numbers = {name: _number(document[name]) for name in _NUMBERS}
     return Solution(
-        quantities={k[start:]: v for k, v in own.items() if k.startswith(f"{_PREFIX}q.")},
-        reasons={(row, step): why for row, step, why in document["reasons"]},
+        quantities={
+            k[start:]: v for k, v in solution_arrays.items() if k.startswith(f"{_PREFIX}q.")
+        },
+        reasons={(row, step): reason for row, step, reason in document["reasons"]},
         fields=arrays,
-        converged=own[f"{_PREFIX}converged"],
-        iterations=own[f"{_PREFIX}iterations"],
-        violation=own[f"{_PREFIX}violation"],
+        converged=solution_arrays[f"{_PREFIX}converged"],
+        iterations=solution_arrays[f"{_PREFIX}iterations"],
+        violation=solution_arrays[f"{_PREFIX}violation"],
         unknowns=document["unknowns"],
         truncation=numbers["truncation"],
         seconds=numbers["seconds"],

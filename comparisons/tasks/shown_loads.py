@@ -55,16 +55,16 @@ def earlier_fields(
     size = last.get("pressure", np.empty(0)).size
     if not 0 < size <= MOST_POINTS:
         return {}
-    wanted = [step for step in shown_steps(steps)[:-1] if step in builders]
-    found = {}
-    for step in wanted:
+    stored = [step for step in shown_steps(steps)[:-1] if step in builders]
+    arrays = {}
+    for step in stored:
         fields = builders[step]()
         for name in NAMES:
             if name not in fields:
                 continue
             if name not in last or not np.array_equal(fields[name], last[name]):
-                found[f"step.{step}.{name}"] = _single(fields[name])
-    return found
+                arrays[f"step.{step}.{name}"] = _single(fields[name])
+    return arrays
 
 
 def _single(values: np.ndarray) -> np.ndarray:
@@ -73,11 +73,11 @@ def _single(values: np.ndarray) -> np.ndarray:
 
 def stored_steps(fields: Fields) -> list[int]:
     """Return the earlier load steps whose pressure is among the fields, ascending."""
-    found = (_KEY.fullmatch(name) for name in fields)
-    return sorted({int(each[1]) for each in found if each and each[2] == "pressure"})
+    matches = (_KEY.fullmatch(name) for name in fields)
+    return sorted({int(match[1]) for match in matches if match and match[2] == "pressure"})
 
 
 def at_step(fields: Fields, step: int) -> dict[str, np.ndarray]:
     """Return the fields with the pressure of an earlier step in place of the last one's."""
-    own = {name: fields.get(f"step.{step}.{name}") for name in NAMES}
-    return dict(fields) | {name: value for name, value in own.items() if value is not None}
+    step_arrays = {name: fields.get(f"step.{step}.{name}") for name in NAMES}
+    return dict(fields) | {name: value for name, value in step_arrays.items() if value is not None}

@@ -198,10 +198,10 @@ class Solution:
             return parts[0]
         sizes = [part.converged.shape[axis] for part in parts]
         starts = np.cumsum([0, *sizes[:-1]]).tolist()
-        shown = parts[-1] if axis == STEPS else parts[0]
+        base = parts[-1] if axis == STEPS else parts[0]
         moved = list(zip(parts, starts, strict=True))
         return replace(
-            shown,
+            base,
             quantities=_joined_quantities(parts, axis),
             converged=np.concatenate([p.converged for p in parts], axis=axis),
             iterations=np.concatenate([p.iterations for p in parts], axis=axis),
@@ -209,11 +209,11 @@ class Solution:
             unknowns=max(p.unknowns for p in parts),
             truncation=max(p.truncation for p in parts),
             reasons={
-                (row + start * (axis == REALISATIONS), step + start * (axis == STEPS)): why
+                (row + start * (axis == REALISATIONS), step + start * (axis == STEPS)): text
                 for part, start in moved
-                for (row, step), why in part.reasons.items()
+                for (row, step), text in part.reasons.items()
             },
-            step_fields=shown.step_fields
+            step_fields=base.step_fields
             if axis == REALISATIONS
             else {s + start: build for p, start in moved for s, build in p.step_fields.items()},
             # Of methods that take their own time; steps without an answer have none.

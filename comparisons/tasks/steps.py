@@ -70,10 +70,10 @@ def solve_rows(task: Task, rows: Iterable[Row]) -> Solution:
     answer; a new one starts at the next load. Of a path it is the end: its rest cannot begin anew.
     """
     solution = Solution.empty(task)
-    each = iter(rows)
+    iterator = iter(rows)
     for number, _ in enumerate(task.realisations):
         with solution.setup():
-            row = next(each)
+            row = next(iterator)
         solution.unknowns = max(solution.unknowns, row.unknowns)
         solution.truncation = max(solution.truncation, row.truncation)
         for step, outcome in enumerate(_outcomes(row, task)):

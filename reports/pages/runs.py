@@ -9,7 +9,7 @@ from comparisons.files import write_text
 from comparisons.results.runs import (
     CHANGED,
     FAST,
-    FOUND,
+    RECOVERED,
     LOST,
     ONE_SIDED,
     SAME,
@@ -21,7 +21,7 @@ from reports.pages.page import render
 from reports.plots.runs import comparison_figures
 from reports.tables.runs import changes
 
-KINDS = (LOST, CHANGED, VERDICT, SLOW, FOUND, FAST, ONE_SIDED, SAME)
+KINDS = (LOST, CHANGED, VERDICT, SLOW, RECOVERED, FAST, ONE_SIDED, SAME)
 
 
 def write_comparison_page(record: RunComparison, command: str, path: Path) -> None:

@@ -73,7 +73,7 @@ def times_to_errors(scene: SceneRecord, advice: Advice) -> Table:
         for name in selection.methods(scene)
         if name in known
     )
-    quantities = ", ".join(quantity(name).words for name in advice.quantities)
+    quantities = ", ".join(quantity(name).label for name in advice.quantities)
     note = (
         "The measured time of the cheapest setting that was run and holds the value in all of "
         f"{quantities}: |e| + u at every load step, its own and those of all finer settings of the "

@@ -108,7 +108,7 @@ def _finish(axes: Any, figure: Figure) -> None:
 def _title(axis: Axis) -> str:
     if axis.quantity:
         return axis_label(axis.quantity, axis.scale.unit)
-    return literal(f"{axis.title} of {axis.of}" if axis.of else axis.words)
+    return literal(f"{axis.title} of {axis.of}" if axis.of else axis.label)
 
 
 def _set_ticks(axis: Any, own: Axis) -> None:

@@ -129,7 +129,7 @@ def axis_label(name: str, unit: str) -> str:
     if "_" in symbol and not symbol.startswith("\\") and symbol not in _SYMBOLS.values():
         base, _, below = symbol.partition("_")
         symbol = rf"{base}_\mathrm{{{below}}}"
-    words = literal(known.words)
+    words = literal(known.label)
     text = f"{words} ${symbol}$" if symbol else words
     return f"{text}{_SPACE}/{_SPACE}{unit}" if unit else text
 

@@ -75,7 +75,7 @@ def curve(scene: SceneRecord, across: str, up: str) -> Figure | None:
     log = wants_log(loads) and not scene.is_path
     # Load curves are near power laws; what is drawn over speeds need not be.
     upright = log and (scene.control in NORMAL or wants_log(y, SPREAD))
-    title = f"{quantity(up).words} against {quantity(across).words}"
+    title = f"{quantity(up).label} against {quantity(across).label}"
     return Figure(
         f"curve-{up}",
         title[0].upper() + title[1:],

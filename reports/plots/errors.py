@@ -41,12 +41,12 @@ def error_figure(scene: SceneRecord, name: str) -> Figure | None:
     log = wants_log(loads) and not scene.is_path
     axes = (
         value_axis(scene.along, loads, log),
-        error_axis(low, high, "relative error", quantity(name).words),
+        error_axis(low, high, "relative error", quantity(name).label),
     )
     series = [_series(scene, method, rows, name, low) for method, rows in tables.items()]
     return Figure(
         f"error-{name}",
-        f"Error of {quantity(name).words} at equal {_equal(scene, name)}",
+        f"Error of {quantity(name).label} at equal {_equal(scene, name)}",
         f"{CAPTION} {PATH_CAPTION}" if scene.is_path else CAPTION,
         *axes,
         (*series, *_lost_steps(scene, high)),
@@ -60,7 +60,7 @@ def _equal(scene: SceneRecord, name: str) -> str:
     equal = scene.along
     if equal in NORMAL:
         equal = {"force": "penetration", "penetration": "force"}.get(name, equal)
-    return quantity(equal).words
+    return quantity(equal).label
 
 
 def _tables(scene: SceneRecord, name: str) -> dict[str, pd.DataFrame]:

@@ -49,7 +49,7 @@ class Axis:
     ticks: tuple[tuple[float, str], ...] = ()
 
     @property
-    def words(self) -> str:
+    def label(self) -> str:
         """The title as plain text, with symbol and unit."""
         if self.quantity:
             return quantity(self.quantity).title(self.scale.unit)

@@ -222,7 +222,7 @@ def _title(axis: Axis) -> str:
     >>> _title(Axis(quantity="pull_off_force", scale=fmt.Scale(1e3, "mN")))
     'pull-off force F<sub>off</sub> / mN'
     """
-    title, symbol = inert(axis.words), quantity(axis.quantity).symbol
+    title, symbol = inert(axis.label), quantity(axis.quantity).symbol
     return title.replace(symbol, re.sub(r"_(\w+)", r"<sub>\1</sub>", symbol)) if symbol else title
 
 

@@ -42,5 +42,5 @@ def loads_of(scene: SceneRecord) -> Loads:
     for step in chosen:
         here = values[(steps == step) & np.isfinite(values)]
         size = fmt.with_unit(here[0], known.unit) if len(here) else fmt.MISSING
-        labels.append(f"{known.words} {size} (load {step + 1} of {count})")
+        labels.append(f"{known.label} {size} (load {step + 1} of {count})")
     return Loads(chosen, tuple(labels))

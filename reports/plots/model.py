@@ -39,7 +39,7 @@ def _earlier_depths(scene: SceneRecord, loads: Loads) -> list[float]:
     rows = selection.solved_rows(scene, MODEL)
     level = selection.column(rows, "resolution")
     rows = rows[level == np.nanmax(level)]
-    rows = rows[[name != selection.MEAN for name in selection.words(rows, "realisation")]]
+    rows = rows[[name != selection.MEAN for name in selection.texts(rows, "realisation")]]
     steps, depth = selection.column(rows, "step"), selection.column(rows, "penetration")
     # The first realisation stands first.
     first = [depth[steps == step][:1] for step in loads.steps[:-1]]

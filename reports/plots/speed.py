@@ -43,7 +43,7 @@ def timed_points(scene: SceneRecord) -> dict[tuple[str, str], pd.DataFrame]:
     The load held equal is the one that verdicts are given at.
     """
     table = selection.compared_measures(scene)
-    at = np.array(selection.words(table, "at"))
+    at = np.array(selection.texts(table, "at"))
     found = {}
     for name in dict.fromkeys(str(each) for each in table["quantity"]):
         judged = (table["quantity"] == name).to_numpy() & (at == equal_at(scene, name))
@@ -75,14 +75,14 @@ def _figure(scene: SceneRecord, points: pd.DataFrame, name: str, at: str) -> Fig
     series = [*_reference_mark(scene, span, bar, low), front]
     for method in drawing_order(dict.fromkeys(points["method"])):
         series += _method_series(method, points[points["method"] == method], low)
-    equal = f" at equal {quantity(at).words}" if at in QUANTITIES else ""
+    equal = f" at equal {quantity(at).label}" if at in QUANTITIES else ""
     floor = Band(np.array(span), np.full(2, low), np.full(2, bar), label=TRUTH_BAR)
     return Figure(
         f"speed-{name}",
-        f"Error of {quantity(name).words}{equal}",
+        f"Error of {quantity(name).label}{equal}",
         CAPTION,
         time_axis("time for the whole scene", span),
-        error_axis(low, high, "largest error", quantity(name).words),
+        error_axis(low, high, "largest error", quantity(name).label),
         (*series, *_failures(scene, span, high)),
         (floor,) if bar > low else (),
         (asked(scene.tolerance),),

@@ -10,7 +10,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass, replace
 from typing import Any
 
-from comparisons.facts.methods import CLOSED_FORM, MODEL, OWN, references
+from comparisons.facts.methods import BUILT_IN, CLOSED_FORM, MODEL, references
 
 # Okabe & Ito, "Color Universal Design" (2008): told apart with any kind of colour vision.
 BLACK, ORANGE, SKY, GREEN = "#000000", "#E69F00", "#56B4E9", "#009E73"
@@ -56,7 +56,7 @@ class Look:
 
 
 LOOKS = {
-    name: Look(OWN[name].title, *drawn)
+    name: Look(BUILT_IN[name].title, *drawn)
     for name, drawn in {
         "closed_form": (INK, Marker("star", "*"), SOLID, 9),
         "reduced": (VERMILION, CIRCLE, DASHED, 6),

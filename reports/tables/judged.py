@@ -30,7 +30,7 @@ def verdict_table(scenes: Iterable[SceneRecord], method: str, *, reasons: bool =
         best = "" if cheapest is None else cheapest.text
         for index, each in enumerate(verdicts(scene, method)):
             first = index == 0
-            words = quantity(each.quantity).words
+            words = quantity(each.quantity).label
             judged = cells.verdict(each.word, said=_said(each, reasons))
             sides = (scene.name, best) if first else ("", "")
             rows.append((sides[0], words, _error(each), each.when, judged, sides[1]))
@@ -87,7 +87,7 @@ def _method_rows(scene: SceneRecord, method: str) -> list[tuple[Cell | str, ...]
     rows: list[tuple[Cell | str, ...]] = []
     for index, each in enumerate(found):
         setting = (label, cells.count(each.resolution), time) if index == 0 else ("", "", "")
-        what = f"{quantity(each.quantity).words} ({each.where})"
+        what = f"{quantity(each.quantity).label} ({each.where})"
         rows.append((*setting, what, _error(each), cells.verdict(each.word)))
     return rows
 

@@ -22,7 +22,7 @@ MOST_ROWS = 400
 def settings(scene: SceneRecord) -> Table:
     """Return cost and largest errors of every method and resolution, failures included."""
     measures = selection.compared_measures(scene, details=True)
-    at = selection.words(measures, "at")
+    at = selection.texts(measures, "at")
     pairs = list(dict.fromkeys(zip(measures["quantity"], at, strict=True)))
     return replace(
         _settings(scene, measures, pairs),
@@ -46,11 +46,11 @@ def printed_settings(scene: SceneRecord) -> Table:
 
 def _held(scene: SceneRecord) -> str:
     """Return at which equal loads the quantities of a table are compared."""
-    held = f" at equal {quantity(scene.along).words}"
+    held = f" at equal {quantity(scene.along).label}"
     if not counterpart(scene.along) or scene.along not in scene.quantities:
         return held
-    other = quantity(counterpart(scene.along)).words
-    return f"{held} ({quantity(scene.along).words} itself at equal {other})"
+    other = quantity(counterpart(scene.along)).label
+    return f"{held} ({quantity(scene.along).label} itself at equal {other})"
 
 
 def _settings(scene: SceneRecord, measures: pd.DataFrame, pairs: list[tuple[str, str]]) -> Table:
@@ -59,8 +59,8 @@ def _settings(scene: SceneRecord, measures: pd.DataFrame, pairs: list[tuple[str,
     heads += [Head("time", csv="time / s"), Head("set-up", "set-up", "set-up / s")]
     heads += [Head("memory", csv="memory / B"), Head("outcome")]
     for name, at in pairs:
-        words = quantity(name).words
-        suffix = f", equal {quantity(at).words}" if names.count(name) > 1 else ""
+        words = quantity(name).label
+        suffix = f", equal {quantity(at).label}" if names.count(name) > 1 else ""
         heads.append(Head(f"error of {words}{suffix}", "uncertainty", short=words))
     rows = (_setting_row(scene, *each, measures, pairs) for each in _all_settings(scene))
     return Table(tuple(heads), tuple(rows))
@@ -68,7 +68,7 @@ def _settings(scene: SceneRecord, measures: pd.DataFrame, pairs: list[tuple[str,
 
 def _all_settings(scene: SceneRecord) -> list[tuple[str, float]]:
     refused = selection.unsupported(scene)
-    names = selection.words(scene.rows, "method")
+    names = selection.texts(scene.rows, "method")
     levels = selection.column(scene.rows, "resolution")
     pairs = {
         (name, level)
@@ -109,7 +109,7 @@ def _setting_row(
 def _error_cell(measures: pd.DataFrame, pair: tuple[str, str], truth: bool) -> Cell:
     if truth:
         return cells.number("reference", 0.0)
-    at = np.array(selection.words(measures, "at"))
+    at = np.array(selection.texts(measures, "at"))
     row = measures[(measures["quantity"] == pair[0]) & (at == pair[1])].head(1)
     error = selection.column(row, "maximum")
     if not len(error):
@@ -140,7 +140,7 @@ def stability(scene: SceneRecord) -> Table:
 
 def _stability_row(scene: SceneRecord, method: str, level: float) -> tuple[Cell, ...]:
     own = _rows_of(scene, method, level)
-    names = selection.words(own, "realisation")
+    names = selection.texts(own, "realisation")
     own = own[[name != selection.MEAN for name in names]]
     good = selection.converged(own)
     total, solved = len(good), int(good.sum())
@@ -150,7 +150,7 @@ def _stability_row(scene: SceneRecord, method: str, level: float) -> tuple[Cell,
     least, most = (rounds.min(), rounds.max()) if len(rounds) else (np.nan, np.nan)
     violation = selection.column(kept, "violation")
     worst = float(np.nanmax(violation)) if np.isfinite(violation).any() else np.nan
-    reasons = dict.fromkeys(why for why in selection.words(own[~good], "reason") if why)
+    reasons = dict.fromkeys(why for why in selection.texts(own[~good], "reason") if why)
     failed = "; ".join(reasons) or ("no reason given" if solved < total else "nothing")
     return (
         cells.method(method),
@@ -165,7 +165,7 @@ def _stability_row(scene: SceneRecord, method: str, level: float) -> tuple[Cell,
 
 
 def _rows_of(scene: SceneRecord, method: str, level: float) -> pd.DataFrame:
-    names = np.array(selection.words(scene.rows, "method"))
+    names = np.array(selection.texts(scene.rows, "method"))
     return scene.rows[(names == method) & (selection.column(scene.rows, "resolution") == level)]
 
 
@@ -207,7 +207,7 @@ def load_steps(scene: SceneRecord) -> Table:
     }
     heads = [Head("method"), Head("N", "resolution"), Head("step")]
     heads += [Head(quantity(name).title(scales[name].unit)) for name in names]
-    heads += [Head(f"error of {quantity(name).words}") for name in errors]
+    heads += [Head(f"error of {quantity(name).label}") for name in errors]
     heads += [Head("iterations")]
     note = f"The first {MOST_ROWS} of {total} rows; " if total > MOST_ROWS else ""
     note += "all rows, realisations and columns are in results.csv."
@@ -219,7 +219,7 @@ def _step_rows(
     rows: pd.DataFrame, names: list[str], scales: dict[str, fmt.Scale], errors: list[str]
 ) -> list[tuple[Cell, ...]]:
     columns: list[list[Cell]] = [
-        [cells.method(method) for method in selection.words(rows, "method")],
+        [cells.method(method) for method in selection.texts(rows, "method")],
         [cells.count(v) for v in selection.column(rows, "resolution")],
         [cells.count(v + 1) for v in selection.column(rows, "step")],
     ]

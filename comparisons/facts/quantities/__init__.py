@@ -14,13 +14,13 @@ import numpy as np
 from comparisons.discovery import files_of
 from comparisons.facts.quantities.row import Contact, Curves, Quantity
 
-_found = (row for file in files_of(sys.modules[__name__]) for row in getattr(file, "ROWS", ()))
+_rows = (row for file in files_of(sys.modules[__name__]) for row in getattr(file, "ROWS", ()))
 QUANTITIES: dict[str, Quantity] = {
-    row.name: row for row in sorted(_found, key=lambda row: bool(row.physics))
+    row.name: row for row in sorted(_rows, key=lambda row: bool(row.physics))
 }
 
 
-def named(**facts: object) -> tuple[str, ...]:
+def quantities_with(**facts: object) -> tuple[str, ...]:
     """Return the quantities whose rows say all of this.
 
     >>> named(load="normal")
@@ -34,9 +34,9 @@ def named(**facts: object) -> tuple[str, ...]:
 
 
 # What a scene may ask for, what it gets where it asks for nothing, and what stands in columns.
-ASKED, DEFAULT = named(asked=True), named(default=True)
-CURVES, FIELDS = named(asked=True, field=False), named(field=True)
-NORMAL, TANGENTIAL = named(load="normal"), named(load="tangential")
+COMPARABLE, DEFAULT = quantities_with(comparable=True), quantities_with(default=True)
+CURVES, FIELDS = quantities_with(comparable=True, field=False), quantities_with(field=True)
+NORMAL, TANGENTIAL = quantities_with(load="normal"), quantities_with(load="tangential")
 
 
 def quantity(name: str) -> Quantity:
@@ -44,7 +44,7 @@ def quantity(name: str) -> Quantity:
 
     >>> quantity("force").unit
     'N'
-    >>> quantity("local_stress_undefined_share").words
+    >>> quantity("local_stress_undefined_share").label
     'local stress undefined share'
     """
     return QUANTITIES.get(name, Quantity(name, name.replace("_", " ")))
@@ -67,18 +67,20 @@ def main_axis(axis: str, name: str) -> str:
     return counterpart(axis) or axis if name == axis else axis
 
 
-def derived(known: Curves, scene: Contact, *, is_round: bool) -> Iterator[tuple[str, np.ndarray]]:
+def derived(
+    computed: Curves, scene: Contact, *, is_round: bool
+) -> Iterator[tuple[str, np.ndarray]]:
     """Yield the quantities that follow from others and are missing, each with its values.
 
     Parameters
     ----------
-    known : mapping
+    computed : mapping
         Quantity -> values that a method computed.
     scene : Contact
     is_round : bool
         Whether the contact is a circle.
     """
-    curves = dict(known)
+    curves = dict(computed)
     rules = {name: row.derived for name, row in QUANTITIES.items() if row.derived is not None}
     while True:
         due = [

@@ -3,5 +3,7 @@
 from comparisons.facts.quantities.row import Quantity
 
 ROWS = (
-    Quantity("pull_off_force", "pull-off force", "F_off", "N", asked=True, physics=("adhesion",)),
+    Quantity(
+        "pull_off_force", "pull-off force", "F_off", "N", comparable=True, physics=("adhesion",)
+    ),
 )

@@ -10,7 +10,7 @@ ROWS = (
         "tangential force",
         "Fₓ",
         "N",
-        asked=True,
+        comparable=True,
         physics=_DRAGS,
         load="tangential",
     ),
@@ -19,13 +19,20 @@ ROWS = (
         "tangential displacement",
         "uₓ",
         "m",
-        asked=True,
+        comparable=True,
         physics=_STICKS,
         load="tangential",
     ),
     Quantity(
-        "tangential_stiffness", "tangential stiffness", "kₓ", "N/m", asked=True, physics=_STICKS
+        "tangential_stiffness",
+        "tangential stiffness",
+        "kₓ",
+        "N/m",
+        comparable=True,
+        physics=_STICKS,
     ),
-    Quantity("stick_area", "sticking area", "A_stick", "m2", asked=True, physics=_STICKS),
-    Quantity("friction_coefficient", "coefficient of friction", "µ", asked=True, physics=_DRAGS),
+    Quantity("stick_area", "sticking area", "A_stick", "m2", comparable=True, physics=_STICKS),
+    Quantity(
+        "friction_coefficient", "coefficient of friction", "µ", comparable=True, physics=_DRAGS
+    ),
 )

@@ -5,6 +5,6 @@ from comparisons.facts.quantities.row import Quantity
 _HITS = ("dynamics",)
 
 ROWS = (
-    Quantity("restitution", "coefficient of restitution", "e", asked=True, physics=_HITS),
-    Quantity("contact_duration", "duration of contact", "T", "s", asked=True, physics=_HITS),
+    Quantity("restitution", "coefficient of restitution", "e", comparable=True, physics=_HITS),
+    Quantity("contact_duration", "duration of contact", "T", "s", comparable=True, physics=_HITS),
 )

@@ -3,7 +3,7 @@
 from comparisons.facts.quantities.row import Quantity
 
 ROWS = (
-    Quantity("pressure", "contact pressure", "p", "Pa", asked=True, field=True),
+    Quantity("pressure", "contact pressure", "p", "Pa", comparable=True, field=True),
     Quantity("pressure_peak", "peak pressure", "p_max", "Pa", field=True),
     Quantity(
         "pressure_same_grid", "pressure against FFT BEM on the same grid", "p", "Pa", field=True

@@ -54,11 +54,11 @@ class Quantity:
     ----------
     name : str
         Of its column.
-    words, symbol : str
+    label, symbol : str
         What it is called in text, on axes and in tables.
     unit : str
         Base SI: "m", "m2", "N", "N/m", "J", "Pa", "s", "B" or "" for a pure number.
-    asked : bool
+    comparable : bool
         A scene may name it in ``compare.quantities``.
     default : bool
         It is compared where an elastic scene names none.
@@ -76,10 +76,10 @@ class Quantity:
     """
 
     name: str
-    words: str
+    label: str
     symbol: str = ""
     unit: str = ""
-    asked: bool = False
+    comparable: bool = False
     default: bool = False
     physics: tuple[str, ...] = ()
     load: Literal["", "normal", "tangential"] = ""
@@ -89,10 +89,10 @@ class Quantity:
     derived: Derived | None = None
 
     def title(self, unit: str) -> str:
-        """Return "words symbol / unit" for an axis.
+        """Return "label symbol / unit" for an axis.
 
         >>> Quantity("penetration", "penetration depth", "d", "m").title("µm")
         'penetration depth d / µm'
         """
-        text = f"{self.words} {self.symbol}".strip()
+        text = f"{self.label} {self.symbol}".strip()
         return f"{text} / {unit}" if unit else text

@@ -117,25 +117,26 @@ def _is_height(info: Any) -> bool:
     )
 
 
-def _choose_channel(path: Path, reader: Any, wanted: str | None) -> tuple[int, tuple[str, ...]]:
+def _choose_channel(path: Path, reader: Any, channel: str | None) -> tuple[int, tuple[str, ...]]:
     """Return the index of the channel to read, and what was chosen in words."""
     channels = list(reader.channels)
     listing = ", ".join(f"{info.index} {info.name!r}" for info in channels)
     heights = [i for i, info in enumerate(channels) if _is_height(info)]
-    if wanted is None:
+    if channel is None:
         default = reader.default_channel.index
-        found = [default] if default in heights else heights
+        candidates = [default] if default in heights else heights
         problem = f"none of its channels holds heights ({listing})"
     else:
-        found = [i for i, info in enumerate(channels) if wanted in (info.name, str(i))]
-        problem = f"has no channel {wanted!r}, only {listing}"
-        if found and found[0] not in heights:
-            problem = f"channel {wanted!r} does not hold heights; choose another of {listing}"
-            found = []
-    if not found:
+        candidates = [i for i, info in enumerate(channels) if channel in (info.name, str(i))]
+        problem = f"has no channel {channel!r}, only {listing}"
+        if candidates and candidates[0] not in heights:
+            problem = f"channel {channel!r} does not hold heights; choose another of {listing}"
+            candidates = []
+    if not candidates:
         raise MapError(str(path), [problem])
-    note = f"channel {found[0]} {channels[found[0]].name!r} of {path.name} (channels: {listing})"
-    return found[0], (note if len(channels) > 1 else f"heights of {path.name}",)
+    index = candidates[0]
+    note = f"channel {index} {channels[index].name!r} of {path.name} (channels: {listing})"
+    return index, (note if len(channels) > 1 else f"heights of {path.name}",)
 
 
 def _per_metre(info: Any, stated: str | None) -> float | None:
@@ -165,13 +166,15 @@ def _metadata_problems(info: Any, stated: Stated) -> list[str]:
         for key in ("height_unit", "lateral_unit")
         if info.unit is not None and getattr(stated, key) is not None
     ]
-    own = " x ".join(f"{float(side):.6g}" for side in info.physical_sizes or ())
-    if own and info.unit is None and stated.lateral_unit is None:
-        problems.append(f"the file states a size ({own}) without a unit: give lateral_unit")
-    if own and stated.size is not None:
-        problems.append(f"the file states its own size ({own} {info.unit or ''}): leave out size")
-    if not own and stated.size is None:
+    file_size = " x ".join(f"{float(side):.6g}" for side in info.physical_sizes or ())
+    if file_size and info.unit is None and stated.lateral_unit is None:
+        problems.append(f"the file states a size ({file_size}) without a unit: give lateral_unit")
+    if file_size and stated.size is not None:
+        problems.append(
+            f"the file states its own size ({file_size} {info.unit or ''}): leave out size"
+        )
+    if not file_size and stated.size is None:
         problems.append("the file states no size: give size")
-    if not own and stated.lateral_unit is not None:
+    if not file_size and stated.lateral_unit is not None:
         problems.append("lateral_unit was given, but the file has no lengths along x and y")
     return problems

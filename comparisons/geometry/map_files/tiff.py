@@ -62,9 +62,9 @@ def open_tiff(path: Path, stated: Stated) -> MapFile:
     # The first line of an image is its top.
     heights = np.flip(pixels.T, axis=1)
     kind = "" if pixels.dtype.kind == "f" else f", whole numbers ({pixels.dtype}) taken as heights"
-    which = f"page {number} of " if pages > 1 else ""
+    position = f"page {number} of " if pages > 1 else ""
     note = (
-        f"heights in {stated.height_unit} read from {which}{path.name}{kind}, x to the right, "
+        f"heights in {stated.height_unit} read from {position}{path.name}{kind}, x to the right, "
         "y upwards"
     )
     read = windows_of(heights, UNITS_PER_METRE[stated.height_unit])
@@ -83,17 +83,17 @@ def _opened(path: Path) -> Any:
         raise MapError(str(path), [f"not a readable TIFF image ({shorten(error)})"]) from error
 
 
-def _page_number(path: Path, pages: int, wanted: str | None) -> int:
+def _page_number(path: Path, pages: int, page: str | None) -> int:
     if pages == 0:
         raise MapError(str(path), ["not a readable TIFF image (it has no page)"])
     listing = f"pages 0 to {pages - 1}"
-    if wanted is None and pages == 1:
+    if page is None and pages == 1:
         return 0
-    if wanted is None:
+    if page is None:
         raise MapError(str(path), [f"the image has {listing}: choose one as channel"])
-    if str(wanted) not in map(str, range(pages)):
-        raise MapError(str(path), [f"has no page {wanted!r}, only {listing}"])
-    return int(wanted)
+    if str(page) not in map(str, range(pages)):
+        raise MapError(str(path), [f"has no page {page!r}, only {listing}"])
+    return int(page)
 
 
 def _page_problems(page: Any) -> list[str]:

@@ -68,10 +68,10 @@ def open_xyz(path: Path, stated: Stated) -> MapFile:
     """
     try:
         layout = layout_of(path)
-        own = _own_units(path, layout)
+        file_units = _own_units(path, layout)
     except (OSError, UnicodeError) as error:
         raise MapError(str(path), [f"not a list of x, y, z ({shorten(error)})"]) from error
-    problems, units = _unit_problems(own, stated)
+    problems, units = _unit_problems(file_units, stated)
     if stated.channel is not None:
         problems.append(f"channel {stated.channel!r} was given, but a list of x, y, z has none")
     lines = path.stat().st_size // max(1, len(layout.first))
@@ -106,17 +106,22 @@ def _own_units(path: Path, layout: NumberLayout) -> dict[str, str]:
     return units
 
 
-def _unit_problems(own: dict[str, str], stated: Stated) -> tuple[list[str], dict[str, str]]:
-    problems, units = [], dict(own)
-    for key, what in (("lateral_unit", "x and y"), ("height_unit", "z")):
-        given = getattr(stated, key)
-        if key not in own and given is None:
-            problems.append(f'the file states no unit of {what}: give {key}, such as "um"')
-        elif key in own and given is not None:
-            problems.append(f"the file states the unit of {what} ({own[key]}): leave out {key}")
-        elif key in own and own[key] not in UNITS_PER_METRE:
-            problems.append(f"its unit of {what}, {own[key]!r}, is not a length that is known here")
-        units.setdefault(key, given)
+def _unit_problems(file_units: dict[str, str], stated: Stated) -> tuple[list[str], dict[str, str]]:
+    problems, units = [], dict(file_units)
+    for key, coordinates in (("lateral_unit", "x and y"), ("height_unit", "z")):
+        unit = getattr(stated, key)
+        if key not in file_units and unit is None:
+            problems.append(f'the file states no unit of {coordinates}: give {key}, such as "um"')
+        elif key in file_units and unit is not None:
+            problems.append(
+                f"the file states the unit of {coordinates} ({file_units[key]}): leave out {key}"
+            )
+        elif key in file_units and file_units[key] not in UNITS_PER_METRE:
+            problems.append(
+                f"its unit of {coordinates}, {file_units[key]!r}, is not a length that is known "
+                "here"
+            )
+        units.setdefault(key, unit)
     if stated.size is not None:
         problems.append("the coordinates in the file state its size: leave out size")
     return problems, units

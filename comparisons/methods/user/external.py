@@ -22,7 +22,7 @@ import numpy as np
 
 from comparisons.errors import InputError
 from comparisons.facts.methods import GROUP, METHODS, Method
-from comparisons.facts.quantities import ASKED
+from comparisons.facts.quantities import COMPARABLE
 from comparisons.geometry.prepare import Geometry
 from comparisons.isolation import parent
 from comparisons.isolation.parent import Limits
@@ -63,7 +63,7 @@ class Origin:
     physics: tuple[str, ...] = ()
 
 
-class OutsideMethod:
+class UserMethod:
     """Stands for a method from outside: makes solvers that ask it in a process of its own."""
 
     def __init__(self, origin: Origin) -> None:
@@ -88,7 +88,7 @@ class OutsideMethod:
         """Whatever it does not refuse when asked."""
         return True
 
-    def __call__(self, scene: Scene) -> OutsideSolver:
+    def __call__(self, scene: Scene) -> UserSolver:
         """Ask it for its plan of a scene, and return its solver.
 
         Raises
@@ -99,15 +99,15 @@ class OutsideMethod:
         plan = self.plan(scene)
         if not plan["ok"]:
             # Of an installed package that nobody asked for it is a refusal.
-            given = self.origin.source.startswith("file:")
-            raise Refused(plan["reason"], broken=given and plan.get("broken", False))
-        solver = OutsideSolver(scene, self)
+            from_file = self.origin.source.startswith("file:")
+            raise Refused(plan["reason"], broken=from_file and plan.get("broken", False))
+        solver = UserSolver(scene, self)
         solver.note = plan["reason"]
         return solver
 
-    def planned(self, scene: Scene) -> OutsideSolver:
+    def planned(self, scene: Scene) -> UserSolver:
         """Return its solver of a scene that it did not refuse: it is not asked again."""
-        return OutsideSolver(scene, self)
+        return UserSolver(scene, self)
 
     def plan(self, scene: Scene) -> dict[str, Any]:
         """Ask the method; one that hangs, raises or answers nonsense does not do the scene."""
@@ -115,15 +115,15 @@ class OutsideMethod:
         if key not in self._plans:
             seconds = min(PLAN_SECONDS, self.origin.seconds)
             outcome = self.ask("plan", scene, seconds=seconds)
-            broken = None if outcome.ok else _broken(f"planning {_told(outcome)}")
+            broken = None if outcome.ok else _broken(f"planning {_failure(outcome)}")
             self._plans[key] = broken or _checked_plan(outcome.answer)
         return self._plans[key]
 
     def ask(self, question: str, *arguments: Any, seconds: float) -> parent.Outcome:
         """Put a question to the method, in a process of its own."""
         if self._stuck >= MOST_STUCK:
-            why = f"not asked again: {MOST_STUCK} times in a row it hung or ran out of memory"
-            return parent.Outcome("raised", reason=why)
+            reason = f"not asked again: {MOST_STUCK} times in a row it hung or ran out of memory"
+            return parent.Outcome("raised", reason=reason)
         outcome = parent.run(
             f"{WORK}:{question}",
             self.origin.source,
@@ -132,19 +132,19 @@ class OutsideMethod:
             seconds=seconds,
             memory=self.origin.memory,
             finite=False,
-            kept=f"{self.origin.source} {self.origin.digest}",
+            reuse=f"{self.origin.source} {self.origin.digest}",
         )
         stuck = outcome.ended in (parent.HUNG, parent.OUT_OF_MEMORY)
         self._stuck = self._stuck + 1 if stuck else 0
         return outcome
 
 
-class OutsideSolver(Solver[Geometry]):
+class UserSolver(Solver[Geometry]):
     """What a method from outside would do with a scene, and its checked answers."""
 
     span = math.inf  # cut in the method's own process, where the next load costs no start
 
-    def __init__(self, scene: Scene, method: OutsideMethod) -> None:
+    def __init__(self, scene: Scene, method: UserMethod) -> None:
         super().__init__(scene)
         self._method = method
 
@@ -154,14 +154,14 @@ class OutsideSolver(Solver[Geometry]):
 
     def model(self, geometry: Geometry) -> str:
         """Return the method's own words."""
-        words: str = self._method.plan(self.scene)["model"]
-        return words
+        text: str = self._method.plan(self.scene)["model"]
+        return text
 
     def solve(self, task: Task) -> Solution:
         """Solve in the method's own process, and check what comes back."""
         outcome = self._method.ask("solve", task, 3, seconds=self._method.origin.seconds)
         if not outcome.ok:
-            return Solution.lost(task, _told(outcome))
+            return Solution.lost(task, _failure(outcome))
         try:
             return _checked_solution(outcome.answer, task)
         except (KeyError, TypeError, ValueError, OverflowError) as error:
@@ -213,13 +213,13 @@ def digests() -> dict[str, str]:
 
     A machine that does not have the file or package of a method says so in place of its digest.
     """
-    found = {}
+    versions = {}
     for origin in _announced_origins():
         try:
-            found[f"method {origin.name}"] = _digest(origin.source)[:12]
+            versions[f"method {origin.name}"] = _digest(origin.source)[:12]
         except (OSError, ValueError):
-            found[f"method {origin.name}"] = f"no {origin.source}"
-    return found
+            versions[f"method {origin.name}"] = f"no {origin.source}"
+    return versions
 
 
 def add_announced() -> None:
@@ -228,10 +228,10 @@ def add_announced() -> None:
         _register(origin)
 
 
-def outside_methods() -> list[OutsideMethod]:
+def user_methods() -> list[UserMethod]:
     """Return the registered methods of files and packages."""
     makers = (maker for makers in registry.SOLVERS.values() for maker in makers)
-    return [maker for maker in makers if isinstance(maker, OutsideMethod)]
+    return [maker for maker in makers if isinstance(maker, UserMethod)]
 
 
 def _announced_origins() -> list[Origin]:
@@ -242,8 +242,8 @@ def _announced_origins() -> list[Origin]:
 
 
 def _register(origin: Origin) -> None:
-    made = OutsideMethod(origin)
-    registry.add(made, made.facts)
+    method = UserMethod(origin)
+    registry.add(method, method.facts)
 
 
 def _add(source: str, limits: Limits, problems: list[str]) -> None:
@@ -260,27 +260,27 @@ def _add(source: str, limits: Limits, problems: list[str]) -> None:
         seconds=PLAN_SECONDS,
         memory=limits.memory,
         finite=False,
-        kept=f"{source} {digest}",
+        reuse=f"{source} {digest}",
     )
     if not outcome.ok:
-        problems.append(f"{label}: {_told(outcome)}")
+        problems.append(f"{label}: {_failure(outcome)}")
         return
     try:
-        told = json.loads(outcome.answer["methods"])
-        origins = [_origin(source, digest, each, limits) for each in told]
+        documents = json.loads(outcome.answer["methods"])
+        origins = [_origin(source, digest, document, limits) for document in documents]
     except (KeyError, TypeError, ValueError) as error:
         problems.append(f"{label}: {_text(error)}")
         return
-    taken = {made.name: made.origin.source for made in outside_methods()}
+    sources = {method.name: method.origin.source for method in user_methods()}
     for origin in origins:
-        if taken.get(origin.name, source) != source:
+        if sources.get(origin.name, source) != source:
             problems.append(f"{label}: another method is called {origin.name!r} already")
             continue
         _register(origin)
-    os.environ[VARIABLE] = json.dumps([asdict(made.origin) for made in outside_methods()])
+    os.environ[VARIABLE] = json.dumps([asdict(method.origin) for method in user_methods()])
 
 
-def _origin(source: str, digest: str, found: Any, limits: Limits) -> Origin:
+def _origin(source: str, digest: str, document: Any, limits: Limits) -> Origin:
     """Check what a method calls itself.
 
     Raises
@@ -288,17 +288,17 @@ def _origin(source: str, digest: str, found: Any, limits: Limits) -> Origin:
     ValueError
         If its name is none, or is taken by a method of ours.
     """
-    name, title, dimension = (found[key] for key in ("name", "title", "dimension"))
-    physics = found.get("physics", [])
+    name, title, dimension = (document[key] for key in ("name", "title", "dimension"))
+    physics = document.get("physics", [])
     if not isinstance(name, str) or not NAME.fullmatch(name):
         raise ValueError(f"name: expected a-z, 0-9 and _, at most 40 characters, got {name!r:.60}")
-    if name in METHODS and not METHODS[name].outside:
+    if name in METHODS and not METHODS[name].user_made:
         raise ValueError(f"name: {name!r} is a method of roughline's own")
     if dimension not in (1, 3):
         raise ValueError(f"dimension: expected 1 or 3, got {dimension!r:.60}")
-    if not isinstance(physics, list) or any(each not in TABLES for each in physics):
-        known = ", ".join(TABLES)
-        raise ValueError(f"physics: expected tables among {known}, got {physics!r:.60}")
+    if not isinstance(physics, list) or any(table not in TABLES for table in physics):
+        names = ", ".join(TABLES)
+        raise ValueError(f"physics: expected tables among {names}, got {physics!r:.60}")
     title = _text(title)[:60] or name
     return Origin(source, name, title, dimension, digest, **asdict(limits), physics=tuple(physics))
 
@@ -312,7 +312,7 @@ def _digest(source: str) -> str:
     return f"{point.value} {point.dist.version if point.dist else ''}"
 
 
-def _told(outcome: parent.Outcome) -> str:
+def _failure(outcome: parent.Outcome) -> str:
     return f"{outcome.ended}: {_text(outcome.reason)}"
 
 
@@ -359,7 +359,7 @@ def _checked_solution(answer: dict[str, Any], task: Task) -> Solution:
     solution = solution_of(arrays)
     shape = (len(task.realisations), len(task.loads.values))
     for name, values in solution.quantities.items():
-        if name not in ASKED:
+        if name not in COMPARABLE:
             raise ValueError(f"unknown quantity {_text(name)!r}")
         if values.shape != shape or values.dtype.kind not in "iuf":
             raise ValueError(f"{name} has shape {values.shape} of {values.dtype}, not {shape}")
@@ -371,8 +371,8 @@ def _checked_solution(answer: dict[str, Any], task: Task) -> Solution:
     if solution.converged.any() and not solution.quantities:
         raise ValueError("no quantity at all")
     solution.reasons = {
-        (int(row), int(step)): _text(why)
-        for (row, step), why in solution.reasons.items()
+        (int(row), int(step)): _text(reason)
+        for (row, step), reason in solution.reasons.items()
         if 0 <= int(row) < shape[0] and 0 <= int(step) < shape[1]
     }
     for row, step in np.argwhere(~solution.converged):
@@ -385,8 +385,8 @@ def _checked_solution(answer: dict[str, Any], task: Task) -> Solution:
 
 def _checked_fields(fields: dict[str, np.ndarray]) -> dict[str, np.ndarray]:
     """Keep a pressure field whose parts fit together; anything else is not shown."""
-    kept = {name: np.ravel(fields[name]) for name in FIELDS if name in fields}
-    sizes = {values.size for values in kept.values()}
-    numeric = all(values.dtype.kind in "iuf" for values in kept.values())
-    whole = len(kept) == len(FIELDS) and len(sizes) == 1 and max(sizes) <= MOST_FIELD_POINTS
-    return kept if whole and numeric else {}
+    arrays = {name: np.ravel(fields[name]) for name in FIELDS if name in fields}
+    sizes = {values.size for values in arrays.values()}
+    numeric = all(values.dtype.kind in "iuf" for values in arrays.values())
+    consistent = len(arrays) == len(FIELDS) and len(sizes) == 1 and max(sizes) <= MOST_FIELD_POINTS
+    return arrays if consistent and numeric else {}

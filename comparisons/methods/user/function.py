@@ -81,15 +81,15 @@ def method(
     """
 
     def wrap(step: LoadStep) -> type[FunctionSolver]:
-        words = title or name.replace("_", " ")
+        label = title or name.replace("_", " ")
         body = {
             "name": name,
-            "title": words,
+            "title": label,
             "physics": frozenset(physics),
             "step": staticmethod(step),
             "levels": resolutions,
             "refuses": staticmethod(refuses),
-            "__doc__": step.__doc__ or words,
+            "__doc__": step.__doc__ or label,
             "__module__": step.__module__,
         }
         return type(name, (FunctionSolver,), body)

@@ -24,7 +24,7 @@ from pydantic import (
 
 from comparisons.errors import InputError
 from comparisons.facts.methods import METHODS, MODEL
-from comparisons.facts.quantities import ASKED, FIELDS
+from comparisons.facts.quantities import COMPARABLE, FIELDS
 from comparisons.questions.claims.headlines import builtin_claims, chapter_order
 from comparisons.questions.experiments import EXPERIMENTS
 from comparisons.scene.fields import Finite, KnownMethod, Positive, fail
@@ -39,7 +39,7 @@ VERDICTS = (HOLDS, FAILS, IN_A_RANGE, NOT_RESOLVED)
 # What the equivalent diameter says about the contact area when the true stiffness is known.
 AREA_FROM_STIFFNESS = "area_from_stiffness"
 # What a claim may be about: what a scene may ask for, and what follows from it.
-CLAIMED = tuple(dict.fromkeys((*ASKED, *FIELDS, AREA_FROM_STIFFNESS)))
+CLAIMED = tuple(dict.fromkeys((*COMPARABLE, *FIELDS, AREA_FROM_STIFFNESS)))
 MEASURES = ("maximum", "rms", "last")
 RESOLUTION = "resolution"
 MOST_STEPS = 200

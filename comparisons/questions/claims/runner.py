@@ -16,7 +16,7 @@ import numpy as np
 from comparisons.errors import LostWorkError, ResultsError
 from comparisons.files import plain, write_text
 from comparisons.machine import versions
-from comparisons.methods.user.external import outside_methods
+from comparisons.methods.user.external import user_methods
 from comparisons.questions.campaign import Campaign, Options
 from comparisons.questions.claims.claim import Claim
 from comparisons.questions.claims.record import (
@@ -59,7 +59,7 @@ class ClaimRun(Campaign[ClaimRecord, ClaimsRecord]):
         As in `Campaign`.
     """
 
-    layout = Layout(RECORD, kept=MEASUREMENTS)
+    layout = Layout(RECORD, answers=MEASUREMENTS)
 
     def __init__(
         self,
@@ -124,7 +124,7 @@ def judged_claim(claim: Claim, effort: Effort) -> Inquiry[ClaimRecord]:
 def _repeats(claim: Claim, effort: Effort) -> str:
     """Return the command that judges the claim again."""
     command = f"roughline claims {claim.id} --{effort}"
-    sources = {made.name: made.origin.source for made in outside_methods()}
+    sources = {made.name: made.origin.source for made in user_methods()}
     if claim.method not in sources:
         return command
     kind, _, where = sources[claim.method].partition(":")

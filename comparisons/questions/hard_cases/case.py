@@ -17,7 +17,7 @@ from pydantic import (
     model_validator,
 )
 
-from comparisons.facts.methods import OWN
+from comparisons.facts.methods import BUILT_IN
 from comparisons.questions.hard_cases.formulas import Formula
 from comparisons.questions.hard_cases.recipes import Recipe, Table
 from comparisons.scene.fields import Positive, fail
@@ -28,7 +28,7 @@ OUTCOME_KEYS = ("accurate", "degraded", "refused", "not_for")
 # Larger errors are degraded ones.
 ACCURATE_TO = 0.01
 # The methods that every case expects something of; those of others are shown as they are.
-JUDGED = tuple(name for name, row in OWN.items() if not row.peer)
+JUDGED = tuple(name for name, row in BUILT_IN.items() if not row.peer)
 
 Judged = Literal[JUDGED]  # type: ignore[valid-type]
 Text = Annotated[str, Field(min_length=1, max_length=500)]

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, ClassVar, Literal
 import numpy as np
 from pydantic import model_validator
 
-from comparisons.facts.quantities import ASKED
+from comparisons.facts.quantities import COMPARABLE
 from comparisons.questions.hard_cases.recipes import Table
 from comparisons.scene.fields import Length, fail
 from comparisons.scene.scene import Scene
@@ -86,7 +86,7 @@ class ClosedGap(Table):
 class Formula(Table):
     """Exactly one of them: `constant` gives quantities that are the same at every step."""
 
-    constant: dict[Literal[ASKED], float] | None = None  # type: ignore[valid-type]
+    constant: dict[Literal[COMPARABLE], float] | None = None  # type: ignore[valid-type]
     hertz: Hertz | None = None
     stuck: Stuck | None = None
     creeping: Creeping | None = None

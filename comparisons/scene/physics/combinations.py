@@ -28,38 +28,38 @@ def with_defaults(data: dict[str, Any]) -> dict[str, Any]:
     compare = data.get("compare", {})
     if not tables or not isinstance(compare, dict) or "quantities" in compare:
         return data
-    own = next((TABLES[name].compared for name in tables if TABLES[name].compared), None)
-    if own is None:
-        own = (*DEFAULT, *(each for name in tables for each in TABLES[name].adds))
+    quantities = next((TABLES[name].compared for name in tables if TABLES[name].compared), None)
+    if quantities is None:
+        quantities = (*DEFAULT, *(added for name in tables for added in TABLES[name].adds))
     loading = data.get("loading")
     in_time = isinstance(loading, dict) and "time" in loading
     if "dynamics" in tables and in_time:
-        own = ("penetration", "force", "contact_area")
-    return data | {"compare": {**compare, "quantities": list(own)}}
+        quantities = ("penetration", "force", "contact_area")
+    return data | {"compare": {**compare, "quantities": list(quantities)}}
 
 
 def combination_problems(data: Mapping[str, Any]) -> Iterator[str]:
     """Yield what does not go together in a scene, with the reason."""
     tables = switched_on(data)
-    for one in tables:
-        for other, why in TABLES[one].apart.items():
-            if other in tables:
-                yield f"{one}: expected no [{other}] beside it: {why}"
+    for table in tables:
+        for partner, reason in TABLES[table].apart.items():
+            if partner in tables:
+                yield f"{table}: expected no [{partner}] beside it: {reason}"
     if tables:
         yield from _bodies(data, tables)
     yield from _loads(data, tables)
     compare = data.get("compare")
-    asked = compare.get("quantities") if isinstance(compare, dict) else None
-    for name in asked if isinstance(asked, (list, tuple)) else ():
+    names = compare.get("quantities") if isinstance(compare, dict) else None
+    for name in names if isinstance(names, (list, tuple)) else ():
         needed = quantity(name).physics if isinstance(name, str) else ()
         if needed and not set(needed) & set(tables):
             yield f"compare.quantities: {name}: expected {_either(needed)} in the scene"
 
 
 def _bodies(data: Mapping[str, Any], tables: tuple[str, ...]) -> Iterator[str]:
-    named = _either(tables)
+    cause = _either(tables)
     if "body" in data:
-        yield f"body: expected no {named} beside it: a mesh of yours is elastic and frictionless"
+        yield f"body: expected no {cause} beside it: a mesh of yours is elastic and frictionless"
     one_body = [name for name in tables if TABLES[name].one_body]
     if "counter_body" in data and one_body:
         yield (

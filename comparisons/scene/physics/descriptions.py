@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 from comparisons.facts.quantities import quantity
-from comparisons.formatting import given
+from comparisons.formatting import unpadded
 from comparisons.scene.physics.loads import Loads
 
 if TYPE_CHECKING:
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 def switched_on(scene: Scene, loads: Loads) -> Iterable[tuple[str, str]]:
     """Yield each part of the physics beyond frictionless elastic contact, and how it acts."""
     for name in scene.physics:
-        yield getattr(scene, name).words(scene)
+        yield getattr(scene, name).description(scene)
     if scene.physics:
         yield "load axis", _axis(loads)
 
@@ -30,8 +30,8 @@ def left_out(scene: Scene) -> Iterable[tuple[str, str]]:
     if not scene.physics:
         return
     if scene.friction is not None and scene.poisson_ratio != 0.5:
-        what = "the drag of pressing along the surface, in the reduced model"
-        yield what, "its normal and tangential springs act apart, which is so at ν = 1/2 only"
+        effect = "the drag of pressing along the surface, in the reduced model"
+        yield effect, "its normal and tangential springs act apart, which is so at ν = 1/2 only"
     if scene.adhesion is None:
         yield "attraction of the surfaces", "no [adhesion] in the scene: they never pull"
     if scene.dynamics is None:
@@ -45,15 +45,15 @@ def left_out(scene: Scene) -> Iterable[tuple[str, str]]:
 def _axis(loads: Loads) -> str:
     """Say what the steps are, and at which normal load."""
     steps = len(loads.values)
-    what = quantity(loads.control).words
+    control_label = quantity(loads.control).label
     if loads.axis == "step":
-        text = f"a path of {steps} steps in {what}"
+        text = f"a path of {steps} steps in {control_label}"
     elif loads.axis == "time":
-        history = "" if loads.control == "time" else f" of {what}"
+        history = "" if loads.control == "time" else f" of {control_label}"
         text = f"a history{history} in {steps} times"
     else:
-        text = f"{steps} values of {what}, each by itself"
+        text = f"{steps} values of {control_label}, each by itself"
     if loads.normal is None:
         return text
     normal = quantity(loads.normal.control)
-    return f"{text}, at {normal.words} {given(float(loads.normal.values[0]), normal.unit)}"
+    return f"{text}, at {normal.label} {unpadded(float(loads.normal.values[0]), normal.unit)}"

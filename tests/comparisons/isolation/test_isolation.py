@@ -217,9 +217,9 @@ def test_a_process_that_interrupts_us_ends_before_its_folder_goes(strange, tmp_p
 def called(strange):
     """Return a caller of one kept process, which ends with the test."""
     yield lambda work, *arguments, **limits: parent.run(
-        strange + work, *arguments, **({"seconds": 60, "kept": "test"} | limits)
+        strange + work, *arguments, **({"seconds": 60, "reuse": "test"} | limits)
     )
-    parent._end_kept()
+    parent._end_waiting()
 
 
 def test_a_kept_process_answers_again_and_ends_when_told(called):
@@ -227,8 +227,8 @@ def test_a_kept_process_answers_again_and_ends_when_told(called):
     first, second = called("counts").answer, called("counts").answer
     assert (first["calls"], second["calls"]) == (1, 2)
     assert first["pid"] == second["pid"]
-    assert called("counts", kept="").answer["calls"] == 1
-    parent._end_kept()
+    assert called("counts", reuse="").answer["calls"] == 1
+    parent._end_waiting()
     assert gone(first["pid"], within=0)
 
 

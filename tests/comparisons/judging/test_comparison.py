@@ -13,7 +13,7 @@ from comparisons.tasks.solution import Solution
 
 DEPTHS = np.array([1e-6, 2e-6, 4e-6, 8e-6])
 CONSTANTS = {"threads": 1, "versions": "a=1", "machine": "box"}
-ASKED = ("force", "penetration", "contact_area")
+COMPARABLE = ("force", "penetration", "contact_area")
 
 
 def hertz(depths=DEPTHS, modulus=210e9 / 0.91, radius=0.01):
@@ -246,7 +246,7 @@ def test_a_step_lost_on_every_surface_takes_no_other_method_along(rough):
 
 
 def chosen(solved):
-    return choose_truth(solved, "penetration", ASKED)
+    return choose_truth(solved, "penetration", COMPARABLE)
 
 
 def levels(method, *curves, resolutions=(4, 8, 16)):
@@ -276,8 +276,8 @@ def test_otherwise_the_finest_solution_of_the_method_known_best():
     assert truth.label == "bem_fft 16"
     # Roache: 1.25 times the last difference over (2 - 1), here the remaining error 0.25 %.
     assert truth.bar("force") == pytest.approx(1.25 * 0.0025 / 1.0025, rel=1e-6)
-    assert METHODS["bem_fft"].title in truth.sentence(ASKED)
-    assert "N = 16" in truth.sentence(ASKED)
+    assert METHODS["bem_fft"].title in truth.sentence(COMPARABLE)
+    assert "N = 16" in truth.sentence(COMPARABLE)
     turned = levels("fem", *converging(error=0.01)) | levels("bem_fft", *converging(error=0.04))
     assert chosen(turned).label == "fem 16"
 
@@ -289,7 +289,7 @@ def test_a_reduced_model_is_never_the_truth():
 def test_a_single_resolution_has_no_known_error():
     truth = chosen({("bem_fft", 8): solution(hertz())})
     assert np.isnan(truth.bar("force")).all()
-    assert "its error is not known" in truth.sentence(ASKED)
+    assert "its error is not known" in truth.sentence(COMPARABLE)
 
 
 def test_a_resolution_with_a_lost_step_is_no_reference():
@@ -330,7 +330,7 @@ def test_a_planted_fault_is_told_in_words():
     solved |= levels("fem", *converging(factor=0.95, error=0.02))
     truth = chosen(solved)
     assert truth.method == "bem_fft"
-    (sentence,) = truth.disagreements(ASKED)
+    (sentence,) = truth.disagreements(COMPARABLE)
     titles = f"{METHODS['fem'].title} and {METHODS['bem_fft'].title}"
     assert sentence.startswith(f"{titles} differ in force by 4.8")  # 0.95 * 1.005 / 1.0025 - 1
     assert "more than their bars" in sentence
@@ -342,26 +342,26 @@ def test_a_fault_at_one_load_step_is_told_with_the_step():
     fault = np.where(np.arange(9) == 2, 1.07, 1.0)
     fem = [scaled(c, force=fault) for c in converging(error=0.06, depths=depths)]
     solved = levels("bem_fft", *converging(error=0.06, depths=depths)) | levels("fem", *fem)
-    (sentence,) = chosen(solved).disagreements(ASKED)
+    (sentence,) = chosen(solved).disagreements(COMPARABLE)
     assert "7.0\u202f% at load step 3" in sentence
 
 
 def test_references_within_their_bars_do_not_disagree():
     solved = levels("bem_fft", *converging(error=0.01)) | levels("fem", *converging(error=0.04))
     assert len(truths(solved, "penetration")) == 2
-    assert chosen(solved).disagreements(ASKED) == ()
+    assert chosen(solved).disagreements(COMPARABLE) == ()
 
 
 def test_a_reference_of_unknown_error_cannot_disagree():
     solved = levels("bem_fft", *converging()) | {("fem", 4): solution(scaled(hertz(), force=2))}
-    assert chosen(solved).disagreements(ASKED) == ()
+    assert chosen(solved).disagreements(COMPARABLE) == ()
 
 
 def test_a_closed_form_is_defended_against_every_solver():
     """The same planted fault, seen from the closed form."""
     solved = levels("fem", *converging(factor=0.95, error=0.01))
     solved[("closed_form", 1)] = solution(hertz())
-    (sentence,) = chosen(solved).disagreements(ASKED)
+    (sentence,) = chosen(solved).disagreements(COMPARABLE)
     assert f"{METHODS['closed_form'].title} differ in force" in sentence
 
 

@@ -11,7 +11,7 @@ from comparisons.solving.execution import execute
 from comparisons.solving.planning import plan_scene, task_of
 from comparisons.tasks.solution import Solution
 
-ASKED = {"quantities": ["force", "pressure"]}
+COMPARABLE = {"quantities": ["force", "pressure"]}
 SQUARE = {"shape": "square_punch", "side": 2.0}
 
 
@@ -50,7 +50,7 @@ def measures(plan, solved, method, resolution):
 
 @pytest.fixture
 def square(scene):
-    return plan_scene(scene(indenter=SQUARE, compare=ASKED))[0]
+    return plan_scene(scene(indenter=SQUARE, compare=COMPARABLE))[0]
 
 
 def test_a_ring_of_a_tenth_of_the_contact_radius_is_left_out_along_straight_sharp_edges(square):
@@ -152,7 +152,7 @@ def test_points_where_a_rule_has_no_real_pressure_do_not_count(square):
 
 def test_the_cone_is_compared_away_from_its_tip(scene):
     """Exact pressure at all points but near the tip, where p ~ arcosh(a/r) (Sneddon 1965)."""
-    (plan,) = plan_scene(scene(indenter={"shape": "cone", "slope": 0.1}, compare=ASKED))
+    (plan,) = plan_scene(scene(indenter={"shape": "cone", "slope": 0.1}, compare=COMPARABLE))
     exact = execute(task_of(plan, "closed_form", 1), 1)
     a = 2 / np.pi * plan.loads.values[-1] / 0.1
     x = np.linspace(0.01, 0.99, 99) * a

@@ -21,10 +21,10 @@ from comparisons.methods import registry
 from comparisons.methods.user import external
 from comparisons.methods.user.external import (
     Origin,
-    OutsideMethod,
+    UserMethod,
     add_announced,
     add_methods,
-    outside_methods,
+    user_methods,
 )
 from comparisons.questions.claims.claim import ClaimError, about_method, load_claims
 from comparisons.questions.claims.runner import _repeats
@@ -188,7 +188,7 @@ def test_a_method_that_always_hangs_is_asked_a_few_times_only(monkeypatch):
         return parent.Outcome("hung", reason="no answer within 1 s")
 
     monkeypatch.setattr(parent, "run", hang)
-    method = OutsideMethod(Origin("file:x", "slow", "slow", 3, "", 1.0, 1e9))
+    method = UserMethod(Origin("file:x", "slow", "slow", 3, "", 1.0, 1e9))
     scenes = [
         load_scene(name) for name in ("paraboloid", "cone", "sphere", "cylinder", "ellipsoid-2")
     ]
@@ -203,7 +203,7 @@ def test_a_method_that_always_hangs_is_asked_a_few_times_only(monkeypatch):
 
 @pytest.fixture
 def task():
-    made = OutsideMethod(Origin("file:x", "other", "other", 3, "", 1.0, 1e9))
+    made = UserMethod(Origin("file:x", "other", "other", 3, "", 1.0, 1e9))
     registry.add(made, made.facts)
     plan = plan_scene(load_scene("paraboloid", {"compare.methods": ["reduced"]}))[0]
     return task_of(plan, "other", 10)
@@ -294,7 +294,7 @@ def test_reasons_are_short_printable_and_about_steps_that_exist(answered):
 def test_resolutions_are_a_few_whole_numbers(monkeypatch, levels):
     answer = parent.Outcome("answered", answer={"ok": True, "resolutions": levels})
     monkeypatch.setattr(parent, "run", lambda *a, **k: answer)
-    method = OutsideMethod(Origin("file:x", "odd", "odd", 3, "", 1.0, 1e9))
+    method = UserMethod(Origin("file:x", "odd", "odd", 3, "", 1.0, 1e9))
     plan = method.plan(load_scene("paraboloid"))
     assert not plan["ok"]
     assert "resolutions" in plan["reason"]
@@ -412,7 +412,7 @@ def test_workers_are_told_in_their_environment(monkeypatch, tmp_path):
     add_methods([file], Limits(5, 1e9))
     del METHODS["other"], registry.SOLVERS["other"]
     add_announced()
-    (made,) = outside_methods()
+    (made,) = user_methods()
     assert (made.name, made.origin.seconds, made.origin.memory) == ("other", 5, 1e9)
     assert "other" in METHODS
     assert str(file) in os.environ[external.VARIABLE]
@@ -446,7 +446,7 @@ def test_installed_packages_bring_methods_and_a_broken_one_is_left_out(monkeypat
 
     monkeypatch.setattr(parent, "run", describe)
     assert add_methods() == ["the installed method 'torn': raised: ImportError: torn"]
-    assert [made.origin.source for made in outside_methods()] == ["entry:good"]
+    assert [made.origin.source for made in user_methods()] == ["entry:good"]
 
 
 # --- the other side, in this process ----------------------------------------------------------
@@ -514,7 +514,7 @@ def test_a_method_that_breaks_while_it_plans_is_an_error_not_a_refusal(monkeypat
     monkeypatch.setattr(parent, "run", lambda work, source, name, *a, **k: outcomes[name])
     for source in ("file:x", "entry:x"):
         for name in outcomes:
-            made = OutsideMethod(Origin(source, name, name, 3, "", 1.0, 1e9))
+            made = UserMethod(Origin(source, name, name, 3, "", 1.0, 1e9))
             registry.add(made, made.facts)
         scene = load_scene("paraboloid", {"compare.methods": ["closed_form", *outcomes]})
         if source == "file:x":

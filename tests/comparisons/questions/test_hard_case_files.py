@@ -7,7 +7,7 @@ import pickle
 import numpy as np
 import pytest
 
-from comparisons.facts.methods import METHODS, OWN
+from comparisons.facts.methods import BUILT_IN, METHODS
 from comparisons.questions.hard_cases import catalogue as files
 from comparisons.questions.hard_cases.case import JUDGED, HardCase
 from comparisons.questions.hard_cases.catalogue import (
@@ -55,7 +55,7 @@ def problems(cases, tmp_path):
 
 
 def test_something_is_expected_of_all_built_in_methods():
-    assert [name for name in OWN if not METHODS[name].peer] == list(JUDGED)
+    assert [name for name in BUILT_IN if not METHODS[name].peer] == list(JUDGED)
 
 
 def test_every_baseline_is_what_a_case_is_like():

@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from comparisons.facts.methods import METHODS, OWN
+from comparisons.facts.methods import BUILT_IN, METHODS
 from comparisons.methods.reduced import ReducedProfile
 from comparisons.methods.registry import SOLVERS
 from comparisons.questions.hard_cases.case import Expected
@@ -17,7 +17,7 @@ from comparisons.questions.hard_cases.catalogue import catalogue
 from comparisons.questions.hard_cases.run import LEFT_OUT, run_case, words
 from comparisons.solving import execution
 
-BUILT_IN = tuple(name for name in OWN if not METHODS[name].peer)
+OURS = tuple(name for name in BUILT_IN if not METHODS[name].peer)
 # What the catalogue promises to hold, each with a case that shows it.
 TOPICS = {
     "Poisson's ratio to 1/2": ("nu-0", "nu-0-3", "nu-0-49", "nu-0-499", "nu-0-4999", "nu-0-5"),
@@ -75,16 +75,16 @@ def assert_as_said(outcomes):
 @pytest.mark.parametrize("name", [name for name in catalogue() if name not in LONG])
 def test_methods_do_what_the_catalogue_says(name):
     """The cheap pairs of method and case; --full and the slow tests run the others, too."""
-    outcomes = run_case(catalogue()[name], BUILT_IN, full=False)
-    assert [each.method for each in outcomes] == list(BUILT_IN)
+    outcomes = run_case(catalogue()[name], OURS, full=False)
+    assert [each.method for each in outcomes] == list(OURS)
     left_out = {each.method for each in outcomes if each.kind == LEFT_OUT}
-    assert left_out == catalogue()[name].slow & {*BUILT_IN}
+    assert left_out == catalogue()[name].slow & {*OURS}
     assert_as_said(outcomes)
 
 
 def pairs_left(name):
     """Return the methods of a case that the test above leaves out."""
-    return [method for method in BUILT_IN if name in LONG or method in catalogue()[name].slow]
+    return [method for method in OURS if name in LONG or method in catalogue()[name].slow]
 
 
 @pytest.mark.slow

@@ -26,7 +26,7 @@ def test_runs_killed_at_random_moments_end_like_undisturbed_ones(monkeypatch):
     found, total = script.experiment(runs=3, workers=2, realisations=50, seed=7)
     assert all(each.identical for each in found)
     assert all(each.redone == 0 and each.left == 0 for each in found)
-    assert all(each.kept <= total for each in found)
+    assert all(each.solves <= total for each in found)
 
 
 def test_what_a_kill_leaves_behind_is_cleaned_and_does_not_stop_a_resume(scene, tmp_path):

@@ -10,9 +10,9 @@ import pytest
 
 from comparisons.results.runs import (
     CHANGED,
-    FOUND,
     LOST,
     ONE_SIDED,
+    RECOVERED,
     SAME,
     SLOW,
     VERDICT,
@@ -104,7 +104,7 @@ def test_lost_answers_are_bad_and_found_ones_are_not(tmp_path):
     assert "3 of 3 answers lost: ran away" in gone.text
     assert LOST in gone.kinds
     back = reduced_change(study(tmp_path, converged=False), study(tmp_path))
-    assert FOUND in back.kinds
+    assert RECOVERED in back.kinds
     assert not back.bad
 
 

@@ -10,11 +10,11 @@ from comparisons.results.vtu import write_fields
 from comparisons.solving.execution import execute
 from comparisons.solving.planning import plan_scene, task_of
 
-ASKED = {"quantities": ["force", "pressure"]}
+COMPARABLE = {"quantities": ["force", "pressure"]}
 
 
 def test_the_pressure_of_a_grid_is_a_surface_of_quads(rough, tmp_path):
-    (plan,) = plan_scene(rough(points=[16, 12], size=["4 um", "3 um"], compare=ASKED))
+    (plan,) = plan_scene(rough(points=[16, 12], size=["4 um", "3 um"], compare=COMPARABLE))
     fields = execute(task_of(plan, "bem_fft", 16)).fields
     path = tmp_path / "out" / "contact.vtu"
     assert write_fields(path, fields)
@@ -35,7 +35,7 @@ def test_the_pressure_of_a_grid_is_a_surface_of_quads(rough, tmp_path):
 
 def test_the_body_of_finite_elements_is_one_of_hexahedra(scene, tmp_path):
     """Its displacement is deepest under the ball, by the penetration, and von Mises positive."""
-    (plan,) = plan_scene(scene(compare=ASKED | {"resolutions": [2]}))
+    (plan,) = plan_scene(scene(compare=COMPARABLE | {"resolutions": [2]}))
     fields = execute(task_of(plan, "fem", 2, with_body=True)).fields
     path = tmp_path / "body.vtu"
     assert write_fields(path, fields)

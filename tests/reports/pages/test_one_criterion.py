@@ -102,7 +102,7 @@ def assert_one_voice(scene, folder, capsys):
             assert row[3] == "no result"
             continue
         asked = fmt.tolerance(scene.tolerance)
-        what = quantity(item.quantity).words
+        what = quantity(item.quantity).label
         assert words(f"{what} {item.number} {item.when} {item.word} {asked}") in run
         assert words(f"{item.word} {item.number}") in page
         number = error_with_bar(item.error, item.uncertainty)

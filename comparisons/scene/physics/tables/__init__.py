@@ -7,8 +7,8 @@ import sys
 from comparisons.discovery import classes_of
 from comparisons.scene.physics.tables.table import PhysicsTable
 
-_found = (table for table in classes_of(sys.modules[__name__], PhysicsTable) if table.key)
+_tables = (table for table in classes_of(sys.modules[__name__], PhysicsTable) if table.key)
 # In the order in which a plan names them.
 TABLES: dict[str, type[PhysicsTable]] = {
-    table.key: table for table in sorted(_found, key=lambda table: table.place)
+    table.key: table for table in sorted(_tables, key=lambda table: table.place)
 }

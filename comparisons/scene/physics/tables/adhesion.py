@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Annotated, ClassVar
 
-from comparisons.formatting import given
+from comparisons.formatting import unpadded
 from comparisons.scene.fields import quantity
 from comparisons.scene.physics.tables.table import PhysicsTable
 from comparisons.scene.units import LENGTH, SURFACE_ENERGY
@@ -33,8 +33,11 @@ class Adhesion(PhysicsTable):
         """Whether the attraction acts at the edge of the contact only, as in JKR."""
         return self.range == 0.0
 
-    def words(self, scene: Scene) -> tuple[str, str]:
+    def description(self, scene: Scene) -> tuple[str, str]:
         """Say what acts, and how."""
         short = "at the edge of the contact only (JKR)"
-        reach = f"up to a distance of {given(self.range, 'm')}"
-        return "adhesion", f"w = {given(self.work, 'J/m²')}, {short if self.short_range else reach}"
+        reach = f"up to a distance of {unpadded(self.range, 'm')}"
+        return (
+            "adhesion",
+            f"w = {unpadded(self.work, 'J/m²')}, {short if self.short_range else reach}",
+        )

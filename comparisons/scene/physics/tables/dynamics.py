@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import model_validator
 
-from comparisons.formatting import given
+from comparisons.formatting import unpadded
 from comparisons.scene.fields import quantity
 from comparisons.scene.loading import LoadRange, ranged
 from comparisons.scene.physics.tables.table import PhysicsTable
@@ -43,7 +43,7 @@ class Dynamics(PhysicsTable):
 
     @model_validator(mode="before")
     @classmethod
-    def _rest(cls, value: Any) -> Any:
+    def _velocity_list(cls, value: Any) -> Any:
         if isinstance(value, dict) and "velocity" in value:
             return value | {"velocity": _velocities(value["velocity"])}
         return value
@@ -53,7 +53,7 @@ class Dynamics(PhysicsTable):
         """Whether the mass starts without a velocity."""
         return self.velocity.values == (0.0,)
 
-    def words(self, scene: Scene) -> tuple[str, str]:
+    def description(self, scene: Scene) -> tuple[str, str]:
         """Say what acts, and how."""
-        mass = given(1e3 * self.mass, "g")
+        mass = unpadded(1e3 * self.mass, "g")
         return "inertia", f"of a rigid mass of {mass}; the half-space has none"

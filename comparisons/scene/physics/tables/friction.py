@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, ClassVar, Literal
 
-from comparisons.formatting import given
+from comparisons.formatting import unpadded
 from comparisons.scene.fields import Positive
 from comparisons.scene.physics.tables.table import PhysicsTable
 
@@ -32,6 +32,6 @@ class Friction(PhysicsTable):
     coefficient: Positive
     coupling: Literal["full", "none"] = "full"
 
-    def words(self, scene: Scene) -> tuple[str, str]:
+    def description(self, scene: Scene) -> tuple[str, str]:
         """Say what acts, and how."""
-        return "Coulomb friction", f"µ = {given(self.coefficient, '')}, sticking and slipping"
+        return "Coulomb friction", f"µ = {unpadded(self.coefficient, '')}, sticking and slipping"

@@ -23,6 +23,6 @@ class Sliding(PhysicsTable):
 
     speed: Annotated[LoadRange, ranged(SPEED, "loads")]
 
-    def words(self, scene: Scene) -> tuple[str, str]:
+    def description(self, scene: Scene) -> tuple[str, str]:
         """Say what acts, and how."""
         return "steady sliding", "each speed by itself, after every start has been forgotten"

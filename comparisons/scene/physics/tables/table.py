@@ -42,7 +42,7 @@ class PhysicsTable(BaseModel):
     apart: ClassVar[Mapping[str, str]] = {}
     one_body: ClassVar[bool] = False
 
-    def words(self, scene: Scene) -> tuple[str, str]:
+    def description(self, scene: Scene) -> tuple[str, str]:
         """Say in the plan what acts, and how; by default the docstring and the keys."""
         keys = ", ".join(f"{key} = {value}" for key, value in self.model_dump().items())
         return (type(self).__doc__ or self.key).strip().splitlines()[0].rstrip("."), keys

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import BeforeValidator, model_validator
 
-from comparisons.formatting import given
+from comparisons.formatting import unpadded
 from comparisons.scene.fields import Sign, fail, quantity
 from comparisons.scene.physics.tables.table import PhysicsTable
 from comparisons.scene.units import PRESSURE, TIME, VISCOSITY, Dimension
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 _ELEMENTS = {"kelvin_voigt": (1, 1), "maxwell": (1, 1), "standard": (2, 1)}
 
 
-def _each(dimension: Dimension, kind: str, sign: Sign = "positive") -> Any:
+def _listed(dimension: Dimension, kind: str, sign: Sign = "positive") -> Any:
     """Return the validator of a list of quantities, or of a single one that stands for it."""
     check = quantity(dimension, sign=sign, kind=kind).func
 
@@ -26,7 +26,7 @@ def _each(dimension: Dimension, kind: str, sign: Sign = "positive") -> Any:
         listed = value if isinstance(value, (list, tuple)) else [value]
         if not listed:
             raise fail(f"expected a {kind}, or a list of them, got an empty list")
-        return tuple(check(each) for each in listed)
+        return tuple(check(entry) for entry in listed)
 
     return BeforeValidator(read)
 
@@ -45,9 +45,9 @@ class Viscoelastic(PhysicsTable):
     place = 2
     one_body = True
     model: Literal["kelvin_voigt", "maxwell", "standard", "prony"]
-    shear_moduli: Annotated[tuple[float, ...], _each(PRESSURE, "modulus", "not negative")]
-    viscosities: Annotated[tuple[float, ...] | None, _each(VISCOSITY, "viscosity")] = None
-    relaxation_times: Annotated[tuple[float, ...] | None, _each(TIME, "time")] = None
+    shear_moduli: Annotated[tuple[float, ...], _listed(PRESSURE, "modulus", "not negative")]
+    viscosities: Annotated[tuple[float, ...] | None, _listed(VISCOSITY, "viscosity")] = None
+    relaxation_times: Annotated[tuple[float, ...] | None, _listed(TIME, "time")] = None
 
     @model_validator(mode="after")
     def _complete(self) -> Viscoelastic:
@@ -65,10 +65,10 @@ class Viscoelastic(PhysicsTable):
         if (self.viscosities is None) == (self.relaxation_times is None):
             problems.append("expected exactly one of viscosities and relaxation_times")
         for name in ("viscosities", "relaxation_times"):
-            given = getattr(self, name)
-            if given is not None and len(given) != dashpots:
+            entries = getattr(self, name)
+            if entries is not None and len(entries) != dashpots:
                 problems.append(
-                    f"{name}: expected {dashpots}, one for each dashpot, got {len(given)}"
+                    f"{name}: expected {dashpots}, one for each dashpot, got {len(entries)}"
                 )
         if problems:
             raise fail("; ".join(problems))
@@ -126,15 +126,15 @@ class Viscoelastic(PhysicsTable):
         recoverable = sum(modulus * time**2 for modulus, time in self.branches) / viscosity**2
         return 1.0 / (recoverable + duration / viscosity)
 
-    def words(self, scene: Scene) -> tuple[str, str]:
+    def description(self, scene: Scene) -> tuple[str, str]:
         """Name the model with its moduli and times."""
-        lasting = given(self.long_term_modulus, "Pa")
+        lasting = unpadded(self.long_term_modulus, "Pa")
         parts = [
-            f"{given(modulus, 'Pa')} relaxing in {given(time, 's')}"
+            f"{unpadded(modulus, 'Pa')} relaxing in {unpadded(time, 's')}"
             for modulus, time in self.branches
         ]
         if self.dashpot_viscosity:
-            parts = [f"a dashpot of {given(self.dashpot_viscosity, 'Pa s')}"]
-        name, nu = self.model.replace("_", "-"), given(scene.poisson_ratio, "")
+            parts = [f"a dashpot of {unpadded(self.dashpot_viscosity, 'Pa s')}"]
+        name, nu = self.model.replace("_", "-"), unpadded(scene.poisson_ratio, "")
         text = f"{name}: G = {lasting} for good, and {', '.join(parts)}; ν = {nu}"
         return "memory of the material", text
