@@ -9,9 +9,9 @@ from comparisons.files import write_text
 from comparisons.results.runs import (
     CHANGED,
     FAST,
-    RECOVERED,
     LOST,
     ONE_SIDED,
+    RECOVERED,
     SAME,
     SLOW,
     VERDICT,
