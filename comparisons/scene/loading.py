@@ -13,7 +13,7 @@ import numpy as np
 from pydantic import BaseModel, BeforeValidator, ConfigDict, Field, ValidationInfo, model_validator
 
 from comparisons.facts.quantities import NORMAL, TANGENTIAL
-from comparisons.scene.fields import fail, excerpt, flagged
+from comparisons.scene.fields import excerpt, fail, flagged
 from comparisons.scene.units import FORCE, LENGTH, NUMBER, TIME, Dimension, to_si
 
 Control = Literal[
