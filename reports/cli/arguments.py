@@ -1,4 +1,4 @@
-"""Types of command-line arguments that cyclopts would read too generously."""
+"""Command-line arguments that cyclopts would parse too leniently."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from cyclopts import Parameter, Token
 
 
 def _whole(type_: type, tokens: Sequence[Token]) -> int:
-    """Read a whole number as it is written; cyclopts would round 1.5."""
+    """Parse a whole number strictly; cyclopts would round 1.5."""
     text = tokens[0].value
     try:
         return int(text)
@@ -18,7 +18,7 @@ def _whole(type_: type, tokens: Sequence[Token]) -> int:
 
 
 def share(text: str) -> float:
-    """Read a relative tolerance: 5%, 5 % or 0.05.
+    """Parse a relative tolerance: 5%, 5 % or 0.05.
 
     Raises
     ------
@@ -31,12 +31,12 @@ def share(text: str) -> float:
         return float(bare) / (100 if bare != text.strip() else 1)
     except ValueError:
         raise InputError(
-            f"--tolerance: expected a share such as 5% or 0.05, got {text!r}"
+            f"--tolerance: expected a relative error such as 5% or 0.05, got {text!r}"
         ) from None
 
 
 def part_of(text: str) -> tuple[int, int]:
-    """Read which part of a study: 2/5 is the second of five.
+    """Parse the part of a study to solve: 2/5 is the second of five.
 
     Raises
     ------

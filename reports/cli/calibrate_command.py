@@ -1,4 +1,4 @@
-"""The command ``roughline calibrate``: bars on the truth against true errors."""
+"""The command ``roughline calibrate``: error bars of the references against their true errors."""
 
 from __future__ import annotations
 
@@ -17,13 +17,13 @@ COVERAGE, WIDTH = 0.95, 10.0
 def calibrate(*, out: Path = Path("roughline-results/calibration"), crew: Crew = ALONE) -> int:
     """Compare the error bars of the references with their true errors, on closed forms.
 
-    Exit code 1 where they cover less than 95 % of the cases, or are in the median more than ten
-    times too wide.
+    Exits with code 1 if the bars cover less than 95 % of the cases or their median width exceeds
+    ten times the true error.
 
     Parameters
     ----------
     out
-        Folder for calibration.csv and report.html, which are written anew.
+        Folder for calibration.csv and report.html; existing ones are replaced.
     """
     from comparisons.judging.uncertainty import RULE
     from comparisons.questions.calibration import Calibration, fitted, summary
@@ -38,11 +38,10 @@ def calibrate(*, out: Path = Path("roughline-results/calibration"), crew: Crew =
     write_calibration_report(found, command, out / PAGE)
     reached = summary(case for case in found if case.half == "reported")
     print(
-        f"{reached.count} cases on shapes that had no part in fixing the estimator: the bar covers "
-        f"the true error in {reached.coverage:.1%}, its median width is {reached.width:.1f} times "
-        "the error"
+        f"{reached.count} cases on shapes not used to fit the estimator: the bar covers the true "
+        f"error in {reached.coverage:.1%}; its median width is {reached.width:.1f} times the error"
     )
     rule = fitted(found)
-    print(f"rule in use: {RULE}; the fitting half gives {rule if rule else 'none'}")
+    print(f"rule in use: {RULE}; fitted to the first half: {rule if rule else 'none'}")
     say(out / PAGE)
     return FINE if reached.coverage >= COVERAGE and reached.width <= WIDTH else MISSED

@@ -1,4 +1,4 @@
-"""The command ``roughline claims``: statements about the reduced model, judged."""
+"""The command ``roughline claims``: tests of statements about the reduced model."""
 
 from __future__ import annotations
 
@@ -26,25 +26,25 @@ def claims(
     crew: Crew = ALONE,
     outside: Outside = NOTHING,
 ) -> int:
-    """Judge claims about the reduced model: holds, fails, holds in a range, not resolved.
+    """Test claims about the reduced model: holds, fails, holds in a range, or not resolved.
 
     Parameters
     ----------
     ids
-        Built-in claims by their id, or claim files; default: all built-in ones.
+        Ids of built-in claims, or claim files; default: all built-in claims.
     full
-        Refine the truth until its bar is a fifth of the tolerance, and each boundary further;
-        --quick: wider bars, so more may stay unresolved.
+        Refine the reference until its bar is a fifth of the tolerance, and narrow each range
+        further; --quick: wider bars, so that more claims may stay unresolved.
     out
         Folder for claims.json, the measurements and report.html.
     json
-        Write the record of the run to this file too.
+        Also write the record of the run to this file.
     overwrite
-        Start anew in a folder that has results.
+        Replace existing results.
     resume
-        Go on with the measurements of an interrupted run.
+        Continue an interrupted run.
     method
-        Judge this method instead of the reduced model, by the claims that stand on a scene.
+        Test this method instead of the reduced model, on the claims that are based on a scene.
     """
     from comparisons.files import write_named_text
     from comparisons.questions.claims.claim import about_method, load_claims

@@ -1,6 +1,6 @@
-"""The command line ``roughline``; ``python -m reports`` is the same program.
+"""The command line ``roughline``, also available as ``python -m reports``.
 
-Heavy packages are imported inside the commands, so that help and errors come at once.
+Heavy packages are imported inside the commands, so that help and error messages appear at once.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ RESUMABLE = ("run", "claims")  # commands with --resume
 
 app = App(
     name="roughline",
-    help="Is the fast contact model accurate? Run it against 3-D solvers, on the same scene.",
+    help="Is the fast contact model accurate? Compare it with 3-D solvers on the same scene.",
     version_flags=["--version"],
     suppress_keyboard_interrupt=False,  # our own exit code says that --resume will go on
 )
@@ -47,12 +47,12 @@ app.command(merge)
 
 
 def run_command(arguments: list[str]) -> int:
-    """Run a command; every expected error becomes one clear message.
+    """Run a command and report every expected error as one clear message.
 
     Returns
     -------
     int
-        0 fine, 1 lost, 2 wrong input, 3 interrupted.
+        Exit code: 0 success, 1 a solve failed, 2 invalid input, 3 interrupted.
     """
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
@@ -89,7 +89,7 @@ def _complain(heading: str, lines: list[str]) -> int:
 
 def _interrupted(why: str, arguments: list[str]) -> int:
     resumes = bool(arguments) and arguments[0] in RESUMABLE
-    kept = "; what is done is kept, --resume goes on with it" if resumes else ""
+    kept = "; finished solves are kept, continue with --resume" if resumes else ""
     say(f"{why}{kept}", sys.stderr)
     return INTERRUPTED
 
@@ -117,21 +117,22 @@ def run(
         Scene files, names of built-in scenes, or suites (quick, single, rough, physics);
         default: quick.
     methods
-        Only these methods, separated by commas.
+        Comma-separated list of methods to use; default: all.
     option
         METHOD.KEY=VALUE, an option of a method; may be repeated.
     full
-        Every realisation, and a truth refined to a fifth of the tolerance; --quick: at most 10.
+        Solve every realisation and refine the reference to a fifth of the tolerance; --quick: at
+        most 10 realisations.
     plan
-        Print what would be modelled, and what is left out and why; solve nothing.
+        Print what would be modelled, what is left out and why, without solving.
     out
         Folder for the results; default roughline-results/NAME.
     overwrite
-        Start anew in a folder that has results.
+        Replace existing results.
     part
-        K/N: solve only this part of the tasks, for `roughline merge`.
+        K/N: solve only part K of N, for `roughline merge`.
     resume
-        Go on with an interrupted run.
+        Continue an interrupted run.
     pictures
         Render 3-D pictures for the report.
     """
@@ -185,24 +186,24 @@ def solve(
     scene
         A scene file or the name of a built-in scene.
     method
-        The method; `roughline list methods` names them.
+        The method, one of those in `roughline list methods`.
     resolution
-        Springs, cells or elements per contact radius; points per side of a rough surface.
+        Springs, cells or elements per contact radius; for rough surfaces, points per side.
     option
         KEY=VALUE, an option of the method; may be repeated.
     json
         Print one JSON object.
     csv
-        Write the load steps as a table.
+        Write the load steps to this CSV file.
     vtu
-        Write the fields at the last load for ParaView.
+        Write the fields at the last load to this VTU file, for ParaView.
     """
     from comparisons.questions.single import solve_scene
     from reports.cli import terminal
 
     outside.load()
     if json and csv is not None:
-        return _complain("--json and --csv: expected at most one of them", [])
+        return _complain("--json and --csv: expected at most one", [])
     for target in (csv, vtu):
         if (
             target is not None
@@ -210,7 +211,7 @@ def solve(
             and target.exists()
             and target.samefile(scene)
         ):
-            return _complain(f"{target}: expected another file than the scene itself", [])
+            return _complain(f"{target}: expected a file other than the scene itself", [])
     options = tuple(
         each if "." in each.partition("=")[0] else f"{method}.{each}" for each in option
     )
@@ -231,12 +232,12 @@ def solve(
 
 @app.command(name="list")
 def list_(what: str | None = None, *, outside: Outside = NOTHING) -> int:
-    """List what is built in.
+    """List the built-in scenes, methods, claims or hard cases.
 
     Parameters
     ----------
     what
-        "scenes", "methods", "claims" or "hard-cases"; default: how many there are of each.
+        "scenes", "methods", "claims" or "hard-cases"; default: the number of each.
     """
     from comparisons.errors import InputError
     from reports.cli import terminal
@@ -260,15 +261,15 @@ def list_(what: str | None = None, *, outside: Outside = NOTHING) -> int:
 
 @app.command
 def bench(what: str | None = None, *, json: Path | None = None) -> int:
-    """Measure how fast a solver is, against yardsticks in the same run.
+    """Measure the speed of the solvers against yardsticks timed in the same run.
 
     Parameters
     ----------
     what
-        "reduced", "bem" or "fem"; default: everything there is.
+        "reduced", "bem" or "fem"; default: all.
     json
-        Write the rows as a list of {name, seconds, yardstick, yardstick_seconds, ratio, target,
-        met}.
+        Write the rows to this file, as a list of {name, seconds, yardstick, yardstick_seconds,
+        ratio, target, met}.
     """
     import json as json_format
 
@@ -298,18 +299,18 @@ def advise(
     json: Annotated[bool, Parameter(negative=())] = False,
     outside: Outside = NOTHING,
 ) -> int:
-    """Say which method and resolution is the cheapest that meets a tolerance, bar included.
+    """Find the cheapest method and resolution that meet a tolerance, error bar included.
 
     Parameters
     ----------
     scene
         A scene file or the name of a built-in scene.
     tolerance
-        Relative error that is good enough, such as 5% or 0.05; default: the scene's.
+        Acceptable relative error, such as 5% or 0.05; default: the scene's tolerance.
     quantities
-        What has to be that good, separated by commas; default: what the scene compares.
+        Comma-separated quantities that must meet it; default: those that the scene compares.
     full
-        Every realisation, as the scene says; --quick: at most 10.
+        Solve every realisation of the scene; --quick: at most 10.
     json
         Print one JSON object.
     """
@@ -352,21 +353,20 @@ def check(
     junit: Path | None = None,
     outside: Outside = NOTHING,
 ) -> int:
-    """Compare the reduced model with a baseline: which moved, the model, the truth or the machine.
+    """Check for drift against a baseline, and attribute it to the model, reference or machine.
 
     Parameters
     ----------
     scenes
         Scene files or built-in scenes; default: all single contacts and a rough surface.
     method
-        The method that is judged.
+        The method to check.
     baseline
-        The stored curves; default: roughline-baseline.json here, else the one that came with
-        roughline.
+        The stored curves; default: roughline-baseline.json in this folder, else the packaged one.
     update
-        Show the drift, then store what is now; without --baseline in roughline-baseline.json.
+        Show the drift, then store the new curves, by default in roughline-baseline.json.
     junit
-        Write the findings as JUnit XML for a continuous integration server.
+        Write the findings to this file as JUnit XML, for continuous integration.
     """
     from comparisons.questions.regression import CHECK_SCENES, PACKAGED
     from comparisons.questions.regression.check import check_against, update_baseline
@@ -388,12 +388,12 @@ def check(
 
 @app.command
 def report(directory: Path, *, pictures: bool = True) -> int:
-    """Write the report of a results folder anew.
+    """Rewrite the report of a results folder.
 
     Parameters
     ----------
     directory
-        A folder that `roughline run` has written.
+        A folder written by `roughline run`.
     pictures
         Render 3-D pictures.
     """

@@ -1,4 +1,4 @@
-"""The command ``roughline compare``: what moved between two runs."""
+"""The command ``roughline compare``: changes between two runs."""
 
 from __future__ import annotations
 
@@ -17,18 +17,19 @@ def compare(
     slower: float = 1.5,
     out: Path = Path("roughline-results/comparison"),
 ) -> int:
-    """Compare two results folders: what moved, in value, in error and in time.
+    """Compare two results folders: changes in value, error and time.
 
     Parameters
     ----------
     before, after
-        Folders that `roughline run` has written.
+        Folders written by `roughline run`.
     tolerance
-        Relative change of a quantity that counts as moved, e.g. 1e-5 or 1%.
+        Smallest relative change of a quantity that counts, e.g. 1e-5 or 1%.
     slower
-        Ratio of times that counts as slower; times of different machines are told, not judged.
+        Smallest ratio of times that counts as slower; between different machines, times are
+        shown but not judged.
     out
-        Folder for the page, comparison.html.
+        Folder for comparison.html.
     """
     from comparisons.errors import InputError
     from comparisons.results.runs import compare_runs

@@ -1,4 +1,4 @@
-"""The command ``roughline hard-cases``: every method on scenes that break solvers."""
+"""The command ``roughline hard-cases``: every method on scenes that are hard to solve."""
 
 from __future__ import annotations
 
@@ -24,20 +24,20 @@ def hard_cases(
     crew: Crew = ALONE,
     outside: Outside = NOTHING,
 ) -> int:
-    """Run the catalogue of hard cases: accurate, degraded, or refused, as expected or not.
+    """Run the hard cases and compare the outcomes with the expected ones.
 
     Parameters
     ----------
     methods
-        The methods; default: all of them, peers (tamaas, ...) in full runs only.
+        The methods; default: all, the peers (tamaas, ...) in full runs only.
     full
-        Every method on every case; --quick: the slow pairs are left out.
+        Run every method on every case; --quick: leave out the slow combinations.
     out
         Folder for hard-cases.json, hard-cases.csv and report.html.
     json
-        Write the record of the run to this file too.
+        Also write the record of the run to this file.
     case
-        Only this case, or those of a file of yours; may be repeated.
+        Run only this case, or the cases of this file; may be repeated.
     """
     from comparisons.errors import InputError
     from comparisons.facts.methods import METHODS

@@ -1,7 +1,7 @@
-"""A campaign watched while it runs: remaining time, and of a study speed against error so far.
+"""Progress of a running campaign: remaining time and, for a study, speed against error so far.
 
-On a terminal the lines renew themselves; on one that cannot (TERM=dumb, many logs) there is one
-plain line now and then; where nobody watches (a pipe, a file) there is nothing.
+An interactive terminal shows a live display; a plain one (TERM=dumb, many logs) an occasional
+line; a pipe or a file nothing.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ LETTERS = "abcdefghijklmnopqrstuvwxyz"
 
 
 def watched(campaign: Campaign[Any, R], write_page: Callable[[], object]) -> R:
-    """Run a campaign while a terminal shows how far it is; what an interrupt leaves has a page."""
+    """Run a campaign with progress on the terminal; write its page even after an interrupt."""
     from comparisons.errors import InputError, LostWorkError
 
     with watching() as campaign.watch:
@@ -52,7 +52,7 @@ def watched(campaign: Campaign[Any, R], write_page: Callable[[], object]) -> R:
 
 @contextmanager
 def watching() -> Iterator[Watch]:
-    """Give a campaign something that watches it, as far as there is a terminal."""
+    """Yield a progress display that suits the terminal."""
     console = Console(stderr=True, emoji=False)
     if not console.is_terminal:
         yield lambda campaign, done: None
@@ -64,7 +64,7 @@ def watching() -> Iterator[Watch]:
 
 
 class _Watcher:
-    """What both kinds of terminal are told: compilations at once, the rest when it is due."""
+    """Common part of both displays: reports compilations at once, progress when due."""
 
     def __init__(self) -> None:
         self.started = time.monotonic()
@@ -83,7 +83,7 @@ class _Watcher:
 
 
 class _Lines(_Watcher):
-    """One line now and then, and one at the end."""
+    """An occasional line of progress, and one at the end."""
 
     def __init__(self, console: Console) -> None:
         super().__init__()
@@ -101,7 +101,7 @@ class _Lines(_Watcher):
 
 
 class _Screen(_Watcher):
-    """A bar with the remaining time, and below it the plot of the scene at work."""
+    """A progress bar with the remaining time, above the plot of the current scene."""
 
     def __init__(self, live: Live) -> None:
         super().__init__()
@@ -126,7 +126,7 @@ class _Screen(_Watcher):
 
 
 def compiled(method: str, seconds: float) -> str:
-    r"""Say that a method was compiled: the next run finds it in the cache.
+    r"""Report the compilation of a method, which is cached for later runs.
 
     >>> compiled("bem_fft", 13.2)
     'bem_fft: compiled in 13\u202fs, cached for the next runs'
@@ -137,7 +137,7 @@ def compiled(method: str, seconds: float) -> str:
 
 
 def progress(campaign: Campaign[Any, Any]) -> str:
-    """Say how far a campaign is, and how long the rest takes by the costs of like solves."""
+    """Report the progress of a campaign and its remaining time, estimated from similar solves."""
     from comparisons.formatting import duration
 
     done, total = campaign.counts
@@ -156,7 +156,7 @@ def _words(done: Done | None) -> str:
 
 
 def drawn(scene: SceneRecord) -> str:
-    """Draw speed against error of a scene, by what is solved of it."""
+    """Plot speed against error for a scene, from the solves finished so far."""
     from comparisons.results.advice import advise
 
     advice = advise(scene)
@@ -170,10 +170,10 @@ def drawn(scene: SceneRecord) -> str:
 
 
 def scatter(points: list[Setting], width: int = WIDTH, height: int = HEIGHT) -> str:
-    """Draw settings over logarithmic axes: a letter for each method; "" if nothing is known.
+    """Plot settings on logarithmic axes, one letter per method; "" if nothing is known.
 
-    The truth stands as a capital, at its own bar. Errors that are zero or unknown are left out, as
-    they have no place on the axis.
+    The reference is a capital letter at its own error bar. Errors that are zero or unknown are left
+    out, because a logarithmic axis cannot show them.
     """
     from comparisons.formatting import duration, relative
 
@@ -201,7 +201,7 @@ def scatter(points: list[Setting], width: int = WIDTH, height: int = HEIGHT) -> 
 
 
 def _places(values: list[float], cells: int) -> tuple[list[int], tuple[float, float]]:
-    """Return the cell of each value on a logarithmic axis of whole decades, and its ends."""
+    """Return the cell of each value on a logarithmic axis of whole decades, and its limits."""
     logs = [math.log10(value) for value in values]
     low, high = math.floor(min(logs)), math.ceil(max(logs))
     high = max(high, low + 1)

@@ -1,4 +1,4 @@
-"""The command ``roughline merge``: runs of several machines made one."""
+"""The command ``roughline merge``: combine runs from several machines."""
 
 from __future__ import annotations
 
@@ -18,18 +18,18 @@ def merge(
     pictures: bool = True,
     outside: Outside = NOTHING,
 ) -> int:
-    """Merge results folders: parts of one study, or other methods and scenes.
+    """Merge results folders: parts of one study, or different methods and scenes.
 
-    The runs must have been made by this roughline with the packages that are installed here.
+    The runs must come from this version of roughline and the package versions installed here.
 
     Parameters
     ----------
     runs
-        Folders that `roughline run` has written, by `--part K/N` or as a whole.
+        Folders written by `roughline run`, with or without `--part K/N`.
     out
         A new folder for the merged results and their report.
     files
-        Folder of the maps and meshes that the scenes name; default: here.
+        Folder of the maps and meshes that the scenes refer to; default: the current folder.
     pictures
         Render 3-D pictures for the report.
     """

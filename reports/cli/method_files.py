@@ -1,4 +1,4 @@
-"""Options of every command that runs methods: files with methods from outside, and their limits."""
+"""Options of every command that runs methods: user-supplied method files and their limits."""
 
 from __future__ import annotations
 
@@ -14,16 +14,16 @@ from reports.printable import say
 @Parameter(name="*")
 @dataclass(frozen=True)
 class Outside:
-    """Methods from outside.
+    """User-supplied methods.
 
     Parameters
     ----------
     method_file
-        A Python file with a method of yours (docs/adding-a-method.md); may be repeated.
+        A Python file with your own method (docs/adding-a-method.md); may be repeated.
     method_seconds
-        Longest time of one solve of such a method, start of its process included.
+        Time limit for one solve of your method, including the start of its process.
     method_gigabytes
-        Most memory of such a method's process.
+        Memory limit for the process of your method.
     """
 
     method_file: tuple[Path, ...] = ()
@@ -36,7 +36,7 @@ class Outside:
         Raises
         ------
         InputError
-            Listing every file and limit that is wrong.
+            Listing every invalid file and limit.
         """
         from importlib import metadata
 

@@ -1,4 +1,4 @@
-"""The command ``roughline paper``: figures and tables of a run, ready to be printed."""
+"""The command ``roughline paper``: print-ready figures and tables of a run."""
 
 from __future__ import annotations
 
@@ -10,18 +10,18 @@ FINE = 0
 
 
 def paper(run: Path, *, out: Path, format: str = "pdf", overview: bool = True) -> int:  # noqa: A002
-    """Write figures and tables of a run for a paper: matplotlib, LaTeX and Markdown.
+    """Write the figures and tables of a run for a paper: matplotlib, LaTeX and Markdown.
 
     Parameters
     ----------
     run
-        A folder that `roughline run` has written.
+        A folder written by `roughline run`.
     out
-        Folder for the files; made if it is not there, files of the same names are replaced.
+        Folder for the files, created if missing; files of the same names are replaced.
     format
-        Formats of the figures, separated by commas: pdf, svg, png.
+        Comma-separated formats of the figures: pdf, svg, png.
     overview
-        Also one figure per scene with all plots across the page.
+        Also draw one page-wide figure per scene with all its plots.
     """
     from comparisons.errors import InputError
     from comparisons.results.store import load_study

@@ -1,4 +1,4 @@
-"""Start-up check: the four packages have common names, so a foreign one may shadow ours."""
+"""Start-up check: the four packages have common names and may be shadowed by others."""
 
 from __future__ import annotations
 
@@ -9,9 +9,9 @@ PACKAGES = ("reduced", "reference", "comparisons", "reports")
 
 
 def foreign_packages() -> list[str]:
-    """Return a line for each of our packages that is not the one beside this file.
+    """Return one line for each of our packages that is shadowed.
 
-    Looks the packages up as an import would, without importing them.
+    Resolves the packages as an import would, without importing them.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""What the command line prints: tables for people, and progress where someone watches."""
+"""Terminal output of the commands: tables, and progress on an interactive terminal."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ UNFOLDED = 100_000  # columns, more than any line has
 
 
 def print_plans(plans: list[Plan]) -> None:
-    """Print what would be modelled, and what is left out and why."""
+    """Print what would be modelled, what is left out and why."""
     from reports.tables.plans import plan as plan_table
 
     console = _console()
@@ -51,7 +51,7 @@ def print_plans(plans: list[Plan]) -> None:
 
 
 def print_study(record: StudyRecord, lost: list[tuple[Task, str]]) -> None:
-    """Print the verdicts, each scene's answer, and where the report is."""
+    """Print the verdicts, the answer for each scene, and the path of the report."""
     from comparisons.formatting import duration
     from comparisons.geometry.plausibility import CHECK
     from comparisons.results.advice import advise
@@ -99,7 +99,7 @@ def print_solution(result: SingleResult) -> None:
 
 
 def print_claims(record: ClaimsRecord, report: Path) -> None:
-    """Print each verdict with its numbers, what disagrees, and where the report is."""
+    """Print the verdicts with their numbers, disagreements, and the path of the report."""
     from comparisons.formatting import duration
     from reports.tables.claims import claims
 
@@ -112,7 +112,7 @@ def print_claims(record: ClaimsRecord, report: Path) -> None:
 
 
 def print_lists() -> None:
-    """Print how many there are of everything that can be listed."""
+    """Print the number of built-in scenes, methods, claims and hard cases."""
     from comparisons.facts.methods import METHODS
     from comparisons.questions.claims.headlines import builtin_claims
     from comparisons.questions.hard_cases.catalogue import catalogue
@@ -138,7 +138,7 @@ def print_claim_list() -> None:
 
 
 def print_benchmarks(found: dict[str, list[Measurement]]) -> None:
-    """Print each benchmark's times as ratios to its yardsticks, and on what it ran."""
+    """Print the times of each benchmark as ratios to its yardsticks, and the machine."""
     from comparisons.machine import machine, machine_text
     from comparisons.questions.benchmarks.yardstick import vector_features
     from reports.tables.checks import measured
@@ -152,7 +152,7 @@ def print_benchmarks(found: dict[str, list[Measurement]]) -> None:
 
 @contextmanager
 def status() -> Iterator[Callable[[str], None]]:
-    """Give a long command somewhere to say what it is at: one line, on a terminal only."""
+    """Yield a function that shows the current step of a long command, on a terminal only."""
     console = Console(stderr=True)
     if not console.is_terminal:
         yield lambda text: None
@@ -162,12 +162,12 @@ def status() -> Iterator[Callable[[str], None]]:
 
 
 def print_findings(findings: list[Finding], baseline: Path) -> None:
-    """Print what a check found: everything that drifted, and what is worth knowing besides."""
+    """Print the findings of a check: every drift, and remarks."""
     from reports.tables.checks import against_baseline
 
     console = _console()
     if not findings:
-        console.print(f"a new baseline: {baseline}", markup=False)
+        console.print(f"new baseline: {baseline}", markup=False)
         return
     console.print(drawn(against_baseline(findings, str(baseline))))
     drifted = len({each.scene for each in findings if each.drifted})
@@ -180,7 +180,7 @@ def print_findings(findings: list[Finding], baseline: Path) -> None:
 
 
 def print_advice(found: list[tuple[str, Advice]], *, as_json: bool = False) -> None:
-    """Print which method to use for each plan of a scene, and all that was measured for it."""
+    """Print the method to use for each plan of a scene, and the settings measured."""
     import json
 
     if as_json:
@@ -197,7 +197,7 @@ def print_advice(found: list[tuple[str, Advice]], *, as_json: bool = False) -> N
 
 
 def print_hard_cases(record: HardCasesRecord, page: Path) -> None:
-    """Print the stability table, and what differs from the catalogue."""
+    """Print the stability table, and the differences from the catalogue."""
     from reports.tables.checks import outcomes
 
     console = _console()
@@ -211,7 +211,7 @@ def print_hard_cases(record: HardCasesRecord, page: Path) -> None:
 
 
 def print_hard_case_list() -> None:
-    """Print the catalogue: what is hard about each case."""
+    """Print the catalogue, with the difficulty of each case."""
     from reports.tables import lists
 
     _console().print(drawn(lists.hard_cases(), unfolded=True))
@@ -232,7 +232,7 @@ def print_methods() -> None:
 
 
 def print_run_comparison(record: RunComparison, page: Path) -> None:
-    """Print what moved between two runs, the worst first."""
+    """Print the changes between two runs, the worst first."""
     from comparisons.results.runs import SAME
     from reports.tables.runs import TIMES, changes
 
@@ -251,7 +251,7 @@ def print_run_comparison(record: RunComparison, page: Path) -> None:
 
 class _Terminal(Console):
     def render_str(self, text: str, **options: Any) -> Text:
-        """Render text of others without what would command the terminal."""
+        """Render external text without terminal control sequences."""
         return super().render_str(printable(text), **options)
 
     def on_broken_pipe(self) -> None:
@@ -260,7 +260,7 @@ class _Terminal(Console):
 
 
 def _console() -> Console:
-    """Return where to print; lines are folded for a terminal only, not for a file or a pipe."""
+    """Return the console; lines are wrapped for a terminal only, not for a file or a pipe."""
     console = _Terminal(emoji=False)
     if not console.is_terminal and "COLUMNS" not in os.environ:
         console.width = UNFOLDED

@@ -1,4 +1,4 @@
-"""Options of every command that runs many solves: who carries them out."""
+"""Options of every command that runs many solves: worker processes or a cluster."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ if TYPE_CHECKING:
 @Parameter(name="*")
 @dataclass(frozen=True)
 class Crew:
-    """Who carries out the solves.
+    """Where the solves run.
 
     Parameters
     ----------
     workers
-        Processes, each on one thread; times are cleanest with 1. Default: 1 for scenes and hard
-        cases, the cores here (at most 2) for claims and calibration.
+        Number of single-threaded processes; 1 gives the cleanest times. Default: 1 for scenes and
+        hard cases, the number of cores (at most 2) for claims and calibration.
     scheduler
-        Address of a dask.distributed scheduler (tcp://HOST:PORT): its workers solve
+        Address of a dask.distributed scheduler (tcp://HOST:PORT) whose workers solve
         (docs/cluster.md).
     """
 
@@ -33,12 +33,12 @@ class Crew:
     scheduler: str | None = None
 
     def executor(self, usual: int = 1) -> Executor:
-        """Return what carries out the work.
+        """Return the executor.
 
         Raises
         ------
         InputError
-            If the number of workers is wrong here, or the cluster cannot be used, with the reason.
+            If the number of workers is invalid, or the cluster cannot be used, with the reason.
         """
         from comparisons.errors import InputError
         from comparisons.solving.executors import executor_for
@@ -47,9 +47,11 @@ class Crew:
         chosen = min(usual, cores) if self.workers is None else self.workers
         most = max(2, cores)
         if not 1 <= chosen <= most:
-            raise InputError(f"--workers: expected 1 to {most}, the cores here, got {chosen}")
+            raise InputError(
+                f"--workers: expected 1 to {most} (the cores of this machine), got {chosen}"
+            )
         if self.scheduler is not None and self.workers is not None:
-            raise InputError("--workers and --scheduler: expected at most one of them")
+            raise InputError("--workers and --scheduler: expected at most one")
         return executor_for(chosen, self.scheduler)
 
 

@@ -1,4 +1,4 @@
-"""The page of the calibration: coverage and width of the bars."""
+"""The calibration page: coverage and width of the error bars."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ def calibration_page(found: list[Case], command: str) -> str:
 
 
 def _label(key: str, value: str) -> str:
-    """Return a part's name as the plots have it."""
+    """Return the name of a part as used in the plots."""
     return look(value).label if key == "method" else value.replace("_", " ")
 
 

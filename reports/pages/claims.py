@@ -1,4 +1,4 @@
-"""The page of the claims: verdicts first, then the evidence of each."""
+"""The claims page: the verdicts, then the evidence for each claim."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from reports.tables.table import Table
 
 @dataclass(frozen=True)
 class ClaimView:
-    """All that the template shows of one claim."""
+    """The data that the template shows for one claim."""
 
     record: ClaimRecord
     anchor: str
@@ -29,7 +29,7 @@ class ClaimView:
 
 @dataclass(frozen=True)
 class Deciding:
-    """The number that stands for a claim: the largest error found, with its bar."""
+    """The deciding number of a claim: the largest error, with its bar."""
 
     error: float
     uncertainty: float

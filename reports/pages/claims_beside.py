@@ -1,4 +1,4 @@
-"""The claims that a run of `roughline claims` beside a study has judged, for the study's report."""
+"""Claims tested next to a study by `roughline claims`, for inclusion in its report."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ FOLDER = "claims"  # where `roughline claims` writes, beside the folders of stud
 
 @dataclass(frozen=True)
 class ClaimEvidence:
-    """A claim, and the plot of its evidence where there is one."""
+    """A claim and, where available, the plot of its evidence."""
 
     record: ClaimRecord
     key: str
@@ -30,7 +30,7 @@ class ClaimEvidence:
 
 @dataclass(frozen=True)
 class ClaimsBeside:
-    """The claims of a run, and the page with all of its measurements, relative to the report."""
+    """The claims of a run, and the path of its page relative to the report."""
 
     record: ClaimsRecord
     page: str
@@ -38,9 +38,9 @@ class ClaimsBeside:
 
 
 def claims_beside(directory: Path) -> ClaimsBeside | None:
-    """Return what the claims run beside a study's folder found, None where there is none.
+    """Return the claims tested next to a study's folder, or None.
 
-    Damaged claims are no reason to lose a study's report: they are left out, too.
+    Damaged claims are also left out, so that they cannot prevent the report of the study.
     """
     folder = directory.resolve().parent / FOLDER
     if folder == directory.resolve() or not (folder / RECORD).exists():

@@ -1,4 +1,4 @@
-"""The terms of the field, each explained once, and the definitions of what is measured."""
+"""Explanations of the terms and definitions of the measures that the report uses."""
 
 from __future__ import annotations
 
@@ -6,135 +6,135 @@ TERMS = {
     "reduced": (
         "reduced model",
         "The method of dimensionality reduction: the three-dimensional contact is replaced by a "
-        "row of independent springs under an equivalent one-dimensional profile. This is the "
+        "row of independent springs indented by an equivalent one-dimensional profile. This is the "
         "model under test.",
     ),
     "bem": (
         "BEM",
-        "Boundary element method: only the surface of an elastic half-space is divided into cells "
-        "of uniform pressure. 'Dense' keeps every influence coefficient; 'FFT' multiplies by fast "
-        "Fourier transforms.",
+        "Boundary element method: only the surface of an elastic half-space is discretised, into "
+        "cells of uniform pressure. 'Dense' stores every influence coefficient; 'FFT' evaluates "
+        "the convolution by fast Fourier transforms.",
     ),
-    "fem": ("FEM", "Finite element method: the whole body is divided into small bricks."),
+    "fem": ("FEM", "Finite element method: the whole body is discretised, into small bricks."),
     "closed-form": (
         "closed form",
         "A formula that solves the contact problem exactly, such as that of Hertz.",
     ),
     "half-space": (
         "half-space",
-        "An elastic body that fills everything below a plane: a good picture of any body that is "
-        "large compared with the contact.",
+        "An elastic body that fills all the space below a plane: a good approximation of any body "
+        "that is large compared with the contact.",
     ),
     "penetration": (
         "penetration depth",
-        "How far the rigid indenter has come nearer since it first touched the surface.",
+        "The displacement of the rigid indenter towards the body since first contact.",
     ),
     "effective-modulus": (
         "effective modulus E*",
-        "E/(1 − ν²) for one elastic body; 1/E* adds for two.",
+        "E* = E/(1 − ν²) for one elastic body; for two, their compliances 1/E* add.",
     ),
     "contact-area": (
         "contact area",
-        "The area that really carries pressure. Counting cells overestimates it; the value shown "
-        "is corrected for the perimeter, the counted one is kept as 'raw'.",
+        "The area that carries pressure. Counting cells overestimates it; the value shown is "
+        "corrected for the perimeter, and the counted value is kept as 'raw'.",
     ),
     "stiffness": (
         "contact stiffness",
-        "The change of force per change of penetration at a contact area held fixed.",
+        "The derivative of the force with respect to penetration at fixed contact area.",
     ),
     "mean-gap": ("mean gap", "The distance between the two surfaces, averaged over the area."),
     "resolution": (
         "resolution N",
-        "Springs, cells or elements per contact radius at the largest load; on rough surfaces the "
-        "number of points per side.",
+        "Springs, cells or elements per contact radius at the largest load; for rough surfaces, "
+        "points per side.",
     ),
     "realisation": (
         "realisation",
-        "One random rough surface out of many with the same statistics.",
+        "One of many random rough surfaces with the same statistics.",
     ),
     "standard-error": (
         "standard error",
-        "How far a mean over a few realisations is likely to be from the mean over all.",
+        "The expected deviation of a mean over a few realisations from the ensemble mean.",
     ),
     "reference": (
         "reference",
-        "The most trustworthy solution of a scene, against which all others are measured.",
+        "The most accurate solution of a scene, with which all others are compared.",
     ),
     "uncertainty": (
         "uncertainty",
-        "The 95 % half-width of an error: scatter of the realisations, discretisation of the "
-        "reference and of the reduced model taken together.",
+        "The 95 % half-width of an error, combining the scatter of the realisations and the "
+        "discretisation errors of the reference and of the reduced model.",
     ),
-    "tolerance": ("tolerance", "The relative error the user of the scene can accept."),
+    "tolerance": ("tolerance", "The relative error that is acceptable for the scene."),
     "von-mises": (
         "von Mises stress",
-        "One number for how close a material is to yielding under stresses in all directions.",
+        "An equivalent stress that measures how close the material is to yielding.",
     ),
     "set-up": (
         "set-up",
-        "The part of the time that another list of loads on the same scene would not need again.",
+        "The part of the time that further loads on the same scene would not need again.",
     ),
     "violation": (
         "violation",
-        "How far a solution breaks the contact conditions: the largest overlap of the surfaces or "
-        "tension between them, relative to penetration or pressure.",
+        "The violation of the contact conditions: the largest overlap of the surfaces or tension "
+        "between them, relative to penetration or pressure.",
     ),
-    "unknowns": ("unknowns", "How many numbers a method solves for."),
+    "unknowns": ("unknowns", "The number of unknowns in the discretised problem."),
     "path": (
         "path",
-        "Loads in the order in which they are applied, up and down, where what is found depends on "
-        "what came before: with friction, adhesion, or a material that remembers.",
+        "An ordered sequence of loads, increasing or decreasing. With friction, adhesion or "
+        "viscoelasticity the state depends on the preceding loads.",
     ),
     "partial-slip": (
         "stick and slip",
-        "A contact that is pulled sideways slips from its edge inwards while its middle still "
-        "sticks; when all of it slips, the force is µ times the normal force.",
+        "Under a tangential load a contact slips from its edge inwards while its centre still "
+        "sticks. In full slip the tangential force is µ times the normal force.",
     ),
     "viscoelastic": (
         "viscoelastic",
-        "A material that answers a step in depth with a force that relaxes, and a step in force "
-        "with a depth that creeps.",
+        "A material whose force relaxes after a step in penetration, and whose penetration creeps "
+        "after a step in force.",
     ),
     "pull-off": (
         "pull-off force",
-        "The largest force with which adhesive surfaces have to be drawn apart.",
+        "The largest tensile force needed to separate adhesive surfaces.",
     ),
     "jkr": (
         "JKR",
-        "Johnson, Kendall and Roberts: adhesion of so short a range that it acts at the edge of "
-        "the contact only.",
+        "Johnson, Kendall and Roberts: adhesion of vanishing range, which acts only at the edge of "
+        "the contact.",
     ),
     "restitution": (
         "coefficient of restitution",
-        "The speed of a mass after an impact over that before it.",
+        "The speed after an impact divided by the speed before it.",
     ),
     "singular": (
         "singular pressure",
-        "Under a sharp edge or a tip the pressure of linear elasticity grows without bound.",
+        "In linear elasticity the pressure is unbounded at a sharp edge or tip.",
     ),
 }
 
 MEASURES = (
     (
         "Relative error",
-        "(value − reference) / reference, step by step at the same prescribed load: force, area "
+        "(value − reference) / reference at every step, at the same prescribed load: force, area "
         "and others at equal penetration; penetration, area and others at equal force.",
     ),
     (
         "Error along a path",
-        "(value − reference) / largest size of the reference along the path, at the same step or "
-        "time: single values pass zero. What is prescribed is not compared.",
+        "(value − reference) / largest magnitude of the reference along the path, at the same step "
+        "or time, because values pass through zero. Prescribed quantities are not compared.",
     ),
     (
         "Largest and rms error",
-        "The largest size, bar included, and the root mean square of the relative error over all "
-        "load steps. Never one depth alone.",
+        "The largest magnitude, bar included, and the root mean square of the relative error over "
+        "all load steps, never at a single depth.",
     ),
     (
         "Pressure error",
-        "Root of the area-weighted mean square difference over the contact of the reference, "
-        "divided by that of the reference's pressure. Where the reference is singular, a ring is "
-        "left out and its width stated.",
+        "The area-weighted rms difference over the contact area of the reference, divided by the "
+        "rms of the reference pressure. Where the reference is singular, a ring of stated width is "
+        "left out.",
     ),
     (
         "Ensembles",
@@ -143,25 +143,26 @@ MEASURES = (
     (
         "Verdict",
         "With the error e, its uncertainty u and the tolerance t: within if |e| + u ≤ t at every "
-        "load step; outside if |e| − u > t at any; otherwise not resolved. Each quantity is judged "
-        "at the load that the scene prescribes, what is prescribed itself at the other; the step "
-        "that decided is named. Of several quantities the worst counts, and one that a method "
-        "does not give is no result. The same rule makes verdicts, advice and tables.",
+        "load step; outside if |e| − u > t at any; otherwise not resolved. Each quantity is "
+        "compared at equal prescribed load (the prescribed one, force or penetration, at an equal "
+        "value of the other); the deciding step is named. The worst quantity decides; a quantity "
+        "that the method does not compute is no result. Verdicts, advice and tables use the same "
+        "rule.",
     ),
     (
         "Time",
-        "Everything a method does for the scene on warm code, the mesh or the spectrum and all "
-        "load steps included, compilation and imports left out; the median of repeats. The set-up "
-        "is the part another list of loads could reuse. A time is always that of a setting that "
-        "was run; times closer than a factor of 1.5 are not ranked.",
+        "The total time of a method for the scene, including the mesh or the spectrum and all load "
+        "steps, excluding compilation and imports; median of repeats. The set-up is the part that "
+        "other loads could reuse. Every time was measured on a setting that was run; times within "
+        "a factor of 1.5 are not ranked.",
     ),
 )
 
 
 def explain(term: str) -> str:
-    """Return the explanation of a term (its key in TERMS).
+    """Return the explanation of a term, given its key in TERMS.
 
     >>> explain("tolerance")
-    'The relative error the user of the scene can accept.'
+    'The relative error that is acceptable for the scene.'
     """
     return TERMS[term][1]

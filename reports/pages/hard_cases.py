@@ -1,4 +1,4 @@
-"""The page of the hard cases: the stability table, and time against error with failures."""
+"""The hard-cases page: the stability table, and time against error with failures."""
 
 from __future__ import annotations
 

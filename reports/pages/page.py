@@ -1,8 +1,7 @@
-"""What all pages share: one file that needs no network and runs no script but its own.
+"""Rendering of all pages: one self-contained file that runs only its own scripts.
 
-plotly.js, pictures, styles and data are all inside. Everything that comes from scenes or results
-is escaped, and a content security policy that names the page's own scripts by their hash forbids
-all others.
+plotly.js, pictures, styles and data are embedded. All text from scenes or results is escaped, and
+a content security policy allows only the page's own scripts, by their hashes.
 """
 
 from __future__ import annotations
@@ -44,7 +43,7 @@ STRIP_DECADES = (-6.0, 0.0)  # the small error scale beside a verdict: 1 ppm to 
 
 
 class Judged(Protocol):
-    """An error with its bar and the tolerance asked for."""
+    """An error with its bar and the requested tolerance."""
 
     @property
     def error(self) -> float:
@@ -52,11 +51,11 @@ class Judged(Protocol):
 
     @property
     def uncertainty(self) -> float:
-        """Half-width of its bar."""
+        """Half-width of the error bar."""
 
     @property
     def tolerance(self) -> float:
-        """What was asked for."""
+        """Requested relative error."""
 
 
 def render(template: str, drawn: Mapping[str, Figure | dict[str, Any]], **values: Any) -> str:
@@ -65,11 +64,11 @@ def render(template: str, drawn: Mapping[str, Figure | dict[str, Any]], **values
     Parameters
     ----------
     template : str
-        Its name in the folder of templates.
+        File name in the folder of templates.
     drawn : mapping
-        Key -> figure (or plotly's data and layout), for the canvases that carry the key.
+        Figures (or plotly data and layout) by the key of their canvas.
     values
-        What else the template shows.
+        Further variables of the template.
     """
     script, library = page_script(), get_plotlyjs()
     return (
@@ -91,15 +90,15 @@ def render(template: str, drawn: Mapping[str, Figure | dict[str, Any]], **values
 
 @cache
 def page_script() -> str:
-    """Return the pages' own program: its parts in one scope, strict."""
+    """Return the script of the pages: all parts in one scope, in strict mode."""
     parts = [(TEMPLATES / name).read_text(encoding="utf-8") for name in SCRIPTS]
     return "\n".join(['"use strict";', "(() => {", *parts, "})();"])
 
 
 def embedded_json(value: Any) -> Markup:
-    r"""Return JSON that is safe inside <script>: no '<', so no tag can open or close there.
+    r"""Return JSON that is safe inside <script>: without '<', no tag can open or close.
 
-    NaN and infinities, which browsers refuse in JSON, become null: a gap in a curve.
+    NaN and infinities, which JSON does not allow, become null, a gap in a curve.
 
     >>> print(embedded_json({"a": "</script>"}))
     {"a":"\u003c/script>"}
@@ -111,7 +110,7 @@ def embedded_json(value: Any) -> Markup:
 
 
 def content_policy(scripts: list[str]) -> str:
-    """Return the content security policy: our scripts by hash, nothing from anywhere else."""
+    """Return the content security policy: our scripts by hash, no external content."""
     hashes = (base64.b64encode(hashlib.sha256(s.encode()).digest()).decode() for s in scripts)
     allowed = " ".join(f"'sha256-{digest}'" for digest in hashes)
     return (
@@ -122,7 +121,7 @@ def content_policy(scripts: list[str]) -> str:
 
 @cache
 def environment() -> Environment:
-    """Return the templates with everything that they share."""
+    """Return the template environment with its shared functions."""
     found = Environment(
         loader=FileSystemLoader(TEMPLATES),
         autoescape=select_autoescape(default=True, default_for_string=True),
@@ -145,12 +144,12 @@ def environment() -> Environment:
 
 
 def _raw(value: float | str) -> str:
-    """Return what a cell is sorted by and saved as: eight digits are all that a table needs."""
+    """Return the value by which a cell is sorted and exported, to eight digits."""
     return value if isinstance(value, str) else f"{value:.8g}"
 
 
 def _term(key: str, text: str | None = None) -> Markup:
-    """Return a term with its explanation on hover and a link to the glossary."""
+    """Return a term linked to the glossary, with its explanation on hover."""
     words, meaning = glossary.TERMS[key]
     return Markup('<a class="term" href="#term-{}"><abbr title="{}">{}</abbr></a>').format(
         key, meaning, text or words
@@ -158,7 +157,7 @@ def _term(key: str, text: str | None = None) -> Markup:
 
 
 def _strip(verdict: Judged) -> Markup:
-    """Return a small logarithmic scale from 1 ppm to 100 %: tolerance, error and its bar."""
+    """Return a small logarithmic scale from 1 ppm to 100 % with tolerance, error and error bar."""
     low, high = STRIP_DECADES
 
     def place(value: float) -> float:
@@ -174,7 +173,7 @@ def _strip(verdict: Judged) -> Markup:
         '<line class="bar" x1="{a}" y1="7" x2="{b}" y2="7"/>'
         '<circle cx="{e}" cy="7" r="3.2"/></svg>'
     ).format(
-        "error on a logarithmic scale, the tolerance as a tick",
+        "error on a logarithmic scale with a tick at the tolerance",
         t=place(verdict.tolerance),
         a=place(error - bar),
         b=place(error + bar),

@@ -1,4 +1,4 @@
-"""The page of two runs side by side: what moved, in value, in error and in time."""
+"""The comparison page of two runs: changes in value, error and time."""
 
 from __future__ import annotations
 

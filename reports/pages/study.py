@@ -1,6 +1,6 @@
-"""The report: one self-contained HTML page that a reader understands in two minutes.
+"""The report of a study: one self-contained HTML page.
 
-What every page shares (offline, inert, its scripts) is in `reports.pages.page`.
+The parts common to all pages (embedding, escaping, scripts) are in `reports.pages.page`.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ TURNING = "picture-view"
 
 @dataclass(frozen=True)
 class SceneView:
-    """All that the template shows of one scene."""
+    """The data that the template shows for one scene."""
 
     record: SceneRecord
     anchor: str
@@ -56,7 +56,7 @@ class SceneView:
 
     @property
     def title(self) -> str:
-        """What the scene is called."""
+        """The title of the scene, or its name."""
         return self.record.title or self.record.name
 
 
@@ -69,7 +69,7 @@ def write_report(record: StudyRecord, path: Path, *, pictures: bool = True) -> N
     path : Path
         The file to write, atomically.
     pictures : bool
-        Render the three-dimensional pictures (a second or two each, in a separate process).
+        Render the three-dimensional pictures (one or two seconds each, in a separate process).
     """
     write_text(Path(path), page(record, with_pictures=pictures))
 
@@ -97,7 +97,7 @@ def page(record: StudyRecord, *, with_pictures: bool = True) -> str:
 def _drawn(
     views: list[SceneView], claims: ClaimsBeside | None
 ) -> dict[str, Figure | dict[str, Any]]:
-    """Return all that is drawn, under the keys of its canvases."""
+    """Return all figures by the keys of their canvases."""
     drawn: dict[str, Figure | dict[str, Any]] = {
         f"{view.anchor}-{figure.key}": figure
         for view in views
@@ -114,7 +114,7 @@ def _drawn(
 
 
 def _shown_quantities(views: list[SceneView]) -> list[str]:
-    """Return the quantities that plots show, in their usual order: what the page lets choose."""
+    """Return the plotted quantities in standard order, for the page's menu."""
     names = {
         name
         for view in views
@@ -130,7 +130,7 @@ def _views(record: StudyRecord, with_pictures: bool) -> list[SceneView]:
     if with_pictures:
         images = pictures.draw(record.scenes)
     else:
-        images = [pictures.Picture(note="Pictures were not asked for.")] * len(record.scenes)
+        images = [pictures.Picture(note="Pictures are switched off.")] * len(record.scenes)
     return [
         _view(scene, f"scene-{number}", image)
         for number, (scene, image) in enumerate(zip(record.scenes, images, strict=True), start=1)
@@ -174,7 +174,7 @@ def _view(scene: SceneRecord, anchor: str, picture: pictures.Picture) -> SceneVi
 
 
 def _seeds(record: StudyRecord) -> dict[str, int]:
-    """Return the seed of every scene with random surfaces; 0 where its text gives none."""
+    """Return the seed of every scene with random surfaces; the default is 0."""
     found = {}
     for scene in record.scenes:
         for name, words in (("surface", ""), ("surface2", " (second surface)")):
@@ -185,14 +185,14 @@ def _seeds(record: StudyRecord) -> dict[str, int]:
 
 
 def _spent(scene: SceneRecord) -> float:
-    """Return the time all solves of a scene took together (each stands on many rows)."""
+    """Return the total time of all solves of a scene (each solve has many rows)."""
     rows = scene.rows.assign(seconds=selection.column(scene.rows, "seconds"))
     keys = [name for name in ("method", "options", "resolution") if name in rows]
     return float(rows.groupby(keys, dropna=False)["seconds"].max().sum()) if keys else 0.0
 
 
 def _columns(views: list[SceneView]) -> list[str]:
-    """Return the compared quantities of all scenes, known ones first and in their usual order."""
+    """Return the compared quantities of all scenes, known ones first, in standard order."""
     found = list(dict.fromkeys(name for view in views for name in view.verdicts))
     known = [name for name in QUANTITIES if name in found]
     return known + [name for name in found if name not in known]

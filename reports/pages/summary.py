@@ -1,7 +1,7 @@
-"""The first screen: per scene the verdict on the reduced model, and the cheapest way to the error.
+"""The summary: for each scene, the verdict on the reduced model and the cheapest settings.
 
-Also the settings for fixed errors, which compare methods at equal accuracy. Nothing is decided
-here: words and numbers are those of `decisions` and `advice` in `comparisons.results`.
+Also the settings that reach fixed errors, which compare methods at equal accuracy. All words and
+numbers come from `decisions` and `advice` in `comparisons.results`.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ MOST_NAMED = 2
 
 @dataclass(frozen=True)
 class Summary:
-    """What the first screen says of a scene."""
+    """The summary of one scene."""
 
     decisive: Verdict | None
     fastest: tuple[Setting, ...]
@@ -33,7 +33,7 @@ class Summary:
 
 
 def summary(scene: SceneRecord, found: list[Verdict], advice: Advice) -> Summary:
-    """Return the deciding verdict, the fastest settings for the asked tolerance, and the truth."""
+    """Return the deciding verdict, the fastest settings within the tolerance, and the reference."""
     decisive = worst(found) if found else None
     return Summary(decisive, tuple(advice.reaching()[:MOST_NAMED]), _truth(scene, advice))
 
@@ -50,7 +50,7 @@ def _truth(scene: SceneRecord, advice: Advice) -> str:
 
 
 def compared_methods(scenes: tuple[SceneRecord, ...]) -> list[str]:
-    """Return the labels of all methods that solved something, the reduced model first."""
+    """Return the labels of all methods that solved a scene, the reduced model first."""
     names = [m for scene in scenes for m in selection.methods(scene)]
     solved = {
         m for scene in scenes for m in set(names) if not selection.solved_rows(scene, m).empty
@@ -61,7 +61,7 @@ def compared_methods(scenes: tuple[SceneRecord, ...]) -> list[str]:
 
 
 def times_to_errors(scene: SceneRecord, advice: Advice) -> Table:
-    """Return each method's cheapest setting that is sure of 1 %, 0.1 % and the asked tolerance."""
+    """Return the cheapest setting of each method that reaches 1 %, 0.1 % and the tolerance."""
     wanted = sorted({*FIXED_ERRORS, scene.tolerance}, reverse=True)
     columns = {error: advice.cheapest_for(error) for error in wanted}
     known = {name for settings in columns.values() for name in settings}
@@ -75,9 +75,9 @@ def times_to_errors(scene: SceneRecord, advice: Advice) -> Table:
     )
     quantities = ", ".join(quantity(name).label for name in advice.quantities)
     note = (
-        "The measured time of the cheapest setting that was run and holds the value in all of "
-        f"{quantities}: |e| + u at every load step, its own and those of all finer settings of the "
-        "method. –: no setting that was run does. The truth counts with its own bar."
+        "Measured time of the cheapest setting that was run with |e| + u below this value in "
+        f"{quantities}, at every load step, for this setting and all finer ones of the method. "
+        "–: none. The reference counts with its own error bar."
     )
     return table(("method", *heads), rows, note=note)
 

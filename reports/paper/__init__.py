@@ -1,4 +1,4 @@
-"""Figures and tables for papers: matplotlib, LaTeX and Markdown, the same digits every time.
+"""Figures and tables for papers: matplotlib, LaTeX and Markdown, reproducible to the byte.
 
-Nothing here is imported before it is asked for: matplotlib is an extra.
+matplotlib is an optional extra, so this package is imported only when needed.
 """

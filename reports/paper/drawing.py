@@ -1,4 +1,4 @@
-"""Figures drawn by matplotlib, on axes that are given."""
+"""Drawing of figures on given matplotlib axes."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ MARKER_SIZE = 0.38  # points of print for a pixel of the page
 
 
 def draw(axes: Any, figure: Figure) -> None:
-    """Draw a figure: shades, lines and markers, and then the axes that hold them."""
+    """Draw a figure: shading, lines and markers, then the axes."""
     axes.set(xscale=_scale(figure.x), yscale=_scale(figure.y))
     for stretch in figure.stretches:
         ends = (each * figure.x.scale.factor for each in (stretch.low, stretch.high))
@@ -90,7 +90,7 @@ def _draw_series(axes: Any, series: Series, figure: Figure) -> None:
 
 
 def _finish(axes: Any, figure: Figure) -> None:
-    """Set the limits, and then the ticks and titles."""
+    """Set the limits, then the ticks and titles."""
     if figure.x.limits:
         axes.set_xlim(*np.multiply(figure.x.limits, figure.x.scale.factor))
     if figure.y.limits:
@@ -112,7 +112,7 @@ def _title(axis: Axis) -> str:
 
 
 def _set_ticks(axis: Any, own: Axis) -> None:
-    """Give a logarithmic axis the figure's ticks, or plain numbers at 1, 2 and 5."""
+    """Set the ticks of a logarithmic axis: those of the figure, or plain numbers at 1, 2 and 5."""
     if not own.log:
         return
     ends = axis.get_view_interval()

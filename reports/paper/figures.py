@@ -1,4 +1,4 @@
-"""The figures of a scene: single ones of one column, and all together across the page."""
+"""The figures of a scene: single-column figures, and a page-wide overview."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ from reports.plots.style import look
 
 
 def file_name(*names: str) -> str:
-    """Return names joined to what a file may be called: letters, digits and hyphens only.
+    """Return names joined to a safe file name of letters, digits and hyphens.
 
     >>> file_name("../ball", "contact_area")
     'ball-contact-area'
@@ -28,13 +28,13 @@ def file_name(*names: str) -> str:
 
 
 def panels(scene: SceneRecord) -> dict[str, Figure]:
-    """Return the plots that a scene's results allow, and what their files are called."""
+    """Return the plots available for a scene, with their file names."""
     drawn = {file_name(each.quantity, each.x.quantity): each for each in printed_curves(scene)}
     return drawn | {file_name(each.key): each for each in (*errors(scene), *speed(scene))}
 
 
 def single(figure: Figure) -> PaperFigure:
-    """Return a plot as a figure of one column (85 mm)."""
+    """Return a plot as a single-column figure (85 mm)."""
     with house_style():
         paper = new_figure()
         axes = paper.subplots()
@@ -44,7 +44,7 @@ def single(figure: Figure) -> PaperFigure:
 
 
 def overview(scene: SceneRecord) -> PaperFigure | None:
-    """Return curves, error and cost across the page (180 mm), lettered; None without them."""
+    """Return a lettered, page-wide figure (180 mm) of curves, error and cost, or None."""
     chosen = [
         *printed_curves(scene)[:2],
         *errors(scene)[:1],
@@ -65,7 +65,7 @@ def overview(scene: SceneRecord) -> PaperFigure | None:
 
 
 def _legend(paper: PaperFigure, grid: Sequence[Any], columns: int) -> None:
-    """Put one legend above the plots: each name once, the methods first."""
+    """Draw one legend above the plots, with each name once, methods first."""
     entries: dict[str, Any] = {}
     for axes in grid:
         for handle, label in zip(*axes.get_legend_handles_labels(), strict=True):

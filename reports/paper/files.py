@@ -1,4 +1,4 @@
-"""Everything that a paper needs of a run, written to a folder."""
+"""Figures and tables of a run for a paper, written to a folder."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from reports.tables.written import in_markdown, latex
 def write_paper(
     study: StudyRecord, folder: Path, formats: Sequence[str] = ("pdf",), *, overview: bool = True
 ) -> list[Path]:
-    """Write figures of every scene, and the tables in LaTeX and Markdown.
+    """Write the figures of every scene, and the tables in LaTeX and Markdown.
 
     Parameters
     ----------
@@ -30,17 +30,17 @@ def write_paper(
     formats : sequence of str
         Among "pdf", "svg" and "png".
     overview : bool
-        Also a figure across the page of each scene.
+        Also write a page-wide figure of each scene.
 
     Returns
     -------
     list of Path
-        What was written; the same results give the same bytes.
+        The files written; identical results give identical bytes.
 
     Raises
     ------
     InputError
-        If a format is not known, or the run has no scene with results.
+        If a format is unknown, or no scene of the run has results.
     """
     wanted = [each.strip() for each in formats]
     unknown = [each for each in wanted if each not in FORMATS]

@@ -1,7 +1,6 @@
-"""The look of printed figures: column widths, fonts, colours on white.
+"""The style of printed figures: column widths, fonts, colours on white.
 
-What is written holds no dates and no random names: the same
-results give the same bytes.
+The files contain no dates and no random names, so that identical results give identical bytes.
 """
 
 from __future__ import annotations
@@ -83,10 +82,10 @@ _SYMBOLS = {
 
 
 class PaperFigure(Figure):
-    """A figure that is saved as publishers want it, and shows itself in a notebook."""
+    """A matplotlib figure saved to journal requirements and displayed in notebooks."""
 
     def savefig(self, fname: Any, **options: Any) -> None:
-        """Save in the house's style, without dates; the suffix says the format."""
+        """Save in roughline's style, without dates; the suffix determines the format."""
         kind = options.get("format") or Path(fname).suffix.lstrip(".")
         with house_style():
             options.setdefault("metadata", _METADATA.get(kind))
@@ -102,24 +101,24 @@ class PaperFigure(Figure):
 
 
 def house_style() -> AbstractContextManager[None]:
-    """Return a context in which figures are made and drawn in the house's style."""
+    """Return a context in which figures are created and drawn in roughline's style."""
     return mpl.rc_context(_RC)
 
 
 def new_figure(width: float = COLUMN, height: float = HEIGHT) -> PaperFigure:
-    """Return an empty figure of a size in millimetres."""
+    """Return an empty figure of the given size in millimetres."""
     figure = PaperFigure(figsize=(width * _MILLIMETRE, height * _MILLIMETRE))
     FigureCanvasAgg(figure)
     return figure
 
 
 def colour(name: str) -> str:
-    """Return a colour of the report as it is printed: on white."""
+    """Return a colour of the report as printed on white."""
     return _COLOURS.get(name, name)
 
 
 def axis_label(name: str, unit: str) -> str:
-    """Return "words symbol / unit" with the symbol set as mathematics.
+    """Return "words symbol / unit" with the symbol in math mode.
 
     >>> axis_label("restitution", "")
     'coefficient of restitution $e$'
@@ -135,5 +134,5 @@ def axis_label(name: str, unit: str) -> str:
 
 
 def literal(text: str) -> str:
-    """Return text that matplotlib sets as it stands: results from strangers hold any name."""
+    """Return text escaped for matplotlib, because results may contain arbitrary names."""
     return text.replace("$", r"\$")

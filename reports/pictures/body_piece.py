@@ -1,6 +1,6 @@
-"""The piece of a body that pictures show: near the contact, deformed, whole or cut open.
+"""The part of a body shown in pictures: near the contact, deformed, whole or cut open.
 
-Arrays only: `reports.pictures.rendering` and `reports.pictures.turning` draw them.
+It provides arrays only; `reports.pictures.rendering` and `reports.pictures.turning` draw them.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ _FACES = {
 
 @dataclass(frozen=True)
 class Piece:
-    """A piece of a mesh: lengths in reaches, the body below z = 0."""
+    """Part of a mesh, with lengths in units of the reach and the body below z = 0."""
 
     points: np.ndarray
     cells: np.ndarray
@@ -28,10 +28,10 @@ class Piece:
 
 
 def deformed_piece(job: dict[str, np.ndarray], *, clipped: bool = False) -> Piece:
-    """Return the body near the contact, a box of twice the reach, symmetric parts completed.
+    """Return the body in a box of twice the reach around the contact, completed by symmetry.
 
-    Cells that stick out of the box are whole; `clipped` draws their corners onto its walls, where
-    the fields are interpolated.
+    Cells that cross the box are kept whole; `clipped` moves their corners onto its walls and
+    interpolates the fields there.
     """
     reach = float(job["reach"])
     points = job["mesh_points"] / reach
@@ -54,7 +54,7 @@ def deformed_piece(job: dict[str, np.ndarray], *, clipped: bool = False) -> Piec
 
 
 def _pressure_at(points: np.ndarray, job: dict[str, np.ndarray], reach: float) -> np.ndarray:
-    """Return the contact pressure at mesh points, zero off the surface."""
+    """Return the contact pressure at mesh points, zero elsewhere."""
     tree = cKDTree(np.column_stack([job["pressure_x"], job["pressure_y"]]) / reach)
     distance, nearest = tree.query(points[:, :2])
     on_top = (np.abs(points[:, 2]) <= 1e-9) & (distance < 1e-6)
@@ -64,7 +64,7 @@ def _pressure_at(points: np.ndarray, job: dict[str, np.ndarray], reach: float) -
 def _clipped(
     points: np.ndarray, shift: np.ndarray, stress: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Move points outside the box onto its walls; their fields are those of four neighbours."""
+    """Move points outside the box onto its walls; interpolate fields from four neighbours."""
     inside = np.clip(points, -1.0, 1.0)
     outside = (inside != points).any(axis=1)
     if not outside.any():
@@ -79,7 +79,7 @@ def _clipped(
 
 
 def mirrored(points: np.ndarray, cells: np.ndarray, side: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return the mirror image; corners are renumbered so that volumes stay positive."""
+    """Return the mirror image, with corners renumbered to keep volumes positive."""
     image = points.copy()
     image[:, side] *= -1
     order = [1, 0, 2, 3] if cells.shape[1] == 4 else [1, 0, 3, 2, 5, 4, 7, 6]
@@ -87,7 +87,7 @@ def mirrored(points: np.ndarray, cells: np.ndarray, side: int) -> tuple[np.ndarr
 
 
 def opened_surface(piece: Piece) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return points, triangles and stress on the surface, the quarter x > 0, y < 0 taken out."""
+    """Return surface points, triangles and stress with the quarter x > 0, y < 0 cut out."""
     middle = piece.points[piece.cells].mean(axis=1)
     kept = piece.cells[~((middle[:, 0] > 0) & (middle[:, 1] < 0))]
     # Mirror images meet in points of their own: those at one place become one.

@@ -1,8 +1,8 @@
 """Three-dimensional pictures: the body cut open, the rough surface with its contacts.
 
-Rendering runs in a process of its own with a time limit (`reports.pictures.rendering`): graphics
-drivers may crash or hang, and a study must survive that. Where nothing can be rendered, a note
-says so in place of the picture.
+Rendering runs in a separate process with a time limit (`reports.pictures.rendering`), so that a
+study survives a graphics driver that crashes or hangs. A note replaces a picture that cannot be
+rendered.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ RENDERER_MISSING = "No picture: this machine has no working renderer."
 
 @dataclass(frozen=True)
 class ColourBar:
-    """A colour bar, drawn by the page itself so that its text follows light and dark."""
+    """A colour bar, drawn by the page so that its text follows light and dark mode."""
 
     label: str
     low: str
@@ -43,9 +43,9 @@ class ColourBar:
 
 @dataclass(frozen=True)
 class Picture:
-    """A picture, or the note that stands in its place where `png` is empty.
+    """A picture, or the note that replaces it if `png` is empty.
 
-    `view` is the same in three dimensions, as data and layout of plotly; it needs no renderer.
+    `view` is the same picture as an interactive plotly scene; it needs no renderer.
     """
 
     png: bytes = b""
@@ -57,7 +57,7 @@ class Picture:
 
 @dataclass(frozen=True)
 class Job:
-    """What the rendering process gets, and the picture to complete with its PNG."""
+    """Input of the rendering process, and the picture to complete with its PNG."""
 
     arrays: dict[str, np.ndarray]
     caption: str
@@ -65,7 +65,7 @@ class Job:
 
 
 def draw(scenes: Sequence[SceneRecord]) -> list[Picture]:
-    """Return one picture, or a note, per scene. Never raises because of a renderer."""
+    """Return one picture or note per scene. Renderer failures raise no error."""
     jobs = [_job(scene) for scene in scenes]
     wanted = [job for job in jobs if isinstance(job, Job)]
     images = iter(render([job.arrays for job in wanted]))
@@ -81,17 +81,17 @@ def draw(scenes: Sequence[SceneRecord]) -> list[Picture]:
 
 
 def _view(arrays: dict[str, np.ndarray]) -> dict[str, Any] | None:
-    """Return the view that turns; None where a stranger's arrays make none."""
+    """Return the interactive view, or None if external arrays do not allow one."""
     with contextlib.suppress(ValueError, ArithmeticError, IndexError, MemoryError):
         return turning.view(arrays)
     return None
 
 
 def render(jobs: Sequence[dict[str, np.ndarray]], command: Sequence[str] = ()) -> list[bytes]:
-    """Render jobs in another process; empty bytes where that failed.
+    """Render jobs in another process; failed ones return empty bytes.
 
-    After a crash the job that was at work is dropped and the rest is tried once more; two crashes
-    without a single picture mean that there is no renderer.
+    After a crash the current job is dropped and the rest is retried; two crashes without a single
+    picture mean that no renderer is available.
     """
     images = [b""] * len(jobs)
     todo = list(range(len(jobs)))
@@ -138,7 +138,7 @@ def _run(inputs: list[Path], command: Sequence[str]) -> None:
 
 
 def _job(scene: SceneRecord) -> Job | str:
-    """Choose the picture of a scene: rough surface, body cut open, or the pressure as a hill."""
+    """Choose the picture of a scene: rough surface, body cut open, or pressure surface."""
     finest: dict[str, int] = {}
     for method, level in scene.fields:
         finest[method] = max(level, finest.get(method, level))
@@ -154,7 +154,7 @@ def _job(scene: SceneRecord) -> Job | str:
 
 
 def _touching(fields: dict[str, np.ndarray], shape: tuple[int, ...]) -> np.ndarray | None:
-    """Return the contact cells: stored as such, or where pressure is stored and positive."""
+    """Return the contact cells: as stored, or where the stored pressure is positive."""
     contact = fields.get("contact", fields.get("pressure"))
     if contact is None or np.size(contact) != np.prod(shape):
         return None
@@ -224,9 +224,9 @@ def _body_job(method: str, level: int, fields: dict[str, np.ndarray]) -> Job | N
         "exaggeration": np.array(exaggeration),
     }
     caption = (
-        f"The body cut open ({look(method).label}, N = {level}) at the last load; the line "
-        f"surrounds the contact. {_exaggerated('Displacements', exaggeration)} "
-        f"The piece shown is {fmt.with_unit(2 * reach, 'm')} wide."
+        f"The body cut open ({look(method).label}, N = {level}) at the last load; the line is the "
+        f"contact boundary. {_exaggerated('Displacements', exaggeration)} The part shown is "
+        f"{fmt.with_unit(2 * reach, 'm')} wide."
     )
     top = fmt.number(highest * scale.factor)
     bar = ColourBar(f"von Mises stress / {scale.unit}", "0", top, "viridis")
@@ -249,16 +249,16 @@ def _hill_job(method: str, level: int, fields: dict[str, np.ndarray]) -> Job | N
         "highest": np.array(highest),
     }
     caption = (
-        f"The contact pressure as a hill at the last load ({look(method).label}, N = {level})."
+        f"The contact pressure at the last load as a surface ({look(method).label}, N = {level})."
     )
     top = fmt.number(highest * scale.factor)
     return Job(arrays, caption, ColourBar(f"pressure p / {scale.unit}", "0", top, "viridis"))
 
 
 def _rounded(factor: float) -> float:
-    """Round an exaggeration to one digit: nobody wants to read 'exaggerated 13.7 times'."""
+    """Round an exaggeration factor to one digit."""
     return max(1.0, float(f"{factor:.0e}"))
 
 
 def _exaggerated(what: str, factor: float) -> str:
-    return f"{what} drawn {fmt.number(factor, 1)} times too large." if factor > 1 else "To scale."
+    return f"{what} exaggerated {fmt.number(factor, 1)} times." if factor > 1 else "To scale."

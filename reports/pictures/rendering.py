@@ -1,7 +1,7 @@
-"""Drawing of three-dimensional pictures, in a process that may crash without harm.
+"""Rendering of three-dimensional pictures in a separate process, which may crash safely.
 
-Run as ``python -m reports.pictures.rendering IN.npz OUT.png [IN.npz OUT.png ...]``; what an
-input holds is decided by `reports.pictures.pictures`.
+Run as ``python -m reports.pictures.rendering IN.npz OUT.png [IN.npz OUT.png ...]``;
+`reports.pictures.pictures` defines the contents of the input.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ def _plotter() -> Plotter:
 
 
 def _look(plotter: Plotter, centre: tuple[float, float, float], extent: float) -> None:
-    """Set the camera that all pictures share: from the front right, from above."""
+    """Set the common camera position: front right, from above."""
     direction = np.array([1.0, -1.25, 0.95])
     plotter.camera.focal_point = centre
     plotter.camera.position = tuple(np.array(centre) + 5 * extent * direction)
@@ -121,7 +121,7 @@ def _draw_body(job: dict[str, np.ndarray], output: Path) -> None:
 
 
 def _deformed_body(job: dict[str, np.ndarray]):
-    """Return the whole body near the contact as a grid of pyvista."""
+    """Return the whole body near the contact as a pyvista grid."""
     import pyvista
 
     piece = deformed_piece(job)
@@ -146,7 +146,7 @@ DRAWERS = {"rough": _draw_rough, "body": _draw_body, "hill": _draw_hill}
 
 
 def main(arguments: Sequence[str]) -> None:
-    """Render every IN.npz to its OUT.png; a picture appears under its name only when whole."""
+    """Render every IN.npz to its OUT.png, written atomically."""
     for source, target in zip(arguments[::2], arguments[1::2], strict=True):
         with np.load(source, allow_pickle=False) as archive:
             job = {name: archive[name] for name in archive.files}

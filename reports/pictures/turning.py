@@ -1,7 +1,7 @@
-"""Views that turn: the rendered pictures as plotly scenes, light enough to embed.
+"""Interactive views: the rendered pictures as plotly scenes, small enough to embed.
 
-The page draws one only when its reader asks for it; until then the picture stands in its place,
-and where a browser has no WebGL it stays.
+The page draws a view only on request. Until then, and in browsers without WebGL, it shows the
+still picture.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ CAMERA = {
 
 
 def view(job: dict[str, np.ndarray]) -> dict[str, Any]:
-    """Return data and layout of the view of a picture's job."""
+    """Return data and layout of the interactive view of a rendering job."""
     trace, extent = _VIEWS[str(job["kind"])](job)
     hidden = {"visible": False, "showspikes": False}
     scene: dict[str, Any] = {"xaxis": hidden, "yaxis": hidden, "zaxis": hidden}
@@ -74,10 +74,9 @@ def _hill(job: dict[str, np.ndarray]) -> tuple[dict[str, Any], np.ndarray]:
 def _surface(
     axes: list[np.ndarray], z: np.ndarray, colour: np.ndarray, scale: object
 ) -> tuple[dict[str, Any], np.ndarray]:
-    """Return a surface of triangles, each of one colour: contacts keep sharp edges.
+    """Return a triangulated surface with one colour per triangle, so that contact edges are sharp.
 
-    The page makes the triangles of the `grid`: two of each cell, which takes its first corner's
-    colour.
+    The page triangulates the `grid`: two triangles per cell, in the colour of its first corner.
     """
     x, y = np.meshgrid(*axes, indexing="ij")
     points = np.column_stack([x.ravel(), y.ravel(), z.ravel()])
@@ -117,7 +116,7 @@ def _coordinates(points: np.ndarray) -> dict[str, Any]:
 
 
 def _packed(values: np.ndarray, dtype: str = "f4") -> dict[str, Any]:
-    """Return an array as plotly reads it packed; corners of small meshes in two bytes."""
+    """Return an array in plotly's packed encoding; indices of small meshes take two bytes."""
     if dtype == "u4" and values.max(initial=0) < 2**16:
         dtype = "u2"
     text = base64.b64encode(np.ascontiguousarray(values).astype(f"<{dtype}").tobytes()).decode()

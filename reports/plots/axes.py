@@ -1,4 +1,4 @@
-"""The kinds of axes: of a quantity, of relative errors, of times."""
+"""Axes of quantities, relative errors and times."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ Ticks = tuple[tuple[float, str], ...]
 def value_axis(
     name: str, values: np.ndarray, log: bool, edges: Sequence[float] | np.ndarray = ()
 ) -> Axis:
-    """Return the axis of a quantity: one prefix for all; from zero, or with ticks at 1, 2 and 5.
+    """Return the axis of a quantity with one prefix: linear from zero, or logarithmic (1-2-5).
 
-    `edges` are those of bands, which widen a logarithmic axis by half a decade at most: a bar that
-    nearly reaches zero would take all of it.
+    `edges` are the edges of bands. They widen a logarithmic axis by at most half a decade, because
+    a bar that almost reaches zero would dominate it.
     """
     scale = fmt.prefix_for(values, quantity(name).unit)
     known = values[np.isfinite(values) & (values > 0)]
@@ -36,7 +36,7 @@ def value_axis(
 
 
 def error_axis(low: float, high: float, title: str, of: str = "") -> Axis:
-    """Return a logarithmic axis of relative errors, labelled in per cent and ppm."""
+    """Return a logarithmic axis of relative errors with ticks in per cent and ppm."""
     ticks = log_ticks((low, high), fmt.tolerance)
     return Axis(title, "|e|" if of else "", of, log=True, limits=(low, high), ticks=ticks)
 
@@ -44,7 +44,7 @@ def error_axis(low: float, high: float, title: str, of: str = "") -> Axis:
 def log_axis(
     title: str, limits: tuple[float, float], label: Callable[[float], str], most: int = 8
 ) -> Axis:
-    """Return a logarithmic axis with worded ticks."""
+    """Return a logarithmic axis with formatted ticks."""
     return Axis(title, log=True, limits=limits, ticks=log_ticks(limits, label, most))
 
 
@@ -54,14 +54,14 @@ def time_axis(title: str, limits: tuple[float, float]) -> Axis:
 
 
 def padded(values: np.ndarray, share: float, least: float) -> tuple[float, float]:
-    """Return ends around positive values, a share of their decades and at least `least` apart."""
+    """Return limits around positive values, padded by a fraction of their decades or by `least`."""
     low, high = np.log10(values.min()), np.log10(values.max())
     margin = max(share * (high - low), least)
     return float(10 ** (low - margin)), float(10 ** (high + margin))
 
 
 def error_range(sizes: np.ndarray, tolerance: float) -> tuple[float, float]:
-    """Return whole decades that hold all errors and the tolerance, at least two of them."""
+    """Return whole decades, at least two, that contain all errors and the tolerance."""
     # Larger errors than an axis can have decades for come from damaged results only.
     known = sizes[(sizes < 1e200) & (sizes > fmt.ROUND_OFF)]
     low = min(float(known.min()) if len(known) else tolerance, tolerance) / 1.5
@@ -71,16 +71,16 @@ def error_range(sizes: np.ndarray, tolerance: float) -> tuple[float, float]:
 
 
 def asked(tolerance: float) -> Level:
-    """Return the line at the tolerance that was asked for."""
+    """Return the line at the requested tolerance."""
     return Level(tolerance, f"asked: {fmt.tolerance(tolerance)}")
 
 
 def log_ticks(
     limits: tuple[float, float], label: Callable[[float], str], most: int = 8, factor: float = 1.0
 ) -> Ticks:
-    """Return ticks inside limits with worded labels: 1-2-5, or whole decades if many.
+    """Return ticks within limits, with formatted labels: 1-2-5, or whole decades if many.
 
-    `factor` is that of the axis' unit: ticks are round in it.
+    Ticks are round numbers in the unit of the axis, given by `factor`.
 
     >>> log_ticks((0.9e-6, 3e-6), str, factor=1e6)
     ((1e-06, '1.0'), (2e-06, '2.0'))
@@ -96,7 +96,7 @@ def log_ticks(
 
 
 def wants_log(values: Iterable[object], span: float = LOG_SPAN) -> bool:
-    """Tell whether positive values spread so wide that only a logarithmic axis shows them all.
+    """Tell whether positive values span so many decades that they need a logarithmic axis.
 
     >>> wants_log([1, 2, 5]), wants_log([1e-7, 1e-5]), wants_log([0.0, 1.0])
     (False, True, False)

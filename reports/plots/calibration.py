@@ -1,4 +1,4 @@
-"""Figures of the calibration: bar against true error, and how wide the bars are."""
+"""Figures of the calibration: error bar against true error, and the distribution of widths."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ WIDTHS = (0.1, 1, 10, 100, 1000)
 
 
 def covered(cases: list[Case]) -> Figure:
-    """Return bar against true error: points above the line are covered."""
+    """Return error bar against true error; points above the line are covered."""
     values = np.maximum([(case.error, case.bar) for case in cases], SMALLEST)
     low, high = 10.0 ** np.floor(np.log10(values.min())), 10.0 ** np.ceil(np.log10(values.max()))
     ends = np.array([low, high])
@@ -29,9 +29,9 @@ def covered(cases: list[Case]) -> Figure:
     return Figure(
         "covered",
         "Does the bar cover the true error?",
-        "Each mark is one quantity of one series of resolutions on a shape that had no part in "
-        "fixing the estimator. Above the solid line the bar covers the true error; at the dashed "
-        "line it is ten times as wide.",
+        "Each marker is one quantity in one series of resolutions, on a shape not used to fit the "
+        "estimator. Above the solid line the bar covers the true error; on the dashed line it is "
+        "ten times the error.",
         error_axis(low, high, "true error (rms over the loads)"),
         error_axis(low, high, "bar (95 %)"),
         (*guides, *points),
@@ -53,15 +53,15 @@ def _hover(case: Case) -> str:
 
 
 def widths(cases: list[Case]) -> Figure:
-    """Return the share of cases whose bar is at most k times the error, against k."""
+    """Return the fraction of cases whose bar is at most k times the error, against k."""
     ticks = tuple((float(each), f"{each:g}") for each in WIDTHS)
     return Figure(
         "widths",
         "How wide are the bars?",
-        "Share of the cases whose bar is narrower than so many times the true error. Left of 1 the "
-        "bar misses: at most 5 % may lie there. The median should be left of 10.",
+        "Cumulative distribution of the ratio of bar to true error. Below 1 the bar misses the "
+        "true error, in at most 5 % of the cases; the median should be below 10.",
         Axis("width: bar over true error", log=True, limits=(0.1, 1000.0), ticks=ticks),
-        Axis("share of the cases", scale=fmt.Scale(100.0, "%"), limits=(0.0, 1.0)),
+        Axis("fraction of cases", scale=fmt.Scale(100.0, "%"), limits=(0.0, 1.0)),
         tuple(
             _shares(
                 [case for case in cases if case.half == half], Look(f"{half} half", BLUE, dash=d)

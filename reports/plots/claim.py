@@ -1,4 +1,4 @@
-"""The evidence of a claim as a picture: its error along the parameter, against the tolerance."""
+"""The evidence for a claim as a plot: error against the parameter, with the tolerance."""
 
 from __future__ import annotations
 
@@ -13,8 +13,8 @@ from reports.plots.figure import Axis, Figure, Series, Stretch
 from reports.plots.style import BLUE, CIRCLE, GREEN, VERMILION, Look, Marker
 
 CAPTION = (
-    "Size of the error with its 95 % bar at every value measured; the shaded stretch is where the "
-    "claim holds, and its edges are known to the distance of the next marks."
+    "Error magnitude with its 95 % bar at every measured value. The claim holds in the shaded "
+    "interval, whose ends are known to the spacing of the neighbouring markers."
 )
 LOOKS = {
     WITHIN: Look("within", GREEN, CIRCLE, size=9),
@@ -24,7 +24,7 @@ LOOKS = {
 
 
 def evidence(claim: ClaimRecord, fewest: int = 2) -> Figure | None:
-    """Return the error against the varied parameter, None where nothing varies."""
+    """Return the error against the varied parameter, or None if no parameter varies."""
     points = [p for p in claim.points if p.parameter is not None and p.error is not None]
     if len(points) < fewest:
         return None
@@ -35,7 +35,7 @@ def evidence(claim: ClaimRecord, fewest: int = 2) -> Figure | None:
         f"Error against {claim.parameter}",
         CAPTION,
         Axis(claim.parameter, log=claim.spacing == "log"),
-        error_axis(low, high, "relative error, size"),
+        error_axis(low, high, "magnitude of relative error"),
         tuple(_marks(own, word, low) for word, own in groups.items() if own),
         levels=(asked(claim.tolerance),),
         stretches=tuple(Stretch(each.low, each.high, GREEN, "holds") for each in claim.ranges),
@@ -43,7 +43,7 @@ def evidence(claim: ClaimRecord, fewest: int = 2) -> Figure | None:
 
 
 def _marks(points: list[PointRecord], word: str, low: float) -> Series:
-    """Return the points of one word; errors below the axis stand on its edge."""
+    """Return the points with one verdict; errors below the axis are placed at its edge."""
     return Series(
         LOOKS[word],
         np.array([p.parameter for p in points], dtype=float),
@@ -62,5 +62,5 @@ def _hover(point: PointRecord) -> str:
 
 
 def detail(given: float | str | None) -> str:
-    """Return one detail of a measurement as text."""
+    """Return a detail of a measurement as text."""
     return given if isinstance(given, str) else fmt.number(given)

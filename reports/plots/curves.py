@@ -1,7 +1,7 @@
-"""Load curves: a quantity over the load, all methods at their finest resolution.
+"""Load curves: quantities against load, for all methods at their finest resolution.
 
-Every function takes a SceneRecord and returns figures, or none where there is nothing to draw:
-a page never shows an empty plot.
+Every function takes a SceneRecord and returns figures, or none if there is no data, so that no
+page shows an empty plot.
 """
 
 from __future__ import annotations
@@ -25,11 +25,11 @@ from reports.plots.style import drawing_order, look
 
 VISIBLE = 2e-3  # of the largest value: a bar thinner than a line of the plot is not drawn
 SPREAD = 5.0  # quantities over speeds that spread wider than this take a logarithmic axis
-TRUTH_BAR = "bar of the truth"
+TRUTH_BAR = "bar of the reference"
 
 
 def curves(scene: SceneRecord) -> list[Figure]:
-    """Return each quantity against the prescribed load, or over time for a history."""
+    """Return each quantity against the prescribed load, or against time for a history."""
     first = "penetration" if scene.control == "force" else "force"
     names = dict.fromkeys([first, "contact_area", *scene.quantities])
     if scene.control not in NORMAL:
@@ -42,10 +42,10 @@ def curves(scene: SceneRecord) -> list[Figure]:
 
 
 def printed_curves(scene: SceneRecord) -> list[Figure]:
-    """Return the curves that papers print.
+    """Return the curves for papers.
 
-    Under normal loads force against penetration, and area against force, whichever of them is
-    prescribed; else every quantity along the path, over time or over the speeds.
+    Under normal loads force against penetration and area against force, whichever is prescribed;
+    otherwise every quantity along the path, against time or against speed.
     """
     if scene.control in NORMAL and not scene.is_path:
         pairs = [("penetration", "force"), ("force", "contact_area")]
@@ -57,9 +57,9 @@ def printed_curves(scene: SceneRecord) -> list[Figure]:
 
 
 def curve(scene: SceneRecord, across: str, up: str) -> Figure | None:
-    """Return a quantity over another, with the bar of the truth, and the scatter of ensembles.
+    """Return one quantity against another, with the reference's bar and the ensemble scatter.
 
-    Along a path the points are joined in its order, so that a loop is seen as one.
+    Along a path the points are joined in order, so that hysteresis loops are visible.
     """
     every = (
         _Curve(scene, method, selection.curve(scene, method), across, up)
@@ -90,7 +90,7 @@ def curve(scene: SceneRecord, across: str, up: str) -> Figure | None:
 
 @dataclass(frozen=True)
 class _Curve:
-    """One method's curve, and the bands around it: on the axis that is not prescribed."""
+    """The curve of one method with bands along the axis that is not prescribed."""
 
     scene: SceneRecord
     method: str
@@ -132,7 +132,7 @@ class _Curve:
         )
 
     def _half_widths(self) -> np.ndarray:
-        """Return the half-widths of the truth's bars; NaN for other methods."""
+        """Return the half-widths of the reference's bars; NaN for other methods."""
         value = self.column(self.name)
         if self.method != selection.reference(self.scene)[0]:
             return np.full(len(value), np.nan)
@@ -140,9 +140,9 @@ class _Curve:
         return bar * (sizes_along_path(value) if self.scene.is_path else np.abs(value))
 
     def bands(self) -> Iterator[Band]:
-        """Yield the truth's bar; the realisations' 5 % to 95 %, faint; the mean's standard error.
+        """Yield the reference's bar, the 5 % to 95 % range of realisations, and the standard error.
 
-        All stand at the mean's loads: the prescribed load is the same for every realisation.
+        All are drawn at the loads of the mean, because the prescribed load is the same for all.
         """
         value, half = self.column(self.name), self._half_widths()
         along = self.column(self.up if self.sideways else self.across)
@@ -167,7 +167,7 @@ def _is_line(method: str) -> bool:
 
 
 def quantiles(single: pd.DataFrame, name: str, steps: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return the 5 % and the 95 % quantile over the realisations at each step."""
+    """Return the 5 % and 95 % quantiles over the realisations at each step."""
     grouped = pd.Series(selection.column(single, name)).groupby(selection.column(single, "step"))
     low, high = grouped.quantile(0.05), grouped.quantile(0.95)
     return low.reindex(steps).to_numpy(), high.reindex(steps).to_numpy()
@@ -181,13 +181,13 @@ def _caption(scene: SceneRecord, name: str) -> str:
     if fmt.finite(bar) and float(bar) > fmt.ROUND_OFF:
         hidden = " (thinner than its line)" if float(bar) < VISIBLE else ""
         parts.append(
-            "Light band and error bars: the reference's uncertainty, at most "
+            "Light band and error bars: uncertainty of the reference, at most "
             f"{fmt.relative(bar)}{hidden}."
         )
     if any(_is_ensemble(scene, method) for method in selection.methods(scene)):
         parts.append(
-            "Lines: means over the realisations, with one standard error; "
-            "faint: 5 % to 95 % of the realisations (of solvers in 3-D the reference's)."
+            "Lines: means over the realisations, with one standard error; faint bands: 5 % to "
+            "95 % of the realisations (for 3-D solvers, those of the reference)."
         )
     return " ".join(parts)
 
@@ -198,7 +198,7 @@ def _is_ensemble(scene: SceneRecord, method: str) -> bool:
 
 
 def solution_figure(result: SingleResult, quantity: str | None = None) -> Figure:
-    """Return a quantity of one solve over the prescribed load: by default the first compared."""
+    """Return a quantity of one solve against load; by default the first compared quantity."""
     columns = result.columns()
     control, axis = result.plan.loads.control, result.plan.loads.axis
     along = "time" if axis == "time" and "time" in columns else control

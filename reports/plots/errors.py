@@ -1,4 +1,4 @@
-"""Errors of a scene's compared quantities at every load step."""
+"""Error plots: the errors of the compared quantities at every load step."""
 
 from __future__ import annotations
 
@@ -18,20 +18,20 @@ from reports.plots.figure import Band, Figure, Series
 from reports.plots.style import CROSS, drawing_order, look
 
 CAPTION = (
-    "Each method at its finest resolution. Filled markers: above the reference, hollow: below; on "
-    "the lower edge: smaller than the axis shows. Horizontal line: the tolerance asked for. "
-    "Shaded: below what the reference itself is sure of."
+    "Each method at its finest resolution. Filled markers: above the reference; hollow: below; at "
+    "the lower edge: below the range of the axis. Horizontal line: tolerance. Shaded: below the "
+    "uncertainty of the reference."
 )
-PATH_CAPTION = "Errors are relative to the largest value along the path, because it passes zero."
+PATH_CAPTION = "Errors are relative to the largest value along the path, which passes through zero."
 
 
 def errors(scene: SceneRecord) -> list[Figure]:
-    """Return the size of each compared quantity's error at every load step."""
+    """Return the error magnitude of each compared quantity at every load step."""
     return [figure for name in scene.quantities if (figure := error_figure(scene, name))]
 
 
 def error_figure(scene: SceneRecord, name: str) -> Figure | None:
-    """Return the size of a quantity's error at every load step, None where none is known."""
+    """Return the error magnitude of a quantity at every load step, or None if unknown."""
     tables = _tables(scene, name)
     if not tables:
         return None
@@ -64,7 +64,7 @@ def _equal(scene: SceneRecord, name: str) -> str:
 
 
 def _tables(scene: SceneRecord, name: str) -> dict[str, pd.DataFrame]:
-    """Return the load steps of each method's finest resolution that has errors of a quantity."""
+    """Return the load steps of each method at its finest resolution with errors of a quantity."""
     tables = {}
     for method in drawing_order(selection.methods(scene)):
         levels = [
@@ -81,7 +81,7 @@ def _tables(scene: SceneRecord, name: str) -> dict[str, pd.DataFrame]:
 def _floor(
     scene: SceneRecord, tables: dict[str, pd.DataFrame], name: str, low: float
 ) -> tuple[Band, ...]:
-    """Shade what lies below the reference's uncertainty (taken from the method with most steps)."""
+    """Shade the region below the reference's uncertainty (of the method with most steps)."""
     column = f"reference_uncertainty_{name}"
     rows = max(tables.values(), key=lambda rows: np.isfinite(selection.column(rows, column)).sum())
     bars = selection.column(rows, column)
@@ -110,7 +110,7 @@ def _series(scene: SceneRecord, method: str, rows: pd.DataFrame, name: str, low:
 
 
 def _lost_steps(scene: SceneRecord, high: float) -> list[Series]:
-    """Load steps without a result: hollow crosses at the upper edge, the reason on hover."""
+    """Return failed load steps: hollow crosses at the upper edge, with the reason on hover."""
     lost: dict[str, dict[float, list[str]]] = {}
     for item in selection.failures(scene):
         if np.isfinite(item.load):
@@ -136,5 +136,5 @@ def failed(method: str, x: Iterable[float], edge: float, reasons: list[str]) -> 
 
 
 def why(item: selection.Failure) -> str:
-    """Return a failure's setting and reason."""
+    """Return the setting and the reason of a failure."""
     return f"{look(item.method).label}, N = {fmt.number(item.resolution, 6)}: {item.reason}"

@@ -1,7 +1,7 @@
-"""A figure as data: axes, curves, bands and marks, which plotly and matplotlib draw.
+"""A figure as data: axes, curves, bands and markers, drawn by plotly or matplotlib.
 
-All values are those of the results, in SI units; an axis says in which unit it shows them. Texts
-are plain: each renderer makes them harmless in its own way.
+All values are in SI units; each axis states its display unit. Texts are plain; each renderer
+escapes them.
 """
 
 from __future__ import annotations
@@ -24,19 +24,19 @@ class Axis:
     Attributes
     ----------
     title : str
-        Its words; those of a quantity come from `quantity`.
+        Title in words; for a quantity, taken from `quantity`.
     symbol, of : str
-        The title's symbol, and what it speaks of: the page says so above the plot and takes the
-        symbol, print has to say it beside the axis.
+        Symbol of the title, and the quantity it refers to. The page names the quantity above the
+        plot and uses the symbol; print names it on the axis.
     quantity : str
-        The column whose words and symbol are the title.
+        The column that provides words and symbol of the title.
     scale : comparisons.formatting.Scale
-        The unit that it shows, and the factor from SI units.
+        Display unit, and factor from SI units.
     log : bool
     limits : tuple of float, optional
-        Its ends, in SI units.
+        In SI units.
     ticks : tuple of (value, text)
-        In SI units; none: the renderer's own.
+        In SI units; if empty, the renderer's own.
     """
 
     title: str = ""
@@ -59,36 +59,36 @@ class Axis:
 
 @dataclass(frozen=True)
 class Series:
-    """Points that belong together.
+    """A series of points.
 
     Attributes
     ----------
     look : Look
-        Its label is the name in the legend.
+        Appearance; its label is the legend entry.
     x, y : numpy.ndarray
         NaN is a gap.
     line, marks : bool
         Whether points are joined, and marked.
     hollow : bool or numpy.ndarray
-        Which markers are only an outline.
+        Which markers are drawn as outlines.
     bars : numpy.ndarray, optional
-        Half-widths of error bars upwards.
+        Half-widths of the error bars along y.
     hover : str or tuple of str, optional
-        A line above the coordinates, or the whole text of each point; none: silent.
+        A line above the coordinates, or the full text for each point; if None, no hover text.
     group : str
         Series of one group are hidden together on the page.
     legend : bool
-        Whether the legend names it; print leaves out what only a caption explains.
+        Whether it appears in the legend; print leaves out series that only the caption explains.
     size, width : float
-        Of the markers (0: the look's own) and of the line, in pixels of the page.
+        Size of the markers (0: that of the look) and width of the line, in pixels of the page.
     stairs : bool
-        Joined by steps: a value holds until the next.
+        Join points by steps; each value holds until the next.
     outlined : bool
-        Markers have a rim in the colour of the text.
+        Outline markers in the colour of the text.
     faint : float
         Opacity of the markers.
     digits : int
-        How many significant digits the page keeps.
+        Number of significant digits on the page.
     """
 
     look: Look
@@ -111,7 +111,7 @@ class Series:
 
 @dataclass(frozen=True)
 class Band:
-    """What lies between two curves over x; `sideways`: between two curves over y."""
+    """The area between two curves over x, or over y if `sideways`."""
 
     along: np.ndarray
     low: np.ndarray
@@ -124,7 +124,7 @@ class Band:
 
 @dataclass(frozen=True)
 class Level:
-    """A horizontal line; its label stands beside the plot."""
+    """A horizontal line with a label next to the plot."""
 
     value: float
     label: str = ""
@@ -134,7 +134,7 @@ class Level:
 
 @dataclass(frozen=True)
 class Guide:
-    """An upright dotted line with a text above the plot."""
+    """A vertical dotted line with a label above the plot."""
 
     value: float
     text: str = ""
@@ -143,7 +143,7 @@ class Guide:
 
 @dataclass(frozen=True)
 class Stretch:
-    """A part of the axis to the right, shaded over the whole height."""
+    """An interval of the horizontal axis, shaded over the full height."""
 
     low: float
     high: float
@@ -153,7 +153,7 @@ class Stretch:
 
 @dataclass(frozen=True)
 class Map:
-    """Values on a grid, the first index along x; NaN is a gap, and `highest` ends the colours."""
+    """Values on a grid, first index along x; NaN is a gap, `highest` ends the colour scale."""
 
     x: np.ndarray
     y: np.ndarray
@@ -172,15 +172,15 @@ class Figure:
     key, title, caption : str
     x, y : Axis
     bands, series, levels, guides, stretches
-        What is drawn, the later on top.
+        Drawn in this order, later ones on top.
     map : Map, optional
     legend : bool
-        Whether there is one.
+        Whether to draw a legend.
     quantity : str
-        The columns that it shows, separated by spaces: what the page's choice of a quantity
-        keeps. Always shown where empty.
+        The columns shown, separated by spaces, for the page's menu of quantities. If empty, the
+        figure is always shown.
     earlier : tuple of Figure
-        The same plot at the loads before, for the page's slider: alike but for values.
+        The same plot at the earlier loads, for the page's slider; only the values differ.
     """
 
     key: str
@@ -205,5 +205,5 @@ class Figure:
 
     @property
     def clipped(self) -> bool:
-        """Whether markers end at the frame: limits of logarithmic axes hold every point."""
+        """Whether markers are clipped at the frame; logarithmic axes contain all points."""
         return not (self.x.log or self.y.log)

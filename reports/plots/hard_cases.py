@@ -1,4 +1,4 @@
-"""Time against error of every method on every hard case; failures stand at the upper edge."""
+"""Time against error of every method on every hard case, with failures at the upper edge."""
 
 from __future__ import annotations
 
@@ -16,15 +16,15 @@ SMALLEST, LARGEST = 1e-12, 1e7
 MARGIN = 1.5
 SOLVED = ("accurate", "degraded")
 CAPTION = (
-    "One marker per case, at the error of the force (or of the penetration, where the force is "
-    "prescribed), the truth's bar included. Horizontal line: 1 %, above which an answer counts as "
-    "degraded. Hollow crosses at the upper edge: refused or lost, the reason on hover; those "
-    "without a time stand at the right."
+    "One marker per case, at the error of the force (of the penetration if the force is "
+    "prescribed), including the bar of the reference. Horizontal line: 1 %, above which an answer "
+    "counts as degraded. Hollow crosses at the upper edge: refused or lost, with the reason on "
+    "hover; those without a time are at the right."
 )
 
 
 def stability(record: HardCasesRecord) -> Figure | None:
-    """Return the plot, or None where nothing was solved."""
+    """Return the plot, or None if nothing was solved."""
     solved = [each for each in record.outcomes if each.kind in SOLVED]
     times = np.array([each.seconds for each in solved if each.seconds], dtype=float)
     if not len(times):
@@ -74,7 +74,7 @@ def _words(outcome: OutcomeRecord) -> str:
 def _failures(
     record: HardCasesRecord, names: list[str], span: tuple[float, float], high: float
 ) -> list[Series]:
-    """Crosses for what gave no number; methods never meant for a case have not failed."""
+    """Return crosses for failures; a method not meant for a case has not failed."""
     unplaced, series = 0, []
     for name in names:
         own = [e for e in record.outcomes if e.method == name and e.kind in ("refused", "lost")]

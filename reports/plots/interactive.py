@@ -1,7 +1,7 @@
-"""Figures for the page, as plotly.js takes them: plain dicts, so that no plotly is needed here.
+"""Figures for the page as plain dicts for plotly.js, without the Python package plotly.
 
-plotly reads a little HTML in names and hovers: all texts are escaped. A plot that moves has one
-frame for each load: what differs of each trace, and of the layout, from the last load.
+plotly interprets some HTML in names and hover texts, so all texts are escaped. A plot with a load
+slider has one frame per load, with the differences of each trace and the layout from the last load.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ TOKENS = ("@ink", "@peer", "@truth")  # their light versions are the page's own
 
 
 def spec(figure: Figure) -> dict[str, Any]:
-    """Return data and layout of a figure, and its frames if it moves."""
+    """Return data and layout of a figure, and the frames of its load slider, if any."""
     traces, layout = _traces(figure), _layout(figure)
     last = {"data": traces, "layout": layout}
     if not figure.earlier:
@@ -115,7 +115,7 @@ def _hover(series: Series, figure: Figure) -> dict[str, Any]:
 
 
 def _band(band: Band, x: fmt.Scale, y: fmt.Scale) -> dict[str, Any]:
-    """Return a filled polygon, silent under the mouse."""
+    """Return a filled polygon without hover text."""
     keep = np.isfinite(band.along) & np.isfinite(band.low) & np.isfinite(band.high)
     along, low, high = (
         np.asarray(values, dtype=float)[keep] for values in (band.along, band.low, band.high)
@@ -138,7 +138,7 @@ def _band(band: Band, x: fmt.Scale, y: fmt.Scale) -> dict[str, Any]:
 
 
 def _light(colour: str, opacity: float) -> str:
-    """Return a light version of a colour; tokens keep theirs in the page."""
+    """Return a light version of a colour; tokens are resolved in the page."""
     if colour in TOKENS:
         return f"{colour}-band"
     red, green, blue = (int(colour[i : i + 2], 16) for i in (1, 3, 5))
@@ -168,10 +168,9 @@ def _map(drawn: Map, figure: Figure) -> dict[str, Any]:
 
 
 def coded_map(values: np.ndarray) -> dict[str, Any]:
-    """Return a map of positive values (NaN: a gap) in 16-bit codes, a third of its JSON.
+    """Return a map of positive values (NaN: a gap) in 16-bit codes, a third of its size as JSON.
 
-    One code is the highest value over 65535; what is positive but smaller than half of it keeps
-    code 1.
+    One code unit is the highest value divided by 65535; smaller positive values are given code 1.
     """
     known = np.nan_to_num(values, nan=0.0)
     highest = float(known.max(initial=0.0))
@@ -182,7 +181,7 @@ def coded_map(values: np.ndarray) -> dict[str, Any]:
 
 
 def _layout(figure: Figure) -> dict[str, Any]:
-    """Return what is the figure's own of the layout; fonts, grid and paper come from the page."""
+    """Return the figure's own part of the layout; fonts, grid and background come from the page."""
     layout: dict[str, Any] = {"xaxis": _axis(figure.x), "yaxis": _axis(figure.y)}
     if len(figure.x.ticks) <= FEW_TICKS and figure.x.ticks:
         layout["xaxis"]["tickangle"] = 0
@@ -217,7 +216,7 @@ def _axis(axis: Axis) -> dict[str, Any]:
 
 
 def _title(axis: Axis) -> str:
-    """Return the title of an axis; plotly sets what follows an underscore lower.
+    """Return the title of an axis with HTML subscripts for plotly.
 
     >>> _title(Axis(quantity="pull_off_force", scale=fmt.Scale(1e3, "mN")))
     'pull-off force F<sub>off</sub> / mN'
@@ -246,7 +245,7 @@ def _level(level: Level, axis: Axis) -> dict[str, Any]:
 
 
 def _level_note(level: Level) -> dict[str, Any]:
-    """Return the line's label, in the right margin where no marker can cover it."""
+    """Return the label of the line, in the right margin, where no marker can cover it."""
     return {
         "xref": "paper",
         "x": 1.01,
@@ -290,7 +289,7 @@ def _guide_note(guide: Guide, axis: Axis) -> dict[str, Any]:
 
 
 def _stretch(stretch: Stretch, axis: Axis) -> dict[str, Any]:
-    """Return a shaded part; a single point is a line."""
+    """Return a shaded interval, or a line for a single point."""
     ends = [each * axis.scale.factor for each in (stretch.low, stretch.high)]
     return {
         "type": "rect",
@@ -306,17 +305,17 @@ def _stretch(stretch: Stretch, axis: Axis) -> dict[str, Any]:
 
 
 def inert(text: object) -> str:
-    """Make text harmless inside plotly, which reads a little HTML in names and hovers."""
+    """Escape text for plotly, which interprets some HTML in names and hover texts."""
     return html.escape(str(text), quote=False)
 
 
 def lines(text: str) -> str:
-    """Return harmless text with its lines kept apart."""
+    """Return escaped text with line breaks."""
     return "<br>".join(inert(line) for line in text.split("\n"))
 
 
 def numbers(values: Iterable[object], factor: float = 1.0, digits: int = 6) -> list[float | None]:
-    """Return scaled values, rounded, and None (a gap in the curve) where there is none."""
+    """Return scaled, rounded values, with None (a gap in the curve) for missing ones."""
     return [
         float(f"{float(value) * factor:.{digits}g}") if fmt.finite(value) else None
         for value in values

@@ -1,4 +1,4 @@
-"""The load slider: which load steps it has, and what each is called."""
+"""The load slider: its load steps and their labels."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from comparisons.tasks.shown_loads import shown_steps
 
 @dataclass(frozen=True)
 class Loads:
-    """The load steps of a scene's slider, counted from zero, and what each is called."""
+    """The load steps of a scene's slider, counted from zero, and their labels."""
 
     steps: tuple[int, ...]
     labels: tuple[str, ...]
@@ -25,7 +25,7 @@ NO_LOADS = Loads((), ())
 
 
 def loads_of(scene: SceneRecord) -> Loads:
-    """Return the loads of the slider; none for a single load, a path, or over speeds."""
+    """Return the loads of the slider; none for a single load, a path or a speed range."""
     if scene.control not in NORMAL or scene.is_path:
         return NO_LOADS
     rows = selection.solved(scene)

@@ -1,4 +1,4 @@
-"""What the reduced model sees: the equivalent profile or the rough line, and its springs."""
+"""The reduced model: the equivalent profile or the rough line, and its springs."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ from reports.plots.style import CONTACT, DASHED, INK, MUTED, Look
 
 MOST_LINE_POINTS = 1500
 MOST_PROFILE_POINTS = 160
-TITLE = "What the reduced model presses"
+TITLE = "Reduced model"
 LINE, TOUCHING = Look("line of the model", MUTED), Look("in contact", CONTACT)
 PROFILE = Look("equivalent profile g(x)", INK)
 
 
 def reduced_picture(scene: SceneRecord) -> Figure | None:
-    """Return the one-dimensional model itself: the profile or the rough line, and its springs."""
+    """Return the one-dimensional model: the profile or the rough line, and its springs."""
     levels = selection.resolutions(scene, MODEL)
     fields = scene.load_fields(MODEL, int(levels[-1])) if levels else {}
     if {"line_x", "line_height", "line_penetration"} <= fields.keys():
@@ -35,7 +35,7 @@ def reduced_picture(scene: SceneRecord) -> Figure | None:
 
 
 def _earlier_depths(scene: SceneRecord, loads: Loads) -> list[float]:
-    """Return the penetration of realisation 0 at the slider's loads but the last, NaN if lost."""
+    """Return the penetration of realisation 0 at all loads but the last; NaN where it failed."""
     rows = selection.solved_rows(scene, MODEL)
     level = selection.column(rows, "resolution")
     rows = rows[level == np.nanmax(level)]
@@ -68,8 +68,8 @@ def _line_figure(scene: SceneRecord, fields: dict[str, np.ndarray]) -> Figure:
 
     share = np.mean(np.ravel(fields["line_height"]) >= last)
     caption = (
-        "The first rough line of the reduced model at the last load. Each point above the "
-        f"dashed level compresses a spring ({fmt.relative(share)} of the line)."
+        "The first rough line of the reduced model at the last load. Points above the dashed "
+        f"level compress springs ({fmt.relative(share)} of the line)."
     )
     depths = _earlier_depths(scene, loads_of(scene))
     return replace(pressed_to(last), earlier=tuple(pressed_to(top - depth) for depth in depths))
@@ -84,8 +84,8 @@ def _profile_figure(scene: SceneRecord, fields: dict[str, np.ndarray]) -> Figure
     x, height = _both_sides(x[keep], height[keep])
     when = " at the last load" if scene.control in NORMAL and not scene.is_path else ""
     caption = (
-        f"The equivalent one-dimensional profile, pressed to the dashed level{when} "
-        f"({fmt.with_unit(last, 'm')}). The shaded height is what each spring is compressed by."
+        f"The equivalent one-dimensional profile, indented to the dashed level{when} "
+        f"({fmt.with_unit(last, 'm')}). The shaded height is the compression of the springs."
     )
 
     def pressed_to(depth: float) -> Figure:
@@ -108,7 +108,7 @@ def _profile_figure(scene: SceneRecord, fields: dict[str, np.ndarray]) -> Figure
 
 
 def _both_sides(x: np.ndarray, height: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Return a thinned profile; one that is given on one side is mirrored."""
+    """Return a thinned profile, mirrored if given on one side only."""
     stride = -(-len(x) // MOST_PROFILE_POINTS)
     x, height = x[::stride], height[::stride]
     if x.min() < 0:
@@ -117,7 +117,7 @@ def _both_sides(x: np.ndarray, height: np.ndarray) -> tuple[np.ndarray, np.ndarr
 
 
 def _thinned(x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Keep the highest point of each bin: peaks make the contact and must not be lost."""
+    """Keep the highest point of each bin, because the peaks make the contact."""
     if len(x) <= MOST_LINE_POINTS:
         return x, y
     edges = np.linspace(0, len(x), MOST_LINE_POINTS + 1).astype(int)

@@ -1,4 +1,4 @@
-"""Contact pressure: radial profiles of round contacts; a map and a cut of all others."""
+"""Contact pressure: radial profiles for circular contacts, a map and a cut for all others."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ LARGEST_SHOWN = 4.0  # times the mean pressure; sharp edges and tips are singula
 
 @dataclass(frozen=True)
 class Field:
-    """The pressure of one solution at one load; `earlier` holds it at the loads before."""
+    """The pressure of one solution at one load; `earlier` holds the earlier loads."""
 
     method: str
     resolution: int
@@ -37,17 +37,17 @@ class Field:
 
     @property
     def on_a_line(self) -> bool:
-        """Axisymmetric solutions are given along a radius."""
+        """Whether the pressure is given along a radius (axisymmetric solutions)."""
         return bool(np.all(self.y == 0))
 
     @property
     def on_a_grid(self) -> bool:
-        """Whether the points are those of a map; else they are scattered over a mesh."""
+        """Whether the points form a regular grid rather than a mesh."""
         return len(self.shape) == 2
 
 
 def pressures(scene: SceneRecord) -> list[Figure]:
-    """Return the pressure plots of the last load."""
+    """Return the pressure plots at the last load."""
     fields = pressure_fields(scene)
     if not fields:
         return []
@@ -71,12 +71,12 @@ def pressures(scene: SceneRecord) -> list[Figure]:
 
 
 def _trusted(item: Field) -> tuple[bool, bool]:
-    """Order maps where the truth has none: ours before those of peers, the leading grid first."""
+    """Rank maps if the reference has none: ours before the peers', the leading grid first."""
     return item.method not in ours(), item.method != GRID
 
 
 def pressure_fields(scene: SceneRecord) -> list[Field]:
-    """Return the stored pressures, each method at its finest resolution, in drawing order."""
+    """Return the stored pressures of each method at its finest resolution, in drawing order."""
     found = []
     for method in drawing_order(selection.methods(scene)):
         levels = sorted(level for name, level in scene.fields if name == method)
@@ -93,7 +93,7 @@ def pressure_fields(scene: SceneRecord) -> list[Field]:
 
 
 def _field(method: str, level: int, stored: dict[str, np.ndarray]) -> Field | None:
-    """Return the pressure among stored arrays, None where there is none that can be drawn."""
+    """Return the pressure from stored arrays, or None if it cannot be drawn."""
     if not {"pressure", "pressure_x", "pressure_y"} <= stored.keys():
         return None
     x, y, p = (np.ravel(stored[f"pressure{suffix}"]) for suffix in ("_x", "_y", ""))
@@ -103,17 +103,17 @@ def _field(method: str, level: int, stored: dict[str, np.ndarray]) -> Field | No
 
 
 def _at_loads(item: Field, loads: Loads) -> list[Field | None]:
-    """Return the field at every load of the slider, None where it is not stored."""
+    """Return the field at every load of the slider, None for loads not stored."""
     return [item.earlier.get(step) for step in loads.steps[:-1]] + [item]
 
 
 def _moving(figures: Sequence[Figure]) -> Figure:
-    """Return the figure of the last load with those before."""
+    """Return the figure of the last load with the earlier ones attached."""
     return replace(figures[-1], earlier=tuple(figures[:-1]))
 
 
 def _shape(stored: dict[str, np.ndarray], count: int) -> tuple[int, ...]:
-    """Return that of a grid, or the mere number of points."""
+    """Return the shape of the grid, or the number of points of a mesh."""
     sides = tuple(int(side) for side in np.ravel(stored.get("pressure_shape", [])))
     return sides if len(sides) == 2 and sides[0] * sides[1] == count else (count,)
 
@@ -153,7 +153,7 @@ def _radial(fields: list[Field], radius: float, mean: float, loads: Loads) -> Fi
 
 
 def _scaled(item: Field | None, radius: float, mean: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return r/a and p/mean of one load, empty where nothing is stored."""
+    """Return r/a and p/mean at one load, empty if not stored."""
     if item is None:
         return np.empty(0), np.empty(0)
     r, p = _along_radius(item)
@@ -165,7 +165,7 @@ def _scaled(item: Field | None, radius: float, mean: float) -> tuple[np.ndarray,
 def _with_profiles(
     empty: Figure, fields: list[Field], curves: list[list[tuple[np.ndarray, np.ndarray]]]
 ) -> Figure:
-    """Return a figure with profiles: `curves` has one (x, p) per load for each field."""
+    """Return a figure with profiles; `curves` holds one (x, p) per load for each field."""
     # Every load is drawn as the last one: only the values move.
     series = [_profile_series(item, *each[-1]) for item, each in zip(fields, curves, strict=True)]
     at_loads = (
@@ -182,7 +182,7 @@ def _moved(series: Series, x: np.ndarray, p: np.ndarray) -> Series:
 
 
 def _along_radius(item: Field) -> tuple[np.ndarray, np.ndarray]:
-    """Return r and p, ascending: a grid's row next to the x axis, every point of a mesh."""
+    """Return r and p in ascending order: the grid row next to the x axis, or all mesh points."""
     keep = np.ones(len(item.x), dtype=bool)
     if item.on_a_grid:
         keep = np.abs(item.y) <= np.abs(item.y).min() * (1 + 1e-9)
@@ -209,7 +209,7 @@ def _axes_of(item: Field) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _window(touched: np.ndarray) -> slice:
-    """Return the contact's extent along one axis with a margin of a quarter around it."""
+    """Return the extent of the contact along one axis, with a margin of a quarter."""
     inside = np.flatnonzero(touched)
     if not len(inside):
         return slice(0, len(touched))
@@ -218,7 +218,7 @@ def _window(touched: np.ndarray) -> slice:
 
 
 def _coarsened(values: np.ndarray, x: np.ndarray, y: np.ndarray) -> tuple[np.ndarray, ...]:
-    """Reduce a map to at most 96 pixels per side; each keeps its largest value."""
+    """Reduce a map to at most 96 pixels per side, each with the maximum of its cells."""
     step = int(np.ceil(max(values.shape) / MOST_PIXELS))
     if step == 1:
         return values, x, y
@@ -237,9 +237,9 @@ def _map(item: Field, loads: Loads) -> Figure:
     caption = f"Contact pressure, {look(item.method).label}, N = {item.resolution}. "
     caption += "Empty: no contact."
     if cells != p.shape:
-        caption += " Each pixel shows the largest pressure of the cells it covers."
+        caption += " Each pixel shows the maximum over its cells."
     if limit is not None:
-        caption += " Colours end at the 99.5 % quantile: sharp edges are singular."
+        caption += " Colours end at the 99.5 % quantile, because sharp edges are singular."
     across = fmt.prefix_for(np.concatenate([x, y]), "m")
     # One colour bar for all loads: they can be compared.
     empty = Map(*(np.empty(0),) * 2, np.empty((0, 0)), "p", fmt.prefix_for(p, "Pa"))
@@ -257,7 +257,7 @@ def _map(item: Field, loads: Loads) -> Figure:
 
 
 def _filled(empty: Map, item: Field | None) -> Map:
-    """Return the map of a load, empty where nothing is stored."""
+    """Return the map at a load, empty if not stored."""
     if item is None or not item.on_a_grid:
         return empty
     x, y, p, _ = _shown_part(item)
@@ -265,7 +265,7 @@ def _filled(empty: Map, item: Field | None) -> Map:
 
 
 def _shown_part(item: Field) -> tuple[np.ndarray, np.ndarray, np.ndarray, tuple[int, ...]]:
-    """Return x, y and p of what a map shows, coarsened, and the cells that it had before."""
+    """Return x, y and p of the part shown, coarsened, and its number of cells before coarsening."""
     x, y = _axes_of(item)
     p = item.pressure.reshape(item.shape)
     if not item.rough:
@@ -277,13 +277,13 @@ def _shown_part(item: Field) -> tuple[np.ndarray, np.ndarray, np.ndarray, tuple[
 
 
 def _outer(centres: np.ndarray) -> tuple[float, float]:
-    """Return the range from the outer edge of the first pixel to that of the last."""
+    """Return the range between the outer edges of the first and last pixels."""
     half = (centres[-1] - centres[0]) / max(len(centres) - 1, 1) / 2
     return float(centres[0] - half), float(centres[-1] + half)
 
 
 def _ceiling(values: np.ndarray) -> float | None:
-    """Return where colours should end: only where a few pixels tower over all the others."""
+    """Return the upper end of the colour scale if a few pixels far exceed all others."""
     known = values[np.isfinite(values)]
     if len(known) < 20:
         return None
@@ -292,7 +292,7 @@ def _ceiling(values: np.ndarray) -> float | None:
 
 
 def _cut(fields: list[Field], chosen: Field, loads: Loads) -> Figure:
-    """Return the pressure along x through the highest point of the chosen solution."""
+    """Return the pressure along x through the maximum of the chosen solution."""
     height = float(chosen.y[np.argmax(chosen.pressure)]) if chosen.rough else 0.0
     extent = np.ptp(chosen.x[chosen.pressure > 0])
     centre = 0.0 if not chosen.rough else float(chosen.x.mean())
@@ -318,7 +318,7 @@ def _cut(fields: list[Field], chosen: Field, loads: Loads) -> Figure:
 
 
 def _row(item: Field | None, height: float, extent: float) -> tuple[np.ndarray, np.ndarray]:
-    """Return x and p on the row of points next to y = `height`, empty where nothing is stored."""
+    """Return x and p on the row of points next to y = `height`, empty if not stored."""
     if item is None:
         return np.empty(0), np.empty(0)
     distance = np.abs(item.y - height)

@@ -1,4 +1,4 @@
-"""Figures of two runs side by side: errors and times before and after."""
+"""Figures for the comparison of two runs: errors and times before and after."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ Pair = tuple[float, float]
 
 @dataclass(frozen=True)
 class _Compared:
-    """What is drawn before and after: its words, its two numbers, and how they are written."""
+    """A quantity drawn before and after: name, pair of numbers, and format."""
 
     key: str
     word: str
@@ -40,23 +40,23 @@ def _errors(change: Change) -> Pair:
 ERRORS = _Compared(
     "errors",
     "error",
-    "One marker per solve: its largest error against its run's truth, before and after. On the "
-    "line nothing changed; above it the error grew. Hollow markers: what the table lists first.",
+    "One marker per solve: its largest error before and after, each relative to the reference of "
+    "its run. Above the line the error has grown. Hollow markers: highlighted in the table.",
     _errors,
     lambda value: fmt.relative(value, 1),
 )
 TIMES = _Compared(
     "times",
     "time",
-    "One marker per solve: its time before and after. Above the line it became slower; readings "
-    "scatter by some 20 %. Hollow markers: what the table lists first.",
+    "One marker per solve: its time before and after. Above the line it is slower; times scatter "
+    "by some 20 %. Hollow markers: highlighted in the table.",
     lambda change: change.seconds,
     fmt.duration,
 )
 
 
 def comparison_figures(record: RunComparison) -> list[Figure]:
-    """Return the plots; one that would be empty is left out."""
+    """Return the plots, without empty ones."""
     return [figure for each in (ERRORS, TIMES) if (figure := _figure(record, each))]
 
 

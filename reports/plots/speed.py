@@ -1,4 +1,4 @@
-"""Speed against error: what an answer of a given accuracy costs with each method."""
+"""Speed against error: the cost of a given accuracy with each method."""
 
 from __future__ import annotations
 
@@ -21,10 +21,9 @@ from reports.plots.style import DASHED, MUTED, Look, drawing_order, look
 GUIDES = (Guide(1e-3, "1 ms"), Guide(1.0, "1 s"), Guide(60.0, "1 min"))
 FRONT = Look("Pareto front", MUTED, dash=DASHED)
 CAPTION = (
-    "Largest relative error over all load steps against the time for the whole scene: down and "
-    "left is better. One marker per resolution N; hollow: without the set-up that another list of "
-    "loads could reuse. Dashed: the front that no method beats. Horizontal line: the tolerance "
-    "asked for."
+    "Largest relative error over all load steps against the time for the whole scene; lower left "
+    "is better. One marker per resolution N; hollow: without the set-up, which other loads could "
+    "reuse. Dashed: Pareto front. Horizontal line: tolerance."
 )
 
 
@@ -38,9 +37,9 @@ def speed(scene: SceneRecord) -> list[Figure]:
 
 
 def timed_points(scene: SceneRecord) -> dict[tuple[str, str], pd.DataFrame]:
-    """Return (quantity, equal load) -> one row per setting with its error and time, but the truth.
+    """Return (quantity, equal load) -> one row per setting with its error and time.
 
-    The load held equal is the one that verdicts are given at.
+    The reference is left out. The load held equal is the one used for the verdicts.
     """
     table = selection.compared_measures(scene)
     at = np.array(selection.texts(table, "at"))
@@ -92,7 +91,7 @@ def _figure(scene: SceneRecord, points: pd.DataFrame, name: str, at: str) -> Fig
 
 
 def time_range(scene: SceneRecord, points: pd.DataFrame) -> tuple[float, float]:
-    """Return the ends of a time axis on which every solve has a place."""
+    """Return the limits of a time axis that shows every solve."""
     lost = [item.seconds for item in selection.failures(scene)]
     total = selection.column(points, "seconds")
     rest = total - np.nan_to_num(selection.column(points, "setup_seconds"))
@@ -132,7 +131,7 @@ def _hover(label: str, row: dict[str, Any]) -> str:
 
 
 def pareto_front(times: np.ndarray, errors: np.ndarray) -> tuple[list[float], list[float]]:
-    """Return the least errors that given times buy, as the corners of a staircase.
+    """Return the smallest error for each time, as the corners of a step curve.
 
     >>> pareto_front(np.array([1.0, 2.0, 3.0]), np.array([0.1, 0.2, 0.01]))
     ([1.0, 3.0], [0.1, 0.01])
@@ -148,7 +147,7 @@ def pareto_front(times: np.ndarray, errors: np.ndarray) -> tuple[list[float], li
 
 
 def _truth_bar(scene: SceneRecord, name: str, points: pd.DataFrame) -> float:
-    """Return how well the truth is known: the reference's bar, else the widest of the settings."""
+    """Return the bar of the reference, or else the widest bar of the settings."""
     known = (scene.reference.get("uncertainty") or {}).get(name)
     if fmt.finite(known):
         return float(known)
@@ -159,7 +158,7 @@ def _truth_bar(scene: SceneRecord, name: str, points: pd.DataFrame) -> float:
 def _reference_mark(
     scene: SceneRecord, span: tuple[float, float], bar: float, low: float
 ) -> list[Series]:
-    """Mark what the truth itself cost, at the bar that it reached."""
+    """Mark the cost of the reference at its own error bar."""
     method, level = selection.reference(scene)
     cost = _reference_cost(scene)
     if bar <= low or not len(cost) or not span[0] < cost[0] < span[1]:
@@ -175,14 +174,14 @@ def _reference_mark(
 
 
 def _reference_cost(scene: SceneRecord) -> np.ndarray:
-    """Return the time of the reference, none where it is not known."""
+    """Return the time of the reference, empty if unknown."""
     method, level = selection.reference(scene)
     rows = selection.curve(scene, method, level if np.isfinite(level) else None)
     return selection.column(rows, "seconds")[:1]
 
 
 def _failures(scene: SceneRecord, span: tuple[float, float], high: float) -> list[Series]:
-    """Crosses at the top: at their time where it is known, else at the right edge, side by side."""
+    """Return crosses at the top: at the time of the failure if known, else at the right edge."""
     # One cross per setting: the load steps it lost all cost the same time.
     lost = {(item.method, item.resolution): item for item in selection.failures(scene)}
     unplaced, places = 0, {}

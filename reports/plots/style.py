@@ -1,7 +1,7 @@
-"""The look of a method on every plot and in every table: colour, marker, dash.
+"""The look of each method in plots and tables: colour, marker, dash.
 
-Colours that depend on light or dark are tokens ("@ink"): the page's script and the printed figures
-have their own for each.
+Colours that depend on light or dark mode are tokens ("@ink"), resolved by the page's script and by
+the printed figures.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ INK, MUTED, PEER, TRUTH, CONTACT = "@ink", "@muted", "@peer", "@truth", ORANGE
 
 @dataclass(frozen=True)
 class Marker:
-    """A marker in the words of both renderers."""
+    """The names of a marker in both renderers."""
 
     plotly: str
     matplotlib: str
@@ -28,7 +28,7 @@ class Marker:
 
 @dataclass(frozen=True)
 class Dash:
-    """A dash in the words of both renderers: matplotlib counts in widths of the line."""
+    """A dash pattern for both renderers; matplotlib measures it in line widths."""
 
     plotly: str
     matplotlib: Any
@@ -42,7 +42,7 @@ CIRCLE, CROSS = Marker("circle", "o"), Marker("x", "x")
 
 @dataclass(frozen=True)
 class Look:
-    """How something is drawn: sizes of markers nest, so that coinciding ones all stay visible."""
+    """Colour, marker and dash; marker sizes differ, so that coinciding points remain visible."""
 
     label: str
     colour: str
@@ -76,7 +76,7 @@ OUTSIDE_MARKERS = (
 
 
 def look(method: str) -> Look:
-    """Return a method's look; methods of other people are grey, with a marker of their own."""
+    """Return the look of a method; external methods are grey, each with its own marker."""
     if method in LOOKS:
         return LOOKS[method]
     marker = OUTSIDE_MARKERS[sum(method.encode()) % len(OUTSIDE_MARKERS)]
@@ -84,10 +84,10 @@ def look(method: str) -> Look:
 
 
 def drawing_order(methods: Iterable[str]) -> list[str]:
-    """Return methods in the order in which their curves are laid over each other.
+    """Return methods in drawing order, later ones on top.
 
-    Later ones are drawn on top: the closed form, our references with the widest markers first,
-    methods of others, and the model under test last.
+    First the closed form, then our references with the widest markers first, then external methods
+    and finally the model under test.
     """
     names = list(methods)
     widest_first = sorted(references(), key=lambda name: -look(name).size)

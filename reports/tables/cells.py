@@ -1,4 +1,4 @@
-"""The kinds of cells that tables share."""
+"""Cell types shared by the tables."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ NOTHING = Cell(fmt.MISSING, float("nan"), "number")
 
 
 def method(name: str, shown: str = "") -> Cell:
-    """Return a method's name with its colour."""
+    """Return the name of a method with its colour."""
     text = shown or look(name).label
     return Cell(text, text, "method", name)
 
 
 def number(text: str, key: float) -> Cell:
-    """Return a number as it is printed, and itself."""
+    """Return a number with its printed text and its sort key."""
     return Cell(text, key, "number")
 
 
@@ -43,12 +43,12 @@ def error(value: float, bar: float) -> Cell:
 
 
 def verdict(*words: str, said: str = "") -> Cell:
-    """Return words that judge; `said` is the text where it says more than they do."""
+    """Return verdict words; `said` is a longer text to print in their place."""
     return Cell(said or ", ".join(words), words[0] if words else "", "text", badges=words)
 
 
 def change(before: float, after: float, written: Callable[[float], str] = fmt.relative) -> Cell:
-    """Return a number before and after, if there are both."""
+    """Return a number before and after, if both are known."""
     if not (fmt.finite(before) and fmt.finite(after)):
         return NOTHING
     return Cell(f"{written(before)} \N{RIGHTWARDS ARROW} {written(after)}", after)

@@ -1,4 +1,4 @@
-"""What checks of the software itself give: benchmarks, drifts from a baseline, hard cases."""
+"""Tables of the software checks: benchmarks, drift from a baseline, hard cases."""
 
 from __future__ import annotations
 
@@ -15,8 +15,8 @@ MET = {None: "", True: "met", False: "not met"}
 
 
 def measured(name: str, rows: Iterable[Measurement]) -> Table:
-    """Return a benchmark's times as ratios to its yardsticks."""
-    heads = ("what", "time", "yardstick", "its time", "ratio", "target", "")
+    """Return the times of a benchmark as ratios to its yardsticks."""
+    heads = ("benchmark", "time", "yardstick", "yardstick time", "ratio", "target", "")
     body = (
         (
             row.name,
@@ -33,7 +33,7 @@ def measured(name: str, rows: Iterable[Measurement]) -> Table:
 
 
 def against_baseline(findings: list[Finding], baseline: str) -> Table:
-    """Return everything that drifted, strong, and what is worth knowing besides."""
+    """Return every drift, highlighted, and further remarks."""
     rows: list[tuple[str, str, str]] = []
     drifted = set()
     for scene in dict.fromkeys(each.scene for each in findings):
@@ -45,11 +45,11 @@ def against_baseline(findings: list[Finding], baseline: str) -> Table:
                 drifted.add(len(rows))
             rows.append((scene if index == 0 else "", each.subject, each.text))
     title = f"Against {baseline}"
-    return table(("scene", "what", "found"), rows, title=title, strong=frozenset(drifted))
+    return table(("scene", "subject", "finding"), rows, title=title, strong=frozenset(drifted))
 
 
 def outcomes(record: HardCasesRecord) -> Table:
-    """Return what every method made of every hard case; (!) where that was not expected."""
+    """Return the outcome of every method on every hard case; (!) marks unexpected ones."""
     cases: dict[str, dict[str, OutcomeRecord]] = {}
     for outcome in record.outcomes:
         cases.setdefault(outcome.case, {})[outcome.method] = outcome

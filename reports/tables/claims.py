@@ -1,4 +1,4 @@
-"""Claims: those of a run with their verdicts, and the measurements behind one."""
+"""Tables of claims: the verdicts of a run, and the measurements behind each verdict."""
 
 from __future__ import annotations
 
@@ -12,13 +12,13 @@ NAN = float("nan")
 
 
 def claims(record: ClaimsRecord) -> Table:
-    """Return the verdict on every claim; those that differ from the expected one are strong."""
+    """Return the verdict on every claim, unexpected ones highlighted."""
     rows = []
     for claim in record.claims:
         expected = f", expected {claim.expected}" if claim.differs else ""
         word = cells.verdict(claim.verdict, said=f"{claim.verdict}{expected}")
         rows.append((claim.id, claim.equation, word, claim.sentence))
-    heads = ("claim", "equation", "verdict", "what was found")
+    heads = ("claim", "equation", "verdict", "finding")
     strong = frozenset(place for place, claim in enumerate(record.claims) if claim.differs)
     return table(heads, rows, title=f"Claims, {record.effort}", strong=strong)
 

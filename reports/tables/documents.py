@@ -1,4 +1,4 @@
-"""Tables in the pages of the documentation: Markdown between markers, made anew by scripts."""
+"""Generated tables in the documentation: Markdown between markers, rewritten by scripts."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ Rows = Sequence[Sequence[str]]
 
 
 def markdown(rows: Rows) -> str:
-    """Return rows, the heads first, as a table; cells are Markdown already.
+    """Return rows, the header first, as a Markdown table; cells are already Markdown.
 
     >>> print(markdown([["N", "error"], ["4", "1 %"]]))
     | N | error |
@@ -25,7 +25,7 @@ def markdown(rows: Rows) -> str:
 def rewrite(
     page: Path, tables: Mapping[str, Callable[[], Rows]], names: Collection[str] = ()
 ) -> None:
-    """Make every table of a page anew between its markers, or only those with these names."""
+    """Rewrite the tables of a page between their markers: all, or only those with these names."""
     text = page.read_text(encoding="utf-8")
     for name, make in tables.items():
         if names and name not in names:

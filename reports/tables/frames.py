@@ -1,4 +1,4 @@
-"""Tables as pandas data frames: what cells are sorted by, under the names of their columns."""
+"""Tables as pandas data frames: the sort key of each cell, under the name of its column."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from reports.tables.table import Table
 
 
 def frame(table: Table) -> pd.DataFrame:
-    """Return one row per row; numbers are numbers."""
+    """Return a data frame with one row per table row; numbers stay numeric."""
     columns = [head.csv or head.text for head in table.heads]
     rows = [[cell.key if cell.key != "" else cell.text for cell in row] for row in table.rows]
     return pd.DataFrame(rows, columns=columns)

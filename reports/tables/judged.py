@@ -1,4 +1,4 @@
-"""Verdicts: of one method over scenes, of all methods on a scene."""
+"""Tables of verdicts: one method on many scenes, or all methods on one scene."""
 
 from __future__ import annotations
 
@@ -20,9 +20,9 @@ NOT_ASKED = "not asked for"
 
 
 def verdict_table(scenes: Iterable[SceneRecord], method: str, *, reasons: bool = True) -> Table:
-    """Return a method's verdict on every quantity, and each scene's cheapest sure setting.
+    """Return the verdict of a method on every quantity, and the cheapest setting of each scene.
 
-    `reasons` says why there is no result, where there is none.
+    With `reasons`, missing results are explained.
     """
     rows = []
     for scene in scenes:
@@ -39,12 +39,12 @@ def verdict_table(scenes: Iterable[SceneRecord], method: str, *, reasons: bool =
 
 
 def printed_verdicts(scenes: Iterable[SceneRecord]) -> Table:
-    """Return the reduced model's verdicts for papers, with a caption that stands alone."""
+    """Return the verdicts on the reduced model for papers, with a self-contained caption."""
     caption = (
-        "Largest relative error of the reduced model over all load steps at the prescribed load "
-        "(what is prescribed itself: at the other), with the 95 % half-width of its bar; verdict "
-        "at the tolerance asked for; the cheapest setting that was run and is sure to be within "
-        "it, with its measured time."
+        "Largest relative error of the reduced model over all load steps at equal prescribed load "
+        "(the prescribed one, force or penetration, at an equal value of the other), with its 95 % "
+        "half-width; verdict at the requested tolerance; cheapest setting within the tolerance, "
+        "error bar included, among those that were run, with its measured time."
     )
     return replace(verdict_table(scenes, MODEL, reasons=False).without("at"), title=caption)
 
@@ -62,7 +62,7 @@ def _said(verdict: Verdict, reasons: bool) -> str:
 
 
 def methods_table(scene: SceneRecord) -> Table:
-    """Return each method's verdicts at its finest resolution; refusals, and why."""
+    """Return the verdicts on each method at its finest resolution, and refusals with reasons."""
     rows: list[tuple[Cell | str, ...]] = []
     refused = selection.unsupported(scene)
     for method in selection.methods(scene):
@@ -75,7 +75,7 @@ def methods_table(scene: SceneRecord) -> Table:
 
 
 def _method_rows(scene: SceneRecord, method: str) -> list[tuple[Cell | str, ...]]:
-    """Return one row per quantity, at the load and the step that decided."""
+    """Return one row per quantity, with the deciding load and step."""
     label = cells.method(method)
     found = [each for each in verdicts(scene, method) if each.word != NO_RESULT]
     if not found:
@@ -93,7 +93,7 @@ def _method_rows(scene: SceneRecord, method: str) -> list[tuple[Cell | str, ...]
 
 
 def answers(scenes: Iterable[SceneRecord], judged: Iterable[str]) -> Table:
-    """Return each scene's deciding verdict on one method, and the advice."""
+    """Return the deciding verdict on one method for each scene, and the advice."""
     rows = []
     for scene, method in zip(scenes, judged, strict=True):
         found = worst(verdicts(scene, method))
@@ -104,7 +104,7 @@ def answers(scenes: Iterable[SceneRecord], judged: Iterable[str]) -> Table:
 
 
 def measured_settings(advice: Advice) -> Table:
-    """Return everything that was measured for an advice, fastest first."""
+    """Return every setting measured for the advice, fastest first."""
     rows = (
         (
             cells.method(each.method, f"{each.title}{', the truth' if each.is_truth else ''}"),
@@ -117,5 +117,5 @@ def measured_settings(advice: Advice) -> Table:
     )
     chosen = (place for place, each in enumerate(advice.settings) if each is advice.cheapest)
     heads = ("method", "N", "time", "verdict", "decided by")
-    title = "Measured just now, fastest first"
+    title = "Measured settings, fastest first"
     return table(heads, rows, title=title, strong=frozenset(chosen))

@@ -1,4 +1,4 @@
-"""What there is: scenes, methods, claims and hard cases by their names."""
+"""Lists of the built-in scenes, methods, claims and hard cases."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from reports.tables.table import Table, table
 
 
 def scenes() -> Table:
-    """Return the built-in scenes and the suites that they belong to."""
+    """Return the built-in scenes and their suites."""
     from comparisons.scene.scene import builtin_names, load_scene
     from comparisons.scene.suites import SUITES
 
@@ -18,7 +18,7 @@ def scenes() -> Table:
 
 
 def methods() -> Table:
-    """Return all methods, and whether they solve a line or the 3-D contact."""
+    """Return all methods, and whether they solve the 1-D line or the 3-D contact."""
     from comparisons.facts.methods import METHODS
 
     rows = (
@@ -29,16 +29,16 @@ def methods() -> Table:
 
 
 def claims() -> Table:
-    """Return what the built-in claims say."""
+    """Return the built-in claims with their texts."""
     from comparisons.questions.claims.headlines import headlines
 
     rows = ((each.id, each.equation, each.reading, each.text) for each in headlines())
-    return table(("id", "equation", "reading", "what it says"), rows, title="Built-in claims")
+    return table(("id", "equation", "reading", "text"), rows, title="Built-in claims")
 
 
 def hard_cases() -> Table:
-    """Return the catalogue of hard cases: what is hard about each."""
+    """Return the hard cases with their difficulty."""
     from comparisons.questions.hard_cases.catalogue import catalogue
 
     rows = ((case.id, case.title, case.hard) for case in catalogue().values())
-    return table(("id", "title", "what is hard"), rows, title="Hard cases")
+    return table(("id", "title", "difficulty"), rows, title="Hard cases")

@@ -1,6 +1,6 @@
-"""Numbers with their error bars as papers print them, in Unicode and in LaTeX.
+"""Numbers with error bars in print notation, in Unicode and LaTeX.
 
-The bar has two significant digits and says how many the value has: (1.23 ± 0.14) %.
+The bar is rounded to two significant digits, the value to the same place: (1.23 ± 0.14) %.
 """
 
 from __future__ import annotations
@@ -68,7 +68,7 @@ def error_with_bar(error: object, bar: object) -> str:
 
 
 def _unit(largest: float) -> tuple[float, str]:
-    """Return factor and unit: per cent, ppm, or a power of ten for what is smaller still."""
+    """Return factor and unit: per cent, ppm, or a power of ten for smaller values."""
     if largest >= 1e-4:
         return 100.0, f"{THIN}%"
     if largest >= 1e-8:
@@ -82,7 +82,7 @@ def _exponent(value: float) -> int:
 
 
 def tex(text: str) -> str:
-    r"""Return text of the report as LaTeX: special characters are text, numbers are mathematics.
+    r"""Return report text as LaTeX: special characters escaped, numbers in math mode.
 
     Examples
     --------
@@ -106,7 +106,7 @@ def _power(text: str) -> str:
 
 
 def markdown(text: str) -> str:
-    r"""Return text as a cell of a Markdown table: nothing in it is markup.
+    r"""Return text as a cell of a Markdown table, with all markup escaped.
 
     Examples
     --------

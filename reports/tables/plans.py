@@ -1,4 +1,4 @@
-"""What is planned: what each method models and at which resolutions, or why it cannot."""
+"""Tables of plans: the model and resolutions of each method, or the reason for a refusal."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from reports.tables.table import Table, table
 
 
 def plan(planned: Plan) -> Table:
-    """Return what each method would do."""
+    """Return the planned model and resolutions of each method."""
     rows = []
     for each in planned.methods:
         levels = ", ".join(str(n) for n in each.resolutions) if each.supported else fmt.MISSING
@@ -26,7 +26,7 @@ def plan(planned: Plan) -> Table:
 
 
 def plan_rows(scene: SceneRecord) -> list[dict[str, Any]]:
-    """Return what each method modelled and at which resolutions, or why it could not."""
+    """Return the model and resolutions of each method that ran, or the reason for a refusal."""
     refused = selection.unsupported(scene)
     planned = {str(item.get("method", "")): item for item in scene.plan.get("methods", [])}
     rows = []

@@ -1,4 +1,4 @@
-"""What moved between two runs."""
+"""The table of changes between two runs."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ TIMES = "time, before → after"
 
 
 def changes(shown: Sequence[Change]) -> Table:
-    """Return what became of each solve; those that make a comparison fail are strong."""
+    """Return the change of each solve; those that make the comparison fail are highlighted."""
     rows = (
         (
             each.scene,

@@ -1,4 +1,4 @@
-"""The tables of a scene: what is planned, its settings, their cost and errors, its load steps."""
+"""Tables of a scene: cost and errors of each setting, stability, load steps."""
 
 from __future__ import annotations
 
@@ -20,24 +20,24 @@ MOST_ROWS = 400
 
 
 def settings(scene: SceneRecord) -> Table:
-    """Return cost and largest errors of every method and resolution, failures included."""
+    """Return the cost and largest errors of every method and resolution, including failures."""
     measures = selection.compared_measures(scene, details=True)
     at = selection.texts(measures, "at")
     pairs = list(dict.fromkeys(zip(measures["quantity"], at, strict=True)))
     return replace(
         _settings(scene, measures, pairs),
-        note="Errors: the largest over all load steps ± its uncertainty.",
+        note="Errors: largest over all load steps ± uncertainty.",
     )
 
 
 def printed_settings(scene: SceneRecord) -> Table:
-    """Return cost and errors at the loads that verdicts are given at, for papers."""
+    """Return the cost and errors at the loads used for the verdicts, for papers."""
     measures = selection.compared_measures(scene)
     names = dict.fromkeys(str(name) for name in measures["quantity"])
     pairs = [(name, equal_at(scene, name)) for name in names]
     title = (
-        f"{scene.title}: largest relative errors over all load steps{_held(scene)}, with the 95 % "
-        "half-widths of their bars, and the cost of each setting on one thread. "
+        f"{scene.title}: largest relative errors over all load steps{_held(scene)}, with their "
+        "95 % half-widths, and the cost of each setting on one thread. "
         f"{scene.reference.get('text', 'There is no reference.')}"
     )
     found = _settings(scene, measures, pairs).without("set-up", "memory", "outcome")
@@ -45,7 +45,7 @@ def printed_settings(scene: SceneRecord) -> Table:
 
 
 def _held(scene: SceneRecord) -> str:
-    """Return at which equal loads the quantities of a table are compared."""
+    """Return the equal loads at which the quantities of a table are compared."""
     held = f" at equal {quantity(scene.along).label}"
     if not counterpart(scene.along) or scene.along not in scene.quantities:
         return held
@@ -127,14 +127,14 @@ def _outcome(rows: pd.DataFrame, truth: bool) -> Cell:
 
 
 def stability(scene: SceneRecord) -> Table:
-    """Return which loads of every setting converged, in how many iterations, and what failed."""
+    """Return the convergence, iterations, violation and failures of every setting."""
     heads = (
         *(Head("method"), Head("N", "resolution"), Head("loads solved"), Head("of")),
-        *(Head("iterations, least"), Head("iterations, most")),
-        *(Head("largest violation", "violation"), Head("what failed")),
+        *(Head("iterations, min"), Head("iterations, max")),
+        *(Head("largest violation", "violation"), Head("failures")),
     )
     rows = tuple(_stability_row(scene, *each) for each in _all_settings(scene))
-    note = "Over all load steps and realisations. Iterations: 0 where a method has none."
+    note = "Over all load steps and realisations. Iterations: 0 for direct methods."
     return Table(heads, rows, note=note)
 
 
@@ -150,8 +150,8 @@ def _stability_row(scene: SceneRecord, method: str, level: float) -> tuple[Cell,
     least, most = (rounds.min(), rounds.max()) if len(rounds) else (np.nan, np.nan)
     violation = selection.column(kept, "violation")
     worst = float(np.nanmax(violation)) if np.isfinite(violation).any() else np.nan
-    reasons = dict.fromkeys(why for why in selection.texts(own[~good], "reason") if why)
-    failed = "; ".join(reasons) or ("no reason given" if solved < total else "nothing")
+    reasons = dict.fromkeys(why for why in selection.words(own[~good], "reason") if why)
+    failed = "; ".join(reasons) or ("no reason given" if solved < total else "none")
     return (
         cells.method(method),
         cells.count(level),
@@ -170,7 +170,7 @@ def _rows_of(scene: SceneRecord, method: str, level: float) -> pd.DataFrame:
 
 
 def lost_solves(scene: SceneRecord) -> list[str]:
-    """Return one line per setting that failed, with its reason and how many steps it lost."""
+    """Return one line per failed setting, with the reason and the number of failed steps."""
     found: dict[tuple[str, float, str], int] = {}
     for item in selection.failures(scene):
         key = (item.method, item.resolution, item.reason)
@@ -184,7 +184,7 @@ def lost_solves(scene: SceneRecord) -> list[str]:
 
 
 def load_steps(scene: SceneRecord) -> Table:
-    """Return every load step of every setting (means of ensembles), at most 400 rows."""
+    """Return the load steps of every setting (ensemble means), at most 400 rows."""
     tables = [
         selection.curve(scene, method, level)
         for method in selection.methods(scene)

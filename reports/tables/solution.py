@@ -10,7 +10,7 @@ from reports.tables.table import Table, table
 
 
 def shown(result: SingleResult) -> list[str]:
-    """Return what is prescribed, and what the scene compares."""
+    """Return the prescribed and the compared quantities."""
     given = list(result.plan.loads.columns)
     asked = [q for q in result.plan.scene.compare.quantities if q not in given]
     known = result.columns()

@@ -1,4 +1,4 @@
-"""A table as data: what is printed, what it is sorted by, and what is a verdict or an error."""
+"""A table as data: printed text, sort keys, verdicts and error bars."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
-# The tone of every word that judges: good, bad, neither yet, of a part only, nothing to say.
+# The tone of every verdict word: good, bad, undecided, partly, no statement.
 TONES = {
     **dict.fromkeys(("within", "holds", "accurate", "found again", "faster", "same"), "within"),
     **dict.fromkeys(("outside", "fails", "lost", "moved"), "outside"),
@@ -17,7 +17,7 @@ NO_TONE = "no-result"
 
 
 def tone(word: str) -> str:
-    """Return the tone of a word, a class of the page's styles.
+    """Return the tone of a verdict word, a CSS class of the page.
 
     >>> tone("holds"), tone("left out")
     ('within', 'no-result')
@@ -32,17 +32,17 @@ class Cell:
     Attributes
     ----------
     text : str
-        What is printed.
+        The printed text.
     key : float or str
-        What it is sorted by and saved as.
+        The value used for sorting and export.
     kind : str
-        Classes of the page: "text", "number", "method", "failed", with "wrap" for long texts.
+        CSS classes: "text", "number", "method", "failed", with "wrap" for long texts.
     method : str
-        The method whose colour stands before the text.
+        The method whose colour precedes the text.
     bar : float, optional
-        The half-width of the bar of an error, which `key` is: papers print both in their own way.
+        Half-width of the error bar if `key` is an error; papers format both themselves.
     badges : tuple of str
-        The words of which the text consists, each in the colour of its tone.
+        Verdict words to show instead of the text, each in the colour of its tone.
     """
 
     text: str
@@ -61,11 +61,11 @@ class Head:
     ----------
     text : str
     term : str
-        The glossary's term behind it.
+        Key of its glossary entry.
     csv : str
-        Its name in a CSV file, where its unit differs from cell to cell.
+        Its name in a CSV file, if the unit varies from cell to cell.
     short : str
-        What papers call it.
+        Its name in papers.
     """
 
     text: str
@@ -76,16 +76,16 @@ class Head:
 
 @dataclass(frozen=True)
 class Table:
-    """Heads and rows of cells.
+    """Column heads and rows of cells.
 
     Attributes
     ----------
     heads : tuple of Head
     rows : tuple of tuple of Cell
     title, note : str
-        Above and below it.
+        Texts above and below the table.
     strong : frozenset of int
-        The rows to look at first.
+        The highlighted rows.
     """
 
     heads: tuple[Head, ...]
@@ -105,12 +105,12 @@ class Table:
         return self.only(*(head.text for head in self.heads if head.text not in names))
 
     def first(self, count: int) -> Table:
-        """Return the table with its first rows only."""
+        """Return the table with only its first rows."""
         return replace(self, rows=self.rows[:count])
 
 
 def table(heads: Iterable[str | Head], rows: Iterable[Sequence[Cell | str]], **more: Any) -> Table:
-    """Return a table; texts stand for heads and cells without anything special."""
+    """Return a table; plain texts are accepted as heads and cells."""
     columns = tuple(Head(head) if isinstance(head, str) else head for head in heads)
     cells = tuple(
         tuple(Cell(cell, cell) if isinstance(cell, str) else cell for cell in row) for row in rows

@@ -1,4 +1,4 @@
-"""Tables on a terminal, by rich."""
+"""Tables on a terminal, drawn with rich."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from reports.tables.table import Table
 
 
 def drawn(table: Table, *, unfolded: bool = False) -> rich.Table:
-    """Return a table without lines; long cells are folded, the first column if not `unfolded`."""
+    """Return a table without rules; long cells are wrapped, the first column unless `unfolded`."""
     result = rich.Table(title=escape(table.title), title_justify="left", box=None, pad_edge=False)
     for head in table.heads:
         result.add_column(escape(head.text), overflow="fold")

@@ -1,4 +1,4 @@
-"""Tables in files: LaTeX with the rules of booktabs, and Markdown."""
+"""Tables in files: LaTeX with booktabs rules, and Markdown."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from reports.tables.table import Cell, Table
 
 
 def latex(table: Table, label: str) -> str:
-    """Return the table in LaTeX, its title as the caption."""
+    """Return the table in LaTeX, with its title as the caption."""
     lines = [
         "% needs \\usepackage{booktabs} and \\usepackage{textcomp}",
         r"\begin{table}",
@@ -28,7 +28,7 @@ def latex(table: Table, label: str) -> str:
 
 
 def in_markdown(table: Table) -> str:
-    """Return the table in Markdown below its title."""
+    """Return the table in Markdown, below its title."""
     rules = ["---" if kind == "l" else "--:" for kind in alignment(table)]
     lines = [
         markdown(table.title),
@@ -41,7 +41,7 @@ def in_markdown(table: Table) -> str:
 
 
 def alignment(table: Table) -> str:
-    """Return "l" for each column of words and "r" for each of numbers."""
+    """Return "l" for each text column and "r" for each numeric column."""
     columns = range(len(table.heads))
     numbers = [any(row[place].kind == "number" for row in table.rows) for place in columns]
     return "".join("r" if each else "l" for each in numbers)
@@ -52,7 +52,7 @@ def _heads(table: Table) -> list[str]:
 
 
 def printed(cell: Cell) -> str:
-    """Return what stands in a printed cell: errors have their bars in brackets."""
+    """Return the printed text of a cell; errors and their bars are in parentheses."""
     return cell.text if cell.bar is None else error_with_bar(cell.key, cell.bar)
 
 

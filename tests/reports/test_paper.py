@@ -83,7 +83,7 @@ def test_a_method_has_the_colour_that_it_has_in_the_report(ball):
 def test_the_bar_of_the_truth_is_as_wide_as_the_results_say(rough):
     """The reference is uncertain by 1 % in penetration and 2 % in area; area stands upright."""
     axes = drawn(rough, "contact-area-force")
-    (band,) = [each for each in axes.collections if each.get_label() == "bar of the truth"]
+    (band,) = [each for each in axes.collections if each.get_label() == "bar of the reference"]
     corners = band.get_paths()[0].vertices
     edge = corners[np.isclose(corners[:, 0], corners[:, 0].max()), 1]
     width = (edge.max() - edge.min()) / (0.5 * (edge.max() + edge.min()))

@@ -47,7 +47,7 @@ const filterable = (table, tools) => {
   const rows = [...table.tBodies[0].rows];
   if (rows.length < FEWEST_FILTERED) return;
   const key = `filter.${table.id}`;
-  const input = element("input", { type: "search", placeholder: "words to find", "aria-label": `Filter rows: ${table.dataset.label}` });
+  const input = element("input", { type: "search", placeholder: "search words", "aria-label": `Filter rows: ${table.dataset.label}` });
   const count = element("span", { class: "count", role: "status" });
   tools.prepend(element("label", {}, "Filter rows ", input), count);
   const text = new Map(rows.map((row) => [row, row.textContent.toLowerCase()]));

@@ -72,7 +72,7 @@ const equipViews = () => {
   for (const canvas of document.querySelectorAll(".canvas[data-turn]")) {
     if (!canTurn()) continue;
     const picture = canvas.parentElement.querySelector("img");
-    const toggle = button("Turn it", `Turn it: ${canvas.dataset.title}`, () => turn(canvas, picture, toggle));
+    const toggle = button("Rotate", `Rotate: ${canvas.dataset.title}`, () => turn(canvas, picture, toggle));
     toggle.setAttribute("aria-pressed", "false");
     toggle.removeAttribute("aria-label");
     canvas.after(element("div", { class: "figure-tools" }, toggle));

@@ -172,7 +172,7 @@ def test_plots_are_saved_as_svg_and_png(visit, tmp_path):
     root = ElementTree.fromstring(drawing.read_text(encoding="utf-8"))
     assert root.tag == "{http://www.w3.org/2000/svg}svg"
     text = " ".join(root.itertext())
-    assert "What the reduced model presses" in text
+    assert "Reduced model" in text
     assert drawing.name == "steel-ball-what-the-reduced-model-presses.svg"
     content = picture.read_bytes()
     assert content.startswith(b"\x89PNG")
@@ -208,7 +208,7 @@ def test_text_of_strangers_is_no_formula_in_a_spreadsheet(visit, tmp_path):
 def test_a_view_turns_by_its_keys_and_only_one_is_live(visit):
     with visit(fragment="#scene-1-picture") as seen:
         page = seen.page
-        toggles = page.get_by_role("button", name="Turn it")
+        toggles = page.get_by_role("button", name="Rotate")
         if not toggles.count():
             pytest.skip("this browser has no WebGL")
         assert toggles.count() == 2
@@ -220,7 +220,7 @@ def test_a_view_turns_by_its_keys_and_only_one_is_live(visit):
         before = page.evaluate(eye)
         canvas.press("ArrowRight")
         seen.wait(f"Math.abs({eye} - {before}) > 0.05")
-        page.get_by_role("button", name="Turn it").last.click()
+        page.get_by_role("button", name="Rotate").last.click()
         assert not canvas.is_visible()
         assert page.locator("[data-figure=scene-2-picture-view]").is_visible()
         # Drawing in software makes Chromium warn of slow reading; errors it must not report.

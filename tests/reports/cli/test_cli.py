@@ -175,7 +175,7 @@ def test_a_wrong_scene_is_one_clear_message_and_nothing_is_written(
         (["run", "."], "a folder, not a scene file"),
         (["run", "paraboloid", "paraboloid"], "paraboloid: expected different names"),
         (["run", "paraboloid", "--workers", "0"], "--workers: expected 1 to "),
-        (["run", "paraboloid", "--workers", "100000"], "the cores here, got 100000"),
+        (["run", "paraboloid", "--workers", "100000"], "of this machine), got 100000"),
         (["run", "--methods", "magic"], "got 'magic'"),
         (["run", "--methods", ""], "compare.methods.0: expected"),
         (["run", "--option", "fem.contact=glue"], "methods.fem.contact: expected 'active_set'"),
@@ -460,7 +460,7 @@ def test_an_interrupt_is_code_3_with_a_report_and_resume_goes_on(roughline, ball
     monkeypatch.setattr(study_module, "execute", stop)
     result = roughline("run", ball, "--out", "o", "--no-pictures")
     assert result.code == 3
-    assert "--resume goes on" in result.err
+    assert "continue with --resume" in result.err
     assert Path("o/report.html").exists()
     kept = table("o/results.csv")
     assert {row["method"] for row in kept if row["step"]} == {"closed_form", "reduced"}
@@ -702,7 +702,7 @@ def test_control_c_is_code_3_and_what_is_done_can_be_gone_on_with(tmp_path):
     process.send_signal(signal.SIGINT)
     _, complaint = process.communicate(timeout=60)
     assert process.returncode == 3
-    assert complaint == "interrupted; what is done is kept, --resume goes on with it\n"
+    assert complaint == "interrupted; finished solves are kept, continue with --resume\n"
     assert load_study(tmp_path / "o").interrupted
     assert (tmp_path / "o" / "report.html").exists()
 
@@ -832,7 +832,7 @@ def test_two_runs_of_one_scene_are_the_same_and_a_changed_model_is_not(roughline
     assert same.code == 0
     assert "solves are the same" in same.out
     page = Path("c/comparison.html").read_text(encoding="utf-8")
-    assert "Nothing moved in" in page
+    assert "No change in" in page
     rows = pd.read_csv("b/results.csv")
     rows.loc[rows["method"] == "reduced", "force"] *= 1.002
     rows.to_csv("b/results.csv", index=False)

@@ -112,7 +112,7 @@ def test_the_remaining_time_says_whether_it_is_all(rest, words):
         (["--part", "6/5"], "--part: expected K/N with K from 1 to N, such as 2/5, got '6/5'"),
         (["--part", "half"], "got 'half'"),
         (["--part", "1/" + "9" * 5000], "got '1/999"),
-        (["--workers", "2", "--scheduler", "tcp://a:1"], "expected at most one of them"),
+        (["--workers", "2", "--scheduler", "tcp://a:1"], "expected at most one"),
     ],
 )
 def test_wrong_shares_of_the_work_are_code_2_and_write_nothing(tmp_path, capsys, more, told):

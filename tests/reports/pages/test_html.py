@@ -289,7 +289,7 @@ def test_the_prescribed_load_decides_and_the_other_is_a_row_to_look_up(study):
     assert advise(both).cheapest.method == "reduced"
     assert [(item.at, item.word) for item in second_rows(both)] == [("force", "outside")]
     page = html.page(replace(study, scenes=(both,)), with_pictures=False)
-    assert "decides nothing" in page
+    assert "not used for the verdict" in page
 
 
 def test_lost_solves_are_listed_once_with_their_steps(study):

@@ -59,7 +59,7 @@ def test_a_scene_without_fields_says_so(study):
 def test_captions_name_method_load_and_exaggeration(study):
     body, rough = (pictures._job(scene) for scene in study.scenes)
     assert "FEM, N = 16" in body.caption
-    assert "9 times too large" in body.caption
+    assert "exaggerated 9 times" in body.caption
     assert body.bar.label == "von Mises stress / GPa"
     assert "FFT BEM, N = 128" in rough.caption
     assert rough.bar.label == "height h / nm"
