@@ -150,7 +150,7 @@ def _stability_row(scene: SceneRecord, method: str, level: float) -> tuple[Cell,
     least, most = (rounds.min(), rounds.max()) if len(rounds) else (np.nan, np.nan)
     violation = selection.column(kept, "violation")
     worst = float(np.nanmax(violation)) if np.isfinite(violation).any() else np.nan
-    reasons = dict.fromkeys(why for why in selection.words(own[~good], "reason") if why)
+    reasons = dict.fromkeys(why for why in selection.texts(own[~good], "reason") if why)
     failed = "; ".join(reasons) or ("no reason given" if solved < total else "none")
     return (
         cells.method(method),
