@@ -56,7 +56,7 @@ class Inquiries(Generic[A]):
         self,
         executor: Executor | None = None,
         kept: Kept | None = None,
-        received: Callable[[Done], None] = lambda done: None,
+        received: Callable[[Done], None] | None = None,
     ) -> None:
         self.answers: dict[str, A] = {}
         self.lost: dict[str, str] = {}
@@ -140,7 +140,8 @@ class Inquiries(Generic[A]):
 
     def _receive(self, done: Done) -> None:
         self._done.add(done.job.key)
-        self._received(done)
+        if self._received is not None:
+            self._received(done)
 
 
 def _compilation(done: Done) -> float:

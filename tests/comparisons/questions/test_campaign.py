@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import pickle
 from collections import Counter
 
 import pytest
@@ -107,6 +108,14 @@ def test_no_campaign_writes_over_the_results_of_another(tmp_path, theirs):
         with pytest.raises(ResultsError, match=theirs):
             run.run()
     assert [path.name for path in tmp_path.iterdir()] == [theirs]
+
+
+def test_a_campaign_that_has_not_begun_travels_to_another_process(scene, tmp_path):
+    """As tests do that compare a serial run with one on workers."""
+    plans = plan_scene(scene(compare={"methods": ["closed_form"]}))
+    study = pickle.loads(pickle.dumps(Study(plans, tmp_path / "out")))
+    study.run()
+    assert study.lost() == []
 
 
 def test_a_study_does_not_write_over_claims(scene, tmp_path):
