@@ -11,6 +11,12 @@ from comparisons.methods.registry import SOLVERS
 from comparisons.methods.user.external import VARIABLE
 
 
+@pytest.fixture(autouse=True)
+def _width(monkeypatch):
+    """Print as wide as a terminal is by default, wherever the tests themselves run."""
+    monkeypatch.setenv("COLUMNS", "80")
+
+
 @pytest.fixture
 def methods_restored(monkeypatch):
     """Take away again the methods that a test adds."""
