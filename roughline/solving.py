@@ -14,7 +14,7 @@ from comparisons.questions.single import SingleResult, solve_scene
 from comparisons.scene.scene import Scene
 from comparisons.solving.plans import Source
 from reports.plots.curves import solution_figure
-from reports.tables.solution import load_steps, shown
+from reports.tables.solution import load_steps, shown_columns
 from roughline import notebook
 from roughline.scenes import load_scene
 
@@ -114,7 +114,7 @@ class Solution:
         self.result.write_vtu(Path(path))
 
     def __repr__(self) -> str:
-        return f"{self._heading()}\n{self.table()[shown(self.result)].to_string()}"
+        return f"{self._heading()}\n{self.table()[shown_columns(self.result)].to_string()}"
 
     def _repr_html_(self) -> str:
         steps = load_steps(self.result)

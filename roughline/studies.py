@@ -18,7 +18,7 @@ from comparisons.solving.executors import Done
 from comparisons.solving.planning import Effort
 from comparisons.solving.plans import Source, plan_all
 from comparisons.tasks.task import Task
-from reports.cli.workers import Crew
+from reports.cli.workers import Workers
 from reports.tables.judged import answers
 from roughline import notebook
 from roughline.comparing import Comparison
@@ -165,7 +165,7 @@ class Study:
             Path(folder),
             command="roughline.Study",
             effort=effort,
-            executor=Crew(workers, scheduler).executor(),
+            executor=Workers(workers, scheduler).executor(),
             resume=resume,
             overwrite=overwrite,
             watch=None if progress is None else _reporting(progress),

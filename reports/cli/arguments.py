@@ -8,7 +8,7 @@ from typing import Annotated
 from cyclopts import Parameter, Token
 
 
-def _whole(type_: type, tokens: Sequence[Token]) -> int:
+def _count(type_: type, tokens: Sequence[Token]) -> int:
     """Parse a whole number strictly; cyclopts would round 1.5."""
     text = tokens[0].value
     try:
@@ -46,12 +46,12 @@ def part_of(text: str) -> tuple[int, int]:
 
     number, _, parts = text.partition("/")
     try:
-        found = int(number), int(parts)
+        fraction = int(number), int(parts)
     except ValueError:
-        found = 0, 0
-    if 1 <= found[0] <= found[1]:
-        return found
+        fraction = 0, 0
+    if 1 <= fraction[0] <= fraction[1]:
+        return fraction
     raise InputError(f"--part: expected K/N with K from 1 to N, such as 2/5, got {text[:40]!r}")
 
 
-MaybeWhole = Annotated[int | None, Parameter(converter=_whole)]
+MaybeWhole = Annotated[int | None, Parameter(converter=_count)]

@@ -6,7 +6,7 @@ import shlex
 import sys
 from pathlib import Path
 
-from reports.cli.workers import ALONE, Crew
+from reports.cli.workers import ALONE, Workers
 from reports.printable import say
 
 FINE, MISSED = 0, 1
@@ -14,7 +14,9 @@ FINE, MISSED = 0, 1
 COVERAGE, WIDTH = 0.95, 10.0
 
 
-def calibrate(*, out: Path = Path("roughline-results/calibration"), crew: Crew = ALONE) -> int:
+def calibrate(
+    *, out: Path = Path("roughline-results/calibration"), workers: Workers = ALONE
+) -> int:
     """Compare the error bars of the references with their true errors, on closed forms.
 
     Exits with code 1 if the bars cover less than 95 % of the cases or their median width exceeds
@@ -33,15 +35,15 @@ def calibrate(*, out: Path = Path("roughline-results/calibration"), crew: Crew =
 
     command = shlex.join(["roughline", *sys.argv[1:]])
     with watching() as watch:
-        executor = crew.executor(usual=2)
-        found = Calibration(out, command=command, executor=executor, watch=watch).run().cases
-    write_calibration_report(found, command, out / PAGE)
-    reached = summary(case for case in found if case.half == "reported")
+        executor = workers.executor(default=2)
+        cases = Calibration(out, command=command, executor=executor, watch=watch).run().cases
+    write_calibration_report(cases, command, out / PAGE)
+    reached = summary(case for case in cases if case.half == "reported")
     print(
         f"{reached.count} cases on shapes not used to fit the estimator: the bar covers the true "
         f"error in {reached.coverage:.1%}; its median width is {reached.width:.1f} times the error"
     )
-    rule = fitted(found)
+    rule = fitted(cases)
     print(f"rule in use: {RULE}; fitted to the first half: {rule if rule else 'none'}")
     say(out / PAGE)
     return FINE if reached.coverage >= COVERAGE and reached.width <= WIDTH else MISSED

@@ -9,8 +9,8 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from reports.cli.method_files import NOTHING, Outside
-from reports.cli.workers import ALONE, Crew
+from reports.cli.method_files import NO_METHOD_FILES, MethodFiles
+from reports.cli.workers import ALONE, Workers
 
 FINE, DIFFERS = 0, 1
 
@@ -23,8 +23,8 @@ def claims(
     overwrite: Annotated[bool, Parameter(negative=())] = False,
     resume: Annotated[bool, Parameter(negative=())] = False,
     method: str | None = None,
-    crew: Crew = ALONE,
-    outside: Outside = NOTHING,
+    workers: Workers = ALONE,
+    method_files: MethodFiles = NO_METHOD_FILES,
 ) -> int:
     """Test claims about the reduced model: holds, fails, holds in a range, or not resolved.
 
@@ -54,7 +54,7 @@ def claims(
     from reports.cli.live import watched
     from reports.pages.claims import write_claims_report
 
-    outside.load()
+    method_files.load()
     chosen_claims = load_claims(ids)
     if method is not None:
         chosen_claims = about_method(chosen_claims, method)
@@ -63,7 +63,7 @@ def claims(
         out,
         effort="full" if full else "quick",
         command=shlex.join(["roughline", *sys.argv[1:]]),
-        executor=crew.executor(usual=2),
+        executor=workers.executor(default=2),
         resume=resume,
         overwrite=overwrite,
     )

@@ -19,10 +19,10 @@ from reports.cli.claims_command import claims
 from reports.cli.compare_command import compare
 from reports.cli.hard_cases_command import hard_cases
 from reports.cli.merge_command import merge
-from reports.cli.method_files import NOTHING, Outside
+from reports.cli.method_files import NO_METHOD_FILES, MethodFiles
 from reports.cli.paper_command import paper
 from reports.cli.shadowed import foreign_packages
-from reports.cli.workers import ALONE, Crew
+from reports.cli.workers import ALONE, Workers
 from reports.printable import say
 
 if TYPE_CHECKING:
@@ -87,10 +87,10 @@ def _complain(heading: str, lines: list[str]) -> int:
     return WRONG_INPUT
 
 
-def _interrupted(why: str, arguments: list[str]) -> int:
+def _interrupted(reason: str, arguments: list[str]) -> int:
     resumes = bool(arguments) and arguments[0] in RESUMABLE
-    kept = "; finished solves are kept, continue with --resume" if resumes else ""
-    say(f"{why}{kept}", sys.stderr)
+    hint = "; finished solves are kept, continue with --resume" if resumes else ""
+    say(f"{reason}{hint}", sys.stderr)
     return INTERRUPTED
 
 
@@ -106,8 +106,8 @@ def run(
     part: str | None = None,
     resume: Annotated[bool, Parameter(negative=())] = False,
     pictures: bool = True,
-    crew: Crew = ALONE,
-    outside: Outside = NOTHING,
+    workers: Workers = ALONE,
+    method_files: MethodFiles = NO_METHOD_FILES,
 ) -> int:
     """Solve scenes with all methods, compare them, and write a report.
 
@@ -142,7 +142,7 @@ def run(
     from reports.cli import terminal
     from reports.cli.live import watched
 
-    outside.load()
+    method_files.load()
     share_of_work = WHOLE if part is None else part_of(part)
     effort: Effort = "full" if full else "quick"
     plans = plan_all(scenes or ("quick",), _overrides(methods, option), effort)
@@ -155,7 +155,7 @@ def run(
         directory,
         command=shlex.join(["roughline", *sys.argv[1:]]),
         effort=effort,
-        executor=crew.executor(),
+        executor=workers.executor(),
         part=share_of_work,
         resume=resume,
         overwrite=overwrite,
@@ -177,7 +177,7 @@ def solve(
     json: Annotated[bool, Parameter(negative=())] = False,
     csv: Path | None = None,
     vtu: Path | None = None,
-    outside: Outside = NOTHING,
+    method_files: MethodFiles = NO_METHOD_FILES,
 ) -> int:
     """Solve one scene with one method.
 
@@ -201,7 +201,7 @@ def solve(
     from comparisons.questions.single import solve_scene
     from reports.cli import terminal
 
-    outside.load()
+    method_files.load()
     if json and csv is not None:
         return _complain("--json and --csv: expected at most one", [])
     for target in (csv, vtu):
@@ -213,7 +213,7 @@ def solve(
         ):
             return _complain(f"{target}: expected a file other than the scene itself", [])
     options = tuple(
-        each if "." in each.partition("=")[0] else f"{method}.{each}" for each in option
+        setting if "." in setting.partition("=")[0] else f"{method}.{setting}" for setting in option
     )
     overrides = _overrides(method, options)
     result = solve_scene(scene, method, resolution, overrides, with_fields=vtu is not None)
@@ -231,12 +231,12 @@ def solve(
 
 
 @app.command(name="list")
-def list_(what: str | None = None, *, outside: Outside = NOTHING) -> int:
+def list_(catalogue: str | None = None, *, method_files: MethodFiles = NO_METHOD_FILES) -> int:
     """List the built-in scenes, methods, claims or hard cases.
 
     Parameters
     ----------
-    what
+    catalogue
         "scenes", "methods", "claims" or "hard-cases"; default: the number of each.
     """
     from comparisons.errors import InputError
@@ -248,24 +248,24 @@ def list_(what: str | None = None, *, outside: Outside = NOTHING) -> int:
         "claims": terminal.print_claim_list,
         "hard-cases": terminal.print_hard_case_list,
     }
-    if what is None:
-        outside.load()
+    if catalogue is None:
+        method_files.load()
         terminal.print_lists()
         return FINE
-    if what not in lists:
-        raise InputError(f"list: expected one of {', '.join(lists)}, got {what!r}")
-    outside.load()
-    lists[what]()
+    if catalogue not in lists:
+        raise InputError(f"list: expected one of {', '.join(lists)}, got {catalogue!r}")
+    method_files.load()
+    lists[catalogue]()
     return FINE
 
 
 @app.command
-def bench(what: str | None = None, *, json: Path | None = None) -> int:
+def bench(benchmark: str | None = None, *, json: Path | None = None) -> int:
     """Measure the speed of the solvers against yardsticks timed in the same run.
 
     Parameters
     ----------
-    what
+    benchmark
         "reduced", "bem" or "fem"; default: all.
     json
         Write the rows to this file, as a list of {name, seconds, yardstick, yardstick_seconds,
@@ -278,13 +278,13 @@ def bench(what: str | None = None, *, json: Path | None = None) -> int:
     from comparisons.questions.benchmarks import BENCHMARKS
     from reports.cli import terminal
 
-    if what is not None and what not in BENCHMARKS:
-        raise InputError(f"bench: expected one of {', '.join(BENCHMARKS)}, got {what!r}")
-    names = list(BENCHMARKS) if what is None else [what]
-    found = {name: BENCHMARKS[name]() for name in names}
-    terminal.print_benchmarks(found)
+    if benchmark is not None and benchmark not in BENCHMARKS:
+        raise InputError(f"bench: expected one of {', '.join(BENCHMARKS)}, got {benchmark!r}")
+    names = list(BENCHMARKS) if benchmark is None else [benchmark]
+    timings = {name: BENCHMARKS[name]() for name in names}
+    terminal.print_benchmarks(timings)
     if json is not None:
-        rows = [each.row() for rows in found.values() for each in rows]
+        rows = [measurement.row() for rows in timings.values() for measurement in rows]
         write_named_text(json, json_format.dumps(rows, indent=1) + "\n")
     return FINE
 
@@ -297,7 +297,7 @@ def advise(
     quantities: str | None = None,
     full: Annotated[bool, Parameter(name="--full", negative="--quick")] = False,
     json: Annotated[bool, Parameter(negative=())] = False,
-    outside: Outside = NOTHING,
+    method_files: MethodFiles = NO_METHOD_FILES,
 ) -> int:
     """Find the cheapest method and resolution that meet a tolerance, error bar included.
 
@@ -324,12 +324,12 @@ def advise(
     from comparisons.solving.plans import refuse_unsolvable
     from reports.cli import terminal
 
-    outside.load()
+    method_files.load()
     overrides: dict[str, Any] = {}
     if tolerance is not None:
         overrides["compare.tolerance"] = share(tolerance)
     if quantities is not None:
-        overrides["compare.quantities"] = [each.strip() for each in quantities.split(",")]
+        overrides["compare.quantities"] = [quantity.strip() for quantity in quantities.split(",")]
     plans = plan_scene(load_scene(scene, overrides), "full" if full else "quick")
     refuse_unsolvable(plans)
     records = []
@@ -340,7 +340,7 @@ def advise(
     vain = asked_in_vain(records)
     if vain:
         raise InputError("\n".join(vain))
-    terminal.print_advice([(each.name, advice_of(each)) for each in records], as_json=json)
+    terminal.print_advice([(record.name, advice_of(record)) for record in records], as_json=json)
     return FINE
 
 
@@ -351,7 +351,7 @@ def check(
     baseline: Path | None = None,
     update: Annotated[bool, Parameter(negative=())] = False,
     junit: Path | None = None,
-    outside: Outside = NOTHING,
+    method_files: MethodFiles = NO_METHOD_FILES,
 ) -> int:
     """Check for drift against a baseline, and attribute it to the model, reference or machine.
 
@@ -374,16 +374,16 @@ def check(
     from reports.cli import terminal
     from reports.cli.live import watching
 
-    outside.load()
-    own = Path("roughline-baseline.json")
-    stored = baseline or (own if own.exists() or update else PACKAGED)
+    method_files.load()
+    stored_baseline = Path("roughline-baseline.json")
+    stored = baseline or (stored_baseline if stored_baseline.exists() or update else PACKAGED)
     with watching() as watch:
         act = update_baseline if update else check_against
         findings = act(stored, method, scenes or CHECK_SCENES, watch=watch)
     terminal.print_findings(findings, stored)
     if junit is not None:
         write_junit(junit, findings)
-    return LOST if any(each.drifted for each in findings) and not update else FINE
+    return LOST if any(finding.drifted for finding in findings) and not update else FINE
 
 
 @app.command
@@ -428,7 +428,7 @@ def _overrides(methods: str | None, options: tuple[str, ...]) -> dict[str, Any]:
 
     overrides: dict[str, Any] = {}
     if methods is not None:
-        overrides["compare.methods"] = [each.strip() for each in methods.split(",")]
+        overrides["compare.methods"] = [method.strip() for method in methods.split(",")]
     for text in options:
         key, equals, value = text.partition("=")
         if not equals or key.count(".") != 1:
@@ -448,4 +448,4 @@ def _folder_name(scenes: tuple[str, ...], plans: list[Plan]) -> str:
         return "quick"
     if len(scenes) == 1:
         return scenes[0] if scenes[0] in SUITES else plans[0].scene.name
-    return "+".join(dict.fromkeys(each.scene.name for each in plans))[:100]
+    return "+".join(dict.fromkeys(plan.scene.name for plan in plans))[:100]

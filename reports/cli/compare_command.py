@@ -40,9 +40,9 @@ def compare(
 
     moved = share(tolerance)
     problems = [
-        f"{name}: expected a number above {least}, got {given}"
-        for name, given, least in (("--tolerance", moved, 0), ("--slower", slower, 1))
-        if not least < given < float("inf")
+        f"{name}: expected a number above {least}, got {number}"
+        for name, number, least in (("--tolerance", moved, 0), ("--slower", slower, 1))
+        if not least < number < float("inf")
     ]
     if out.exists() and not out.is_dir():
         problems.append(f"{out}: expected a folder for the page, got a file")

@@ -9,8 +9,8 @@ from typing import Annotated
 
 from cyclopts import Parameter
 
-from reports.cli.method_files import NOTHING, Outside
-from reports.cli.workers import ALONE, Crew
+from reports.cli.method_files import NO_METHOD_FILES, MethodFiles
+from reports.cli.workers import ALONE, Workers
 
 FINE, DIFFERS = 0, 1
 
@@ -21,8 +21,8 @@ def hard_cases(
     out: Path = Path("roughline-results/hard-cases"),
     json: Path | None = None,
     case: tuple[str, ...] = (),
-    crew: Crew = ALONE,
-    outside: Outside = NOTHING,
+    workers: Workers = ALONE,
+    method_files: MethodFiles = NO_METHOD_FILES,
 ) -> int:
     """Run the hard cases and compare the outcomes with the expected ones.
 
@@ -50,7 +50,7 @@ def hard_cases(
     from reports.cli.live import watched
     from reports.pages.hard_cases import write_hard_cases_report
 
-    outside.load()
+    method_files.load()
     problems = [
         f"methods: expected one of {', '.join(METHODS)}, got {name!r}"
         for name in methods
@@ -63,14 +63,14 @@ def hard_cases(
     if problems:
         raise InputError("\n".join(problems))
     # Each solve of a peer starts a process: quick runs have them only if they are named.
-    named = tuple(name for name, method in METHODS.items() if full or not method.peer)
+    judged = tuple(name for name, method in METHODS.items() if full or not method.peer)
     run = HardCases(
         cases,
-        methods or named,
+        methods or judged,
         out,
         command=shlex.join(["roughline", *sys.argv[1:]]),
         effort="full" if full else "quick",
-        executor=crew.executor(),
+        executor=workers.executor(),
     )
     page = out / PAGE
     record = watched(run, lambda: write_hard_cases_report(load_record(out), page))

@@ -96,7 +96,7 @@ class _Lines(_Watcher):
         solved, total = campaign.counts
         now = time.monotonic()
         if done is not None and (now - self._said >= LINE or solved == total):
-            self.say(f"{progress(campaign)}, {_words(done)}")
+            self.say(f"{progress(campaign)}, {_task_line(done)}")
             self._said = now
 
 
@@ -121,7 +121,7 @@ class _Screen(_Watcher):
         solved, total = campaign.counts
         line = Table.grid(padding=(0, 1))
         bar = ProgressBar(total=max(total, 1), completed=solved, width=24)
-        line.add_row(bar, Text(f"{progress(campaign)}  {_words(done)}", overflow="ellipsis"))
+        line.add_row(bar, Text(f"{progress(campaign)}  {_task_line(done)}", overflow="ellipsis"))
         self._live.update(Group(line, Text(self._plot)), refresh=True)
 
 
@@ -142,13 +142,14 @@ def progress(campaign: Campaign[Any, Any]) -> str:
 
     done, total = campaign.counts
     text = f"solved {done} of {total}"
-    rest = campaign.remaining()
-    if done == total or rest.seconds < (0.0 if rest.complete else WORTH_SAYING):
+    remaining = campaign.remaining()
+    if done == total or remaining.seconds < (0.0 if remaining.complete else WORTH_SAYING):
         return text
-    return f"{text}, {'about' if rest.complete else 'at least'} {duration(rest.seconds)} left"
+    about = "about" if remaining.complete else "at least"
+    return f"{text}, {about} {duration(remaining.seconds)} left"
 
 
-def _words(done: Done | None) -> str:
+def _task_line(done: Done | None) -> str:
     if done is None:
         return ""
     kind = done.job.kind
@@ -177,15 +178,15 @@ def scatter(points: list[Setting], width: int = WIDTH, height: int = HEIGHT) -> 
     """
     from comparisons.formatting import duration, relative
 
-    known = [p for p in points if p.seconds > 0 and 0 < p.worst < math.inf]
-    if not known:
+    timed = [p for p in points if p.seconds > 0 and 0 < p.worst < math.inf]
+    if not timed:
         return ""
-    names = list(dict.fromkeys(p.method for p in known))
+    names = list(dict.fromkeys(p.method for p in timed))
     letter = dict(zip(names, LETTERS, strict=False))
-    columns, (fast, slow) = _places([p.seconds for p in known], width)
-    rows, (small, large) = _places([p.worst for p in known], height)
+    columns, (fast, slow) = _places([p.seconds for p in timed], width)
+    rows, (small, large) = _places([p.worst for p in timed], height)
     canvas = [[" "] * width for _ in range(height)]
-    for point, column, row in zip(known, columns, rows, strict=True):
+    for point, column, row in zip(timed, columns, rows, strict=True):
         mark = letter.get(point.method, "?")
         canvas[height - 1 - row][column] = mark.upper() if point.is_truth else mark
     labels = [relative(large), *[""] * (height - 2), relative(small)]
@@ -206,4 +207,4 @@ def _places(values: list[float], cells: int) -> tuple[list[int], tuple[float, fl
     low, high = math.floor(min(logs)), math.ceil(max(logs))
     high = max(high, low + 1)
     scale = (cells - 1) / (high - low)
-    return [round((each - low) * scale) for each in logs], (10.0**low, 10.0**high)
+    return [round((logarithm - low) * scale) for logarithm in logs], (10.0**low, 10.0**high)

@@ -6,7 +6,7 @@ import shlex
 import sys
 from pathlib import Path
 
-from reports.cli.method_files import NOTHING, Outside
+from reports.cli.method_files import NO_METHOD_FILES, MethodFiles
 
 FINE, LOST = 0, 1
 
@@ -16,7 +16,7 @@ def merge(
     out: Path,
     files: Path = Path(),
     pictures: bool = True,
-    outside: Outside = NOTHING,
+    method_files: MethodFiles = NO_METHOD_FILES,
 ) -> int:
     """Merge results folders: parts of one study, or different methods and scenes.
 
@@ -38,7 +38,7 @@ def merge(
     from reports.cli import terminal
     from reports.pages.study import write_report
 
-    outside.load()
+    method_files.load()
     study = merged(runs, out, shlex.join(["roughline", *sys.argv[1:]]), files)
     record = load_study(out)
     write_report(record, out / "report.html", pictures=pictures)

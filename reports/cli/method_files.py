@@ -13,7 +13,7 @@ from reports.printable import say
 
 @Parameter(name="*")
 @dataclass(frozen=True)
-class Outside:
+class MethodFiles:
     """User-supplied methods.
 
     Parameters
@@ -61,4 +61,4 @@ class Outside:
             say(f"left out: {notice}", sys.stderr)
 
 
-NOTHING = Outside()
+NO_METHOD_FILES = MethodFiles()

@@ -41,10 +41,10 @@ def print_plans(plans: list[Plan]) -> None:
     console = _console()
     for plan in plans:
         console.print(drawn(plan_table(plan)))
-        for what, how in plan.switched_on:
-            console.print(f"  switched on: {what} – {how}", markup=False, highlight=False)
-        for what, why in plan.left_out:
-            console.print(f"  left out: {what} – {why}", markup=False, highlight=False)
+        for effect, model in plan.switched_on:
+            console.print(f"  switched on: {effect} – {model}", markup=False, highlight=False)
+        for effect, reason in plan.left_out:
+            console.print(f"  left out: {effect} – {reason}", markup=False, highlight=False)
         for note in plan.notes:
             console.print(f"  note: {note}", markup=False, highlight=False)
         console.print()
@@ -65,7 +65,7 @@ def print_study(record: StudyRecord, lost: list[tuple[Task, str]]) -> None:
                 console.print(f"{scene.name}: {note}", markup=False, highlight=False)
         for sentence in scene.disagreements:
             console.print(f"{scene.name}: {sentence}", style="bold", markup=False)
-    methods = list(dict.fromkeys(name for each in record.scenes for name in judged_methods(each)))
+    methods = list(dict.fromkeys(name for scene in record.scenes for name in judged_methods(scene)))
     for method in methods:
         console.print(drawn(verdict_table(record.scenes, method).without("cheapest")))
     for scene in record.scenes:
@@ -119,15 +119,15 @@ def print_lists() -> None:
     from comparisons.scene.scene import builtin_names
 
     console = _console()
-    known = {
+    catalogues = {
         "scenes": builtin_names(),
         "methods": METHODS,
         "claims": builtin_claims(),
         "hard-cases": catalogue(),
     }
-    for what, names in known.items():
-        words = what.replace("-", " ")
-        console.print(f"{len(names):5} {words:<11} roughline list {what}", highlight=False)
+    for key, names in catalogues.items():
+        title = key.replace("-", " ")
+        console.print(f"{len(names):5} {title:<11} roughline list {key}", highlight=False)
 
 
 def print_claim_list() -> None:
@@ -137,14 +137,14 @@ def print_claim_list() -> None:
     _console().print(drawn(lists.claims()))
 
 
-def print_benchmarks(found: dict[str, list[Measurement]]) -> None:
+def print_benchmarks(timings: dict[str, list[Measurement]]) -> None:
     """Print the times of each benchmark as ratios to its yardsticks, and the machine."""
     from comparisons.machine import machine, machine_text
     from comparisons.questions.benchmarks.yardstick import vector_features
     from reports.tables.checks import measured
 
     console = _console()
-    for name, rows in found.items():
+    for name, rows in timings.items():
         console.print(drawn(measured(name, rows)))
     console.print(f"one thread; {machine_text(machine(1))}", markup=False, highlight=False)
     console.print(f"vector units: {vector_features()}", markup=False, highlight=False)
@@ -170,27 +170,27 @@ def print_findings(findings: list[Finding], baseline: Path) -> None:
         console.print(f"new baseline: {baseline}", markup=False)
         return
     console.print(drawn(against_baseline(findings, str(baseline))))
-    drifted = len({each.scene for each in findings if each.drifted})
-    words = (
-        f"{drifted} of {len({each.scene for each in findings})} scenes drifted"
+    drifted = len({finding.scene for finding in findings if finding.drifted})
+    summary = (
+        f"{drifted} of {len({finding.scene for finding in findings})} scenes drifted"
         if drifted
         else "nothing drifted"
     )
-    console.print(words, markup=False)
+    console.print(summary, markup=False)
 
 
-def print_advice(found: list[tuple[str, Advice]], *, as_json: bool = False) -> None:
+def print_advice(advices: list[tuple[str, Advice]], *, as_json: bool = False) -> None:
     """Print the method to use for each plan of a scene, and the settings measured."""
     import json
 
     if as_json:
-        print(json.dumps([advice.document(name) for name, advice in found], indent=1))
+        print(json.dumps([advice.document(name) for name, advice in advices], indent=1))
         return
     from comparisons.machine import machine, machine_text
     from reports.tables.judged import measured_settings
 
     console = _console()
-    for name, advice in found:
+    for name, advice in advices:
         console.print(f"{name}: {advice.sentence}", markup=False, highlight=False)
         console.print(drawn(measured_settings(advice)))
     console.print(f"one thread; {machine_text(machine(1))}", markup=False, highlight=False)
@@ -202,9 +202,9 @@ def print_hard_cases(record: HardCasesRecord, page: Path) -> None:
 
     console = _console()
     console.print(drawn(outcomes(record), unfolded=True))
-    for each in (*record.deviations, *record.lost):
-        why = each.deviation or f"lost: {each.reason}"
-        console.print(f"{each.case}, {each.method}: {why}", style="bold", markup=False)
+    for outcome in (*record.deviations, *record.lost):
+        reason = outcome.deviation or f"lost: {outcome.reason}"
+        console.print(f"{outcome.case}, {outcome.method}: {reason}", style="bold", markup=False)
     if record.outcomes and not (record.deviations or record.lost):
         console.print("every outcome is as the catalogue expects", highlight=False)
     console.print(f"\n{page}", markup=False)

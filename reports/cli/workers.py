@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 @Parameter(name="*")
 @dataclass(frozen=True)
-class Crew:
+class Workers:
     """Where the solves run.
 
     Parameters
@@ -32,7 +32,7 @@ class Crew:
     workers: MaybeWhole = None
     scheduler: str | None = None
 
-    def executor(self, usual: int = 1) -> Executor:
+    def executor(self, default: int = 1) -> Executor:
         """Return the executor.
 
         Raises
@@ -44,7 +44,7 @@ class Crew:
         from comparisons.solving.executors import executor_for
 
         cores = os.cpu_count() or 1
-        chosen = min(usual, cores) if self.workers is None else self.workers
+        chosen = min(default, cores) if self.workers is None else self.workers
         most = max(2, cores)
         if not 1 <= chosen <= most:
             raise InputError(
@@ -55,4 +55,4 @@ class Crew:
         return executor_for(chosen, self.scheduler)
 
 
-ALONE = Crew()
+ALONE = Workers()

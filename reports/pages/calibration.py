@@ -14,21 +14,21 @@ from reports.tables import cells
 from reports.tables.table import Table, table
 
 
-def write_calibration_report(found: list[Case], command: str, path: Path) -> None:
+def write_calibration_report(cases: list[Case], command: str, path: Path) -> None:
     """Write both figures and the tables as one HTML file, atomically."""
-    write_text(path, calibration_page(found, command))
+    write_text(path, calibration_page(cases, command))
 
 
-def calibration_page(found: list[Case], command: str) -> str:
+def calibration_page(cases: list[Case], command: str) -> str:
     """Return the whole page as text."""
-    reported = [case for case in found if case.half == "reported"]
-    drawn = [covered(reported), widths(found)]
+    reported = [case for case in cases if case.half == "reported"]
+    drawn = [covered(reported), widths(cases)]
     return render(
         "calibration.html.j2",
-        {each.key: each for each in drawn},
+        {figure.key: figure for figure in drawn},
         command=command,
         figures=drawn,
-        halves=[(half, summary(_of(found, half=half))) for half in ("reported", "fitting")],
+        halves=[(half, summary(_of(cases, half=half))) for half in ("reported", "fitting")],
         parts=parts(reported),
     )
 
@@ -38,16 +38,16 @@ def _label(key: str, value: str) -> str:
     return look(value).label if key == "method" else value.replace("_", " ")
 
 
-def _of(found: list[Case], **wanted: str) -> list[Case]:
-    return [c for c in found if all(getattr(c, key) == value for key, value in wanted.items())]
+def _of(cases: list[Case], **facts: str) -> list[Case]:
+    return [c for c in cases if all(getattr(c, key) == value for key, value in facts.items())]
 
 
-def parts(found: list[Case]) -> Table:
+def parts(cases: list[Case]) -> Table:
     """Return coverage and width for each method, each quantity and each shape."""
     rows = []
     for key in ("method", "quantity", "shape"):
-        for value in dict.fromkeys(getattr(case, key) for case in found):
-            got = summary(_of(found, **{key: value}))
+        for value in dict.fromkeys(getattr(case, key) for case in cases):
+            got = summary(_of(cases, **{key: value}))
             coverage = cells.number(f"{100 * got.coverage:.1f} %", got.coverage)
             width = cells.number(fmt.number(got.width, 2), got.width)
             rows.append((key, _label(key, value), cells.count(got.count), coverage, width))

@@ -80,8 +80,8 @@ def render(template: str, drawn: Mapping[str, Figure | dict[str, Any]], **values
             script=Markup(script),  # noqa: S704  our own files
             library=Markup(library),  # noqa: S704  the plotly package's own file
             figure_data={
-                key: embedded_json(spec(each) if isinstance(each, Figure) else each)
-                for key, each in drawn.items()
+                key: embedded_json(spec(graph) if isinstance(graph, Figure) else graph)
+                for key, graph in drawn.items()
             },
             **values,
         )
@@ -122,14 +122,14 @@ def content_policy(scripts: list[str]) -> str:
 @cache
 def environment() -> Environment:
     """Return the template environment with its shared functions."""
-    found = Environment(
+    templates = Environment(
         loader=FileSystemLoader(TEMPLATES),
         autoescape=select_autoescape(default=True, default_for_string=True),
         undefined=StrictUndefined,
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    found.globals |= {
+    templates.globals |= {
         "fmt": fmt,
         "quantity": quantity,
         "look": look,
@@ -140,7 +140,7 @@ def environment() -> Environment:
         "raw": _raw,
         "data_uri": lambda png: "data:image/png;base64," + base64.b64encode(png).decode(),
     }
-    return found
+    return templates
 
 
 def _raw(value: float | str) -> str:
@@ -150,9 +150,9 @@ def _raw(value: float | str) -> str:
 
 def _term(key: str, text: str | None = None) -> Markup:
     """Return a term linked to the glossary, with its explanation on hover."""
-    words, meaning = glossary.TERMS[key]
+    name, meaning = glossary.TERMS[key]
     return Markup('<a class="term" href="#term-{}"><abbr title="{}">{}</abbr></a>').format(
-        key, meaning, text or words
+        key, meaning, text or name
     )
 
 

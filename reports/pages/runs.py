@@ -35,12 +35,12 @@ def comparison_page(record: RunComparison, command: str) -> str:
     figures = comparison_figures(record)
     return render(
         "comparison.html.j2",
-        {each.key: each for each in figures},
+        {figure.key: figure for figure in figures},
         record=record,
         command=command,
         tally=[(word, counts[word]) for word in KINDS if counts[word]],
         notable=changes([c for c in record.changes if c.kinds not in ((SAME,), (ONE_SIDED,))]),
-        one_sided=changes([each for each in record.changes if each.kinds == (ONE_SIDED,)]),
-        unchanged=changes([each for each in record.changes if each.kinds == (SAME,)]),
+        one_sided=changes([change for change in record.changes if change.kinds == (ONE_SIDED,)]),
+        unchanged=changes([change for change in record.changes if change.kinds == (SAME,)]),
         figures=figures,
     )

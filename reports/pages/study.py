@@ -122,8 +122,8 @@ def _shown_quantities(views: list[SceneView]) -> list[str]:
         for figure in group
         for name in figure.quantity.split()
     }
-    known = [name for name in QUANTITIES if name in names]
-    return known + sorted(names.difference(known))
+    ordered = [name for name in QUANTITIES if name in names]
+    return ordered + sorted(names.difference(ordered))
 
 
 def _views(record: StudyRecord, with_pictures: bool) -> list[SceneView]:
@@ -139,7 +139,7 @@ def _views(record: StudyRecord, with_pictures: bool) -> list[SceneView]:
 
 def _view(scene: SceneRecord, anchor: str, picture: pictures.Picture) -> SceneView:
     judged = {name: verdicts(scene, name) for name in judged_methods(scene)}
-    found = next(iter(judged.values()))
+    decided = next(iter(judged.values()))
     reduced = model.reduced_picture(scene)
     advice = advise(scene)
     if reduced and picture.note == pictures.NOTHING:
@@ -147,9 +147,11 @@ def _view(scene: SceneRecord, anchor: str, picture: pictures.Picture) -> SceneVi
     return SceneView(
         record=scene,
         anchor=anchor,
-        verdicts={each.quantity: each for each in found},
+        verdicts={verdict.quantity: verdict for verdict in decided},
         judged={
-            "" if name == MODEL else look(name).label: {each.quantity: each for each in items}
+            "" if name == MODEL else look(name).label: {
+                verdict.quantity: verdict for verdict in items
+            }
             for name, items in judged.items()
         },
         at_other_load=second_rows(scene),
@@ -163,7 +165,7 @@ def _view(scene: SceneRecord, anchor: str, picture: pictures.Picture) -> SceneVi
             "speed": speed.speed(scene),
         },
         picture=picture,
-        summary=summary(scene, found, advice),
+        summary=summary(scene, decided, advice),
         loads=loads.loads_of(scene),
         settings=tables.settings(scene),
         times=times_to_errors(scene, advice),
@@ -175,13 +177,13 @@ def _view(scene: SceneRecord, anchor: str, picture: pictures.Picture) -> SceneVi
 
 def _seeds(record: StudyRecord) -> dict[str, int]:
     """Return the seed of every scene with random surfaces; the default is 0."""
-    found = {}
+    seeds = {}
     for scene in record.scenes:
-        for name, words in (("surface", ""), ("surface2", " (second surface)")):
+        for name, surface in (("surface", ""), ("surface2", " (second surface)")):
             table = scene.tables.get(name)
             if isinstance(table, dict):
-                found[f"{scene.name}{words}"] = table.get("seed", 0)
-    return found
+                seeds[f"{scene.name}{surface}"] = table.get("seed", 0)
+    return seeds
 
 
 def _spent(scene: SceneRecord) -> float:
@@ -193,11 +195,11 @@ def _spent(scene: SceneRecord) -> float:
 
 def _columns(views: list[SceneView]) -> list[str]:
     """Return the compared quantities of all scenes, known ones first, in standard order."""
-    found = list(dict.fromkeys(name for view in views for name in view.verdicts))
-    known = [name for name in QUANTITIES if name in found]
-    return known + [name for name in found if name not in known]
+    names = list(dict.fromkeys(name for view in views for name in view.verdicts))
+    ordered = [name for name in QUANTITIES if name in names]
+    return ordered + [name for name in names if name not in ordered]
 
 
 def _tally(views: list[SceneView]) -> list[tuple[str, int]]:
-    words = Counter(item.word for view in views for item in view.verdicts.values())
-    return [(word, words[word]) for word in (OUTSIDE, NOT_RESOLVED, WITHIN, NO_RESULT)]
+    counts = Counter(item.word for view in views for item in view.verdicts.values())
+    return [(word, counts[word]) for word in (OUTSIDE, NOT_RESOLVED, WITHIN, NO_RESULT)]

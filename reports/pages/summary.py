@@ -32,9 +32,9 @@ class Summary:
     truth: str
 
 
-def summary(scene: SceneRecord, found: list[Verdict], advice: Advice) -> Summary:
+def summary(scene: SceneRecord, judged: list[Verdict], advice: Advice) -> Summary:
     """Return the deciding verdict, the fastest settings within the tolerance, and the reference."""
-    decisive = worst(found) if found else None
+    decisive = worst(judged) if judged else None
     return Summary(decisive, tuple(advice.reaching()[:MOST_NAMED]), _truth(scene, advice))
 
 
@@ -45,8 +45,8 @@ def _truth(scene: SceneRecord, advice: Advice) -> str:
     label = look(method).label
     if method == CLOSED_FORM:
         return label
-    known = truth_known_to(scene, advice.quantities)
-    return f"{label} ± {fmt.relative(known)}" if fmt.finite(known) else f"{label} ± ?"
+    accuracy = truth_known_to(scene, advice.quantities)
+    return f"{label} ± {fmt.relative(accuracy)}" if fmt.finite(accuracy) else f"{label} ± ?"
 
 
 def compared_methods(scenes: tuple[SceneRecord, ...]) -> list[str]:
@@ -62,16 +62,16 @@ def compared_methods(scenes: tuple[SceneRecord, ...]) -> list[str]:
 
 def times_to_errors(scene: SceneRecord, advice: Advice) -> Table:
     """Return the cheapest setting of each method that reaches 1 %, 0.1 % and the tolerance."""
-    wanted = sorted({*FIXED_ERRORS, scene.tolerance}, reverse=True)
-    columns = {error: advice.cheapest_for(error) for error in wanted}
-    known = {name for settings in columns.values() for name in settings}
+    errors = sorted({*FIXED_ERRORS, scene.tolerance}, reverse=True)
+    columns = {error: advice.cheapest_for(error) for error in errors}
+    methods = {name for settings in columns.values() for name in settings}
     heads = (
-        Head(f"time to {fmt.tolerance(error)}", csv=f"time to {error:g} / s") for error in wanted
+        Head(f"time to {fmt.tolerance(error)}", csv=f"time to {error:g} / s") for error in errors
     )
     rows = (
         (cells.method(name), *(_time_cell(settings.get(name)) for settings in columns.values()))
         for name in selection.methods(scene)
-        if name in known
+        if name in methods
     )
     quantities = ", ".join(quantity(name).label for name in advice.quantities)
     note = (

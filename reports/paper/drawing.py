@@ -19,7 +19,7 @@ def draw(axes: Any, figure: Figure) -> None:
     """Draw a figure: shading, lines and markers, then the axes."""
     axes.set(xscale=_scale(figure.x), yscale=_scale(figure.y))
     for stretch in figure.stretches:
-        ends = (each * figure.x.scale.factor for each in (stretch.low, stretch.high))
+        ends = (end * figure.x.scale.factor for end in (stretch.low, stretch.high))
         shade = {"color": colour(stretch.colour), "alpha": 0.12, "lw": 0.5}
         axes.axvspan(*ends, **shade, label=literal(stretch.label))
     for band in figure.bands:
@@ -28,9 +28,9 @@ def draw(axes: Any, figure: Figure) -> None:
         if series.legend:  # what only a caption explains is the page's
             _draw_series(axes, series, figure)
     for level in figure.levels:
-        own = {"color": colour(level.colour), "lw": 0.7, "ls": level.dash.matplotlib}
+        style = {"color": colour(level.colour), "lw": 0.7, "ls": level.dash.matplotlib}
         height = level.value * figure.y.scale.factor
-        axes.axhline(height, **own, label=literal(level.label) or None)
+        axes.axhline(height, **style, label=literal(level.label) or None)
     for guide in figure.guides:
         if guide.text:
             continue  # the ticks say it, too
@@ -48,9 +48,9 @@ def _draw_band(axes: Any, band: Band, figure: Figure) -> None:
     along, across = figure.x.scale.factor, figure.y.scale.factor
     if band.sideways:
         along, across = across, along
-    own = {"color": colour(band.colour), "alpha": band.opacity, "lw": 0}
+    style = {"color": colour(band.colour), "alpha": band.opacity, "lw": 0}
     label = literal(band.label) or None
-    fill(band.along * along, band.low * across, band.high * across, **own, label=label)
+    fill(band.along * along, band.low * across, band.high * across, **style, label=label)
 
 
 def _draw_series(axes: Any, series: Series, figure: Figure) -> None:
@@ -58,17 +58,17 @@ def _draw_series(axes: Any, series: Series, figure: Figure) -> None:
     x, y = series.x * figure.x.scale.factor, series.y * figure.y.scale.factor
     if not np.isfinite(x * y).any():
         return  # an empty line that is not clipped would have its place at the origin
-    own = colour(look.colour)
-    rim = colour("@ink") if series.outlined else own
+    ink = colour(look.colour)
+    rim = colour("@ink") if series.outlined else ink
     (line,) = axes.plot(
         *(x, y),
-        color=own,
+        color=ink,
         linestyle=look.dash.matplotlib if series.line else "none",
         linewidth=series.width / 2,
         drawstyle="steps-post" if series.stairs else "default",
         marker=look.marker.matplotlib if series.marks else "",
         markersize=MARKER_SIZE * (series.size or look.size),
-        markerfacecolor="white" if np.any(series.hollow) else own,
+        markerfacecolor="white" if np.any(series.hollow) else ink,
         markeredgecolor=rim,
         markeredgewidth=0.8,
         alpha=series.faint if series.faint < 1.0 else None,
@@ -79,14 +79,14 @@ def _draw_series(axes: Any, series: Series, figure: Figure) -> None:
     if series.marks and hollow.any() and not hollow.all():
         axes.plot(
             *(x[~hollow], y[~hollow], line.get_marker()),
-            color=own,
+            color=ink,
             markersize=line.get_markersize(),
             clip_on=figure.clipped,
         )
     if series.bars is not None:
         up = series.bars * figure.y.scale.factor
         down = np.minimum(up, 0.999 * np.abs(y)) if figure.y.log else up
-        axes.errorbar(x, y, yerr=[down, up], fmt="none", ecolor=own, elinewidth=0.8, capsize=1.5)
+        axes.errorbar(x, y, yerr=[down, up], fmt="none", ecolor=ink, elinewidth=0.8, capsize=1.5)
 
 
 def _finish(axes: Any, figure: Figure) -> None:
@@ -111,12 +111,12 @@ def _title(axis: Axis) -> str:
     return literal(f"{axis.title} of {axis.of}" if axis.of else axis.label)
 
 
-def _set_ticks(axis: Any, own: Axis) -> None:
+def _set_ticks(axis: Any, drawn: Axis) -> None:
     """Set the ticks of a logarithmic axis: those of the figure, or plain numbers at 1, 2 and 5."""
-    if not own.log:
+    if not drawn.log:
         return
     ends = axis.get_view_interval()
-    ticks = own.ticks or log_ticks(ends, lambda value: f"{value:g}")
-    factor = own.scale.factor if own.ticks else 1.0
+    ticks = drawn.ticks or log_ticks(ends, lambda value: f"{value:g}")
+    factor = drawn.scale.factor if drawn.ticks else 1.0
     axis.set_ticks([value * factor for value, _ in ticks], [text for _, text in ticks])
     axis.set_ticks([], minor=True)

@@ -29,8 +29,10 @@ def file_name(*names: str) -> str:
 
 def panels(scene: SceneRecord) -> dict[str, Figure]:
     """Return the plots available for a scene, with their file names."""
-    drawn = {file_name(each.quantity, each.x.quantity): each for each in printed_curves(scene)}
-    return drawn | {file_name(each.key): each for each in (*errors(scene), *speed(scene))}
+    drawn = {
+        file_name(figure.quantity, figure.x.quantity): figure for figure in printed_curves(scene)
+    }
+    return drawn | {file_name(figure.key): figure for figure in (*errors(scene), *speed(scene))}
 
 
 def single(figure: Figure) -> PaperFigure:

@@ -42,16 +42,16 @@ def write_paper(
     InputError
         If a format is unknown, or no scene of the run has results.
     """
-    wanted = [each.strip() for each in formats]
-    unknown = [each for each in wanted if each not in FORMATS]
-    if unknown or not wanted:
-        known = ", ".join(FORMATS)
-        raise InputError(f"--format: expected {known}, got {', '.join(unknown) or 'none'}")
+    suffixes = [suffix.strip() for suffix in formats]
+    unknown = [suffix for suffix in suffixes if suffix not in FORMATS]
+    if unknown or not suffixes:
+        allowed = ", ".join(FORMATS)
+        raise InputError(f"--format: expected {allowed}, got {', '.join(unknown) or 'none'}")
     if not study.scenes:
         raise InputError(f"{study.directory}: no scene has results; --resume finishes the run")
     written = []
     for name, figure in _figures(study, overview=overview):
-        for suffix in wanted:
+        for suffix in suffixes:
             path = folder / f"{name}.{suffix}"
             _save(figure, path, suffix)
             written.append(path)
@@ -67,9 +67,9 @@ def _figures(study: StudyRecord, *, overview: bool) -> Iterator[tuple[str, Paper
     for scene in study.scenes:
         for name, panel in panels(scene).items():
             yield file_name(scene.name, name), single(panel)
-        whole = overview_of(scene) if overview else None
-        if whole is not None:
-            yield file_name(scene.name, "overview"), whole
+        figure = overview_of(scene) if overview else None
+        if figure is not None:
+            yield file_name(scene.name, "overview"), figure
 
 
 def _tables(study: StudyRecord) -> Iterator[tuple[str, Table]]:

@@ -123,13 +123,13 @@ def axis_label(name: str, unit: str) -> str:
     >>> axis_label("restitution", "")
     'coefficient of restitution $e$'
     """
-    known = quantity(name)
-    symbol = _SYMBOLS.get(known.symbol, known.symbol)
+    row = quantity(name)
+    symbol = _SYMBOLS.get(row.symbol, row.symbol)
     if "_" in symbol and not symbol.startswith("\\") and symbol not in _SYMBOLS.values():
         base, _, below = symbol.partition("_")
         symbol = rf"{base}_\mathrm{{{below}}}"
-    words = literal(known.label)
-    text = f"{words} ${symbol}$" if symbol else words
+    label = literal(row.label)
+    text = f"{label} ${symbol}$" if symbol else label
     return f"{text}{_SPACE}/{_SPACE}{unit}" if unit else text
 
 

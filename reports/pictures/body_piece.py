@@ -66,15 +66,15 @@ def _clipped(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Move points outside the box onto its walls; interpolate fields from four neighbours."""
     inside = np.clip(points, -1.0, 1.0)
-    outside = (inside != points).any(axis=1)
-    if not outside.any():
+    beyond = (inside != points).any(axis=1)
+    if not beyond.any():
         return points, shift, stress
-    distance, near = cKDTree(points).query(inside[outside], k=4)
+    distance, near = cKDTree(points).query(inside[beyond], k=4)
     weight = 1.0 / np.maximum(distance, 1e-12) ** 2
     weight /= weight.sum(axis=1, keepdims=True)
     shift, stress = shift.copy(), stress.copy()
-    shift[outside] = np.einsum("pk,pkc->pc", weight, shift[near])
-    stress[outside] = np.einsum("pk,pk->p", weight, stress[near])
+    shift[beyond] = np.einsum("pk,pkc->pc", weight, shift[near])
+    stress[beyond] = np.einsum("pk,pk->p", weight, stress[near])
     return inside, shift, stress
 
 
@@ -89,13 +89,13 @@ def mirrored(points: np.ndarray, cells: np.ndarray, side: int) -> tuple[np.ndarr
 def opened_surface(piece: Piece) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return surface points, triangles and stress with the quarter x > 0, y < 0 cut out."""
     middle = piece.points[piece.cells].mean(axis=1)
-    kept = piece.cells[~((middle[:, 0] > 0) & (middle[:, 1] < 0))]
+    cells = piece.cells[~((middle[:, 0] > 0) & (middle[:, 1] < 0))]
     # Mirror images meet in points of their own: those at one place become one.
     _, first, number = np.unique(
         np.round(piece.points, 7), axis=0, return_index=True, return_inverse=True
     )
-    kept = number.ravel()[kept]
-    faces = kept[:, _FACES[piece.cells.shape[1]]].reshape(-1, len(_FACES[kept.shape[1]][0]))
+    cells = number.ravel()[cells]
+    faces = cells[:, _FACES[piece.cells.shape[1]]].reshape(-1, len(_FACES[cells.shape[1]][0]))
     _, place, count = np.unique(
         np.sort(faces, axis=1), axis=0, return_index=True, return_counts=True
     )

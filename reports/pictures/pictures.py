@@ -67,17 +67,17 @@ class Job:
 def draw(scenes: Sequence[SceneRecord]) -> list[Picture]:
     """Return one picture or note per scene. Renderer failures raise no error."""
     jobs = [_job(scene) for scene in scenes]
-    wanted = [job for job in jobs if isinstance(job, Job)]
-    images = iter(render([job.arrays for job in wanted]))
-    found = []
+    drawable = [job for job in jobs if isinstance(job, Job)]
+    images = iter(render([job.arrays for job in drawable]))
+    drawn = []
     for job in jobs:
         if isinstance(job, str):
-            found.append(Picture(note=job))
+            drawn.append(Picture(note=job))
             continue
         png = next(images)
         note = "" if png else RENDERER_MISSING
-        found.append(Picture(png, job.caption, job.bar, note, _view(job.arrays)))
-    return found
+        drawn.append(Picture(png, job.caption, job.bar, note, _view(job.arrays)))
+    return drawn
 
 
 def _view(arrays: dict[str, np.ndarray]) -> dict[str, Any] | None:
@@ -112,7 +112,9 @@ def render(jobs: Sequence[dict[str, np.ndarray]], command: Sequence[str] = ()) -
 
 def _run(inputs: list[Path], command: Sequence[str]) -> None:
     start = list(command) or [sys.executable, "-m", "reports.pictures.rendering"]
-    pairs = [str(path) for one in inputs for path in (one, one.with_suffix(".png"))]
+    pairs = [
+        str(path) for input_path in inputs for path in (input_path, input_path.with_suffix(".png"))
+    ]
     root = str(Path(__file__).resolve().parents[2])
     environment = {name: value for name, value in os.environ.items() if name != "DISPLAY"}
     environment["PYTHONPATH"] = os.pathsep.join(
@@ -260,5 +262,7 @@ def _rounded(factor: float) -> float:
     return max(1.0, float(f"{factor:.0e}"))
 
 
-def _exaggerated(what: str, factor: float) -> str:
-    return f"{what} exaggerated {fmt.number(factor, 1)} times." if factor > 1 else "To scale."
+def _exaggerated(deformation: str, factor: float) -> str:
+    return (
+        f"{deformation} exaggerated {fmt.number(factor, 1)} times." if factor > 1 else "To scale."
+    )

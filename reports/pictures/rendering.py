@@ -53,11 +53,11 @@ def _draw_rough(job: dict[str, np.ndarray], output: Path) -> None:
     h, contact = heights[::step, ::step], touching[::step, ::step]
     z = (h - h.mean()) * float(job["exaggeration"]) / job["size"].max()
     surface = pyvista.StructuredGrid(x, y, z)
-    shown = np.where(contact, np.nan, h)
+    free = np.where(contact, np.nan, h)
     plotter = _plotter()
     plotter.add_mesh(
         surface,
-        scalars=shown.ravel(order="F"),
+        scalars=free.ravel(order="F"),
         cmap="cividis",
         clim=[heights.min(), heights.max()],
         nan_color=CONTACT,

@@ -51,7 +51,7 @@ def _rough(job: dict[str, np.ndarray]) -> tuple[dict[str, Any], np.ndarray]:
     scale += [[0.985, CONTACT], [1.0, CONTACT]]
     axes = [(np.arange(n) + 0.5) / n * s for n, s in zip(heights.shape, side, strict=True)]
     return _surface(
-        [each[::step] for each in axes], z[::step, ::step], colour[::step, ::step], scale
+        [axis[::step] for axis in axes], z[::step, ::step], colour[::step, ::step], scale
     )
 
 
@@ -64,11 +64,11 @@ def _hill(job: dict[str, np.ndarray]) -> tuple[dict[str, Any], np.ndarray]:
         np.abs(values - where[inside].mean()) <= side / 2
         for values, where in zip(axes, (x, y), strict=True)
     ]
-    shown = p[np.ix_(*near)] / float(job["highest"])
-    step = int(np.ceil(max(shown.shape) / MOST_POINTS))
+    pressure = p[np.ix_(*near)] / float(job["highest"])
+    step = int(np.ceil(max(pressure.shape) / MOST_POINTS))
     axes = [(values[keep] / side)[::step] for values, keep in zip(axes, near, strict=True)]
-    shown = shown[::step, ::step]
-    return _surface(axes, 0.4 * shown, shown, "Viridis")
+    pressure = pressure[::step, ::step]
+    return _surface(axes, 0.4 * pressure, pressure, "Viridis")
 
 
 def _surface(

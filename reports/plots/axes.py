@@ -25,12 +25,14 @@ def value_axis(
     a bar that almost reaches zero would dominate it.
     """
     scale = fmt.prefix_for(values, quantity(name).unit)
-    known = values[np.isfinite(values) & (values > 0)]
-    if not log or not len(known):
+    positive = values[np.isfinite(values) & (values > 0)]
+    if not log or not len(positive):
         return Axis(quantity=name, scale=scale)
     wide = np.asarray(edges, dtype=float)
-    wide = np.clip(wide[np.isfinite(wide)], known.min() / HALF_DECADE, known.max() * HALF_DECADE)
-    limits = padded(np.concatenate([known, wide]), 0.06, 0.05)
+    wide = np.clip(
+        wide[np.isfinite(wide)], positive.min() / HALF_DECADE, positive.max() * HALF_DECADE
+    )
+    limits = padded(np.concatenate([positive, wide]), 0.06, 0.05)
     ticks = log_ticks(limits, lambda v: fmt.number(v, 1), factor=scale.factor)
     return Axis(quantity=name, scale=scale, log=True, limits=limits, ticks=ticks)
 
@@ -63,14 +65,14 @@ def padded(values: np.ndarray, share: float, least: float) -> tuple[float, float
 def error_range(sizes: np.ndarray, tolerance: float) -> tuple[float, float]:
     """Return whole decades, at least two, that contain all errors and the tolerance."""
     # Larger errors than an axis can have decades for come from damaged results only.
-    known = sizes[(sizes < 1e200) & (sizes > fmt.ROUND_OFF)]
-    low = min(float(known.min()) if len(known) else tolerance, tolerance) / 1.5
-    high = max(float(known.max()) if len(known) else tolerance, tolerance) * 1.5
+    finite = sizes[(sizes < 1e200) & (sizes > fmt.ROUND_OFF)]
+    low = min(float(finite.min()) if len(finite) else tolerance, tolerance) / 1.5
+    high = max(float(finite.max()) if len(finite) else tolerance, tolerance) * 1.5
     low, high = 10.0 ** np.floor(np.log10(low)), 10.0 ** np.ceil(np.log10(high))
     return float(max(low, 1e-16)), float(max(high, 100 * low))
 
 
-def asked(tolerance: float) -> Level:
+def tolerance_line(tolerance: float) -> Level:
     """Return the line at the requested tolerance."""
     return Level(tolerance, f"asked: {fmt.tolerance(tolerance)}")
 
@@ -101,5 +103,5 @@ def wants_log(values: Iterable[object], span: float = LOG_SPAN) -> bool:
     >>> wants_log([1, 2, 5]), wants_log([1e-7, 1e-5]), wants_log([0.0, 1.0])
     (False, True, False)
     """
-    known = np.array([float(v) for v in values if fmt.finite(v)])
-    return bool(len(known) and known.min() > 0 and known.max() / known.min() > span)
+    finite = np.array([float(v) for v in values if fmt.finite(v)])
+    return bool(len(finite) and finite.min() > 0 and finite.max() / finite.min() > span)

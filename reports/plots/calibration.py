@@ -54,7 +54,7 @@ def _hover(case: Case) -> str:
 
 def widths(cases: list[Case]) -> Figure:
     """Return the fraction of cases whose bar is at most k times the error, against k."""
-    ticks = tuple((float(each), f"{each:g}") for each in WIDTHS)
+    ticks = tuple((float(width), f"{width:g}") for width in WIDTHS)
     return Figure(
         "widths",
         "How wide are the bars?",

@@ -8,7 +8,7 @@ from comparisons import formatting as fmt
 from comparisons.judging.verdicts import NOT_RESOLVED, OUTSIDE, WITHIN
 from comparisons.questions.claims.record import ClaimRecord, PointRecord
 from comparisons.questions.claims.wording import value
-from reports.plots.axes import asked, error_axis, error_range
+from reports.plots.axes import error_axis, error_range, tolerance_line
 from reports.plots.figure import Axis, Figure, Series, Stretch
 from reports.plots.style import BLUE, CIRCLE, GREEN, VERMILION, Look, Marker
 
@@ -36,9 +36,11 @@ def evidence(claim: ClaimRecord, fewest: int = 2) -> Figure | None:
         CAPTION,
         Axis(claim.parameter, log=claim.spacing == "log"),
         error_axis(low, high, "magnitude of relative error"),
-        tuple(_marks(own, word, low) for word, own in groups.items() if own),
-        levels=(asked(claim.tolerance),),
-        stretches=tuple(Stretch(each.low, each.high, GREEN, "holds") for each in claim.ranges),
+        tuple(_marks(points, word, low) for word, points in groups.items() if points),
+        levels=(tolerance_line(claim.tolerance),),
+        stretches=tuple(
+            Stretch(interval.low, interval.high, GREEN, "holds") for interval in claim.ranges
+        ),
     )
 
 
@@ -57,10 +59,10 @@ def _marks(points: list[PointRecord], word: str, low: float) -> Series:
 
 def _hover(point: PointRecord) -> str:
     lines = [f"{value(point.parameter or 0.0)}: {fmt.plus_minus(point.error, point.uncertainty)}"]
-    lines += [f"{key}: {detail(given)}" for key, given in point.details.items()]
+    lines += [f"{key}: {detail(number)}" for key, number in point.details.items()]
     return "\n".join(lines)
 
 
-def detail(given: float | str | None) -> str:
+def detail(number: float | str | None) -> str:
     """Return a detail of a measurement as text."""
-    return given if isinstance(given, str) else fmt.number(given)
+    return number if isinstance(number, str) else fmt.number(number)

@@ -61,17 +61,22 @@ def curve(scene: SceneRecord, across: str, up: str) -> Figure | None:
 
     Along a path the points are joined in order, so that hysteresis loops are visible.
     """
-    every = (
+    candidates = (
         _Curve(scene, method, selection.curve(scene, method), across, up)
         for method in drawing_order(selection.methods(scene))
     )
-    drawn = [each for each in every if each.known]
+    drawn = [method_curve for method_curve in candidates if method_curve.is_drawn]
     if not drawn:
         return None
-    x, y = (np.concatenate([each.column(name) for each in drawn]) for name in (across, up))
-    bands = tuple(band for each in drawn for band in each.bands())
-    edges = np.concatenate([np.empty(0), *(each for b in bands for each in (b.low, b.high))])
-    loads = np.concatenate([each.column(selection.drawn_along(scene)) for each in drawn])
+    x, y = (
+        np.concatenate([method_curve.column(name) for method_curve in drawn])
+        for name in (across, up)
+    )
+    bands = tuple(band for method_curve in drawn for band in method_curve.bands())
+    edges = np.concatenate([np.empty(0), *(edge for b in bands for edge in (b.low, b.high))])
+    loads = np.concatenate(
+        [method_curve.column(selection.drawn_along(scene)) for method_curve in drawn]
+    )
     log = wants_log(loads) and not scene.is_path
     # Load curves are near power laws; what is drawn over speeds need not be.
     upright = log and (scene.control in NORMAL or wants_log(y, SPREAD))
@@ -82,7 +87,7 @@ def curve(scene: SceneRecord, across: str, up: str) -> Figure | None:
         _caption(scene, up),
         value_axis(across, x, log, edges if up == scene.control else ()),
         value_axis(up, y, upright, () if up == scene.control else edges),
-        tuple(each.series for each in drawn),
+        tuple(method_curve.series for method_curve in drawn),
         bands,
         quantity=up,
     )
@@ -102,9 +107,9 @@ class _Curve:
         return selection.column(self.rows, name)
 
     @property
-    def known(self) -> bool:
-        here = np.isfinite(self.column(self.across)) & np.isfinite(self.column(self.up))
-        return bool(here.any())
+    def is_drawn(self) -> bool:
+        defined = np.isfinite(self.column(self.across)) & np.isfinite(self.column(self.up))
+        return bool(defined.any())
 
     @property
     def resolution(self) -> float:
@@ -121,14 +126,14 @@ class _Curve:
     @property
     def series(self) -> Series:
         exact = self.method == "closed_form"
-        own = look(self.method)
+        style = look(self.method)
         half, size = self._half_widths(), np.abs(self.column(self.name))
         visible = bool(np.any(half > VISIBLE * np.nanmax(size, initial=0.0)))
         return Series(
-            *(own, self.column(self.across), self.column(self.up)),
+            *(style, self.column(self.across), self.column(self.up)),
             marks=not exact,
             bars=half if visible and not self.sideways else None,
-            hover=own.label if exact else f"{own.label}, N = {fmt.number(self.resolution, 6)}",
+            hover=style.label if exact else f"{style.label}, N = {fmt.number(self.resolution, 6)}",
         )
 
     def _half_widths(self) -> np.ndarray:
@@ -162,8 +167,8 @@ class _Curve:
 
 
 def _is_line(method: str) -> bool:
-    known = METHODS.get(method)
-    return known is not None and known.dimension == 1
+    row = METHODS.get(method)
+    return row is not None and row.dimension == 1
 
 
 def quantiles(single: pd.DataFrame, name: str, steps: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -203,11 +208,13 @@ def solution_figure(result: SingleResult, quantity: str | None = None) -> Figure
     control, axis = result.plan.loads.control, result.plan.loads.axis
     along = "time" if axis == "time" and "time" in columns else control
     if quantity is None:
-        given = [q for q in result.plan.scene.compare.quantities if q in columns and q != along]
-        quantity = given[0] if given else next(iter(columns))
+        compared = [q for q in result.plan.scene.compare.quantities if q in columns and q != along]
+        quantity = compared[0] if compared else next(iter(columns))
     x, y = (np.asarray(columns[name], dtype=float) for name in (along, quantity))
     log = along in NORMAL and wants_log(x) and bool((y[np.isfinite(y)] > 0).all())
-    own = look(result.method)
+    style = look(result.method)
     heading = result.plan.scene.heading
     axes = value_axis(along, x, log), value_axis(quantity, y, log)
-    return Figure(f"curve-{quantity}", heading, "", *axes, (Series(own, x, y),), quantity=quantity)
+    return Figure(
+        f"curve-{quantity}", heading, "", *axes, (Series(style, x, y),), quantity=quantity
+    )

@@ -12,7 +12,7 @@ from comparisons import formatting as fmt
 from comparisons.facts.quantities import NORMAL, quantity
 from comparisons.results import selection
 from comparisons.results.store import SceneRecord
-from reports.plots.axes import asked, error_axis, error_range, value_axis, wants_log
+from reports.plots.axes import error_axis, error_range, tolerance_line, value_axis, wants_log
 from reports.plots.curves import TRUTH_BAR
 from reports.plots.figure import Band, Figure, Series
 from reports.plots.style import CROSS, drawing_order, look
@@ -51,7 +51,7 @@ def error_figure(scene: SceneRecord, name: str) -> Figure | None:
         *axes,
         (*series, *_lost_steps(scene, high)),
         _floor(scene, tables, name, low),
-        (asked(scene.tolerance),),
+        (tolerance_line(scene.tolerance),),
         quantity=name,
     )
 
@@ -93,18 +93,18 @@ def _floor(
 
 
 def _series(scene: SceneRecord, method: str, rows: pd.DataFrame, name: str, low: float) -> Series:
-    own, error = look(method), selection.column(rows, f"error_{name}")
+    style, error = look(method), selection.column(rows, f"error_{name}")
     loads, unit = selection.compared_along(scene, rows), quantity(scene.along).unit
     level = fmt.number(selection.column(rows, "resolution")[0], 6)
     texts = (
-        f"{own.label}, N = {level}\n{fmt.with_unit(load, unit)}\nerror {fmt.relative(value)}"
+        f"{style.label}, N = {level}\n{fmt.with_unit(load, unit)}\nerror {fmt.relative(value)}"
         for load, value in zip(loads, error, strict=True)
     )
     return Series(
-        *(own, loads, np.maximum(np.abs(error), low)),
+        *(style, loads, np.maximum(np.abs(error), low)),
         hollow=~(error >= 0),
         hover=tuple(texts),
-        size=max(own.size - 1, 7),
+        size=max(style.size - 1, 7),
         width=1.5,
     )
 
@@ -114,7 +114,7 @@ def _lost_steps(scene: SceneRecord, high: float) -> list[Series]:
     lost: dict[str, dict[float, list[str]]] = {}
     for item in selection.failures(scene):
         if np.isfinite(item.load):
-            lost.setdefault(item.method, {}).setdefault(item.load, []).append(why(item))
+            lost.setdefault(item.method, {}).setdefault(item.load, []).append(refusal(item))
     return [
         failed(method, reasons, high, ["\n".join(texts) for texts in reasons.values()])
         for method, reasons in lost.items()
@@ -123,9 +123,9 @@ def _lost_steps(scene: SceneRecord, high: float) -> list[Series]:
 
 def failed(method: str, x: Iterable[float], edge: float, reasons: list[str]) -> Series:
     """Return crosses at the upper edge of a plot."""
-    own, places = look(method), np.array(list(x), dtype=float)
+    style, places = look(method), np.array(list(x), dtype=float)
     return Series(
-        replace(own, label=f"{own.label}: failed", marker=CROSS, size=11),
+        replace(style, label=f"{style.label}: failed", marker=CROSS, size=11),
         places,
         # A hair inside: rounding in the logarithm must not push them out of the plot.
         np.full(len(places), 0.995 * edge),
@@ -135,6 +135,6 @@ def failed(method: str, x: Iterable[float], edge: float, reasons: list[str]) -> 
     )
 
 
-def why(item: selection.Failure) -> str:
+def refusal(item: selection.Failure) -> str:
     """Return the setting and the reason of a failure."""
     return f"{look(item.method).label}, N = {fmt.number(item.resolution, 6)}: {item.reason}"

@@ -53,8 +53,8 @@ class Axis:
         """The title as plain text, with symbol and unit."""
         if self.quantity:
             return quantity(self.quantity).title(self.scale.unit)
-        words = f"{self.title} {self.symbol}".strip()
-        return f"{words} / {self.scale.unit}" if self.scale.unit else words
+        name = f"{self.title} {self.symbol}".strip()
+        return f"{name} / {self.scale.unit}" if self.scale.unit else name
 
 
 @dataclass(frozen=True)

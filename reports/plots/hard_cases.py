@@ -25,15 +25,17 @@ CAPTION = (
 
 def stability(record: HardCasesRecord) -> Figure | None:
     """Return the plot, or None if nothing was solved."""
-    solved = [each for each in record.outcomes if each.kind in SOLVED]
-    times = np.array([each.seconds for each in solved if each.seconds], dtype=float)
+    solved = [outcome for outcome in record.outcomes if outcome.kind in SOLVED]
+    times = np.array([outcome.seconds for outcome in solved if outcome.seconds], dtype=float)
     if not len(times):
         return None
     span = float(times.min()) / MARGIN, float(times.max()) * MARGIN
-    total = [_height(each) for each in solved]
+    total = [_height(outcome) for outcome in solved]
     edges = max(SMALLEST, min(total) / MARGIN), min(LARGEST, max(*total, 0.05) * MARGIN)
     names = drawing_order(record.methods)
-    series = [_series(name, [each for each in solved if each.method == name]) for name in names]
+    series = [
+        _series(name, [outcome for outcome in solved if outcome.method == name]) for name in names
+    ]
     series += _failures(record, names, span, edges[1])
     return Figure(
         "stability",
@@ -41,7 +43,7 @@ def stability(record: HardCasesRecord) -> Figure | None:
         CAPTION,
         log_axis("time", span, fmt.duration),
         log_axis("largest error", edges, lambda value: fmt.relative(value, 1)),
-        tuple(each for each in series if len(each.x)),
+        tuple(drawn for drawn in series if len(drawn.x)),
         levels=(Level(0.01, colour=MUTED, dash=DOTTED),),
     )
 
@@ -51,20 +53,20 @@ def _height(outcome: OutcomeRecord) -> float:
     return float(np.clip(error, SMALLEST, LARGEST))
 
 
-def _series(method: str, own: list[OutcomeRecord]) -> Series:
+def _series(method: str, outcomes: list[OutcomeRecord]) -> Series:
     drawn = look(method)
     return Series(
         drawn,
-        np.array([each.seconds for each in own], dtype=float),
-        np.array([_height(each) for each in own]),
+        np.array([outcome.seconds for outcome in outcomes], dtype=float),
+        np.array([_height(outcome) for outcome in outcomes]),
         line=False,
-        hover=tuple(f"{drawn.label}, {each.title}: {_words(each)}" for each in own),
+        hover=tuple(f"{drawn.label}, {outcome.title}: {_ending(outcome)}" for outcome in outcomes),
         size=max(drawn.size - 2, 6),
         faint=0.75,
     )
 
 
-def _words(outcome: OutcomeRecord) -> str:
+def _ending(outcome: OutcomeRecord) -> str:
     if outcome.kind not in SOLVED:
         return f"{outcome.kind}: {outcome.reason}"
     text = f"{outcome.kind}, {fmt.relative(outcome.error)} in {fmt.duration(outcome.seconds)}"
@@ -77,12 +79,16 @@ def _failures(
     """Return crosses for failures; a method not meant for a case has not failed."""
     unplaced, series = 0, []
     for name in names:
-        own = [e for e in record.outcomes if e.method == name and e.kind in ("refused", "lost")]
+        failures = [
+            e for e in record.outcomes if e.method == name and e.kind in ("refused", "lost")
+        ]
         x = []
-        for each in own:
+        for failure in failures:
             # Without a time: at the right edge, side by side.
-            x.append(each.seconds or span[1] / (span[1] / span[0]) ** (0.008 * unplaced))
-            unplaced += each.seconds is None
-        reasons = [f"{look(name).label}, {each.title}: {_words(each)}" for each in own]
+            x.append(failure.seconds or span[1] / (span[1] / span[0]) ** (0.008 * unplaced))
+            unplaced += failure.seconds is None
+        reasons = [
+            f"{look(name).label}, {failure.title}: {_ending(failure)}" for failure in failures
+        ]
         series.append(failed(name, x, high, reasons))
     return series

@@ -31,9 +31,11 @@ def spec(figure: Figure) -> dict[str, Any]:
     if not figure.earlier:
         return last
     frames = []
-    for each in (*figure.earlier, figure):
-        moved = [_differing(*pair) for pair in zip(_traces(each), traces, strict=True)]
-        frames.append({"data": moved, "layout": {"shapes": _shapes(each)} if figure.levels else {}})
+    for frame in (*figure.earlier, figure):
+        moved = [_differing(*pair) for pair in zip(_traces(frame), traces, strict=True)]
+        frames.append(
+            {"data": moved, "layout": {"shapes": _shapes(frame)} if figure.levels else {}}
+        )
     return last | {"frames": frames}
 
 
@@ -77,7 +79,7 @@ def _marker(series: Series) -> dict[str, Any]:
     hollow = np.asarray(series.hollow)
     marker: dict[str, Any] = {
         "color": look.colour,
-        "symbol": [f"{name}-open" if each else name for each in hollow]
+        "symbol": [f"{name}-open" if is_open else name for is_open in hollow]
         if hollow.ndim
         else f"{name}-open" * bool(hollow) or name,
         "size": series.size or look.size,
@@ -122,8 +124,8 @@ def _band(band: Band, x: fmt.Scale, y: fmt.Scale) -> dict[str, Any]:
     )
     if len(along) < 2:
         along = low = high = np.empty(0)
-    there = np.concatenate([along, along[::-1]]), np.concatenate([low, high[::-1]])
-    right, up = reversed(there) if band.sideways else there
+    outline = np.concatenate([along, along[::-1]]), np.concatenate([low, high[::-1]])
+    right, up = reversed(outline) if band.sideways else outline
     return {
         "type": "scatter",
         "x": numbers(right, x.factor),
@@ -172,10 +174,10 @@ def coded_map(values: np.ndarray) -> dict[str, Any]:
 
     One code unit is the highest value divided by 65535; smaller positive values are given code 1.
     """
-    known = np.nan_to_num(values, nan=0.0)
-    highest = float(known.max(initial=0.0))
+    finite = np.nan_to_num(values, nan=0.0)
+    highest = float(finite.max(initial=0.0))
     step = highest / LARGEST_CODE if highest > 0 else 1.0
-    codes = np.clip(np.round(known / step), np.where(known > 0, 1, 0), LARGEST_CODE)
+    codes = np.clip(np.round(finite / step), np.where(finite > 0, 1, 0), LARGEST_CODE)
     text = base64.b64encode(codes.astype("<u2").tobytes()).decode()
     return {"codes": text, "shape": list(values.shape), "step": float(f"{step:.6g}")}
 
@@ -190,29 +192,29 @@ def _layout(figure: Figure) -> dict[str, Any]:
             layout[name] |= {"constrain": "domain", "showgrid": False}
         layout["yaxis"]["scaleanchor"] = "x"
     layout["shapes"] = _shapes(figure)
-    layout["annotations"] = [_level_note(each) for each in figure.levels if each.label]
+    layout["annotations"] = [_level_note(level) for level in figure.levels if level.label]
     if layout["annotations"]:
         layout["margin"] = NOTE_MARGIN
-    layout["annotations"] += [_guide_note(each, figure.x) for each in figure.guides if each.text]
+    layout["annotations"] += [_guide_note(guide, figure.x) for guide in figure.guides if guide.text]
     return {key: value for key, value in layout.items() if value} | (
         {} if figure.legend else {"showlegend": False}
     )
 
 
 def _axis(axis: Axis) -> dict[str, Any]:
-    found: dict[str, Any] = {
+    layout: dict[str, Any] = {
         "title": {"text": _title(axis)},
         "type": "log" if axis.log else "linear",
     }
     if axis.limits:
         limits = np.array(axis.limits) * axis.scale.factor
-        found["range"] = [float(each) for each in (np.log10(limits) if axis.log else limits)]
+        layout["range"] = [float(end) for end in (np.log10(limits) if axis.log else limits)]
     elif axis.quantity:
-        found["rangemode"] = "tozero"
+        layout["rangemode"] = "tozero"
     if axis.ticks:
-        found["tickvals"] = numbers([value for value, _ in axis.ticks], axis.scale.factor)
-        found["ticktext"] = [text for _, text in axis.ticks]
-    return found
+        layout["tickvals"] = numbers([value for value, _ in axis.ticks], axis.scale.factor)
+        layout["ticktext"] = [text for _, text in axis.ticks]
+    return layout
 
 
 def _title(axis: Axis) -> str:
@@ -226,9 +228,9 @@ def _title(axis: Axis) -> str:
 
 
 def _shapes(figure: Figure) -> list[dict[str, Any]]:
-    shapes = [_stretch(each, figure.x) for each in figure.stretches]
-    shapes += [_level(each, figure.y) for each in figure.levels if np.isfinite(each.value)]
-    return shapes + [_guide(each, figure.x) for each in figure.guides]
+    shapes = [_stretch(stretch, figure.x) for stretch in figure.stretches]
+    shapes += [_level(level, figure.y) for level in figure.levels if np.isfinite(level.value)]
+    return shapes + [_guide(guide, figure.x) for guide in figure.guides]
 
 
 def _level(level: Level, axis: Axis) -> dict[str, Any]:
@@ -290,7 +292,7 @@ def _guide_note(guide: Guide, axis: Axis) -> dict[str, Any]:
 
 def _stretch(stretch: Stretch, axis: Axis) -> dict[str, Any]:
     """Return a shaded interval, or a line for a single point."""
-    ends = [each * axis.scale.factor for each in (stretch.low, stretch.high)]
+    ends = [end * axis.scale.factor for end in (stretch.low, stretch.high)]
     return {
         "type": "rect",
         "yref": "paper",

@@ -37,10 +37,10 @@ def loads_of(scene: SceneRecord) -> Loads:
     if len(chosen) < 2:
         return NO_LOADS
     values = selection.column(rows, scene.control)
-    known = quantity(scene.control)
+    row = quantity(scene.control)
     labels = []
     for step in chosen:
-        here = values[(steps == step) & np.isfinite(values)]
-        size = fmt.with_unit(here[0], known.unit) if len(here) else fmt.MISSING
-        labels.append(f"{known.label} {size} (load {step + 1} of {count})")
+        loads_of_step = values[(steps == step) & np.isfinite(values)]
+        size = fmt.with_unit(loads_of_step[0], row.unit) if len(loads_of_step) else fmt.MISSING
+        labels.append(f"{row.label} {size} (load {step + 1} of {count})")
     return Loads(chosen, tuple(labels))

@@ -43,7 +43,7 @@ def _earlier_depths(scene: SceneRecord, loads: Loads) -> list[float]:
     steps, depth = selection.column(rows, "step"), selection.column(rows, "penetration")
     # The first realisation stands first.
     first = [depth[steps == step][:1] for step in loads.steps[:-1]]
-    return [float(each[0]) if len(each) else float("nan") for each in first]
+    return [float(depths[0]) if len(depths) else float("nan") for depths in first]
 
 
 def _line_figure(scene: SceneRecord, fields: dict[str, np.ndarray]) -> Figure:

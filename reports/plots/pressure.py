@@ -77,19 +77,19 @@ def _trusted(item: Field) -> tuple[bool, bool]:
 
 def pressure_fields(scene: SceneRecord) -> list[Field]:
     """Return the stored pressures of each method at its finest resolution, in drawing order."""
-    found = []
+    fields = []
     for method in drawing_order(selection.methods(scene)):
         levels = sorted(level for name, level in scene.fields if name == method)
         stored = scene.load_fields(method, levels[-1]) if levels else {}
         last = _field(method, levels[-1], stored) if levels else None
         if last is not None:
             earlier = {
-                step: each
+                step: at_load
                 for step in stored_steps(stored)
-                if (each := _field(method, levels[-1], at_step(stored, step))) is not None
+                if (at_load := _field(method, levels[-1], at_step(stored, step))) is not None
             }
-            found.append(replace(last, earlier=earlier))
-    return found
+            fields.append(replace(last, earlier=earlier))
+    return fields
 
 
 def _field(method: str, level: int, stored: dict[str, np.ndarray]) -> Field | None:
@@ -132,8 +132,10 @@ def _contact_scales(scene: SceneRecord) -> tuple[float, float]:
 
 
 def _radial(fields: list[Field], radius: float, mean: float, loads: Loads) -> Figure:
-    curves = [[_scaled(each, radius, mean) for each in _at_loads(item, loads)] for item in fields]
-    highest = max(float(np.nanmax(p, initial=0.0)) for each in curves for _, p in each)
+    curves = [
+        [_scaled(at_load, radius, mean) for at_load in _at_loads(item, loads)] for item in fields
+    ]
+    highest = max(float(np.nanmax(p, initial=0.0)) for curve in curves for _, p in curve)
     caption = (
         f"Contact pressure. a = {fmt.with_unit(radius, 'm')} is the contact radius and "
         f"F/(πa²) = {fmt.with_unit(mean, 'Pa')} the mean pressure, both of the reference at the "
@@ -167,9 +169,11 @@ def _with_profiles(
 ) -> Figure:
     """Return a figure with profiles; `curves` holds one (x, p) per load for each field."""
     # Every load is drawn as the last one: only the values move.
-    series = [_profile_series(item, *each[-1]) for item, each in zip(fields, curves, strict=True)]
+    series = [
+        _profile_series(item, *profiles[-1]) for item, profiles in zip(fields, curves, strict=True)
+    ]
     at_loads = (
-        tuple(_moved(s, *each) for s, each in zip(series, at_load, strict=True))
+        tuple(_moved(s, *profiles) for s, profiles in zip(series, at_load, strict=True))
         for at_load in zip(*curves, strict=True)
     )
     return _moving([replace(empty, series=drawn) for drawn in at_loads])
@@ -192,14 +196,14 @@ def _along_radius(item: Field) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _profile_series(item: Field, r: np.ndarray, p: np.ndarray) -> Series:
-    own = look(item.method)
+    style = look(item.method)
     mesh = not item.on_a_line and not item.on_a_grid
     return Series(
-        *(own, r, p),
+        *(style, r, p),
         line=not mesh,
         marks=mesh or (len(r) <= 60 and item.method != "closed_form"),
-        hover=f"{own.label}, N = {item.resolution}",
-        size=max(own.size - 3, 5),
+        hover=f"{style.label}, N = {item.resolution}",
+        size=max(style.size - 3, 5),
         digits=4,  # all that a profile on a screen can show
     )
 
@@ -252,8 +256,8 @@ def _map(item: Field, loads: Loads) -> Figure:
         Axis("y", scale=across, limits=_outer(y)),
         quantity="pressure",
     )
-    shown = _at_loads(item, loads if item.earlier else NO_LOADS)
-    return _moving([replace(figure, map=_filled(empty, each)) for each in shown])
+    frames = _at_loads(item, loads if item.earlier else NO_LOADS)
+    return _moving([replace(figure, map=_filled(empty, frame)) for frame in frames])
 
 
 def _filled(empty: Map, item: Field | None) -> Map:
@@ -284,11 +288,11 @@ def _outer(centres: np.ndarray) -> tuple[float, float]:
 
 def _ceiling(values: np.ndarray) -> float | None:
     """Return the upper end of the colour scale if a few pixels far exceed all others."""
-    known = values[np.isfinite(values)]
-    if len(known) < 20:
+    finite = values[np.isfinite(values)]
+    if len(finite) < 20:
         return None
-    high = float(np.quantile(known, 0.995))
-    return high if known.max() > 2 * high else None
+    high = float(np.quantile(finite, 0.995))
+    return high if finite.max() > 2 * high else None
 
 
 def _cut(fields: list[Field], chosen: Field, loads: Loads) -> Figure:
@@ -296,9 +300,11 @@ def _cut(fields: list[Field], chosen: Field, loads: Loads) -> Figure:
     height = float(chosen.y[np.argmax(chosen.pressure)]) if chosen.rough else 0.0
     extent = np.ptp(chosen.x[chosen.pressure > 0])
     centre = 0.0 if not chosen.rough else float(chosen.x.mean())
-    curves = [[_row(each, height, extent) for each in _at_loads(item, loads)] for item in fields]
-    across = fmt.prefix_for(np.concatenate([each[-1][0] for each in curves]), "m")
-    highest = max(float(np.max(each[-1][1])) for each in curves)
+    curves = [
+        [_row(at_load, height, extent) for at_load in _at_loads(item, loads)] for item in fields
+    ]
+    across = fmt.prefix_for(np.concatenate([curve[-1][0] for curve in curves]), "m")
+    highest = max(float(np.max(curve[-1][1])) for curve in curves)
     where = f"y = {fmt.with_unit(height, 'm')}" if height else "y = 0"
     empty = Figure(
         "pressure-cut",

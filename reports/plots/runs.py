@@ -57,41 +57,41 @@ TIMES = _Compared(
 
 def comparison_figures(record: RunComparison) -> list[Figure]:
     """Return the plots, without empty ones."""
-    return [figure for each in (ERRORS, TIMES) if (figure := _figure(record, each))]
+    return [figure for measure in (ERRORS, TIMES) if (figure := _figure(record, measure))]
 
 
-def _figure(record: RunComparison, what: _Compared) -> Figure | None:
-    shown = [c for c in record.changes if all(np.isfinite(v) and v > 0 for v in what.pair(c))]
-    if not shown:
+def _figure(record: RunComparison, measure: _Compared) -> Figure | None:
+    changes = [c for c in record.changes if all(np.isfinite(v) and v > 0 for v in measure.pair(c))]
+    if not changes:
         return None
-    values = np.array([what.pair(each) for each in shown])
+    values = np.array([measure.pair(change) for change in changes])
     span = float(values.min()) / MARGIN, float(values.max()) * MARGIN
-    names = drawing_order({each.method for each in shown})
+    names = drawing_order({change.method for change in changes})
     line = Series(DIAGONAL, np.array(span), np.array(span), marks=False, legend=False, width=1)
     return Figure(
-        what.key,
-        f"{what.word.capitalize()} before and after",
-        what.caption,
-        log_axis(f"{what.word} before", span, what.label),
-        log_axis(f"{what.word} after", span, what.label),
-        (line, *(_series(n, [c for c in shown if c.method == n], what) for n in names)),
+        measure.key,
+        f"{measure.word.capitalize()} before and after",
+        measure.caption,
+        log_axis(f"{measure.word} before", span, measure.label),
+        log_axis(f"{measure.word} after", span, measure.label),
+        (line, *(_series(n, [c for c in changes if c.method == n], measure) for n in names)),
     )
 
 
-def _series(method: str, own: list[Change], what: _Compared) -> Series:
-    drawn, pairs = look(method), [what.pair(each) for each in own]
+def _series(method: str, changes: list[Change], measure: _Compared) -> Series:
+    drawn, pairs = look(method), [measure.pair(change) for change in changes]
     before, after = np.array(pairs).T
     texts = (
         f"{drawn.label}, {c.scene}, N = {c.resolution}: "
-        f"{what.label(pair[0])} before, {what.label(pair[1])} after; {c.text}"
-        for c, pair in zip(own, pairs, strict=True)
+        f"{measure.label(pair[0])} before, {measure.label(pair[1])} after; {c.text}"
+        for c, pair in zip(changes, pairs, strict=True)
     )
     return Series(
         drawn,
         before,
         after,
         line=False,
-        hollow=np.array([any(kind in BAD for kind in c.kinds) for c in own]),
+        hollow=np.array([any(kind in BAD for kind in c.kinds) for c in changes]),
         hover=tuple(texts),
         faint=0.8,
     )

@@ -12,9 +12,9 @@ from comparisons.facts.quantities import QUANTITIES, quantity
 from comparisons.results import selection
 from comparisons.results.decisions import equal_at
 from comparisons.results.store import SceneRecord
-from reports.plots.axes import asked, error_axis, error_range, padded, time_axis
+from reports.plots.axes import error_axis, error_range, padded, time_axis, tolerance_line
 from reports.plots.curves import TRUTH_BAR
-from reports.plots.errors import failed, why
+from reports.plots.errors import failed, refusal
 from reports.plots.figure import Band, Figure, Guide, Series
 from reports.plots.style import DASHED, MUTED, Look, drawing_order, look
 
@@ -43,17 +43,17 @@ def timed_points(scene: SceneRecord) -> dict[tuple[str, str], pd.DataFrame]:
     """
     table = selection.compared_measures(scene)
     at = np.array(selection.texts(table, "at"))
-    found = {}
-    for name in dict.fromkeys(str(each) for each in table["quantity"]):
+    points = {}
+    for name in dict.fromkeys(str(entry) for entry in table["quantity"]):
         judged = (table["quantity"] == name).to_numpy() & (at == equal_at(scene, name))
-        found[name, equal_at(scene, name)] = _timed(scene, table[judged])
-    return found
+        points[name, equal_at(scene, name)] = _timed(scene, table[judged])
+    return points
 
 
 def _timed(scene: SceneRecord, part: pd.DataFrame) -> pd.DataFrame:
-    known = np.isfinite(selection.column(part, "seconds"))
-    known &= np.isfinite(selection.column(part, "maximum"))
-    points = part[known]
+    finite = np.isfinite(selection.column(part, "seconds"))
+    finite &= np.isfinite(selection.column(part, "maximum"))
+    points = part[finite]
     settings = zip(points["method"], selection.column(points, "resolution"), strict=True)
     truth = [selection.is_reference(scene, method, level) for method, level in settings]
     return points[~np.array(truth, dtype=bool)]
@@ -84,8 +84,8 @@ def _figure(scene: SceneRecord, points: pd.DataFrame, name: str, at: str) -> Fig
         error_axis(low, high, "largest error", quantity(name).label),
         (*series, *_failures(scene, span, high)),
         (floor,) if bar > low else (),
-        (asked(scene.tolerance),),
-        tuple(each for each in GUIDES if span[0] < each.value < span[1]),
+        (tolerance_line(scene.tolerance),),
+        tuple(guide for guide in GUIDES if span[0] < guide.value < span[1]),
         quantity=name,
     )
 
@@ -94,26 +94,28 @@ def time_range(scene: SceneRecord, points: pd.DataFrame) -> tuple[float, float]:
     """Return the limits of a time axis that shows every solve."""
     lost = [item.seconds for item in selection.failures(scene)]
     total = selection.column(points, "seconds")
-    rest = total - np.nan_to_num(selection.column(points, "setup_seconds"))
-    times = np.concatenate([total, rest, lost, _reference_cost(scene)])
+    solve_times = total - np.nan_to_num(selection.column(points, "setup_seconds"))
+    times = np.concatenate([total, solve_times, lost, _reference_cost(scene)])
     times = times[np.isfinite(times) & (times > 0)]
     return padded(times, 0.06, 0.3) if len(times) else (1e-3, 1.0)
 
 
 def _method_series(method: str, points: pd.DataFrame, low: float) -> list[Series]:
     points = points.sort_values("resolution")
-    own = look(method)
+    style = look(method)
     total = selection.column(points, "seconds")
     setup = np.nan_to_num(selection.column(points, "setup_seconds"))
-    shown = np.maximum(selection.column(points, "maximum"), low)
-    hover = tuple(_hover(own.label, row) for row in points.to_dict("records"))
+    errors = np.maximum(selection.column(points, "maximum"), low)
+    hover = tuple(_hover(style.label, row) for row in points.to_dict("records"))
     shared: dict[str, Any] = {"hover": hover, "group": method, "width": 1.5}
-    filled = Series(own, total, shown, size=9, **shared)
+    filled = Series(style, total, errors, size=9, **shared)
     if not (setup > 0).any():
         return [filled]
-    rest = np.where((setup > 0) & (total > setup), total - setup, np.nan)
-    named = own.named(f"{own.label}, without set-up")
-    hollow = Series(named, rest, shown, line=False, hollow=True, legend=False, size=8, **shared)
+    solve_times = np.where((setup > 0) & (total > setup), total - setup, np.nan)
+    renamed = style.labelled(f"{style.label}, without set-up")
+    hollow = Series(
+        renamed, solve_times, errors, line=False, hollow=True, legend=False, size=8, **shared
+    )
     return [hollow, filled]
 
 
@@ -148,9 +150,9 @@ def pareto_front(times: np.ndarray, errors: np.ndarray) -> tuple[list[float], li
 
 def _truth_bar(scene: SceneRecord, name: str, points: pd.DataFrame) -> float:
     """Return the bar of the reference, or else the widest bar of the settings."""
-    known = (scene.reference.get("uncertainty") or {}).get(name)
-    if fmt.finite(known):
-        return float(known)
+    bar = (scene.reference.get("uncertainty") or {}).get(name)
+    if fmt.finite(bar):
+        return float(bar)
     bars = selection.column(points, "uncertainty")
     return float(np.nanmax(bars)) if np.isfinite(bars).any() else 0.0
 
@@ -163,14 +165,14 @@ def _reference_mark(
     cost = _reference_cost(scene)
     if bar <= low or not len(cost) or not span[0] < cost[0] < span[1]:
         return []
-    own = look(method)
+    style = look(method)
     text = (
         f"the reference, N = {fmt.number(level, 6)}: {fmt.duration(cost[0])}, "
         f"known to {fmt.relative(bar)}"
     )
-    named = own.named(f"reference ({own.label})")
+    renamed = style.labelled(f"reference ({style.label})")
     place = cost, np.array([bar])
-    return [Series(named, *place, line=False, outlined=True, size=9, hover=(text,))]
+    return [Series(renamed, *place, line=False, outlined=True, size=9, hover=(text,))]
 
 
 def _reference_cost(scene: SceneRecord) -> np.ndarray:
@@ -196,7 +198,7 @@ def _failures(scene: SceneRecord, span: tuple[float, float], high: float) -> lis
             method,
             [places[key] for key in lost if key[0] == method],
             high,
-            [why(item) for key, item in lost.items() if key[0] == method],
+            [refusal(item) for key, item in lost.items() if key[0] == method],
         )
         for method in dict.fromkeys(item.method for item in lost.values())
     ]

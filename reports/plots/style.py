@@ -50,7 +50,7 @@ class Look:
     dash: Dash = SOLID
     size: float = 8.0
 
-    def named(self, label: str) -> Look:
+    def labelled(self, label: str) -> Look:
         """Return the same look under another name."""
         return replace(self, label=label)
 

@@ -11,9 +11,9 @@ from reports.tables.table import Cell
 NOTHING = Cell(fmt.MISSING, float("nan"), "number")
 
 
-def method(name: str, shown: str = "") -> Cell:
+def method(name: str, label: str = "") -> Cell:
     """Return the name of a method with its colour."""
-    text = shown or look(name).label
+    text = label or look(name).label
     return Cell(text, text, "method", name)
 
 
@@ -42,9 +42,9 @@ def error(value: float, bar: float) -> Cell:
     return Cell(fmt.plus_minus(value, bar), float(value), "number", bar=float(bar))
 
 
-def verdict(*words: str, said: str = "") -> Cell:
-    """Return verdict words; `said` is a longer text to print in their place."""
-    return Cell(said or ", ".join(words), words[0] if words else "", "text", badges=words)
+def verdict(*badges: str, text: str = "") -> Cell:
+    """Return verdict words; `text` is a longer text to print in their place."""
+    return Cell(text or ", ".join(badges), badges[0] if badges else "", "text", badges=badges)
 
 
 def change(before: float, after: float, written: Callable[[float], str] = fmt.relative) -> Cell:

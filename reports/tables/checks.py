@@ -36,14 +36,14 @@ def against_baseline(findings: list[Finding], baseline: str) -> Table:
     """Return every drift, highlighted, and further remarks."""
     rows: list[tuple[str, str, str]] = []
     drifted = set()
-    for scene in dict.fromkeys(each.scene for each in findings):
-        told = [e for e in findings if e.scene == scene and (e.drifted or e.notable)]
-        if not told:
+    for scene in dict.fromkeys(finding.scene for finding in findings):
+        drifts = [e for e in findings if e.scene == scene and (e.drifted or e.notable)]
+        if not drifts:
             rows.append((scene, "", "as in the baseline"))
-        for index, each in enumerate(told):
-            if each.drifted:
+        for index, drift in enumerate(drifts):
+            if drift.drifted:
                 drifted.add(len(rows))
-            rows.append((scene if index == 0 else "", each.subject, each.text))
+            rows.append((scene if index == 0 else "", drift.subject, drift.text))
     title = f"Against {baseline}"
     return table(("scene", "subject", "finding"), rows, title=title, strong=frozenset(drifted))
 
@@ -66,5 +66,5 @@ def _outcome(outcome: OutcomeRecord | None) -> Cell | str:
     if outcome.error is not None:
         small = outcome.error < fmt.ROUND_OFF
         number = f" {'round-off' if small else fmt.relative(outcome.error)}"
-    said = f"{outcome.kind}{number}{' (!)' if outcome.deviation else ''}"
-    return cells.verdict(outcome.kind, said=said)
+    text = f"{outcome.kind}{number}{' (!)' if outcome.deviation else ''}"
+    return cells.verdict(outcome.kind, text=text)

@@ -16,7 +16,7 @@ def claims(record: ClaimsRecord) -> Table:
     rows = []
     for claim in record.claims:
         expected = f", expected {claim.expected}" if claim.differs else ""
-        word = cells.verdict(claim.verdict, said=f"{claim.verdict}{expected}")
+        word = cells.verdict(claim.verdict, text=f"{claim.verdict}{expected}")
         rows.append((claim.id, claim.equation, word, claim.sentence))
     heads = ("claim", "equation", "verdict", "finding")
     strong = frozenset(place for place, claim in enumerate(record.claims) if claim.differs)
@@ -40,7 +40,7 @@ def _parameter(claim: ClaimRecord, point: PointRecord) -> tuple[Cell, ...]:
 
 def _measured(point: PointRecord) -> tuple[Cell, ...]:
     error, bar = (NAN if v is None else v for v in (point.error, point.uncertainty))
-    details = "; ".join(f"{key}: {detail(given)}" for key, given in point.details.items())
+    details = "; ".join(f"{key}: {detail(number)}" for key, number in point.details.items())
     return (
         cells.error(error, bar),
         cells.verdict(point.word),

@@ -28,12 +28,12 @@ def verdict_table(scenes: Iterable[SceneRecord], method: str, *, reasons: bool =
     for scene in scenes:
         cheapest = advise(scene).cheapest
         best = "" if cheapest is None else cheapest.text
-        for index, each in enumerate(verdicts(scene, method)):
+        for index, judgement in enumerate(verdicts(scene, method)):
             first = index == 0
-            words = quantity(each.quantity).label
-            judged = cells.verdict(each.word, said=_said(each, reasons))
+            label = quantity(judgement.quantity).label
+            judged = cells.verdict(judgement.word, text=_verdict_text(judgement, reasons))
             sides = (scene.name, best) if first else ("", "")
-            rows.append((sides[0], words, _error(each), each.when, judged, sides[1]))
+            rows.append((sides[0], label, _error(judgement), judgement.when, judged, sides[1]))
     heads = ("scene", "quantity", "largest error", "at", "verdict", "cheapest")
     return table(heads, rows, title=f"The {title_of(method)}")
 
@@ -55,7 +55,7 @@ def _error(verdict: Verdict) -> Cell:
     return cells.error(verdict.error, verdict.uncertainty)
 
 
-def _said(verdict: Verdict, reasons: bool) -> str:
+def _verdict_text(verdict: Verdict, reasons: bool) -> str:
     if verdict.word != NO_RESULT:
         return f"{verdict.word} {fmt.tolerance(verdict.tolerance)}"
     return f"{NO_RESULT}: {verdict.reason}" if reasons else NO_RESULT
@@ -69,26 +69,26 @@ def methods_table(scene: SceneRecord) -> Table:
         if method not in refused:
             rows += _method_rows(scene, method)
         elif refused[method] != NOT_ASKED:
-            why = refused[method]
-            rows.append((cells.method(method), "", "", "", why, cells.verdict("not run")))
+            reason = refused[method]
+            rows.append((cells.method(method), "", "", "", reason, cells.verdict("not run")))
     return table(("method", "N", "time", "quantity", "largest error", "verdict"), rows)
 
 
 def _method_rows(scene: SceneRecord, method: str) -> list[tuple[Cell | str, ...]]:
     """Return one row per quantity, with the deciding load and step."""
     label = cells.method(method)
-    found = [each for each in verdicts(scene, method) if each.word != NO_RESULT]
-    if not found:
+    judged = [judgement for judgement in verdicts(scene, method) if judgement.word != NO_RESULT]
+    if not judged:
         truth = selection.reference(scene)[0]
         word = "reference" if method == truth else NO_RESULT
         return [(label, "", "", "", "", cells.verdict(word))]
-    solved = selection.curve(scene, method, found[0].resolution)
+    solved = selection.curve(scene, method, judged[0].resolution)
     time = cells.duration(selection.column(solved, "seconds")[0])
     rows: list[tuple[Cell | str, ...]] = []
-    for index, each in enumerate(found):
-        setting = (label, cells.count(each.resolution), time) if index == 0 else ("", "", "")
-        what = f"{quantity(each.quantity).label} ({each.where})"
-        rows.append((*setting, what, _error(each), cells.verdict(each.word)))
+    for index, judgement in enumerate(judged):
+        setting = (label, cells.count(judgement.resolution), time) if index == 0 else ("", "", "")
+        label_at = f"{quantity(judgement.quantity).label} ({judgement.where})"
+        rows.append((*setting, label_at, _error(judgement), cells.verdict(judgement.word)))
     return rows
 
 
@@ -96,9 +96,9 @@ def answers(scenes: Iterable[SceneRecord], judged: Iterable[str]) -> Table:
     """Return the deciding verdict on one method for each scene, and the advice."""
     rows = []
     for scene, method in zip(scenes, judged, strict=True):
-        found = worst(verdicts(scene, method))
-        error = _error(found) if found.word != NO_RESULT else found.reason
-        rows.append((scene.name, error, cells.verdict(found.word), advise(scene).sentence))
+        decisive = worst(verdicts(scene, method))
+        error = _error(decisive) if decisive.word != NO_RESULT else decisive.reason
+        rows.append((scene.name, error, cells.verdict(decisive.word), advise(scene).sentence))
     heads = ("scene", "largest error of the reduced model", "verdict", "cheapest settings")
     return table(heads, rows)
 
@@ -107,15 +107,17 @@ def measured_settings(advice: Advice) -> Table:
     """Return every setting measured for the advice, fastest first."""
     rows = (
         (
-            cells.method(each.method, f"{each.title}{', the truth' if each.is_truth else ''}"),
-            cells.number(str(each.resolution), each.resolution),
-            cells.duration(each.seconds),
-            cells.verdict(each.verdict),
-            each.deciding.text,
+            cells.method(
+                setting.method, f"{setting.title}{', the truth' if setting.is_truth else ''}"
+            ),
+            cells.number(str(setting.resolution), setting.resolution),
+            cells.duration(setting.seconds),
+            cells.verdict(setting.verdict),
+            setting.deciding.text,
         )
-        for each in advice.settings
+        for setting in advice.settings
     )
-    chosen = (place for place, each in enumerate(advice.settings) if each is advice.cheapest)
+    chosen = (place for place, setting in enumerate(advice.settings) if setting is advice.cheapest)
     heads = ("method", "N", "time", "verdict", "decided by")
     title = "Measured settings, fastest first"
     return table(heads, rows, title=title, strong=frozenset(chosen))

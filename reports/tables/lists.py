@@ -11,7 +11,11 @@ def scenes() -> Table:
     from comparisons.scene.suites import SUITES
 
     rows = (
-        (name, load_scene(name).heading, ", ".join(s for s, own in SUITES.items() if name in own))
+        (
+            name,
+            load_scene(name).heading,
+            ", ".join(s for s, members in SUITES.items() if name in members),
+        )
         for name in builtin_names()
     )
     return table(("name", "title", "suites"), rows, title="Built-in scenes")
@@ -22,8 +26,8 @@ def methods() -> Table:
     from comparisons.facts.methods import METHODS
 
     rows = (
-        (name, each.title, "a line" if each.dimension == 1 else "the 3-D contact")
-        for name, each in METHODS.items()
+        (name, method.title, "a line" if method.dimension == 1 else "the 3-D contact")
+        for name, method in METHODS.items()
     )
     return table(("name", "title", "solves"), rows, title="Methods")
 
@@ -32,7 +36,7 @@ def claims() -> Table:
     """Return the built-in claims with their texts."""
     from comparisons.questions.claims.headlines import headlines
 
-    rows = ((each.id, each.equation, each.reading, each.text) for each in headlines())
+    rows = ((claim.id, claim.equation, claim.reading, claim.text) for claim in headlines())
     return table(("id", "equation", "reading", "text"), rows, title="Built-in claims")
 
 

@@ -63,7 +63,7 @@ def error_with_bar(error: object, bar: object) -> str:
         return fmt.relative(value, 3)  # the bar is far below what three digits show
     factor, unit = _unit(largest)
     decimals = max(0, 1 - _exponent(half * factor))
-    texts = [f"{each * factor:.{decimals}f}".replace("-", fmt.MINUS) for each in (value, half)]
+    texts = [f"{number * factor:.{decimals}f}".replace("-", fmt.MINUS) for number in (value, half)]
     return f"({texts[0]} ± {texts[1]}){unit}"
 
 
@@ -90,9 +90,9 @@ def tex(text: str) -> str:
     ($-$1.2 $\pm$ 0.1)\,\% 3$\times$10$^{-9}$ a\_b \& c\textbackslash{}d
     """
     pieces, end = [], 0
-    for found in _POWER.finditer(text):
-        pieces += [_escaped(text[end : found.start()]), _power(found[0])]
-        end = found.end()
+    for power in _POWER.finditer(text):
+        pieces += [_escaped(text[end : power.start()]), _power(power[0])]
+        end = power.end()
     return "".join([*pieces, _escaped(text[end:])])
 
 

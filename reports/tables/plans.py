@@ -16,11 +16,11 @@ from reports.tables.table import Table, table
 def plan(planned: Plan) -> Table:
     """Return the planned model and resolutions of each method."""
     rows = []
-    for each in planned.methods:
-        levels = ", ".join(str(n) for n in each.resolutions) if each.supported else fmt.MISSING
-        left_out = f" [{each.reason}]" if each.reason.startswith("left out") else ""
-        words = each.modelled + left_out if each.supported else f"not run: {each.reason}"
-        rows.append((cells.method(each.method, each.method), levels, words))
+    for method in planned.methods:
+        levels = ", ".join(str(n) for n in method.resolutions) if method.supported else fmt.MISSING
+        left_out = f" [{method.reason}]" if method.reason.startswith("left out") else ""
+        modelled = method.modelled + left_out if method.supported else f"not run: {method.reason}"
+        rows.append((cells.method(method.method, method.method), levels, modelled))
     title = f"{planned.scene.heading} ({planned.scene.name})"
     return table(("method", "resolutions", "plan"), rows, title=title)
 

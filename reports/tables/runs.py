@@ -12,20 +12,20 @@ from reports.tables.table import Cell, Table, table
 TIMES = "time, before → after"
 
 
-def changes(shown: Sequence[Change]) -> Table:
+def changes(solves: Sequence[Change]) -> Table:
     """Return the change of each solve; those that make the comparison fail are highlighted."""
     rows = (
         (
-            each.scene,
-            cells.method(each.method),
-            cells.number(str(each.resolution or fmt.MISSING), each.resolution),
-            cells.verdict(*each.kinds),
-            Cell(each.text, each.text, "wrap"),
-            cells.change(*each.errors),
-            cells.change(*each.seconds, fmt.duration),
+            change.scene,
+            cells.method(change.method),
+            cells.number(str(change.resolution or fmt.MISSING), change.resolution),
+            cells.verdict(*change.kinds),
+            Cell(change.text, change.text, "wrap"),
+            cells.change(*change.errors),
+            cells.change(*change.seconds, fmt.duration),
         )
-        for each in shown
+        for change in solves
     )
     heads = ("scene", "method", "N", "what", "in words", "error, before → after", TIMES)
-    bad = frozenset(place for place, each in enumerate(shown) if each.bad)
+    bad = frozenset(place for place, change in enumerate(solves) if change.bad)
     return table(heads, rows, title="Solves that changed", strong=bad)

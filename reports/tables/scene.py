@@ -36,21 +36,21 @@ def printed_settings(scene: SceneRecord) -> Table:
     names = dict.fromkeys(str(name) for name in measures["quantity"])
     pairs = [(name, equal_at(scene, name)) for name in names]
     title = (
-        f"{scene.title}: largest relative errors over all load steps{_held(scene)}, with their "
-        "95 % half-widths, and the cost of each setting on one thread. "
+        f"{scene.title}: largest relative errors over all load steps{_equal_loads(scene)}, with "
+        "their 95 % half-widths, and the cost of each setting on one thread. "
         f"{scene.reference.get('text', 'There is no reference.')}"
     )
-    found = _settings(scene, measures, pairs).without("set-up", "memory", "outcome")
-    return replace(found, title=title)
+    printed = _settings(scene, measures, pairs).without("set-up", "memory", "outcome")
+    return replace(printed, title=title)
 
 
-def _held(scene: SceneRecord) -> str:
+def _equal_loads(scene: SceneRecord) -> str:
     """Return the equal loads at which the quantities of a table are compared."""
-    held = f" at equal {quantity(scene.along).label}"
+    clause = f" at equal {quantity(scene.along).label}"
     if not counterpart(scene.along) or scene.along not in scene.quantities:
-        return held
-    other = quantity(counterpart(scene.along)).label
-    return f"{held} ({quantity(scene.along).label} itself at equal {other})"
+        return clause
+    counterpart_label = quantity(counterpart(scene.along)).label
+    return f"{clause} ({quantity(scene.along).label} itself at equal {counterpart_label})"
 
 
 def _settings(scene: SceneRecord, measures: pd.DataFrame, pairs: list[tuple[str, str]]) -> Table:
@@ -59,10 +59,10 @@ def _settings(scene: SceneRecord, measures: pd.DataFrame, pairs: list[tuple[str,
     heads += [Head("time", csv="time / s"), Head("set-up", "set-up", "set-up / s")]
     heads += [Head("memory", csv="memory / B"), Head("outcome")]
     for name, at in pairs:
-        words = quantity(name).label
+        label = quantity(name).label
         suffix = f", equal {quantity(at).label}" if names.count(name) > 1 else ""
-        heads.append(Head(f"error of {words}{suffix}", "uncertainty", short=words))
-    rows = (_setting_row(scene, *each, measures, pairs) for each in _all_settings(scene))
+        heads.append(Head(f"error of {label}{suffix}", "uncertainty", short=label))
+    rows = (_setting_row(scene, *setting, measures, pairs) for setting in _all_settings(scene))
     return Table(tuple(heads), tuple(rows))
 
 
@@ -86,9 +86,9 @@ def _setting_row(
     measures: pd.DataFrame,
     pairs: list[tuple[str, str]],
 ) -> tuple[Cell, ...]:
-    own = _rows_of(scene, method, level)
+    rows = _rows_of(scene, method, level)
     first = {
-        name: next((v for v in selection.column(own, name) if np.isfinite(v)), np.nan)
+        name: next((v for v in selection.column(rows, name) if np.isfinite(v)), np.nan)
         for name in ("unknowns", "seconds", "setup_seconds", "memory")
     }
     truth = selection.is_reference(scene, method, level)
@@ -101,7 +101,7 @@ def _setting_row(
         cells.duration(first["seconds"]),
         cells.duration(first["setup_seconds"]),
         cells.number(fmt.memory(first["memory"]), first["memory"]),
-        _outcome(own, truth),
+        _outcome(rows, truth),
         *(_error_cell(mine, pair, truth) for pair in pairs),
     )
 
@@ -133,24 +133,24 @@ def stability(scene: SceneRecord) -> Table:
         *(Head("iterations, min"), Head("iterations, max")),
         *(Head("largest violation", "violation"), Head("failures")),
     )
-    rows = tuple(_stability_row(scene, *each) for each in _all_settings(scene))
+    rows = tuple(_stability_row(scene, *setting) for setting in _all_settings(scene))
     note = "Over all load steps and realisations. Iterations: 0 for direct methods."
     return Table(heads, rows, note=note)
 
 
 def _stability_row(scene: SceneRecord, method: str, level: float) -> tuple[Cell, ...]:
-    own = _rows_of(scene, method, level)
-    names = selection.texts(own, "realisation")
-    own = own[[name != selection.MEAN for name in names]]
-    good = selection.converged(own)
+    rows = _rows_of(scene, method, level)
+    names = selection.texts(rows, "realisation")
+    rows = rows[[name != selection.MEAN for name in names]]
+    good = selection.converged(rows)
     total, solved = len(good), int(good.sum())
-    kept = own[good]
-    rounds = selection.column(kept, "iterations")
+    solved_rows = rows[good]
+    rounds = selection.column(solved_rows, "iterations")
     rounds = rounds[np.isfinite(rounds)]
     least, most = (rounds.min(), rounds.max()) if len(rounds) else (np.nan, np.nan)
-    violation = selection.column(kept, "violation")
+    violation = selection.column(solved_rows, "violation")
     worst = float(np.nanmax(violation)) if np.isfinite(violation).any() else np.nan
-    reasons = dict.fromkeys(why for why in selection.texts(own[~good], "reason") if why)
+    reasons = dict.fromkeys(reason for reason in selection.texts(rows[~good], "reason") if reason)
     failed = "; ".join(reasons) or ("no reason given" if solved < total else "none")
     return (
         cells.method(method),
@@ -171,15 +171,15 @@ def _rows_of(scene: SceneRecord, method: str, level: float) -> pd.DataFrame:
 
 def lost_solves(scene: SceneRecord) -> list[str]:
     """Return one line per failed setting, with the reason and the number of failed steps."""
-    found: dict[tuple[str, float, str], int] = {}
+    steps_lost: dict[tuple[str, float, str], int] = {}
     for item in selection.failures(scene):
         key = (item.method, item.resolution, item.reason)
-        found[key] = found.get(key, 0) + int(np.isfinite(item.load))
+        steps_lost[key] = steps_lost.get(key, 0) + int(np.isfinite(item.load))
     return [
         f"{look(method).label}, N = {fmt.count(level)}"
         + (f", {steps} load step{'s' if steps > 1 else ''}" if steps else "")
         + f": {reason or 'no reason given'}"
-        for (method, level, reason), steps in found.items()
+        for (method, level, reason), steps in steps_lost.items()
     ]
 
 

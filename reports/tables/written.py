@@ -44,7 +44,7 @@ def alignment(table: Table) -> str:
     """Return "l" for each text column and "r" for each numeric column."""
     columns = range(len(table.heads))
     numbers = [any(row[place].kind == "number" for row in table.rows) for place in columns]
-    return "".join("r" if each else "l" for each in numbers)
+    return "".join("r" if is_numeric else "l" for is_numeric in numbers)
 
 
 def _heads(table: Table) -> list[str]:
