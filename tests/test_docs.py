@@ -154,7 +154,8 @@ def test_the_function_of_the_page_is_the_shipped_example():
     assert function == (ROOT / "docs" / "examples" / "winkler.py").read_text(encoding="utf-8")
 
 
-def test_the_function_of_the_page_runs_as_printed(methods_restored):
+@pytest.mark.usefixtures("methods_restored")
+def test_the_function_of_the_page_runs_as_printed():
     """A Winkler foundation of stiffness E*/a under a paraboloid: F = E*/a * pi R d^2.
 
     The sum over cells errs by the ragged edge, where the pressure vanishes: below 1 % here.
@@ -166,7 +167,8 @@ def test_the_function_of_the_page_runs_as_printed(methods_restored):
     np.testing.assert_allclose(force[-1], exact[-1], rtol=0.01)
 
 
-def test_the_class_of_the_page_runs_as_printed(methods_restored):
+@pytest.mark.usefixtures("methods_restored")
+def test_the_class_of_the_page_runs_as_printed():
     """A disc as wide as the overlap of a paraboloid: F = 2 E* sqrt(2 R d) d."""
     add_class(method_examples()["Disc"])
     plan, force = curve("disc", "force")

@@ -162,9 +162,8 @@ def test_a_piece_of_python_runs_as_printed(program, folder, monkeypatch):
 
 @pytest.mark.slow
 @pytest.mark.parametrize("command", RUN)
-def test_a_quick_command_does_what_its_page_says(
-    command, folder, methods_restored, monkeypatch, capsys
-):
+@pytest.mark.usefixtures("methods_restored")
+def test_a_quick_command_does_what_its_page_says(command, folder, monkeypatch, capsys):
     """As printed, from the reader's folder; nothing is written elsewhere."""
     monkeypatch.chdir(folder)
     shutil.rmtree(folder / "roughline-results" / "steel-ball", ignore_errors=True)

@@ -23,7 +23,6 @@ from reference.fem.cells import KINDS
 from reference.fem.solid_mesh import SolidMesh
 
 SOLIDS = (*KINDS, "hexahedron20")
-CORNERS = {"triangle": 3, "quad": 4}
 
 
 class BodyError(InputError):

@@ -10,7 +10,7 @@ from pydantic import AfterValidator, BeforeValidator, ValidationInfo
 from pydantic_core import PydanticCustomError
 
 from comparisons.facts.methods import METHODS, is_known
-from comparisons.scene.units import FORCE, LENGTH, NUMBER, PRESSURE, Dimension, to_si
+from comparisons.scene.units import LENGTH, NUMBER, PRESSURE, Dimension, to_si
 
 _NOTHING = object()
 
@@ -56,7 +56,6 @@ def quantity(dimension: Dimension, *, sign: Sign = "positive", kind: str = "numb
 
 Length = Annotated[float, quantity(LENGTH, kind="length")]
 FiniteLength = Annotated[float, quantity(LENGTH, sign="any", kind="length")]
-Force = Annotated[float, quantity(FORCE, kind="force")]
 Modulus = Annotated[float, quantity(PRESSURE, kind="modulus")]
 Positive = Annotated[float, quantity(NUMBER)]
 Finite = Annotated[float, quantity(NUMBER, sign="any")]

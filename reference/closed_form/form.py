@@ -46,8 +46,6 @@ class ClosedForm:
     singular_edge : tuple of float or None
         Semi-axes along x and y of the ellipse on which the pressure is infinite: a comparison of
         pressures leaves out the points near it, see ``relative_radius``.
-    area_exact : bool
-        Whether contact_area is exact. True for all shapes of this package.
     """
 
     name: str
@@ -62,7 +60,6 @@ class ClosedForm:
     pressure: Callable[[ArrayLike, ArrayLike, ArrayLike], Any]
     singular_at: Literal["edge", "centre"] | None = None
     singular_edge: tuple[float, float] | None = None
-    area_exact: bool = True
 
     @property
     def pressure_is_singular(self) -> bool:

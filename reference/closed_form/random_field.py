@@ -31,8 +31,6 @@ class Peaks:
         Maxima per area, or per length.
     mean_curvature : float
         Mean of the curvature: (kappa1 + kappa2)/2 of a surface, -h'' of a line.
-    mean_square_curvature : float
-        Mean of its square.
     gaussian_curvature : float
         Mean of kappa1 kappa2; of a line the mean square of -h''.
     mean_radius : float
@@ -41,7 +39,6 @@ class Peaks:
 
     density: float
     mean_curvature: float
-    mean_square_curvature: float
     gaussian_curvature: float
     mean_radius: float
 
@@ -63,7 +60,6 @@ def line_peaks(slope_moment: float, curvature_moment: float) -> Peaks:
     return Peaks(
         density=math.sqrt(curvature_moment / slope_moment) / (2 * math.pi),
         mean_curvature=mean,
-        mean_square_curvature=2 * curvature_moment,
         gaussian_curvature=2 * curvature_moment,
         mean_radius=mean / curvature_moment,
     )
@@ -85,11 +81,10 @@ def surface_peaks(slope_moment: float, curvature_moment: float) -> Peaks:
     """
     require_positive("surface_peaks", slope_moment=slope_moment, curvature_moment=curvature_moment)
     root = math.sqrt(curvature_moment)
-    mean, square, gauss, radius = _unit_summits()
+    mean, gauss, radius = _unit_summits()
     return Peaks(
         density=curvature_moment / slope_moment / (6 * math.sqrt(3) * math.pi),
         mean_curvature=root * mean,
-        mean_square_curvature=curvature_moment * square,
         gaussian_curvature=curvature_moment * gauss,
         mean_radius=radius / root,
     )
@@ -97,11 +92,10 @@ def surface_peaks(slope_moment: float, curvature_moment: float) -> Peaks:
 
 @lru_cache(maxsize=1)
 def _unit_summits() -> tuple[float, ...]:
-    """Averages for m4 = 1: (k1 + k2)/2, its square, k1 k2 and 1/sqrt(k1 k2)."""
+    """Averages for m4 = 1: (k1 + k2)/2, k1 k2 and 1/sqrt(k1 k2)."""
     whole = _summit_average(lambda total, gauss: np.ones_like(gauss))
     quantities: tuple[Quantity, ...] = (
         lambda total, gauss: total / 2,
-        lambda total, gauss: total**2 / 4,
         lambda total, gauss: gauss,
         lambda total, gauss: 1 / np.sqrt(gauss),
     )

@@ -43,8 +43,6 @@ class FrictionStep:
     penetration, force : float
     tangential_displacement, tangential_force : float
         U of the rigid shape along x (it is guided: it does not move along y) and F_x on it.
-    transverse_force : float
-        F_y that holds it.
     pressure : ndarray, shape (nx, ny)
     traction : ndarray, shape (2, nx, ny)
         Tangential tractions on the half-space.
@@ -68,7 +66,6 @@ class FrictionStep:
     force: float
     tangential_displacement: float
     tangential_force: float
-    transverse_force: float
     pressure: Field = field(repr=False)
     traction: Fields = field(repr=False)
     slip: Fields = field(repr=False)
@@ -280,7 +277,6 @@ class _Path:
             force=contact.force,
             tangential_displacement=shift,
             tangential_force=float(forces[0]),
-            transverse_force=float(forces[1]),
             pressure=contact.pressure,
             traction=found.traction,
             slip=slip,

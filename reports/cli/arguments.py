@@ -8,7 +8,7 @@ from typing import Annotated
 from cyclopts import Parameter, Token
 
 
-def _count(type_: type, tokens: Sequence[Token]) -> int:
+def _count(_type: type, tokens: Sequence[Token]) -> int:
     """Parse a whole number strictly; cyclopts would round 1.5."""
     text = tokens[0].value
     try:

@@ -157,12 +157,3 @@ MEASURES = (
         "a factor of 1.5 are not ranked.",
     ),
 )
-
-
-def explain(term: str) -> str:
-    """Return the explanation of a term, given its key in TERMS.
-
-    >>> explain("tolerance")
-    'The relative error that is acceptable for the scene.'
-    """
-    return TERMS[term][1]

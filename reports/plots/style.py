@@ -13,8 +13,7 @@ from typing import Any
 from comparisons.facts.methods import BUILT_IN, CLOSED_FORM, MODEL, references
 
 # Okabe & Ito, "Color Universal Design" (2008): told apart with any kind of colour vision.
-BLACK, ORANGE, SKY, GREEN = "#000000", "#E69F00", "#56B4E9", "#009E73"
-YELLOW, BLUE, VERMILION, PURPLE = "#F0E442", "#0072B2", "#D55E00", "#CC79A7"
+ORANGE, SKY, GREEN, BLUE, VERMILION = "#E69F00", "#56B4E9", "#009E73", "#0072B2", "#D55E00"
 INK, MUTED, PEER, TRUTH, CONTACT = "@ink", "@muted", "@peer", "@truth", ORANGE
 
 

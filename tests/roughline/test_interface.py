@@ -290,7 +290,8 @@ def twice(name, factor):
     return step
 
 
-def test_a_method_of_a_notebook_is_judged_and_can_be_mended(methods_restored):
+@pytest.mark.usefixtures("methods_restored")
+def test_a_method_of_a_notebook_is_judged_and_can_be_mended():
     """Cells are run again: the second definition replaces the first. It is never the truth."""
     for factor, word in ((2.0, "outside"), (1.001, "within")):
         assert roughline.add_method(twice("scaled", factor)) == ["scaled"]
@@ -305,7 +306,8 @@ def test_a_method_of_a_notebook_is_judged_and_can_be_mended(methods_restored):
         roughline.add_method("nowhere.py")
 
 
-def test_a_file_with_a_method_may_be_added_twice(methods_restored):
+@pytest.mark.usefixtures("methods_restored")
+def test_a_file_with_a_method_may_be_added_twice():
     for _ in range(2):
         assert roughline.add_method(ROOT / "docs" / "examples" / "winkler.py") == ["winkler"]
     assert roughline.list_methods().loc["winkler", "title"] == "Winkler foundation"

@@ -74,7 +74,8 @@ def sheared(monkeypatch):
         monkeypatch.setitem(SOLVERS, made.name, (*plain, made))
 
 
-def test_a_solver_takes_exactly_the_scenes_of_its_physics(scene, sheared):
+@pytest.mark.usefixtures("sheared")
+def test_a_solver_takes_exactly_the_scenes_of_its_physics(scene):
     pulled = scene(loading=LOOP, **FRICTION)
     assert isinstance(solver_for("reduced", pulled), ShearedModel)
     assert isinstance(solver_for("reduced", scene()), ReducedProfile)
@@ -84,7 +85,8 @@ def test_a_solver_takes_exactly_the_scenes_of_its_physics(scene, sheared):
     assert {each.method for each in plan.methods if each.supported} == {"closed_form", "reduced"}
 
 
-def test_errors_along_a_path_are_relative_to_its_largest_value(scene, sheared):
+@pytest.mark.usefixtures("sheared")
+def test_errors_along_a_path_are_relative_to_its_largest_value(scene):
     (plan,) = plan_scene(scene(loading=LOOP, **FRICTION))
     result = compare(plan, solve_plan(plan, repeats=1), {})
     rows = result.rows[(result.rows["method"] == "reduced") & (result.rows["resolution"] == 10)]
@@ -97,7 +99,8 @@ def test_errors_along_a_path_are_relative_to_its_largest_value(scene, sheared):
     assert float(measures["maximum"].iloc[0]) == pytest.approx(0.001, rel=1e-9)
 
 
-def test_the_bar_of_a_path_covers_its_error_where_the_values_pass_zero(scene, sheared):
+@pytest.mark.usefixtures("sheared")
+def test_the_bar_of_a_path_covers_its_error_where_the_values_pass_zero(scene):
     (plan,) = plan_scene(scene(loading=LOOP, **FRICTION))
     solved = solve_plan(plan, repeats=1)
     without = {key: each for key, each in solved.items() if key[0] == "reduced"}
@@ -112,7 +115,8 @@ def test_the_bar_of_a_path_covers_its_error_where_the_values_pass_zero(scene, sh
     assert (bar >= error * (1 - 1e-9)).all()
 
 
-def test_a_step_that_fails_ends_its_path_and_keeps_its_load(scene, sheared):
+@pytest.mark.usefixtures("sheared")
+def test_a_step_that_fails_ends_its_path_and_keeps_its_load(scene):
     loading = {"force": "10 N", "tangential_force": ["4 N", "2 N", "8 N"]}
     (plan,) = plan_scene(scene(loading=loading, **FRICTION))
     rows = compare(plan, solve_plan(plan, repeats=1), {}).rows
@@ -122,7 +126,8 @@ def test_a_step_that_fails_ends_its_path_and_keeps_its_load(scene, sheared):
     assert list(rows["reason"]) == ["", "", "it slides away"]
 
 
-def test_a_path_that_raises_is_not_cut_in_halves(scene, sheared, monkeypatch):
+@pytest.mark.usefixtures("sheared")
+def test_a_path_that_raises_is_not_cut_in_halves(scene, monkeypatch):
     """The second half of a path cannot begin anew, so it must not be solved by itself."""
 
     def raises(self, task):
@@ -138,7 +143,8 @@ def test_a_path_that_raises_is_not_cut_in_halves(scene, sheared, monkeypatch):
     assert "no way" in solution.reasons[0, 0]
 
 
-def test_the_record_says_along_what_was_compared_and_survives_a_folder(scene, sheared, tmp_path):
+@pytest.mark.usefixtures("sheared")
+def test_the_record_says_along_what_was_compared_and_survives_a_folder(scene, tmp_path):
     (plan,) = plan_scene(scene(loading=LOOP, **FRICTION))
     record = record_scene(plan, solve_plan(plan, repeats=1))
     assert (record.control, record.along, record.is_path) == ("tangential_force", "step", True)

@@ -146,9 +146,8 @@ def test_parts_on_the_command_line_merge(tmp_path, capsys):
 
 
 @pytest.mark.slow
-def test_parts_with_a_method_from_outside_merge_where_it_is_named(
-    tmp_path, capsys, methods_restored
-):
+@pytest.mark.usefixtures("methods_restored")
+def test_parts_with_a_method_from_outside_merge_where_it_is_named(tmp_path, capsys):
     names = [str(tmp_path / f"part-{k}") for k in (1, 2)]
     words = ["--method-file", str(WINKLER), "--no-pictures"]
     for k, name in enumerate(names, start=1):
