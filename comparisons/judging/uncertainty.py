@@ -8,6 +8,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 from scipy import optimize, stats
 
 
@@ -203,6 +204,6 @@ def ratio_of_means(
         return means[0] / means[1], stats.t.ppf(0.975, freedom) * error
 
 
-def combined(*sources: np.ndarray) -> np.ndarray:
+def combined(*sources: ArrayLike) -> np.ndarray:
     """Combine independent relative half-widths: the root of the sum of squares."""
     return np.sqrt(np.sum([np.asarray(source) ** 2 for source in sources], axis=0))

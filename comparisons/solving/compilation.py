@@ -70,7 +70,10 @@ def _cache_folder() -> Path:
     """Return where Numba keeps the code of the half-space: marks go when the cache goes."""
     from reference.halfspace import descent
 
-    folder = Path(descent._turn.stats.cache_path)
+    cache = descent._turn.stats.cache_path
+    if cache is None:
+        raise OSError("the code of the half-space is not kept")
+    folder = Path(cache)
     folder.mkdir(parents=True, exist_ok=True)
     return folder
 

@@ -31,6 +31,7 @@ from comparisons.scene.surface import MeasuredMap, SelfAffine
 from comparisons.tasks.task import Task
 
 Effort = Literal["quick", "full"]
+Crop = tuple[int, int, int, int]
 QUICK_REALISATIONS = 10
 # Realisations of one task: small enough to resume and to bound memory, large enough to share
 # the set-up of an operator.
@@ -141,15 +142,16 @@ def plan_scene(scene: Scene, effort: Effort = "quick") -> list[Plan]:
     """
     _check_size(scene)
     plans = [_plan(scene, effort)]
-    patch = _patch_of(scene, plans[0])
-    if patch is not None:
+    part = _patch_of(scene, plans[0])
+    if part is not None:
+        patch, crop = part
         plans.append(_plan(patch, effort))
         plans[0] = replace(
             plans[0],
             notes=(
                 *plans[0].notes,
                 f"bem_dense and fem run on the scene {patch.name}: "
-                f"the patch crop = {list(patch.surface.crop)} of the same map",  # type: ignore[union-attr]
+                f"the patch crop = {list(crop)} of the same map",
             ),
         )
     return plans
@@ -194,22 +196,26 @@ def plan_from(scene: Scene, document: Mapping[str, Any], effort: Effort) -> Plan
         If the document is no such plan, or has a method that is not known here.
     """
     try:
-        stored = {
-            "methods": tuple(
-                MethodPlan(**each | {"resolutions": tuple(each["resolutions"])})
-                for each in document["methods"]
-            ),
-            "left_out": tuple((each["what"], each["why"]) for each in document["left_out"]),
-            "notes": tuple(document["notes"]),
-            "switched_on": tuple((each["what"], each["how"]) for each in document["switched_on"]),
-        }
+        methods = tuple(
+            MethodPlan(**each | {"resolutions": tuple(each["resolutions"])})
+            for each in document["methods"]
+        )
+        omitted = tuple((each["what"], each["why"]) for each in document["left_out"])
+        notes = tuple(document["notes"])
+        applied = tuple((each["what"], each["how"]) for each in document["switched_on"])
     except (KeyError, TypeError) as error:
         raise InputError(f"{scene.name}: not a plan of this roughline ({error})") from error
-    unknown = [each.method for each in stored["methods"] if each.method not in METHODS]
+    unknown = [each.method for each in methods if each.method not in METHODS]
     if unknown:
         known = f"{', '.join(unknown)} not known here (--method-file adds methods)"
         raise InputError(f"{scene.name}: {known}")
-    return replace(_draft(scene, effort), **stored)
+    return replace(
+        _draft(scene, effort),
+        methods=methods,
+        left_out=omitted,
+        notes=notes,
+        switched_on=applied,
+    )
 
 
 def _draft(scene: Scene, effort: Effort) -> Plan:
@@ -364,7 +370,7 @@ def _check_size(scene: Scene) -> None:
         raise SceneError(scene.name, problems)
 
 
-def _patch_of(scene: Scene, plan: Plan) -> Scene | None:
+def _patch_of(scene: Scene, plan: Plan) -> tuple[Scene, Crop] | None:
     """Return the scene of a patch around the highest point, small enough for every method."""
     geometry = plan.geometry
     surface = scene.surface
@@ -389,12 +395,10 @@ def _patch_of(scene: Scene, plan: Plan) -> Scene | None:
     if scene.loading.range.relative_to is None and scene.loading.control == "force":
         values = [share * each for each in scene.loading.range.values]
         data["loading"] = {"force": {"values": values}}
-    return validated(data)
+    return validated(data), crop
 
 
-def _crop_around_peak(
-    heights: np.ndarray, crop: tuple[int, int, int, int] | None
-) -> tuple[int, int, int, int]:
+def _crop_around_peak(heights: np.ndarray, crop: Crop | None) -> Crop:
     peak = np.unravel_index(int(np.argmax(heights)), heights.shape)
     size = [min(PATCH_POINTS, n) for n in heights.shape]
     start = [

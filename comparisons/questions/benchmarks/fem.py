@@ -271,8 +271,8 @@ def _against_pardiso(
         return [row], jobs
     matrix = stiffness_matrix(job.body.system, job.body.exterior)
     tasks["yardstick"] = partial(pardiso.factorise, matrix)
-    times = interleaved(tasks, READINGS, time.process_time)
-    return [measurement(title, times["job"], FACTORISATION, times["yardstick"], target)], jobs
+    both = interleaved(tasks, READINGS, time.process_time)
+    return [measurement(title, both["job"], FACTORISATION, both["yardstick"], target)], jobs
 
 
 def _peer_seconds(peer: str, bound: float) -> tuple[float, float, int] | str:

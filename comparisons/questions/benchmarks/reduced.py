@@ -120,8 +120,11 @@ def _sliding() -> list[Measurement]:
     for load, target in ((1e-3, EXP_TARGET), (2e-2, None)):
         tasks = {
             f"v tau = {reach:g} dx": partial(
-                *(slide_in_time, lines, kelvin_voigt(1.0, 1.0)),
-                *(reach / SLIDING_POINTS, load),
+                slide_in_time,
+                lines,
+                kelvin_voigt(1.0, 1.0),
+                reach / SLIDING_POINTS,
+                load,
                 steps=SLIDING_STEPS,
             )
             for reach in (1e-3, 1.0, 10.0, 100.0)

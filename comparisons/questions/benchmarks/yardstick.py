@@ -5,7 +5,7 @@ from __future__ import annotations
 import gc
 import statistics
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
 
 import numpy as np
@@ -54,7 +54,7 @@ class Measurement:
 
 
 def interleaved(
-    tasks: dict[str, Callable[[], object]],
+    tasks: Mapping[str, Callable[[], object]],
     repeats: int = 7,
     clock: Callable[[], float] = time.perf_counter,
 ) -> dict[str, list[float]]:
@@ -101,13 +101,9 @@ def measurement(
 
 def vector_features() -> str:
     """Name the processor's vector units that NumPy uses: its sorting depends on them."""
-    try:
-        from numpy._core._multiarray_umath import __cpu_features__ as features
-    except ImportError:
-        return "unknown"
-    wanted = ("AVX512_SPR", "AVX512_ICL", "AVX512_SKX", "X86_V4", "AVX2", "X86_V3", "SVE", "ASIMD")
-    found = [name for name in wanted if features.get(name)]
-    return f"{', '.join(found) or 'none'} (NumPy {np.__version__})"
+    units = np.show_config(mode="dicts").get("SIMD Extensions", {})
+    used = [*units.get("baseline", ()), *units.get("found", ())]
+    return f"{', '.join(used) or 'none'} (NumPy {np.__version__})"
 
 
 def _calls(task: Callable[[], object]) -> int:

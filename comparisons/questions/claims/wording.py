@@ -24,7 +24,7 @@ def sentence(claim: Claim, verdict: str, points: list[Point], ranges: list[Range
     judged = [point for point in points if point.word != NO_RESULT]
     if not judged:
         return f"No result: {_reason(points[0])}."
-    largest = _extreme(judged, max)
+    largest = max(judged, key=_size)
     stretch = f"{claim.parameter} from {value(points[0].parameter)} to "
     stretch += value(points[-1].parameter)
     if verdict == HOLDS:
@@ -32,7 +32,7 @@ def sentence(claim: Claim, verdict: str, points: list[Point], ranges: list[Range
     if verdict == FAILS:
         outside = [point for point in judged if point.word == OUTSIDE]
         resolved = "" if len(outside) == len(points) else " wherever it is resolved,"
-        smallest = _at(_extreme(outside, min))
+        smallest = _at(min(outside, key=_size))
         return (
             f"Outside {limit}{resolved} for {stretch}; the smallest error is {smallest}"
             f"{_open(points)}{_sign_changes(points)}."
@@ -75,8 +75,8 @@ def _at(point: Point) -> str:
     return f"{plus_minus(measured.error, measured.uncertainty)} at {value(point.parameter)}"
 
 
-def _extreme(points: list[Point], choose: type[max] | type[min]) -> Point:  # type: ignore[valid-type]
-    return choose(points, key=lambda point: abs(point.measurement.error))
+def _size(point: Point) -> float:
+    return abs(point.measurement.error)
 
 
 def _stretch(stretch: Range) -> str:

@@ -54,7 +54,7 @@ def _pull_off(effort: Effort, *, shape: str = "ellipse", aspect: float = 1.0) ->
             for n, p in zip(counts, pulls, strict=True)
         },
     }
-    return Finding(error, (1 + error) * float(combined(*bars.values())), details | bars)
+    return Finding(error, (1 + error) * float(combined(*bars.values())), {**details, **bars})
 
 
 def _ratio(cells: int, zone: int, shape: str, aspect: float) -> float:

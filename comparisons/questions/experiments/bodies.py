@@ -12,7 +12,7 @@ import numpy as np
 
 from comparisons.questions.experiments.running import Finding, above, experiment, one_of
 from reference.closed_form import boussinesq, boussinesq_energy, cylinder
-from reference.fem.section import SectionContact, press_section
+from reference.fem.section import Kind, SectionContact, Support, press_section
 
 # So large in a that the half-ball is a half-space to 1e-6: k/(2 E* a) = 1 + 1.09 a/R.
 _HALF_SPACE = 1e6
@@ -40,8 +40,8 @@ def _far_field(effort: str, *, distance: float = 10.0, reading: str = "letter") 
 def _pressed(
     radius: float,
     poisson_ratio: float,
-    kind: str,
-    support: str,
+    kind: Kind,
+    support: Support,
     radii: tuple[float, ...],
     elements: int,
 ) -> SectionContact:
@@ -54,8 +54,8 @@ def _pair(
     effort: str,
     radius: float,
     poisson_ratio: float,
-    kind: str,
-    support: str,
+    kind: Kind,
+    support: Support,
     radii: tuple[float, ...] = (),
 ) -> tuple[SectionContact, SectionContact]:
     """Return the body on two meshes, the better one last.
@@ -103,7 +103,7 @@ def _energy_share(
 
 
 def _body_size(
-    effort: str, *, size: float = 10.0, poisson_ratio: float = 0.3, kind: str = "axisymmetric"
+    effort: str, *, size: float = 10.0, poisson_ratio: float = 0.3, kind: Kind = "axisymmetric"
 ) -> Finding:
     """Change of stiffness, and so of energy at equal depth, when a body of R = size D is 10 R.
 
@@ -146,7 +146,7 @@ def _kinetic_energy(
     frame: str = "far",
     reading: str = "rigid",
     poisson_ratio: float = 0.3,
-    kind: str = "axisymmetric",
+    kind: Kind = "axisymmetric",
 ) -> Finding:
     """Kinetic energy of a body that moves at v0 while a punch holds its surface, at D/R = ratio.
 
@@ -163,7 +163,7 @@ def _kinetic_energy(
     if frame == "far" and kind == "plane":
         raise ValueError("in plane strain nothing is far: the field grows with the body")
     radius = 2 / float(ratio)
-    support = "inertia" if frame == "centre" else "fixed"
+    support: Support = "inertia" if frame == "centre" else "fixed"
     if frame == "far":
         half_space = _HALF_SPACE * radius
         pair = _pair(effort, half_space, poisson_ratio, kind, support, (radius,))

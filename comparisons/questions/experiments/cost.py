@@ -15,8 +15,7 @@ from comparisons.facts.methods import GRID, MODEL
 from comparisons.questions.experiments.running import Finding, above, experiment, one_of
 from comparisons.scene.scene import load_scene
 from comparisons.solving.execution import execute
-from comparisons.solving.planning import plan_scene
-from comparisons.tasks.task import Task
+from comparisons.solving.planning import plan_scene, task_of
 
 # A patch whose shortest wave has four points on the coarsest of these grids (eight per side).
 _RECIPE = {
@@ -31,7 +30,7 @@ _RECIPE = {
 # Finer grids of boundary elements are too near the truth's own to tell their error; on coarser
 # ones it is no power law: the shortest wave has four points on 16.
 _DOUBLED = (16, 32, 64)
-_GRIDS = {
+_GRIDS: dict[str, dict[str, tuple[int, ...]]] = {
     "quick": {"fem": (8, 16, 24), GRID: _DOUBLED, MODEL: _DOUBLED},
     "full": {"fem": (8, 16, 24, 32, 48), GRID: _DOUBLED, MODEL: _DOUBLED},
 }
@@ -86,15 +85,9 @@ def measure_series(method: str, effort: str) -> Series:
     """Measure a method; errors are rms over surfaces and loads, against the finest grid."""
     (plan, *_) = plan_scene(load_scene("rough-patch", _RECIPE))
     realisations = tuple(range(3))
-    quantities = ("penetration", "contact_area")
 
     def solve(name: str, points: int) -> tuple[np.ndarray, float, float]:
-        options = getattr(plan.scene.methods, name)
-        task = Task(
-            *(plan.scene, plan.geometry, plan.loads, name, points, options, quantities),
-            realisations=realisations,
-        )
-        found = execute(task)
+        found = execute(task_of(plan, name, points, realisations))
         if not found.converged.all():
             raise ArithmeticError(f"{name} at {points} points: {found.reasons}")
         count = len(realisations)
@@ -159,8 +152,8 @@ def _cost(
         f"exponent of {resource}, {against}": cost[against].exponent,
     }
     unit, scale = ("hours for 450 surfaces", 8) if resource == "time" else ("gigabytes", 1e9)
-    for name, each in cost.items():
-        details[f"{unit} of 64 x 64, {name}"] = each.at(64) / scale
+    for name, law in cost.items():
+        details[f"{unit} of 64 x 64, {name}"] = law.at(64) / scale
     return Finding(share, share * (spread - 1), details)
 
 

@@ -120,7 +120,8 @@ def _distribution(
     for _ in range(40):
         halves = [np.array_split(each[rng.permutation(len(each))], 2) for each in shares]
         # halves have twice the variance each: their distance is twice that of whole ensembles
-        noise.append(0.5 * float(np.hypot(*(_distance(*pair) for pair in halves))))
+        of_maps, of_lines = (_distance(one, other) for one, other in halves)
+        noise.append(0.5 * float(np.hypot(of_maps, of_lines)))
     details: dict[str, float | str] = {
         "excess kurtosis of surfaces": float(stats.kurtosis(maps.ravel())),
         "excess kurtosis of lines": float(stats.kurtosis(lines.ravel())),

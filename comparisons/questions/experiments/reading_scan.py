@@ -6,6 +6,7 @@ experiment: all readings are tried on some surfaces, the best one is judged on o
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from functools import lru_cache
 from itertools import product
 
@@ -57,7 +58,8 @@ def best_reading(points: int = 64, by: str = "largest", effort: Effort = "full")
     By the largest error over the loads, for curves that coincide everywhere; or by the median one,
     for curves that coincide over a part of the loads and may part elsewhere.
     """
-    size = {"largest": np.max, "median": np.median}[one_of("by", by, "largest", "median")]
+    middle = one_of("by", by, "largest", "median") == "median"
+    size: Callable[[np.ndarray], np.floating] = np.median if middle else np.max
     tried = scan(points, effort)
     return min(tried, key=lambda reading: float(size(np.abs(np.log1p(tried[reading])))))
 

@@ -116,11 +116,15 @@ def _of_other_types(known: dict[str, Any], given: dict[str, Any]) -> Iterable[st
     """Say which values are no number, text or truth value like their defaults."""
     for name, value in given.items():
         default = known.get(name, value)
-        kinds = {bool: "true or false", str: "a text"}
-        kind = type(default) if type(default) in kinds else (int, float)
-        alike = isinstance(value, kind) and isinstance(value, bool) == isinstance(default, bool)
+        if isinstance(default, bool):
+            alike, kind = isinstance(value, bool), "true or false"
+        elif isinstance(default, str):
+            alike, kind = isinstance(value, str), "a text"
+        else:
+            number = isinstance(value, (int, float)) and not isinstance(value, bool)
+            alike, kind = number, "a number"
         if not alike:
-            yield f"{name} must be {kinds.get(kind, 'a number')}, not {value!r}"
+            yield f"{name} must be {kind}, not {value!r}"
 
 
 def one_of(name: str, value: str, *known: str) -> str:

@@ -14,7 +14,7 @@ from reduced.loads import Load
 from reduced.profiles import shapes
 from reduced.rough import ensemble, regions
 from reduced.springs import stress
-from reference.closed_form import power_law, rounded_punch, sphere
+from reference.closed_form import ClosedForm, power_law, rounded_punch, sphere
 
 RULES = ("own_curvature", "one_radius", "abel")
 
@@ -34,7 +34,7 @@ def _largest(pressure: Callable[[np.ndarray], np.ndarray]) -> float:
     return max(float(values[best]), -float(found.fun))
 
 
-def _shape(name: str, exponent: float, edge: float) -> tuple[shapes.Profile, object]:
+def _shape(name: str, exponent: float, edge: float) -> tuple[shapes.Profile, ClosedForm]:
     """Equivalent profile and closed form of a shape of unit size, E* = 1."""
     if name == "power_law":
         return shapes.power_law(exponent, 1.0), power_law(exponent, 1.0, 1.0)
@@ -82,7 +82,7 @@ def _first_yield(
         return _largest(lambda rho: rules[rule](rho * a))
 
     def true(depth: float) -> float:
-        a = float(form.contact_radius(depth))
+        a = float(form.semi_axes(depth)[0])
         largest = _largest(lambda rho: form.pressure(rho * a, 0.0, depth))
         return largest * (_largest_mises() if criterion == "mises" else 1.0)
 
@@ -92,7 +92,7 @@ def _first_yield(
     ]
     forces = [float(form.force(np.exp(d))) for d in depths]
     details: dict[str, float | str] = {
-        "contact radius at true yield": float(form.contact_radius(np.exp(depths[1]))),
+        "contact radius at true yield": float(form.semi_axes(np.exp(depths[1]))[0]),
         "largest stress at true yield, stated over true": stated(np.exp(depths[1])) / limit,
     }
     error = forces[0] / forces[1] - 1

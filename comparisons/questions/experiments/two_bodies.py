@@ -50,8 +50,8 @@ def _lines(
     if combined:
         size = max(one.power.size, other.power.size)
         longer = one if one.power.size == size else other
-        power = sum(np.pad(each.power, (0, size - each.power.size)) for each in (one, other))
-        both = line_spectrum.LineSpectrum(longer.wavenumber, power, longer.length)
+        powers = [np.pad(each.power, (0, size - each.power.size)) for each in (one, other)]
+        both = line_spectrum.LineSpectrum(longer.wavenumber, powers[0] + powers[1], longer.length)
         lines = ensemble.RandomLines(both, points, count, seed=SEED).draw()
     else:
         first_lines = ensemble.RandomLines(one, points, count, seed=SEED).draw()

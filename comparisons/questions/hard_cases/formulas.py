@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, ClassVar, Literal
+from typing import TYPE_CHECKING, Any, ClassVar, Literal
 
 import numpy as np
 from pydantic import model_validator
@@ -42,9 +42,8 @@ class Stuck(Table):
         normal = plan.loads.normal
         assert normal is not None
         scene = plan.scene
-        assert scene.indenter is not None
         force, modulus = float(normal.values[-1]), scene.effective_modulus
-        radius = np.cbrt(0.75 * force / modulus * scene.indenter.radius)
+        radius = np.cbrt(0.75 * force / modulus * _at(scene, "indenter.radius"))
         steps = np.ones(len(plan.loads.values))
         shift = plan.loads.values / (2 * radius * scene.tangential_modulus)
         return {"tangential_displacement": shift, "contact_area": np.pi * radius**2 * steps}
@@ -58,11 +57,10 @@ class Creeping(Table):
     def curves(self, plan: Plan) -> Curves:
         """Return the coefficient of friction at the speeds of the scene."""
         scene = plan.scene
-        material, indenter = scene.viscoelastic, scene.indenter
+        material = scene.viscoelastic
         assert material is not None
-        assert indenter is not None
         viscosity = sum(modulus * time for modulus, time in material.branches)
-        slope = viscosity / material.long_term_modulus / indenter.radius
+        slope = viscosity / material.long_term_modulus / _at(scene, "indenter.radius")
         return {"friction_coefficient": slope * plan.loads.values}
 
 
@@ -103,7 +101,7 @@ class Formula(Table):
     def missing(self, scene: Scene) -> list[str]:
         """Return the keys of a scene that the formula needs and that are not there."""
         (name,) = self.model_fields_set
-        return [key for key in getattr(getattr(self, name), "needs", ()) if not _has(scene, key)]
+        return [key for key in getattr(getattr(self, name), "needs", ()) if _at(scene, key) is None]
 
     def curves(self, plan: Plan) -> Curves:
         """Return the quantities of the planned scene at its steps."""
@@ -114,8 +112,9 @@ class Formula(Table):
         return getattr(self, name).curves(plan)
 
 
-def _has(scene: Scene, path: str) -> bool:
-    table: object = scene
+def _at(scene: Scene, path: str) -> Any:
+    """Return what stands at a dotted key of a scene, None where nothing does."""
+    table: Any = scene
     for key in path.split("."):
         table = getattr(table, key, None)
-    return table is not None
+    return table

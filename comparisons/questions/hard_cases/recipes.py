@@ -55,7 +55,7 @@ class Recipe(Table):
 
     start: Annotated[str, Field(alias="from")] = ""
     points: Annotated[int, Field(strict=True, ge=2, le=4096)] = 0
-    side: Length | None = None
+    side: Length = 0.0
     self_affine: SelfAffine | None = None
     paraboloid: Length | None = None
     checkerboard: Length | None = None

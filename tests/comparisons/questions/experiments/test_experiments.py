@@ -299,6 +299,16 @@ def test_cost_at_equal_error_follows_the_laws_of_cost_and_error(monkeypatch):
     assert memory.error == pytest.approx(0.1, rel=1e-9)
 
 
+def test_a_method_is_measured_on_ever_finer_grids(monkeypatch):
+    """Every grid is solved anew: lines of the model stay far from the surface's own truth."""
+    monkeypatch.setitem(cost._GRIDS["quick"], "reduced", (8, 16))
+    monkeypatch.setattr(cost, "_TRUTH", 32)
+    series = cost.measure_series.__wrapped__("reduced", "quick")
+    assert series.points.tolist() == [8, 16]
+    assert (series.seconds > 0).all()
+    assert (series.errors > 0.1).all()
+
+
 # --- claims and page --------------------------------------------------------------------------
 
 JUDGED = [claim for claim in load_claims() if claim.experiment]
