@@ -19,7 +19,7 @@ import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import Any, ClassVar, Generic, TypedDict, TypeVar
+from typing import Any, ClassVar, Generic, TypedDict, TypeVar, Unpack
 
 from comparisons.errors import LostWorkError
 from comparisons.machine import machine, versions
@@ -74,21 +74,12 @@ class Campaign(ABC, Generic[A, R]):
 
     layout: ClassVar[Layout | None] = None
 
-    def __init__(
-        self,
-        directory: Path = Path(),
-        *,
-        command: str = "",
-        effort: Effort = "quick",
-        workers: int = 1,
-        resume: bool = False,
-        overwrite: bool = False,
-        executor: Executor | None = None,
-        watch: Watch | None = None,
-    ) -> None:
-        self.directory, self.command, self.effort = directory, command, effort
-        self.resume, self.overwrite = resume, overwrite
-        self.workers, self.executor, self.watch = workers, executor, watch
+    def __init__(self, directory: Path = Path(), **options: Unpack[Options]) -> None:
+        self.directory, self.command = directory, options.get("command", "")
+        self.effort: Effort = options.get("effort", "quick")
+        self.resume, self.overwrite = options.get("resume", False), options.get("overwrite", False)
+        self.workers, self.executor = options.get("workers", 1), options.get("executor")
+        self.watch = options.get("watch")
         now = datetime.datetime.now(datetime.UTC).astimezone()
         self._created = now.isoformat(timespec="seconds")
         self._inquiries: Inquiries[A] = Inquiries()

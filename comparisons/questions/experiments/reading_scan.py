@@ -14,7 +14,7 @@ import numpy as np
 
 from comparisons.questions.experiments.base import Effort
 from comparisons.questions.experiments.rough_area import measure_area
-from comparisons.questions.experiments.rough_ensemble import Surface, line_samples, press
+from comparisons.questions.experiments.rough_ensemble import Drawing, Surface, line_samples, press
 from comparisons.questions.experiments.running import Finding, above, experiment, one_of
 
 HURSTS = (0.1, 0.3, 0.5, 0.8, 1.0)
@@ -46,7 +46,8 @@ def scan(points: int = 64, effort: Effort = "full") -> dict[Reading, np.ndarray]
             for load in LOADS
         ]
         for length in LINE_LENGTHS:
-            lines = [line_samples(surface, load, count, length=length) for load in LOADS]
+            drawing = Drawing(length=length)
+            lines = [line_samples(surface, load, count, drawing) for load in LOADS]
             stated = [each["contact_area_raw"].mean() for each in lines]
             found[hurst, roll_off, length] = np.array(stated) / np.array(true) - 1
     return found

@@ -6,6 +6,7 @@ import numpy as np
 
 from comparisons.questions.experiments.rough_ensemble import (
     QUANTITIES,
+    Drawing,
     Surface,
     compare,
     line_samples,
@@ -49,10 +50,9 @@ def measure_area(
 
     true, grid_bar = truth(sample, grid, count, effort)
     if statement == "line":
-        line = (rule, edges, float(line_length), int(line_points))
-        stated = line_samples(surface, float(load), max(_LINES_EACH * count, _LEAST_LINES), *line)[
-            quantity
-        ]
+        drawing = Drawing(rule, edges, float(line_length), int(line_points))
+        number = max(_LINES_EACH * count, _LEAST_LINES)
+        stated = line_samples(surface, float(load), number, drawing)[quantity]
     else:
         stated = np.atleast_1d(_THEORIES[statement](load))
     error, bar = compare(stated, true, grid_bar)

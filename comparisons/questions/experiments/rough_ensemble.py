@@ -129,29 +129,52 @@ def surface_samples(
     return {name: np.array([row[name] for row in rows]) for name in rows[0]}
 
 
+@dataclass(frozen=True)
+class Drawing:
+    """How lines are drawn from a surface of side L.
+
+    Attributes
+    ----------
+    rule : str
+        By which the spectrum of the line follows from that of the surface.
+    edges : str
+        Where their contacts end: see `reduced.rough.press.press`.
+    length : float
+        Of a line, over L.
+    points : int
+        Per L; by default two for each of the surface's, so that the modes in the corners of the
+        surface's spectrum are resolved.
+    """
+
+    rule: str = "rings"
+    edges: str = "sub_cell"
+    length: float = 1.0
+    points: int = 0
+
+
+ONE_SIDE = Drawing()
+
+
 @lru_cache(maxsize=512)
 def line_samples(
     surface: Surface,
     load: float,
     count: int,
-    rule: str = "rings",
-    edges: str = "sub_cell",
-    length: float = 1.0,
-    points: int = 0,
+    drawing: Drawing = ONE_SIDE,
 ) -> dict[str, np.ndarray]:
     """Return the quantities of `count` lines at the same nominal pressure, per patch L^2.
 
     A line of length L1 stands for a patch of side L1: it carries F = p L1^2, and its area, force
-    and stiffness count per L^2. `points` per L; by default two for each of the surface's, so that
-    the modes in the corners of the surface's spectrum are resolved.
+    and stiffness count per L^2.
     """
-    per_side = points or 2 * surface.points
+    length = drawing.length
+    per_side = drawing.points or 2 * surface.points
     names = ("contact_area", "penetration", "mean_gap", "contact_length", "stiffness")
     lines = ensemble.RandomLines(
-        surface.line(rule), round(per_side * length), count, seed=SEED, length=length
+        surface.line(drawing.rule), round(per_side * length), count, seed=SEED, length=length
     )
     pressed = ensemble.press_ensemble(
-        lines, 1.0, Load("force", load * length**2), edges=edges, quantities=names
+        lines, 1.0, Load("force", load * length**2), edges=drawing.edges, quantities=names
     )
     samples = {name: pressed.samples[name][:, 0] for name in names}
     for name in ("contact_area", "contact_length", "stiffness"):

@@ -136,10 +136,12 @@ def _tried(case: HardCase, methods: Sequence[str]) -> Inquiry[dict[str, OutcomeR
     solves = {(name, n): _jobs(plan, name, n) for name, n in tried.items() if isinstance(n, int)}
     trusted = _trusted(case, truth)
     done = yield [job for jobs in (*solves.values(), *trusted.values()) for job in jobs]
-    known = _truth(case, truth, {key: _joined(jobs, done)[0] for key, jobs in trusted.items()})
+    known = _truth(
+        case, truth, {key: _joined(jobs, done).solution for key, jobs in trusted.items()}
+    )
     found = {name: outcome for name, outcome in tried.items() if isinstance(outcome, OutcomeRecord)}
     for (name, resolution), jobs in solves.items():
-        found[name] = _measured(case, plan, known, name, resolution, *_joined(jobs, done))
+        found[name] = _measured(case, plan, known, name, resolution, _joined(jobs, done))
     return found
 
 
@@ -203,14 +205,14 @@ def _jobs(plan: Plan, name: str, resolution: int) -> list[Job]:
     return [solve_job(task_of(plan, name, resolution, block), solve_warned) for block in blocks]
 
 
-def _joined(jobs: Sequence[Job], done: Mapping[str, Done]) -> tuple[Solution, list[str]]:
+def _joined(jobs: Sequence[Job], done: Mapping[str, Done]) -> Warned:
     """Return the solution of all blocks, and each warning once."""
     parts = []
     for job in jobs:
         lost, value = done[job.key].lost, done[job.key].value
         parts.append(Warned(Solution.lost(job.arguments[0], lost)) if lost else value)
     solution = Solution.concat([part.solution for part in parts], axis=REALISATIONS)
-    return solution, list(dict.fromkeys(text for part in parts for text in part.warnings))
+    return Warned(solution, tuple(dict.fromkeys(t for part in parts for t in part.warnings)))
 
 
 def _measured(
@@ -219,12 +221,12 @@ def _measured(
     truth: _Truth,
     name: str,
     resolution: int,
-    solution: Solution,
-    warned: list[str],
+    warned: Warned,
 ) -> OutcomeRecord:
+    solution = warned.solution
     lost = tuple(int(step) for step in np.flatnonzero(~solution.converged.all(axis=0)))
     reasons = list(dict.fromkeys(solution.reasons.values()))
-    reason = "; ".join([*reasons, *(f"warned: {text}" for text in warned)])
+    reason = "; ".join([*reasons, *(f"warned: {text}" for text in warned.warnings)])
     common: dict[str, Any] = {"reason": reason, "lost": lost, "resolution": resolution}
     if not solution.converged.any():
         expected = case.expected.get(name)

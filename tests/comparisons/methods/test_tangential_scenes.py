@@ -11,7 +11,7 @@ import pytest
 
 from comparisons.methods.registry import solver_for
 from comparisons.questions.experiments import EXPERIMENTS, rough_slip
-from comparisons.questions.experiments.rough_ensemble import Surface, line_samples, press
+from comparisons.questions.experiments.rough_ensemble import Drawing, Surface, line_samples, press
 from comparisons.scene.scene import Scene
 from comparisons.solving.execution import execute
 from comparisons.solving.planning import plan_scene
@@ -167,7 +167,8 @@ def test_the_experiment_on_rough_slip_measures_the_normal_law_twice(monkeypatch)
         expected = ratio * (depths[0] - depths[1])
         assert rough_slip._true(surface, 0.02, 0.6, k, 1) == pytest.approx(expected, rel=0.05)
     lines = rough_slip._stated(surface, 0.02, 0.6, 200)
-    full, less = (line_samples(surface, f, 200, points=192)["penetration"] for f in (0.02, stuck))
+    drawing = Drawing(points=192)
+    full, less = (line_samples(surface, f, 200, drawing)["penetration"] for f in (0.02, stuck))
     assert lines == pytest.approx(ratio * (full - less), rel=1e-9)
 
 
