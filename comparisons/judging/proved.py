@@ -47,7 +47,10 @@ def proof_of(scene: Scene) -> Proof:
         With the reason.
     """
     if scene.indenter is None:
-        raise Unproved("rough surfaces are bounded at a penetration, by `reference.bounds.patches`")
+        raise Unproved(
+            "of rough surfaces only the experiments `rough-force-on-grid` and "
+            "`rough-penetration-on-grid` prove bounds"
+        )
     if scene.body is not None:
         raise Unproved("the theorems are for a half-space, and the [body] is finite")
     if scene.physics:

@@ -173,9 +173,16 @@ def periodic(
 
 
 def _alias_sum(
-    qx: NDArray[np.float64], qy: NDArray[np.float64], spacing: tuple[float, float]
+    qx: NDArray[np.float64],
+    qy: NDArray[np.float64],
+    spacing: tuple[float, float],
+    *,
+    energy: bool = False,
 ) -> NDArray[np.float64]:
-    """Sum sinc sinc/|q + G| over the aliases, with a smooth window that sums alternating tails."""
+    """Sum sinc sinc/|q + G| over the aliases, with a smooth window that sums alternating tails.
+
+    Of an energy the squares of the sincs, which do not alternate, without a window.
+    """
     nx, half = qx.size, qx.size // 2 + 1
     orders = np.arange(-_ALIASES, _ALIASES + 1)[:, None]
     window = 0.5 * erfc((np.abs(orders) - _ALIASES / 2) / (0.5 * np.sqrt(_ALIASES)))
@@ -183,11 +190,38 @@ def _alias_sum(
         q.ravel()[None, :] + 2 * np.pi * orders / step
         for q, step in ((qx[:half], spacing[0]), (qy, spacing[1]))
     )
-    sinc_x = window * np.sinc(kx * spacing[0] / (2 * np.pi))
-    sinc_y = window * np.sinc(ky * spacing[1] / (2 * np.pi))
+    sinc_x = np.sinc(kx * spacing[0] / (2 * np.pi))
+    sinc_y = np.sinc(ky * spacing[1] / (2 * np.pi))
+    sinc_x, sinc_y = (x**2 if energy else window * x for x in (sinc_x, sinc_y))
     rows = _sum_modes(kx, sinc_x, ky, sinc_y)
     # even in q_x: the negative half is the mirror image of the positive one
     return rows[np.minimum(np.arange(nx), nx - np.arange(nx))]
+
+
+def cell_energies(
+    shape: tuple[int, int], spacing: tuple[float, float], effective_modulus: float
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    r"""Transfer function of the energy <p, K p> of pressures uniform on cells, and its remainder.
+
+    For one mode of cell values the pressure has all its aliases q + G, each smaller by the two
+    sincs, so that the mean of p K p over a cell takes T = sum over G of
+    2/(E*|q+G|) sinc((q+G)_x dx/2)^2 sinc((q+G)_y dy/2)^2. All terms are positive; those beyond
+    |m| = 24 in either direction are bounded: with s^2 = sin(q_x dx/2)^2 the sum of the squared
+    sincs over |m| > M is at most 2 s^2/(pi^2 (M - 1/2)), over all n it is one, and 1/|q+G| at most
+    dx/(2 pi (M + 1/2)).
+
+    Returns
+    -------
+    transfer, remainder : ndarray, shape (nx, ny//2 + 1)
+        The sum lies between the first and the sum of the two. Zero at q = 0.
+    """
+    qx, qy = wavenumbers(shape, spacing)
+    transfer = _alias_sum(qx, qy, spacing, energy=True)
+    one, two = (np.sin(q * step / 2) ** 2 for q, step in zip((qx, qy), spacing, strict=True))
+    beyond = np.pi**-3 / (_ALIASES - 0.5) / (_ALIASES + 0.5)
+    remainder = beyond * (one * spacing[0] + two * spacing[1])
+    transfer[0, 0] = remainder[0, 0] = 0.0
+    return transfer * (2 / effective_modulus), remainder * (2 / effective_modulus)
 
 
 @njit(cache=True, error_model="numpy")

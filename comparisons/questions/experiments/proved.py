@@ -1,13 +1,17 @@
-"""Equal area against theorems: punches and pyramids whose truth is enclosed, not estimated."""
+"""Statements against theorems: punches, pyramids and rough contacts whose truth is enclosed."""
 
 from __future__ import annotations
 
 import math
 from functools import lru_cache
 
+from comparisons.questions.experiments.rough_ensemble import SEED
 from comparisons.questions.experiments.running import Finding, above, experiment, one_of
+from reference import surfaces
 from reference.bounds import axisymmetric, bodies, homogeneous, outlines, punches
 from reference.bounds.interval import Interval
+from reference.bounds.patches import Patch
+from reference.bounds.periodic import PeriodicSurface
 
 SHAPES = ("polygon", "rectangle", "l_shape", "right_isosceles", "disc")
 
@@ -110,6 +114,51 @@ def _judged(stated: float, true: Interval) -> tuple[float, float]:
     return 0.5 * (most + least), 0.5 * (most - least)
 
 
+def _grid_force(
+    effort: str, *, depth: float = 2.0, points: int = 16, hurst: float = 0.8, finer: int = 4
+) -> Finding:
+    """Force of the half-space solver on a rough patch's grid over that of the continuous surface.
+
+    At a penetration of `depth` rms heights; the surface is the band-limited one through the points.
+    """
+    above("depth", depth, 0)
+    above("points", points, 3)
+    above("finer", finer, 0)
+    heights = surfaces.self_affine(
+        int(points), 1.0, hurst=float(hurst), rms_slope=0.1, seed=SEED, realisation=0
+    )
+    patch = Patch(heights, 1.0, int(finer) if effort == "full" else 2)
+    penetration = float(depth) * float(heights.std())
+    stated = patch.on_grid(penetration).sum() * patch.spacing**2
+    error, bar = _judged(stated, patch.force(penetration, 1.0))
+    return Finding(error, bar, {"cells per side": float(patch.grid[0])})
+
+
+def _grid_penetration(
+    effort: str, *, load: float = 0.03, points: int = 32, hurst: float = 0.8, finer: int = 8
+) -> Finding:
+    """Penetration of the half-space solver's grid over that of the continuous periodic surface.
+
+    At a force of `load` E* A0 h', h' = 0.1.
+    """
+    above("load", load, 0)
+    above("points", points, 3)
+    above("finer", finer, 0)
+    heights = surfaces.self_affine(
+        int(points), 1.0, hurst=float(hurst), rms_slope=0.1, seed=SEED, realisation=0
+    )
+    surface = PeriodicSurface(heights, (1.0, 1.0), int(finer) if effort == "full" else 4)
+    mean = 0.1 * float(load)
+    stored = surface.energy(mean, 1.0)
+    stated = surface.on_grid(mean).penetration
+    error, bar = _judged(stated, surface.penetration(mean, 1.0))
+    details: dict[str, float | str] = {
+        "cells per side": float(surface.grid[0]),
+        "width of the energy's bounds": stored.width,
+    }
+    return Finding(error, bar, details)
+
+
 EXPERIMENTS = (
     experiment(
         "equal-area-circle",
@@ -124,5 +173,19 @@ EXPERIMENTS = (
         "faces n of a regular pyramid",
         "faces",
         _equal_cone,
+    ),
+    experiment(
+        "rough-force-on-grid",
+        "Force of a free rough patch by boundary elements, against proved bounds",
+        "penetration over the rms height",
+        "depth",
+        _grid_force,
+    ),
+    experiment(
+        "rough-penetration-on-grid",
+        "Penetration of a periodic rough contact by boundary elements, against proved bounds",
+        "load F/(E* A0 h')",
+        "load",
+        _grid_penetration,
     ),
 )

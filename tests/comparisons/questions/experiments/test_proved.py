@@ -37,7 +37,7 @@ def test_equal_area_is_never_too_stiff(monkeypatch):
 @pytest.mark.parametrize("shape", SHAPES)
 def test_every_shape_of_the_sheet_is_enclosed(shape):
     found = EXPERIMENTS["equal-area-circle"].measure(None, "quick", shape=shape, aspect=2.0)
-    assert found.uncertainty < 2e-3
+    assert found.uncertainty < 3e-3
     assert found.error - found.uncertainty <= 0
 
 
@@ -81,3 +81,11 @@ def test_a_cylinder_has_one_stiffness():
 def test_what_no_theorem_covers_says_why(tables, reason):
     with pytest.raises(Unproved, match=reason):
         proof_of(scene(**tables))
+
+
+@pytest.mark.slow
+def test_grids_of_rough_contacts_are_judged_by_bounds():
+    force = EXPERIMENTS["rough-force-on-grid"].measure(2.0, "quick", points=8)
+    assert abs(force.error) < force.uncertainty < 0.2
+    depth = EXPERIMENTS["rough-penetration-on-grid"].measure(0.03, "quick", points=8)
+    assert abs(depth.error) < depth.uncertainty < 0.1

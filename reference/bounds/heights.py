@@ -1,0 +1,87 @@
+r"""Heights that are trigonometric polynomials: values, slopes and certified curvatures.
+
+A map of n points per side stands for the trigonometric polynomial of least degree through them
+(`reference.surfaces.refine`). Sampled M times finer than its degree asks for, its largest modulus
+exceeds the largest sample by a factor of 1/cos(pi/(2M)) per direction at most (Ehlich & Zeller
+1964, Math. Z. 86, 41).
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import fft
+
+Array = NDArray[np.float64]
+
+
+class Waves:
+    """The band-limited surface through a periodic map of heights.
+
+    Parameters
+    ----------
+    heights : (n, m)
+    size : (float, float)
+        Sides of the map.
+    """
+
+    def __init__(self, heights: Array, size: tuple[float, float]) -> None:
+        self.points = heights.shape
+        modes = fft.fft2(heights, norm="forward")
+        self._numbers = tuple(np.round(fft.fftfreq(n, 1 / n)).astype(int) for n in self.points)
+        # a mode at half the sampling frequency is shared by its two signs; a product of cosines
+        for axis, count in enumerate(self.points):
+            if count % 2 == 0:
+                modes = _split(modes, count, axis)
+        self._modes = modes
+        self._orders = tuple(
+            fft.fftfreq(n, 1 / n) if n % 2 else np.append(fft.fftfreq(n, 1 / n), n // 2)
+            for n in self.points
+        )
+        self._size = size
+
+    def at(
+        self, grid: tuple[int, int], shift: tuple[float, float], order: tuple[int, int] = (0, 0)
+    ) -> Array:
+        """Values or derivatives at the points of a grid, shifted by parts of its steps."""
+        factors = []
+        for axis in (0, 1):
+            wave = 2 * np.pi * self._orders[axis] / self._size[axis]
+            along = shift[axis] * self._size[axis] / grid[axis]
+            factors.append((1j * wave) ** order[axis] * np.exp(1j * wave * along))
+        modes = self._modes * factors[0][:, None] * factors[1][None, :]
+        whole = np.zeros(grid, dtype=complex)
+        rows, columns = (
+            np.round(o).astype(int) % n for o, n in zip(self._orders, grid, strict=True)
+        )
+        np.add.at(whole, (rows[:, None], columns[None, :]), modes)
+        return fft.ifft2(whole, norm="forward").real
+
+    def curvatures(self, finer: int = 8) -> tuple[float, float, float]:
+        """Bounds of |h_xx|, |h_xy|, |h_yy| everywhere, from samples so many times finer."""
+        grid = (finer * self.points[0], finer * self.points[1])
+        beyond = math.cos(math.pi / (2 * finer)) ** -2 * (1 + 1e-9)
+        bounds = [
+            float(np.abs(self.at(grid, (0, 0), order)).max()) * beyond
+            for order in ((2, 0), (1, 1), (0, 2))
+        ]
+        return bounds[0], bounds[1], bounds[2]
+
+    def highest(self, finer: int = 8) -> tuple[float, float]:
+        """Bounds of the greatest height: that of a sample, and one that no point exceeds."""
+        grid = (finer * self.points[0], finer * self.points[1])
+        top = float(self.at(grid, (0, 0)).max())
+        xx, xy, yy = self.curvatures(finer)
+        # at the highest point the slope is zero, and the nearest sample half a step away
+        step_x, step_y = (0.5 * s / n for s, n in zip(self._size, grid, strict=True))
+        return top, top + 0.5 * (xx * step_x**2 + 2 * xy * step_x * step_y + yy * step_y**2)
+
+
+def _split(modes: NDArray[np.complex128], count: int, axis: int) -> NDArray[np.complex128]:
+    """Append the positive half of the mode at half the sampling frequency along an axis."""
+    moved = np.moveaxis(modes, axis, 0)
+    half = moved[count // 2 : count // 2 + 1] / 2
+    moved = np.concatenate([moved[: count // 2], half, moved[count // 2 + 1 :], half])
+    return np.moveaxis(moved, 0, axis)

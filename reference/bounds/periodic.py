@@ -1,0 +1,210 @@
+r"""Energy and penetration of a periodic rough contact between proved bounds.
+
+At a mean pressure P the elastic energy and the work against the gap g are together as small as any
+pressure of that mean, nowhere negative, makes them,
+
+    Pi(P) = min <p, K p>/2 + <p, g>  = int d dF,        dPi/dP = A0 d,
+
+with the penetration d of the rigid surface against the mean plane of the half-space, counted from
+the surface's highest sample. *Above*: the energy of any pressure uniform on the grid's cells, with
+all its aliases. *Below*: for any displacement v of mean zero
+
+    Pi >= -<v, K^-1 v>/2 + P A0 min (v + g)
+
+(Fenchel's inequality, as <p, v + g> >= P A0 min (v + g)). Here v is a trigonometric polynomial, so
+its energy is a sum over modes, and the minimum is bounded on small squares: value, slopes and
+curvatures at their middles, third derivatives by samples of twice the density that their degree
+asks for (Ehlich & Zeller 1964). The polynomial comes from a body that is raised wherever it would
+fall short, so that little is lost to the minimum.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy import fft as transforms
+
+from reference.bounds.heights import Waves
+from reference.bounds.interval import EPSILON, Interval
+from reference.halfspace import Contact, PeriodicOperator, fft
+from reference.halfspace.kernels import cell_energies, wavenumbers
+
+Array = NDArray[np.float64]
+
+_SQUARES = ((-0.25, -0.25), (-0.25, 0.25), (0.25, -0.25), (0.25, 0.25))
+_ROUNDS = 4
+# Steps of the mean pressure, relative to it, of the penetration's two difference quotients: their
+# errors, of second and of first order, against the width of the energies over the step.
+_STEPS = 0.1, 0.045
+
+
+class PeriodicSurface:
+    """A band-limited periodic surface over a half-space with E* = 1, its cells n x m times finer.
+
+    Parameters
+    ----------
+    heights : (n, m)
+        Growing towards the half-space; the surface is the trigonometric polynomial through them.
+    size : (float, float)
+    finer : int
+        Cells per point along a side.
+    """
+
+    def __init__(self, heights: Array, size: tuple[float, float], finer: int = 4) -> None:
+        self.waves = Waves(heights, size)
+        self.grid = (finer * heights.shape[0], finer * heights.shape[1])
+        self.spacing = (size[0] / self.grid[0], size[1] / self.grid[1])
+        self.area = size[0] * size[1]
+        self.top = self.waves.highest()[0]
+        self.gap = self.top - self.waves.at(self.grid, (0.0, 0.0))
+        self.operator = PeriodicOperator(self.grid, self.spacing, 1.0)
+
+    def energy(self, mean_pressure: float, effective_modulus: float) -> Interval:
+        """Pi at a mean pressure, per area.
+
+        Raises
+        ------
+        ValueError
+            For a pressure or modulus that is not positive and finite.
+        """
+        _check(mean_pressure, effective_modulus)
+        P = mean_pressure / effective_modulus
+        return effective_modulus * Interval(self._below(P), self._above(P))
+
+    def penetration(self, mean_pressure: float, effective_modulus: float) -> Interval:
+        """Penetration at a mean pressure.
+
+        It grows with the pressure, so it is not above its mean over [P, P + h], which is a
+        difference quotient of Pi. The contact area grows, too (Barber 1974), and the stiffness
+        with it, so the penetration is concave and not below its mean over [P - h, P + h].
+        """
+        _check(mean_pressure, effective_modulus)
+        P = mean_pressure / effective_modulus
+        less, more, beyond = P * (1 - _STEPS[0]), P * (1 + _STEPS[0]), P * (1 + _STEPS[1])
+        lower = (self._below(more) - self._above(less)) / (more - less)
+        upper = (self._above(beyond) - self._below(P)) / (beyond - P)
+        return Interval(lower * (1 - 8 * EPSILON), upper * (1 + 8 * EPSILON))
+
+    def on_grid(self, P: float) -> Contact:
+        """Return the contact of the grid's points, which proves nothing."""
+        return fft.solve(self.operator, self.gap - self.gap.min(), force=P * self.area)
+
+    def _above(self, P: float) -> float:
+        """Energy of a pressure on cells, per area."""
+        contact = self.on_grid(P)
+        pressure = contact.pressure * (P / contact.pressure.mean())
+        return self.energy_of(pressure)
+
+    def energy_of(self, pressure: Array) -> float:
+        """Upper bound of Pi that a pressure on the cells proves, per area.
+
+        Raises
+        ------
+        ValueError
+            For a pressure that is negative anywhere.
+        """
+        if not (pressure >= 0).all():
+            raise ValueError(f"a contact nowhere pulls; the least pressure is {pressure.min()}")
+        transfer, remainder = cell_energies(self.grid, self.spacing, 1.0)
+        modes = transforms.rfft2(pressure, norm="forward")
+        square = np.abs(modes) ** 2 * _both_signs(self.grid)
+        stored = 0.5 * ((transfer + remainder) * square).sum()
+        work = (pressure * (self.top - self._cell_means())).mean()
+        noise = 64 * EPSILON * math.log2(pressure.size)
+        return float((stored + work) * (1 + noise) + noise * pressure.mean() * np.ptp(self.gap))
+
+    def _cell_means(self) -> Array:
+        """Means of the heights over the cells: every wave times two sincs."""
+        qx, qy = wavenumbers(self.grid, self.spacing)
+        modes = transforms.rfft2(self.top - self.gap)
+        modes *= np.sinc(qx * self.spacing[0] / (2 * np.pi))
+        modes *= np.sinc(qy * self.spacing[1] / (2 * np.pi))
+        return transforms.irfft2(modes, self.grid)
+
+    def _below(self, P: float) -> float:
+        """Bound from below by the displacement under a body that is raised where it fell short."""
+        raised = np.zeros(self.grid)
+        best = -math.inf
+        for _ in range(_ROUNDS):
+            gap = self.gap - raised
+            contact = fft.solve(self.operator, gap - gap.min(), force=P * self.area)
+            modes = transforms.rfft2(contact.displacement, norm="forward")
+            least = self.least_sum(modes)
+            best = max(best, self.bound_of(modes, float(least.min()), P))
+            # where the sum is least, and by how much below its mean under the pressure
+            level = (least * contact.pressure).sum() / contact.pressure.sum()
+            raised += np.maximum(level - least, 0.0)
+        return best
+
+    def bound_of(self, modes: NDArray[np.complex128], least: float, P: float) -> float:
+        """Lower bound of Pi per area, of a displacement whose sum with the gap is nowhere less."""
+        wave = np.hypot(*wavenumbers(self.grid, self.spacing))
+        stored = 0.25 * (wave * np.abs(modes) ** 2 * _both_signs(self.grid)).sum()
+        noise = 64 * EPSILON * math.log2(self.grid[0] * self.grid[1])
+        return float(P * least - stored * (1 + noise) - noise * P * np.ptp(self.gap))
+
+    def least_sum(self, modes: NDArray[np.complex128]) -> Array:
+        """Lower bound of v + g on each cell, v the polynomial with the given modes.
+
+        The modes at half the sampling frequency must be zero; they are set to zero here.
+        """
+        _drop_half(modes, self.grid)
+        total = modes - transforms.rfft2(self.top - self.gap, norm="forward")
+        half = tuple(0.25 * step for step in self.spacing)
+        least = np.full(self.grid, math.inf)
+        third = np.zeros(4)
+        for shift in _SQUARES:
+            at = {order: self._derivative(total, order, shift) for order in _ORDERS}
+            bend = 0.5 * np.minimum(at[2, 0], 0.0) * half[0] ** 2
+            bend += 0.5 * np.minimum(at[0, 2], 0.0) * half[1] ** 2
+            bend -= np.abs(at[1, 1]) * half[0] * half[1]
+            sway = np.abs(at[1, 0]) * half[0] + np.abs(at[0, 1]) * half[1]
+            least = np.minimum(least, at[0, 0] - sway + bend)
+            third = np.maximum(third, [np.abs(at[o]).max() for o in _ORDERS if sum(o) == 3])
+        # samples twice as dense as the degree asks for: 1/cos(pi/4) in each direction
+        weights = (
+            half[0] ** 3,
+            3 * half[0] ** 2 * half[1],
+            3 * half[0] * half[1] ** 2,
+            half[1] ** 3,
+        )
+        rest = 2 * float(third @ weights) / 6
+        return self.top + least - rest - 64 * EPSILON * np.ptp(self.gap)
+
+    def _derivative(
+        self, modes: NDArray[np.complex128], order: tuple[int, int], shift: tuple[float, float]
+    ) -> Array:
+        qx, qy = wavenumbers(self.grid, self.spacing)
+        x = (1j * qx) ** order[0] * np.exp(1j * qx * self.spacing[0] * shift[0])
+        y = (1j * qy) ** order[1] * np.exp(1j * qy * self.spacing[1] * shift[1])
+        return transforms.irfft2(modes * x * y, self.grid, norm="forward")
+
+
+_ORDERS = tuple((m, n) for m in range(4) for n in range(4) if m + n <= 3)
+
+
+def _drop_half(modes: NDArray[np.complex128], grid: tuple[int, int]) -> None:
+    if grid[0] % 2 == 0:
+        modes[grid[0] // 2] = 0.0
+    if grid[1] % 2 == 0:
+        modes[:, grid[1] // 2] = 0.0
+    modes[0, 0] = 0.0
+
+
+def _both_signs(grid: tuple[int, int]) -> Array:
+    """How often the modes of a real transform count."""
+    weights = np.full(grid[1] // 2 + 1, 2.0)
+    weights[0] = 1.0
+    if grid[1] % 2 == 0:
+        weights[-1] = 1.0
+    return weights
+
+
+def _check(mean_pressure: float, effective_modulus: float) -> None:
+    if not all(x > 0 and math.isfinite(x) for x in (mean_pressure, effective_modulus)):
+        raise ValueError(
+            "mean pressure and modulus must be positive and finite, got "
+            f"{mean_pressure!r} and {effective_modulus!r}"
+        )

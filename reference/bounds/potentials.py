@@ -1,0 +1,208 @@
+r"""Displacement under pressures uniform on a grid's cells, bounded everywhere on small squares.
+
+On a square about a point c the displacement is u(c) + u'(c) (x - c) + rest. What one loaded cell
+adds to the rest is bounded
+
+- near the cell by halving the square further: the displacement k(x, y) of a loaded cell falls with
+  |x| and with |y|, so on a small square it lies between its values at two of the corners, and the
+  linear part lies between its values at the corners, too;
+- far from the cell by half the second derivatives of 1/r, whose norm is 2/r^3 (the largest
+  eigenvalue of the Hessian of 1/r), integrated over the cell.
+
+The bounds of all cells add up as the displacements do, in one more convolution: nothing is
+sampled. The rounding of the transforms is bounded by their size (Higham 2002, theorem 24.2).
+"""
+
+from __future__ import annotations
+
+import math
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+from numba import njit
+from numpy.typing import NDArray
+from scipy import fft
+
+from reference.bounds.interval import EPSILON
+from reference.halfspace.kernels import love
+
+Array = NDArray[np.float64]
+
+# Offsets up to which the rest is bounded on parts of a square, and how many parts there are.
+_NEAR, _PARTS = 6, 32
+# Padded cells up to which the kernels of all squares are kept: 0.2 GB.
+_KEPT = 2**18
+
+
+class Expansion(NamedTuple):
+    """Displacement on one square of every cell: value and slopes at its middle, and the rest.
+
+    The displacement lies between value + slope_x dx + slope_y dy - `under` and the same + `over`.
+    """
+
+    value: Array
+    slope_x: Array
+    slope_y: Array
+    under: Array
+    over: Array
+
+
+class GridPotential:
+    """Bounds of the displacement under pressures on n x m square cells of a free half-space.
+
+    Parameters
+    ----------
+    shape : (int, int)
+    spacing : float
+        Side of the cells.
+    squares : int
+        Squares per side of a cell on which the displacement is bounded.
+
+    Attributes
+    ----------
+    places : tuple of (float, float)
+        Middles of the squares, relative to the cell's middle, in cells.
+    half : float
+        Half the side of a square.
+
+    All for E* = 1.
+    """
+
+    def __init__(self, shape: tuple[int, int], spacing: float, squares: int) -> None:
+        self.shape, self.spacing, self.squares = shape, spacing, squares
+        self.half = 0.5 * spacing / squares
+        steps = (np.arange(squares) + 0.5) / squares - 0.5
+        self.places = tuple((float(x), float(y)) for x in steps for y in steps)
+        self._padded = tuple(fft.next_fast_len(2 * n, real=True) for n in shape)
+        self._kept: dict[int, tuple[Array, ...]] = {}
+
+    def expansion(self, pressure: Array, place: int) -> Expansion:
+        """Return the displacement on the square with that number, in every cell."""
+        modes = fft.rfft2(pressure, self._padded)
+        kernels = self._kept.get(place) or self._kernels(place)
+        if math.prod(self._padded) <= _KEPT:
+            self._kept[place] = kernels
+        value, slope_x, slope_y, under, over = (self._convolved(modes, k) for k in kernels)
+        # the transforms' rounding, relative to the norms of what they multiply
+        noise = 16 * EPSILON * math.log2(self._padded[0] * self._padded[1])
+        norms = [np.sqrt((kernel**2).sum()) for kernel in kernels]
+        size = np.sqrt((pressure**2).sum())
+        slack = noise * size * (norms[0] + norms[4] + self.half * (norms[1] + norms[2]))
+        return Expansion(value, slope_x, slope_y, under + slack, over + slack)
+
+    def _convolved(self, modes: NDArray[np.complex128], kernel: Array) -> Array:
+        whole = fft.irfft2(modes * fft.rfft2(kernel), self._padded)
+        return whole[: self.shape[0], : self.shape[1]]
+
+    def _offsets(self) -> tuple[Array, Array]:
+        """Offsets of the padded grid in cells, negative ones at its end."""
+        rows, columns = (fft.fftfreq(n, 1 / n) for n in self._padded)
+        return rows[:, None], columns[None, :]
+
+    def _kernels(self, place: int) -> tuple[Array, ...]:
+        """Value, slopes and rests under unit pressure on a cell, over all offsets."""
+        step, (x, y) = self.spacing, self.places[place]
+        i, j = self._offsets()
+        near = (np.abs(i) <= _NEAR) & (np.abs(j) <= _NEAR)
+        i, j = np.broadcast_arrays(i + x, j + y)
+        value = love(i, j, (step, step), 1.0)
+        slope_x, slope_y = step_slopes(i * step, j * step, step)
+        # the nearest points of square and cell, or none of it near the cell
+        reach = 0.5 * step + self.half
+        apart = np.hypot(*(np.maximum(np.abs(o) * step - reach, 0.0) for o in (i, j)))
+        far = np.where(near, np.inf, apart)
+        # 1/r bends by 2/r^3 towards the cell, by -1/r^3 across; corners are 2^(1/2) half away
+        bend = step**2 * self.half**2 / far**3 / math.pi
+        rests = [bend, 2 * bend]
+        around = np.arange(-_NEAR, _NEAR + 1)
+        for rest, bounds in zip(rests, _near_rests(self.squares), strict=True):
+            rest[np.ix_(around, around)] = bounds[place] * step
+        return value, slope_x, slope_y, *rests
+
+
+@lru_cache(maxsize=4)
+def _near_rests(squares: int) -> tuple[Array, Array]:
+    """Rests under and over the linear part near a cell of side 1, by square and offset.
+
+    The cell and the offsets are their own images in both axes and in the diagonal, so squares on
+    one side of these suffice.
+    """
+    steps = (np.arange(squares) + 0.5) / squares - 0.5
+    rests = np.empty((2, squares, squares, 2 * _NEAR + 1, 2 * _NEAR + 1))
+    for m, x in enumerate(steps):
+        for n, y in enumerate(steps):
+            long, short = max(abs(x), abs(y)), min(abs(x), abs(y))
+            for rest, bound in zip(rests, _rests_of_square(long, short, squares), strict=True):
+                bound = bound.T if abs(y) > abs(x) else bound
+                rest[m, n] = bound[:: -1 if x < 0 else 1, :: -1 if y < 0 else 1]
+    under, over = rests.reshape(2, squares**2, *rests.shape[3:])
+    return under, over
+
+
+@lru_cache(maxsize=64)
+def _rests_of_square(x: float, y: float, squares: int) -> tuple[Array, Array]:
+    offsets = np.arange(-_NEAR, _NEAR + 1.0)
+    places_x, places_y = np.meshgrid(offsets + x, offsets + y, indexing="ij")
+    slope_x, slope_y = step_slopes(places_x, places_y, 1.0)
+    under, over = np.empty((2, *places_x.shape))
+    _bound_rests(places_x, places_y, slope_x, slope_y, 0.5 / squares, under, over)
+    # rounding moves a rest by 1e-15, far less than its parts leave open
+    return under + 1e-12, over + 1e-12
+
+
+@njit(cache=True, error_model="numpy")
+def _bound_rests(x, y, slope_x, slope_y, half, under, over):
+    """Largest distances from the linear part on squares, each in parts."""
+    side = 2 * half / _PARTS
+    for k in range(x.size):
+        own_x, own_y, gx, gy = x.flat[k], y.flat[k], slope_x.flat[k], slope_y.flat[k]
+        value = _potential(own_x, own_y)
+        sway = 0.5 * side * (abs(gx) + abs(gy))
+        deepest = highest = 0.0
+        for m in range(_PARTS):
+            low_x = own_x - half + m * side
+            for n in range(_PARTS):
+                low_y = own_y - half + n * side
+                near_x, far_x = _nearest_farthest(low_x, low_x + side)
+                near_y, far_y = _nearest_farthest(low_y, low_y + side)
+                middle = gx * (low_x + 0.5 * side - own_x) + gy * (low_y + 0.5 * side - own_y)
+                highest = max(highest, _potential(near_x, near_y) - value - middle + sway)
+                deepest = max(deepest, value + middle + sway - _potential(far_x, far_y))
+        under.flat[k], over.flat[k] = deepest, highest
+
+
+@njit(cache=True, error_model="numpy")
+def _potential(x, y):
+    """Displacement under unit pressure on a cell of side 1, E* = 1."""
+    total = _antiderivative(x + 0.5, y + 0.5) - _antiderivative(x - 0.5, y + 0.5)
+    total += _antiderivative(x - 0.5, y - 0.5) - _antiderivative(x + 0.5, y - 0.5)
+    return total / math.pi
+
+
+@njit(cache=True, error_model="numpy")
+def _antiderivative(x, y):
+    first, second = abs(x), abs(y)
+    inner = 0.0
+    if first > 0 and second > 0:
+        inner = first * np.arcsinh(second / first) + second * np.arcsinh(first / second)
+    return np.sign(x) * np.sign(y) * inner
+
+
+@njit(cache=True, error_model="numpy")
+def _nearest_farthest(low, high):
+    """Smallest and largest distance from zero in an interval."""
+    one, two = abs(low), abs(high)
+    return 0.0 if low < 0 < high else min(one, two), max(one, two)
+
+
+def step_slopes(x: Array, y: Array, side: float) -> tuple[Array, Array]:
+    """Slopes along x and y of the displacement under a cell; infinite on its edges."""
+    return _slope(x, y, side), _slope(y, x, side)
+
+
+def _slope(x: Array, y: Array, side: float) -> Array:
+    right, left, upper, lower = x + side / 2, x - side / 2, y + side / 2, y - side / 2
+    total = np.arcsinh(upper / np.abs(right)) - np.arcsinh(upper / np.abs(left))
+    total += np.arcsinh(lower / np.abs(left)) - np.arcsinh(lower / np.abs(right))
+    return total / math.pi

@@ -1,0 +1,150 @@
+"""Proved bounds of rough contacts: nothing is sampled, and closed forms lie inside."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from reference import closed_form, surfaces
+from reference.bounds.heights import Waves
+from reference.bounds.patches import Patch
+from reference.bounds.periodic import PeriodicSurface
+from reference.bounds.potentials import GridPotential
+from reference.halfspace.kernels import cell_energies, love, periodic
+
+
+def _heights(points, realisation=0):
+    return surfaces.self_affine(
+        points, 1.0, hurst=0.8, rms_slope=0.1, seed=1, realisation=realisation
+    )
+
+
+def _displacement(pressure, x, y, spacing):
+    """Displacement at the cells' middles moved by (x, y) cells, summed cell by cell."""
+    n, m = pressure.shape
+    i, j = np.arange(n), np.arange(m)
+    rows, columns = i[:, None] - i[None, :] + x, j[:, None] - j[None, :] + y
+    kernel = love(rows[:, None, :, None], columns[None, :, None, :], (spacing, spacing), 1.0)
+    return np.einsum("ijkl,kl->ij", kernel, pressure)
+
+
+def test_displacement_is_bounded_between_the_middles_of_cells():
+    rng = np.random.default_rng(3)
+    pressure = rng.random((6, 6))
+    grid = GridPotential((6, 6), 0.25, 2)
+    for place, (x, y) in enumerate(grid.places):
+        u = grid.expansion(pressure, place)
+        for dx, dy in rng.uniform(-0.249, 0.249, (5, 2)):
+            linear = u.value + 0.25 * (dx * u.slope_x + dy * u.slope_y)
+            exact = _displacement(pressure, x + dx, y + dy, 0.25)
+            assert (exact <= linear + u.over).all()
+            assert (exact >= linear - u.under).all()
+
+
+def test_waves_pass_through_the_points_and_their_curvature_is_bounded():
+    heights = _heights(8)
+    waves = Waves(heights, (1.0, 1.0))
+    assert np.allclose(waves.at((8, 8), (0, 0)), heights, atol=1e-15)
+    assert np.allclose(waves.at((24, 24), (0, 0)), surfaces.refine(heights, 3), atol=1e-15)
+    bounds = waves.curvatures(4)
+    rng = np.random.default_rng(0)
+    for order, bound in zip(((2, 0), (1, 1), (0, 2)), bounds, strict=True):
+        samples = [np.abs(waves.at((16, 16), shift, order)).max() for shift in rng.random((9, 2))]
+        assert max(samples) <= bound
+    sampled, highest = waves.highest(4)
+    assert sampled <= surfaces.refine(heights, 64).max() <= highest
+
+
+def test_conditions_at_the_middles_of_cells_prove_nothing():
+    # the pressure that meets the body in every middle falls short of it between them: there the
+    # displacement of single points is too small, as the bound says without sampling
+    patch = Patch(_heights(8), 1.0, 2)
+    depth = 0.6 * np.ptp(_heights(8))
+    pressure = patch.on_grid(depth)
+    waves, worst = Waves(_heights(8), (1.0, 1.0)), 0.0
+    for x, y in ((0.4, 0.4), (-0.4, 0.3), (0.45, -0.45)):
+        gap = patch.top - waves.at(patch.grid, (x, y))
+        short = depth - gap - _displacement(pressure, x, y, patch.spacing)
+        worst = max(worst, short.max())
+    assert worst > 0.01 * depth
+    assert patch.shortfall(pressure, depth).max() >= worst
+
+
+@pytest.mark.slow
+def test_force_of_a_rough_patch_is_enclosed():
+    heights = _heights(8)
+    depth = 0.6 * np.ptp(heights)
+    patch = Patch(heights, 1.0, 4)
+    coarse = Patch(heights, 1.0, 2).force(depth, 3.0)
+    fine = patch.force(depth, 3.0)
+    # nested within rounding, both first order at least in the cells' size
+    assert coarse.lower < fine.lower < fine.upper < coarse.upper
+    assert fine.width < 0.65 * coarse.width
+    assert 3.0 * patch.on_grid(depth).sum() * patch.spacing**2 in fine
+
+
+@pytest.mark.slow
+def test_force_of_64_points_is_enclosed_to_4_percent():
+    heights = _heights(64)
+    pressed = Patch(heights, 1.0, 4).force(2 * heights.std(), 1.0)
+    assert pressed.width < 0.04
+
+
+def test_energies_of_cells_add_all_aliases():
+    # at long waves they tend to the half-space's own 2/(E*|q|), and they exceed the displacement
+    # in the cells' middles times the pressure at short ones
+    transfer, remainder = cell_energies((64, 64), (1.0, 1.0), 2.0)
+    smooth = periodic((64, 64), (1.0, 1.0), 2.0)
+    assert transfer[1, 0] == pytest.approx(smooth[1, 0], rel=1e-3)
+    assert (remainder <= 2e-4 * transfer.max()).all()
+    # one cell alone against its potential's mean: the self-energy of the unit square, less that of
+    # the images, is what all modes together store
+    own = transfer[:, 1:-1].sum() * 2 + transfer[:, [0, -1]].sum()
+    exact = 4 * (np.log(1 + np.sqrt(2)) + (1 - np.sqrt(2)) / 3) / (2 * np.pi)
+    # images: Madelung's sum for the square lattice with a uniform background, 3.9 / L
+    assert own / 64**2 == pytest.approx(exact - 3.900264920001956 / 64 / (2 * np.pi), rel=1e-4)
+
+
+def _wave(points):
+    """Heights of amplitude 0.01 along x."""
+    return 0.01 * np.cos(2 * np.pi * np.arange(points) / points)[:, None] * np.ones(4)
+
+
+@pytest.mark.parametrize("share", [0.2, 0.7])
+def test_westergaards_wave_is_enclosed(share):
+    # Pi = p* D s^2 (3/4 - ln(s)/2), the integral of D s (1 - ln s) over the pressure
+    wave = closed_form.westergaard(0.01, 1.0, 1.0)
+    mean = share * wave.full_contact_pressure
+    surface = PeriodicSurface(_wave(8), (1.0, 0.5), 8)
+    exact = wave.full_contact_pressure * 0.01 * share**2 * (0.75 - 0.5 * np.log(share))
+    stored = surface.energy(mean, 1.0)
+    assert exact in stored
+    assert stored.width < 2e-2
+    assert float(wave.penetration(mean)) in surface.penetration(mean, 1.0)
+
+
+def test_bounds_of_the_energy_converge_with_the_cells():
+    coarse, fine = (PeriodicSurface(_heights(8), (1.0, 1.0), n).energy(0.01, 1.0) for n in (4, 8))
+    assert coarse.lower < fine.lower < fine.upper < coarse.upper
+    assert fine.width < 0.5 * coarse.width
+
+
+def test_a_pressure_that_pulls_stores_no_upper_bound():
+    surface = PeriodicSurface(_heights(8), (1.0, 1.0), 2)
+    pressure = np.full(surface.grid, 0.01)
+    pressure[0, 0] = -1e-9
+    with pytest.raises(ValueError, match="nowhere pulls"):
+        surface.energy_of(pressure)
+
+
+@pytest.mark.parametrize(
+    "wrong",
+    [
+        lambda: Patch(np.zeros((4, 6)), 1.0),
+        lambda: Patch(_heights(8), 1.0, 1).force(-1.0, 1.0),
+        lambda: PeriodicSurface(_heights(8), (1.0, 1.0), 1).energy(0.0, 1.0),
+    ],
+)
+def test_bad_input_is_refused(wrong):
+    with pytest.raises(ValueError, match=r"\w+ \w+"):
+        wrong()
