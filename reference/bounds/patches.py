@@ -23,6 +23,8 @@ from reference.bounds.heights import Waves
 from reference.bounds.interval import EPSILON, Interval
 from reference.bounds.potentials import GridPotential
 from reference.halfspace import FreeOperator, fft
+from reference.halfspace.solution import Press
+from reference.loads import Load
 
 Array = NDArray[np.float64]
 
@@ -140,7 +142,8 @@ class Patch:
     def _pressed(self, penetration: float, raised: Array) -> Array:
         gap = self.centres - raised
         lowest = min(float(gap.min()), 0.0)
-        return fft.solve(self.operator, gap - lowest, penetration=penetration - lowest).pressure
+        press = Press(self.operator, gap - lowest)
+        return fft.solve(press, Load("penetration", penetration - lowest)).pressure
 
     def _below(self, penetration: float) -> float:
         """Mean of d - g under a pressure that pushes nowhere it acts deeper than a unit."""

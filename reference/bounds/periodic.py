@@ -30,6 +30,8 @@ from reference.bounds.heights import Waves
 from reference.bounds.interval import EPSILON, Interval
 from reference.halfspace import Contact, PeriodicOperator, fft
 from reference.halfspace.kernels import cell_energies, wavenumbers
+from reference.halfspace.solution import Press
+from reference.loads import Load
 
 Array = NDArray[np.float64]
 
@@ -87,9 +89,12 @@ class PeriodicSurface:
         upper = (self._above(beyond) - self._below(P)) / (beyond - P)
         return Interval(lower * (1 - 8 * EPSILON), upper * (1 + 8 * EPSILON))
 
+    def _press(self, gap: Array) -> Press:
+        return Press(self.operator, gap - gap.min())
+
     def on_grid(self, P: float) -> Contact:
         """Return the contact of the grid's points, which proves nothing."""
-        return fft.solve(self.operator, self.gap - self.gap.min(), force=P * self.area)
+        return fft.solve(self._press(self.gap), Load("force", P * self.area))
 
     def _above(self, P: float) -> float:
         """Energy of a pressure on cells, per area."""
@@ -129,7 +134,7 @@ class PeriodicSurface:
         best = -math.inf
         for _ in range(_ROUNDS):
             gap = self.gap - raised
-            contact = fft.solve(self.operator, gap - gap.min(), force=P * self.area)
+            contact = fft.solve(self._press(gap), Load("force", P * self.area))
             modes = transforms.rfft2(contact.displacement, norm="forward")
             least = self.least_sum(modes)
             best = max(best, self.bound_of(modes, float(least.min()), P))
