@@ -57,7 +57,7 @@ def slope() -> list[list[str]]:
         run = integrate(Blocks(1.0, 1.0, load=load), v0, Stepping(1.0, 20_000))
         speed = (run.position[-1, 0] - run.position[-2, 0]) / v0
         force = float(friction_law.friction(run.velocity[-1, 0], 1.0, v0))
-        still = march(coulomb.blocks(1.0, 1.0, load=load), step=1.0, steps=20_000)
+        still = march(coulomb.Blocks(1.0, 1.0, load=load), step=1.0, steps=20_000)
         formula = float(friction_law.creep_speed(load, 1.0, v0)) / v0
         cells = [f"{load}", f"{formula:.4f}", f"{speed:.4f}", f"{force / load - 1:.0e}"]
         rows.append([*cells, f"{still.position[-1, 0]:.0f}"])
@@ -122,7 +122,7 @@ SAMPLES = np.linspace(0, END, 2001)
 
 def exact() -> np.ndarray:
     """Positions by events."""
-    return follow(coulomb.blocks(1.0, LIMIT, **FORCED), END).at(SAMPLES)[0][:, 0]
+    return follow(coulomb.Blocks(1.0, LIMIT, **FORCED), END).at(SAMPLES)[0][:, 0]
 
 
 def law_error(v0: float) -> float:
@@ -153,7 +153,7 @@ def oscillator_cost() -> list[list[str]]:
     """Error against cost of every way to step."""
     rows = [["method", "v0", "steps", "law evaluations", "seconds", "error"]]
     truth = exact()
-    system, set_valued = Blocks(1.0, LIMIT, **FORCED), coulomb.blocks(1.0, LIMIT, **FORCED)
+    system, set_valued = Blocks(1.0, LIMIT, **FORCED), coulomb.Blocks(1.0, LIMIT, **FORCED)
 
     def add(name: str, speed: str, steps: int, run: Callable[[], object]) -> None:
         solution = run()
@@ -200,7 +200,7 @@ def belt() -> list[list[str]]:
     for ratio in (1.3, 1.0):
         cycle = stick_slip(1.0, 1.0, 1.0, ratio, 1.0)
         half = 0.5 * (cycle.largest - cycle.smallest)
-        system = coulomb.blocks(1.0, 1.0, static=ratio, stiffness=1.0, belt=1.0)
+        system = coulomb.Blocks(1.0, 1.0, static=ratio, stiffness=1.0, belt=1.0)
         end = 12 * cycle.period
         start = {"position": 1.0, "velocity": 1.0}
         run = march(system, step=end / 120_000, steps=120_000, **start)
@@ -323,19 +323,21 @@ def forced() -> list[list[str]]:
         ["P/F0", "springs in steps", "Runge-Kutta", "linear", "share in flight", "seconds, both"]
     ]
     contact = spring_contact(Springs(paraboloid(1.0), 1.0), 4 * DEPTH)
-    per, push = 1000, {"damping": 0.1, "frequency": 1.0}
+    per, damping = 1000, 0.1
     step = 2 * math.pi / per
     for share in (0.001, 0.03, 0.1, 0.15, 0.2, 0.3):
         start = time.process_time()
         true = oscillator.forced_vibration(
-            BALL, 1.0, LOAD, force=share * LOAD, periods=80, tolerance=1e-9, **push
+            *(BALL, oscillator.Mass(1.0, damping), oscillator.Push(LOAD, share * LOAD, 1.0)),
+            periods=80,
+            tolerance=1e-9,
         )
         middle = time.process_time()
         run = move(
             contact,
-            Mass(1.0, push["damping"], position=DEPTH),
+            Mass(1.0, damping, position=DEPTH),
             Stepping(step, 80 * per),
-            Push(LOAD, amplitude=share * LOAD, frequency=push["frequency"]),
+            Push(LOAD, amplitude=share * LOAD, frequency=1.0),
             scheme="verlet",
         )
         spent = f"{time.process_time() - middle:.2f}, {middle - start:.2f}"

@@ -7,7 +7,7 @@ import math
 import numpy as np
 from scipy.special import poch
 
-from reference.closed_form.form import Array, ClosedForm, build, require_positive
+from reference.closed_form.form import Array, ClosedForm, Formulas, require_positive
 from reference.closed_form.numerics import gauss, minus_tanh, solve_increasing
 
 
@@ -44,7 +44,7 @@ def paraboloid(radius: float, effective_modulus: float) -> ClosedForm:
         area = 0.75 * (F / E)
         return np.cbrt(area / R * area)
 
-    return build(
+    return Formulas(
         "paraboloid",
         "Hertz 1881; Johnson 1985, (4.22)-(4.24)",
         force=lambda d: 4 / 3 * E * contact_radius(d) * d,
@@ -55,7 +55,7 @@ def paraboloid(radius: float, effective_modulus: float) -> ClosedForm:
         pressure=lambda rho, d: (
             2 * E / np.pi * (contact_radius(d) / R) * np.sqrt((1 - rho) * (1 + rho))
         ),
-    )
+    ).closed_form()
 
 
 # tanh(14) = 1 - 1.4e-12: beyond, the contact radius is R to the accuracy of the pressures.
@@ -122,7 +122,7 @@ def sphere(radius: float, effective_modulus: float) -> ClosedForm:
         )
         return E * R**3 * springs
 
-    return build(
+    return Formulas(
         "sphere",
         "Segedin 1957; Popov, Hess & Willert 2019, chapter 2",
         force=lambda d: E * R * R * force_law(edge(d))[0],
@@ -133,7 +133,7 @@ def sphere(radius: float, effective_modulus: float) -> ClosedForm:
         pressure=lambda rho, d: E / np.pi * _sphere_pressure(rho, edge(d)),
         penetration_limit=R * _SPHERE_LIMIT * math.tanh(_SPHERE_LIMIT),
         limit_reason="the contact would reach the radius of the sphere",
-    )
+    ).closed_form()
 
 
 def _sphere_pressure(rho: Array, b: Array) -> Array:
@@ -185,7 +185,7 @@ def cone(slope: float, effective_modulus: float) -> ClosedForm:
         # arcosh(1/rho) written so that it is exact both at the edge and at the tip.
         return 0.5 * E * s * np.arcsinh(np.sqrt((1 - rho) * (1 + rho)) / rho)
 
-    return build(
+    return Formulas(
         "cone",
         "Love 1939; Sneddon 1965",
         force=lambda d: E * contact_radius(d) * d,
@@ -195,7 +195,7 @@ def cone(slope: float, effective_modulus: float) -> ClosedForm:
         energy=lambda d: E * contact_radius(d) * d * d / 3,
         pressure=pressure,
         singular_at="centre",
-    )
+    ).closed_form()
 
 
 def power_law(exponent: float, coefficient: float, effective_modulus: float) -> ClosedForm:
@@ -249,7 +249,7 @@ def power_law(exponent: float, coefficient: float, effective_modulus: float) -> 
     def contact_radius(d: Array) -> Array:
         return unit * ((d / unit) ** (1 / n) / reach)
 
-    return build(
+    return Formulas(
         "power_law",
         "Galin 1946; Sneddon 1965",
         force=lambda d: lever * contact_radius(d) * d,
@@ -263,7 +263,7 @@ def power_law(exponent: float, coefficient: float, effective_modulus: float) -> 
             E / np.pi * n * (d / contact_radius(d)) * _power_law_integral(rho, n)
         ),
         singular_at="centre" if n <= 1 else None,
-    )
+    ).closed_form()
 
 
 def _power_law_integral(rho: Array, n: float) -> Array:

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.optimize import brentq
 from scipy.special import elliprd, elliprf
 
-from reference.closed_form.form import Array, ClosedForm, build, require_positive
+from reference.closed_form.form import Array, ClosedForm, Formulas, require_positive
 
 
 def ellipsoid(radius_x: float, radius_y: float, effective_modulus: float) -> ClosedForm:
@@ -69,7 +69,7 @@ def ellipsoid(radius_x: float, radius_y: float, effective_modulus: float) -> Clo
         area = F / lever
         return np.cbrt(area / longer * area)
 
-    return build(
+    return Formulas(
         "ellipsoid",
         "Hertz 1881; Johnson 1985, section 4.2",
         force=lambda d: lever * np.sqrt(longer * d) * d,
@@ -81,7 +81,7 @@ def ellipsoid(radius_x: float, radius_y: float, effective_modulus: float) -> Clo
             E / K * (d / (slenderness * major(d))) * np.sqrt((1 - rho) * (1 + rho))
         ),
         axisymmetric=False,
-    )
+    ).closed_form()
 
 
 def _squared_axis_ratio(radius_ratio: float) -> float:
@@ -131,7 +131,7 @@ def elliptic_punch(semi_axis_x: float, semi_axis_y: float, effective_modulus: fl
     a, b = max(half_x, half_y), min(half_x, half_y)
     K = float(elliprf(0.0, (b / a) ** 2, 1.0))
     stiffness = math.pi * E * a / K
-    return build(
+    return Formulas(
         "elliptic_punch",
         "Green & Sneddon 1950; Johnson 1985, section 3.5",
         force=lambda d: stiffness * d,
@@ -143,4 +143,4 @@ def elliptic_punch(semi_axis_x: float, semi_axis_y: float, effective_modulus: fl
         axisymmetric=False,
         singular_at="edge",
         singular_edge=(half_x, half_y),
-    )
+    ).closed_form()

@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, Literal
 
 import numpy as np
@@ -104,42 +105,74 @@ def checked_load(name: str, value: ArrayLike, limit: float = math.inf, reason: s
     return load
 
 
-def build(
-    name: str,
-    source: str,
-    *,
-    force: Callable[[Array], Array],
-    penetration: Callable[[Array], Array],
-    semi_axes: Callable[[Array], tuple[Array, Array]],
-    stiffness: Callable[[Array], Array],
-    energy: Callable[[Array], Array],
-    pressure: Callable[[Array, Array], Array],
-    axisymmetric: bool = True,
-    singular_at: Literal["edge", "centre"] | None = None,
-    singular_edge: tuple[float, float] | None = None,
-    penetration_limit: float = math.inf,
-    limit_reason: str = "",
-) -> ClosedForm:
-    """Wrap bare formulas of arrays into a ClosedForm that checks what it is given.
+@dataclass(frozen=True)
+class Formulas:
+    """Bare formulas of arrays, made into a `ClosedForm` that checks what it is given.
 
-    The bare ``pressure`` takes the relative radius rho in [0, 1] and the penetration, as flat
-    arrays of points inside the contact: no formula has to look after its own outside.
+    Parameters
+    ----------
+    name, source, singular_at, singular_edge
+        As of `ClosedForm`.
+    force, semi_axes, stiffness, energy : callable
+        Of the penetration.
+    penetration : callable
+        Of the force.
+    pressure : callable
+        Of the relative radius rho in [0, 1] and the penetration, as flat arrays of points inside
+        the contact: no formula has to look after its own outside.
+    axisymmetric : bool
+    penetration_limit : float
+        The formulas hold up to here, for the reason `limit_reason`.
     """
-    force_limit = float(force(np.asarray(penetration_limit))) if limit_reason else math.inf
 
-    def at(formula: Callable[[Array], Any]) -> Curve:
-        def of_penetration(d: ArrayLike) -> Any:
-            return formula(checked_load("penetration", d, penetration_limit, limit_reason))
+    name: str
+    source: str
+    force: Callable[[Array], Array]
+    penetration: Callable[[Array], Array]
+    semi_axes: Callable[[Array], tuple[Array, Array]]
+    stiffness: Callable[[Array], Array]
+    energy: Callable[[Array], Array]
+    pressure: Callable[[Array, Array], Array]
+    axisymmetric: bool = True
+    singular_at: Literal["edge", "centre"] | None = None
+    singular_edge: tuple[float, float] | None = None
+    penetration_limit: float = math.inf
+    limit_reason: str = ""
 
-        return of_penetration
+    def closed_form(self) -> ClosedForm:
+        """Return the formulas as functions of numbers and arrays that refuse what is no load."""
+        return ClosedForm(
+            name=self.name,
+            source=self.source,
+            force=self._at(self.force),
+            penetration=self._penetration,
+            contact_area=self._at(lambda d: np.pi * np.prod(self.semi_axes(d), axis=0)),
+            contact_radius=self._at(lambda d: self.semi_axes(d)[0]) if self.axisymmetric else None,
+            semi_axes=self._at(self.semi_axes),
+            stiffness=self._at(self.stiffness),
+            energy=self._at(self.energy),
+            pressure=self._pressure,
+            singular_at=self.singular_at,
+            singular_edge=self.singular_edge,
+        )
 
-    def of_force(F: ArrayLike) -> Any:
-        return penetration(checked_load("force", F, force_limit, limit_reason))
+    def _depth(self, d: ArrayLike) -> Array:
+        return checked_load("penetration", d, self.penetration_limit, self.limit_reason)
 
-    def at_points(x: ArrayLike, y: ArrayLike, d: ArrayLike) -> Any:
-        d = checked_load("penetration", d, penetration_limit, limit_reason)
-        x, y, d = np.broadcast_arrays(np.asarray(x, float), np.asarray(y, float), d)
-        half_x, half_y = semi_axes(d)
+    def _at(self, formula: Callable[[Array], Any]) -> Curve:
+        return lambda d: formula(self._depth(d))
+
+    @cached_property
+    def _force_limit(self) -> float:
+        limit = np.asarray(self.penetration_limit)
+        return float(self.force(limit)) if self.limit_reason else math.inf
+
+    def _penetration(self, F: ArrayLike) -> Any:
+        return self.penetration(checked_load("force", F, self._force_limit, self.limit_reason))
+
+    def _pressure(self, x: ArrayLike, y: ArrayLike, d: ArrayLike) -> Any:
+        x, y, d = np.broadcast_arrays(np.asarray(x, float), np.asarray(y, float), self._depth(d))
+        half_x, half_y = self.semi_axes(d)
         loaded = d > 0
         rho = np.full(d.shape, np.inf)
         scaled_x = np.divide(x, half_x, out=rho.copy(), where=loaded)
@@ -148,20 +181,5 @@ def build(
         inside = rho <= 1
         result = np.zeros(d.shape)
         with np.errstate(divide="ignore"):  # infinite on a singular edge or tip, as promised
-            result[inside] = pressure(rho[inside], d[inside])
+            result[inside] = self.pressure(rho[inside], d[inside])
         return result[()]
-
-    return ClosedForm(
-        name=name,
-        source=source,
-        force=at(force),
-        penetration=of_force,
-        contact_area=at(lambda d: np.pi * np.prod(semi_axes(d), axis=0)),
-        contact_radius=at(lambda d: semi_axes(d)[0]) if axisymmetric else None,
-        semi_axes=at(semi_axes),
-        stiffness=at(stiffness),
-        energy=at(energy),
-        pressure=at_points,
-        singular_at=singular_at,
-        singular_edge=singular_edge,
-    )

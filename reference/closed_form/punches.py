@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from reference.closed_form.form import Array, ClosedForm, build, require_positive
+from reference.closed_form.form import Array, ClosedForm, Formulas, require_positive
 from reference.closed_form.numerics import gauss, minus_arctan, solve_increasing
 
 
@@ -32,7 +32,7 @@ def cylinder(radius: float, effective_modulus: float) -> ClosedForm:
     """
     require_positive("cylinder", radius=radius, effective_modulus=effective_modulus)
     a, E = float(radius), float(effective_modulus)
-    return build(
+    return Formulas(
         "cylinder",
         "Boussinesq 1885; Johnson 1985, section 3.4",
         force=lambda d: 2 * E * a * d,
@@ -43,7 +43,7 @@ def cylinder(radius: float, effective_modulus: float) -> ClosedForm:
         pressure=lambda rho, d: E / np.pi * (d / a) / np.sqrt((1 - rho) * (1 + rho)),
         singular_at="edge",
         singular_edge=(a, a),
-    )
+    ).closed_form()
 
 
 def rounded_punch(flat_radius: float, edge_radius: float, effective_modulus: float) -> ClosedForm:
@@ -108,7 +108,7 @@ def rounded_punch(flat_radius: float, edge_radius: float, effective_modulus: flo
         )
         return E * b * depth * depth * (relative**2 + outer)
 
-    return build(
+    return Formulas(
         "rounded_punch",
         "Schubert 1942; Ejike 1981; Popov, Hess & Willert 2019, chapter 2",
         force=lambda d: E * depth * b * _rounded_force(edge(d))[0],
@@ -117,7 +117,7 @@ def rounded_punch(flat_radius: float, edge_radius: float, effective_modulus: flo
         stiffness=lambda d: 2 * E * contact_radius(d),
         energy=energy,
         pressure=lambda rho, d: E / np.pi * (b / R) * _rounded_integral(rho, edge(d)),
-    )
+    ).closed_form()
 
 
 def _rounded_depth(t: Array) -> tuple[Array, Array]:

@@ -9,28 +9,18 @@ with V the constant speed of what each block slides on (Coulomb 1785; Den Hartog
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from reference.arguments import refuse
+
 Array = NDArray[np.float64]
 
 
-@dataclass(frozen=True)
-class Blocks:
-    """n rigid blocks; build them with `blocks`.
-
-    Attributes
-    ----------
-    mass, load, amplitude, belt : ndarray, shape (n,)
-        m, f, P, V.
-    kinetic, static : ndarray, shape (n,)
-        mu_k F_N and mu_s F_N.
-    stiffness, damping : ndarray, shape (n, n)
-        K and C.
-    frequency : float
-        W.
-    """
+class System(NamedTuple):
+    """Blocks as full arrays of shape (n,) and (n, n)."""
 
     mass: Array
     load: Array
@@ -43,19 +33,22 @@ class Blocks:
     frequency: float
 
 
-def blocks(
-    mass: ArrayLike,
-    kinetic: ArrayLike,
-    *,
-    static: ArrayLike | None = None,
-    stiffness: ArrayLike = 0.0,
-    damping: ArrayLike = 0.0,
-    load: ArrayLike = 0.0,
-    amplitude: ArrayLike = 0.0,
-    frequency: float = 0.0,
-    belt: ArrayLike = 0.0,
-) -> Blocks:
-    """Collect blocks from numbers and arrays; static friction is the kinetic one if not given.
+@dataclass(frozen=True, eq=False)
+class Blocks:
+    """n rigid blocks, from numbers (one block, or the same for all) and arrays.
+
+    Parameters
+    ----------
+    mass : array_like, shape (n,)
+        m, positive.
+    kinetic, static : array_like, shape (n,)
+        mu_k F_N and mu_s F_N; static friction is the kinetic one if not given.
+    stiffness, damping : array_like
+        K and C: numbers, or symmetric (n, n).
+    load, amplitude, belt : array_like, shape (n,)
+        f, P, V.
+    frequency : float
+        W.
 
     Raises
     ------
@@ -64,42 +57,55 @@ def blocks(
 
     Examples
     --------
-    >>> blocks([1.0, 2.0], 0.5, stiffness=[[1.0, -1.0], [-1.0, 1.0]]).static
+    >>> Blocks([1.0, 2.0], 0.5, stiffness=[[1.0, -1.0], [-1.0, 1.0]]).arrays().static
     array([0.5, 0.5])
     """
-    given = {
-        "mass": mass,
-        "kinetic": kinetic,
-        "static": kinetic if static is None else static,
-        "load": load,
-        "amplitude": amplitude,
-        "belt": belt,
-    }
-    size = max(np.size(value) for value in given.values())
-    vectors = {k: np.array(np.broadcast_to(value, size), float) for k, value in given.items()}
-    eye = np.eye(size)
-    matrices = {
-        name: np.array(value, float) if np.ndim(value) else np.asarray(value, float) * eye
-        for name, value in {"stiffness": stiffness, "damping": damping}.items()
-    }
-    problems = [
-        f"{name} must be finite, not {value!r}"
-        for name, value in {**vectors, **matrices, "frequency": frequency}.items()
-        if not np.isfinite(value).all()
-    ]
-    if (vectors["mass"] <= 0).any():
-        problems.append(f"mass must be positive, not {mass!r}")
-    if not ((vectors["kinetic"] >= 0) & (vectors["static"] >= vectors["kinetic"])).all():
-        problems.append(f"expected static >= kinetic >= 0, not {static!r} and {kinetic!r}")
-    for name, matrix in matrices.items():
-        if matrix.shape != (size, size) or not np.array_equal(matrix, matrix.T):
-            problems.append(f"{name} must be a symmetric ({size}, {size}) matrix, not {matrix!r}")
-    if problems:
-        raise ValueError("; ".join(problems))
-    return Blocks(**vectors, **matrices, frequency=float(frequency))
+
+    mass: ArrayLike
+    kinetic: ArrayLike
+    static: ArrayLike | None = None
+    stiffness: ArrayLike = 0.0
+    damping: ArrayLike = 0.0
+    load: ArrayLike = 0.0
+    amplitude: ArrayLike = 0.0
+    frequency: float = 0.0
+    belt: ArrayLike = 0.0
+
+    def __post_init__(self) -> None:
+        system = self.arrays()
+        faults = [
+            f"{name} must be finite, not {value!r}"
+            for name, value in system._asdict().items()
+            if not np.isfinite(value).all()
+        ]
+        if (system.mass <= 0).any():
+            faults.append(f"mass must be positive, not {self.mass!r}")
+        if not ((system.kinetic >= 0) & (system.static >= system.kinetic)).all():
+            friction = f"{self.static!r} and {self.kinetic!r}"
+            faults.append(f"expected static >= kinetic >= 0, not {friction}")
+        n = system.mass.size
+        for name, matrix in (("stiffness", system.stiffness), ("damping", system.damping)):
+            if matrix.shape != (n, n) or not np.array_equal(matrix, matrix.T):
+                faults.append(f"{name} must be a symmetric ({n}, {n}) matrix, not {matrix!r}")
+        refuse(faults)
+
+    def arrays(self) -> System:
+        """Return all of them as arrays."""
+        held = self.kinetic if self.static is None else self.static
+        given = self.mass, self.load, self.amplitude, self.belt, self.kinetic, held
+        size = max(np.size(value) for value in given)
+        mass, load, amplitude, belt, kinetic, static = (
+            np.array(np.broadcast_to(value, size), float) for value in given
+        )
+        stiffness, damping = (
+            np.array(value, float) if np.ndim(value) else np.asarray(value, float) * np.eye(size)
+            for value in (self.stiffness, self.damping)
+        )
+        vectors = mass, load, amplitude, belt, kinetic, static
+        return System(*vectors, stiffness, damping, float(self.frequency))
 
 
-def natural_units(system: Blocks, x: Array, v: Array, duration: float) -> tuple[float, ...]:
+def natural_units(system: System, x: Array, v: Array, duration: float) -> tuple[float, ...]:
     """Return units of mass, length and time, powers of two, that make all numbers of order one.
 
     Time is that of the fastest oscillation or decay (the duration, where there is none), length the
@@ -119,10 +125,10 @@ def natural_units(system: Blocks, x: Array, v: Array, duration: float) -> tuple[
     return tuple(2.0 ** round(np.log2(unit)) for unit in (mass, length or 1.0, 1 / rate))
 
 
-def in_units(system: Blocks, mass: float, length: float, time: float) -> Blocks:
+def in_units(system: System, mass: float, length: float, time: float) -> System:
     """Return the same blocks in other units."""
     force, speed = mass * length / time**2, length / time
-    return Blocks(
+    return System(
         mass=system.mass / mass,
         load=system.load / force,
         amplitude=system.amplitude / force,
@@ -135,7 +141,7 @@ def in_units(system: Blocks, mass: float, length: float, time: float) -> Blocks:
     )
 
 
-def initial_state(system: Blocks, position: ArrayLike, velocity: ArrayLike) -> tuple[Array, Array]:
+def initial_state(system: System, position: ArrayLike, velocity: ArrayLike) -> tuple[Array, Array]:
     """Return x and v at the start as arrays (n,), or raise ValueError."""
     x, v = (np.array(np.broadcast_to(y, system.mass.size), float) for y in (position, velocity))
     if not (np.isfinite(x).all() and np.isfinite(v).all()):

@@ -17,7 +17,14 @@ from numpy.typing import ArrayLike
 from scipy.linalg import eigvals, expm
 from scipy.optimize import brentq
 
-from reference.dynamics.blocks import Array, Blocks, in_units, initial_state, natural_units
+from reference.dynamics.blocks import (
+    Array,
+    Blocks,
+    System,
+    in_units,
+    initial_state,
+    natural_units,
+)
 from reference.errors import ConvergenceError
 
 # Samples per shortest period: of a sum of harmonics, no two extrema are missed between two.
@@ -98,7 +105,7 @@ class Motion:
 
 
 def follow(
-    system: Blocks,
+    blocks: Blocks,
     duration: float,
     *,
     position: ArrayLike = 0.0,
@@ -113,7 +120,7 @@ def follow(
 
     Parameters
     ----------
-    system : Blocks
+    blocks : Blocks
     duration : float
         Positive.
     position, velocity : array_like, shape (n,)
@@ -123,13 +130,13 @@ def follow(
 
     Examples
     --------
-    >>> from reference.dynamics.blocks import blocks
-    >>> sled = follow(blocks(1.0, 0.5), 10.0, velocity=2.0)
+    >>> sled = follow(Blocks(1.0, 0.5), 10.0, velocity=2.0)
     >>> sled.events, round(float(sled.at(10.0)[0][0, 0]), 12)  # v^2/(2 mu g)
     (array([4.]), 4.0)
     """
     if not (np.isfinite(duration) and duration > 0):
         raise ValueError(f"duration must be finite and positive, not {duration!r}")
+    system = blocks.arrays()
     x, v = initial_state(system, position, velocity)
     mass, length, unit = natural_units(system, x, v, duration)
     scaled = in_units(system, mass, length, unit)
@@ -140,7 +147,7 @@ def follow(
 
 
 def _phases(
-    system: Blocks, state: Array, direction: np.ndarray, duration: float, most_events: int
+    system: System, state: Array, direction: np.ndarray, duration: float, most_events: int
 ) -> list[Phase]:
     """Go from event to event."""
     slip = state[direction.size : 2 * direction.size]
@@ -163,7 +170,7 @@ def _phases(
     raise ConvergenceError(f"more than {most_events} events", [phase.start for phase in phases])
 
 
-def _force_rows(system: Blocks) -> Array:
+def _force_rows(system: System) -> Array:
     """Rows G with G z the force on each block without friction, at the ground's speed added."""
     n = system.mass.size
     rows = np.zeros((n, 2 * n + 3))
@@ -173,7 +180,7 @@ def _force_rows(system: Blocks) -> Array:
     return rows
 
 
-def _matrix(system: Blocks, direction: np.ndarray) -> Array:
+def _matrix(system: System, direction: np.ndarray) -> Array:
     """Return A of the phase: x' = w + V; w' = 0 where a block sticks."""
     n = system.mass.size
     A = np.zeros((2 * n + 3,) * 2)
@@ -186,7 +193,7 @@ def _matrix(system: Blocks, direction: np.ndarray) -> Array:
 
 
 def _at_rest(
-    system: Blocks, direction: np.ndarray, state: Array, resting: Sequence[int] | np.ndarray
+    system: System, direction: np.ndarray, state: Array, resting: Sequence[int] | np.ndarray
 ) -> np.ndarray:
     """Return the directions after the `resting` blocks came to rest: 0 where they stick.
 
@@ -225,7 +232,7 @@ class Guard(NamedTuple):
     sense: int
 
 
-def _guards(system: Blocks, direction: np.ndarray) -> list[Guard]:
+def _guards(system: System, direction: np.ndarray) -> list[Guard]:
     """Return what must stay positive: one speed, or two distances to the limit, a block."""
     n = system.mass.size
     force = _force_rows(system)
@@ -263,7 +270,7 @@ class Event(NamedTuple):
     starting: np.ndarray
 
 
-def _next_event(system: Blocks, phase: Phase, rest: float, starting: np.ndarray) -> Event | None:
+def _next_event(system: System, phase: Phase, rest: float, starting: np.ndarray) -> Event | None:
     """Return the first event within the time `rest`, if there is one.
 
     The speed of a block that has just begun to slide is zero, and its rounding has either sign: it
@@ -281,10 +288,10 @@ def _next_event(system: Blocks, phase: Phase, rest: float, starting: np.ndarray)
         later = _known(phase, propagator @ state)
         sizes = np.maximum(sizes, np.abs(later))
         rounding = _ROUNDING * (terms @ sizes)
-        crossings = []
+        stretch, crossings = Stretch(state, step, later), []
         for k, (row, block, sense) in enumerate(guards):
             excused = sense == 0 and bool(starting[block])
-            after = _crossing(row, phase, state, step, later, rounding[k], starting=excused)
+            after = _crossing(row, phase, stretch, rounding[k], starting=excused)
             if after is not None:
                 crossings.append((after, k))
         if crossings:
@@ -344,22 +351,24 @@ def _steps(A: Array, regular: float, rest: float) -> Iterator[tuple[float, Array
     yield rest - time, expm(A * (rest - time))
 
 
+class Stretch(NamedTuple):
+    """State, time to the next sample, and the state there."""
+
+    state: Array
+    step: float
+    after: Array
+
+
 def _crossing(
-    row: Array,
-    phase: Phase,
-    state: Array,
-    step: float,
-    after: Array,
-    rounding: Array,
-    *,
-    starting: bool,
+    row: Array, phase: Phase, stretch: Stretch, rounding: Array, *, starting: bool
 ) -> float | None:
-    """Return the time at which row z first falls below zero between `state` and `after`.
+    """Return the time within the stretch at which row z first falls below zero.
 
     Below zero is what exceeds the `rounding` of value and rate: a guard that touches zero does not
-    fire. One that is zero at `state` fires there if it falls, after its maximum if it rises first
+    fire. One that is zero at the start fires there if it falls, after its maximum if it rises first
     (or if the block is `starting`).
     """
+    state, step, after = stretch
     rate = row @ phase.matrix
 
     def value(time: float, line: Array) -> float:

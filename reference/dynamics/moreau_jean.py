@@ -46,7 +46,7 @@ class March:
 
 
 def march(
-    system: Blocks,
+    blocks: Blocks,
     *,
     step: float,
     steps: int,
@@ -60,7 +60,7 @@ def march(
 
     Parameters
     ----------
-    system : Blocks
+    blocks : Blocks
     step, steps
         Length h and number of the steps.
     theta : float
@@ -77,8 +77,7 @@ def march(
 
     Examples
     --------
-    >>> from reference.dynamics.blocks import blocks
-    >>> sled = march(blocks(1.0, 0.5), step=0.25, steps=40, velocity=2.0)
+    >>> sled = march(Blocks(1.0, 0.5), step=0.25, steps=40, velocity=2.0)
     >>> float(sled.position[-1, 0]), float(sled.velocity[-1, 0])  # v^2/(2 mu g), and rest
     (4.0, 0.0)
     """
@@ -87,14 +86,11 @@ def march(
             "expected step > 0, steps >= 1 and 1/2 <= theta <= 1, "
             f"not {step!r}, {steps!r} and {theta!r}"
         )
+    system = blocks.arrays()
     x, v = initial_state(system, position, velocity)
     records = np.empty((2, int(steps) + 1, x.size))
     records[:, 0] = x, v
-    evaluations, failed = _march(
-        *(system.mass, system.load, system.amplitude, system.frequency, system.stiffness),
-        *(system.damping, system.belt, system.kinetic, system.static),
-        *(float(step), float(theta), records),
-    )
+    evaluations, failed = _march(system, float(step), float(theta), records)
     if failed >= 0 or not np.isfinite(records).all():
         raise ConvergenceError(f"no finite velocity at step {max(failed, 0)}", [step])
     time = np.asarray(step * np.arange(steps + 1), dtype=np.float64)
@@ -102,10 +98,9 @@ def march(
 
 
 @njit(cache=True)
-def _march(
-    mass, load, amplitude, frequency, stiffness, damping, belt, kinetic, static, h, theta, records
-):
+def _march(system, h, theta, records):
     """Fill positions and velocities; evaluations, and the step that failed or -1."""
+    mass, load, amplitude, belt, kinetic, static, stiffness, damping, frequency = system
     n, evaluations = mass.size, 0
     matrix = np.diag(mass) + h * theta * damping + (h * theta) ** 2 * stiffness
     for k in range(records.shape[1] - 1):

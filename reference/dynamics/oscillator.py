@@ -14,6 +14,7 @@ import numpy as np
 from scipy.integrate import quad
 from scipy.optimize import brentq
 
+from reference.arguments import finite_faults, positive_faults, refuse
 from reference.closed_form.form import ClosedForm, require_positive
 from reference.dynamics.collision import work
 from reference.dynamics.course import Pieces, sample, through_touches
@@ -132,6 +133,30 @@ def _passage(form: ClosedForm, mass: float, load: float, highest: float, deepest
 
 
 @dataclass(frozen=True)
+class Mass:
+    """A rigid mass m and its viscous damping c."""
+
+    mass: float
+    damping: float = 0.0
+
+    def __post_init__(self) -> None:
+        refuse(positive_faults(mass=self.mass) + finite_faults(damping=self.damping))
+
+
+@dataclass(frozen=True)
+class Push:
+    """The force F0 + P cos(W t) on a mass: load, amplitude and frequency."""
+
+    load: float
+    amplitude: float
+    frequency: float
+
+    def __post_init__(self) -> None:
+        faults = positive_faults(load=self.load, frequency=self.frequency)
+        refuse(faults + finite_faults(amplitude=self.amplitude))
+
+
+@dataclass(frozen=True)
 class Forced:
     """Steady motion under a harmonic force.
 
@@ -157,12 +182,9 @@ class Forced:
 
 def forced_vibration(
     form: ClosedForm,
-    mass: float,
-    load: float,
+    mass: Mass,
+    push: Push,
     *,
-    force: float,
-    frequency: float,
-    damping: float,
     start: tuple[float, float] | None = None,
     periods: int = 60,
     tolerance: float = 1e-10,
@@ -172,8 +194,8 @@ def forced_vibration(
     Parameters
     ----------
     form : ClosedForm
-    mass, load, force, frequency, damping : float
-        m, F0, P, W, c.
+    mass : Mass
+    push : Push
     start : tuple of float, optional
         x and x' at t = 0 (phase 0 of the force); at rest under the load if not given. That of the
         neighbouring frequency follows a branch.
@@ -187,19 +209,18 @@ def forced_vibration(
     ConvergenceError
         If the integration fails.
     """
-    require_positive("vibration", mass=mass, load=load, frequency=frequency)
     # in units of d0, 1/w0 and F0 m: the integrator's absolute tolerance then means something
-    static = float(form.penetration(load))
-    w0 = contact_resonance(form, mass, load)
-    unit = mass * static * w0**2
-    omega, loss = frequency / w0, damping / (mass * w0)
+    static = float(form.penetration(push.load))
+    w0 = contact_resonance(form, mass.mass, push.load)
+    unit = mass.mass * static * w0**2
+    omega, loss = push.frequency / w0, mass.damping / (mass.mass * w0)
 
     def contact(x: float) -> float:
         return float(form.force(x * static)) / unit if x > 0 else 0.0
 
     def rates(t: float, y: np.ndarray) -> list[float]:
-        push = (load + force * math.cos(omega * t)) / unit
-        return [y[1], push - loss * y[1] - contact(y[0])]
+        pushed = (push.load + push.amplitude * math.cos(omega * t)) / unit
+        return [y[1], pushed - loss * y[1] - contact(y[0])]
 
     position, velocity = (static, 0.0) if start is None else start
     state = np.array([position / static, velocity / (static * w0)])

@@ -17,6 +17,8 @@ from reference.dynamics.collision import (
 )
 from reference.dynamics.course import course
 from reference.dynamics.oscillator import (
+    Mass,
+    Push,
     contact_resonance,
     deepest_without_flight,
     forced_vibration,
@@ -216,9 +218,8 @@ def test_small_forced_vibrations_are_linear_and_larger_ones_soften():
     shift = []
     for share in (0.005, 0.01):
         found = forced_vibration(
-            *(BALL, 1.0, LOAD), force=share * LOAD, frequency=1.0, damping=0.1, periods=40,
-            tolerance=1e-8,
-        )  # fmt: skip
+            BALL, Mass(1.0, 0.1), Push(LOAD, share * LOAD, 1.0), periods=40, tolerance=1e-8
+        )
         linear = linear_amplitude(1.0, 1.0, 0.1, share * LOAD, 1.0)
         assert found.amplitude == pytest.approx(linear, rel=(linear / 0.25) ** 2 + 1e-6)
         assert found.flight == 0
@@ -229,7 +230,7 @@ def test_small_forced_vibrations_are_linear_and_larger_ones_soften():
 def test_a_strong_force_lifts_the_mass_off():
     """P = 0.5 F0 at resonance: twice the amplitude at which contact is lost."""
     found = forced_vibration(
-        BALL, 1.0, LOAD, force=0.5 * LOAD, frequency=1.0, damping=0.2, periods=30, tolerance=1e-7
+        BALL, Mass(1.0, 0.2), Push(LOAD, 0.5 * LOAD, 1.0), periods=30, tolerance=1e-7
     )
     assert found.flight > 0.05
     assert found.change < 1e-4
@@ -238,8 +239,6 @@ def test_a_strong_force_lifts_the_mass_off():
 def test_a_punch_resonates_as_a_linear_oscillator():
     """Flat contact, k = 2 E* a: any amplitude below the static depth."""
     punch = cylinder(0.5, 1.0)
-    found = forced_vibration(
-        punch, 1.0, 1.0, force=0.3, frequency=0.9, damping=0.4, periods=25, tolerance=1e-9
-    )
+    found = forced_vibration(punch, Mass(1.0, 0.4), Push(1.0, 0.3, 0.9), periods=25, tolerance=1e-9)
     # maxima are read off 2000 points per period
     assert found.amplitude == pytest.approx(linear_amplitude(1, 1, 0.4, 0.3, 0.9), rel=1e-5)

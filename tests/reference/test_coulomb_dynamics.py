@@ -10,7 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from reference.dynamics import event_driven
-from reference.dynamics.blocks import blocks
+from reference.dynamics.blocks import Blocks
 from reference.dynamics.event_driven import follow
 from reference.dynamics.friction_forms import dry_oscillator_amplitude, stick_slip, stopping
 from reference.dynamics.moreau_jean import march
@@ -23,7 +23,7 @@ CHAIN = np.array([[2.0, -1.0, 0.0], [-1.0, 2.0, -1.0], [0.0, -1.0, 1.0]])
 def test_a_block_slides_down_a_slope_and_rests(friction, load, speed):
     """Time and distance of `stopping`, then rest, whatever the slope below the friction angle."""
     time, way = stopping(2.0, friction, speed, load * friction)
-    motion = follow(blocks(2.0, friction, load=load * friction), 3 * time, velocity=speed)
+    motion = follow(Blocks(2.0, friction, load=load * friction), 3 * time, velocity=speed)
     assert motion.events == pytest.approx([time], rel=1e-12)
     x, v = motion.at([2 * time, 3 * time])
     np.testing.assert_allclose(x, way, rtol=1e-12)
@@ -34,7 +34,7 @@ def test_a_block_slides_down_a_slope_and_rests(friction, load, speed):
 def test_stick_slip_on_a_belt_repeats_the_closed_cycle(static):
     """All but the first stick; 1e-10, for a root of a speed that starts with zero slope."""
     cycle = stick_slip(1.3, 4.0, 0.7, static, 1.0)
-    system = blocks(1.3, 1.0, static=static, stiffness=4.0, belt=0.7)
+    system = Blocks(1.3, 1.0, static=static, stiffness=4.0, belt=0.7)
     motion = follow(system, 10 * cycle.period, velocity=0.7)
     lengths = np.diff(motion.events)
     np.testing.assert_allclose(lengths[0::2], cycle.slipping, rtol=1e-10)
@@ -63,7 +63,7 @@ def cycles_lost(rng: np.random.Generator, number: int, accuracy: float = 1e-11) 
             continue
         number -= 1
         cycle = stick_slip(mass, stiffness, belt, static, kinetic)
-        system = blocks(mass, kinetic, static=static, stiffness=stiffness, belt=belt)
+        system = Blocks(mass, kinetic, static=static, stiffness=stiffness, belt=belt)
         first = static / stiffness / belt
         motion = follow(system, first + 2 * cycle.period + 0.5 * cycle.slipping, velocity=belt)
         times = first + np.cumsum([0, *[cycle.slipping, cycle.sticking] * 2])
@@ -105,7 +105,7 @@ def test_blocks_that_act_at_the_same_time_act_once(monkeypatch):
     rounded_otherwise(monkeypatch, np.random.default_rng(0))
     cycle = stick_slip(1.3, 4.0, 0.7, 3.0, 1.0)
     spring = np.array([[6.0, -2.0], [-2.0, 6.0]])
-    system = blocks([1.3, 1.3], 1.0, static=3.0, stiffness=spring, belt=0.7)
+    system = Blocks([1.3, 1.3], 1.0, static=3.0, stiffness=spring, belt=0.7)
     events = follow(system, 3.0 / 4.0 / 0.7 + 3.5 * cycle.period, velocity=0.7).events
     assert events.size == 2 * 7
     np.testing.assert_allclose(events[0::2], events[1::2], rtol=1e-12)
@@ -113,16 +113,16 @@ def test_blocks_that_act_at_the_same_time_act_once(monkeypatch):
 
 def test_a_block_that_only_touches_rest_slides_on():
     """Static friction as the kinetic one: nothing sticks, the speed touches that of the belt."""
-    motion = follow(blocks(1.3, 1.0, stiffness=4.0, belt=0.7), 40.0, velocity=0.7)
+    motion = follow(Blocks(1.3, 1.0, stiffness=4.0, belt=0.7), 40.0, velocity=0.7)
     assert motion.events == pytest.approx([1 / 4 / 0.7])
     assert motion.time_sticking() == pytest.approx(1 / 4 / 0.7)
 
 
 def test_a_force_that_only_touches_the_limit_tears_nothing_off():
     """A harmonic load as large as the static friction: at rest for good; a little more is not."""
-    held = blocks(1.0, 0.5, static=1.0, stiffness=1.0, amplitude=1.0, frequency=0.7)
+    held = Blocks(1.0, 0.5, static=1.0, stiffness=1.0, amplitude=1.0, frequency=0.7)
     assert follow(held, 60.0).events.size == 0
-    torn = blocks(1.0, 0.5, static=1.0, stiffness=1.0, amplitude=1.0 + 1e-9, frequency=0.7)
+    torn = Blocks(1.0, 0.5, static=1.0, stiffness=1.0, amplitude=1.0 + 1e-9, frequency=0.7)
     assert follow(torn, 60.0).events.size > 0
 
 
@@ -130,7 +130,7 @@ def test_a_force_that_only_touches_the_limit_tears_nothing_off():
 def test_the_dry_oscillator_swings_as_den_hartog_found(ratio, friction):
     """After 100 periods of the force; the transient decays, 1e-5 of it is left at r = 1.5."""
     end = 200 * math.pi / ratio
-    system = blocks(1.0, friction, stiffness=1.0, amplitude=1.0, frequency=ratio)
+    system = Blocks(1.0, friction, stiffness=1.0, amplitude=1.0, frequency=ratio)
     motion = follow(system, end)
     x = motion.at(np.linspace(end - 2 * math.pi / ratio, end, 4001))[0][:, 0]
     assert all(phase.direction[0] for phase in motion.phases[-6:])  # three periods without a stop
@@ -148,7 +148,7 @@ def test_three_blocks_lose_what_friction_took(mass, friction, start):
     """Energy before less after = sum of mu_k F_N times the way slid, to 1e-9."""
     friction, K = np.array(friction), CHAIN
     motion = follow(
-        blocks(mass, friction, static=1.3 * friction, stiffness=K), 20.0, velocity=start
+        Blocks(mass, friction, static=1.3 * friction, stiffness=K), 20.0, velocity=start
     )
     times = np.array([0.0, *motion.events, 20.0])
     x, v = motion.at(times)
@@ -159,7 +159,7 @@ def test_three_blocks_lose_what_friction_took(mass, friction, start):
 
 
 def forced(static: float):
-    system = blocks([1.0, 2.0, 1.0], [0.3, 0.5, 0.2], static=np.array([0.3, 0.5, 0.2]) * static,
+    system = Blocks([1.0, 2.0, 1.0], [0.3, 0.5, 0.2], static=np.array([0.3, 0.5, 0.2]) * static,
                     stiffness=CHAIN, belt=0.1)  # fmt: skip
     return system, follow(system, 30.0)
 
@@ -186,7 +186,7 @@ def test_fixed_steps_converge_to_the_events(static, order):
 @pytest.mark.parametrize("theta", [0.5, 1.0])
 def test_fixed_steps_rest_exactly(theta):
     """Below the friction angle nothing creeps, at any step."""
-    slope = blocks(2.0, 3.0, load=2.9)
+    slope = Blocks(2.0, 3.0, load=2.9)
     found = march(slope, step=10.0, steps=100, theta=theta)
     np.testing.assert_array_equal(found.position, 0.0)
 
@@ -195,8 +195,8 @@ def test_units_change_no_digit():
     """Length, mass and time scaled by powers of two: bit-identical, events included."""
     length, mass, time = 2.0**-30, 2.0**10, 2.0**-12
     force, stiff = mass * length / time**2, mass / time**2
-    plain = follow(blocks([1.0, 2.0], 0.4, static=0.5, stiffness=CHAIN[:2, :2], belt=0.3), 20.0)
-    system = blocks([mass, 2 * mass], 0.4 * force, static=0.5 * force,
+    plain = follow(Blocks([1.0, 2.0], 0.4, static=0.5, stiffness=CHAIN[:2, :2], belt=0.3), 20.0)
+    system = Blocks([mass, 2 * mass], 0.4 * force, static=0.5 * force,
                     stiffness=CHAIN[:2, :2] * stiff, belt=0.3 * length / time)  # fmt: skip
     scaled = follow(system, 20.0 * time)
     np.testing.assert_array_equal(scaled.events / time, plain.events)
@@ -206,8 +206,8 @@ def test_units_change_no_digit():
 
 def test_wrong_arguments_are_named():
     with pytest.raises(ValueError, match=r"mass must be positive.*static >= kinetic"):
-        blocks(-1.0, 1.0, static=0.5)
+        Blocks(-1.0, 1.0, static=0.5)
     with pytest.raises(ValueError, match="does not stop"):
         stopping(1.0, 1.0, 1.0, 2.0)
     with pytest.raises(ValueError, match="theta"):
-        march(blocks(1.0, 1.0), step=1.0, steps=1, theta=0.3)
+        march(Blocks(1.0, 1.0), step=1.0, steps=1, theta=0.3)

@@ -34,11 +34,11 @@ def _set_valued(
     if quantity == "rest":
         if not 0 < load < 1:
             raise ValueError(f"load must be between 0 and 1, not {load!r}")
-        held = march(coulomb.blocks(1.0, 1.0, load=load), step=1.0, steps=count)
+        held = march(coulomb.Blocks(1.0, 1.0, load=load), step=1.0, steps=count)
         way = float(held.position[-1, 0]) / (0.5 * load * count**2)
         return Finding(way, EXACT, {"law evaluations": float(held.evaluations)})
     end = _PERIODS * 2 * np.pi / _STOPPING["frequency"]
-    system = coulomb.blocks(1.0, _LIMIT, **_STOPPING)
+    system = coulomb.Blocks(1.0, _LIMIT, **_STOPPING)
     exact = follow(system, end)
     stepped = march(system, step=end / (_PERIODS * count), steps=_PERIODS * count)
     position = exact.at(np.minimum(stepped.time, end))[0][:, 0]

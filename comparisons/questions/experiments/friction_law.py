@@ -73,7 +73,7 @@ def _stick_slip(effort: str, *, speed_ratio: float = 1e3, limit: float = 0.9) ->
         raise ValueError(f"limit must be between 0 and 1, not {limit!r}")
     end = _PERIODS * 2 * np.pi / _DRIVEN["frequency"]
     asked = np.linspace(0, end, 1001)
-    motion = follow(coulomb.blocks(1.0, limit, **_DRIVEN), end)
+    motion = follow(coulomb.Blocks(1.0, limit, **_DRIVEN), end)
     position, velocity = (each[:, 0] for each in motion.at(asked))
     v0 = float(np.abs(velocity).max()) / speed_ratio
     errors = []

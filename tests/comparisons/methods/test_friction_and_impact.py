@@ -72,7 +72,7 @@ def test_the_law_errs_by_the_two_thirds_power_where_blocks_are_torn_off():
     """
     forced = {"stiffness": 1.0, "amplitude": 1.0, "frequency": 0.4}
     asked = np.linspace(0, 60, 1001)
-    truth = follow(coulomb.blocks(1.0, 0.9, **forced), 60.0).at(asked)[0]
+    truth = follow(coulomb.Blocks(1.0, 0.9, **forced), 60.0).at(asked)[0]
     errors = []
     for v0 in (1e-4, 1e-5, 1e-6):
         run = integrate(
@@ -95,7 +95,7 @@ def test_implicit_euler_becomes_the_step_of_moreau_and_jean():
     data = {"stiffness": K, "belt": 0.1, "load": [0.1, 0.0, -0.2], "damping": 0.05}
     args = ([1.0, 2.0, 1.0], [0.3, 0.5, 0.2])
     soft = integrate(Blocks(*args, **data), 1e-13, Stepping(0.01, 3000))
-    hard = march(coulomb.blocks(*args, **data), step=0.01, steps=3000, theta=1.0)
+    hard = march(coulomb.Blocks(*args, **data), step=0.01, steps=3000, theta=1.0)
     np.testing.assert_allclose(soft.position, hard.position, atol=1e-6)
 
 

@@ -1,0 +1,58 @@
+"""Checks of arguments, shared by the rooms of the reference: faults in words, all at once."""
+
+from __future__ import annotations
+
+from collections.abc import Collection
+
+import numpy as np
+
+
+def positive_faults(**values: float) -> list[str]:
+    """Name the numbers that are not positive and finite.
+
+    Examples
+    --------
+    >>> positive_faults(mass=-1.0, load=2.0)
+    ['mass must be positive and finite, not -1.0']
+    """
+    return [
+        f"{name} must be positive and finite, not {value!r}"
+        for name, value in values.items()
+        if not (np.isfinite(value) and value > 0)
+    ]
+
+
+def finite_faults(**values: float) -> list[str]:
+    """Name the numbers that are not finite."""
+    return [
+        f"{name} must be finite, not {value!r}"
+        for name, value in values.items()
+        if not np.isfinite(value)
+    ]
+
+
+def count_faults(least: int, **values: float) -> list[str]:
+    """Name the numbers that are no integers of at least `least`."""
+    return [
+        f"{name} must be an integer of at least {least}, not {value!r}"
+        for name, value in values.items()
+        if not (np.isfinite(value) and int(value) == value and value >= least)
+    ]
+
+
+def choice_faults(name: str, value: object, known: Collection[object]) -> list[str]:
+    """Say so if a value is none of the known ones.
+
+    Examples
+    --------
+    >>> choice_faults("order", 3, (1, 2))
+    ['order must be 1 or 2, not 3']
+    """
+    *most, last = map(repr, known)
+    return [] if value in known else [f"{name} must be {', '.join(most)} or {last}, not {value!r}"]
+
+
+def refuse(faults: list[str]) -> None:
+    """Raise one ValueError for all faults, if there are any."""
+    if faults:
+        raise ValueError("; ".join(faults))
