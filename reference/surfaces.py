@@ -2,23 +2,71 @@
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import fft
 
+from reference.arguments import positive_faults, refuse
+
 Pair = tuple[float, float]
+
+
+@dataclass(frozen=True)
+class SelfAffine:
+    """A self-affine spectrum: C2D ~ q^-power up to the short cutoff, constant for long waves.
+
+    Parameters
+    ----------
+    hurst, power : float
+        Exactly one: C2D ~ q^(-2(1 + hurst)), hurst in [0, 1], or C2D ~ q^(-power).
+    rms_slope, rms_height : float
+        Exactly one: h' = sqrt(<|grad h|^2>) = sqrt(sum |q|^2 B^2), or sqrt(<h^2>) = sqrt(sum B^2).
+    long_cutoff : float, optional
+        Roll-off wavelength: C2D is constant for longer waves. Default: no plateau.
+    short_cutoff : float, optional
+        Shortest wavelength, circular in q. Default two cells (the larger one).
+
+    Raises
+    ------
+    ValueError
+        Listing everything wrong.
+    """
+
+    hurst: float | None = None
+    power: float | None = None
+    rms_slope: float | None = None
+    rms_height: float | None = None
+    long_cutoff: float | None = None
+    short_cutoff: float | None = None
+
+    def __post_init__(self) -> None:
+        faults = []
+        for one, other in (("hurst", "power"), ("rms_slope", "rms_height")):
+            pair = getattr(self, one), getattr(self, other)
+            if (pair[0] is None) == (pair[1] is None):
+                faults.append(f"give exactly one of {one} and {other}, not {pair!r}")
+        names = ("rms_slope", "rms_height", "long_cutoff", "short_cutoff")
+        given = {name: getattr(self, name) for name in names}
+        faults += positive_faults(**{k: v for k, v in given.items() if v is not None})
+        if self.power is not None and not (np.isfinite(self.power) and self.power >= 0):
+            faults.append(f"power must be finite and not negative, not {self.power!r}")
+        if self.hurst is not None and not 0 <= self.hurst <= 1:
+            faults.append(f"hurst must lie in [0, 1], not {self.hurst!r}")
+        refuse(faults)
+
+    @property
+    def exponent(self) -> float:
+        """The power of C2D."""
+        return 2 * (1 + (self.hurst or 0.0)) if self.power is None else self.power
 
 
 def self_affine(
     points: int | tuple[int, int],
     size: float | Pair,
+    spectrum: SelfAffine,
     *,
-    hurst: float | None = None,
-    power: float | None = None,
-    rms_slope: float | None = None,
-    rms_height: float | None = None,
-    long_cutoff: float | None = None,
-    short_cutoff: float | None = None,
     seed: int,
     realisation: int,
 ) -> NDArray[np.float64]:
@@ -37,14 +85,7 @@ def self_affine(
         Grid points per side (nx, ny).
     size : float or (float, float)
         Side lengths (Lx, Ly), consistent units; spacing size/points.
-    hurst, power : float
-        Exactly one: C2D ~ q^(-2(1 + hurst)), or C2D ~ q^(-power).
-    rms_slope, rms_height : float
-        Exactly one: h' = sqrt(<|grad h|^2>) = sqrt(sum |q|^2 B^2), or sqrt(<h^2>) = sqrt(sum B^2).
-    long_cutoff : float, optional
-        Roll-off wavelength: C2D is constant for longer waves. Default: no plateau.
-    short_cutoff : float, optional
-        Shortest wavelength, circular in q. Default two cells (the larger one).
+    spectrum : SelfAffine
     seed, realisation : int
         Non-negative numbers that fix the phases.
 
@@ -56,30 +97,21 @@ def self_affine(
     Raises
     ------
     ValueError
-        Listing everything wrong with the arguments.
+        If the grid has no points or size, or no mode below the short cutoff.
 
     Examples
     --------
-    >>> h = self_affine(32, 1.0, hurst=0.8, rms_slope=0.1, seed=1, realisation=0)
+    >>> h = self_affine(32, 1.0, SelfAffine(hurst=0.8, rms_slope=0.1), seed=1, realisation=0)
     >>> h.shape, round(rms_gradient_spectral(h, (1 / 32, 1 / 32)), 12)
     ((32, 32), 0.1)
     """
-    shape, lengths = _grid(points, size)
-    amplitudes = amplitude_spectrum(
-        shape,
-        lengths,
-        hurst=hurst,
-        power=power,
-        rms_slope=rms_slope,
-        rms_height=rms_height,
-        long_cutoff=long_cutoff,
-        short_cutoff=short_cutoff,
-    )
+    amplitudes = amplitude_spectrum(points, size, spectrum)
+    shape = amplitudes.shape
     stream = np.random.SeedSequence(seed, spawn_key=(0, realisation))
     phases = np.random.default_rng(stream).uniform(0, 2 * np.pi, shape)
     phases = _odd(phases[:, : shape[1] // 2 + 1], shape)
-    spectrum = amplitudes[:, : shape[1] // 2 + 1] * np.exp(1j * phases)
-    return fft.irfft2(spectrum, s=shape, norm="forward", workers=1)
+    modes = amplitudes[:, : shape[1] // 2 + 1] * np.exp(1j * phases)
+    return fft.irfft2(modes, s=shape, norm="forward", workers=1)
 
 
 def _odd(phases: NDArray[np.float64], shape: tuple[int, int]) -> NDArray[np.float64]:
@@ -95,15 +127,7 @@ def _odd(phases: NDArray[np.float64], shape: tuple[int, int]) -> NDArray[np.floa
 
 
 def amplitude_spectrum(
-    points: int | tuple[int, int],
-    size: float | Pair,
-    *,
-    hurst: float | None = None,
-    power: float | None = None,
-    rms_slope: float | None = None,
-    rms_height: float | None = None,
-    long_cutoff: float | None = None,
-    short_cutoff: float | None = None,
+    points: int | tuple[int, int], size: float | Pair, spectrum: SelfAffine
 ) -> NDArray[np.float64]:
     """Amplitudes B(q) = (2 pi/L) sqrt(C2D(q)), (19.23), on the modes of a full 2-D FFT.
 
@@ -119,25 +143,24 @@ def amplitude_spectrum(
 
     Examples
     --------
-    >>> B = amplitude_spectrum(16, 1.0, power=4.0, rms_height=2.0)
+    >>> B = amplitude_spectrum(16, 1.0, SelfAffine(power=4.0, rms_height=2.0))
     >>> round(float((B**2).sum()), 12), round(float(B[1, 0] / B[2, 0]), 12)
     (4.0, 4.0)
     """
     shape, lengths = _grid(points, size)
     spacing = (lengths[0] / shape[0], lengths[1] / shape[1])
-    _check(shape, lengths, hurst, power, rms_slope, rms_height, long_cutoff, short_cutoff)
-    exponent = 2 * (1 + (hurst or 0.0)) if power is None else power
     wavenumber = _wavenumber(shape, spacing)
-    shortest = 2 * max(spacing) if short_cutoff is None else short_cutoff
+    shortest = spectrum.short_cutoff or 2 * max(spacing)
     # a relative hair on the circle keeps modes that lie on it whatever the units round to
     inside = (wavenumber > 0) & (wavenumber <= 2 * np.pi / shortest * (1 + 1e-12))
     inside &= ~_self_conjugate(shape)
-    plateau = 0.0 if long_cutoff is None else 2 * np.pi / long_cutoff
+    plateau = 2 * np.pi / spectrum.long_cutoff if spectrum.long_cutoff else 0.0
     amplitude = np.zeros(shape)
     # relative to the largest, so that the power law does not see the unit of length
     relative = np.maximum(wavenumber, plateau) / wavenumber.max()
-    amplitude[inside] = relative[inside] ** (-exponent / 2)
-    wanted, weight = (rms_height, 1.0) if rms_slope is None else (rms_slope, wavenumber)
+    amplitude[inside] = relative[inside] ** (-spectrum.exponent / 2)
+    by_slope = spectrum.rms_slope is not None
+    wanted, weight = (spectrum.rms_slope, wavenumber) if by_slope else (spectrum.rms_height, 1.0)
     present = np.sqrt(((weight * amplitude) ** 2).sum())
     if present == 0:
         raise ValueError(
@@ -216,6 +239,10 @@ def rms_gradient_differences(height: ArrayLike, spacing: Pair) -> float:
 def _grid(points: int | tuple[int, int], size: float | Pair) -> tuple[tuple[int, int], Pair]:
     nx, ny = (int(n) for n in np.broadcast_to(points, 2))
     length, width = (float(side) for side in np.broadcast_to(size, 2))
+    faults = positive_faults(size=min(length, width))
+    if min(nx, ny) < 2:
+        faults.append(f"points must be at least 2 per side, not {(nx, ny)!r}")
+    refuse(faults)
     return (nx, ny), (length, width)
 
 
@@ -229,41 +256,3 @@ def _self_conjugate(shape: tuple[int, int]) -> NDArray[np.bool_]:
     """Modes equal to their own conjugate on the grid: q = 0 and the corners at Nyquist."""
     own = [(2 * np.arange(n)) % n == 0 for n in shape]
     return own[0][:, None] & own[1][None, :]
-
-
-def _check(
-    shape: tuple[int, int],
-    lengths: Pair,
-    hurst: float | None,
-    power: float | None,
-    rms_slope: float | None,
-    rms_height: float | None,
-    long_cutoff: float | None,
-    short_cutoff: float | None,
-) -> None:
-    """Raise one ValueError that lists every fault."""
-    faults = []
-    if min(shape) < 2:
-        faults.append(f"points must be at least 2 per side, not {shape!r}")
-    for pair, names in (
-        ((hurst, power), "hurst and power"),
-        ((rms_slope, rms_height), "rms_slope and rms_height"),
-    ):
-        if sum(value is not None for value in pair) != 1:
-            faults.append(f"give exactly one of {names}, not {pair!r}")
-    positive = {
-        "size": min(lengths),
-        "rms_slope": rms_slope,
-        "rms_height": rms_height,
-        "long_cutoff": long_cutoff,
-        "short_cutoff": short_cutoff,
-    }
-    for name, value in positive.items():
-        if value is not None and not (np.isfinite(value) and value > 0):
-            faults.append(f"{name} must be positive and finite, not {value!r}")
-    if power is not None and not (np.isfinite(power) and power >= 0):
-        faults.append(f"power must be finite and not negative, not {power!r}")
-    if hurst is not None and not 0 <= hurst <= 1:
-        faults.append(f"hurst must lie in [0, 1], not {hurst!r}")
-    if faults:
-        raise ValueError("; ".join(faults))

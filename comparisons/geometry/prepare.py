@@ -123,7 +123,7 @@ class RoughGeometry:
         return surfaces.self_affine(
             self.points,
             self.size,
-            **_recipe_arguments(self.recipe),
+            _spectrum(self.recipe),
             seed=self.recipe.seed,
             realisation=realisation,
         )
@@ -189,15 +189,15 @@ def indenter_geometry(scene: Scene, loads: Loads) -> IndenterGeometry:
     return estimate(scene, loads)
 
 
-def _recipe_arguments(recipe: SelfAffine) -> dict[str, float | None]:
+def _spectrum(recipe: SelfAffine) -> surfaces.SelfAffine:
     names = ("hurst", "power", "rms_slope", "rms_height", "long_cutoff", "short_cutoff")
-    return {name: getattr(recipe, name) for name in names}
+    return surfaces.SelfAffine(**{name: getattr(recipe, name) for name in names})
 
 
 def _synthetic(scene: Scene, surface: SelfAffine) -> RoughGeometry:
     try:
         heights = surfaces.self_affine(
-            surface.points, surface.size, **_recipe_arguments(surface), seed=0, realisation=0
+            surface.points, surface.size, _spectrum(surface), seed=0, realisation=0
         )
     except (ValueError, ArithmeticError) as error:
         raise SceneError(scene.name, [f"surface: {error}"]) from error

@@ -28,7 +28,7 @@ from reference.halfspace import (
 )
 from reference.halfspace.solution import Press
 from reference.loads import Load
-from reference.surfaces import self_affine
+from reference.surfaces import SelfAffine, self_affine
 from reports.tables.documents import rewrite
 
 PAGE = Path(__file__).resolve().parents[1] / "half-space.md"
@@ -41,10 +41,7 @@ def gap_of(points: int, cutoff: int, roll_off: float | None = 0.25) -> np.ndarra
     height = self_affine(
         points,
         1.0,
-        hurst=0.8,
-        rms_slope=SLOPE,
-        long_cutoff=roll_off,
-        short_cutoff=cutoff / points,
+        SelfAffine(hurst=0.8, rms_slope=SLOPE, long_cutoff=roll_off, short_cutoff=cutoff / points),
         seed=1,
         realisation=0,
     )

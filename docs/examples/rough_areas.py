@@ -16,7 +16,7 @@ from reference.halfspace import Contact, FreeOperator, PeriodicOperator, areas, 
 from reference.halfspace.contact_line import located_area
 from reference.halfspace.solution import Press
 from reference.loads import Load
-from reference.surfaces import refine, self_affine
+from reference.surfaces import SelfAffine, refine, self_affine
 from reports.tables.documents import rewrite
 
 PAGE = Path(__file__).resolve().parents[1] / "half-space.md"
@@ -58,10 +58,12 @@ def on_grids(hurst: float, roll_off: float, periodic: bool, shortest: int) -> np
     native = self_affine(
         POINTS,
         1.0,
-        hurst=hurst,
-        rms_slope=1.0,
-        long_cutoff=1 / roll_off if roll_off > 1 else None,
-        short_cutoff=shortest / POINTS,
+        SelfAffine(
+            hurst=hurst,
+            rms_slope=1.0,
+            long_cutoff=1 / roll_off if roll_off > 1 else None,
+            short_cutoff=shortest / POINTS,
+        ),
         seed=1,
         realisation=0,
     )

@@ -225,10 +225,7 @@ def surface() -> list[list[str]]:
     h = surfaces.self_affine(
         48,
         1.0,
-        hurst=0.8,
-        rms_slope=0.1,
-        long_cutoff=0.5,
-        short_cutoff=0.125,
+        surfaces.SelfAffine(hurst=0.8, rms_slope=0.1, long_cutoff=0.5, short_cutoff=0.125),
         seed=3,
         realisation=0,
     )

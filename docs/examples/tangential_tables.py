@@ -19,7 +19,7 @@ from reduced.rough.ensemble import RandomLines
 from reduced.rough.line_spectrum import prescribed
 from reduced.rough.surface_spectrum import SelfAffine
 from reduced.springs.line import Springs
-from reference import closed_form
+from reference import closed_form, surfaces
 from reference import loads as reference_loads
 from reference.closed_form import PartialSlip, stiffness_ratio
 from reference.fem.friction import follow
@@ -29,7 +29,6 @@ from reference.halfspace.cerruti import Compliance
 from reference.halfspace.friction import FrictionalPress, FrictionStep, sweep, tangential_stiffness
 from reference.halfspace.solution import Press
 from reference.halfspace.traction import NormalAndTangential
-from reference.surfaces import self_affine
 from reports.tables.documents import rewrite
 
 PAGE = Path(__file__).resolve().parents[1] / "tangential-contact.md"
@@ -237,13 +236,10 @@ def outlines(x: np.ndarray) -> dict[str, np.ndarray]:
 
 def _rough_contact(points: int) -> np.ndarray:
     """Contact of a rough patch, about 10 % of its area."""
-    height = self_affine(
+    height = surfaces.self_affine(
         points,
         2.1,
-        hurst=0.8,
-        rms_slope=0.1,
-        long_cutoff=1.0,
-        short_cutoff=0.13,
+        surfaces.SelfAffine(hurst=0.8, rms_slope=0.1, long_cutoff=1.0, short_cutoff=0.13),
         seed=4,
         realisation=0,
     )
@@ -363,10 +359,11 @@ def rough() -> list[list[str]]:
     """Displacement over mu E* d/G* at three forces: half-space and springs."""
     points, load = 64, 0.02
     options = {"hurst": 0.8, "rms_slope": 0.1, "long_cutoff": 0.5, "short_cutoff": 4 / points}
+    spectrum = surfaces.SelfAffine(**options)
     shares = np.array([0.3, 0.6, 0.9])
     displacements: dict[str, list[np.ndarray]] = {}
     for k in range(4):
-        height = self_affine(points, 1.0, **options, seed=2, realisation=k)
+        height = surfaces.self_affine(points, 1.0, spectrum, seed=2, realisation=k)
         gap, force = height.max() - height, load * 0.1
         for name, nu, coupled in (
             ("3-D, nu = 0, uncoupled", 0.0, False),

@@ -67,7 +67,9 @@ def test_a_ring_has_no_curvature_in_total():
 @pytest.mark.parametrize("kernel", ["continuum", "cells"])
 def test_rough_areas_need_no_grid_eight_times_finer(kernel):
     """Two points per shortest wave refined fourfold: 2 %; counted cells miss by 5 %."""
-    native = surfaces.self_affine(32, 1.0, hurst=0.8, rms_slope=1.0, seed=3, realisation=1)
+    native = surfaces.self_affine(
+        32, 1.0, surfaces.SelfAffine(hurst=0.8, rms_slope=1.0), seed=3, realisation=1
+    )
 
     def contact(factor: int):
         heights = surfaces.refine(native, factor)

@@ -12,12 +12,16 @@ from hypothesis import strategies as st
 from reference.halfspace import FreeOperator, contact_block, dense, fft
 from reference.halfspace.solution import Press
 from reference.loads import Load
-from reference.surfaces import self_affine
+from reference.surfaces import SelfAffine, self_affine
 
 
 def rough(points: int) -> tuple[FreeOperator, np.ndarray]:
     height = self_affine(
-        points, 1.0, hurst=0.8, rms_slope=0.1, short_cutoff=4 / points, seed=4, realisation=0
+        points,
+        1.0,
+        SelfAffine(hurst=0.8, rms_slope=0.1, short_cutoff=4 / points),
+        seed=4,
+        realisation=0,
     )
     return FreeOperator((points, points), (1 / points,) * 2, 1.0), height.max() - height
 

@@ -19,7 +19,7 @@ from reference.halfspace.solution import Press
 from reference.halfspace.stick_slip import Shear, minimise
 from reference.halfspace.traction import NormalAndTangential
 from reference.loads import Load, LoadPath
-from reference.surfaces import self_affine
+from reference.surfaces import SelfAffine, self_affine
 
 MU = 0.4
 
@@ -133,7 +133,7 @@ def test_rough_paths_at_zero_poisson_ratio_are_normal_solutions(periodic, seed, 
     """
     body = body_of(24, 24.0, 0.0, periodic=periodic)
     height = self_affine(
-        24, 24.0, hurst=0.8, rms_slope=0.1, short_cutoff=4.0, seed=seed, realisation=0
+        24, 24.0, SelfAffine(hurst=0.8, rms_slope=0.1, short_cutoff=4.0), seed=seed, realisation=0
     )
     gap = height.max() - height
     force = 0.02 * 2.0 * 24.0**2 * 0.1

@@ -13,7 +13,7 @@ from reference.errors import ConvergenceError
 from reference.halfspace import FreeOperator, PeriodicOperator, fft
 from reference.halfspace.solution import Press
 from reference.loads import Load
-from reference.surfaces import self_affine
+from reference.surfaces import SelfAffine, self_affine
 
 MODULUS = 3.0
 # from one cell in contact through 99-100 % to far beyond full contact
@@ -31,10 +31,9 @@ def rough(points, hurst, slope: float, short_cutoff: int) -> np.ndarray:
     return self_affine(
         points,
         1.0,
-        hurst=hurst,
-        rms_slope=slope,
-        long_cutoff=0.5,
-        short_cutoff=short_cutoff / points,
+        SelfAffine(
+            hurst=hurst, rms_slope=slope, long_cutoff=0.5, short_cutoff=short_cutoff / points
+        ),
         seed=1,
         realisation=0,
     )
@@ -115,7 +114,7 @@ def test_every_roughness_converges_on_large_grids(hurst, short_cutoff, operator_
 def test_elongated_maps_and_rectangular_cells_converge(shape, spacing, operator_class):
     """Maps of 1:50, odd and prime lengths, cells of 1:10 and 1:16."""
     size = shape[0] * spacing[0], shape[1] * spacing[1]
-    height = self_affine(shape, size, hurst=0.8, rms_slope=0.1, seed=2, realisation=0)
+    height = self_affine(shape, size, SelfAffine(hurst=0.8, rms_slope=0.1), seed=2, realisation=0)
     check_all_loads(operator_class(shape, spacing, MODULUS), height)
 
 

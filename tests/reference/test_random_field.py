@@ -26,14 +26,18 @@ def test_summits_have_the_density_and_mean_curvature_of_nayak():
     points, found, curvatures = 128, 0, []
     for k in range(20):
         h = surfaces.self_affine(
-            points, 1.0, power=2.0, rms_slope=1.0, short_cutoff=1 / 16, seed=3, realisation=k
+            points,
+            1.0,
+            surfaces.SelfAffine(power=2.0, rms_slope=1.0, short_cutoff=1 / 16),
+            seed=3,
+            realisation=k,
         )
         fine = surfaces.refine(h, 2)
         each = summits(fine, (0.5 / points,) * 2).curvatures
         found += len(each)
         curvatures.append(each)
     amplitude = surfaces.amplitude_spectrum(
-        points, 1.0, power=2.0, rms_slope=1.0, short_cutoff=1 / 16
+        points, 1.0, surfaces.SelfAffine(power=2.0, rms_slope=1.0, short_cutoff=1 / 16)
     )
     q = 2 * np.pi * np.hypot(*np.meshgrid(*[np.fft.fftfreq(points, 1 / points)] * 2))
     fourth = 3 / 8 * ((q**2 * amplitude) ** 2).sum()

@@ -30,7 +30,11 @@ def test_every_realisation_has_exactly_the_prescribed_slope(points, hurst, seed,
     """h'^2 = sum |q|^2 |B|^2 = <|grad h|^2>: amplitudes are fixed, only phases are random."""
     size = (1.0, 1.4)
     height = surfaces.self_affine(
-        points, size, hurst=hurst, rms_slope=0.2, short_cutoff=short, seed=seed, realisation=1
+        points,
+        size,
+        surfaces.SelfAffine(hurst=hurst, rms_slope=0.2, short_cutoff=short),
+        seed=seed,
+        realisation=1,
     )
     amplitude, wavenumber = modes(height, size)
     assert np.sqrt(((wavenumber * amplitude) ** 2).sum()) == pytest.approx(0.2, rel=1e-12)
@@ -41,7 +45,9 @@ def test_every_realisation_has_exactly_the_prescribed_slope(points, hurst, seed,
 
 def test_rms_height_is_that_of_the_points():
     """Parseval: sum B^2 = <h^2> over the grid."""
-    height = surfaces.self_affine(48, 2.0, power=3.2, rms_height=0.7, seed=3, realisation=4)
+    height = surfaces.self_affine(
+        48, 2.0, surfaces.SelfAffine(power=3.2, rms_height=0.7), seed=3, realisation=4
+    )
     assert np.sqrt(np.mean(height**2)) == pytest.approx(0.7, rel=1e-12)
 
 
@@ -50,9 +56,12 @@ def test_spectrum_follows_the_power_law_between_circular_cutoffs(points):
     """C2D ~ B^2 ~ q^(-2(1+H)) up to the cutoff circle, constant above the roll-off wavelength."""
     size = (1.0, 1.0)
     height = surfaces.self_affine(
-        points, size, hurst=0.7, rms_slope=0.1, long_cutoff=0.25, short_cutoff=0.1,
-        seed=5, realisation=0,
-    )  # fmt: skip
+        points,
+        size,
+        surfaces.SelfAffine(hurst=0.7, rms_slope=0.1, long_cutoff=0.25, short_cutoff=0.1),
+        seed=5,
+        realisation=0,
+    )
     amplitude, q = modes(height, size)
     inside = (q > 0) & (q <= 2 * np.pi / 0.1)
     np.testing.assert_allclose(amplitude[~inside], 0, atol=1e-16)
@@ -62,20 +71,26 @@ def test_spectrum_follows_the_power_law_between_circular_cutoffs(points):
 
 def test_power_is_the_exponent_of_the_two_dimensional_spectrum():
     """The exponent `power` is 2 (1 + H)."""
-    arguments = {"rms_slope": 0.1, "seed": 1, "realisation": 2}
-    by_hurst = surfaces.self_affine(16, 1.0, hurst=0.3, **arguments)
-    by_power = surfaces.self_affine(16, 1.0, power=2.6, **arguments)
+    draw = {"seed": 1, "realisation": 2}
+    by_hurst = surfaces.self_affine(16, 1.0, surfaces.SelfAffine(hurst=0.3, rms_slope=0.1), **draw)
+    by_power = surfaces.self_affine(16, 1.0, surfaces.SelfAffine(power=2.6, rms_slope=0.1), **draw)
     np.testing.assert_allclose(by_hurst, by_power, rtol=1e-12)
 
 
 def test_self_conjugate_modes_are_zero_even_when_the_cutoff_lets_them_in():
     """At Nyquist a mode that is its own conjugate cannot have a random phase."""
-    B = surfaces.amplitude_spectrum(8, 1.0, hurst=0.5, rms_slope=1.0, short_cutoff=0.1)
+    B = surfaces.amplitude_spectrum(
+        8, 1.0, surfaces.SelfAffine(hurst=0.5, rms_slope=1.0, short_cutoff=0.1)
+    )
     assert [B[0, 0], B[4, 0], B[0, 4], B[4, 4]] == [0, 0, 0, 0]
     assert B[4, 1] > 0
     # the Nyquist rows and columns that remain must still give a real surface of the right slope
     height = surfaces.self_affine(
-        8, 1.0, hurst=0.5, rms_slope=1.0, short_cutoff=0.1, seed=1, realisation=0
+        8,
+        1.0,
+        surfaces.SelfAffine(hurst=0.5, rms_slope=1.0, short_cutoff=0.1),
+        seed=1,
+        realisation=0,
     )
     assert surfaces.rms_gradient_spectral(height, (1 / 8, 1 / 8)) == pytest.approx(1.0, rel=1e-12)
 
@@ -88,7 +103,11 @@ def test_phases_are_uniform_and_independent_between_realisations():
     stack = np.array(
         [
             surfaces.self_affine(
-                32, 1.0, hurst=0.0, rms_height=1.0, long_cutoff=0.0625, seed=9, realisation=k
+                32,
+                1.0,
+                surfaces.SelfAffine(hurst=0.0, rms_height=1.0, long_cutoff=0.0625),
+                seed=9,
+                realisation=k,
             ).ravel()
             for k in range(64)
         ]
@@ -101,10 +120,10 @@ def test_phases_are_uniform_and_independent_between_realisations():
 
 def test_streams_are_those_of_the_scene_format():
     """Surface k draws from SeedSequence(seed, spawn_key=(0, k)); another seed, another surface."""
-    arguments = {"hurst": 0.8, "rms_slope": 0.1}
-    first = surfaces.self_affine(16, 1.0, seed=4, realisation=2, **arguments)
-    again = surfaces.self_affine(16, 1.0, seed=4, realisation=2, **arguments)
-    other = surfaces.self_affine(16, 1.0, seed=2, realisation=4, **arguments)
+    spectrum = surfaces.SelfAffine(hurst=0.8, rms_slope=0.1)
+    first = surfaces.self_affine(16, 1.0, spectrum, seed=4, realisation=2)
+    again = surfaces.self_affine(16, 1.0, spectrum, seed=4, realisation=2)
+    other = surfaces.self_affine(16, 1.0, spectrum, seed=2, realisation=4)
     np.testing.assert_array_equal(first, again)
     assert np.abs(first - other).max() > 0.1 * first.std()
     stream = np.random.default_rng(np.random.SeedSequence(4, spawn_key=(0, 2)))
@@ -115,9 +134,16 @@ def test_streams_are_those_of_the_scene_format():
 
 def test_surface_scales_with_its_units():
     """Lengths times a power of two: heights too, bit for bit (slope is dimensionless)."""
-    arguments = {"hurst": 0.8, "rms_slope": 0.1, "seed": 0, "realisation": 0}
-    metre = surfaces.self_affine(16, 1.0, long_cutoff=0.5, **arguments)
-    small = surfaces.self_affine(16, 2.0**-30, long_cutoff=2.0**-31, **arguments)
+    metre, small = (
+        surfaces.self_affine(
+            16,
+            unit,
+            surfaces.SelfAffine(hurst=0.8, rms_slope=0.1, long_cutoff=unit / 2),
+            seed=0,
+            realisation=0,
+        )
+        for unit in (1.0, 2.0**-30)
+    )
     np.testing.assert_allclose(small, metre * 2.0**-30, rtol=1e-13)
 
 
@@ -152,7 +178,11 @@ def test_refinement_keeps_points_of_any_map():
 def test_difference_gradient_converges_to_the_spectral_one():
     """Forward differences of a smooth map lose (q dx)^2/24 of the slope: second order."""
     coarse = surfaces.self_affine(
-        16, 1.0, hurst=0.8, rms_slope=0.1, short_cutoff=0.25, seed=2, realisation=0
+        16,
+        1.0,
+        surfaces.SelfAffine(hurst=0.8, rms_slope=0.1, short_cutoff=0.25),
+        seed=2,
+        realisation=0,
     )
     errors = []
     for factor in (4, 8, 16):
@@ -172,10 +202,12 @@ def test_difference_gradient_converges_to_the_spectral_one():
 
 def test_all_faults_of_the_parameters_are_listed():
     with pytest.raises(ValueError, match=r"hurst and power.*rms_slope and rms_height.*long_cutoff"):
-        surfaces.amplitude_spectrum(16, 1.0, long_cutoff=-1.0)
+        surfaces.amplitude_spectrum(16, 1.0, surfaces.SelfAffine(long_cutoff=-1.0))
     with pytest.raises(ValueError, match=r"hurst must lie in \[0, 1\], not 1.5"):
-        surfaces.amplitude_spectrum(16, 1.0, hurst=1.5, rms_slope=0.1)
+        surfaces.amplitude_spectrum(16, 1.0, surfaces.SelfAffine(hurst=1.5, rms_slope=0.1))
     with pytest.raises(ValueError, match="below the short cutoff"):
-        surfaces.amplitude_spectrum(16, 1.0, hurst=0.5, rms_slope=0.1, short_cutoff=2.0)
+        surfaces.amplitude_spectrum(
+            16, 1.0, surfaces.SelfAffine(hurst=0.5, rms_slope=0.1, short_cutoff=2.0)
+        )
     with pytest.raises(ValueError, match="positive integer"):
         surfaces.refine(np.zeros((4, 4)), 0)

@@ -102,9 +102,7 @@ def _surface(points: int, cutoff: int, realisation: int = 0) -> np.ndarray:
     heights = surfaces.self_affine(
         (points, points),
         (1.0, 1.0),
-        hurst=HURST,
-        rms_slope=SLOPE,
-        short_cutoff=cutoff / points,
+        surfaces.SelfAffine(hurst=HURST, rms_slope=SLOPE, short_cutoff=cutoff / points),
         seed=1,
         realisation=realisation,
     )

@@ -81,7 +81,7 @@ class Surface:
     def heights(self, realisation: int, factor: int = 1) -> np.ndarray:
         """Return a realisation on a grid `factor` times finer than its own."""
         native = surfaces.self_affine(
-            self.points, 1.0, **self.recipe, seed=SEED, realisation=realisation
+            self.points, 1.0, surfaces.SelfAffine(**self.recipe), seed=SEED, realisation=realisation
         )
         return surfaces.refine(native, factor)
 

@@ -14,7 +14,7 @@ from reference.halfspace.friction import tangential_stiffness
 from reference.halfspace.solution import Press
 from reference.halfspace.traction import NormalAndTangential
 from reference.loads import Load
-from reference.surfaces import self_affine
+from reference.surfaces import SelfAffine, self_affine
 
 SHAPES = ("ellipse", "rectangle", "triangle", "rough")
 # Side of the grid in half-widths of the contact.
@@ -87,10 +87,7 @@ def _rough_contact(body: NormalAndTangential) -> np.ndarray:
     height = self_affine(
         body.shape[0],
         _SIDE,
-        hurst=0.8,
-        rms_slope=0.1,
-        long_cutoff=_SIDE / 2,
-        short_cutoff=_SIDE / 16,
+        SelfAffine(hurst=0.8, rms_slope=0.1, long_cutoff=_SIDE / 2, short_cutoff=_SIDE / 16),
         seed=4,
         realisation=0,
     )

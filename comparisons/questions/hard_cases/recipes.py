@@ -102,12 +102,15 @@ class Recipe(Table):
         return heights.astype(self.precision)
 
     def _made(self) -> np.ndarray:
+        from reference.surfaces import SelfAffine as Spectrum
         from reference.surfaces import self_affine
 
         grid = (self.points, self.points)
         if self.self_affine is not None:
             sides = (self.side, self.side)
-            return self_affine(grid, sides, **self.self_affine.model_dump(), realisation=0).copy()
+            rough = self.self_affine
+            spectrum = Spectrum(hurst=rough.hurst, rms_slope=rough.rms_slope)
+            return self_affine(grid, sides, spectrum, seed=rough.seed, realisation=0).copy()
         if self.paraboloid is not None:
             x = (np.arange(self.points) - (self.points - 1) / 2) * self.side / self.points
             return -(x[:, None] ** 2 + x**2) / (2 * self.paraboloid)

@@ -65,7 +65,11 @@ def surface(shape, method=""):
     if method == "fem":
         points = tuple(n // 2 for n in points)
     heights = surfaces.self_affine(
-        points, size, hurst=0.8, rms_slope=0.1, short_cutoff=SIDE / 3, seed=5, realisation=0
+        points,
+        size,
+        surfaces.SelfAffine(hurst=0.8, rms_slope=0.1, short_cutoff=SIDE / 3),
+        seed=5,
+        realisation=0,
     )
     return Surface(heights + 0.02 * np.ptp(heights), size)
 

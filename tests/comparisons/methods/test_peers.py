@@ -46,7 +46,11 @@ def rough_problem(periodic: bool, control: str, points=(48, 40)) -> Problem:
     gaps = []
     for k in range(2):
         heights = surfaces.self_affine(
-            points, size, hurst=0.8, rms_slope=0.1, short_cutoff=size[0] / 6, seed=3, realisation=k
+            points,
+            size,
+            surfaces.SelfAffine(hurst=0.8, rms_slope=0.1, short_cutoff=size[0] / 6),
+            seed=3,
+            realisation=k,
         )
         gaps.append(heights.max() - heights)
     operator = kind(points, spacing, MODULUS)
