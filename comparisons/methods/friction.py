@@ -69,8 +69,8 @@ class ReducedFriction(ReducedProfile):
             "stick_area": np.pi * stick**2,
         }
         steady = {
-            "penetration": path.penetration,
-            "force": path.force,
+            "penetration": float(normal.penetration[0]),
+            "force": float(normal.force[0]),
             "equivalent_radius": contact,
             "contact_length": 2 * contact,
             "stiffness": float(normal.stiffness[0]),
@@ -82,7 +82,7 @@ class ReducedFriction(ReducedProfile):
             solution.put((0, step), steady | along)
         for step in range(steps_held, task.shape[1]):
             solution.fail((0, step), SLIDES)
-        solution.fields = line_picture(self.profile, path.penetration, contact, normal.spacing)
+        solution.fields = line_picture(self.profile, steady["penetration"], contact, normal.spacing)
         return solution
 
     def _slide(
@@ -289,8 +289,7 @@ class GridFriction(BemFft):
         way = finer_path(task, per_radius, self.coupled)
         tolerance = max(self.options.tolerance, 1e-6)
         press = FrictionalPress(body, grid.gap, self.friction, self.coupled)
-        normal, tangential = (reference_loads.LoadPath(*load) for load in way.loads.items())
-        for step in way.scene_steps(sweep(press, normal, tangential, tolerance=tolerance)):
+        for step in way.scene_steps(sweep(press, *way.loads, tolerance=tolerance)):
             violation = max(step.violation, step.slip_error)
             values = _quantities(task, body, step, grid)
             yield Step(values, iterations=step.iterations, violation=violation)

@@ -16,6 +16,7 @@ from comparisons.tasks.steps import Row, Step
 from comparisons.tasks.task import Task
 from reference.fem.friction import FrictionStep, follow
 from reference.fem.frictional_body import FrictionalBody, frictional_body
+from reference.loads import LoadPath
 
 # The nodes that may touch reach this far, in contact radii: within it the shape must have a gap.
 _REACH = 1.25
@@ -72,7 +73,8 @@ class FemFriction(Solver[IndenterGeometry]):
         """Compile the sweeps on the coarsest mesh."""
         body = frictional_body(1.0, 1.0, 0.3, elements=2)
         gap = (body.points**2).sum(axis=1) / 2
-        list(follow(body, gap, 0.3, penetration=[0.5], tangential_displacement=[0.05]))
+        shifted = LoadPath("tangential_displacement", 0.05)
+        list(follow(body, gap, 0.3, LoadPath("penetration", 0.5), shifted))
 
     def rows(self, task: Task[IndenterGeometry]) -> Iterator[Row]:
         """Mesh the half-space for the contact at the normal load."""
@@ -87,7 +89,7 @@ class FemFriction(Solver[IndenterGeometry]):
         """Yield the steps at the scene's own loads."""
         way = finer_path(task, _CELLS_PER_ELEMENT * task.resolution, coupled=True)
         gap = self.indenter.gap(*body.points.T)
-        for step in way.scene_steps(follow(body, gap, self.friction, **way.loads)):
+        for step in way.scene_steps(follow(body, gap, self.friction, *way.loads)):
             yield Step(_quantities(step), iterations=step.sweeps, violation=step.error)
 
 

@@ -11,6 +11,7 @@ import numpy as np
 
 from comparisons.methods.solver import needed
 from comparisons.tasks.task import Task
+from reference.loads import LoadPath
 
 # The contact is pressed in this many geometric steps from a share of its load, for the slip that
 # pressing itself causes; per unit of resolution, at least.
@@ -23,9 +24,9 @@ Step = TypeVar("Step")
 
 @dataclass(frozen=True)
 class FinerPath:
-    """Loads of all steps, by the name of their control, and which of them the scene asked for."""
+    """Normal and tangential loads of all steps, and which of them the scene asked for."""
 
-    loads: dict[str, np.ndarray]
+    loads: tuple[LoadPath, LoadPath]
     presses: int
     parts: int
 
@@ -64,4 +65,5 @@ def finer_path(task: Task, per_radius: int, coupled: bool) -> FinerPath:
     path = np.concatenate([np.zeros(presses), *ways])
     pressing = np.geomspace(FIRST_SHARE, 1.0, presses) if coupled else np.ones(1)
     normal = load * np.concatenate([pressing, np.ones(path.size - presses)])
-    return FinerPath({control: normal, task.loads.control: path}, presses, parts)
+    loads = LoadPath(control, normal), LoadPath(task.loads.control, path)
+    return FinerPath(loads, presses, parts)

@@ -314,11 +314,13 @@ def second_opinion() -> list[list[str]]:
     rows = [["nu", "nodes per radius", "F", "F_x", "F_x of the springs"]]
     shift = MU * 0.8 * np.array([0.3, 0.6, 0.9, 0.3, -0.3, -0.9])
     depth = np.concatenate([np.geomspace(0.1, 0.8, 8), np.full(6, 0.8)])
-    loads = {"penetration": depth, "tangential_displacement": np.append(np.zeros(8), shift)}
+    loads = (
+        reference_loads.LoadPath("penetration", depth),
+        reference_loads.LoadPath("tangential_displacement", np.append(np.zeros(8), shift)),
+    )
     for nu in (0.0, 0.2, 0.45):
         half_space, gap = paraboloid_body(44, nu)
-        paths = (reference_loads.LoadPath(*load) for load in loads.items())
-        true = list(sweep(FrictionalPress(half_space, gap, MU), *paths))[8:]
+        true = list(sweep(FrictionalPress(half_space, gap, MU), *loads))[8:]
         line = slide(
             Springs(shapes.paraboloid(1.0), half_space.compliance.effective_modulus),
             Friction(half_space.compliance.tangential_modulus, MU),
@@ -328,7 +330,7 @@ def second_opinion() -> list[list[str]]:
         for elements in (2, 4):
             body = frictional_body(1.0, 2 * (1 + nu), nu, elements=elements)
             heights = (body.points**2).sum(axis=1) / 2
-            pairs = list(zip(list(follow(body, heights, MU, **loads))[8:], true, strict=True))
+            pairs = list(zip(list(follow(body, heights, MU, *loads))[8:], true, strict=True))
             normal = max(abs(first.force / second.force - 1) for first, second in pairs)
             along = _apart([first.tangential_force for first, _ in pairs], true)
             springs = _apart(line.tangential_force, true)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -64,8 +64,8 @@ def press(
     body: CondensedBody,
     gap: ArrayLike,
     *,
-    penetration: float | Sequence[float] | None = None,
-    force: float | Sequence[float] | None = None,
+    penetration: ArrayLike | None = None,
+    force: ArrayLike | None = None,
     contact: str = "active_set",
     penalty: float = 1e3,
     max_iterations: int = 100,
@@ -82,7 +82,7 @@ def press(
     gap : (n,)
         Initial gap of the rigid shape over `body.points`, from where the penetration counts; +inf
         where it can never touch.
-    penetration, force : float or sequence
+    penetration, force : array_like
         Exactly one of them; force on the whole contact (all symmetric parts). Any order: each step
         starts from the contact set of the one before.
     contact : {"active_set", "penalty", "augmented_lagrangian"}
@@ -331,8 +331,8 @@ class _Step:
 def _check(
     body: CondensedBody,
     gap: NDArray[np.float64],
-    penetration: float | Sequence[float] | None,
-    force: float | Sequence[float] | None,
+    penetration: ArrayLike | None,
+    force: ArrayLike | None,
     contact: str,
     penalty: float,
     max_iterations: int,

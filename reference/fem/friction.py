@@ -12,7 +12,7 @@ others. Nothing of it is shared with the half-space solvers: it is a second opin
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass
 
 import numpy as np
@@ -21,6 +21,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from reference.errors import ConvergenceError
 from reference.fem.frictional_body import FrictionalBody
+from reference.loads import LoadPath
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,11 +63,9 @@ def follow(
     body: FrictionalBody,
     gap: ArrayLike,
     friction: float,
+    normal: LoadPath,
+    tangential: LoadPath,
     *,
-    penetration: Sequence[float] | None = None,
-    force: Sequence[float] | None = None,
-    tangential_displacement: Sequence[float] | None = None,
-    tangential_force: Sequence[float] | None = None,
     tolerance: float = 1e-7,
     max_sweeps: int = 20_000,
 ) -> Iterator[FrictionStep]:
@@ -79,11 +78,11 @@ def follow(
         Initial gap over `body.points`, symmetric about y = 0.
     friction : float
         mu.
-    penetration, force : sequence, shape (k,)
-        Exactly one; a force is positive.
-    tangential_displacement, tangential_force : sequence, shape (k,)
-        Exactly one, as long; a force below mu F. The steps are walked in order; slip is counted
-        over each of them (implicit Euler).
+    normal : LoadPath
+        Penetration or force, shape (k,); a force is positive.
+    tangential : LoadPath
+        Values of ``"tangential_displacement"`` or ``"tangential_force"``, as many; a force below
+        mu F. The steps are walked in order; slip is counted over each of them (implicit Euler).
     tolerance : float
         Bound of `FrictionStep.error`.
     max_sweeps : int
@@ -100,25 +99,15 @@ def follow(
         From the step whose sweeps do not converge, or whose forces are not found.
     """
     gap = np.asarray(gap, dtype=float)
-    kinds: list[str] = []
-    path: list[Sequence[float]] = []
-    for names, given in (
-        (_NORMAL, (penetration, force)),
-        (_TANGENTIAL, (tangential_displacement, tangential_force)),
-    ):
-        chosen = [(k, v) for k, v in zip(names, given, strict=True) if v is not None]
-        if len(chosen) != 1:
-            raise ValueError(f"give exactly one of {', '.join(names)}")
-        kinds.append(chosen[0][0])
-        path.append(chosen[0][1])
-    steps = np.column_stack(path).astype(float)
+    kinds = normal.one_of(*_NORMAL), tangential.one_of(*_TANGENTIAL)
+    steps = np.column_stack([normal.values, tangential.values])
     if gap.shape != body.held.shape or not np.isfinite(gap).all():
         raise ValueError(f"gap must be finite, of shape {body.held.shape}, got {gap.shape}")
-    if not (np.isfinite(friction) and friction > 0) or not np.isfinite(steps).all():
-        raise ValueError(f"friction must be positive and all steps finite, got {friction!r}")
+    if not (np.isfinite(friction) and friction > 0):
+        raise ValueError(f"friction must be positive, got {friction!r}")
     if kinds[0] == "force" and not (steps[:, 0] > 0).all():
-        raise ValueError(f"the force must be positive, got {force!r}")
-    walk = _Walk(body, gap, friction, (kinds[0], kinds[1]), tolerance, max_sweeps)
+        raise ValueError(f"the force must be positive, got {normal.values!r}")
+    walk = _Walk(body, gap, friction, kinds, tolerance, max_sweeps)
     return (walk.step(row) for row in steps)
 
 

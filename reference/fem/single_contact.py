@@ -8,12 +8,12 @@ the one that carries the largest force at a given penetration (Barber 1974, *Int
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import minimize_scalar
 
 from reference.errors import ConvergenceError
@@ -30,8 +30,8 @@ def indent(
     body: CondensedBody,
     shape: Shape,
     *,
-    penetration: float | Sequence[float] | None = None,
-    force: float | Sequence[float] | None = None,
+    penetration: ArrayLike | None = None,
+    force: ArrayLike | None = None,
     contact: str = "active_set",
     penalty: float = 1e3,
     points: str = "nodes",
@@ -46,7 +46,7 @@ def indent(
     shape : callable
         Initial gap ``g(x, y)`` of arrays; +inf outside a sharp edge. Even in x
         and in y on a quarter.
-    penetration, force : float or sequence
+    penetration, force : array_like
         Exactly one of them, positive.
     contact, penalty
         As in `press`.

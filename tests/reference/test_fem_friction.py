@@ -27,14 +27,13 @@ def path(pressing: int) -> tuple[np.ndarray, np.ndarray]:
 def both(nu: float, elements: int, pressing: int = 8) -> list[tuple]:
     """Solve the same path of the same ball by both, G = 1."""
     depth, shift = path(pressing)
-    loads = {"penetration": depth, "tangential_displacement": shift}
+    loads = LoadPath("penetration", depth), LoadPath("tangential_displacement", shift)
     body = frictional_body(1.0, 2 * (1 + nu), nu, elements=elements)
     gap = (body.points**2).sum(axis=1) / 2
     x = (np.arange(44) - 21.6) / 20
     half_space = NormalAndTangential((44, 44), (1 / 20,) * 2, Compliance.of(1.0, nu))
     press = FrictionalPress(half_space, (x[:, None] ** 2 + x**2) / 2, MU)
-    other = sweep(press, *(LoadPath(*load) for load in loads.items()))
-    pairs = list(zip(follow(body, gap, MU, **loads), other, strict=True))
+    pairs = list(zip(follow(body, gap, MU, *loads), sweep(press, *loads), strict=True))
     return pairs[pressing - 1 :]
 
 
@@ -72,7 +71,8 @@ def test_coulomb_holds_node_by_node():
     depth, shift = path(5)
     body = frictional_body(1.0, 2.0, 0.0, elements=2)
     gap = (body.points**2).sum(axis=1) / 2
-    for step in follow(body, gap, MU, penetration=depth, tangential_displacement=shift):
+    loads = LoadPath("penetration", depth), LoadPath("tangential_displacement", shift)
+    for step in follow(body, gap, MU, *loads):
         tangential = np.hypot(step.reactions[:, 0], step.reactions[:, 1])
         assert (step.reactions[:, 2] >= 0).all()
         assert (tangential <= MU * step.reactions[:, 2] * (1 + 1e-12)).all()
@@ -84,10 +84,11 @@ def test_refusals():
         frictional_body(0.0, 1.0, 0.5, elements=1, extent=1.0)
     body = frictional_body(1.0, 1.0, 0.2, elements=2)
     gap = np.zeros(len(body.points))
+    loads = LoadPath("penetration", 1.0), LoadPath("tangential_displacement", 0.0)
     with pytest.raises(ValueError, match="gap"):
-        follow(body, gap[1:], MU, penetration=[1.0], tangential_displacement=[0.0])
+        follow(body, gap[1:], MU, *loads)
     with pytest.raises(ConvergenceError, match="node by node"):
-        next(follow(body, gap, MU, penetration=[1.0], tangential_displacement=[0.0], max_sweeps=2))
+        next(follow(body, gap, MU, *loads, max_sweeps=2))
 
 
 def test_prescribed_forces_are_those_of_the_prescribed_displacements():
@@ -95,9 +96,10 @@ def test_prescribed_forces_are_those_of_the_prescribed_displacements():
     depth, shift = path(5)
     body = frictional_body(1.0, 2.4, 0.2, elements=2)
     gap = (body.points**2).sum(axis=1) / 2
-    driven = list(follow(body, gap, MU, penetration=depth, tangential_displacement=shift))
-    loads = {name: [getattr(s, name) for s in driven] for name in ("force", "tangential_force")}
-    for one, other in zip(follow(body, gap, MU, **loads), driven, strict=True):
+    moves = LoadPath("penetration", depth), LoadPath("tangential_displacement", shift)
+    driven = list(follow(body, gap, MU, *moves))
+    forces = (LoadPath(k, [getattr(s, k) for s in driven]) for k in ("force", "tangential_force"))
+    for one, other in zip(follow(body, gap, MU, *forces), driven, strict=True):
         assert one.penetration == pytest.approx(other.penetration, rel=1e-5)
         apart = one.tangential_displacement - other.tangential_displacement
         assert abs(apart) < 1e-4 * MU * other.penetration
@@ -108,7 +110,8 @@ def test_forces_beyond_friction_are_not_found():
     """F_x = 1.2 mu F is no equilibrium, and the search says so."""
     body = frictional_body(1.0, 2.4, 0.2, elements=2)
     gap = (body.points**2).sum(axis=1) / 2
+    pulled = LoadPath("tangential_force", [0.0, 1.2 * MU])
     with pytest.raises(ConvergenceError, match="slides as a whole"):
-        list(follow(body, gap, MU, force=[1.0, 1.0], tangential_force=[0.0, 1.2 * MU]))
-    with pytest.raises(ValueError, match="exactly one of penetration, force"):
-        follow(body, gap, MU, tangential_force=[0.0])
+        list(follow(body, gap, MU, LoadPath("force", [1.0, 1.0]), pulled))
+    with pytest.raises(ValueError, match="control must be one of penetration, force"):
+        follow(body, gap, MU, pulled, pulled)
