@@ -30,7 +30,6 @@ class Waves:
     def __init__(self, heights: Array, size: tuple[float, float]) -> None:
         self.points = heights.shape
         modes = fft.fft2(heights, norm="forward")
-        self._numbers = tuple(np.round(fft.fftfreq(n, 1 / n)).astype(int) for n in self.points)
         # a mode at half the sampling frequency is shared by its two signs; a product of cosines
         for axis, count in enumerate(self.points):
             if count % 2 == 0:
