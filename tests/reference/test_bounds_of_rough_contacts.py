@@ -15,7 +15,7 @@ from reference.halfspace.kernels import cell_energies, love, periodic
 
 def _heights(points, realisation=0):
     return surfaces.self_affine(
-        points, 1.0, hurst=0.8, rms_slope=0.1, seed=1, realisation=realisation
+        points, 1.0, surfaces.SelfAffine(hurst=0.8, rms_slope=0.1), seed=1, realisation=realisation
     )
 
 

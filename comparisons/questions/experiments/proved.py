@@ -125,7 +125,11 @@ def _grid_force(
     above("points", points, 3)
     above("finer", finer, 0)
     heights = surfaces.self_affine(
-        int(points), 1.0, hurst=float(hurst), rms_slope=0.1, seed=SEED, realisation=0
+        int(points),
+        1.0,
+        surfaces.SelfAffine(hurst=float(hurst), rms_slope=0.1),
+        seed=SEED,
+        realisation=0,
     )
     patch = Patch(heights, 1.0, int(finer) if effort == "full" else 2)
     penetration = float(depth) * float(heights.std())
@@ -145,7 +149,11 @@ def _grid_penetration(
     above("points", points, 3)
     above("finer", finer, 0)
     heights = surfaces.self_affine(
-        int(points), 1.0, hurst=float(hurst), rms_slope=0.1, seed=SEED, realisation=0
+        int(points),
+        1.0,
+        surfaces.SelfAffine(hurst=float(hurst), rms_slope=0.1),
+        seed=SEED,
+        realisation=0,
     )
     surface = PeriodicSurface(heights, (1.0, 1.0), int(finer) if effort == "full" else 4)
     mean = 0.1 * float(load)
