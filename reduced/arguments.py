@@ -93,7 +93,7 @@ def count_faults(least: int = 1, **values: object) -> list[str]:
     ]
 
 
-def choice_faults(name: str, value: object, known: Collection[str]) -> list[str]:
+def choice_faults(name: str, value: object, choices: Collection[str]) -> list[str]:
     """Say so if a value is none of the known ones.
 
     Examples
@@ -101,8 +101,8 @@ def choice_faults(name: str, value: object, known: Collection[str]) -> list[str]
     >>> choice_faults("edges", "cell", ("sub_cell", "nodal"))
     ["edges must be one of 'sub_cell', 'nodal', got 'cell'"]
     """
-    names = ", ".join(map(repr, known))
-    return [] if value in known else [f"{name} must be one of {names}, got {value!r}"]
+    names = ", ".join(map(repr, choices))
+    return [] if value in choices else [f"{name} must be one of {names}, got {value!r}"]
 
 
 def refuse(wrong: list[str]) -> None:

@@ -48,12 +48,12 @@ class LoadPath:
         refuse(choice_faults("control", self.control, controls))
         return self.control
 
-    def _faults(self, given: ArrayLike) -> list[str]:
+    def _faults(self, prescribed: ArrayLike) -> list[str]:
         shape = self.values.shape
         if len(shape) != 1 or shape[0] == 0:
             return [f"{self.control} must be a non-empty 1-D list, got shape {shape}"]
         good = np.isfinite(self.values).all()
-        return [] if good else [f"{self.control} must be finite, got {given!r}"]
+        return [] if good else [f"{self.control} must be finite, got {prescribed!r}"]
 
 
 class Load(LoadPath):
@@ -82,5 +82,5 @@ class Load(LoadPath):
             raise ValueError(f"{self.control} must be one value, got {self.values}")
         return float(self.values[0])
 
-    def _faults(self, given: ArrayLike) -> list[str]:
-        return increasing_faults(**{self.control: given})
+    def _faults(self, prescribed: ArrayLike) -> list[str]:
+        return increasing_faults(**{self.control: prescribed})

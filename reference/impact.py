@@ -208,7 +208,7 @@ def _motion(radiation: float) -> tuple[float, float, float]:
 
     event: Any = parting  # SciPy reads these attributes of the function
     event.terminal, event.direction = True, -1.0
-    found = solve_ivp(
+    solution = solve_ivp(
         *(rates, (0.0, 50.0), [0.0, 1.0]),
         method="DOP853",
         rtol=1e-10,
@@ -216,7 +216,7 @@ def _motion(radiation: float) -> tuple[float, float, float]:
         max_step=0.05,
         events=parting,
     )
-    if found.status != 1:
-        raise ConvergenceError(f"the sphere did not part from the half-space: {found.message}")
-    peak = max(force(*state) for state in found.y.T)
-    return -float(found.y[1, -1]), float(found.t[-1]), peak
+    if solution.status != 1:
+        raise ConvergenceError(f"the sphere did not part from the half-space: {solution.message}")
+    peak = max(force(*state) for state in solution.y.T)
+    return -float(solution.y[1, -1]), float(solution.t[-1]), peak

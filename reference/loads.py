@@ -47,10 +47,10 @@ class LoadPath:
             raise ValueError(f"{self.control} must be one number; use sweep for a list")
         return float(self.values[0])
 
-    def _fault(self, given: ArrayLike) -> str:
+    def _fault(self, prescribed: ArrayLike) -> str:
         if self.values.ndim != 1 or self.values.size == 0:
             return f"a number or a non-empty list, not shape {self.values.shape}"
-        return "" if np.isfinite(self.values).all() else f"finite, not {given!r}"
+        return "" if np.isfinite(self.values).all() else f"finite, not {prescribed!r}"
 
 
 class Load(LoadPath):
@@ -75,11 +75,11 @@ class Load(LoadPath):
     Load(control='force', values=array([1., 2.]))
     """
 
-    def _fault(self, given: ArrayLike) -> str:
-        fault = super()._fault(given)
+    def _fault(self, prescribed: ArrayLike) -> str:
+        fault = super()._fault(prescribed)
         if fault:
             return fault.replace("finite, not", "positive and finite, not")
         if not (self.values > 0).all():
-            return f"positive and finite, not {given!r}"
+            return f"positive and finite, not {prescribed!r}"
         increasing = bool((np.diff(self.values) > 0).all())
-        return "" if increasing else f"strictly increasing, not {given!r}"
+        return "" if increasing else f"strictly increasing, not {prescribed!r}"

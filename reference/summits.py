@@ -61,8 +61,8 @@ def summits(height: ArrayLike, spacing: Pair) -> Summits:
     --------
     >>> x = 2 * np.pi * np.arange(32) / 32
     >>> h = np.cos(x)[:, None] + np.cos(x)[None, :]
-    >>> found = summits(h, (2 * np.pi / 32,) * 2)
-    >>> found.places.tolist(), np.round(found.curvatures, 12).tolist()
+    >>> peaks = summits(h, (2 * np.pi / 32,) * 2)
+    >>> peaks.places.tolist(), np.round(peaks.curvatures, 12).tolist()
     ([[0, 0]], [[1.0, 1.0]])
     """
     height = np.asarray(height, dtype=float)
@@ -70,7 +70,7 @@ def summits(height: ArrayLike, spacing: Pair) -> Summits:
     ring = np.ones((3, 3), dtype=bool)
     ring[1, 1] = False
     places = np.argwhere(height > ndimage.maximum_filter(height, footprint=ring, mode="wrap"))
-    xx, yy, xy = (each[tuple(places.T)] for each in (hxx, hyy, hxy))
+    xx, yy, xy = (derivative[tuple(places.T)] for derivative in (hxx, hyy, hxy))
     mean, half = -(xx + yy) / 2, np.hypot((xx - yy) / 2, xy)
     convex = mean > half
     return Summits(places[convex], np.stack([mean + half, mean - half], axis=1)[convex])

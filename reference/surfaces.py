@@ -43,13 +43,13 @@ class SelfAffine:
 
     def __post_init__(self) -> None:
         faults = []
-        for one, other in (("hurst", "power"), ("rms_slope", "rms_height")):
-            pair = getattr(self, one), getattr(self, other)
+        for name, alternative in (("hurst", "power"), ("rms_slope", "rms_height")):
+            pair = getattr(self, name), getattr(self, alternative)
             if (pair[0] is None) == (pair[1] is None):
-                faults.append(f"give exactly one of {one} and {other}, not {pair!r}")
+                faults.append(f"give exactly one of {name} and {alternative}, not {pair!r}")
         names = ("rms_slope", "rms_height", "long_cutoff", "short_cutoff")
-        given = {name: getattr(self, name) for name in names}
-        faults += positive_faults(**{k: v for k, v in given.items() if v is not None})
+        amplitudes = {name: getattr(self, name) for name in names}
+        faults += positive_faults(**{k: v for k, v in amplitudes.items() if v is not None})
         if self.power is not None and not (np.isfinite(self.power) and self.power >= 0):
             faults.append(f"power must be finite and not negative, not {self.power!r}")
         if self.hurst is not None and not 0 <= self.hurst <= 1:
@@ -160,13 +160,13 @@ def amplitude_spectrum(
     relative = np.maximum(wavenumber, plateau) / wavenumber.max()
     amplitude[inside] = relative[inside] ** (-spectrum.exponent / 2)
     by_slope = spectrum.rms_slope is not None
-    wanted, weight = (spectrum.rms_slope, wavenumber) if by_slope else (spectrum.rms_height, 1.0)
+    target, weight = (spectrum.rms_slope, wavenumber) if by_slope else (spectrum.rms_height, 1.0)
     present = np.sqrt(((weight * amplitude) ** 2).sum())
     if present == 0:
         raise ValueError(
             f"no mode of a {shape[0]} x {shape[1]} grid lies below the short cutoff {shortest!r}"
         )
-    return amplitude * (wanted / present)
+    return amplitude * (target / present)
 
 
 def refine(height: ArrayLike, factor: int) -> NDArray[np.float64]:
@@ -254,5 +254,5 @@ def _wavenumber(shape: tuple[int, ...], spacing: Pair) -> NDArray[np.float64]:
 
 def _self_conjugate(shape: tuple[int, int]) -> NDArray[np.bool_]:
     """Modes equal to their own conjugate on the grid: q = 0 and the corners at Nyquist."""
-    own = [(2 * np.arange(n)) % n == 0 for n in shape]
-    return own[0][:, None] & own[1][None, :]
+    symmetric = [(2 * np.arange(n)) % n == 0 for n in shape]
+    return symmetric[0][:, None] & symmetric[1][None, :]

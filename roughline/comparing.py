@@ -189,10 +189,10 @@ def compare(
 
     Examples
     --------
-    >>> found = compare("paraboloid", "closed_form", "reduced", quantities=["force"])
-    >>> found.verdict
+    >>> comparison = compare("paraboloid", "closed_form", "reduced", quantities=["force"])
+    >>> comparison.verdict
     'within'
-    >>> found.table()["quantity"].unique().tolist()
+    >>> comparison.table()["quantity"].unique().tolist()
     ['force']
     """
     choices = {"tolerance": tolerance, "quantities": quantities, "resolutions": resolutions}

@@ -86,7 +86,7 @@ def _moved(
         motion = move(
             contact,
             Mass(mass, velocity=speed),
-            Stepping(end / steps, steps, every=stride),
+            Stepping(end / steps, steps, stride=stride),
             Push() if history is None else Push(history=history),
         )
         reached = float(motion.position.max())

@@ -68,9 +68,9 @@ def evaluate(half, cell, s):
     width = half.x[cell + 1] - half.x[cell]
     base, height = half.heights[cell], half.heights[cell + 1] - half.heights[cell]
     value, slope = rise_and_slope(half.start[cell], half.end[cell], s)
-    one, two = part_moments(base, height, width, half.start[cell], half.end[cell], s)
+    area, squares = part_moments(base, height, width, half.start[cell], half.end[cell], s)
     g = base + height * value
-    first, second = half.first[cell] + one, half.second[cell] + two
+    first, second = half.first[cell] + area, half.second[cell] + squares
     return half.x[cell] + s * width, g, first, second, slope * height / width
 
 

@@ -101,11 +101,11 @@ class _Levels:
     def respond(self, kind: str, levels: np.ndarray) -> np.ndarray:
         """Penetration, force/E*, length, energy/E* at any levels up to the load, shape (4, m)."""
         top = self.penetration if kind == "penetration" else self.force
-        wanted, place = np.unique(np.append(np.clip(levels, 0.0, top), top), return_inverse=True)
-        loaded = wanted > 0
-        found = np.zeros((4, wanted.size))
-        found[:, loaded] = self.at(kind, wanted[loaded])
-        return found[:, place[:-1]]
+        distinct, place = np.unique(np.append(np.clip(levels, 0.0, top), top), return_inverse=True)
+        loaded = distinct > 0
+        responses = np.zeros((4, distinct.size))
+        responses[:, loaded] = self.at(kind, distinct[loaded])
+        return responses[:, place[:-1]]
 
 
 def tangential_modulus(shear_modulus: float, poisson_ratio: float) -> float:
@@ -247,8 +247,8 @@ def slide_lines(
             length, energy = contact.contact_length[0], contact.energy[0]
             return contact.penetration[0], contact.force[0], length, energy
 
-        own = _Levels(normal.penetration[row, 0], normal.force[row, 0] / effective_modulus, at)
-        return _follow(own, path, effective_modulus, friction)
+        levels = _Levels(normal.penetration[row, 0], normal.force[row, 0] / effective_modulus, at)
+        return _follow(levels, path, effective_modulus, friction)
 
     answers = zip(*map(follow, range(len(lines))), strict=True)
     return TangentialPath(normal.penetration[:, 0], normal.force[:, 0], *map(np.array, answers))
@@ -259,27 +259,27 @@ def _follow(levels: _Levels, path: LoadPath, E: float, friction: Friction) -> li
     mu, G = friction.coefficient, friction.tangential_modulus
     if path.control == "tangential_displacement":
         branch, force = _by_displacement(levels, path.values * (G / (mu * E)))
-        given_force = mu * E * force[branch.given]
+        given_force = mu * E * force[branch.points]
         given_displacement = path.values
     else:
         branch = _by_force(levels, path.values / (mu * E))
-        given_displacement = mu * E / G * branch.value[branch.given]
+        given_displacement = mu * E / G * branch.value[branch.points]
         given_force = path.values
     depth = levels.penetration
     way, before = np.abs([branch.reach, branch.reach_before])
     length = levels.respond("penetration", depth - way)[2]
     lost = branch.factor * (_dissipated(levels, way) - _dissipated(levels, before))
     lost = mu * E / G * mu * E * np.cumsum(np.maximum(lost, 0.0))
-    stick = length[branch.given]
-    return [given_force, given_displacement, stick, G * stick, lost[branch.given]]
+    stick = length[branch.points]
+    return [given_force, given_displacement, stick, G * stick, lost[branch.points]]
 
 
 def _by_displacement(levels: _Levels, path: np.ndarray) -> tuple[Branches, np.ndarray]:
     """Branches of a path in w, and T at their nodes: phi(w) = N(d) - N(d - w)."""
     branch = branches(path)
     way = branch.reach
-    rest = levels.respond("penetration", levels.penetration - np.abs(way))[1]
-    return branch, accumulate(branch, np.sign(way) * (levels.force - rest))
+    stuck_force = levels.respond("penetration", levels.penetration - np.abs(way))[1]
+    return branch, accumulate(branch, np.sign(way) * (levels.force - stuck_force))
 
 
 def _by_force(levels: _Levels, path: np.ndarray) -> Branches:
@@ -292,9 +292,9 @@ def _by_force(levels: _Levels, path: np.ndarray) -> Branches:
         )
     branch = branches(path)
     way = branch.reach
-    rest = levels.respond("force", levels.force - np.abs(way))[0]
-    gain = np.sign(way) * (levels.penetration - rest)
-    return Branches(accumulate(branch, gain), branch.start, branch.given)
+    stuck_depth = levels.respond("force", levels.force - np.abs(way))[0]
+    gain = np.sign(way) * (levels.penetration - stuck_depth)
+    return Branches(accumulate(branch, gain), branch.start, branch.points)
 
 
 def _dissipated(levels: _Levels, way: np.ndarray) -> np.ndarray:

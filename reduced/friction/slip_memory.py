@@ -35,7 +35,7 @@ class Branches:
 
     value: np.ndarray
     start: np.ndarray
-    given: np.ndarray
+    points: np.ndarray
 
     @property
     def factor(self) -> np.ndarray:
@@ -69,22 +69,22 @@ def branches(path: np.ndarray) -> Branches:
     --------
     A loop inside the first loading closes at 2 and is forgotten:
 
-    >>> found = branches(np.array([2.0, 1.0, 3.0]))
-    >>> found.value, found.start
+    >>> loop = branches(np.array([2.0, 1.0, 3.0]))
+    >>> loop.value, loop.start
     (array([2., 1., 2., 3.]), array([-1, 0, 1, -1]))
     """
     value: list[float] = []
     start: list[int] = []
-    given: list[int] = []
+    points: list[int] = []
     turns: list[int] = []  # nodes where the open loops began, oldest first
 
     def at(node: int) -> float:
         return value[node] if node >= 0 else 0.0
 
     for goal in path:
-        here = at(len(value) - 1)
+        last = at(len(value) - 1)
         origin = at(turns[-1]) if turns else 0.0
-        if np.sign(goal - here) * np.sign(here - origin) < 0:  # products of values may underflow
+        if np.sign(goal - last) * np.sign(last - origin) < 0:  # products of values may underflow
             turns.append(len(value) - 1)
         while turns:
             # the first loop closes where the first loading of the other sign takes over
@@ -96,8 +96,8 @@ def branches(path: np.ndarray) -> Branches:
             del turns[-2:]
         value.append(float(goal))
         start.append(turns[-1] if turns else -1)
-        given.append(len(value) - 1)
-    return Branches(np.array(value), np.array(start), np.array(given))
+        points.append(len(value) - 1)
+    return Branches(np.array(value), np.array(start), np.array(points))
 
 
 def accumulate(branch: Branches, gain: np.ndarray) -> np.ndarray:

@@ -62,7 +62,7 @@ class _State:
     place: np.ndarray
     gap: np.ndarray
     traction: np.ndarray
-    own: np.ndarray
+    is_point: np.ndarray
 
     def split_at(self, level: float) -> None:
         """Set knots where the gap passes a level, with exactly that gap."""
@@ -81,7 +81,7 @@ class _State:
             values = getattr(self, name)
             between = values[first] + share * (values[first + 1] - values[first])
             setattr(self, name, np.insert(values, first + 1, between))
-        self.own = np.insert(self.own, first + 1, False)
+        self.is_point = np.insert(self.is_point, first + 1, False)
         return first + 1 + np.arange(first.size)
 
     def keep(self, needed: np.ndarray) -> None:
@@ -202,7 +202,7 @@ def _advance(state: _State, before: float, d: float, step: float) -> None:
     state.traction = np.clip(trial, -width, width)
     sign = np.where(width > 0, np.sign(trial) * (np.abs(trial) >= width), 2.0)
     same = (sign[1:-1] == sign[:-2]) & (sign[1:-1] == sign[2:]) & (sign[1:-1] != 0)
-    state.keep(np.concatenate([[True], ~same | state.own[1:-1], [True]]))
+    state.keep(np.concatenate([[True], ~same | state.is_point[1:-1], [True]]))
 
 
 def _trial(state: _State, before: float, d: float, step: float) -> np.ndarray:
@@ -218,8 +218,8 @@ def _sums(state: _State, d: float) -> tuple[float, ...]:
     width, traction = np.maximum(d - state.gap, 0.0), state.traction
     cell = np.diff(state.place)
     open_ends = (width[:-1] > 0) | (width[1:] > 0)
-    rest = (width - np.abs(traction)) * 2
-    slips = rest[:-1] + rest[1:] <= 1e-12 * (width[:-1] + width[1:])
+    margin = (width - np.abs(traction)) * 2
+    slips = margin[:-1] + margin[1:] <= 1e-12 * (width[:-1] + width[1:])
     return (
         _integral(width, cell),
         _integral(traction, cell),

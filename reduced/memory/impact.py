@@ -159,7 +159,7 @@ class _Flight:
 def _estimate_depth(profile: Profile, law: Prony, mass: float, velocity: float) -> float:
     """Depth at which springs have taken the energy, with the modulus of a ramp as long as d/v."""
 
-    def taken(depth: float) -> float:
+    def work(depth: float) -> float:
         time = depth / velocity
         modulus = law.long_term + float(law.advance(time)[1].sum()) + law.viscosity / time
         return modulus * float(
@@ -168,11 +168,11 @@ def _estimate_depth(profile: Profile, law: Prony, mass: float, velocity: float) 
 
     energy = mass * velocity**2 / 2
     low = high = profile.length
-    while taken(high) < energy:
+    while work(high) < energy:
         high *= 4
-    while taken(low) > energy:
+    while work(low) > energy:
         low /= 4
     while high > 1.01 * low:
         middle = np.sqrt(low * high)
-        low, high = (middle, high) if taken(middle) < energy else (low, middle)
+        low, high = (middle, high) if work(middle) < energy else (low, middle)
     return float(high)

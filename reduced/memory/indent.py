@@ -211,8 +211,8 @@ def _follow_depth(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Depth, force, contact radius and length at each time."""
     durations = np.diff(time, prepend=time[0])
-    found = [row.go(d, h) for d, h in zip(penetration, durations, strict=True)]
-    force, length, radius = (np.array(column) for column in zip(*found, strict=True))
+    states = [row.go(d, h) for d, h in zip(penetration, durations, strict=True)]
+    force, length, radius = (np.array(column) for column in zip(*states, strict=True))
     return penetration, force, radius, length
 
 
@@ -263,8 +263,8 @@ def _depth_under(
             change = float(
                 indent(Springs(profile, stiffness), Load("force", [target])).penetration[0]
             )
-        outside = not low < depth + change < high
-        if outside and np.isfinite(high - low):
+        overshoot = not low < depth + change < high
+        if overshoot and np.isfinite(high - low):
             change = (low + high) / 2 - depth
         depth += change
         if abs(change) <= _ROUNDING * abs(depth):

@@ -54,7 +54,7 @@ class Row(NamedTuple):
     deflection: np.ndarray
     arms: np.ndarray
     modes: np.ndarray
-    kept: np.ndarray
+    permanent: np.ndarray
     force: np.ndarray
     edge: np.ndarray
     fall: np.ndarray
@@ -68,7 +68,7 @@ class Spring(NamedTuple):
     deflection: float
     arms: np.ndarray
     modes: np.ndarray
-    kept: float
+    permanent: float
 
 
 class Step(NamedTuple):
@@ -149,9 +149,9 @@ def _held_force(law, step, deflection, arms, share):
 
 
 @njit(cache=True)
-def _free_deflection(law, step, modes, kept, share):
+def _free_deflection(law, step, modes, permanent, share):
     """Deflection of a spring that has been free for a share of the step."""
-    deflection = kept
+    deflection = permanent
     for k in range(law.retardations.size):
         deflection += modes[k] * np.exp(-share * step.duration / law.retardations[k])
     return deflection
@@ -163,7 +163,9 @@ def _signed(law, step, spring, begin, share):
     if spring.touching:
         return _held_force(law, step, spring.deflection, spring.arms, share)
     depth = step.start + step.change * (begin + share)
-    return spring.height + _free_deflection(law, step, spring.modes, spring.kept, share) - depth
+    return (
+        spring.height + _free_deflection(law, step, spring.modes, spring.permanent, share) - depth
+    )
 
 
 @njit(cache=True)
@@ -192,15 +194,15 @@ def _hold(law, step, arms, share):
 @njit(cache=True)
 def _let_go(law, deflection, arms, modes):
     """Turn the arms of a spring that leaves into modes of recovery; return what stays for good."""
-    kept = deflection
+    permanent = deflection
     for k in range(modes.size):
         total = law.long_term * deflection
         for j in range(arms.size):
             total += arms[j] * law.spread[j, k]
         modes[k] = law.compliances[k] * total
-        kept -= modes[k]
+        permanent -= modes[k]
     arms[:] = 0.0
-    return kept if law.fluid else 0.0
+    return permanent if law.fluid else 0.0
 
 
 @njit(cache=True)
@@ -231,7 +233,7 @@ def _carry_quiet(law, step, heights, old, new):
     rim = law.viscosity * (step.change / step.duration) if step.duration > 0 else 0.0
     eventful = np.zeros(heights.size, dtype=np.bool_)
     for i in range(heights.size):
-        new.touching[i], new.kept[i] = old.touching[i], old.kept[i]
+        new.touching[i], new.permanent[i] = old.touching[i], old.permanent[i]
         new.deflection[i] = old.deflection[i]
         if old.touching[i]:
             force = law.long_term * (end - heights[i]) + rim
@@ -243,7 +245,7 @@ def _carry_quiet(law, step, heights, old, new):
             new.force[i] = force
             free = end - heights[i]
         else:
-            free = old.kept[i]
+            free = old.permanent[i]
             for k in range(step.fade.size):
                 new.modes[i, k] = old.modes[i, k] * step.fade[k]
                 free += new.modes[i, k]
@@ -264,10 +266,10 @@ def _move_spring(law, step, height, row, i):
     The event is the share of the step at which it left or was touched, -1 without any.
     """
     arms, modes = row.arms[i], row.modes[i]
-    touching, deflection, kept = row.touching[i], row.deflection[i], row.kept[i]
+    touching, deflection, permanent = row.touching[i], row.deflection[i], row.permanent[i]
     begin, event, left = 0.0, -1.0, 0.0
     for _ in range(_ALTERNATIONS):
-        spring = Spring(touching, height, deflection, arms, modes, kept)
+        spring = Spring(touching, height, deflection, arms, modes, permanent)
         first = _signed(law, step, spring, begin, 0.0)
         last = _signed(law, step, spring, begin, 1.0 - begin)
         if last >= 0:
@@ -280,12 +282,12 @@ def _move_spring(law, step, height, row, i):
             left = min(first, 0.0)
             _hold(law, step, arms, share)
             deflection = step.start + step.change * begin - height
-            kept = _let_go(law, deflection, arms, modes)
+            permanent = _let_go(law, deflection, arms, modes)
         else:
             _recover(law, step, modes, share)
             deflection = step.start + step.change * begin - height
             _catch(law, arms, modes)
-            kept = 0.0
+            permanent = 0.0
         touching = not touching
     if touching:
         row.force[i] = _held_force(law, step, deflection, arms, 1.0 - begin)
@@ -294,8 +296,8 @@ def _move_spring(law, step, height, row, i):
     else:
         row.force[i] = 0.0
         _recover(law, step, modes, 1.0 - begin)
-        deflection = _free_deflection(law, step, modes, kept, 0.0)
-    row.touching[i], row.deflection[i], row.kept[i] = touching, deflection, kept
+        deflection = _free_deflection(law, step, modes, permanent, 0.0)
+    row.touching[i], row.deflection[i], row.permanent[i] = touching, deflection, permanent
     return event, left
 
 
@@ -303,7 +305,7 @@ def _move_spring(law, step, height, row, i):
 def _gap(law, step, height, row, i, share):
     """Gap of a spring that is free since the start of the step."""
     depth = step.start + step.change * share
-    return height + _free_deflection(law, step, row.modes[i], row.kept[i], share) - depth
+    return height + _free_deflection(law, step, row.modes[i], row.permanent[i], share) - depth
 
 
 @njit(cache=True)
@@ -318,28 +320,28 @@ def _place_edge(law, step, heights, rows, marks, cell):
     the first loading of elastic springs, and err by the square of the spacing otherwise.
     """
     (old, new), (events, left) = rows, marks
-    held = cell if new.touching[cell] else cell + 1
-    free = 2 * cell + 1 - held
+    pressed = cell if new.touching[cell] else cell + 1
+    free = 2 * cell + 1 - pressed
     end = step.start + step.change
     gap = heights[free] + new.deflection[free] - end
-    force = new.force[held]
+    force = new.force[pressed]
     speed = step.change / step.duration if step.duration > 0 else 0.0
     rim = law.viscosity * max(speed, 0.0)
     fall = old.fall[cell]
     edge = old.edge[cell]
-    if events[free] >= 0 and events[free] > events[held]:
-        if events[held] < 0:
-            at = _held_force(law, step, old.deflection[held], old.arms[held], events[free])
+    if events[free] >= 0 and events[free] > events[pressed]:
+        if events[pressed] < 0:
+            at = _held_force(law, step, old.deflection[pressed], old.arms[pressed], events[free])
             fall = at - left[free]
         else:
             fall = force
         edge = min(1.0, force / fall) if fall > 0 else 0.0
     else:
-        if events[held] >= 0:
+        if events[pressed] >= 0:
             edge = 0.0
             before = gap
             if events[free] < 0:
-                before = _gap(law, step, heights[free], old, free, events[held])
+                before = _gap(law, step, heights[free], old, free, events[pressed])
         else:
             before = _gap(law, step, heights[free], old, free, 0.0)
         if gap <= before:

@@ -340,8 +340,8 @@ def fit(
     >>> w = np.geomspace(1e-2, 1e2, 9)
     >>> exact = standard_solid(1.0, 4.0, relaxation_time=1.0)
     >>> data = exact.complex_modulus(w)
-    >>> found = fit(w, data, times=[0.1, 1.0, 10.0])
-    >>> found.material.times.tolist(), bool(found.rms_error < 1e-12)
+    >>> fitted = fit(w, data, times=[0.1, 1.0, 10.0])
+    >>> fitted.material.times.tolist(), bool(fitted.rms_error < 1e-12)
     ([1.0], True)
     """
     w, data = _checked_data(frequency, modulus)
@@ -358,14 +358,16 @@ def fit(
     unit = 2.0 ** np.round(np.log2(np.abs(data).max()))
     relative = matrix * (unit * weight)[:, None]
     goal = np.concatenate([(data * weight).real, (data * weight).imag])
-    found = nnls(np.vstack([relative.real, relative.imag]), goal)[0]
+    coefficients = nnls(np.vstack([relative.real, relative.imag]), goal)[0]
     # What moves no datum by more than rounding does was found by rounding.
-    found = unit * np.where(np.abs(relative * found).max(axis=0) > _ROUNDING, found, 0.0)
+    coefficients = unit * np.where(
+        np.abs(relative * coefficients).max(axis=0) > _ROUNDING, coefficients, 0.0
+    )
     material = prony(
-        found[tau.size] if solid else 0.0,
-        found[: tau.size],
+        coefficients[tau.size] if solid else 0.0,
+        coefficients[: tau.size],
         tau,
-        viscosity=found[-1] / w.max() if dashpot else 0.0,
+        viscosity=coefficients[-1] / w.max() if dashpot else 0.0,
     )
     return Fit(material, np.abs(material.complex_modulus(w) - data) * weight)
 

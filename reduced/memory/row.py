@@ -91,14 +91,14 @@ def _whole_cell(heights, middle, touching, force, i):
 
 
 @njit(cache=True)
-def _part_cell(middle, edge, rim, inward, held):
+def _part_cell(middle, edge, rim, inward, pressed_force):
     """Mean force of a cell and share of its width in contact: linear to the rim's force."""
     share = _along(middle, edge if inward else 1 - edge)
     once = _risen(middle, share)[0]
     if not inward:
         share, once = 1 - share, (1 - share) - (_risen(middle, 1.0)[0] - once)
     mean = once / edge if edge > 0 else 0.0
-    return held * share + (rim - held) * mean, share
+    return pressed_force * share + (rim - pressed_force) * mean, share
 
 
 @njit(cache=True)
@@ -116,8 +116,8 @@ def _sub_cell(line, row, rim):
         if touching[i] and touching[i + 1]:
             mean, share = _whole_cell(heights, middle, touching, force, i), 1.0
         else:
-            held = force[i] if touching[i] else force[i + 1]
-            mean, share = _part_cell(middle, row.edge[i], rim, touching[i], held)
+            pressed_force = force[i] if touching[i] else force[i + 1]
+            mean, share = _part_cell(middle, row.edge[i], rim, touching[i], pressed_force)
         total += width * mean
         length += width * share
         radius = places[i + 1] if touching[i + 1] else places[i] + width * share
@@ -217,8 +217,8 @@ class SpringRow:
 
     def _totals(self, row: Row, speed: float) -> tuple[float, float, float]:
         if self._edges == "nodal":
-            held = int(row.touching.sum())
-            radius = held * self._spacing
+            touching = int(row.touching.sum())
+            radius = touching * self._spacing
             return 2 * self._spacing * float(row.force.sum()), 2 * radius, radius
         rim = self._law.viscosity * max(speed, 0.0)
         line = (self._places, self._heights, self._middles)
@@ -246,8 +246,8 @@ class SpringRow:
             places = np.union1d(places, marks[marks < places[-1]])
         places = places[places <= self._profile.edge]
         heights = np.asarray(self._profile.height(places), dtype=float)
-        known = np.isfinite(heights)
-        self._places, self._heights = places[known], heights[known]
+        defined = np.isfinite(heights)
+        self._places, self._heights = places[defined], heights[defined]
         rise = np.diff(self._heights)
         middle = self._profile.height((self._places[:-1] + self._places[1:]) / 2)
         steep = rise > 0

@@ -184,7 +184,7 @@ def integrate(
     refuse(wrong)
     records = np.empty((2, stepping.records, size))
     law = (data, float(characteristic_speed))
-    clock = (float(stepping.step), int(stepping.steps), int(stepping.every))
+    clock = (float(stepping.step), int(stepping.steps), int(stepping.stride))
     if scheme in _EXPLICIT:
         evaluations, failed = _explicit(_EXPLICIT[scheme], law, start, clock, records), -1
     else:
@@ -211,7 +211,7 @@ def _acceleration(t, x, v, law, out):
 @njit(cache=True)
 def _explicit(scheme, law, start, clock, records):
     """Run Euler (0), semi-implicit Euler (1) or Runge and Kutta (2)."""
-    (x, v), (h, steps, every) = start, clock
+    (x, v), (h, steps, stride) = start, clock
     records[0, 0], records[1, 0] = x, v
     slopes = np.empty((4, x.size))
     for k in range(steps):
@@ -231,8 +231,8 @@ def _explicit(scheme, law, start, clock, records):
             _acceleration(t + h, x + h * v2, v3, law, slopes[3])
             x = x + h / 6.0 * (v + 2.0 * v1 + 2.0 * v2 + v3)
             v = v + h / 6.0 * (slopes[0] + 2.0 * slopes[1] + 2.0 * slopes[2] + slopes[3])
-        if (k + 1) % every == 0:
-            records[0, (k + 1) // every], records[1, (k + 1) // every] = x, v
+        if (k + 1) % stride == 0:
+            records[0, (k + 1) // stride], records[1, (k + 1) // stride] = x, v
     return steps * (4 if scheme == 2 else 1)
 
 
@@ -243,7 +243,7 @@ def _implicit(theta, law, start, clock, records):
     Returns the evaluations of the law and the step at which the velocities did not settle, or -1.
     """
     (mass, load, amplitude, frequency, stiffness, damping, belt, limit), v0 = law
-    (x, v), (h, steps, every) = start, clock
+    (x, v), (h, steps, stride) = start, clock
     n = mass.size
     matrix = h * damping + h * h * theta * stiffness
     for i in range(n):
@@ -262,8 +262,8 @@ def _implicit(theta, law, start, clock, records):
         evaluations += used
         x = x + h * u
         v = (u - (1.0 - theta) * v) / theta
-        if (k + 1) % every == 0:
-            records[0, (k + 1) // every], records[1, (k + 1) // every] = x, v
+        if (k + 1) % stride == 0:
+            records[0, (k + 1) // stride], records[1, (k + 1) // stride] = x, v
     return evaluations // n, -1
 
 
@@ -278,11 +278,11 @@ def _solve(matrix, right, impulse, belt, v0, u):
     for _ in range(_SWEEPS):
         change, size = 0.0, 0.0
         for i in range(n):
-            rest = right[i] - matrix[i, i] * belt[i]
+            remainder = right[i] - matrix[i, i] * belt[i]
             for j in range(n):
                 if j != i:
-                    rest -= matrix[i, j] * u[j]
-            slip, used = _slip(matrix[i, i], impulse[i], rest, v0)
+                    remainder -= matrix[i, j] * u[j]
+            slip, used = _slip(matrix[i, i], impulse[i], remainder, v0)
             evaluations += used
             new = belt[i] + slip
             change, size = max(change, abs(new - u[i])), max(size, abs(new))

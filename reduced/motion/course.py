@@ -149,8 +149,8 @@ class Push:
     def __post_init__(self) -> None:
         parts = finite_faults(load=self.load, amplitude=self.amplitude, frequency=self.frequency)
         times, forces = self.table
-        known = np.isfinite(times).all() and np.isfinite(forces).all()
-        if times.shape != forces.shape or not known or not (np.diff(times) > 0).all():
+        finite = np.isfinite(times).all() and np.isfinite(forces).all()
+        if times.shape != forces.shape or not finite or not (np.diff(times) > 0).all():
             parts.append(
                 f"history must be increasing times with a force each, got {self.history!r}"
             )
@@ -227,7 +227,7 @@ def move(
         (scheme == "energy", parts),
         (float(mass.mass), float(mass.damping)),
         (float(push.load), float(push.amplitude), float(push.frequency), *push.table),
-        (float(stepping.step), int(stepping.every)),
+        (float(stepping.step), int(stepping.stride)),
         records,
     )
     if failed >= 0 or not np.isfinite(records).all():
@@ -271,12 +271,12 @@ def _push(t, pushed):
 @njit(cache=True)
 def _move(contact, scheme, body, pushed, clock, records):
     """Fill the records; evaluations of the law, and the step that failed or -1."""
-    (implicit, parts), (mass, damping), (step, every) = scheme, body, clock
+    (implicit, parts), (mass, damping), (step, stride) = scheme, body, clock
     x, v = records[0, 0], records[1, 0]
     out = np.empty((3, 1))
     _law(contact, x, out)
     force, evaluations = out[1, 0], 1
-    for k in range((records.shape[1] - 1) * every):
+    for k in range((records.shape[1] - 1) * stride):
         t = k * step
         for part in parts:
             h = part * step
@@ -299,8 +299,8 @@ def _move(contact, scheme, body, pushed, clock, records):
                 v += 0.5 * h / mass * (_push(t + h, pushed) - force)
             v *= decay
             t += h
-        if (k + 1) % every == 0:
-            records[0, (k + 1) // every], records[1, (k + 1) // every] = x, v
+        if (k + 1) % stride == 0:
+            records[0, (k + 1) // stride], records[1, (k + 1) // stride] = x, v
     return evaluations, -1
 
 

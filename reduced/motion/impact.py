@@ -106,10 +106,10 @@ def rebound(
     depth = _turning_points(law, 0.5 * mass * speeds**2, deepest, load)
     nodes, weights = gauss_legendre(_NODES)
     angle = np.pi / 2 * nodes
-    rest = depth[:, None] * np.cos(angle) ** 2  # d - x, without cancellation
+    approach = depth[:, None] * np.cos(angle) ** 2  # d - x, without cancellation
     x = depth[:, None] * np.sin(angle) ** 2
-    kept = np.sqrt(2 / mass * _released(law, depth[:, None], x, rest, load))
-    swept = depth[:, None] * np.sin(2 * angle) / kept
+    speed = np.sqrt(2 / mass * _released(law, depth[:, None], x, approach, load))
+    swept = depth[:, None] * np.sin(2 * angle) / speed
     duration = 2 * (np.pi / 2) * (swept @ weights)
     if not np.isfinite(duration).all():
         raise ConvergenceError("the impact has no finite duration", duration.tolist())
@@ -118,13 +118,13 @@ def rebound(
 
 
 def _released(
-    law: Law, depth: np.ndarray, x: np.ndarray, rest: np.ndarray, load: float
+    law: Law, depth: np.ndarray, x: np.ndarray, approach: np.ndarray, load: float
 ) -> np.ndarray:
     """U(d) - U(x) - f (d - x): near d as the integral of the force, so that no digit is lost."""
     c, weights = gauss_legendre(8)
-    mean = law.respond(x[..., None] + rest[..., None] * c)[0] @ weights
+    mean = law.respond(x[..., None] + approach[..., None] * c)[0] @ weights
     far = law.respond(depth)[1] - law.respond(x)[1]
-    return np.where(rest < _NEAR * depth, mean * rest, far) - load * rest
+    return np.where(approach < _NEAR * depth, mean * approach, far) - load * approach
 
 
 def _turning_points(law: Law, energy: np.ndarray, deepest: float, load: float) -> np.ndarray:

@@ -18,8 +18,8 @@ class Stepping:
     step : float
         Length h.
     steps : int
-        Their number, a multiple of `every`.
-    every : int
+        Their number, a multiple of `stride`.
+    stride : int
         Record each so many steps.
 
     Raises
@@ -29,26 +29,26 @@ class Stepping:
 
     Examples
     --------
-    >>> Stepping(0.5, 4, every=2).times
+    >>> Stepping(0.5, 4, stride=2).times
     array([0., 1., 2.])
     """
 
     step: float
     steps: int
-    every: int = 1
+    stride: int = 1
 
     def __post_init__(self) -> None:
-        wrong = count_faults(steps=self.steps, every=self.every)
-        if not wrong and self.steps % self.every:
-            wrong.append(f"steps must be a multiple of every = {self.every}, got {self.steps}")
+        wrong = count_faults(steps=self.steps, stride=self.stride)
+        if not wrong and self.steps % self.stride:
+            wrong.append(f"steps must be a multiple of stride = {self.stride}, got {self.steps}")
         refuse(positive_faults(step=self.step) + wrong)
 
     @property
     def records(self) -> int:
         """Number of records, that of the start included."""
-        return int(self.steps // self.every) + 1
+        return int(self.steps // self.stride) + 1
 
     @property
     def times(self) -> np.ndarray:
         """Times of the records, from 0."""
-        return self.step * self.every * np.arange(self.records)
+        return self.step * self.stride * np.arange(self.records)

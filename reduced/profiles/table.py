@@ -155,8 +155,8 @@ def _transform(functions: list[PPoly], x: np.ndarray, r: np.ndarray, power: int 
     """
     degree = max(len(function.c) for function in functions)
     coefficients = np.zeros((len(functions), r.size - 1, degree))
-    for each, function in zip(coefficients, functions, strict=True):
-        each[:, degree - len(function.c) :] = function.c.T
+    for coefficient, function in zip(coefficients, functions, strict=True):
+        coefficient[:, degree - len(function.c) :] = function.c.T
     flat = np.ravel(np.asarray(x, dtype=float))
     totals = np.zeros((len(functions), flat.size))
     _quarter_turns(flat, r, coefficients, power, (_WIDE, _NARROW), totals)

@@ -14,7 +14,7 @@ from reduced.rough.line_spectrum import LineSpectrum, synthesise
 from reduced.rough.lines import RoughLines
 from reduced.rough.press import LineContact, press
 
-QUANTITIES = tuple(each.name for each in fields(LineContact))
+QUANTITIES = tuple(field.name for field in fields(LineContact))
 LEVELS = (0.05, 0.25, 0.5, 0.75, 0.95)
 """Levels of the quantiles."""
 
@@ -100,10 +100,10 @@ class RandomLines:
 
     def draw(self, numbers: Iterable[int] | None = None) -> RoughLines:
         """Return the lines of these numbers, all without any; they are periodic."""
-        wanted = range(self.count) if numbers is None else numbers
+        chosen = range(self.count) if numbers is None else numbers
         heights = [
             synthesise(self.spectrum, self.points, stream(self.seed, k), length=self.length)
-            for k in wanted
+            for k in chosen
         ]
         period = self.spectrum.length if self.length is None else self.length
         return RoughLines(np.stack(heights), period / self.points)

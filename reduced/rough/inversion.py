@@ -36,7 +36,7 @@ _NEWTON = 100
 _BOLD = 8  # steps that also use the rate of the contact length; Newton's own converge for certain
 
 
-class Wanted(NamedTuple):
+class Target(NamedTuple):
     """What the lines are pressed to.
 
     Attributes
@@ -76,7 +76,7 @@ def press_lines(
     heights: np.ndarray,
     orders: np.ndarray,
     first: int,
-    wanted: Wanted,
+    target: Target,
     ends: Ends,
     results: Results,
 ) -> np.ndarray:
@@ -91,12 +91,12 @@ def press_lines(
         way; empty for others.
     first : int
         The first of these m lines.
-    wanted : Wanted
+    target : Wanted
     ends : Ends
     results : Results
         The rows of the m lines are filled.
     """
-    control, goals = wanted
+    control, goals = target
     lines, n = orders.shape[0], heights.shape[1]
     steps = np.zeros(lines)
     depth, d = np.empty(n), goals.copy()
@@ -194,15 +194,15 @@ def _extremes_and_mean(line):
     for begin in range(0, line.size, 512):
         end = min(begin + 512, line.size)
         quads = begin + (end - begin) // 4 * 4
-        one = two = three = four = 0.0
+        sums_0 = sums_1 = sums_2 = sums_3 = 0.0
         for i in range(begin, quads, 4):
-            one += line[i]
-            two += line[i + 1]
-            three += line[i + 2]
-            four += line[i + 3]
+            sums_0 += line[i]
+            sums_1 += line[i + 1]
+            sums_2 += line[i + 2]
+            sums_3 += line[i + 3]
         for i in range(quads, end):
-            one += line[i]
-        total += (one + two) + (three + four)
+            sums_0 += line[i]
+        total += (sums_0 + sums_1) + (sums_2 + sums_3)
     return lowest, highest, total / line.size
 
 

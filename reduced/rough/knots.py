@@ -22,7 +22,7 @@ def roots(
     rising: bool,
     goals: np.ndarray,
     ends: Ends,
-    found: np.ndarray,
+    depths: np.ndarray,
 ) -> None:
     """Penetrations d at which the force over E* dx equals each goal.
 
@@ -37,7 +37,7 @@ def roots(
     goals : ndarray, shape (k,)
         Increasing forces.
     ends : Ends
-    found : ndarray, shape (k,)
+    depths : ndarray, shape (k,)
         Is filled with the penetrations.
     """
     n = depth.size
@@ -69,7 +69,7 @@ def roots(
         missing = goals[i] - force
         slope_rate = max(rate + carry, 0.0)
         root = np.sqrt(length * length + 2.0 * slope_rate * missing)
-        found[i] = y + 2.0 * missing / (length + root)
+        depths[i] = y + 2.0 * missing / (length + root)
 
 
 @njit(cache=True)

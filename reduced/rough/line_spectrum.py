@@ -106,7 +106,9 @@ def sum_rules(surface: SurfaceSpectrum, line: LineSpectrum) -> SumRules:
     printed [0.919 0.967 0.98 ]
     """
     names = ("rms_height", "rms_slope", "rms_curvature")
-    return SumRules(*(np.array([getattr(each, n) for n in names]) for each in (surface, line)))
+    return SumRules(
+        *(np.array([getattr(spectrum, n) for n in names]) for spectrum in (surface, line))
+    )
 
 
 def line_of(surface: SurfaceSpectrum, rule: str = "rings") -> LineSpectrum:
@@ -142,9 +144,9 @@ def line_of(surface: SurfaceSpectrum, rule: str = "rings") -> LineSpectrum:
     """
     refuse(choice_faults("rule", rule, RULES))
     if rule == "printed":
-        whole = surface.whole_rings
-        density = surface.radial_average().density[:whole]
-        return _sample_rule(density, np.arange(1, whole + 1), surface.length)
+        rings = surface.whole_rings
+        density = surface.radial_average().density[:rings]
+        return _sample_rule(density, np.arange(1, rings + 1), surface.length)
     if rule == "rings":
         power = surface.ring_sums(surface.power / 2)
     else:
@@ -194,8 +196,8 @@ def prescribed(
     law = roughness.law(Grid(points, size))
     mode = np.arange(1, surface.whole_rings + 1)
     # The law's factor, from all modes of the surface: the sum of a constant times the law.
-    whole = law(surface.magnitude)[surface.power > 0].sum()
-    density = law(2 * np.pi / surface.length * mode) * (surface.density.sum() / whole)
+    variance = law(surface.magnitude)[surface.power > 0].sum()
+    density = law(2 * np.pi / surface.length * mode) * (surface.density.sum() / variance)
     return _sample_rule(density, mode, surface.length)
 
 

@@ -117,7 +117,7 @@ def press(
     control, loads, heights = load.one_of(*CONTROLS), load.values, lines.heights
     stiff, cell = effective_modulus * lines.spacing, lines.spacing
     goals = loads / stiff if control == "force" else loads
-    wanted = inversion.Wanted(CONTROLS[control], goals)
+    target = inversion.Target(CONTROLS[control], goals)
     squares = np.pi / 4 * cell * cell
     units = np.array([1.0, stiff, squares, cell, cell, 1.0, stiff, stiff])
     fields = np.empty((inversion.FIELDS, heights.shape[0], loads.size))
@@ -129,7 +129,7 @@ def press(
         block = heights[rows]
         ordered = control != "penetration" and block.shape[1] <= _SHORT
         orders = (block if ordered else block[:, :0]).argsort(axis=1)
-        steps = inversion.press_lines(heights, orders, rows.start, wanted, ends, results)
+        steps = inversion.press_lines(heights, orders, rows.start, target, ends, results)
         if not np.all(steps <= inversion.CONVERGED):
             row = rows.start + int(np.argmax(~(steps <= inversion.CONVERGED)))
             raise ConvergenceError(f"{control} of line {row} could not be inverted", steps.tolist())

@@ -143,20 +143,20 @@ def line_stress(
     refuse(
         choice_faults("rule", rule, RULES) + positive_faults(effective_modulus=effective_modulus)
     )
-    found = regions(line, penetration, edges=edges)
-    if found.points.size == 0:
-        return LineStress(np.zeros(0), np.zeros(0, bool), 0.0, found)
+    contacts = regions(line, penetration, edges=edges)
+    if contacts.points.size == 0:
+        return LineStress(np.zeros(0), np.zeros(0, bool), 0.0, contacts)
     if rule == "own_curvature":
-        curvature = _curvature(line)[found.points]
+        curvature = _curvature(line)[contacts.points]
     else:
-        deepest = np.zeros(found.lengths.size)
-        np.maximum.at(deepest, found.region, found.deflection)
-        curvature = (8 * deepest / found.lengths / found.lengths)[found.region]
+        deepest = np.zeros(contacts.lengths.size)
+        np.maximum.at(deepest, contacts.region, contacts.deflection)
+        curvature = (8 * deepest / contacts.lengths / contacts.lengths)[contacts.region]
     valid = curvature > 0
     stress = (
-        effective_modulus / np.pi * np.sqrt(2 * found.deflection * np.where(valid, curvature, 0))
+        effective_modulus / np.pi * np.sqrt(2 * contacts.deflection * np.where(valid, curvature, 0))
     )
-    return LineStress(stress, valid, float(np.mean(~valid)), found)
+    return LineStress(stress, valid, float(np.mean(~valid)), contacts)
 
 
 def _reach(
@@ -165,12 +165,12 @@ def _reach(
     """How far contacts reach beyond their outermost points, in cells."""
     n = delta.size
     beyond = ends + step
-    outside = (beyond < 0) | (beyond >= n)
-    rest = delta[beyond % n]
+    off_line = (beyond < 0) | (beyond >= n)
+    beyond_end = delta[beyond % n]
     if edges == "nodal":
         return np.full(ends.size, 0.5)
-    part = delta[ends] / np.where(rest <= 0, delta[ends] - rest, 1.0)
-    return part if periodic else np.where(outside, 0.5, part)
+    part = delta[ends] / np.where(beyond_end <= 0, delta[ends] - beyond_end, 1.0)
+    return part if periodic else np.where(off_line, 0.5, part)
 
 
 def _curvature(line: RoughLines) -> np.ndarray:

@@ -224,15 +224,16 @@ class SelfAffine:
 
     def __post_init__(self) -> None:
         wrong = []
-        for one, other in (("hurst", "power"), ("rms_slope", "rms_height")):
-            values = getattr(self, one), getattr(self, other)
+        for name, alternative in (("hurst", "power"), ("rms_slope", "rms_height")):
+            values = getattr(self, name), getattr(self, alternative)
             if (values[0] is None) == (values[1] is None):
                 wrong.append(
-                    f"give exactly one of {one} and {other}, got {values[0]!r} and {values[1]!r}"
+                    f"give exactly one of {name} and {alternative}, "
+                    f"got {values[0]!r} and {values[1]!r}"
                 )
         names = ("hurst", "rms_slope", "rms_height", "long_cutoff", "short_cutoff")
-        given = {name: getattr(self, name) for name in names}
-        wrong += positive_faults(**{k: v for k, v in given.items() if v is not None})
+        amplitudes = {name: getattr(self, name) for name in names}
+        wrong += positive_faults(**{k: v for k, v in amplitudes.items() if v is not None})
         if self.power is not None and not np.isfinite(self.power):
             wrong.append(f"power must be finite, got {self.power!r}")
         refuse(wrong)
@@ -248,9 +249,9 @@ class SelfAffine:
 
         def law(q: np.ndarray) -> np.ndarray:
             # The circle itself belongs to the spectrum, whatever the rounding of |q|.
-            kept = (q > 0) & (q <= high * (1 + 1e-10))
-            rise = np.maximum(np.where(kept, q, high), low) / high
-            return np.where(kept, rise**-exponent, 0.0)
+            resolved = (q > 0) & (q <= high * (1 + 1e-10))
+            rise = np.maximum(np.where(resolved, q, high), low) / high
+            return np.where(resolved, rise**-exponent, 0.0)
 
         return law
 

@@ -157,8 +157,8 @@ def slide_in_time(
     tops = heights.max(axis=1)
     unit = relaxed * spacing
     memory = speed * (material.viscosity / material.long_term)
-    found = np.empty((m, SUMS + 2, steps))
-    for line, depth, rows in zip(heights - tops[:, None], at_rest, found, strict=True):
+    sums_by_line = np.empty((m, SUMS + 2, steps))
+    for line, depth, rows in zip(heights - tops[:, None], at_rest, sums_by_line, strict=True):
         twice = np.concatenate([line, line, line[:1]])
         springs = np.maximum(line + depth, 0.0)
         goal = force * way / unit
@@ -166,7 +166,7 @@ def slide_in_time(
         done = sliding_steps.march(twice, lengths, float(goal), -depth, springs, rows)
         if done < steps:
             raise ConvergenceError(f"the force of step {done} could not be met")
-    sums = np.moveaxis(found, 1, 0)
+    sums = np.moveaxis(sums_by_line, 1, 0)
     return SlidingHistory(
         distance=way * np.arange(1, steps + 1),
         level=tops[:, None] + sums[SUMS],

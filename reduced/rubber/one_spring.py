@@ -75,27 +75,29 @@ def draw(line, level, step, touching, rubber, state):
     """
     arms, modes = rubber.arms, rubber.modes
     sums, began, first, run = np.zeros(SUMS), touching, -1.0, 0.0
-    whole, factors = np.exp(-step / modes), np.empty((3, arms.size))
+    decays, factors = np.exp(-step / modes), np.empty((3, arms.size))
     for i in range(line.size - 1):
-        height, rest = line[i] - level, step
+        height, remaining = line[i] - level, step
         rate = (line[i + 1] - line[i]) / step
         if not touching:
-            at = _entry(state, modes, whole, height, rate, step)
+            at = _entry(state, modes, decays, height, rate, step)
             if at > step:
-                state *= whole
+                state *= decays
                 continue
-            height, rest, touching = height + rate * at, step - at, True
+            height, remaining, touching = height + rate * at, step - at, True
             _to_arms(state, modes, rubber.matrix, at)
             sums[LOSS] -= _stored(state, height, rubber.solid, arms)
         ramp = (height, rate)
-        part = _contact_part(state, ramp, rest, rubber, factors)
+        part = _contact_part(state, ramp, remaining, rubber, factors)
         pull = _follow(state, ramp, part, rubber, factors, sums)
         sums[FORCE] += pull
         sums[WORK] += rate * pull
         run += part
-        if part < rest:
+        if part < remaining:
             sums[LOSS] += _stored(state, height + rate * part, rubber.solid, arms)
-            _to_modes(state, modes, rubber.inverse, height + rate * part, arms.size, rest - part)
+            _to_modes(
+                state, modes, rubber.inverse, height + rate * part, arms.size, remaining - part
+            )
             if began and first < 0.0:
                 first = run
             else:
@@ -125,7 +127,7 @@ def _free_place(state, modes, s):
 
 
 @njit(cache=True)
-def _entry(state, modes, whole, height, rate, step):
+def _entry(state, modes, decays, height, rate, step):
     """Way to the point where the line meets a free spring, or twice the step if it does not.
 
     The clearance is convex (all amplitudes are >= 0): Newton's steps from a point before the first
@@ -133,7 +135,7 @@ def _entry(state, modes, whole, height, rate, step):
     """
     end = 0.0
     for j in range(modes.size):
-        end += state[j] * whole[j]
+        end += state[j] * decays[j]
     if end > height + rate * step:
         if rate >= 0.0 or not _dips(state, modes, height, rate, step):
             return 2 * step
@@ -199,16 +201,16 @@ def _force(state, ramp, way, rubber, factors):
 
 
 @njit(cache=True)
-def _contact_part(state, ramp, rest, rubber, factors):
+def _contact_part(state, ramp, remaining, rubber, factors):
     """Part of the way in contact: all of it, or up to where the force ends."""
-    if _force(state, ramp, rest, rubber, factors) >= 0.0:
-        return rest
+    if _force(state, ramp, remaining, rubber, factors) >= 0.0:
+        return remaining
     if _force(state, ramp, 0.0, rubber, factors) <= 0.0:
         return 0.0
     if rubber.arms.size == 0:
         (height, rate), solid = ramp, rubber.solid
-        return min(max(-(height * solid + rubber.wet * rate) / (solid * rate), 0.0), rest)
-    low, high = 0.0, rest
+        return min(max(-(height * solid + rubber.wet * rate) / (solid * rate), 0.0), remaining)
+    low, high = 0.0, remaining
     for _ in range(60):
         middle = (low + high) / 2
         if _force(state, ramp, middle, rubber, factors) > 0.0:
@@ -238,9 +240,9 @@ def _follow(state, ramp, way, rubber, factors, sums):
                 stretch = begin * np.exp(-u) - steady * np.expm1(-u)
                 square += _WEIGHTS[p] * way / 2 * stretch * stretch
         else:
-            other = begin - steady
-            square = way * steady * steady + 2 * steady * other * way * phi_1
-            square += other * other * lengths[j] / 2 * (1 - decay * decay)
+            deviation = begin - steady
+            square = way * steady * steady + 2 * steady * deviation * way * phi_1
+            square += deviation * deviation * lengths[j] / 2 * (1 - decay * decay)
         sums[LOSS] += arms[j] * square / lengths[j]
         state[j] = height + rate * way - (begin * decay + rate * way * phi_1)
     return pull

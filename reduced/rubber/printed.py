@@ -172,11 +172,11 @@ def _march(line, spacing, number, goal, level, rows):
         for i in range(n):
             if touching[i]:
                 place = i + step + 1
-                kept = force[i] - shift * stiffness
+                carried = force[i] - shift * stiffness
                 slope = (line[(place + 1) % n] - line[(place - 1) % n]) / (2 * spacing)
-                rows[_FRICTION, step] += kept * slope
-                rows[_CONJUGATE, step] += kept * (moved[i] - z[i]) / spacing
-                rows[_NEGATIVE, step] += kept < 0.0
+                rows[_FRICTION, step] += carried * slope
+                rows[_CONJUGATE, step] += carried * (moved[i] - z[i]) / spacing
+                rows[_NEGATIVE, step] += carried < 0.0
         rows[_LEVEL, step], rows[_COUNT, step] = level, count
         z, moved = moved, z
     return _COMPLETED, rows.shape[1]

@@ -124,8 +124,8 @@ def slide(lines: RoughLines, material: Prony, speed: ArrayLike, load: LoadPath) 
         ]
         for row in range(len(lines))
     ]
-    depth = np.array([[each[0] for each in row] for row in rows])
-    sums = np.moveaxis(np.array([[each[1] for each in row] for row in rows]), -1, 0)
+    depth = np.array([[solution[0] for solution in row] for row in rows])
+    sums = np.moveaxis(np.array([[solution[1] for solution in row] for row in rows]), -1, 0)
     tangential, normal, loss = _SPRING * sums[WORK], _SPRING * sums[FORCE], _SPRING * sums[LOSS]
     return SteadySliding(
         friction_coefficient=tangential / normal,
@@ -211,25 +211,25 @@ class _Line:
         return sums
 
 
-def _steady(held: _Line, load: float, forced: bool) -> tuple[float, np.ndarray]:
+def _steady(body_line: _Line, load: float, forced: bool) -> tuple[float, np.ndarray]:
     """Depth of the highest point and integrals of one line at one speed and load."""
     if not forced:
-        return load, held.settled(load)
-    long_term, path = held.material.long_term, held.path
+        return load, body_line.settled(load)
+    long_term, path = body_line.material.long_term, body_line.path
     goal = load / _SPRING
 
     def excess(depth: float) -> float:
-        return held.settled(depth)[FORCE] / goal - 1 if depth > 0 else -1.0
+        return body_line.settled(depth)[FORCE] / goal - 1 if depth > 0 else -1.0
 
-    if held.periodic:
+    if body_line.periodic:
         # mean deflection F/(4 G_inf L), and w >= h - Z0 everywhere
-        deepest = goal / (long_term * held.points * held.step) - path[:-1].mean()
+        deepest = goal / (long_term * body_line.points * body_line.step) - path[:-1].mean()
         deepest *= 1 + 2.0**-40  # at full contact this is the root, but for rounding
     else:
-        deepest = _deep_enough(excess, path, goal / long_term, held.step)
+        deepest = _deep_enough(excess, path, goal / long_term, body_line.step)
     precision = 4 * np.finfo(float).eps
     depth = brentq(excess, 0.0, deepest, xtol=2.0**-52 * deepest, rtol=precision, maxiter=200)
-    return float(depth), held.settled(depth)
+    return float(depth), body_line.settled(depth)
 
 
 def _deep_enough(

@@ -45,7 +45,7 @@ def march(line, lengths, goal, level, springs, rows):
     upper = np.maximum(line[:-1], line[1:])
     finest = _FINEST * (np.max(line) - np.min(line))
     mask, chosen = np.zeros(n + 8 - n % 8, np.uint8), np.empty(n, np.int64)
-    last, stored, kept = level, _squares(springs) / 2, np.exp(-2 * way / memory)
+    last, stored, decay = level, _squares(springs) / 2, np.exp(-2 * way / memory)
     for step in range(rows.shape[1]):
         guess, last = 2 * level - last, level
         place = (line, upper, spacing, step * cells, way, memory)
@@ -54,7 +54,7 @@ def march(line, lengths, goal, level, springs, rows):
         if count < 0:
             return step
         if count < n:
-            sums[LOSS] += (1 - kept) * (stored - _squares(springs[chosen[:count]]) / 2)
+            sums[LOSS] += (1 - decay) * (stored - _squares(springs[chosen[:count]]) / 2)
         springs, moved = moved, springs
         stored = _squares(springs) / 2
         rows[:SUMS, step] = sums

@@ -59,9 +59,9 @@ def _moments(
         if rise > 0.0:
             start[i] = min(max(slopes[i] * (width / rise), 0.0), 3.0)
             end[i] = min(max(slopes[i + 1] * (width / rise), 0.0), 3.0)
-        one, two = part_moments(heights[i], rise, width, start[i], end[i], 1.0)
-        first[i + 1] = first[i] + one
-        second[i + 1] = second[i] + two
+        area, squares = part_moments(heights[i], rise, width, start[i], end[i], 1.0)
+        first[i + 1] = first[i] + area
+        second[i + 1] = second[i] + squares
     return start, end, first, second
 
 
@@ -85,12 +85,12 @@ def respond(half: Half, d: np.ndarray, out: np.ndarray) -> None:
         start, end, width, part = starts[cell], ends[cell], x[cell + 1] - x[cell], 1.0
         if d[k] <= heights[-1]:
             part = _locate(start, end, (d[k] - base) / rise)
-        one, two = part_moments(base, rise, width, start, end, part)
-        one, two = one + first[cell], two + second[cell]
+        area, squares = part_moments(base, rise, width, start, end, part)
+        area, squares = area + first[cell], squares + second[cell]
         length = x[cell] + part * width
         out[0, k] += length
-        out[1, k] += length * d[k] - one
-        out[2, k] += (length * d[k] * d[k] - 2.0 * d[k] * one + two) / 2.0
+        out[1, k] += length * d[k] - area
+        out[2, k] += (length * d[k] * d[k] - 2.0 * d[k] * area + squares) / 2.0
 
 
 @njit(cache=True)
@@ -121,10 +121,10 @@ def _locate(m0, m1, goal):
 @njit(cache=True)
 def part_moments(base, rise, width, m0, m1, part):
     """Integrals of height and height squared over the first part of a cell; exact."""
-    one = two = 0.0
+    area = squares = 0.0
     for k in range(len(_NODES)):
         value, _ = rise_and_slope(m0, m1, part * _NODES[k])
         height = base + rise * value
-        one += _WEIGHTS[k] * height
-        two += _WEIGHTS[k] * (height * height)
-    return part * width * one, part * width * two
+        area += _WEIGHTS[k] * height
+        squares += _WEIGHTS[k] * (height * height)
+    return part * width * area, part * width * squares

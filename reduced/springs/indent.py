@@ -99,8 +99,8 @@ def continuum_radius(profile: Profile, reduced_force: float) -> float:
 
     To rounding for profiles with up to three breakpoints; of the many of a table a few will do.
     """
-    every = max(1, -(-len(profile.breakpoints) // 3))
-    marks = np.array([0.0, *profile.breakpoints[::every]])
+    stride = max(1, -(-len(profile.breakpoints) // 3))
+    marks = np.array([0.0, *profile.breakpoints[::stride]])
     nodes, weights = gauss_legendre(12)
 
     def force(a: np.ndarray) -> np.ndarray:

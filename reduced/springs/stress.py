@@ -64,8 +64,8 @@ def abel(
         integral = _abel_integral(profile, radii, a)
     integral = np.array(integral, dtype=float)
     if np.isfinite(profile.edge) and a == profile.edge:
-        rest = penetration - float(profile.height(np.array(a)))
-        integral += rest / np.sqrt((a - radii) * (a + radii))
+        fall = penetration - float(profile.height(np.array(a)))
+        integral += fall / np.sqrt((a - radii) * (a + radii))
     if not np.all(np.isfinite(integral)):
         at = radii[~np.isfinite(integral)]
         raise ValueError(f"the pressure is unbounded at r = {at} (a kink): ask beside it")

@@ -157,8 +157,8 @@ def _energy_above(profile: Profile, penetration: float, radius: float, cells: in
     touching = retained <= 2 * cells
     v = least_above(body.stiffness, 0 * floor, floor, touching)
     values = body.extend(v)
-    outside = body.on_surface(values)[len(floor) :]
-    if outside.min() < 0:
+    overlap = body.on_surface(values)[len(floor) :]
+    if overlap.min() < 0:
         # beyond the reach of the body any v >= 0 is above d - g
         raise ArithmeticError("the displacement falls below zero beyond the body's reach")
     return radius * penetration**2 * above(body.energy_above(values), 4)

@@ -144,8 +144,8 @@ class Pyramid:
 
     def punch(self, cells: int) -> Outline:
         """Return half a face's part of the best circle."""
-        whole = circle(cells, dihedral(self.faces), np.pi / self.faces, _POINTED)
-        return whole.scaled(self._radius())
+        full_circle = circle(cells, dihedral(self.faces), np.pi / self.faces, _POINTED)
+        return full_circle.scaled(self._radius())
 
     def punch_force(self) -> float:
         """Return 2 a (1 - <g>)."""

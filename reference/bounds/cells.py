@@ -70,8 +70,8 @@ def fan_cells(outline: Array, factors: Array, *, closed: bool) -> Array:
 
 def areas(cells: Array) -> Array:
     """Areas of quadrangles."""
-    one, two = cells[:, 2] - cells[:, 0], cells[:, 3] - cells[:, 1]
-    return 0.5 * (one[:, 0] * two[:, 1] - one[:, 1] * two[:, 0])
+    first, second = cells[:, 2] - cells[:, 0], cells[:, 3] - cells[:, 1]
+    return 0.5 * (first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0])
 
 
 def mutual_integrals(cells: Array, images: Array) -> tuple[Array, Array]:
@@ -136,8 +136,8 @@ def _fill(cells, turned, points, places, weights, reach, turn, integrals, errors
                     for j in range(len(weights[m])):
                         wx, wy = x - places[m, j, 0], y - places[m, j, 1]
                         total += weight * weights[m, j] / np.sqrt(wx * wx + wy * wy)
-                rest = 2 * ratio**7 / (1 - ratio) / (1 - ratio)
-                error = total * (rest + _TERM)
+                tail = 2 * ratio**7 / (1 - ratio) / (1 - ratio)
+                error = total * (tail + _TERM)
             else:
                 total, error = _pair(cells[k], turned[m])
                 total *= -turn
@@ -146,19 +146,19 @@ def _fill(cells, turned, points, places, weights, reach, turn, integrals, errors
 
 
 @njit(cache=True, error_model="numpy")
-def _pair(one, other):
+def _pair(first, second):
     """Sum of (t_e . t_e') J(e, e') over the sides of two cells, with its rounding."""
     total, error = 0.0, 0.0
     for a in range(4):
         b = (a + 1) % 4
-        if one[a, 0] == one[b, 0] and one[a, 1] == one[b, 1]:
+        if first[a, 0] == first[b, 0] and first[a, 1] == first[b, 1]:
             continue
         for c in range(4):
             d = (c + 1) % 4
-            if other[c, 0] == other[d, 0] and other[c, 1] == other[d, 1]:
+            if second[c, 0] == second[d, 0] and second[c, 1] == second[d, 1]:
                 continue
             rays = a % 2 == 0 and c % 2 == 0
-            value, doubt = _sides(one[a], one[b], other[c], other[d], rays)
+            value, doubt = _sides(first[a], first[b], second[c], second[d], rays)
             total += value
             error += doubt
     return total, error
@@ -230,8 +230,8 @@ def _by_points(a, ux, uy, u, apart, c, vx, vy, v):
             point[0], point[1] = a[0] + place * ux, a[1] + place * uy
             total += _LINE_WEIGHTS[k] * half * _along(point, c, vx, vy, v)
     # at most twice the terms from the sixteenth on, each below q^n times the distance
-    rest = 2 * _SHARE**16 / (1 - _SHARE)
-    return total, (rest + _TERM) * (total + u * v * apart)
+    tail = 2 * _SHARE**16 / (1 - _SHARE)
+    return total, (tail + _TERM) * (total + u * v * apart)
 
 
 @njit(cache=True, error_model="numpy")

@@ -33,8 +33,8 @@ def least_above(stiffness: Array, load: Array, floor: Array, touching: NDArray[n
             pull = load[free] - stiffness[np.ix_(free, touching)] @ floor[touching]
             v[free] = np.linalg.solve(stiffness[np.ix_(free, free)], pull)
         force = stiffness @ v - load
-        wanted = np.where(touching, force > 0, v < floor)
-        if np.array_equal(wanted, touching):
+        loaded = np.where(touching, force > 0, v < floor)
+        if np.array_equal(loaded, touching):
             break
-        touching = wanted
+        touching = loaded
     return np.maximum(v, floor)

@@ -137,11 +137,11 @@ def fan(shells: Array, *, closed: bool) -> tuple[Section, Indices]:
     layers, count = shells.shape[:2]
     vertices = np.concatenate([np.zeros((1, 2)), shells.reshape(-1, 2)])
     # number of the vertex on shell j at point k: 1 + j count + k
-    here = np.arange(count if closed else count - 1)
-    there = (here + 1) % count
-    core = np.stack([0 * here, 1 + here, 1 + there])
+    near = np.arange(count if closed else count - 1)
+    far = (near + 1) % count
+    core = np.stack([0 * near, 1 + near, 1 + far])
     first = 1 + count * np.arange(layers - 1)[:, None]
-    inner, beside = (first + here).ravel(), (first + there).ravel()
+    inner, beside = (first + near).ravel(), (first + far).ravel()
     quads = [
         np.stack([inner, inner + count, beside + count]),
         np.stack([inner, beside + count, beside]),
@@ -160,7 +160,7 @@ def fan(shells: Array, *, closed: bool) -> tuple[Section, Indices]:
     sides = np.diff(mesh.p[:, mesh.t[[0, 1, 2, 0]]], axis=1)
     doubled = np.abs(sides[0, 0] * sides[1, 1] - sides[1, 0] * sides[0, 1])
     slender = ((sides**2).sum(axis=0).max(axis=0) / doubled).max()
-    outer = _side(basis, 1 + count * (layers - 1) + np.stack([here, there], axis=1))
+    outer = _side(basis, 1 + count * (layers - 1) + np.stack([near, far], axis=1))
     section = Section(
         stiffness=_elemental(basis, lambda u, v, w: dot(grad(u), grad(v))),
         mass=_elemental(basis, lambda u, v, w: u * v),

@@ -144,9 +144,11 @@ class AdhesiveForm:
         if radius == 0:
             return 0.0, load if control == "penetration" else 0.0, 0.0
         if self.smallest < self.largest:
-            given = float(self.force(radius)), float(self.penetration(radius))
+            equilibrium = float(self.force(radius)), float(self.penetration(radius))
             return (
-                (radius, load, given[0]) if control == "penetration" else (radius, given[1], load)
+                (radius, load, equilibrium[0])
+                if control == "penetration"
+                else (radius, equilibrium[1], load)
             )
         stiffness = 2 * self.effective_modulus * radius
         if control == "penetration":
@@ -208,11 +210,13 @@ def power_law(
     return _power("power_law", "Zheng & Yu 2007", exponent, coefficient, locals())
 
 
-def _power(name: str, source: str, n: float, c: float, given: dict[str, float]) -> AdhesiveForm:
-    require_positive(name, **given)
+def _power(
+    name: str, source: str, n: float, c: float, parameters: dict[str, float]
+) -> AdhesiveForm:
+    require_positive(name, **parameters)
     if n <= 0.5:
         raise ValueError(f"{name}: exponent must be above 1/2, not {n!r}")
-    E, w = float(given["effective_modulus"]), float(given["work"])
+    E, w = float(parameters["effective_modulus"]), float(parameters["work"])
     factor = 0.5 * math.sqrt(math.pi) * n / poch(0.5 * n, 0.5) * c
     return AdhesiveForm(
         name,

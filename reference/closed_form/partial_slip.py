@@ -158,19 +158,19 @@ class PartialSlip:
         if abs(goal - at) <= _ROUNDING * self.limit:
             return layers
         sign = 1.0 if goal > at else -1.0
-        kept = list(layers)
-        if kept and kept[-1].sign == sign:
-            kept.pop()
+        remaining = list(layers)
+        if remaining and remaining[-1].sign == sign:
+            remaining.pop()
         while True:
-            factor = 1.0 if not kept else 2.0
-            missing = sign * (goal - sum(self._carried(layer) for layer in kept))
+            factor = 1.0 if not remaining else 2.0
+            missing = sign * (goal - sum(self._carried(layer) for layer in remaining))
             inner = max(self.force - missing / (factor * self.friction), 0.0)
-            if not kept or inner > kept[-1].inner_force:
-                return (*kept, Layer(sign, factor, inner))
+            if not remaining or inner > remaining[-1].inner_force:
+                return (*remaining, Layer(sign, factor, inner))
             # reaches further in than the last term: that one and the one before it are wiped out
-            kept.pop()
-            if kept and kept[-1].sign == sign:
-                kept.pop()
+            remaining.pop()
+            if remaining and remaining[-1].sign == sign:
+                remaining.pop()
 
     def _carried(self, layer: Layer) -> float:
         return layer.sign * layer.factor * self.friction * (self.force - layer.inner_force)
@@ -215,13 +215,13 @@ class PartialSlipPath:
         if form.contact_radius is None:
             raise ValueError(f"{form.name}: the stick area is no circle")
         inner = [self._inner(layers[-1]) if layers else None for layers in self.layers]
-        whole = self.contact.penetration
-        return np.array([float(form.contact_radius(whole if d is None else d)) for d in inner])
+        depth = self.contact.penetration
+        return np.array([float(form.contact_radius(depth if d is None else d)) for d in inner])
 
     def traction(self, x: ArrayLike, y: ArrayLike, point: int = -1) -> Array:
         """Traction q along x at points, after the point of the path with this index."""
-        form, whole = self.contact.form, self.contact.penetration
-        pressure = form.pressure(x, y, whole)
+        form, depth = self.contact.form, self.contact.penetration
+        pressure = form.pressure(x, y, depth)
         total = np.zeros(np.shape(pressure))
         for layer in self.layers[point]:
             inner = form.pressure(x, y, self._inner(layer))

@@ -93,13 +93,13 @@ def surface_peaks(slope_moment: float, curvature_moment: float) -> Peaks:
 @lru_cache(maxsize=1)
 def _unit_summits() -> tuple[float, ...]:
     """Averages for m4 = 1: (k1 + k2)/2, k1 k2 and 1/sqrt(k1 k2)."""
-    whole = _summit_average(lambda total, gauss: np.ones_like(gauss))
+    count = _summit_average(lambda total, gauss: np.ones_like(gauss))
     quantities: tuple[Quantity, ...] = (
         lambda total, gauss: total / 2,
         lambda total, gauss: gauss,
         lambda total, gauss: 1 / np.sqrt(gauss),
     )
-    return tuple(_summit_average(each) / whole for each in quantities)
+    return tuple(_summit_average(quantity) / count for quantity in quantities)
 
 
 def _summit_average(quantity: Quantity) -> float:

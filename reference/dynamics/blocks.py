@@ -91,11 +91,11 @@ class Blocks:
 
     def arrays(self) -> System:
         """Return all of them as arrays."""
-        held = self.kinetic if self.static is None else self.static
-        given = self.mass, self.load, self.amplitude, self.belt, self.kinetic, held
-        size = max(np.size(value) for value in given)
+        static_friction = self.kinetic if self.static is None else self.static
+        columns = self.mass, self.load, self.amplitude, self.belt, self.kinetic, static_friction
+        size = max(np.size(value) for value in columns)
         mass, load, amplitude, belt, kinetic, static = (
-            np.array(np.broadcast_to(value, size), float) for value in given
+            np.array(np.broadcast_to(value, size), float) for value in columns
         )
         stiffness, damping = (
             np.array(value, float) if np.ndim(value) else np.asarray(value, float) * np.eye(size)

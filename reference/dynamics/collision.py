@@ -142,8 +142,10 @@ def collide_curve(
         raise ValueError("expected at least four increasing penetrations and as many forces")
     full = _collide_points(d, F, mass, velocity)
     coarse = _collide_points(d[::-2][::-1], F[::-2][::-1], mass, velocity)
-    known = abs(coarse.duration / full.duration - 1)
-    return Collision(full.duration, full.penetration, full.force, max(full.bar, known) + bar / 2)
+    refinement = abs(coarse.duration / full.duration - 1)
+    return Collision(
+        full.duration, full.penetration, full.force, max(full.bar, refinement) + bar / 2
+    )
 
 
 def _collide_points(d: np.ndarray, F: np.ndarray, mass: float, velocity: float) -> Collision:

@@ -65,12 +65,12 @@ def through_touches(
 
 def sample(pieces: Pieces, times: Array) -> Array:
     """Return y at times from the dense output, shape (2, k)."""
-    found = np.empty((2, times.size))
+    states = np.empty((2, times.size))
     for low, high, solution in pieces:
         inside = (times >= low) & (times <= high)
         if inside.any():
-            found[:, inside] = solution(times[inside])
-    return found
+            states[:, inside] = solution(times[inside])
+    return states
 
 
 def course(
@@ -111,28 +111,28 @@ def course(
     array([ 1., -1.])
     """
     require_positive("course", mass=mass)
-    asked = np.atleast_1d(np.asarray(times, float))
+    instants = np.atleast_1d(np.asarray(times, float))
     knots, forces = (np.atleast_1d(np.asarray(y, float)) for y in history or (0.0, 0.0))
-    if not (velocity >= 0 and asked[0] >= 0 and (np.diff(asked) > 0).all()):
+    if not (velocity >= 0 and instants[0] >= 0 and (np.diff(instants) > 0).all()):
         raise ValueError("expected velocity >= 0 and times that increase from 0 on")
     if knots.shape != forces.shape or not (np.diff(knots) > 0).all():
         raise ValueError("expected a history of increasing times with a force for each")
-    depth, unit = _units(form, mass, velocity, float(asked[-1]), float(np.abs(forces).max()))
+    depth, unit = _units(form, mass, velocity, float(instants[-1]), float(np.abs(forces).max()))
     strength = mass * depth / unit**2
 
     def rates(t: float, y: Array) -> list[float]:
         push = float(np.interp(t * unit, knots, forces))
-        held = float(form.force(y[0] * depth)) if y[0] > 0 else 0.0
-        return [y[1], (push - held) / strength]
+        reaction = float(form.force(y[0] * depth)) if y[0] > 0 else 0.0
+        return [y[1], (push - reaction) / strength]
 
-    inner = knots[(knots > 0) & (knots < asked[-1])] / unit
-    stops = np.unique([0.0, *inner, asked[-1] / unit])
+    inner = knots[(knots > 0) & (knots < instants[-1])] / unit
+    stops = np.unique([0.0, *inner, instants[-1] / unit])
     state = np.array([tolerance, velocity * unit / depth])
     pieces: Pieces = []
     for low, high in pairwise(stops):
         more, state = through_touches(rates, low, high, state, tolerance)
         pieces += more
-    x, v = sample(pieces, asked / unit)
+    x, v = sample(pieces, instants / unit)
     return x * depth, v * depth / unit
 
 

@@ -78,15 +78,15 @@ class Motion:
 
     def at(self, times: ArrayLike) -> tuple[Array, Array]:
         """Return positions and velocities, shape (k, n), at times in [0, duration]."""
-        asked = np.atleast_1d(np.asarray(times, float))
-        if not ((asked >= 0) & (asked <= self.duration)).all():
+        instants = np.atleast_1d(np.asarray(times, float))
+        if not ((instants >= 0) & (instants <= self.duration)).all():
             raise ValueError(f"times must lie in [0, {self.duration!r}], not {times!r}")
         starts = np.array([phase.start for phase in self.phases])
-        which = np.searchsorted(starts, asked / self.time, side="right") - 1
-        states = np.empty((asked.size, self.phases[0].state.size))
-        for k in np.unique(which):
-            phase, mine = self.phases[k], which == k
-            after = (asked[mine] / self.time - phase.start)[:, None, None]
+        phases = np.searchsorted(starts, instants / self.time, side="right") - 1
+        states = np.empty((instants.size, self.phases[0].state.size))
+        for k in np.unique(phases):
+            phase, mine = self.phases[k], phases == k
+            after = (instants[mine] / self.time - phase.start)[:, None, None]
             states[mine] = expm(phase.matrix * after) @ phase.state
         n = self.belt.size
         speed = self.length / self.time
@@ -270,22 +270,22 @@ class Event(NamedTuple):
     starting: np.ndarray
 
 
-def _next_event(system: System, phase: Phase, rest: float, starting: np.ndarray) -> Event | None:
-    """Return the first event within the time `rest`, if there is one.
+def _next_event(system: System, phase: Phase, remaining: float, starting: np.ndarray) -> Event | None:
+    """Return the first event within the time `remaining`, if there is one.
 
     The speed of a block that has just begun to slide is zero, and its rounding has either sign: it
     may not end a phase before it has become positive, in this phase or in a later one.
     """
     A, guards = phase.matrix, _guards(system, phase.direction)
     state, time, starting = phase.state, 0.0, starting.copy()
-    regular = _regular_step(A, rest)
+    regular = _regular_step(A, remaining)
     rows = np.array([guard.row for guard in guards])
     # Rounding of a guard's value and rate: that of their terms in a regular step, however short the
     # steps after an event are, with the states as large as they were so far in this phase.
     terms = np.abs(np.stack([rows, rows @ A], axis=1)) @ np.abs(expm(A * regular))
     sizes = np.abs(state)
-    for step, propagator in _steps(A, regular, rest):
-        later = _known(phase, propagator @ state)
+    for step, propagator in _steps(A, regular, remaining):
+        later = _sticking_exactly(phase, propagator @ state)
         sizes = np.maximum(sizes, np.abs(later))
         rounding = _ROUNDING * (terms @ sizes)
         stretch, crossings = Stretch(state, step, later), []
@@ -310,10 +310,10 @@ def _next_event(system: System, phase: Phase, rest: float, starting: np.ndarray)
 
 def _propagated(phase: Phase, time: float, state: Array) -> Array:
     """Return exp(A t) z."""
-    return _known(phase, expm(phase.matrix * time) @ state)
+    return _sticking_exactly(phase, expm(phase.matrix * time) @ state)
 
 
-def _known(phase: Phase, state: Array) -> Array:
+def _sticking_exactly(phase: Phase, state: Array) -> Array:
     """Put into a propagated state what is known without rounding.
 
     A row of zeros in A is one of the identity in exp(A t), but the linear solve behind it rounds,
@@ -325,30 +325,30 @@ def _known(phase: Phase, state: Array) -> Array:
     return state
 
 
-def _regular_step(A: Array, rest: float) -> float:
+def _regular_step(A: Array, remaining: float) -> float:
     """Return the step between the regular samples of a phase."""
     rate = float(np.abs(eigvals(A)).max())
-    regular = rest / _SAMPLES
+    regular = remaining / _SAMPLES
     if rate * regular > 2 * np.pi / _SAMPLES:
         regular = 2 * np.pi / (_SAMPLES * rate)
     return regular
 
 
-def _steps(A: Array, regular: float, rest: float) -> Iterator[tuple[float, Array]]:
-    """Yield steps and their propagators up to `rest`: doubling at first, then regular.
+def _steps(A: Array, regular: float, remaining: float) -> Iterator[tuple[float, Array]]:
+    """Yield steps and their propagators up to `remaining`: doubling at first, then regular.
 
     Each propagator is an exponential of its own: squaring the one before doubles its rounding.
     """
     step = regular * 2.0**-_DOUBLINGS
     propagator, time, first = expm(A * step), 0.0, True
-    while time + step < rest:
+    while time + step < remaining:
         yield step, propagator
         time += step
         if not first and step < regular:  # the first is taken twice: 1, 1, 2, 4, ...
             step *= 2
             propagator = expm(A * step)
         first = False
-    yield rest - time, expm(A * (rest - time))
+    yield remaining - time, expm(A * (remaining - time))
 
 
 class Stretch(NamedTuple):

@@ -134,14 +134,14 @@ def _solve(matrix, free, bound, belt, v):
     for sweep in range(_SWEEPS):
         change, size = 0.0, 0.0
         for i in range(n):
-            rest = free[i] - matrix[i, i] * belt[i]
+            drive = free[i] - matrix[i, i] * belt[i]
             for j in range(n):
                 if j != i:
-                    rest -= matrix[i, j] * v[j]
-            if abs(rest) <= bound[i]:
+                    drive -= matrix[i, j] * v[j]
+            if abs(drive) <= bound[i]:
                 new = belt[i]
             else:
-                new = belt[i] + (rest - np.copysign(bound[i], rest)) / matrix[i, i]
+                new = belt[i] + (drive - np.copysign(bound[i], drive)) / matrix[i, i]
             change, size = max(change, abs(new - v[i])), max(size, abs(new))
             v[i] = new
         if n == 1 or change <= 4.0 * _EPSILON * size:

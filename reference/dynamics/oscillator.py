@@ -120,9 +120,9 @@ def _passage(form: ClosedForm, mass: float, load: float, highest: float, deepest
         return float(work(form.force, form.energy, low, high)) - load * (high - low)
 
     def rate(t: float) -> float:
-        x, rest = highest + way * math.sin(t) ** 2, way * math.cos(t) ** 2
-        if rest < 0.5 * way:
-            released = kinetic(deepest - rest, deepest)
+        x, approach = highest + way * math.sin(t) ** 2, way * math.cos(t) ** 2
+        if approach < 0.5 * way:
+            released = kinetic(deepest - approach, deepest)
         else:
             released = (jump if highest == 0 else 0.0) - kinetic(highest, x)
         return way * math.sin(2 * t) / math.sqrt(2 / mass * released)
@@ -225,13 +225,13 @@ def forced_vibration(
     position, velocity = (static, 0.0) if start is None else start
     state = np.array([position / static, velocity / (static * w0)])
     time, period = 0.0, 2 * math.pi / omega
-    spans: list[Any] = []
+    cycles: list[Any] = []
     for number in range(periods):
         end = (number + 1) * period
         dense, state = through_touches(rates, time, end, state, tolerance)
         time = end
-        spans = [*spans[-1:], _extremes(dense, time - period, time)]
-    (low, high, _), (lowest, highest, flight) = spans
+        cycles = [*cycles[-1:], _extremes(dense, time - period, time)]
+    (low, high, _), (lowest, highest, flight) = cycles
     amplitude = 0.5 * (highest - lowest)
     return Forced(
         amplitude=static * amplitude,

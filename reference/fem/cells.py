@@ -38,7 +38,9 @@ _BEY = (
 
 
 def _vtk_locations(corners: NDArray[np.int64], *groups: tuple[tuple[int, ...], ...]) -> NDArray:
-    middles = [corners[list(each)].mean(axis=0) for group in groups for each in group]
+    middles = [
+        corners[list(corner_numbers)].mean(axis=0) for group in groups for corner_numbers in group
+    ]
     return np.array([*corners.astype(float), *middles])
 
 
@@ -147,9 +149,9 @@ class CellKind:
         """For each face, the (child, face) pairs it is cut into."""
         return [
             [
-                (child, own)
+                (child, child_face)
                 for child in range(8)
-                for own, corners in enumerate(self.faces)
+                for child_face, corners in enumerate(self.faces)
                 if self._on_face(self.in_child(child, self.locations[corners]), face).all()
             ]
             for face in range(len(self.faces))
@@ -161,8 +163,8 @@ class CellKind:
         return np.abs((points - first) @ normal) < 1e-9  # reference cells have size one
 
 
-def _nearest(points: NDArray[np.float64], wanted: NDArray[np.float64]) -> NDArray[np.int64]:
-    return np.linalg.norm(wanted[:, None] - points, axis=-1).argmin(axis=1)
+def _nearest(points: NDArray[np.float64], targets: NDArray[np.float64]) -> NDArray[np.int64]:
+    return np.linalg.norm(targets[:, None] - points, axis=-1).argmin(axis=1)
 
 
 KINDS = {

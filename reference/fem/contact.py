@@ -175,14 +175,17 @@ class _Problem:
             depth = step.depth + (target - step.reactions.sum()) / step.slope
             if not low < depth < high:
                 depth = 0.5 * (low + high) if np.isfinite(high) else low + 2 * (step.depth - low)
-            found = self._solve(depth, step.active)
-            iterations += found.iterations
-            history += found.history
-            force = found.reactions.sum()
-            if np.array_equal(found.active, step.active) and abs(force - target) <= 1e-9 * target:
-                return found.after(iterations, history)
+            solution = self._solve(depth, step.active)
+            iterations += solution.iterations
+            history += solution.history
+            force = solution.reactions.sum()
+            if (
+                np.array_equal(solution.active, step.active)
+                and abs(force - target) <= 1e-9 * target
+            ):
+                return solution.after(iterations, history)
             low, high = (max(low, depth), high) if force < target else (low, min(high, depth))
-            step = found
+            step = solution
         raise ConvergenceError(
             f"the force {target * self.force_unit:.6g} was not reached in {self.limit} rounds",
             history,
@@ -211,24 +214,24 @@ class _Problem:
     def _settle(
         self, depth: float, active: NDArray[np.bool_], offset: NDArray[np.float64]
     ) -> _Step:
-        seen: set[bytes] = set()
+        visited: set[bytes] = set()
         history: list[int] = []
         budget, one_by_one = self.limit, False
         while len(history) < budget:
             step = self._fixed(active, depth, offset)
-            wanted = self._wanted(step, offset)
+            proposal = self._next_set(step, offset)
             history.append(int(active.sum()))
-            if np.array_equal(wanted, active):
+            if np.array_equal(proposal, active):
                 return step.after(len(history), history)
-            if wanted.tobytes() in seen and not one_by_one:
+            if proposal.tobytes() in visited and not one_by_one:
                 one_by_one, budget = True, budget + 10 * len(self.gap)
-            seen.add(wanted.tobytes())
+            visited.add(proposal.tobytes())
             if one_by_one:
                 # Murty's least-index pivoting: the compliance is positive definite, so it ends
-                change = np.flatnonzero(wanted != active)[0]
-                wanted = active.copy()
-                wanted[change] = ~active[change]
-            active = wanted
+                change = np.flatnonzero(proposal != active)[0]
+                proposal = active.copy()
+                proposal[change] = ~active[change]
+            active = proposal
         raise ConvergenceError(
             f"the contact set did not settle in {budget} iterations at penetration "
             f"{depth * self.body.length:.6g}",
@@ -262,7 +265,7 @@ class _Problem:
         inside = np.flatnonzero(active)
         return float(self._respond(inside, softness, np.ones((len(inside), 1)))[0].sum())
 
-    def _wanted(self, step: _Step, offset: NDArray[np.float64]) -> NDArray[np.bool_]:
+    def _next_set(self, step: _Step, offset: NDArray[np.float64]) -> NDArray[np.bool_]:
         """Who should touch: pushing points stay, overlapping points join."""
         # equality to rounding is no overlap: otherwise points exactly at the edge would chatter
         noise = 64 * np.finfo(float).eps * (abs(step.depth) + np.abs(self.gap))

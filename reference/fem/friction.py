@@ -101,8 +101,8 @@ def follow(
     gap = np.asarray(gap, dtype=float)
     kinds = normal.one_of(*_NORMAL), tangential.one_of(*_TANGENTIAL)
     steps = np.column_stack([normal.values, tangential.values])
-    if gap.shape != body.held.shape or not np.isfinite(gap).all():
-        raise ValueError(f"gap must be finite, of shape {body.held.shape}, got {gap.shape}")
+    if gap.shape != body.fixed.shape or not np.isfinite(gap).all():
+        raise ValueError(f"gap must be finite, of shape {body.fixed.shape}, got {gap.shape}")
     if not (np.isfinite(friction) and friction > 0):
         raise ValueError(f"friction must be positive, got {friction!r}")
     if kinds[0] == "force" and not (steps[:, 0] > 0).all():
@@ -190,11 +190,11 @@ class _Walk:
         """Take one step of Newton's method, slopes by differences."""
         slopes = np.empty((sought.size, sought.size))
         moved = _SLOPE_STEP * np.array([1.0, self.friction]) * abs(place[0])
-        for column, which in enumerate(sought):
+        for column, sought_place in enumerate(sought):
             beside = place.copy()
-            beside[which] += moved[which]
+            beside[sought_place] += moved[sought_place]
             change = self._totals(self._solved(beside)[0]) - totals
-            slopes[:, column] = change[sought] / moved[which]
+            slopes[:, column] = change[sought] / moved[sought_place]
         new = place.copy()
         new[sought] += np.linalg.lstsq(slopes, missing)[0]
         if self.sought[0]:
@@ -209,7 +209,7 @@ class _Walk:
         aim = np.column_stack([shift - self.position[:, 0], -self.position[:, 1], depth - self.gap])
         forces, bound = self.forces.copy(), self.tolerance * abs(depth)
         errors = _sweeps(
-            self.table, aim, self.body.held, self.friction, forces, bound, self.max_sweeps
+            self.table, aim, self.body.fixed, self.friction, forces, bound, self.max_sweeps
         )
         if not errors[-1] <= bound:
             raise ConvergenceError(
@@ -238,7 +238,7 @@ def _even(count: int) -> NDArray[np.float64]:
 
 
 @njit(cache=True)
-def _sweeps(table, aim, held, friction, forces, tolerance, max_sweeps):
+def _sweeps(table, aim, fixed, friction, forces, tolerance, max_sweeps):
     """Sweep until no node asks for a change beyond the tolerance; errors of the sweeps."""
     count = len(forces)
     flat = forces.reshape(-1)
@@ -254,7 +254,7 @@ def _sweeps(table, aim, held, friction, forces, tolerance, max_sweeps):
             flat[3 * i + 2] = normal
             soft = max(rows[0, 3 * i], rows[1, 3 * i + 1])
             new_x = x + (aim[i, 0] - np.dot(rows[0], flat)) / soft
-            new_y = 0.0 if held[i] else y + (aim[i, 1] - np.dot(rows[1], flat)) / soft
+            new_y = 0.0 if fixed[i] else y + (aim[i, 1] - np.dot(rows[1], flat)) / soft
             size, bound = np.hypot(new_x, new_y), friction * normal
             if size > bound:
                 new_x, new_y = new_x * bound / size, new_y * bound / size

@@ -41,7 +41,7 @@ class FrictionalBody:
 
     points: NDArray[np.float64]
     compliance: NDArray[np.float64]
-    held: NDArray[np.bool_]
+    fixed: NDArray[np.bool_]
     unknowns: int
 
 
@@ -107,7 +107,7 @@ def frictional_body(
     return FrictionalBody(
         points=mesh.p[:2, nodes].T * contact_radius,
         compliance=compliance / (youngs_modulus * contact_radius),
-        held=mesh.p[1, nodes] == 0.0,
+        fixed=mesh.p[1, nodes] == 0.0,
         unknowns=unknowns,
     )
 
@@ -118,8 +118,8 @@ def _mesh(elements: int, extent: float) -> GradedMesh:
     size, growth = 0.5 / cells, 1.0 + 1.2 / np.sqrt(elements)
     inside = np.linspace(0.5, 1.0, cells + 1)
     further = 1.0 + size * np.arange(1, int(np.ceil((_REACH - 1.0) / size)) + 1)
-    outside = growing_lines(further[-1], extent, growth * size, growth)[1:]
-    rings = np.concatenate([inside, further, outside])
+    outer = growing_lines(further[-1], extent, growth * size, growth)[1:]
+    rings = np.concatenate([inside, further, outer])
     depths = growing_lines(0.0, extent, 0.8 * size, growth)
     return ring_mesh(rings, depths, core_cells=cells, round_from=1.0, planes=(False, True))
 
@@ -134,7 +134,7 @@ def _condensed(
     kind = np.zeros((mesh.p.shape[1], 3), dtype=np.int64)  # 0 free, 1 prescribed, 2 held
     kind[outer] = 1
     kind[mesh.p[1] == 0.0, 1] = 2
-    free, given = (np.flatnonzero(kind.ravel() == each) for each in (0, 1))
+    free, prescribed = (np.flatnonzero(kind.ravel() == code) for code in (0, 1))
     factor = splu(
         stiffness[free][:, free].tocsc(),
         permc_spec="MMD_AT_PLUS_A",  # the matrix is symmetric and positive definite
@@ -156,7 +156,7 @@ def _condensed(
     ):
         everywhere = np.zeros((mesh.p.shape[1], 3))
         everywhere[outer] = field
-        response = factor.solve(-stiffness[free][:, given] @ everywhere.ravel()[given])
+        response = factor.solve(-stiffness[free][:, prescribed] @ everywhere.ravel()[prescribed])
         far = np.zeros(contact.size)
         far[moves] = response[contact[moves]]
         # a force on this half and its mirror image: twice the total

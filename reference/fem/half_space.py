@@ -157,10 +157,10 @@ def _even_rings(
     growth = 1.0 + 1.2 / np.sqrt(elements)
     inside = np.linspace(0.5, 1.0, cells + 1)
     size = 0.5 / cells
-    outside = growing_lines(1.0, extent, size, growth)
+    outer = growing_lines(1.0, extent, size, growth)
     first = 0.8 * size * min(stretch)
     depths = growing_lines(0.0, extent * max(stretch), first, growth)
-    return np.concatenate([inside, outside[1:]]), depths, cells
+    return np.concatenate([inside, outer[1:]]), depths, cells
 
 
 def _edge_rings(
@@ -183,10 +183,10 @@ def _edge_rings(
         count = round(1.5 * elements * np.log1p(reach) / np.log1p(1.5))
         return edge_lines(reach, count, exponent)
 
-    outside = outward(extent / ring - 1.0)
+    outer = outward(extent / ring - 1.0)
     narrow, wide = min(stretch), max(stretch)
     depths = ring * narrow * outward(extent * wide / (ring * narrow))
-    return ring * np.concatenate([inside, 1.0 + outside[1:]]), depths, cells
+    return ring * np.concatenate([inside, 1.0 + outer[1:]]), depths, cells
 
 
 def tensor_body(

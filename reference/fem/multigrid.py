@@ -81,11 +81,11 @@ class MultigridFlexibility:
         if np.any(softness):
             raise ValueError("the multigrid path solves contact = 'active_set' only")
         nothing = np.zeros((len(inside), 0)), np.zeros((self.matrix.shape[0], 0))
-        known = self.solved.get(inside.tobytes(), nothing)
+        space = self.solved.get(inside.tobytes(), nothing)
         for column in right.T:
-            known = self._with(inside, known, column)
-        self.solved = {inside.tobytes(): known}  # contact sets rarely come back
-        basis, fields = known
+            space = self._with(inside, space, column)
+        self.solved = {inside.tobytes(): space}  # contact sets rarely come back
+        basis, fields = space
         weights = np.linalg.lstsq(basis, right, rcond=None)[0]
         images = self.matrix @ fields
         forces = images[self.system.retained[inside]]
@@ -105,23 +105,23 @@ class MultigridFlexibility:
     def _with(
         self,
         inside: NDArray[np.int64],
-        known: tuple[NDArray[np.float64], NDArray[np.float64]],
+        space: tuple[NDArray[np.float64], NDArray[np.float64]],
         column: NDArray[np.float64],
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
         """Add the field of a prescribed displacement, unless it is a combination of known ones."""
-        basis, fields = known
-        rest = column - basis @ np.linalg.lstsq(basis, column, rcond=None)[0]
-        size = np.linalg.norm(rest)
+        basis, fields = space
+        remainder = column - basis @ np.linalg.lstsq(basis, column, rcond=None)[0]
+        size = np.linalg.norm(remainder)
         if fields.shape[1] and size <= IN_SPAN * np.linalg.norm(column):
             return basis, fields
-        rest /= size
+        remainder /= size
         field = np.zeros(self.matrix.shape[0])
         place = self.system.retained[inside]
-        field[place] = rest
+        field[place] = remainder
         free = np.ones(len(field), dtype=bool)
         free[place] = False
         field += self._solve(-(self.matrix @ field), free)
-        return np.column_stack([basis, rest]), np.column_stack([fields, field])
+        return np.column_stack([basis, remainder]), np.column_stack([fields, field])
 
     def _precondition(self, residual: NDArray[np.float64]) -> NDArray[np.float64]:
         first = self.system.first

@@ -57,10 +57,10 @@ class LinearSystem:
 
 @dataclass(frozen=True, eq=False)
 class Front:
-    """One elimination: ``u[eliminated] = -sign L^-T W u[kept]``; sign -1 for mean stresses."""
+    """One elimination: ``u[eliminated] = -sign L^-T W u[remaining]``; sign -1 for mean stresses."""
 
     eliminated: NDArray[np.int64]
-    kept: NDArray[np.int64]
+    remaining: NDArray[np.int64]
     factor: NDArray[np.float64]
     coupling: NDArray[np.float64]
     sign: float
@@ -68,10 +68,10 @@ class Front:
 
 @dataclass(frozen=True, eq=False)
 class Shift:
-    """Change of unknowns: until here `others` stood for the difference to the unknown `base`."""
+    """Change of unknowns: until here `shifted` stood for the difference to the unknown `base`."""
 
     base: int
-    others: NDArray[np.int64]
+    shifted: NDArray[np.int64]
 
 
 def condense(
@@ -94,13 +94,13 @@ def condense(
         If the body is not held (a rigid motion is free).
     """
     dissection = _Dissection(system, fronts)
-    kept, matrix = dissection.reduce(np.arange(len(system.matrices)))
+    remaining, matrix = dissection.reduce(np.arange(len(system.matrices)))
     size = system.first + len(exterior)
     position = np.full(size, -1)
-    position[kept] = np.arange(len(kept))
+    position[remaining] = np.arange(len(remaining))
     modes = position[system.first :]
     matrix[np.ix_(modes, modes)] += exterior
-    left, matrix = dissection.eliminate(kept, matrix, kept >= system.first)
+    left, matrix = dissection.eliminate(remaining, matrix, remaining >= system.first)
     left, matrix = dissection.eliminate(left, matrix, dissection.indefinite[left], sign=-1.0)
     place = np.searchsorted(left, system.retained)
     return matrix[np.ix_(place, place)]
@@ -118,11 +118,11 @@ def expand(
     values[system.retained] = retained_values
     for front in reversed(fronts):
         if isinstance(front, Shift):
-            values[front.others] += values[front.base]
+            values[front.shifted] += values[front.base]
             continue
-        known = front.coupling @ values[front.kept]
+        coupled = front.coupling @ values[front.remaining]
         values[front.eliminated] = -front.sign * solve_triangular(
-            front.factor, known, lower=True, trans="T", check_finite=False
+            front.factor, coupled, lower=True, trans="T", check_finite=False
         )
     return np.concatenate([values[: system.first], system.boundary @ values[system.first :]])
 
@@ -202,14 +202,14 @@ class _Dissection:
         names: NDArray[np.int64],
         matrix: NDArray[np.float64],
         base: int,
-        others: NDArray[np.int64],
+        shifted: NDArray[np.int64],
     ) -> None:
         """Let the constants of the parts stand for their differences to that of the group."""
         if self.fronts is not None:
-            self.fronts.append(Shift(base, others))
-        place, rest = np.searchsorted(names, base), np.searchsorted(names, others)
-        matrix[:, place] += matrix[:, rest].sum(axis=1)
-        matrix[place] += matrix[rest].sum(axis=0)
+            self.fronts.append(Shift(base, shifted))
+        place, places = np.searchsorted(names, base), np.searchsorted(names, shifted)
+        matrix[:, place] += matrix[:, places].sum(axis=1)
+        matrix[place] += matrix[places].sum(axis=0)
 
     def eliminate(
         self,
@@ -308,9 +308,9 @@ class _Dissection:
     def _shared(self, left: NDArray[np.int64], right: NDArray[np.int64]) -> int:
         marked = np.zeros(self.system.first + len(self.system.boundary) + 1, dtype=bool)
         marked[self.system.unknowns[left]] = True
-        other = np.zeros_like(marked)
-        other[self.system.unknowns[right]] = True
-        return int(np.count_nonzero(marked & other))
+        marked_right = np.zeros_like(marked)
+        marked_right[self.system.unknowns[right]] = True
+        return int(np.count_nonzero(marked & marked_right))
 
 
 def _sum(

@@ -61,22 +61,22 @@ def _cut(first, second, pairs):
     triangles = np.empty((len(pairs) * MOST_CORNERS, 3, 2))
     owners = np.empty((len(pairs) * MOST_CORNERS, 2), dtype=np.int64)
     count = 0
-    polygon, other = np.empty((2 * MOST_CORNERS, 2)), np.empty((2 * MOST_CORNERS, 2))
-    for one, two in pairs:
+    polygon, spare = np.empty((2 * MOST_CORNERS, 2)), np.empty((2 * MOST_CORNERS, 2))
+    for first_cell, second_cell in pairs:
         corners = 4
-        polygon[:4] = first[one]
+        polygon[:4] = first[first_cell]
         for side in range(4):
-            a, b = second[two, side], second[two, (side + 1) % 4]
-            corners = _half_plane(polygon, corners, a, b, other)
-            polygon, other = other, polygon
-        whole = _double_area(first[one], 4)
-        if corners < 3 or _double_area(polygon, corners) < SLIVER * whole:
+            a, b = second[second_cell, side], second[second_cell, (side + 1) % 4]
+            corners = _half_plane(polygon, corners, a, b, spare)
+            polygon, spare = spare, polygon
+        area = _double_area(first[first_cell], 4)
+        if corners < 3 or _double_area(polygon, corners) < SLIVER * area:
             continue
         for k in range(1, corners - 1):
             triangles[count, 0] = polygon[0]
             triangles[count, 1] = polygon[k]
             triangles[count, 2] = polygon[k + 1]
-            owners[count, 0], owners[count, 1] = one, two
+            owners[count, 0], owners[count, 1] = first_cell, second_cell
             count += 1
     return triangles[:count], owners[:count]
 
@@ -84,19 +84,19 @@ def _cut(first, second, pairs):
 @numba.njit(cache=True)
 def _half_plane(polygon, corners, a, b, result):
     """Keep what lies left of the line from a to b (Sutherland & Hodgman 1974)."""
-    kept = 0
+    count = 0
     for k in range(corners):
         p, q = polygon[k], polygon[(k + 1) % corners]
-        here = (b[0] - a[0]) * (p[1] - a[1]) - (b[1] - a[1]) * (p[0] - a[0])
-        there = (b[0] - a[0]) * (q[1] - a[1]) - (b[1] - a[1]) * (q[0] - a[0])
-        if here >= 0.0:
-            result[kept] = p
-            kept += 1
-        if (here > 0.0 and there < 0.0) or (here < 0.0 and there > 0.0):
-            share = here / (here - there)
-            result[kept] = p + share * (q - p)
-            kept += 1
-    return kept
+        side = (b[0] - a[0]) * (p[1] - a[1]) - (b[1] - a[1]) * (p[0] - a[0])
+        next_side = (b[0] - a[0]) * (q[1] - a[1]) - (b[1] - a[1]) * (q[0] - a[0])
+        if side >= 0.0:
+            result[count] = p
+            count += 1
+        if (side > 0.0 and next_side < 0.0) or (side < 0.0 and next_side > 0.0):
+            share = side / (side - next_side)
+            result[count] = p + share * (q - p)
+            count += 1
+    return count
 
 
 @numba.njit(cache=True)

@@ -40,11 +40,11 @@ def condense(matrix: sparse.csr_array, retained: NDArray[np.int64]) -> NDArray[n
     solver._check_A(upper)
     solver.set_phase(12)
     # asked for a Schur complement, the factorisation returns it in place of a solution
-    found = solver._call_pardiso(upper, np.zeros((size, size), order="F"))
+    complement = solver._call_pardiso(upper, np.zeros((size, size), order="F"))
     solver.free_memory(everything=True)
     order = np.argsort(np.argsort(retained))
-    found = 0.5 * (found + found.T)
-    return found[np.ix_(order, order)]
+    complement = 0.5 * (complement + complement.T)
+    return complement[np.ix_(order, order)]
 
 
 def _solver():

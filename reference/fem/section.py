@@ -99,15 +99,15 @@ def press_section(
         For every argument out of range, with the value that came.
     """
     _check(radius, poisson_ratio, kind, support, radii, elements)
-    wanted = np.array([*radii, radius], dtype=float)
-    plain, mesh = _meshes(_lines(wanted, elements), elements)
+    arguments = np.array([*radii, radius], dtype=float)
+    plain, mesh = _meshes(_lines(arguments, elements), elements)
     basis = skfem.Basis(mesh, skfem.ElementVector(skfem.ElementQuad2()), intorder=6)
     density = _energy_density(poisson_ratio, kind)
     stiffness = skfem.BilinearForm(density).assemble(basis)
     mass = skfem.BilinearForm(lambda u, v, w: dot(u, v) * _measure(w.x, kind)).assemble(basis)
     field, force = _solve(basis, plain, stiffness, mass, support)
     outer = plain.p[0][plain.t].max(axis=0)
-    inside = [outer <= np.arccosh(rho) * (1 + 1e-9) for rho in wanted]
+    inside = [outer <= np.arccosh(rho) * (1 + 1e-9) for rho in arguments]
 
     def within(integrand: Callable[[Any], Any]) -> NDArray[np.float64]:
         parts = skfem.Functional(integrand).elemental(basis, u=field)
@@ -119,7 +119,7 @@ def press_section(
     return SectionContact(
         radius=float(radius),
         stiffness=(2 * np.pi if kind == "axisymmetric" else 2.0) * force,
-        radii=wanted,
+        radii=arguments,
         energy=energy / energy[-1],
         mean_displacement=within(lambda w: w["u"][1] * _measure(w.x, kind)) / volume,
         mean_square_displacement=within(lambda w: dot(w["u"], w["u"]) * _measure(w.x, kind))
@@ -127,9 +127,9 @@ def press_section(
     )
 
 
-def _lines(wanted: NDArray[np.float64], elements: int) -> NDArray[np.float64]:
+def _lines(arguments: NDArray[np.float64], elements: int) -> NDArray[np.float64]:
     """Mesh lines in m: graded to the first circle, then even between the wanted radii."""
-    marks = np.unique([_CIRCLES, *np.arccosh(wanted)])
+    marks = np.unique([_CIRCLES, *np.arccosh(arguments)])
     step = np.pi / 2 / elements
     parts = [
         np.linspace(start, end, max(1, round((end - start) / step)) + 1)[1:]
@@ -174,7 +174,8 @@ def _energy_density(poisson_ratio: float, kind: Kind) -> Callable[..., Any]:
     def density(u: Any, v: Any, w: Any) -> Any:
         eps_u, eps_v = sym_grad(u), sym_grad(v)
         hoop_u, hoop_v = (
-            (each[0] / w.x[0] if kind == "axisymmetric" else 0 * each[0]) for each in (u, v)
+            (displacement[0] / w.x[0] if kind == "axisymmetric" else 0 * displacement[0])
+            for displacement in (u, v)
         )
         trace = (div(u) + hoop_u) * (div(v) + hoop_v)
         return (lame * trace + 2 * shear * (ddot(eps_u, eps_v) + hoop_u * hoop_v)) * _measure(
@@ -186,9 +187,9 @@ def _energy_density(poisson_ratio: float, kind: Kind) -> Callable[..., Any]:
 
 def _vertical(basis: skfem.Basis) -> NDArray[np.float64]:
     """Return the rigid displacement u_z = 1."""
-    ones = basis.zeros()
-    ones[basis.split_indices()[1]] = 1.0
-    return ones
+    unit_displacement = basis.zeros()
+    unit_displacement[basis.split_indices()[1]] = 1.0
+    return unit_displacement
 
 
 def _solve(
@@ -202,10 +203,10 @@ def _solve(
     )
     axis = basis.get_dofs(plain.facets_satisfying(lambda x: np.isclose(x[1], np.pi / 2)))
     pushed = face.all(["u^2"])
-    held = [axis.all(["u^1"]), pushed]
+    constrained = [axis.all(["u^1"]), pushed]
     if support == "fixed":
-        held.append(round_side.all())
-    free = np.setdiff1d(np.arange(basis.N), np.concatenate(held))
+        constrained.append(round_side.all())
+    free = np.setdiff1d(np.arange(basis.N), np.concatenate(constrained))
     field, load = basis.zeros(), basis.zeros()
     if support == "fixed":
         field[pushed] = 1.0
@@ -215,9 +216,9 @@ def _solve(
     field[free] = splu(inner).solve((load - stiffness @ field)[free])
     force = float((stiffness @ field - load)[pushed].sum())
     if support == "inertia":
-        ones = _vertical(basis)
-        centre = ones @ mass @ field / (ones @ mass @ ones)
-        field, force = (field - centre * ones) / -centre, force / -centre
+        unit_displacement = _vertical(basis)
+        centre = unit_displacement @ mass @ field / (unit_displacement @ mass @ unit_displacement)
+        field, force = (field - centre * unit_displacement) / -centre, force / -centre
     return field, force
 
 

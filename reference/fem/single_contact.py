@@ -120,8 +120,8 @@ class _Ring:
 
     def __init__(self, body: CondensedBody, shape: Shape) -> None:
         inside = body.inside_ring
-        ones = np.ones((int(inside.sum()), 1))
-        forces, _ = body.flexibility.respond(np.flatnonzero(inside), ones, 0.0 * ones[:, 0])
+        unit = np.ones((int(inside.sum()), 1))
+        forces, _ = body.flexibility.respond(np.flatnonzero(inside), unit, 0.0 * unit[:, 0])
         self.body = body
         self.shape = shape
         self.points = body.points[inside]
@@ -131,12 +131,12 @@ class _Ring:
 
     def _check_symmetry(self) -> None:
         """Refuse what the mesh of a part would silently mirror."""
-        here = self.gap(1.0)
-        noise = 1e-9 * np.abs(here[np.isfinite(here)]).max(initial=0.0)
+        gap = self.gap(1.0)
+        noise = 1e-9 * np.abs(gap[np.isfinite(gap)]).max(initial=0.0)
         for axis in np.flatnonzero(self.body.grid.planes):
             mirror = np.where(np.arange(2) == axis, -1.0, 1.0)
-            there = self.gap(1.0, self.points * mirror)
-            if not np.allclose(here, there, rtol=0.0, atol=noise, equal_nan=True):
+            mirrored = self.gap(1.0, self.points * mirror)
+            if not np.allclose(gap, mirrored, rtol=0.0, atol=noise, equal_nan=True):
                 raise ValueError(
                     f"the gap must be even in {'xy'[axis]}, of which only the positive side is "
                     "meshed; centre the shape, or build the body with symmetry = 'none'"
@@ -150,10 +150,10 @@ class _Ring:
     def gap(self, size: float, points: NDArray[np.float64] | None = None) -> NDArray[np.float64]:
         x, y = (self.points * size if points is None else points).T
         with np.errstate(over="ignore", invalid="ignore"):  # far out a gap may overflow
-            found = np.asarray(self.shape(x, y), dtype=float)
-        if found.shape != x.shape:
-            raise ValueError(f"shape must return one gap per point {x.shape}, got {found.shape}")
-        return found
+            gaps = np.asarray(self.shape(x, y), dtype=float)
+        if gaps.shape != x.shape:
+            raise ValueError(f"shape must return one gap per point {x.shape}, got {gaps.shape}")
+        return gaps
 
     def size_for_penetration(self, penetration: float) -> float:
         """Maximise ``F(s) = E s (d sum v - v . g(s x))``."""
@@ -174,13 +174,13 @@ class _Ring:
     def _minimum(self, loss: Callable[[float], float]) -> float:
         low, high = self._bracket(loss)
         edge = self._largest_finite(low, high)
-        found = minimize_scalar(
+        minimum = minimize_scalar(
             lambda power: loss(2.0**power),
             bounds=(np.log2(low), np.log2(edge)),
             method="bounded",
             options={"xatol": 1e-9},
         )
-        return min((2.0**found.x, edge), key=loss)
+        return min((2.0**minimum.x, edge), key=loss)
 
     def _bracket(self, loss: Callable[[float], float]) -> tuple[float, float]:
         """Walk in factors of two to the lowest, from a size at which the gap is known."""

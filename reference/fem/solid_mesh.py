@@ -132,7 +132,7 @@ class SolidMesh:
         list of (nodes (k, n), shapes (n, m), areas (k, m, 3))
             One entry for each local face that occurs; the areas include the weights.
         """
-        found = []
+        integrals = []
         for face in np.unique(faces[:, 1]):
             cells = self.cells[faces[faces[:, 1] == face, 0]]
             points, weights, tangents = self.kind.face_rule(int(face))
@@ -143,8 +143,8 @@ class SolidMesh:
             outward = np.einsum("kni,nq->kqi", corners, shapes) - corners.mean(axis=1)[:, None]
             sign = np.sign(np.einsum("kqi,kqi->k", areas, outward))
             nodes = self.kind.face_nodes[int(face)]
-            found.append((cells[:, nodes], shapes[nodes], areas * sign[:, None, None]))
-        return found
+            integrals.append((cells[:, nodes], shapes[nodes], areas * sign[:, None, None]))
+        return integrals
 
     def find(self, corners: NDArray[np.int64]) -> NDArray[np.int64]:
         """Boundary faces (k, 2) with the given corners (m, 3 or 4); those of no face are left out.
@@ -155,8 +155,8 @@ class SolidMesh:
         if corners.shape[1] != self.face_corners.shape[-1]:
             return np.zeros((0, 2), dtype=np.int64)
         keys = _keys(len(self.points))
-        known = keys[self.face_corners[cells, faces]].sum(axis=1)
-        return self.boundary_faces[np.isin(known, keys[corners].sum(axis=1))]
+        sums = keys[self.face_corners[cells, faces]].sum(axis=1)
+        return self.boundary_faces[np.isin(sums, keys[corners].sum(axis=1))]
 
     def refined(
         self, *marked: NDArray[np.int64]
@@ -179,11 +179,11 @@ class SolidMesh:
         weights = np.round(512.0 * kind.shapes(places)[0].T).astype(np.int64)
         keys = _keys(len(self.points))
         names = keys[self.cells] @ weights.T  # wraps around: a hash
-        known, first, numbers = np.unique(names.ravel(), return_index=True, return_inverse=True)
+        distinct, first, numbers = np.unique(names.ravel(), return_index=True, return_inverse=True)
         cell, place = np.divmod(first, len(places))
         points = np.einsum("pn,pni->pi", weights[place] / 512.0, self.points[self.cells[cell]])
         cells = numbers.reshape(8 * len(self.cells), -1)
-        old = np.searchsorted(known, 512 * keys)
+        old = np.searchsorted(distinct, 512 * keys)
         finer = replace(self, points=points, cells=cells)
         return finer, old, [self._cut(faces) for faces in marked]
 

@@ -24,9 +24,9 @@ def stiffness_matrix(system: LinearSystem, exterior: NDArray[np.float64]) -> spa
     size = unknowns.shape[1]
     rows = np.repeat(unknowns, size, axis=1).ravel()
     columns = np.tile(unknowns, (1, size)).ravel()
-    kept = (rows >= 0) & (columns >= 0)
+    inside = (rows >= 0) & (columns >= 0)
     total = system.first + len(system.boundary)
-    entries = (system.matrices.ravel()[kept], (rows[kept], columns[kept]))
+    entries = (system.matrices.ravel()[inside], (rows[inside], columns[inside]))
     matrix = sparse.coo_array(entries, shape=(total, total)).tocsr()
     if len(exterior):
         follow = sparse.block_diag([sparse.eye_array(system.first), system.boundary], format="csr")

@@ -28,7 +28,7 @@ RIGID_MOTIONS = (
 def supported_body(
     mesh: SolidMesh,
     surface: NDArray[np.int64],
-    held: NDArray[np.bool_],
+    fixed: NDArray[np.bool_],
     youngs_modulus: float,
     poisson_ratio: float,
     *,
@@ -46,7 +46,7 @@ def supported_body(
         z points into the body, away from the indenter.
     surface : (k, 2)
         Faces that may touch.
-    held : (n, 3) bool
+    fixed : (n, 3) bool
         Which displacement components of the nodes are zero.
     youngs_modulus, poisson_ratio : float
         ``-1 < nu <= 0.4999``; at most 0.45 for linear tetrahedra, which lock.
@@ -65,7 +65,7 @@ def supported_body(
     ValueError
         If the supports leave a rigid motion free, naming it, and for arguments out of range.
     """
-    _check(mesh, surface, held, youngs_modulus, poisson_ratio)
+    _check(mesh, surface, fixed, youngs_modulus, poisson_ratio)
     started = time.perf_counter()
     length = 2.0 ** np.round(np.log2(np.ptp(mesh.points[mesh.nodes_of(surface), :2])))
     grid, numbers = mesh.to_scikit()
@@ -74,7 +74,7 @@ def supported_body(
     nodes = contact_nodes(mesh, surface) if nodes is None else nodes
     seconds = {"mesh": time.perf_counter() - started}
     started = time.perf_counter()
-    system = _system(mesh, grid, numbers, nodes, held, poisson_ratio)
+    system = _system(mesh, grid, numbers, nodes, fixed, poisson_ratio)
     seconds["assembly"] = time.perf_counter() - started
     started = time.perf_counter()
     exterior = np.zeros((0, 0))
@@ -115,7 +115,7 @@ def contact_nodes(mesh: SolidMesh, surface: NDArray[np.int64]) -> NDArray[np.int
     return nodes[np.lexsort(mesh.points[nodes, 1::-1].T)]
 
 
-def free_motions(points: NDArray[np.float64], held: NDArray[np.bool_]) -> list[str]:
+def free_motions(points: NDArray[np.float64], fixed: NDArray[np.bool_]) -> list[str]:
     """Names of the rigid motions that no support resists, empty where the body is held.
 
     Examples
@@ -130,7 +130,7 @@ def free_motions(points: NDArray[np.float64], held: NDArray[np.bool_]) -> list[s
     centred = centred / np.abs(centred).max()
     turns = np.cross(np.eye(3)[:, None], centred)
     shifts = np.broadcast_to(np.eye(3)[:, None], turns.shape)
-    modes = np.concatenate([shifts, turns])[:, held].T
+    modes = np.concatenate([shifts, turns])[:, fixed].T
     if not len(modes):
         return list(RIGID_MOTIONS)
     _, values, directions = np.linalg.svd(modes, full_matrices=True)
@@ -155,11 +155,11 @@ def _system(
     grid: Any,
     numbers: NDArray[np.int64],
     nodes: NDArray[np.int64],
-    held: NDArray[np.bool_],
+    fixed: NDArray[np.bool_],
     poisson_ratio: float,
 ) -> LinearSystem:
-    free = np.empty_like(held)
-    free[numbers] = ~held
+    free = np.empty_like(fixed)
+    free[numbers] = ~fixed
     number = np.full(free.shape, -1, dtype=np.int64)
     number[free] = np.arange(free.sum())
     elements = grid.dofs.element_dofs.T
@@ -176,7 +176,7 @@ def _system(
 def _check(
     mesh: SolidMesh,
     surface: NDArray[np.int64],
-    held: NDArray[np.bool_],
+    fixed: NDArray[np.bool_],
     youngs_modulus: float,
     poisson_ratio: float,
 ) -> None:
@@ -189,13 +189,13 @@ def _check(
             f"poisson_ratio must be at most {LARGEST_POISSON_LINEAR_TETRAHEDRA} with linear "
             f"tetrahedra, which lock, got {poisson_ratio!r}: take ten-node tetrahedra"
         )
-    if held.shape != mesh.points.shape:
-        wrong.append(f"held must have shape {mesh.points.shape}, got {held.shape}")
+    if fixed.shape != mesh.points.shape:
+        wrong.append(f"fixed must have shape {mesh.points.shape}, got {fixed.shape}")
     else:
-        free = free_motions(mesh.points, held)
+        free = free_motions(mesh.points, fixed)
         if free:
             wrong.append(f"the supports leave the body free: {', '.join(free)}")
-        if held[mesh.nodes_of(surface), 2].any():
+        if fixed[mesh.nodes_of(surface), 2].any():
             wrong.append("nodes of the contact surface must not be held along z")
     if wrong:
         raise ValueError("; ".join(wrong))

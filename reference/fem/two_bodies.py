@@ -166,9 +166,9 @@ def _pair(
     sampling: csr_matrix,
 ) -> BodyPair:
     """Drop the slave nodes that no face of the master faces, and sum the compliances."""
-    kept = np.flatnonzero(weights > 1e-9 * weights.max())
+    covered = np.flatnonzero(weights > 1e-9 * weights.max())
     divide = csr_matrix(
-        (1.0 / weights[kept], (np.arange(len(kept)), kept)), (len(kept), len(weights))
+        (1.0 / weights[covered], (np.arange(len(covered)), covered)), (len(covered), len(weights))
     )
     onto_slave, onto_master, sampling = divide @ onto_slave, divide @ onto_master, divide @ sampling
     softer = slave.youngs_modulus * slave.length / (master.youngs_modulus * master.length)
@@ -176,9 +176,9 @@ def _pair(
     compliance += softer * (onto_master @ (onto_master @ master.scaled_compliance).T)
     combined = replace(
         slave,
-        scaled_points=slave.scaled_points[kept],
-        scaled_weights=weights[kept],
-        nodes=slave.nodes[kept],
+        scaled_points=slave.scaled_points[covered],
+        scaled_weights=weights[covered],
+        nodes=slave.nodes[covered],
         scaled_compliance=0.5 * (compliance + compliance.T),
         ring=None,
         unknowns=slave.unknowns + master.unknowns,
@@ -189,7 +189,7 @@ def _pair(
 
 
 def _mortar(
-    slave: ContactFaces, master: ContactFaces, own: int, others: int, multipliers: str
+    slave: ContactFaces, master: ContactFaces, slave_count: int, master_count: int, multipliers: str
 ) -> tuple[NDArray[np.float64], csr_matrix, csr_matrix, NDArray[np.float64], csr_matrix]:
     """Integrals of the pressure functions times both displacements, over every overlap."""
     triangles, owners = overlap_triangles(slave.corners, master.corners)
@@ -199,20 +199,28 @@ def _mortar(
     edges = triangles[:, 1:] - triangles[:, :1]
     points = triangles[:, :1] + np.einsum("dq,tdi->tqi", plane, edges)
     areas = np.abs(np.linalg.det(edges))[:, None] * weights
-    here = slave.shapes(slave.local(owners[:, 0], points))
-    there = master.shapes(master.local(owners[:, 1], points))
-    functions = here
+    slave_shapes = slave.shapes(slave.local(owners[:, 0], points))
+    master_shapes = master.shapes(master.local(owners[:, 1], points))
+    functions = slave_shapes
     if multipliers == "dual":
-        functions = np.einsum("tij,tqj->tqi", _dual(slave, owners[:, 0], here, areas), here)
+        functions = np.einsum(
+            "tij,tqj->tqi", _dual(slave, owners[:, 0], slave_shapes, areas), slave_shapes
+        )
     rows = slave.nodes[owners[:, 0]]
     columns = master.nodes[owners[:, 1]]
-    onto_slave = _summed("tqi,tqj,tq->tij", (functions, here, areas), rows, rows, (own, own))
+    onto_slave = _summed(
+        "tqi,tqj,tq->tij", (functions, slave_shapes, areas), rows, rows, (slave_count, slave_count)
+    )
     onto_master = _summed(
-        "tqi,tqj,tq->tij", (functions, there, areas), rows, columns, (own, others)
+        "tqi,tqj,tq->tij",
+        (functions, master_shapes, areas),
+        rows,
+        columns,
+        (slave_count, master_count),
     )
     values = np.einsum("tqi,tq->tiq", functions, areas)
     index = np.arange(points.shape[0] * points.shape[1]).reshape(points.shape[:2])
-    sampling = _scattered(values, rows, index, (own, index.size))
+    sampling = _scattered(values, rows, index, (slave_count, index.size))
     total = np.asarray(sampling.sum(axis=1)).ravel()
     return total, onto_slave, onto_master, points.reshape(-1, 2), sampling
 
@@ -261,10 +269,10 @@ def _scattered(
 
 
 def _node_to_surface(
-    slave: ContactFaces, master: ContactFaces, body: CondensedBody, others: int
+    slave: ContactFaces, master: ContactFaces, body: CondensedBody, master_count: int
 ) -> tuple[NDArray[np.float64], csr_matrix, csr_matrix, NDArray[np.float64], csr_matrix]:
     """Every node of the slave on the face of the master that it is over."""
-    own = len(body.nodes)
+    slave_count = len(body.nodes)
     points = body.scaled_points
     face = _faces_at(master, points)
     inside = np.flatnonzero(face >= 0)
@@ -272,21 +280,23 @@ def _node_to_surface(
         raise ValueError(NO_OVERLAP)
     shapes = master.shapes(master.local(face[inside], points[inside]))
     rows = inside[:, None]
-    onto_master = _scattered(shapes[:, None, :], rows, master.nodes[face[inside]], (own, others))
+    onto_master = _scattered(
+        shapes[:, None, :], rows, master.nodes[face[inside]], (slave_count, master_count)
+    )
     weights = np.where(face >= 0, body.scaled_weights, 0.0)
-    identity = csr_matrix((weights, (np.arange(own), np.arange(own))))
+    identity = csr_matrix((weights, (np.arange(slave_count), np.arange(slave_count))))
     return weights, identity, identity @ onto_master, points, identity
 
 
 def _faces_at(faces: ContactFaces, points: NDArray[np.float64]) -> NDArray[np.int64]:
     """Return the number of a face over each point (k,), -1 where there is none."""
-    found = np.full(len(points), -1)
+    owners = np.full(len(points), -1)
     low, high = faces.corners.min(axis=1), faces.corners.max(axis=1)
     slack = 1e-9 * (high - low)
     for face in range(len(faces.corners)):
         box = (points >= (low - slack)[face]) & (points <= (high + slack)[face])
-        near = np.flatnonzero(box.all(axis=1) & (found < 0))
+        near = np.flatnonzero(box.all(axis=1) & (owners < 0))
         if len(near):
             local = faces.local(np.full(len(near), face), points[near])
-            found[near[(np.abs(local - 0.5) <= 0.5 + 1e-9).all(axis=1)]] = face
-    return found
+            owners[near[(np.abs(local - 0.5) <= 0.5 + 1e-9).all(axis=1)]] = face
+    return owners

@@ -104,8 +104,8 @@ def patches(
 
     Examples
     --------
-    >>> found = patches([[1, 0, 1], [0, 0, 1], [1, 0, 0]], periodic=True)
-    >>> found.count, found.areas.tolist()
+    >>> spots = patches([[1, 0, 1], [0, 0, 1], [1, 0, 0]], periodic=True)
+    >>> spots.count, spots.areas.tolist()
     (1, [4.0])
     """
     labels, count = ndimage.label(_checked(mask, spacing))

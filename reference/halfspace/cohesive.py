@@ -89,7 +89,7 @@ class CohesiveProblem:
         self.solid = np.isfinite(gap)
         # cells without material carry nothing; any finite gap will do
         self.initial_gap = np.where(self.solid, gap, 0.0)
-        self.own = float(operator.apply(_one_cell(operator.shape)).max())
+        self.cell_compliance = float(operator.apply(_one_cell(operator.shape)).max())
 
     def start(self, penetration: float) -> Field:
         """Pressures without adhesion."""
@@ -186,8 +186,11 @@ class CohesiveProblem:
     ) -> tuple[Field, float]:
         if constraint.of_force == 0:
             depth = missing / constraint.of_penetration
-            return pressure + state.change(depth, whole=True), penetration + depth
-        fixed, per_depth = state.change(0.0, whole=True), state.change(1.0, whole=False)
+            return pressure + state.change(depth, with_residual=True), penetration + depth
+        fixed, per_depth = (
+            state.change(0.0, with_residual=True),
+            state.change(1.0, with_residual=False),
+        )
         rate = constraint.of_penetration + constraint.of_force * self.force(per_depth)
         depth = (missing - constraint.of_force * self.force(fixed)) / rate
         return pressure + fixed + depth * per_depth, penetration + depth
@@ -195,7 +198,7 @@ class CohesiveProblem:
     def stiffness(self, contact: CohesiveContact) -> float:
         """Return dF/dd at an equilibrium, the slope of the path."""
         state = _Linearised(self, contact.pressure, contact.penetration)
-        return self.force(state.change(1.0, whole=False))
+        return self.force(state.change(1.0, with_residual=False))
 
     def _answer(
         self, pressure: Field, penetration: float, state: _Linearised, history: list[float]
@@ -239,23 +242,25 @@ class _Linearised:
         self.gap = problem.initial_gap - penetration + apply(pressure)
         above = np.maximum(self.gap, 0.0)
         residual = np.where(solid, pressure + law.tension(above), 0.0)
-        self.contact = solid & (residual * problem.own > self.gap)
-        outside = solid & ~self.contact
-        self.outside = outside
-        self.residual = np.where(outside, residual, 0.0)
+        self.contact = solid & (residual * problem.cell_compliance > self.gap)
+        apart = solid & ~self.contact
+        self.apart = apart
+        self.residual = np.where(apart, residual, 0.0)
         # in units of its own compliance a cell in contact counts like one outside
-        weight = np.where(outside, np.sqrt(law.softening(above)), 1 / np.sqrt(problem.own))
+        weight = np.where(
+            apart, np.sqrt(law.softening(above)), 1 / np.sqrt(problem.cell_compliance)
+        )
         self.weight = np.where(solid, weight, 0.0)
         self.error = max(
             float(np.abs(self.gap[self.contact]).max(initial=0.0)) / law.reach,
             float(np.abs(self.residual).max()) / law.strength,
         )
 
-    def change(self, depth: float, *, whole: bool) -> Field:
+    def change(self, depth: float, *, with_residual: bool) -> Field:
         """Change of the pressures for a change of the penetration, with or without the residual."""
         apply, weight = self.problem.operator.apply, self.weight
         right = np.full(weight.shape, -depth)
-        if whole:
+        if with_residual:
             right += np.where(self.contact, self.gap, 0.0) - apply(self.residual)
         shape = weight.shape
 
@@ -264,9 +269,9 @@ class _Linearised:
             return (np.where(self.contact, 0.0, z) - weight * apply(weight * z)).ravel()
 
         system = LinearOperator((weight.size, weight.size), matvec=act, dtype=float)
-        rtol = _FORCING * min(1.0, self.error) if whole else _DIRECTION
+        rtol = _FORCING * min(1.0, self.error) if with_residual else _DIRECTION
         z = _solved(system, (weight * right).ravel(), max(rtol, 1e-12))
-        return weight * z.reshape(shape) - (self.residual if whole else 0.0)
+        return weight * z.reshape(shape) - (self.residual if with_residual else 0.0)
 
 
 def _solved(system: LinearOperator, right: Field, rtol: float) -> Field:

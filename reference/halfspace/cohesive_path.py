@@ -54,7 +54,7 @@ class CohesivePath:
         """
         curve = self._load(control)
         place = (curve.size - 2, 1.0)
-        found = []
+        places = []
         for load in np.asarray(loads, dtype=float):
             i, part = place
             now = curve[i] + part * (curve[i + 1] - curve[i])
@@ -65,8 +65,8 @@ class CohesivePath:
                 ahead = np.flatnonzero(curve[i + 1 :] <= load)
                 last = (curve.size - 2, 1.0)
                 place = self._between(curve, i + int(ahead[0]), load) if ahead.size else last
-            found.append(place)
-        return found
+            places.append(place)
+        return places
 
     @staticmethod
     def _between(curve: Field, i: int, load: float) -> tuple[int, float]:
@@ -232,15 +232,15 @@ def _next(
         normal = way[0] / units[0], way[1] / units[1]
         plane = Constraint(*normal, normal[0] * depth + normal[1] * force)
         try:
-            found = problem.newton(pressure, depth, plane, tolerance, _ITERATIONS)
+            equilibrium = problem.newton(pressure, depth, plane, tolerance, _ITERATIONS)
         except ConvergenceError as failure:
             history = failure.history
         else:
-            moved = (found.penetration - last.penetration, found.force - last.force)
+            moved = (equilibrium.penetration - last.penetration, equilibrium.force - last.force)
             step = np.array(moved) / units
             if step @ way > _TURN * np.hypot(*step) or (length < _CORNER and step @ way > 0):
-                return found, length
-            history = [found.residual]
+                return equilibrium, length
+            history = [equilibrium.residual]
         length /= 2
     raise ConvergenceError(
         "the path of an adhesive contact was lost: the grid is too coarse for the range of the law",

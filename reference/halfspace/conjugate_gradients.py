@@ -246,10 +246,10 @@ def _preconditioner(operator: HalfSpace, dtype: DTypeLike) -> Convolution:
         wavenumber = np.hypot(*kernels.wavenumbers(padded, operator.spacing))
         return Convolution(operator.shape, padded, wavenumber * _wave_unit(operator), dtype)
 
-    made = operator.kept(("preconditioner", np.dtype(dtype).name), make)
-    lowest = 2 * np.pi / max(n * s for n, s in zip(made.padded, operator.spacing, strict=True))
-    made.set_mean_factor(lowest / 2 * _wave_unit(operator))
-    return made
+    inverse = operator.cached(("preconditioner", np.dtype(dtype).name), make)
+    lowest = 2 * np.pi / max(n * s for n, s in zip(inverse.padded, operator.spacing, strict=True))
+    inverse.set_mean_factor(lowest / 2 * _wave_unit(operator))
+    return inverse
 
 
 def _wave_unit(operator: HalfSpace) -> float:

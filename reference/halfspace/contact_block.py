@@ -88,9 +88,9 @@ class Cells:
 
     def _solve(self, active: Mask, sides: Field) -> Field:
         """Solve the equations of the active cells, in the order of their indices."""
-        kept = np.zeros(active.size, dtype=bool)
-        kept[self._base] = True
-        joined, left = np.flatnonzero(active & ~kept), np.flatnonzero(kept & ~active)
+        base = np.zeros(active.size, dtype=bool)
+        base[self._base] = True
+        joined, left = np.flatnonzero(active & ~base), np.flatnonzero(base & ~active)
         if joined.size + left.size > _WIDEST_BORDER * self._base.size:
             self._factorise(active)
             joined = left = np.zeros(0, dtype=np.intp)
@@ -129,17 +129,19 @@ class Cells:
             border = solve_triangular(self._factor, border, lower=True, check_finite=False)
             small = -border.T @ border
             small[: joined.size, : joined.size] += self._coefficients(joined, joined)
-            known = np.zeros((border.shape[1], right.shape[1]))
-            known[: joined.size] = right_joined
-            changes = solve(small, known - border.T @ forward, assume_a="sym", check_finite=False)
+            prescribed = np.zeros((border.shape[1], right.shape[1]))
+            prescribed[: joined.size] = right_joined
+            changes = solve(
+                small, prescribed - border.T @ forward, assume_a="sym", check_finite=False
+            )
             forward = forward - border @ changes
         else:
             changes = right_joined
         back = solve_triangular(self._factor, forward, lower=True, trans="T", check_finite=False)
         return back, changes[: joined.size]
 
-    def _coefficients(self, loaded: Indices, seen: Indices) -> Field:
-        places = self.rows[loaded], self.columns[loaded], self.rows[seen], self.columns[seen]
+    def _coefficients(self, loaded: Indices, targets: Indices) -> Field:
+        places = self.rows[loaded], self.columns[loaded], self.rows[targets], self.columns[targets]
         return _matrix(*places, self.table)
 
 

@@ -64,8 +64,8 @@ class Convolution:
         modes = fft.fft(modes, length, axis=0, overwrite_x=True, workers=1)
         _multiply(modes.view(self.transfer.dtype), self.transfer)
         modes = fft.ifft(modes, axis=0, overwrite_x=True, workers=1)
-        whole = fft.irfft(modes[:rows], width, axis=1, workers=1)
-        return np.ascontiguousarray(whole[:, :columns])
+        padded_field = fft.irfft(modes[:rows], width, axis=1, workers=1)
+        return np.ascontiguousarray(padded_field[:, :columns])
 
     def set_mean_factor(self, value: float) -> None:
         """Change the transfer function at zero wavenumber."""

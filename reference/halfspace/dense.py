@@ -176,10 +176,10 @@ def _pivot(
 ) -> tuple[Field, float, list[float]]:
     """Change the contact set until no cell is in tension and none overlaps."""
     history: list[float] = []
-    seen: set[bytes] = set()
+    visited: set[bytes] = set()
     fewest, patience = cells.gaps.size + 1, _PATIENCE
-    while patience >= 0 and active.tobytes() not in seen:
-        seen.add(active.tobytes())
+    while patience >= 0 and active.tobytes() not in visited:
+        visited.add(active.tobytes())
         pressures, depth = cells.equilibrium(active, depth, total)
         wrong = _wrong(cells, active, pressures, depth)
         count = _count(wrong, history, max_iterations)
@@ -209,10 +209,10 @@ def _pivot_singly(
             continue
         if total is None:
             return np.maximum(pressures, 0.0), depth, history
-        _, wanted = cells.equilibrium(active, depth, total)
-        if abs(wanted - depth) <= _ROUNDING * depth:
+        _, estimate = cells.equilibrium(active, depth, total)
+        if abs(estimate - depth) <= _ROUNDING * depth:
             return np.maximum(pressures, 0.0), depth, history
-        depth = wanted
+        depth = estimate
 
 
 def _wrong(cells: Cells, active: Mask, pressures: Field, depth: float) -> Mask:

@@ -155,22 +155,23 @@ def _loaded_mean(displacement, target, correction, lower):
 
 
 @njit(cache=True, error_model="numpy", fastmath=_REORDER)
-def _residual(maps, found, fixed_sum):
+def _residual(maps, maps_out, fixed_sum):
     """Residual on the free set (loaded, or overlapping); largest violation, cells, depth gained.
 
-    `maps` are displacement, target, correction and its bound; `found` takes residual and free set.
+    `maps` are displacement, target, correction and its bound; `maps_out` takes the residual and
+    the free set.
     """
     displacement, target = maps[0].reshape(-1), maps[1].reshape(-1)
     correction, lower = maps[2].reshape(-1), maps[3].reshape(-1)
-    residual, free = found[0].reshape(-1), found[1].reshape(-1)
+    residual, free = maps_out[0].reshape(-1), maps_out[1].reshape(-1)
     shift = _loaded_mean(displacement, target, correction, lower) if fixed_sum else 0.0
     zero = residual.dtype.type(0)
-    one = residual.dtype.type(1)
+    unity = residual.dtype.type(1)
     moved = residual.dtype.type(shift)
     total, count = 0.0, 0.0
     for k in range(target.size):
         clearance = displacement[k] - target[k] - moved
-        is_free = one if (correction[k] > lower[k]) | (clearance < zero) else zero
+        is_free = unity if (correction[k] > lower[k]) | (clearance < zero) else zero
         clearance = clearance if is_free > zero else zero
         free[k] = is_free
         residual[k] = -clearance
@@ -188,12 +189,12 @@ def _residual(maps, found, fixed_sum):
 def _largest(values):
     """Largest absolute value."""
     peaks = np.zeros(_PEAKS, values.dtype)
-    whole = values.size - values.size % _PEAKS
-    for start in range(0, whole, _PEAKS):
+    blocks = values.size - values.size % _PEAKS
+    for start in range(0, blocks, _PEAKS):
         for k in range(_PEAKS):
             size = abs(values[start + k])
             peaks[k] = size if size > peaks[k] else peaks[k]
-    for k in range(whole, values.size):
+    for k in range(blocks, values.size):
         peaks[0] = max(peaks[0], abs(values[k]))
     return np.float64(peaks.max())
 

@@ -78,8 +78,8 @@ class Peeling:
 
     def at(self, load: float, control: str) -> int:
         """Index of the set that carries a load on the way down; the number of sets: none does."""
-        held = self._loads(control) <= load
-        return int(np.argmax(held)) if held.any() else held.size
+        carrying = self._loads(control) <= load
+        return int(np.argmax(carrying)) if carrying.any() else carrying.size
 
     def _loads(self, control: str) -> Field:
         if control not in ("force", "penetration"):
@@ -141,8 +141,8 @@ def peel(
     --------
     >>> from reference.halfspace import FreeOperator
     >>> K = FreeOperator((1, 1), (1.0, 1.0), 1.0)
-    >>> one = peel(Press(K, [[0.0]]), [[True]], 1.0)
-    >>> bool(np.isclose(one.force[0], -one.tension))
+    >>> cell = peel(Press(K, [[0.0]]), [[True]], 1.0)
+    >>> bool(np.isclose(cell.force[0], -cell.tension))
     True
     """
     operator, gap = press.operator, press.gap

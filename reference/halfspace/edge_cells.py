@@ -42,7 +42,7 @@ EDGE_OFFSET = 0.17465
 # above, of which the worst was 0.006 dx/a of the stiffness.
 EDGE_SCATTER = 0.01
 # Own compliance of a cell, 4 ln(1 + sqrt 2)/pi dx/E*: the preconditioner's scale.
-_OWN = 4 * np.log(1 + np.sqrt(2)) / np.pi
+_UNIT_CELL = 4 * np.log(1 + np.sqrt(2)) / np.pi
 # Slivers below this share of a cell carry nothing: (1/phi) would only cost digits.
 _LEAST = 1e-9
 
@@ -115,8 +115,8 @@ def respond(
     True
     """
     mask, extra = _covered(operator, fraction)
-    own = _OWN * (operator.spacing[0] / operator.effective_modulus)
-    scale = np.where(mask, 1 / (own + extra), 0.0)
+    cell_compliance = _UNIT_CELL * (operator.spacing[0] / operator.effective_modulus)
+    scale = np.where(mask, 1 / (cell_compliance + extra), 0.0)
     pressure = np.zeros(operator.shape)
     residual = mask.astype(float)
     direction = scaled = scale * residual
@@ -136,8 +136,8 @@ def respond(
         direction = scaled + power / before * direction
     response = _response(operator, mask, extra, pressure, len(history))
     if not response.residual <= 2 * tolerance:  # the residual of the recursion drifts
-        why = f"a flat face stopped at a residual of {response.residual:.1e}"
-        raise ConvergenceError(why, history)
+        message = f"a flat face stopped at a residual of {response.residual:.1e}"
+        raise ConvergenceError(message, history)
     return response
 
 

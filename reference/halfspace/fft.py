@@ -154,8 +154,8 @@ def _solve(press: Press, kind: str, value: float, start: Field | None, effort: E
     elif operator.periodic and not gap.any():
         return _flat_on_flat(press, value)
     if press.lowest > 0:
-        rest = value - press.lowest if kind == "penetration" else value
-        return from_first_touch(_solve(press.touching(), kind, rest, start, effort), gap)
+        depth = value - press.lowest if kind == "penetration" else value
+        return from_first_touch(_solve(press.touching(), kind, depth, start, effort), gap)
     reach = value if kind == "penetration" else _REACH * overlap_depth(operator, gap, value)
     while True:
         window = _window(operator, gap, reach, start)
@@ -172,13 +172,13 @@ def _solve(press: Press, kind: str, value: float, start: Field | None, effort: E
 
 
 def _answer(press: Press, window: tuple[slice, slice], state: State) -> Contact:
-    whole = state.pressure.shape == press.operator.shape
-    pressure = state.pressure if whole else _embedded(press.operator, window, state.pressure)
+    complete = state.pressure.shape == press.operator.shape
+    pressure = state.pressure if complete else _embedded(press.operator, window, state.pressure)
     contact = contact_of(
         press, pressure, state.depth, state.violation, len(state.history), state.history
     )
     contact = replace(contact, convolutions=(state.single, state.double))
-    if whole:
+    if complete:
         vars(contact)["displacement"] = state.displacement
     return contact
 
@@ -217,9 +217,9 @@ def _window(
     On the free half-space u >= 0, so cells with g >= d never touch and need not be seen. A periodic
     half-space has no such bound.
     """
-    whole = (slice(0, operator.shape[0]), slice(0, operator.shape[1]))
+    grid = (slice(0, operator.shape[0]), slice(0, operator.shape[1]))
     if not isinstance(operator, FreeOperator):
-        return whole
+        return grid
     near = gap < reach
     if start is not None:
         near |= start > 0
@@ -228,7 +228,7 @@ def _window(
         for axis in (0, 1)
     )
     cells = (rows.stop - rows.start) * (columns.stop - columns.start)
-    return (rows, columns) if cells < 0.7 * gap.size else whole
+    return (rows, columns) if cells < 0.7 * gap.size else grid
 
 
 def _padded_range(indices: NDArray[np.intp], size: int) -> slice:

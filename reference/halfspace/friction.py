@@ -187,15 +187,15 @@ class _Path:
         precision = self.tolerance if alone else max(self.tolerance, _FIRST_ROUND)
         for rounds in range(1, self.max_rounds + 1):
             contact, depth = self.press(normal, lift, precision)
-            found, drag = self.shift(contact, depth, tangential, precision)
-            iterations += found.iterations
-            new_lift = self.body.lift(found.traction) if self.coupled else lift
+            shear, drag = self.shift(contact, depth, tangential, precision)
+            iterations += shear.iterations
+            new_lift = self.body.lift(shear.traction) if self.coupled else lift
             worst = self.violation(contact, depth, lift, new_lift)
             history.append(worst)
-            lift, self.traction = new_lift, found.traction
+            lift, self.traction = new_lift, shear.traction
             reached, precision = precision, max(self.tolerance, _PER_ROUND * worst)
             if worst <= self.tolerance and reached <= self.tolerance:
-                step = self.finish((contact, depth), found, drag, tangential)
+                step = self.finish((contact, depth), shear, drag, tangential)
                 return replace(step, violation=worst, rounds=rounds, iterations=iterations)
         raise ConvergenceError(
             f"normal and tangential problem disagree by {worst:.1e} of the penetration after "
@@ -208,10 +208,10 @@ class _Path:
         lifted = self.gap + lift
         lowest = float(lifted.min())
         offset = lowest if self.coupled else 0.0
-        given = load - offset if self.kinds[0] == "penetration" else load
+        applied = load - offset if self.kinds[0] == "penetration" else load
         contact = fft.solve(
             Press(self.body.normal, lifted - offset),
-            Load(self.kinds[0], given),
+            Load(self.kinds[0], applied),
             tolerance=0.3 * precision,
             start=self.contact,
         )
@@ -234,43 +234,43 @@ class _Path:
     ) -> tuple[stick_slip.Tractions, Fields]:
         """Solve the tangential problem under a pressure, in the box of the loaded cells."""
         drag = self.body.drag(contact.pressure) if self.coupled else np.zeros((2, *self.body.shape))
-        wanted = -self.position - drag
+        target = -self.position - drag
         total = None
         if self.kinds[1] == "tangential_force":
             total = load / self.body.cell_area
             self.refuse_sliding(contact, load)
         else:
-            wanted[0] += load
-        self.scale = self.size_of_slip(contact, depth, wanted, load)
+            target[0] += load
+        self.scale = self.size_of_slip(contact, depth, target, load)
         box = self.box(contact.mask)
         rows, columns = box
         part = self.body.restrict((rows.stop - rows.start, columns.stop - columns.start))
         inside = (slice(None), *box)
         bound = self.friction * contact.pressure[box]
-        problem = stick_slip.Shear(part, bound, wanted[inside], total)
-        found = stick_slip.minimise(problem, self.traction[inside], precision * self.scale)
+        problem = stick_slip.Shear(part, bound, target[inside], total)
+        shear = stick_slip.minimise(problem, self.traction[inside], precision * self.scale)
         if part is not self.body:
             traction = np.zeros((2, *self.body.shape))
-            traction[inside] = found.traction
-            found.traction, found.displacement = traction, self.body.shear(traction)
-        return found, drag
+            traction[inside] = shear.traction
+            shear.traction, shear.displacement = traction, self.body.shear(traction)
+        return shear, drag
 
     def finish(
         self,
         normal: tuple[Contact, float],
-        found: stick_slip.Tractions,
+        shear: stick_slip.Tractions,
         drag: Fields,
         load: float,
     ) -> FrictionStep:
         """Keep the state of a converged step and report it."""
         contact, depth = normal
-        shift = found.shift if self.kinds[1] == "tangential_force" else load
-        position = -found.displacement - drag
+        shift = shear.shift if self.kinds[1] == "tangential_force" else load
+        position = -shear.displacement - drag
         position[0] += shift
         slip, self.position = position - self.position, position
         area = self.body.cell_area
-        self.dissipation += float((found.traction * slip).sum()) * area
-        forces = found.traction.sum(axis=(1, 2)) * area
+        self.dissipation += float((shear.traction * slip).sum()) * area
+        forces = shear.traction.sum(axis=(1, 2)) * area
         bound = self.friction * contact.pressure
         return FrictionStep(
             penetration=depth,
@@ -278,14 +278,14 @@ class _Path:
             tangential_displacement=shift,
             tangential_force=float(forces[0]),
             pressure=contact.pressure,
-            traction=found.traction,
+            traction=shear.traction,
             slip=slip,
-            sticking=contact.mask & (np.hypot(*found.traction) < stick_slip.ON_BOUND * bound),
+            sticking=contact.mask & (np.hypot(*shear.traction) < stick_slip.ON_BOUND * bound),
             dissipation=self.dissipation,
             violation=contact.violation,
-            slip_error=found.error / self.scale,
+            slip_error=shear.error / self.scale,
             rounds=1,
-            iterations=found.iterations,
+            iterations=shear.iterations,
         )
 
     def refuse_sliding(self, contact: Contact, load: float) -> None:
@@ -297,7 +297,7 @@ class _Path:
                 f"{limit!r}: the contact slides as a whole"
             )
 
-    def size_of_slip(self, contact: Contact, depth: float, wanted: Fields, load: float) -> float:
+    def size_of_slip(self, contact: Contact, depth: float, target: Fields, load: float) -> float:
         """Displacement that errors of slip are relative to.
 
         The one that sets a smooth contact sliding, mu d E*/G*, or what sticking asks for where that
@@ -306,11 +306,11 @@ class _Path:
         """
         modulus = self.body.compliance.tangential_modulus
         sliding = self.friction * depth * self.body.compliance.effective_modulus / modulus
-        asked = float(np.hypot(*wanted)[contact.mask].max(initial=0.0))
+        size = float(np.hypot(*target)[contact.mask].max(initial=0.0))
         if self.kinds[1] == "tangential_force":
             area = np.count_nonzero(contact.mask) * self.body.cell_area
-            asked += abs(load) / (2 * np.sqrt(area / np.pi) * modulus)
-        return min(sliding, asked) if asked > 0 else sliding
+            size += abs(load) / (2 * np.sqrt(area / np.pi) * modulus)
+        return min(sliding, size) if size > 0 else sliding
 
     def box(self, mask: NDArray[np.bool_]) -> tuple[slice, slice]:
         """Smallest rectangle around the loaded cells, its sides multiples of eight; or all."""
@@ -362,12 +362,12 @@ def tangential_stiffness(
     mask = np.asarray(mask, dtype=bool)
     if mask.shape != body.shape or not mask.any():
         raise ValueError(f"mask must have shape {body.shape} and a cell in contact")
-    wanted = np.array(direction)[:, None, None] * np.ones((2, *body.shape))
+    target = np.array(direction)[:, None, None] * np.ones((2, *body.shape))
     bound = np.where(mask, np.inf, 0.0)
-    found = stick_slip.minimise(
-        stick_slip.Shear(body, bound, wanted), np.zeros_like(wanted), tolerance
+    shear = stick_slip.minimise(
+        stick_slip.Shear(body, bound, target), np.zeros_like(target), tolerance
     )
-    along, across = found.traction.sum(axis=(1, 2)) * body.cell_area
+    along, across = shear.traction.sum(axis=(1, 2)) * body.cell_area
     c, s = direction
     return float(c * along + s * across), float(c * across - s * along)
 
@@ -381,5 +381,5 @@ def _steps(normal: LoadPath, tangential: LoadPath) -> list[tuple[float, float]]:
     if len({path.values.size for path in (normal, tangential)} - {1}) > 1:
         sizes = " and ".join(f"{p.values.size} of {p.control}" for p in (normal, tangential))
         raise ValueError(f"both paths must have the same number of steps, not {sizes}")
-    one, other = np.broadcast_arrays(normal.values, tangential.values)
-    return list(zip(one.tolist(), other.tolist(), strict=True))
+    normals, tangentials = np.broadcast_arrays(normal.values, tangential.values)
+    return list(zip(normals.tolist(), tangentials.tolist(), strict=True))

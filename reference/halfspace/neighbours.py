@@ -34,15 +34,15 @@ def pair_force(distance: float, cells: int) -> float:
     if int(cells) != cells or cells < 2:
         raise ValueError(f"cells must be an integer of at least 2 per radius, got {cells!r}")
     axis = (np.arange(-cells, cells) + 0.5) / cells
-    x, y = (each.ravel() for each in np.meshgrid(axis, axis, indexing="ij"))
+    x, y = (coordinate.ravel() for coordinate in np.meshgrid(axis, axis, indexing="ij"))
     inside = np.hypot(x, y) < 1
     x, y = x[inside] * cells, y[inside] * cells
     spacing = (1 / cells, 1 / cells)
-    own = kernels.love(x[:, None] - x, y[:, None] - y, spacing, 1.0)
-    alone = cho_solve(cho_factor(own), np.ones(x.size)).sum()
+    self_response = kernels.love(x[:, None] - x, y[:, None] - y, spacing, 1.0)
+    alone = cho_solve(cho_factor(self_response), np.ones(x.size)).sum()
     apart = distance * cells * (alone / cells**2 / 2)
-    other = kernels.love(apart - x[:, None] - x, y[:, None] - y, spacing, 1.0)
-    beside = cho_solve(cho_factor(own + other), np.ones(x.size)).sum()
+    cross_response = kernels.love(apart - x[:, None] - x, y[:, None] - y, spacing, 1.0)
+    beside = cho_solve(cho_factor(self_response + cross_response), np.ones(x.size)).sum()
     return float(beside / alone)
 
 

@@ -16,7 +16,7 @@ from scipy import fft
 from reference.halfspace import kernels
 from reference.halfspace.convolution import Convolution
 
-Made = TypeVar("Made")
+Cached = TypeVar("Cached")
 
 
 class HalfSpace:
@@ -36,21 +36,21 @@ class HalfSpace:
         self.shape = (int(shape[0]), int(shape[1]))
         self.spacing = (float(spacing[0]), float(spacing[1]))
         self.effective_modulus = float(effective_modulus)
-        self._made: dict[Hashable, Any] = {}
+        self._cache: dict[Hashable, Any] = {}
 
     def __getstate__(self) -> dict[str, Any]:
-        return self.__dict__ | {"_made": {}}
+        return self.__dict__ | {"_cache": {}}
 
     @property
     def cell_area(self) -> float:
         """Area of one cell, dx dy."""
         return self.spacing[0] * self.spacing[1]
 
-    def kept(self, key: Hashable, make: Callable[[], Made]) -> Made:
+    def cached(self, key: Hashable, make: Callable[[], Cached]) -> Cached:
         """Return what `make` made when this key was first asked for."""
-        if key not in self._made:
-            self._made[key] = make()
-        return self._made[key]
+        if key not in self._cache:
+            self._cache[key] = make()
+        return self._cache[key]
 
     def _transfer(self) -> NDArray[np.float64]:
         raise NotImplementedError
@@ -58,12 +58,12 @@ class HalfSpace:
     @property
     def unit(self) -> float:
         """Power of two near the largest transfer factor: what `convolution` is in units of."""
-        return self.kept("unit", lambda: power_of_two(self.transfer.max()))
+        return self.cached("unit", lambda: power_of_two(self.transfer.max()))
 
     @property
     def transfer(self) -> NDArray[np.float64]:
         """Transfer function from pressure to displacement on the padded grid, modes of `rfft2`."""
-        return self.kept("transfer", self._transfer)
+        return self.cached("transfer", self._transfer)
 
     def coarser(self) -> HalfSpace | None:
         """Half-space on every second point of the grid, or None if it has none (kept)."""
@@ -76,7 +76,7 @@ class HalfSpace:
         def make() -> Convolution:
             return Convolution(self.shape, self._padded, self.transfer / self.unit, dtype)
 
-        return self.kept(("convolution", dtype.name), make)
+        return self.cached(("convolution", dtype.name), make)
 
     def apply(self, pressure: ArrayLike) -> NDArray[np.float64]:
         """Displacement of all cell centres under cell pressures of shape `shape`."""
@@ -153,14 +153,16 @@ class FreeOperator(HalfSpace):
 
     def coefficients(self, shape: tuple[int, int]) -> NDArray[np.float64]:
         """Love's coefficients at offsets from zero to less than `shape`; (19.3)."""
-        known = self._made.get("coefficients")
-        if known is None or any(n > k for n, k in zip(shape, known.shape, strict=True)):
+        coefficients = self._cache.get("coefficients")
+        if coefficients is None or any(
+            n > k for n, k in zip(shape, coefficients.shape, strict=True)
+        ):
             # some more than asked for: the next window of a sweep may be larger
             size = (min(n, max(64, k)) for n, k in zip(self.shape, shape, strict=True))
             i, j = np.ix_(*(np.arange(n) for n in size))
-            known = kernels.love(i, j, self.spacing, self.effective_modulus)
-            self._made["coefficients"] = known
-        return known[: shape[0], : shape[1]]
+            coefficients = kernels.love(i, j, self.spacing, self.effective_modulus)
+            self._cache["coefficients"] = coefficients
+        return coefficients[: shape[0], : shape[1]]
 
     def _transfer(self) -> NDArray[np.float64]:
         """Transform of the wrapped kernel: real, because the kernel is even in both offsets."""
@@ -176,17 +178,17 @@ class FreeOperator(HalfSpace):
         """Operator on every second point (kept)."""
         shape = (self.shape[0] + 1) // 2, (self.shape[1] + 1) // 2
         spacing = 2 * self.spacing[0], 2 * self.spacing[1]
-        return self.kept("coarser", lambda: FreeOperator(shape, spacing, self.effective_modulus))
+        return self.cached("coarser", lambda: FreeOperator(shape, spacing, self.effective_modulus))
 
     def restrict(self, shape: tuple[int, int]) -> FreeOperator:
         """Operator of the same half-space on a smaller rectangle of the same cells (kept)."""
 
         def make() -> FreeOperator:
             part = FreeOperator(shape, self.spacing, self.effective_modulus)
-            part._made["coefficients"] = self.coefficients(shape)
+            part._cache["coefficients"] = self.coefficients(shape)
             return part
 
-        return self.kept(("restricted", shape), make)
+        return self.cached(("restricted", shape), make)
 
 
 class PeriodicOperator(HalfSpace):
@@ -237,4 +239,6 @@ class PeriodicOperator(HalfSpace):
             return None
         shape = self.shape[0] // 2, self.shape[1] // 2
         spacing, modulus = (2 * self.spacing[0], 2 * self.spacing[1]), self.effective_modulus
-        return self.kept("coarser", lambda: PeriodicOperator(shape, spacing, modulus, self.kernel))
+        return self.cached(
+            "coarser", lambda: PeriodicOperator(shape, spacing, modulus, self.kernel)
+        )

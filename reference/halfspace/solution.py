@@ -201,8 +201,8 @@ def violation(
 ) -> float:
     """Largest |clearance| in contact or overlap outside it, relative to the penetration."""
     inside = np.abs(clearance[mask]).max(initial=0.0)
-    outside = -clearance[finite & ~mask].min(initial=0.0)
-    worst = max(inside, outside)
+    overlap = -clearance[finite & ~mask].min(initial=0.0)
+    worst = max(inside, overlap)
     return float(worst / penetration) if worst > 0 else 0.0
 
 

@@ -46,7 +46,7 @@ def _full_contact(operator: HalfSpace, gap: Field, force: float) -> Field | None
     """Linear answer where all cells touch, K p = <g> - g, if nearly all of it is pressure."""
     if not np.isfinite(gap).all():
         return None
-    pressure = operator.kept("inverse", lambda: _inverse(operator))(gap)
+    pressure = operator.cached("inverse", lambda: _inverse(operator))(gap)
     pressure *= -1 / operator.unit
     pressure += force / (gap.size * operator.cell_area) - pressure.mean()
     if np.count_nonzero(pressure < 0) > _NEARLY_FULL * pressure.size:
@@ -104,5 +104,5 @@ def _interpolate(coarse, fine, periodic):
             left, right = j // 2, (j + 1) // 2
             if right == columns:
                 right = 0 if periodic else left
-            one, other = coarse[above, left] + coarse[above, right], coarse[below, left]
-            fine[i, j] = (one + other + coarse[below, right]) / 4
+            upper, lower = coarse[above, left] + coarse[above, right], coarse[below, left]
+            fine[i, j] = (upper + lower + coarse[below, right]) / 4

@@ -114,19 +114,19 @@ def _search_shift(
     """
     total = problem.total
     assert total is not None
-    found: dict[float, Tractions] = {}
+    solutions: dict[float, Tractions] = {}
     last = [start]
 
     def missing(shift: float) -> float:
-        wanted = problem.wanted.copy()
-        wanted[0] += shift
-        inner = Shear(problem.body, problem.bound, wanted)
-        found[shift] = inner.solve(last[0], tolerance, max_iterations)
-        last[0] = found[shift].traction
-        spent.extend(found[shift].history)
-        return float(found[shift].traction[0].sum()) - total
+        target = problem.target.copy()
+        target[0] += shift
+        inner = Shear(problem.body, problem.bound, target)
+        solutions[shift] = inner.solve(last[0], tolerance, max_iterations)
+        last[0] = solutions[shift].traction
+        spent.extend(solutions[shift].history)
+        return float(solutions[shift].traction[0].sum()) - total
 
-    reach = float(np.abs(problem.wanted[:, problem.loaded]).max())
+    reach = float(np.abs(problem.target[:, problem.loaded]).max())
     reach = max(reach, problem.most / problem.loaded.sum() / problem.safe, tolerance)
     low, high = -reach, reach
     while missing(low) > 0 or missing(high) < 0:
@@ -134,9 +134,9 @@ def _search_shift(
         if high > 2.0**20 * reach:
             raise ConvergenceError("no rigid displacement carries the tangential force", spent)
     shift = float(brentq(missing, low, high, xtol=tolerance / 8, rtol=1e-14))
-    if shift not in found:
+    if shift not in solutions:
         missing(shift)
-    answer = found[shift]
+    answer = solutions[shift]
     answer.shift, answer.history = shift, spent
     return answer
 
@@ -149,7 +149,7 @@ class Shear:
     body : NormalAndTangential
     bound : ndarray, shape (nx, ny)
         mu p >= 0; cells with 0 carry nothing.
-    wanted : ndarray, shape (2, nx, ny)
+    target : ndarray, shape (2, nx, ny)
         Displacement w under which the cells would stick (up to U along x with a total).
     total : float, optional
         Sum of the tractions along x over the cells (force over cell area), below the sum of the
@@ -157,16 +157,18 @@ class Shear:
     """
 
     def __init__(
-        self, body: NormalAndTangential, bound: Field, wanted: Fields, total: float | None = None
+        self, body: NormalAndTangential, bound: Field, target: Fields, total: float | None = None
     ) -> None:
-        self.body, self.bound, self.wanted, self.total = body, bound, wanted, total
+        self.body, self.bound, self.target, self.total = body, bound, target, total
         self.loaded = bound > 0
         self.inverse_bound = np.divide(1.0, bound, out=np.zeros(bound.shape), where=self.loaded)
         self.most = float(bound.sum())
         # an upper bound of the operator's eigenvalues: safe length of a gradient step
         self.safe = 0.5 / body.unit
         # near the displacement of a cell under its own traction
-        self.own = (body.compliance.normal + body.compliance.lateral) * body.spacing[0] / 2
+        self.cell_compliance = (
+            (body.compliance.normal + body.compliance.lateral) * body.spacing[0] / 2
+        )
 
     def solve(
         self, start: Fields, tolerance: float, max_iterations: int, patience: int | None = None
@@ -185,7 +187,7 @@ class Shear:
                     state.history,
                 )
             free, turn = self.free_part(state)
-            soft = np.sqrt(self.own / (self.own + turn))
+            soft = np.sqrt(self.cell_compliance / (self.cell_compliance + turn))
             scaled = self.only_free(soft * self.body.precondition(soft * free), state)
             power = float((free * scaled).sum())
             if direction is None:
@@ -225,7 +227,7 @@ class Shear:
     def evaluate(self, traction: Fields, history: list[float]) -> Tractions:
         """Displacement, slip, shift and error of tractions within their bounds."""
         displacement = self.body.shear(traction)
-        slip = np.where(self.loaded, self.wanted - displacement, 0.0)
+        slip = np.where(self.loaded, self.target - displacement, 0.0)
         sliding = self.loaded & (np.hypot(*traction) >= ON_BOUND * self.bound)
         sticking = self.loaded & ~sliding
         shift = 0.0
@@ -247,22 +249,22 @@ class Shear:
         Of cells on their bound whose slip points outwards only the part across the traction.
         """
         along = (state.traction * state.slip).sum(axis=0) * self.inverse_bound
-        held = state.sliding & (along >= 0)
+        constrained = state.sliding & (along >= 0)
         normal = state.traction * self.inverse_bound
-        free = np.where(held, state.slip - along * normal, state.slip)
-        return free, np.where(held, along * self.inverse_bound, 0.0)
+        free = np.where(constrained, state.slip - along * normal, state.slip)
+        return free, np.where(constrained, along * self.inverse_bound, 0.0)
 
     def only_free(self, field: Fields, state: Tractions) -> Fields:
         """Keep the free components of a field; with a given total, of no sum along x."""
         along = (state.traction * state.slip).sum(axis=0)
-        held = state.sliding & (along >= 0)
+        constrained = state.sliding & (along >= 0)
         normal = state.traction * self.inverse_bound
-        radial = np.where(held, (field * normal).sum(axis=0), 0.0)
-        kept = np.where(self.loaded, field - radial * normal, 0.0)
-        sticking = self.loaded & ~held
+        radial = np.where(constrained, (field * normal).sum(axis=0), 0.0)
+        free = np.where(self.loaded, field - radial * normal, 0.0)
+        sticking = self.loaded & ~constrained
         if self.total is not None and sticking.any():
-            kept[0][sticking] -= kept[0].sum() / np.count_nonzero(sticking)
-        return kept
+            free[0][sticking] -= free[0].sum() / np.count_nonzero(sticking)
+        return free
 
     def project(self, traction: Fields) -> Fields:
         """Bring tractions within their bounds; a given total by a common shift along x."""
@@ -301,7 +303,7 @@ class Shear:
 
     def energy(self, state: Tractions) -> float:
         """Value of the functional; the shift does no work, as the total is given."""
-        return float((state.traction * (state.displacement / 2 - self.wanted)).sum())
+        return float((state.traction * (state.displacement / 2 - self.target)).sum())
 
 
 def _moved(traction: Fields, shift: float) -> Fields:

@@ -90,22 +90,22 @@ class NormalAndTangential:
 
     def _table(self, quarter: Field, sign_x: int, sign_y: int) -> NDArray[np.complex128]:
         """Transform of coefficients on the padded grid, mirrored with their signs."""
-        whole = np.zeros(self.padded)
+        table = np.zeros(self.padded)
         nx, ny = self.shape
-        whole[:nx, :ny] = quarter
+        table[:nx, :ny] = quarter
         if nx > 1:
-            whole[-(nx - 1) :, :ny] = sign_x * quarter[:0:-1]
+            table[-(nx - 1) :, :ny] = sign_x * quarter[:0:-1]
         if ny > 1:
-            whole[:, -(ny - 1) :] = sign_y * whole[:, ny - 1 : 0 : -1]
-        return fft.rfft2(whole, workers=1)
+            table[:, -(ny - 1) :] = sign_y * table[:, ny - 1 : 0 : -1]
+        return fft.rfft2(table, workers=1)
 
     def _forward(self, fields: Fields) -> NDArray[np.complex128]:
         return fft.rfft2(fields, s=self.padded, axes=(-2, -1), workers=1)
 
     def _back(self, modes: NDArray[np.complex128]) -> Fields:
         nx, ny = self.shape
-        whole = fft.irfft2(modes, s=self.padded, axes=(-2, -1), workers=1, overwrite_x=True)
-        return whole[..., :nx, :ny]
+        field = fft.irfft2(modes, s=self.padded, axes=(-2, -1), workers=1, overwrite_x=True)
+        return field[..., :nx, :ny]
 
     def shear(self, traction: Fields) -> Fields:
         """Return the tangential displacement (2, nx, ny) under tangential tractions (2, nx, ny)."""
@@ -153,5 +153,5 @@ class NormalAndTangential:
         padded, (xx, yy, xy) = self._inverse
         along, across = fft.rfft2(displacement, s=padded, axes=(-2, -1), workers=1)
         modes = np.array([xx * along + xy * across, xy * along + yy * across])
-        whole = fft.irfft2(modes, s=padded, axes=(-2, -1), workers=1, overwrite_x=True)
-        return whole[:, : self.shape[0], : self.shape[1]]
+        field = fft.irfft2(modes, s=padded, axes=(-2, -1), workers=1, overwrite_x=True)
+        return field[:, : self.shape[0], : self.shape[1]]

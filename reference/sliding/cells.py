@@ -84,10 +84,10 @@ class Cells:
         """Solve for several right-hand sides, by the old factor if few cells have changed."""
         changed = np.setxor1d(places, self._base, assume_unique=True).size
         if self._factor is not None and changed <= _FEW * places.size:
-            found = [self._by_old_factor(places, side) for side in sides]
-            known = [solution for solution in found if solution is not None]
-            if len(known) == len(found):
-                return np.stack(known)
+            solutions = [self._by_old_factor(places, side) for side in sides]
+            solved = [solution for solution in solutions if solution is not None]
+            if len(solved) == len(solutions):
+                return np.stack(solved)
         self._factorise(places)
         return lu_solve(self._factor, sides.T, check_finite=False).T
 
@@ -103,8 +103,8 @@ class Cells:
 
     def _by_old_factor(self, places: NDArray[np.intp], side: Array) -> Array | None:
         """Generalised minimal residuals with the old factor, or None if it does not do."""
-        _, here, there = np.intersect1d(places, self._base, True, True)
-        own = 1 / self.operator.table[0, 0]
+        _, new_places, old_places = np.intersect1d(places, self._base, True, True)
+        cell_stiffness = 1 / self.operator.table[0, 0]
 
         def product(values: Array) -> Array:
             pressures = np.zeros(self.gaps.size)
@@ -112,14 +112,14 @@ class Cells:
             return self.clearance(pressures, 0.0)[places] - self.gaps[places]
 
         def guess(values: Array) -> Array:
-            known = np.zeros(self._base.size)
-            known[there] = values[here]
-            found = own * values
-            found[here] = lu_solve(self._factor, known, check_finite=False)[there]
-            return found
+            base_side = np.zeros(self._base.size)
+            base_side[old_places] = values[new_places]
+            guessed = cell_stiffness * values
+            guessed[new_places] = lu_solve(self._factor, base_side, check_finite=False)[old_places]
+            return guessed
 
         size = (places.size, places.size)
-        found, status = gmres(
+        solution, status = gmres(
             LinearOperator(size, product),
             side,
             M=LinearOperator(size, guess),
@@ -127,7 +127,7 @@ class Cells:
             restart=_PRODUCTS,
             maxiter=1,
         )
-        return None if status else found
+        return None if status else solution
 
 
 @njit(cache=True)

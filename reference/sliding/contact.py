@@ -125,8 +125,8 @@ def solve(
     >>> rubber = GeneralisedMaxwell.kelvin_voigt(0.25, 0.25)
     >>> x = (np.arange(-12, 12) + 0.5) / 100
     >>> half_space = Travelling((24, 24), (0.01, 0.01), rubber, 0.02)
-    >>> found = solve(half_space, (x[:, None] ** 2 + x**2) / 2, Load("force", 4e-3 / 3))
-    >>> 0.7 < found.friction_coefficient / 0.02 < 1
+    >>> contact = solve(half_space, (x[:, None] ** 2 + x**2) / 2, Load("force", 4e-3 / 3))
+    >>> 0.7 < contact.friction_coefficient / 0.02 < 1
     True
     """
     load.one_of("force", "penetration")
@@ -162,14 +162,14 @@ def _pivot(
     """Change the contact set until no cell is wrong: pressures of the cells, and depth."""
     history: list[int] = []
     rows = cells.operator.shape[0], cells.width
-    seen: set[bytes] = set()
+    visited: set[bytes] = set()
     cycling = False
     for _ in range(max_rounds):
         if not chosen.any():
             chosen[np.argmin(cells.gaps)] = True
         key = np.packbits(chosen).tobytes()
-        cycling = cycling or key in seen
-        seen.add(key)
+        cycling = cycling or key in visited
+        visited.add(key)
         pressures, depth = cells.equilibrium(chosen, load)
         clearance = cells.clearance(pressures, depth)
         tension = chosen & (pressures < -_ROUNDING * pressures.max(initial=0.0))
@@ -211,8 +211,8 @@ def _coarse_start(operator: Travelling, gap: Array, load: Load, max_rounds: int)
     half = operator.coarser()
     cells = Cells(half, coarse)
     chosen = cells.of_grid(_coarse_start(half, coarse, load, max_rounds))
-    found = cells.on_grid(_pivot(cells, chosen, load, max_rounds)[0]) > 0
-    return found.repeat(2, axis=0).repeat(2, axis=1)
+    loaded = cells.on_grid(_pivot(cells, chosen, load, max_rounds)[0]) > 0
+    return loaded.repeat(2, axis=0).repeat(2, axis=1)
 
 
 def _overlap_depth(operator: Travelling, gap: Array, force: float) -> float:

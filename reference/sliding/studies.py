@@ -184,8 +184,10 @@ def window_depth(
         return force
 
     def excess(depth: float) -> float:
-        found = slide_shape(gap, reach(depth), material, speed, _COARSE, Load("penetration", depth))
-        return float(np.log(found.force / force))
+        contact = slide_shape(
+            gap, reach(depth), material, speed, _COARSE, Load("penetration", depth)
+        )
+        return float(np.log(contact.force / force))
 
     # a disc of E* under the force: 2 E* a d, with the overlap's own width for a
     depth = 1.0

@@ -159,9 +159,9 @@ class _Surface:
         flow = creep.fluidity * duration * (1.0 if self.damped else 0.5)
         early_flow = creep.fluidity * duration - flow
         modes = decay[:, None, None] * self._modes + early[:, None, None] * self._elastic
-        known = modes.sum(axis=0) + self._flow + early_flow * self._elastic
+        recovered = modes.sum(axis=0) + self._flow + early_flow * self._elastic
         compliance = creep.instantaneous + float(late.sum()) + flow
-        depth, contact = self._solve(gap + known, name, load, compliance, tolerance)
+        depth, contact = self._solve(gap + recovered, name, load, compliance, tolerance)
         elastic = np.zeros(gap.shape) if contact is None else contact.displacement / compliance
         self._modes = modes + late[:, None, None] * elastic
         self._flow = self._flow + early_flow * self._elastic + flow * elastic
@@ -180,22 +180,24 @@ class _Surface:
             self.pressure, self._last = np.zeros(gap.shape), None
             # No force is at the start only, where depths are counted from: first touch.
             return load if name == "penetration" else 0.0, None
-        given = Load(name, load - top if name == "penetration" else load * scale)
+        prescribed = Load(name, load - top if name == "penetration" else load * scale)
         start = self._last
         if start is not None:
             start = replace(start, pressure=self.pressure * scale)
-        contact = solve(Press(self._operator, gap - top), given, tolerance=tolerance, start=start)
+        contact = solve(
+            Press(self._operator, gap - top), prescribed, tolerance=tolerance, start=start
+        )
         self.pressure, self._last = contact.pressure / scale, contact
         return contact.penetration + top, contact
 
 
 def _checked(
-    time: ArrayLike, **given: ArrayLike | None
+    time: ArrayLike, **histories: ArrayLike | None
 ) -> tuple[str, NDArray[np.float64], NDArray[np.float64]]:
     """Name, times and values of the one history given, or one ValueError."""
-    chosen = {name: value for name, value in given.items() if value is not None}
+    chosen = {name: value for name, value in histories.items() if value is not None}
     if len(chosen) != 1:
-        raise ValueError(f"give exactly one of {', '.join(given)}; came: {', '.join(chosen)}")
+        raise ValueError(f"give exactly one of {', '.join(histories)}; came: {', '.join(chosen)}")
     ((name, value),) = chosen.items()
     times, values = np.asarray(time, dtype=float), np.asarray(value, dtype=float)
     faults = []

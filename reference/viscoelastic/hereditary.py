@@ -122,8 +122,8 @@ def indentation(
 
     >>> from reference.closed_form import paraboloid
     >>> oil = GeneralisedMaxwell(0.0, viscosity=1.0)
-    >>> found = indentation(paraboloid(1.0, 1.0), 1.0, oil, [0, 1], [0, 0.01], [1.0])
-    >>> round(float(found.force[0]), 12)
+    >>> contact = indentation(paraboloid(1.0, 1.0), 1.0, oil, [0, 1], [0, 0.01], [1.0])
+    >>> round(float(contact.force[0]), 12)
     0.008
     """
     path = _checked_path(history, penetration)
@@ -179,8 +179,8 @@ def creep(
     --------
     >>> from reference.closed_form import paraboloid
     >>> zener = GeneralisedMaxwell.standard(0.25, 0.25, 1.0)
-    >>> found = creep(paraboloid(1.0, 1.0), 1.0, zener, [0, 1], [4 / 3, 4 / 3], [0.0])
-    >>> round(float(found.penetration[0]), 12)  # Hertz with E* = 4 (G_0 + G_1) = 2
+    >>> contact = creep(paraboloid(1.0, 1.0), 1.0, zener, [0, 1], [4 / 3, 4 / 3], [0.0])
+    >>> round(float(contact.penetration[0]), 12)  # Hertz with E* = 4 (G_0 + G_1) = 2
     0.629960524947
     """
     t, values = np.asarray(history, dtype=float), np.asarray(force, dtype=float)
@@ -224,13 +224,13 @@ def _contact(material: GeneralisedMaxwell, path: _Path, t: float) -> tuple[float
 
     def tension(t1: float) -> float:
         """Return the force of a spring first touched at t1 > start."""
-        return _held(material, path, t1, t)
+        return _tension_free(material, path, t1, t)
 
     if tension(top) >= 0:
         return top, float(path.at(top))
     if (late := tension(start)) > 0:
-        found = brentq(tension, start, top, xtol=4e-16 * path.time[-1], rtol=1e-15)
-        return found, float(path.at(found))
+        solution = brentq(tension, start, top, xtol=4e-16 * path.time[-1], rtol=1e-15)
+        return solution, float(path.at(solution))
     if path.value[0] == 0:
         return start, 0.0
     return start, max(0.0, float(path.value[0] + late / material.relaxation(t - start)))
@@ -253,7 +253,7 @@ def _refuse_growth(material: GeneralisedMaxwell, path: _Path, until: float) -> N
         )
 
 
-def _held(material: GeneralisedMaxwell, path: _Path, begin: float, t: float) -> float:
+def _tension_free(material: GeneralisedMaxwell, path: _Path, begin: float, t: float) -> float:
     """Stress of a strain that follows the path from a time on, in closed form."""
     total = material.equilibrium_modulus * (path.at(t) - path.at(begin))
     for first, last, slope in _segments(path, t, begin):
@@ -323,11 +323,11 @@ def _increasing(time: Array, values: Array) -> _Path:
     still = np.abs(np.diff(values)) <= 1e-13 * np.abs(values).max()
     slopes = np.where(still, 0.0, np.diff(values) / np.diff(time))
     bends = np.abs(np.diff(slopes)) > 1e-9 * np.abs(slopes).max(initial=0.0)
-    kept = np.flatnonzero(np.concatenate([[True], bends, [True]]))
-    flat = np.append(slopes[kept[:-1]] == 0, False)
+    corners = np.flatnonzero(np.concatenate([[True], bends, [True]]))
+    flat = np.append(slopes[corners[:-1]] == 0, False)
     values = values.copy()
-    values[kept[1:][flat[:-1]]] = values[kept[:-1][flat[:-1]]]
-    return _Path(time[kept], values[kept])
+    values[corners[1:][flat[:-1]]] = values[corners[:-1][flat[:-1]]]
+    return _Path(time[corners], values[corners])
 
 
 def _checked_path(history: ArrayLike, penetration: ArrayLike) -> _Path:

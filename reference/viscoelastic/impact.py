@@ -130,7 +130,7 @@ class _Collision:
         self._turn, self._past = float(way_in.t[-1]), way_in.sol
         turned = way_in.y[:, -1]
         way_out = self._integrate(
-            self._rates_out, self._turn, turned[: 2 + arms], lambda t, y: self._held(t, y, 0.0)
+            self._rates_out, self._turn, turned[: 2 + arms], lambda t, y: self._load_out(t, y, 0.0)
         )
         forces = [self._force_in(self._past(t)) for t in np.linspace(0, self._turn, _SAMPLES)]
         later = np.linspace(self._turn, way_out.t[-1], _SAMPLES)
@@ -160,7 +160,7 @@ class _Collision:
         acceleration = -self._force_out(t, state) / self._mass
         return np.concatenate([[state[1], acceleration], state[1] - state[2:] / self._times])
 
-    def _held(self, t: float, state: Array, touched: float) -> float:
+    def _load_out(self, t: float, state: Array, touched: float) -> float:
         """Stress of a spring first touched at a time on the way in."""
         material, before = self._material, self._past(touched)
         decay = np.exp(-(t - touched) / self._times)
@@ -171,14 +171,14 @@ class _Collision:
     def _force_out(self, t: float, state: Array) -> float:
         """Force of what was in contact at t1(t)."""
 
-        def held(touched: float) -> float:
-            return self._held(t, state, touched)
+        def tension(touched: float) -> float:
+            return self._load_out(t, state, touched)
 
-        if held(0.0) <= 0:
+        if tension(0.0) <= 0:
             return 0.0
         touched = self._turn
-        if held(self._turn) < 0:
-            touched = brentq(held, 0.0, self._turn, xtol=1e-14 * self._turn, rtol=1e-14)
+        if tension(self._turn) < 0:
+            touched = brentq(tension, 0.0, self._turn, xtol=1e-14 * self._turn, rtol=1e-14)
         then = self._past(touched)
         decayed = np.exp(-(t - touched) / self._times) * then[2 + self._times.size :]
         spring = self._material.equilibrium_modulus * self._area(then[0])
@@ -199,7 +199,7 @@ class _Collision:
         scale[1] = self._velocity
         scale[2 + arms :] *= self._growth(depth)
         time = 3 * depth / self._velocity
-        found = solve_ivp(
+        solution = solve_ivp(
             *(rates, (begin, begin + 200 * time), start, "LSODA"),
             rtol=self._tolerance,
             atol=1e-2 * self._tolerance * scale,
@@ -207,9 +207,9 @@ class _Collision:
             events=stop,
             dense_output=True,
         )
-        if found.status != 1:
-            raise ConvergenceError(f"the body does not come back: {found.message}")
-        return found
+        if solution.status != 1:
+            raise ConvergenceError(f"the body does not come back: {solution.message}")
+        return solution
 
     def _typical_depth(self) -> float:
         """Depth at which the glassy half-space or its dashpot has taken the energy."""

@@ -158,13 +158,13 @@ class GeneralisedMaxwell:
             stiff = sum(w / tau for w, tau in zip(weights, times, strict=True))
             least = self.viscosity / (self.equilibrium_modulus + 2 * stiff)
             brackets.append((min(times[0], least) / 4, times[0]))
-        found = []
+        modes = []
         for low, high in brackets:
             ell = _zero(modulus, low, high)
             if ell not in times:  # else the compliance vanishes
                 slope = sum(w / (ell - tau) ** 2 for w, tau in zip(weights, times, strict=True))
-                found.append((1 / (ell * (slope + self.viscosity / ell**2)), ell))
-        return found
+                modes.append((1 / (ell * (slope + self.viscosity / ell**2)), ell))
+        return modes
 
 
 def _zero(function: Callable[[float], float], low: float, high: float) -> float:

@@ -76,7 +76,7 @@ def test_coulomb_holds_node_by_node():
         tangential = np.hypot(step.reactions[:, 0], step.reactions[:, 1])
         assert (step.reactions[:, 2] >= 0).all()
         assert (tangential <= MU * step.reactions[:, 2] * (1 + 1e-12)).all()
-        assert (step.reactions[body.held, 1] == 0).all()
+        assert (step.reactions[body.fixed, 1] == 0).all()
 
 
 def test_refusals():

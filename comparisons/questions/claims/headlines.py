@@ -49,7 +49,7 @@ def chapter_order(equation: str, name: str) -> tuple[float, str]:
     """Return what sorts claims as the chapter has them; those from elsewhere come last.
 
     >>> equations = ["Fig. 19.6", "(19.10)", "19.3, (5.30)", "mine", "(19.9), (19.11)", "19.2 (a)"]
-    >>> sorted(equations, key=lambda each: chapter_order(each, "a"))
+    >>> sorted(equations, key=lambda equation: chapter_order(equation, "a"))
     ['19.2 (a)', '(19.9), (19.11)', '(19.10)', '19.3, (5.30)', 'Fig. 19.6', 'mine']
     """
     number = re.search(r"\(19\.(\d+)", equation)

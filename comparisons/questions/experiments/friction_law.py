@@ -40,7 +40,7 @@ def _block(
     if quantity == "kinetic":
         return Finding(-float(missing_friction(1.0, v0)), EXACT, details)
     if quantity == "force":
-        run = integrate(Blocks(1.0, 1.0, load=load), v0, Stepping(1.0, 1000, every=1000))
+        run = integrate(Blocks(1.0, 1.0, load=load), v0, Stepping(1.0, 1000, stride=1000))
         held = float(friction(run.velocity[-1, 0], 1.0, v0))
         return Finding(held / above("load", load, 0) - 1, EXACT, details)
     return _way(v0, effort, details)
@@ -54,7 +54,7 @@ def _way(v0: float, effort: str, details: dict[str, float | str]) -> Finding:
         run = integrate(
             Blocks(1.0, 1.0),
             v0,
-            Stepping((2 + 20 * v0) / steps, steps, every=steps),
+            Stepping((2 + 20 * v0) / steps, steps, stride=steps),
             scheme="implicit_midpoint",
             velocity=1.0,
         )
@@ -81,7 +81,7 @@ def _stick_slip(effort: str, *, speed_ratio: float = 1e3, limit: float = 0.9) ->
         run = integrate(
             Blocks(1.0, limit, **_DRIVEN),
             v0,
-            Stepping(end / steps, steps, every=steps // 1000),
+            Stepping(end / steps, steps, stride=steps // 1000),
             scheme="implicit_midpoint",
         )
         deviation = run.position[:, 0] - position
@@ -131,7 +131,7 @@ def _step(effort: str, *, load: float = 0.0, scheme: str = "explicit_euler") -> 
         run = integrate(
             Blocks(1.0, 1.0, load=load),
             v0,
-            Stepping(step, 4000, every=4000),
+            Stepping(step, 4000, stride=4000),
             scheme=scheme,
             velocity=start,
         )

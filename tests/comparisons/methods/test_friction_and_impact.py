@@ -78,7 +78,7 @@ def test_the_law_errs_by_the_two_thirds_power_where_blocks_are_torn_off():
         run = integrate(
             Blocks(1.0, 0.9, **forced),
             v0,
-            Stepping(60 / 60_000, 60_000, every=60),
+            Stepping(60 / 60_000, 60_000, stride=60),
             scheme="implicit_midpoint",
         )
         errors.append(np.abs(run.position - truth).max())
