@@ -86,7 +86,7 @@ class _State:
 
     def keep(self, needed: np.ndarray) -> None:
         """Drop all other knots."""
-        for name in ("place", "gap", "traction", "own"):
+        for name in ("place", "gap", "traction", "is_point"):
             setattr(self, name, getattr(self, name)[needed])
 
 
