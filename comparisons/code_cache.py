@@ -27,8 +27,12 @@ def choose_folder() -> None:
     """
     if os.name != "posix":  # homes on Windows can be written to
         return
-    told = os.environ.get(VARIABLE)
-    if (told and _may_write(Path(told))) or _beside_the_sources() or _may_write(_of_the_user()):
+    folder_set = os.environ.get(VARIABLE)
+    if (
+        (folder_set and _may_write(Path(folder_set)))
+        or _beside_the_sources()
+        or _may_write(_of_the_user())
+    ):
         return
     with contextlib.suppress(OSError):
         folder = str(_in_the_temporary_folder())
@@ -74,8 +78,8 @@ def _in_the_temporary_folder() -> Path:
     folder = Path(tempfile.gettempdir()) / f"roughline-{os.getuid()}"
     with contextlib.suppress(FileExistsError):
         folder.mkdir(mode=0o700)
-    seen = folder.lstat()  # a link is nobody's folder
-    ours = stat.S_ISDIR(seen.st_mode) and seen.st_uid == os.getuid()
-    if ours and not seen.st_mode & (stat.S_IWGRP | stat.S_IWOTH):
+    status = folder.lstat()  # a link is nobody's folder
+    ours = stat.S_ISDIR(status.st_mode) and status.st_uid == os.getuid()
+    if ours and not status.st_mode & (stat.S_IWGRP | stat.S_IWOTH):
         return folder
     return Path(tempfile.mkdtemp(prefix="roughline-"))

@@ -26,6 +26,6 @@ def classes_of(room: ModuleType, base: type[T]) -> Iterator[type[T]]:
     """Yield the subclasses of a class that the modules of a package define."""
     for file in files_of(room):
         for value in vars(file).values():
-            own = isinstance(value, type) and value.__module__ == file.__name__
-            if own and issubclass(value, base) and value is not base:
+            local = isinstance(value, type) and value.__module__ == file.__name__
+            if local and issubclass(value, base) and value is not base:
                 yield value

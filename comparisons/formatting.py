@@ -207,11 +207,11 @@ def duration(value: object) -> str:
     seconds = float(value)
     if seconds < 100:
         return with_unit(seconds, "s", 2)
-    minutes, rest = divmod(round(seconds), 60)
+    minutes, remainder = divmod(round(seconds), 60)
     hours, minutes_left = divmod(minutes, 60)
     if hours:
         return _join(f"{hours}{THIN}h{THIN}{minutes_left}", "min")
-    return _join(f"{minutes}{THIN}min{THIN}{rest}", "s")
+    return _join(f"{minutes}{THIN}min{THIN}{remainder}", "s")
 
 
 def memory(value: object) -> str:

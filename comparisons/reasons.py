@@ -21,8 +21,8 @@ def one_line(text: str) -> str:
     """
 
     def ends(match: re.Match[str]) -> str:
-        rest = re.split(r"[,\s]+", match[2].strip(", \n"))
-        count = "" if "..." in rest else f" ({len(rest) + 1} numbers)"
-        return f"[{match[1]}, ..., {rest[-1]}]{count}"
+        numbers = re.split(r"[,\s]+", match[2].strip(", \n"))
+        count = "" if "..." in numbers else f" ({len(numbers) + 1} numbers)"
+        return f"[{match[1]}, ..., {numbers[-1]}]{count}"
 
     return _LONG_LIST.sub(ends, " ".join(text.split()))

@@ -14,7 +14,7 @@ from comparisons.results.advice import Setting, advise
 from comparisons.results.decisions import Verdict, asked_in_vain, judged_methods, verdicts, worst
 from comparisons.results.record import record_scene
 from comparisons.results.store import SceneRecord
-from comparisons.solving.kept import solve_plan
+from comparisons.solving.answers import solve_plan
 from comparisons.solving.planning import plan_scene
 from comparisons.solving.plans import Source, refuse_unsolvable
 from reports.tables.judged import methods_table

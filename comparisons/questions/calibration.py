@@ -62,7 +62,7 @@ QUANTITIES = ("force", "penetration", "contact_area", "stiffness")
 FLAT = ("cylinder", "elliptic_punch")
 LOADS = [0.02, 0.03, 0.05, 0.08]
 # What the fitting half must reach, over all its cases and for each of its shapes.
-WANTED, WANTED_OF_A_SHAPE = 0.975, 0.9
+LEAST_COVERAGE, LEAST_COVERAGE_OF_A_SHAPE = 0.975, 0.9
 
 
 @dataclass(frozen=True)
@@ -82,7 +82,7 @@ class Case:
     errors: np.ndarray
     bars: np.ndarray
     curves: np.ndarray
-    others: np.ndarray
+    bars_beside_grid: np.ndarray
 
     @property
     def error(self) -> float:
@@ -97,7 +97,7 @@ class Case:
     def with_rule(self, rule: Rule) -> Case:
         """Return the case with the bar that another rule gives."""
         grid = grid_uncertainty(np.array(self.resolutions), self.curves, rule)
-        return replace(self, bars=combined(grid, self.others))
+        return replace(self, bars=combined(grid, self.bars_beside_grid))
 
 
 @dataclass(frozen=True)
@@ -144,14 +144,14 @@ def shape_cases(
     # A mesh costs seconds; it is the same under force control.
     names = {c: [m for m in series if METHODS[m].grid or c == "penetration"] for c in controls}
     plans = [_plan(table, c, {name: series[name] for name in names[c]}) for c in controls]
-    found: list[Case] = []
+    cases: list[Case] = []
     for control, solved in zip(controls, (yield from together(map(curves, plans))), strict=True):
         exact = solved[CLOSED_FORM, 1].quantities
         for method in names[control]:
             for levels in series[method]:
                 part = {(method, n): solved[method, n] for n in levels}
-                found += _series(half, shape, control, part, exact, table["shape"] in FLAT)
-    return found
+                cases += _series(half, shape, control, part, exact, table["shape"] in FLAT)
+    return cases
 
 
 def _plan(
@@ -180,10 +180,10 @@ def _series(
     flat: bool,
 ) -> Iterable[Case]:
     """Yield a case for each quantity; the face of a punch has no area to be found."""
-    found = truths(solved, control)
-    if not found or not all(_whole(solution) for solution in solved.values()):
+    references = truths(solved, control)
+    if not references or not all(_complete(solution) for solution in solved.values()):
         return
-    (truth,) = found
+    (truth,) = references
     levels = tuple(n for _, n in solved)
     for name in QUANTITIES:
         if name == control or name not in truth.curves or (flat and name == "contact_area"):
@@ -199,11 +199,11 @@ def _series(
             errors=np.abs(relative_error(truth.curves[name], exact[name][0])),
             bars=combined(*parts.values()),
             curves=np.array([solution.quantities[name][0] for solution in solved.values()]),
-            others=combined(*(part for key, part in parts.items() if key != GRID)),
+            bars_beside_grid=combined(*(part for key, part in parts.items() if key != GRID)),
         )
 
 
-def _whole(solution: Solution) -> bool:
+def _complete(solution: Solution) -> bool:
     return bool(solution.converged.all())
 
 
@@ -219,10 +219,10 @@ class Summary:
     width: float
 
 
-def summary(found: Iterable[Case]) -> Summary:
+def summary(cases: Iterable[Case]) -> Summary:
     """Return coverage and median width."""
-    pairs = [(case.error, case.bar) for case in found]
-    errors, bars = (np.array(each) for each in zip(*pairs, strict=True))
+    pairs = [(case.error, case.bar) for case in cases]
+    errors, bars = (np.array(column) for column in zip(*pairs, strict=True))
     # An error that is round-off is covered whatever the bar; it says nothing about widths.
     real = errors > 1e-13
     return Summary(
@@ -242,14 +242,14 @@ def candidates() -> list[Rule]:
     ]
 
 
-def fitted(found: list[Case]) -> Rule | None:
+def fitted(cases: list[Case]) -> Rule | None:
     """Return the narrowest rule that covers enough of the fitting half, None where none does.
 
-    Enough is WANTED of all cases, and WANTED_OF_A_SHAPE of each shape's.
+    Enough is LEAST_COVERAGE of all cases, and LEAST_COVERAGE_OF_A_SHAPE of each shape's.
     """
-    fitting = [case for case in found if case.half == "fitting"]
+    fitting = [case for case in cases if case.half == "fitting"]
     tried = {rule: [case.with_rule(rule) for case in fitting] for rule in candidates()}
-    good = {rule: summary(each).width for rule, each in tried.items() if enough(each)}
+    good = {rule: summary(half).width for rule, half in tried.items() if enough(half)}
     return min(good, key=lambda rule: good[rule], default=None)
 
 
@@ -257,10 +257,10 @@ def enough(fitting: list[Case]) -> bool:
     """Tell whether bars cover what the fitting half demands, in total and shape by shape."""
     shapes = {case.shape for case in fitting}
     worst = min(summary(c for c in fitting if c.shape == name).coverage for name in shapes)
-    return summary(fitting).coverage >= WANTED and worst >= WANTED_OF_A_SHAPE
+    return summary(fitting).coverage >= LEAST_COVERAGE and worst >= LEAST_COVERAGE_OF_A_SHAPE
 
 
-def table(found: list[Case]) -> pd.DataFrame:
+def table(cases: list[Case]) -> pd.DataFrame:
     """Return the cases as rows."""
     return pd.DataFrame(
         {
@@ -273,5 +273,5 @@ def table(found: list[Case]) -> pd.DataFrame:
             "error": case.error,
             "bar": case.bar,
         }
-        for case in found
+        for case in cases
     )

@@ -26,11 +26,11 @@ from comparisons.machine import machine, versions
 from comparisons.results.folder import Layout, open_folder
 from comparisons.results.header import Header
 from comparisons.results.store import SceneRecord
+from comparisons.solving.answers import Answers
 from comparisons.solving.execution import THREADS
 from comparisons.solving.executors import Done, Executor, executor_for
 from comparisons.solving.forecast import Remaining
 from comparisons.solving.inquiries import Inquiries, Inquiry
-from comparisons.solving.kept import Kept
 from comparisons.solving.planning import Effort
 
 A = TypeVar("A")
@@ -172,8 +172,8 @@ class Campaign(ABC, Generic[A, R]):
         return spent or 0.0
 
     def _inquiries_with(self, executor: Executor) -> Inquiries[A]:
-        kept = None
+        answers = None
         if self.layout is not None and self.layout.answers:
-            kept = Kept(self.directory / self.layout.answers, resume=self.resume)
-        self._inquiries = Inquiries(executor, kept, self.received)
+            answers = Answers(self.directory / self.layout.answers, resume=self.resume)
+        self._inquiries = Inquiries(executor, answers, self.received)
         return self._inquiries

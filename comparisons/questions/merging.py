@@ -70,21 +70,21 @@ def merge(directories: Iterable[Path], out: Path, command: str = "", files: Path
     """
     if out.exists() and (not out.is_dir() or any(out.iterdir())):
         raise ResultsError(f"{out}: expected a new folder for the merged results")
-    runs = [load_study(each) for each in directories]
+    runs = [load_study(folder) for folder in directories]
     problems = list(_unlike(runs))
     if problems:
         raise InputError("\n  ".join(["these runs cannot be merged:", *problems]))
-    found = _Merge()
+    merged = _Merge()
     for run in runs:
-        _gather(run, files, found)
-    plans = [_merged(name, plans, found.conflicts) for name, plans in found.plans.items()]
-    if found.conflicts:
-        raise InputError("\n  ".join(["these runs contradict each other:", *found.conflicts]))
+        _gather(run, files, merged)
+    plans = [_merged(name, plans, merged.conflicts) for name, plans in merged.plans.items()]
+    if merged.conflicts:
+        raise InputError("\n  ".join(["these runs contradict each other:", *merged.conflicts]))
     out.parent.mkdir(parents=True, exist_ok=True)
     with tempfile.TemporaryDirectory(prefix=f".{out.name}.", dir=out.parent) as name:
         study = Study([p for p in plans if p is not None], Path(name) / "run", command=command)
         study.effort = "full" if runs[0].effort == "full" else "quick"
-        _write(study, found, runs)
+        _write(study, merged, runs)
         (Path(name) / "run").replace(out)
     study.directory = out
     return study
@@ -100,40 +100,40 @@ def _unlike(runs: list[StudyRecord]) -> Iterator[str]:
             yield f"{run.directory}: named more than once"
         if not run.scenes:
             yield f"{run.directory}: ended before it was written; --resume finishes it"
-        there = run.versions | {"roughline's source": run.source or "not recorded"}
-        here = versions() | {"roughline's source": source_digest()}
-        for name in dict.fromkeys([*here, *there]):
-            pair = [each.get(name, "nothing")[:12] for each in (there, here)]
+        run_versions = run.versions | {"roughline's source": run.source or "not recorded"}
+        own_versions = versions() | {"roughline's source": source_digest()}
+        for name in dict.fromkeys([*own_versions, *run_versions]):
+            pair = [release.get(name, "nothing")[:12] for release in (run_versions, own_versions)]
             if pair[0] != pair[1]:
                 yield f"{run.directory}: {name}: {pair[0]}, here {pair[1]}"
         if run.effort != runs[0].effort:
             yield f"{run.directory}: a {run.effort} run, the first one is {runs[0].effort}"
 
 
-def _gather(run: StudyRecord, files: Path, found: _Merge) -> None:
+def _gather(run: StudyRecord, files: Path, merged: _Merge) -> None:
     """Read the plans of a run, and every solution of it that is there and whole."""
     for record in run.scenes:
         scene = parse_scene(record.text, f"{run.directory}: {record.name}", files.resolve())
         plan = plan_from(scene, record.plan, run.effort)  # type: ignore[arg-type]
-        found.plans.setdefault(record.name, []).append(plan)
+        merged.plans.setdefault(record.name, []).append(plan)
         for task in plan.tasks:
             try:
                 solution = load_solution(run.directory / FIELDS / f"{task.key}.npz")
             except ResultsError:
                 continue  # in another run, or lost: told at the end
-            _add(task, solution, str(run.directory), found)
+            _add(task, solution, str(run.directory), merged)
 
 
-def _add(task: Task, solution: Solution, run: str, found: _Merge) -> None:
+def _add(task: Task, solution: Solution, run: str, merged: _Merge) -> None:
     key = _solve(task)
-    where, known = found.solutions.setdefault(key, (run, solution))
-    if known is solution:
+    where, first = merged.solutions.setdefault(key, (run, solution))
+    if first is solution:
         return
-    if solution.converged.sum() > known.converged.sum():
-        found.solutions[key] = run, solution
-    change = _difference(known, solution)
+    if solution.converged.sum() > first.converged.sum():
+        merged.solutions[key] = run, solution
+    change = _difference(first, solution)
     if change > MOVED:
-        found.conflicts.append(
+        merged.conflicts.append(
             f"{task.scene.name}, {task.method} {task.resolution}, realisations from "
             f"{task.realisations[0]}: {where} and {run} differ by {change:.1e}"
         )
@@ -143,12 +143,12 @@ def _solve(task: Task) -> _Solve:
     return task.scene.name, task.method, task.resolution, task.realisations
 
 
-def _difference(one: Solution, other: Solution) -> float:
+def _difference(first: Solution, second: Solution) -> float:
     """Return the largest difference of a quantity, relative to its largest value."""
-    both = one.converged & other.converged
+    both = first.converged & second.converged
     most = 0.0
-    for name in set(one.quantities) & set(other.quantities):
-        a, b = one.quantities[name][both], other.quantities[name][both]
+    for name in set(first.quantities) & set(second.quantities):
+        a, b = first.quantities[name][both], second.quantities[name][both]
         size = np.abs(a).max(initial=0.0)
         if size > 0:
             most = max(most, float(np.abs(a - b).max() / size))
@@ -169,9 +169,9 @@ def _merged(name: str, plans: list[Plan], conflicts: list[str]) -> Plan | None:
         plans[0],
         scene=scene,
         methods=tuple(methods),
-        left_out=tuple(dict.fromkeys(each for plan in plans for each in plan.left_out)),
-        notes=tuple(dict.fromkeys(each for plan in plans for each in plan.notes)),
-        switched_on=tuple(dict.fromkeys(each for plan in plans for each in plan.switched_on)),
+        left_out=tuple(dict.fromkeys(effect for plan in plans for effect in plan.left_out)),
+        notes=tuple(dict.fromkeys(note for plan in plans for note in plan.notes)),
+        switched_on=tuple(dict.fromkeys(physics for plan in plans for physics in plan.switched_on)),
     )
 
 
@@ -180,8 +180,8 @@ def _scene(name: str, scenes: list[Scene], conflicts: list[str]) -> Scene | None
     options: dict[str, Any] = {}
     for scene in scenes:
         same = _fixed(scene) == _fixed(scenes[0])
-        own = scene.methods.model_dump(exclude_defaults=True)
-        clash = [key for key in own if options.setdefault(key, own[key]) != own[key]]
+        chosen = scene.methods.model_dump(exclude_defaults=True)
+        clash = [key for key in chosen if options.setdefault(key, chosen[key]) != chosen[key]]
         if not same:
             conflicts.append(f"{name}: the scenes differ in more than methods and resolutions")
         if clash:
@@ -190,10 +190,10 @@ def _scene(name: str, scenes: list[Scene], conflicts: list[str]) -> Scene | None
             return None
     compare = scenes[0].compare
     for key in FREE:
-        asked = [getattr(scene.compare, key) for scene in scenes]
-        union = tuple(dict.fromkeys(v for each in asked if each is not None for v in each))
+        choices = [getattr(scene.compare, key) for scene in scenes]
+        union = tuple(dict.fromkeys(v for choice in choices if choice is not None for v in choice))
         ordered = tuple(sorted(union)) if key == "resolutions" else union
-        compare = compare.model_copy(update={key: None if None in asked else ordered})
+        compare = compare.model_copy(update={key: None if None in choices else ordered})
     tables = scenes[0].model_dump(exclude_none=True, exclude_defaults=True)
     tables |= {"compare": compare.model_dump(exclude_none=True, exclude_defaults=True)}
     tables |= {"methods": options, "directory": scenes[0].directory}
@@ -206,10 +206,10 @@ def _fixed(scene: Scene) -> dict[str, Any]:
 
 
 def _method(plans: list[MethodPlan]) -> MethodPlan:
-    done = [each for each in plans if each.supported]
+    done = [method for method in plans if method.supported]
     if not done:
-        return next((each for each in plans if each.reason != NOT_ASKED), plans[0])
-    levels = tuple(sorted({n for each in done for n in each.resolutions}))
+        return next((method for method in plans if method.reason != NOT_ASKED), plans[0])
+    levels = tuple(sorted({n for method in done for n in method.resolutions}))
     return replace(done[0], resolutions=levels)
 
 
@@ -225,17 +225,17 @@ def _settled(plan: Plan, study: Study) -> Plan:
     return replace(plan, notes=(*plan.notes, NOT_REFINED))
 
 
-def _write(study: Study, found: _Merge, runs: list[StudyRecord]) -> None:
+def _write(study: Study, merged: _Merge, runs: list[StudyRecord]) -> None:
     tasks = [task for plan in study.plans for task in plan.tasks]
-    study.adopt((t, found.solutions[_solve(t)][1]) for t in tasks if _solve(t) in found.solutions)
+    study.adopt((t, merged.solutions[_solve(t)][1]) for t in tasks if _solve(t) in merged.solutions)
     started = time.perf_counter()
     if study.effort == "full":
         study.plans = [_settled(plan, study) for plan in study.plans]
     record = study.record(sum(run.seconds for run in runs))
     parts: list[dict[str, Any]] = []
     for run in runs:
-        own = {key: getattr(run, key) for key in ("created", "command", "seconds", "machine")}
-        parts += run.runs or [own]
+        header = {key: getattr(run, key) for key in ("created", "command", "seconds", "machine")}
+        parts += run.runs or [header]
     seconds = record.seconds + time.perf_counter() - started
     # An interrupted run names the scenes that it had begun: there may have been more.
     interrupted = any(run.interrupted for run in runs)

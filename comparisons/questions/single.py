@@ -19,7 +19,7 @@ from comparisons.judging.levels import mean_curves
 from comparisons.judging.uncertainty import standard_error
 from comparisons.results.vtu import vtu_file
 from comparisons.scene.scene import Scene, load_scene
-from comparisons.solving.kept import solve_blocks
+from comparisons.solving.answers import solve_blocks
 from comparisons.solving.planning import Plan, plan_scene, single_resolution, task_of
 from comparisons.tasks.solution import Solution
 
@@ -42,21 +42,21 @@ class SingleResult:
     def reasons(self) -> list[str]:
         """Why steps failed, each reason once."""
         return [
-            f"{self.method} at resolution {self.resolution}: {why}"
-            for why in dict.fromkeys(self.solution.reasons.values())
+            f"{self.method} at resolution {self.resolution}: {reason}"
+            for reason in dict.fromkeys(self.solution.reasons.values())
         ]
 
     def columns(self) -> dict[str, np.ndarray]:
         """Return each quantity over the load steps: means, and standard errors of ensembles."""
-        found = {}
+        columns = {}
         curves = mean_curves(self.solution)
         for name, values in self.plan.loads.columns.items():
-            found[name] = curves.pop(name, values)
+            columns[name] = curves.pop(name, values)
         for name, values in curves.items():
-            found[name] = values
+            columns[name] = values
             if len(self.solution.converged) > 1:
-                found[f"{name}_stderr"] = standard_error(self.solution.quantities[name])
-        return found
+                columns[f"{name}_stderr"] = standard_error(self.solution.quantities[name])
+        return columns
 
     def to_json(self) -> str:
         """Return one JSON object, as the contract of the command line describes."""
@@ -152,7 +152,7 @@ def solve_scene(
 
 def _chosen(plan: Plan, method: str, resolution: int | None) -> int:
     """Return the resolution: as asked, else the one that aims at the scene's tolerance."""
-    (planned,) = [each for each in plan.methods if each.method == method]
+    (planned,) = [row for row in plan.methods if row.method == method]
     if not planned.supported:
         at = "" if resolution is None else f" at resolution {resolution}"
         raise InputError(f"{plan.scene.name}: {method} cannot do this scene{at}: {planned.reason}")

@@ -24,11 +24,11 @@ from comparisons.results.store import (
 )
 from comparisons.results.study_checks import parse_study
 from comparisons.results.vtu import write_fields
+from comparisons.solving.answers import solve_job
 from comparisons.solving.compilation import compile_apart
 from comparisons.solving.execution import execute
 from comparisons.solving.executors import Done
 from comparisons.solving.inquiries import Inquiry
-from comparisons.solving.kept import solve_job
 from comparisons.solving.planning import Plan
 from comparisons.tasks.archive import save_solution
 from comparisons.tasks.solution import REALISATIONS, Solution, Solved
@@ -71,13 +71,15 @@ class Study(Campaign[Plan, StudyRecord]):
     def inquiries(self) -> dict[str, Inquiry[Plan]]:
         """Return an inquiry for each plan: one whose tasks are done is refined beside the rest."""
         self._begun = True
-        own = {task.key for task in self._own_tasks()}
-        return {plan.scene.name: self._solved(index, own) for index, plan in enumerate(self.plans)}
+        part_keys = {task.key for task in self._own_tasks()}
+        return {
+            plan.scene.name: self._solved(index, part_keys) for index, plan in enumerate(self.plans)
+        }
 
-    def _solved(self, index: int, own: set[str]) -> Inquiry[Plan]:
+    def _solved(self, index: int, part_keys: set[str]) -> Inquiry[Plan]:
         """Solve a plan, and refine its truth as far as full effort asks."""
         plan = self.plans[index]
-        yield [solve_job(task, solve_task) for task in plan.tasks if task.key in own]
+        yield [solve_job(task, solve_task) for task in plan.tasks if task.key in part_keys]
         if self.effort == "quick" or self._is_part:
             return plan
         steps = refinements(plan, self.solved)
@@ -185,9 +187,9 @@ class Study(Campaign[Plan, StudyRecord]):
         """Return the solutions of a plan whose blocks of realisations are all done."""
         solved: Solved = {}
         for setting, tasks in plan.settings.items():
-            known = [s for s in map(self.solution, tasks) if s is not None]
-            if len(known) == len(tasks):
-                solved[setting] = Solution.concat(known, axis=REALISATIONS)
+            blocks = [s for s in map(self.solution, tasks) if s is not None]
+            if len(blocks) == len(tasks):
+                solved[setting] = Solution.concat(blocks, axis=REALISATIONS)
         return solved
 
     def _scene_record(self, plan: Plan) -> SceneRecord:

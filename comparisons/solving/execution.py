@@ -112,8 +112,10 @@ def _solve(solver: Solver[Any], task: Task) -> Solution:
         warnings.simplefilter("always", RuntimeWarning)
         solution = run(solver, task)
     if solution.converged.all():
-        for each in caught:
-            warnings.warn_explicit(each.message, each.category, each.filename, each.lineno)
+        for warning in caught:
+            warnings.warn_explicit(
+                warning.message, warning.category, warning.filename, warning.lineno
+            )
     return solution
 
 
@@ -178,5 +180,5 @@ def _peak() -> float:
         lines = _STATUS.read_text().splitlines()
     except OSError:
         return float("nan")
-    found = [line for line in lines if line.startswith("VmHWM")]
-    return 1024.0 * float(found[0].split()[1]) if found else float("nan")
+    peak_lines = [line for line in lines if line.startswith("VmHWM")]
+    return 1024.0 * float(peak_lines[0].split()[1]) if peak_lines else float("nan")

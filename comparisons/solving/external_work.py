@@ -26,12 +26,12 @@ from comparisons.tasks.task import Task
 
 def describe(source: str) -> dict[str, Any]:
     """Return name, title, dimension and physics of every method of a source, as one JSON text."""
-    found = [
-        {"name": each.name, "title": each.title, "dimension": each.dimension}
-        | ({"physics": sorted(each.physics)} if each.physics else {})
-        for each in _methods(source)
+    descriptions = [
+        {"name": method.name, "title": method.title, "dimension": method.dimension}
+        | ({"physics": sorted(method.physics)} if method.physics else {})
+        for method in _methods(source)
     ]
-    return {"methods": json.dumps(found)}
+    return {"methods": json.dumps(descriptions)}
 
 
 def plan(source: str, name: str, scene: Scene) -> dict[str, Any]:
@@ -51,8 +51,8 @@ def plan(source: str, name: str, scene: Scene) -> dict[str, Any]:
 
 def solve(source: str, name: str, task: Task, repeats: int) -> dict[str, Any]:
     """Return the solution of a task, with its times taken here, on warm code."""
-    made = _method(source, name)
-    registry.add_class(made)
+    method = _method(source, name)
+    registry.add_class(method)
     refused = registry.solver_of(task).refusal(task)
     if refused:
         raise ValueError(refused)
@@ -60,8 +60,8 @@ def solve(source: str, name: str, task: Task, repeats: int) -> dict[str, Any]:
 
 
 def _method(source: str, name: str) -> type[Solver[Any]]:
-    (made,) = [made for made in _methods(source) if made.name == name]
-    return made
+    (solver,) = [method for method in _methods(source) if method.name == name]
+    return solver
 
 
 @lru_cache(maxsize=1)
@@ -70,19 +70,19 @@ def _methods(source: str) -> list[type[Solver[Any]]]:
     kind, _, where = source.partition(":")
     if kind == "entry":
         (point,) = metadata.entry_points(group=GROUP, name=where)
-        made = point.load()
-        if not _is_method(made):
-            raise TypeError(f"expected a class derived from Solver, got {made!r:.60}")
-        return [made]
+        solver = point.load()
+        if not _is_method(solver):
+            raise TypeError(f"expected a class derived from Solver, got {solver!r:.60}")
+        return [solver]
     module = _module(Path(where))
-    own = [made for made in vars(module).values() if _is_method(made)]
-    own = [made for made in own if made.__module__ == module.__name__]
-    if not own:
+    solvers = [solver for solver in vars(module).values() if _is_method(solver)]
+    solvers = [solver for solver in solvers if solver.__module__ == module.__name__]
+    if not solvers:
         raise ValueError(
             "no method in the file: expected a function under @method(name), or a class derived "
             "from comparisons.methods.Solver that has a name"
         )
-    return own
+    return solvers
 
 
 def _is_method(value: object) -> bool:

@@ -55,36 +55,36 @@ class Forecast:
         """Remember what a job has cost, compilation apart."""
         if not math.isfinite(seconds):
             return
-        own = self._costs.setdefault((kind.scene, kind.method), {})
-        spent, count = own.get(kind.resolution, (0.0, 0))
-        own[kind.resolution] = (spent + max(seconds, 0.0), count + kind.realisations)
+        costs = self._costs.setdefault((kind.scene, kind.method), {})
+        spent, count = costs.get(kind.resolution, (0.0, 0))
+        costs[kind.resolution] = (spent + max(seconds, 0.0), count + kind.realisations)
 
     def cost(self, kind: Kind) -> float | None:
         """Return the seconds that a job will take, None where nothing is known."""
-        own = self._costs.get((kind.scene, kind.method))
-        if own is None:
+        costs = self._costs.get((kind.scene, kind.method))
+        if costs is None:
             return self._of_method(kind)
-        nearest = min(own, key=lambda n: abs(math.log(n / kind.resolution)))
-        spent, count = own[nearest]
+        nearest = min(costs, key=lambda n: abs(math.log(n / kind.resolution)))
+        spent, count = costs[nearest]
         doublings = math.log2(kind.resolution / nearest)
         return spent / count * kind.realisations * growth(kind.method) ** doublings
 
     def _of_method(self, kind: Kind) -> float | None:
-        known = [
+        costs = [
             cost
-            for (_, method), own in self._costs.items()
+            for (_, method), costs in self._costs.items()
             if method == kind.method
-            for cost in own.values()
+            for cost in costs.values()
         ]
-        if not known:
+        if not costs:
             return None
-        spent, count = (sum(column) for column in zip(*known, strict=True))
+        spent, count = (sum(column) for column in zip(*costs, strict=True))
         return spent / count * kind.realisations
 
     def remaining(self, kinds: Iterable[Kind], workers: int) -> Remaining:
         """Return how long jobs take, spread over the workers."""
         costs = [self.cost(kind) for kind in kinds]
-        known = [cost for cost in costs if cost is not None]
+        estimates = [cost for cost in costs if cost is not None]
         # However many workers there are, the dearest job is one worker's.
-        seconds = max(sum(known) / workers, max(known, default=0.0))
-        return Remaining(seconds, len(known) == len(costs))
+        seconds = max(sum(estimates) / workers, max(estimates, default=0.0))
+        return Remaining(seconds, len(estimates) == len(costs))

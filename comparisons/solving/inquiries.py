@@ -12,9 +12,9 @@ from dataclasses import dataclass, field
 from typing import Generic, TypeVar
 
 from comparisons.errors import LostWorkError
+from comparisons.solving.answers import Answers, curve_job, value_of
 from comparisons.solving.executors.base import Done, Executor, Job, SerialExecutor
 from comparisons.solving.forecast import Forecast, Remaining
-from comparisons.solving.kept import Kept, curve_job, value_of
 from comparisons.solving.planning import Plan
 from comparisons.tasks.solution import REALISATIONS, Solution, Solved
 
@@ -39,7 +39,7 @@ class Inquiries(Generic[A]):
     ----------
     executor : Executor, optional
         Carries out the jobs; default: one after the other, here.
-    kept : Kept, optional
+    answers : Answers, optional
         What is done already, and where answers go; default: memory.
     received : callable, optional
         Called with every answer, kept or new, before the inquiries get it.
@@ -55,12 +55,12 @@ class Inquiries(Generic[A]):
     def __init__(
         self,
         executor: Executor | None = None,
-        kept: Kept | None = None,
+        answers: Answers | None = None,
         received: Callable[[Done], None] | None = None,
     ) -> None:
         self.answers: dict[str, A] = {}
         self.lost: dict[str, str] = {}
-        self._executor, self._kept = executor or SerialExecutor(), kept or Kept()
+        self._executor, self._answers = executor or SerialExecutor(), answers or Answers()
         self._received = received
         self._forecast = Forecast()
         self._open: dict[str, Job] = {}
@@ -90,7 +90,7 @@ class Inquiries(Generic[A]):
         yield None
         for done in self._executor.finished():
             key = done.job.key
-            self._kept.put(done)
+            self._answers.put(done)
             self._forecast.learn(done.job.kind, done.seconds - _compilation(done))
             del self._open[key]
             self._receive(done)
@@ -108,7 +108,7 @@ class Inquiries(Generic[A]):
         try:
             while True:
                 jobs = next(inquiry) if answers is None else inquiry.send(answers)
-                wait = _Wait(name, inquiry, self._known(jobs))
+                wait = _Wait(name, inquiry, self._solved(jobs))
                 missing = {job.key: job for job in jobs if job.key not in wait.answers}
                 if missing:
                     wait.missing.update(missing)
@@ -121,11 +121,11 @@ class Inquiries(Generic[A]):
         except LostWorkError as error:
             self.lost[name] = str(error)
 
-    def _known(self, jobs: Sequence[Job]) -> dict[str, Done]:
+    def _solved(self, jobs: Sequence[Job]) -> dict[str, Done]:
         """Return the answers that are kept."""
         answers = {}
         for job in jobs:
-            done = None if job.key in self._open else self._kept.get(job)
+            done = None if job.key in self._open else self._answers.get(job)
             if done is not None:
                 answers[job.key] = done
                 if job.key not in self._done:
@@ -168,26 +168,26 @@ def together(inquiries: Iterable[Inquiry[A]]) -> Inquiry[list[A]]:
     """Go through inquiries in step, as one, and return their answers in order."""
     several = list(inquiries)
     answers: dict[int, A] = {}
-    asked: dict[int, Sequence[Job]] = {}
+    pending: dict[int, Sequence[Job]] = {}
 
     def go_on(index: int, done: Mapping[str, Done] | None = None) -> None:
         inquiry = several[index]
         try:
-            asked[index] = next(inquiry) if done is None else inquiry.send(done)
+            pending[index] = next(inquiry) if done is None else inquiry.send(done)
         except StopIteration as end:
-            asked.pop(index, None)
+            pending.pop(index, None)
             answers[index] = end.value
 
     for index in range(len(several)):
         go_on(index)
-    while asked:
-        done = yield [job for jobs in asked.values() for job in jobs]
-        for index in list(asked):
+    while pending:
+        done = yield [job for jobs in pending.values() for job in jobs]
+        for index in list(pending):
             go_on(index, done)
     return [answers[index] for index in range(len(several))]
 
 
-def curves(plan: Plan, known: Solved | None = None) -> Inquiry[Solved]:
+def curves(plan: Plan, earlier: Solved | None = None) -> Inquiry[Solved]:
     """Solve every method and resolution of a plan for its curves, but those that are known.
 
     Raises
@@ -195,7 +195,7 @@ def curves(plan: Plan, known: Solved | None = None) -> Inquiry[Solved]:
     LostWorkError
         If the process of a solve was ended again and again.
     """
-    solved = dict(known or {})
+    solved = dict(earlier or {})
     missing = {s: [*map(curve_job, tasks)] for s, tasks in plan.settings.items() if s not in solved}
     done = yield [job for jobs in missing.values() for job in jobs]
     for setting, jobs in missing.items():

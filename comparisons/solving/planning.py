@@ -99,8 +99,10 @@ class Plan:
         Force and penetration can each be compared at the other; along a path, in time or over
         speeds the prescribed load is the same for all.
         """
-        asked = self.scene.compare.quantities
-        return tuple(q for q in asked if self.loads.compares_itself or q not in self.loads.columns)
+        quantities = self.scene.compare.quantities
+        return tuple(
+            q for q in quantities if self.loads.compares_itself or q not in self.loads.columns
+        )
 
     def blocks(self, method: str, resolution: int = 1) -> list[tuple[int, ...]]:
         """Return the realisations of a method in blocks of one task each, smaller on fine grids."""
@@ -124,8 +126,8 @@ class Plan:
                 }
                 for m in self.methods
             ],
-            "switched_on": [{"what": what, "how": how} for what, how in self.switched_on],
-            "left_out": [{"what": what, "why": why} for what, why in self.left_out],
+            "switched_on": [{"what": effect, "how": model} for effect, model in self.switched_on],
+            "left_out": [{"what": effect, "why": reason} for effect, reason in self.left_out],
             "notes": list(self.notes),
         }
 
@@ -197,18 +199,18 @@ def plan_from(scene: Scene, document: Mapping[str, Any], effort: Effort) -> Plan
     """
     try:
         methods = tuple(
-            MethodPlan(**each | {"resolutions": tuple(each["resolutions"])})
-            for each in document["methods"]
+            MethodPlan(**method | {"resolutions": tuple(method["resolutions"])})
+            for method in document["methods"]
         )
-        omitted = tuple((each["what"], each["why"]) for each in document["left_out"])
+        omitted = tuple((entry["what"], entry["why"]) for entry in document["left_out"])
         notes = tuple(document["notes"])
-        applied = tuple((each["what"], each["how"]) for each in document["switched_on"])
+        applied = tuple((entry["what"], entry["how"]) for entry in document["switched_on"])
     except (KeyError, TypeError) as error:
         raise InputError(f"{scene.name}: not a plan of this roughline ({error})") from error
-    unknown = [each.method for each in methods if each.method not in METHODS]
+    unknown = [method.method for method in methods if method.method not in METHODS]
     if unknown:
-        known = f"{', '.join(unknown)} not known here (--method-file adds methods)"
-        raise InputError(f"{scene.name}: {known}")
+        problem = f"{', '.join(unknown)} not known here (--method-file adds methods)"
+        raise InputError(f"{scene.name}: {problem}")
     return replace(
         _draft(scene, effort),
         methods=methods,
@@ -222,19 +224,19 @@ def _draft(scene: Scene, effort: Effort) -> Plan:
     geometry, loads = prepare(scene)
     if isinstance(geometry, IndenterGeometry) and scene.body is not None:
         geometry = with_body(scene, geometry)
-    asked = _asked(scene)
-    realisations = min(asked, QUICK_REALISATIONS) if effort == "quick" else asked
+    total = _realisation_count(scene)
+    realisations = min(total, QUICK_REALISATIONS) if effort == "quick" else total
     return Plan(scene, geometry, loads, (), (), (), realisations)
 
 
-def _asked(scene: Scene) -> int:
+def _realisation_count(scene: Scene) -> int:
     return scene.surface.realisations if scene.surface is not None else 1
 
 
 def _plan(scene: Scene, effort: Effort) -> Plan:
     draft = _draft(scene, effort)
     geometry, loads, realisations = draft.geometry, draft.loads, draft.realisations
-    asked = _asked(scene)
+    total = _realisation_count(scene)
     methods = tuple(_plan_methods(draft))
     notes = (
         [*geometry.treatment, *surface_notes(geometry)]
@@ -242,8 +244,8 @@ def _plan(scene: Scene, effort: Effort) -> Plan:
         else []
     )
     notes += scene_notes(scene, geometry)
-    if realisations < asked:
-        notes.append(f"quick: {realisations} of {asked} realisations (--full runs all of them)")
+    if realisations < total:
+        notes.append(f"quick: {realisations} of {total} realisations (--full runs all of them)")
     if scene.counter_body is not None:
         notes.append("both bodies are elastic: 1/E* is the sum of theirs")
     if scene.half_space.poisson_ratio is None and scene.viscoelastic is None:
@@ -286,16 +288,16 @@ def _plan_method(draft: Plan, name: str) -> MethodPlan:
     if scene.compare.resolutions is not None and planned != EXACT:
         planned = scene.compare.resolutions
     refusals = {n: _refusal(draft, name, solver, n) for n in planned}
-    kept = tuple(n for n in planned if not refusals[n])
-    dropped = [f"{n}: {why}" for n, why in refusals.items() if why]
-    if not kept:
+    feasible = tuple(n for n in planned if not refusals[n])
+    dropped = [f"{n}: {reason}" for n, reason in refusals.items() if reason]
+    if not feasible:
         return MethodPlan(name, False, dropped[0].partition(": ")[2])
     reason = solver.note if not dropped else "left out " + "; ".join(dropped)
     modelled = solver.model(draft.geometry)
-    need = max(solver.memory(_first_task(draft, name, n)) for n in kept)
+    need = max(solver.memory(_first_task(draft, name, n)) for n in feasible)
     if need > WORTH_SAYING:
         modelled += f"; about {need / 1e9:.1f} GB of memory"
-    return MethodPlan(name, True, reason, kept, modelled)
+    return MethodPlan(name, True, reason, feasible, modelled)
 
 
 def single_resolution(planned: tuple[int, ...], geometry: Geometry) -> int:
@@ -339,11 +341,11 @@ def _refusal(draft: Plan, name: str, solver: Solver[Any], resolution: int) -> st
 
 
 def _grid_problem(geometry: RoughGeometry, resolution: int) -> str:
-    own = geometry.points[0]
-    step = own // resolution if own % resolution == 0 else 0
-    if resolution % own == 0 or (step and all(n % step == 0 for n in geometry.points)):
+    points = geometry.points[0]
+    step = points // resolution if points % resolution == 0 else 0
+    if resolution % points == 0 or (step and all(n % step == 0 for n in geometry.points)):
         return ""
-    return f"neither a multiple nor a divisor of the surface's own {own} points per side"
+    return f"neither a multiple nor a divisor of the surface's own {points} points per side"
 
 
 def _check_size(scene: Scene) -> None:
@@ -380,8 +382,8 @@ def _patch_of(scene: Scene, plan: Plan) -> tuple[Scene, Crop] | None:
         return None
     if geometry.periodic or max(geometry.points) <= PATCH_POINTS or min(geometry.points) < 8:
         return None
-    wanted = scene.compare.methods
-    if wanted is not None and not {"fem", "bem_dense"} & set(wanted):
+    methods = scene.compare.methods
+    if methods is not None and not {"fem", "bem_dense"} & set(methods):
         return None
     assert geometry.measured is not None
     crop = _crop_around_peak(geometry.measured, surface.crop)
@@ -393,7 +395,7 @@ def _patch_of(scene: Scene, plan: Plan) -> tuple[Scene, Crop] | None:
     data["surface"] |= {"crop": crop}
     data.get("compare", {}).pop("resolutions", None)
     if scene.loading.range.relative_to is None and scene.loading.control == "force":
-        values = [share * each for each in scene.loading.range.values]
+        values = [share * load for load in scene.loading.range.values]
         data["loading"] = {"force": {"values": values}}
     return validated(data), crop
 
@@ -417,10 +419,10 @@ def _mirrored_part(even: tuple[bool, bool]) -> tuple[str, str]:
 
 def _left_out(scene: Scene, geometry: Geometry) -> Iterable[tuple[str, str]]:
     """Yield what is not modelled, with the reason."""
-    asked = set(scene.compare.quantities)
-    if "pressure" not in asked:
+    quantities = set(scene.compare.quantities)
+    if "pressure" not in quantities:
         yield "pressure fields", 'not asked for (add "pressure" to compare.quantities)'
-    if not asked & {"stiffness", "contact_length_stiffness"}:
+    if not quantities & {"stiffness", "contact_length_stiffness"}:
         yield (
             "contact stiffness, in the half-space methods",
             "not asked for; it costs them one more linear solve per load",

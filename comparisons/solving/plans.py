@@ -18,7 +18,7 @@ def plan_all(
     sources: Iterable[Source],
     overrides: Mapping[str, Any],
     effort: Effort,
-    said: str = "--methods, --option",
+    origin: str = "--methods, --option",
 ) -> list[Plan]:
     """Load and plan all scenes and suites.
 
@@ -29,7 +29,7 @@ def plan_all(
     overrides : mapping
         Dotted keys put into every scene.
     effort : {"quick", "full"}
-    said : str
+    origin : str
         Where the overrides come from, for messages about them.
 
     Raises
@@ -41,7 +41,7 @@ def plan_all(
         # On a scene that is right, only what is added can be wrong: told once.
         load_scene("paraboloid", overrides)
     except SceneError as error:
-        raise SceneError(said, error.problems) from error
+        raise SceneError(origin, error.problems) from error
     plans: list[Plan] = []
     problems: list[str] = []
     for source in _members(sources):
@@ -51,10 +51,10 @@ def plan_all(
             problems.append(str(error))
     if not plans and not problems:
         problems.append("expected at least one scene")
-    seen = [each.scene.name for each in plans]
+    names = [plan.scene.name for plan in plans]
     problems += [
         f"{name}: expected different names, two scenes have this one"
-        for name in sorted({n for n in seen if seen.count(n) > 1})
+        for name in sorted({n for n in names if names.count(n) > 1})
     ]
     problems += _unsolvable(plans)
     if problems:
@@ -74,28 +74,28 @@ def _unsolvable(plans: Sequence[Plan]) -> list[str]:
     Where [compare] methods or --methods leave a scene none, that is told only if they leave every
     scene none: of a suite they may pick what they can do.
     """
-    empty = [each for each in plans if not any(method.supported for method in each.methods)]
+    empty = [plan for plan in plans if not any(method.supported for method in plan.methods)]
     return [
-        f"{each.scene.name}: {_why_none(each)}"
-        for each in empty
-        if each.scene.compare.methods is None or len(empty) == len(plans)
+        f"{plan.scene.name}: {_why_none(plan)}"
+        for plan in empty
+        if plan.scene.compare.methods is None or len(empty) == len(plans)
     ]
 
 
 def _why_none(plan: Plan) -> str:
     """Return why no method does a scene, methods with the same reason together."""
-    asked = plan.scene.compare.methods
+    methods = plan.scene.compare.methods
     reasons: dict[str, list[str]] = {}
-    for each in plan.methods:
-        if asked is None or each.method in asked:
-            reasons.setdefault(each.reason, []).append(each.method)
-    told = "".join(f"\n  {', '.join(names)}: {why}" for why, names in reasons.items())
-    return f"no method{'' if asked is None else ' asked for'} can do this scene{told}"
+    for method in plan.methods:
+        if methods is None or method.method in methods:
+            reasons.setdefault(method.reason, []).append(method.method)
+    refusals = "".join(f"\n  {', '.join(names)}: {reason}" for reason, names in reasons.items())
+    return f"no method{'' if methods is None else ' asked for'} can do this scene{refusals}"
 
 
 def _members(sources: Iterable[Source]) -> list[Source]:
     """Return the scenes, with suites replaced by theirs."""
-    found: list[Source] = []
+    scenes: list[Source] = []
     for source in sources:
-        found += SUITES.get(source, (source,)) if isinstance(source, str) else (source,)
-    return found
+        scenes += SUITES.get(source, (source,)) if isinstance(source, str) else (source,)
+    return scenes

@@ -270,7 +270,9 @@ class Event(NamedTuple):
     starting: np.ndarray
 
 
-def _next_event(system: System, phase: Phase, remaining: float, starting: np.ndarray) -> Event | None:
+def _next_event(
+    system: System, phase: Phase, remaining: float, starting: np.ndarray
+) -> Event | None:
     """Return the first event within the time `remaining`, if there is one.
 
     The speed of a block that has just begun to slide is zero, and its rounding has either sign: it

@@ -319,7 +319,7 @@ def advise(
     from comparisons.results.decisions import asked_in_vain
     from comparisons.results.record import record_scene
     from comparisons.scene.scene import load_scene
-    from comparisons.solving.kept import solve_plan
+    from comparisons.solving.answers import solve_plan
     from comparisons.solving.planning import plan_scene
     from comparisons.solving.plans import refuse_unsolvable
     from reports.cli import terminal

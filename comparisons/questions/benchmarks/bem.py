@@ -19,7 +19,7 @@ from comparisons.isolation.parent import Limits
 from comparisons.machine import MEMORY_SHARE, free_memory
 from comparisons.peers import press
 from comparisons.questions.benchmarks import bem_cases, bem_cost
-from comparisons.questions.benchmarks.bem_cases import LIGHT, USUAL, Case
+from comparisons.questions.benchmarks.bem_cases import LIGHT, MEDIUM, Case
 from comparisons.questions.benchmarks.yardstick import Measurement, interleaved, measurement
 from comparisons.questions.study import Study
 from comparisons.scene.scene import parse_scene
@@ -51,16 +51,16 @@ def measure() -> list[Measurement]:
 
 def cases() -> list[Case]:
     """Return the problems that the peers are given, too."""
-    found = []
+    rough_cases = []
     for cutoff in CUTOFFS:
-        found += [
-            bem_cases.rough(256, cutoff, USUAL, MODERATE),
+        rough_cases += [
+            bem_cases.rough(256, cutoff, MEDIUM, MODERATE),
             bem_cases.rough(256, cutoff, LIGHT, FEW),
-            bem_cases.rough(512, cutoff, USUAL, LARGE),
+            bem_cases.rough(512, cutoff, MEDIUM, LARGE),
             bem_cases.rough(512, cutoff, LIGHT, LARGE),
         ]
     return [
-        *found,
+        *rough_cases,
         bem_cases.sweep(256, CUTOFFS[0], 30, SWEEP),
         bem_cases.hertz(256, 40, HERTZ, cropped=False),
         bem_cases.hertz(256, 40, CROPPED, cropped=True),
@@ -74,10 +74,10 @@ def against_peers(case: Case) -> Measurement:
     run = {"ours": partial(case.solve, TOLERANCE)}
     ours = interleaved(run, READINGS, time.process_time)["ours"]
     peers = {peer: _peer(peer, case, reached) for peer in press.PACKAGES if press.installed(peer)}
-    answered = {peer: found for peer, found in peers.items() if found.processor_seconds}
+    answered = {peer: solution for peer, solution in peers.items() if solution.processor_seconds}
     if not answered:
-        why = [next(iter(each.reasons.values()), "no answer") for each in peers.values()]
-        yardstick = "; ".join(why) or "no peer installed: pip install 'roughline[peers]'"
+        reasons = [next(iter(peer.reasons.values()), "no answer") for peer in peers.values()]
+        yardstick = "; ".join(reasons) or "no peer installed: pip install 'roughline[peers]'"
         return Measurement(case.name, statistics.median(ours), yardstick, None, None, case.target)
     # Once more after the peers, so that both have seen the same machine.
     ours += interleaved(run, READINGS, time.process_time)["ours"]

@@ -14,7 +14,7 @@ from reference.loads import Load
 
 HURST, SLOPE = 0.8, 0.1
 # Contact fractions that a load aims at, and how far beside is still the same regime.
-USUAL, LIGHT = 0.225, 0.04
+MEDIUM, LIGHT = 0.225, 0.04
 _BESIDE = 0.1
 
 
@@ -45,13 +45,13 @@ class Case:
     def solve(self, tolerance: float) -> np.ndarray:
         """Solve everything with our own solver; return the violations (m, k)."""
         operator = self.operator()
-        found = []
+        violations = []
         for gap in self.gaps:
             steps = fft.sweep(
                 Press(operator, gap), Load(self.control, self.loads), tolerance=tolerance
             )
-            found.append([contact.violation for contact in steps])
-        return np.array(found)
+            violations.append([contact.violation for contact in steps])
+        return np.array(violations)
 
 
 def rough(points: int, cutoff: int, fraction: float, target: float | None) -> Case:
@@ -65,7 +65,7 @@ def rough(points: int, cutoff: int, fraction: float, target: float | None) -> Ca
 def sweep(points: int, cutoff: int, steps: int, target: float | None) -> Case:
     """Return the same surface under increasing forces up to the usual contact fraction."""
     gap = _surface(points, cutoff)
-    force, reached = _force_at(gap, USUAL)
+    force, reached = _force_at(gap, MEDIUM)
     name = f"periodic {points}^2, cutoff {cutoff} cells, {steps} loads to {reached:.1%} contact"
     loads = force * np.linspace(1 / steps, 1, steps)
     return Case(name, gap[None], _spacing(points), True, "force", loads, target)

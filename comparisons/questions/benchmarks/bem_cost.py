@@ -23,13 +23,13 @@ TOLERANCE = 1e-8
 
 def rows() -> list[Measurement]:
     """Return the cost against N with its exponent, and the peak memory of the largest grid."""
-    found = [_size(points) for points in SIZES]
-    return [*found, _growth([row.seconds for row in found]), _memory()]
+    costs = [_size(points) for points in SIZES]
+    return [*costs, _growth([row.seconds for row in costs]), _memory()]
 
 
 def _size(points: int) -> Measurement:
     """One solve against one pair of transforms of the same grid, and the share of all its own."""
-    case = bem_cases.rough(points, CUTOFF, bem_cases.USUAL, None)
+    case = bem_cases.rough(points, CUTOFF, bem_cases.MEDIUM, None)
     tasks = {"solve": partial(case.solve, TOLERANCE), "transforms": partial(_transforms, points)}
     times = interleaved(tasks, 3, time.process_time)
     share = fft_share(case)
@@ -62,7 +62,7 @@ def fft_share(case: bem_cases.Case) -> float:
         field = np.ones(operator.shape, name)
         tasks[name] = partial(operator.convolution(name), field)
     times = interleaved(tasks, 5, time.process_time)
-    cost = {name: float(np.median(each)) for name, each in times.items()}
+    cost = {name: float(np.median(samples)) for name, samples in times.items()}
     return (single * cost["float32"] + double * cost["float64"]) / cost["solve"]
 
 
@@ -92,7 +92,7 @@ def largest(points: int) -> dict[str, float]:
     """Solve a large periodic grid; return the seconds and the peak memory of this process."""
     import resource
 
-    case = bem_cases.rough(points, CUTOFF, bem_cases.USUAL, None)
+    case = bem_cases.rough(points, CUTOFF, bem_cases.MEDIUM, None)
     start = time.perf_counter()
     case.solve(TOLERANCE)
     spent = time.perf_counter() - start

@@ -70,7 +70,7 @@ def run_fixed(elements: int) -> Job:
     lines = np.linspace(0.0, 1.02, elements + 1)
     body = fem.tensor_body(lines, lines, 1.0, POISSON, symmetry="quarter", order=2, extent=2.0)
     gap = _paraboloid(*body.points.T)
-    return _job(body, lambda: ((body, each) for each in fem.press(body, gap, penetration=DEPTHS)))
+    return _job(body, lambda: ((body, depth) for depth in fem.press(body, gap, penetration=DEPTHS)))
 
 
 def hertz(bound: float) -> list[Measurement]:
@@ -79,13 +79,15 @@ def hertz(bound: float) -> list[Measurement]:
     job = run(elements)
     title = f"Hertz, 30 depths, force within {bound:.0e} (found {_worst(elements):.1e}), "
     title += f"{job.body.unknowns} unknowns"
-    rows, found = _against_pardiso(f"{title}: whole job", partial(run, elements), job, WHOLE)
-    whole = rows[0]
-    for name, share in _shares(found).items():
-        ratio = None if whole.ratio is None else share * whole.ratio
-        part = share * whole.seconds
+    rows, shares = _against_pardiso(f"{title}: whole job", partial(run, elements), job, WHOLE)
+    job_row = rows[0]
+    for name, share in _shares(shares).items():
+        ratio = None if job_row.ratio is None else share * job_row.ratio
+        part = share * job_row.seconds
         rows.append(
-            Measurement(f"{title}: {name}", part, whole.yardstick, whole.yardstick_seconds, ratio)
+            Measurement(
+                f"{title}: {name}", part, job_row.yardstick, job_row.yardstick_seconds, ratio
+            )
         )
     return rows
 
@@ -120,7 +122,7 @@ def accuracy() -> list[Measurement]:
     peak = 2.0 * body.effective_modulus / np.pi
     exact = peak * np.sqrt(np.clip(1.0 - radius**2, 0.0, None))
     norm = body.weights @ exact**2
-    found = {
+    accuracy_parts = {
         "peak pressure": (abs(step.pressure.max() / peak - 1.0), 1e-3),
         "pressure L2": (np.sqrt(body.weights @ (step.pressure - exact) ** 2 / norm), 5e-3),
         "contact radius": (abs(np.sqrt(step.contact_area / np.pi) - 1.0), 5e-4),
@@ -135,7 +137,7 @@ def accuracy() -> list[Measurement]:
             float(error / bound),
             1.0,
         )
-        for name, (error, bound) in found.items()
+        for name, (error, bound) in accuracy_parts.items()
     ]
 
 
@@ -164,17 +166,17 @@ def against_peer(peer: str) -> Measurement:
     times = interleaved({"ours": single}, READINGS, time.process_time)["ours"]
     if peer not in METHODS:
         return Measurement(name, statistics.median(times), f"{peer}: no such method", None, None)
-    found = _peer_seconds(peer, worst)
-    if isinstance(found, str):
-        return Measurement(name, statistics.median(times), found, None, None, PEER)
-    seconds, error, unknowns = found
+    peer_run = _peer_seconds(peer, worst)
+    if isinstance(peer_run, str):
+        return Measurement(name, statistics.median(times), peer_run, None, None, PEER)
+    seconds, error, unknowns = peer_run
     yardstick = f"{peer}, {unknowns} unknowns, error {error:.1e}"
     return measurement(name, times, yardstick, [seconds] * len(times), PEER)
 
 
 def sizes() -> list[Measurement]:
     """Cost and memory against the number of unknowns, and the exponent of the cost."""
-    rows, found = [], {}
+    rows, seconds_by_unknowns = [], {}
     for elements in SIZES:
         free = free_memory()
         expected = 115 * elements**3
@@ -192,8 +194,8 @@ def sizes() -> list[Measurement]:
             rows.append(measurement(title, [spent], FACTORISATION, [_factorisation(job)]))
         else:
             rows.append(Measurement(title, spent, "not factorised at this size", None, None))
-        found[job.body.unknowns] = spent
-    return [*rows, growth(found)]
+        seconds_by_unknowns[job.body.unknowns] = spent
+    return [*rows, growth(seconds_by_unknowns)]
 
 
 def growth(seconds: dict[int, float]) -> Measurement:
@@ -216,7 +218,7 @@ def _shares(jobs: list[Job]) -> dict[str, float]:
     """Median share of each part in the whole job."""
     parts = [job.body.seconds | {"sweep": job.sweep_seconds} for job in jobs]
     return {
-        name: statistics.median(each[name] / sum(each.values()) for each in parts)
+        name: statistics.median(timing[name] / sum(timing.values()) for timing in parts)
         for name in parts[0]
     }
 
@@ -292,7 +294,7 @@ methods = ["{peer}"]
 resolutions = {list(PEER_LEVELS)}
 """
     (plan, *_) = plan_scene(parse_scene(scene, "hertz", Path()), "full")
-    (planned,) = [each for each in plan.methods if each.method == peer]
+    (planned,) = [method for method in plan.methods if method.method == peer]
     if not planned.supported:
         return planned.reason
     exact = 4.0 / 3.0 / (1.0 - POISSON**2) * 0.01**1.5
@@ -302,8 +304,8 @@ resolutions = {list(PEER_LEVELS)}
         task = task_of(plan, peer, level)
         solution = runner.run(solver_of(task), task)
         # a peer in a process of its own reports its seconds; ours does not see them pass
-        own = np.isfinite(solution.seconds)
-        spent = solution.seconds if own else time.process_time() - start
+        timed = np.isfinite(solution.seconds)
+        spent = solution.seconds if timed else time.process_time() - start
         if not solution.converged.all():
             continue
         error = abs(float(solution.quantities["force"][0, 0]) / exact - 1.0)

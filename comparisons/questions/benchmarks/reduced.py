@@ -153,7 +153,7 @@ def _repeat(task: Callable[[], object], times: int) -> None:
 
 def _sizes() -> list[Measurement]:
     """Cost against N, and its growth from 1e4 to 1e7 against that of N log N."""
-    rows, found = [], {}
+    rows, seconds_by_points = [], {}
     for points in SIZES:
         line = rough_lines(1, points)
         pressing = partial(press, line, 1.0, load_lists(line, LOADS)[0])
@@ -167,8 +167,8 @@ def _sizes() -> list[Measurement]:
                 times["argsort"],
             )
         )
-        found[points] = rows[-1].seconds
-    return [*rows, _growth(found)]
+        seconds_by_points[points] = rows[-1].seconds
+    return [*rows, _growth(seconds_by_points)]
 
 
 def _growth(seconds: dict[int, float]) -> Measurement:

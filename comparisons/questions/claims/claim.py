@@ -108,7 +108,7 @@ class Vary(_Table):
         return self
 
     @property
-    def whole(self) -> bool:
+    def is_integer(self) -> bool:
         """Whether the parameter takes whole numbers only."""
         return self.integer or self.path == (RESOLUTION,)
 
@@ -118,7 +118,7 @@ class Vary(_Table):
 
     def value(self, number: float) -> Any:
         """Return what stands in the scene for a number: a multiple of the unit, as text."""
-        if self.whole:
+        if self.is_integer:
             return int(number)
         if not self.unit:
             return number
@@ -158,7 +158,7 @@ class Claim(_Table):
 
     @field_validator("quantity")
     @classmethod
-    def _known(cls, value: tuple[str, ...]) -> tuple[str, ...]:
+    def _claimable(cls, value: tuple[str, ...]) -> tuple[str, ...]:
         unknown = [name for name in value if name not in CLAIMED]
         if unknown:
             raise fail(f"expected quantities among {', '.join(CLAIMED)}", unknown)
@@ -176,8 +176,8 @@ class Claim(_Table):
         """The varied parameter in words, "" where nothing is varied."""
         if self.vary is None:
             return ""
-        own = EXPERIMENTS[self.experiment].parameter if self.experiment else ""
-        return self.vary.name or own or ", ".join(self.vary.path)
+        parameter = EXPERIMENTS[self.experiment].parameter if self.experiment else ""
+        return self.vary.name or parameter or ", ".join(self.vary.path)
 
 
 def about_method(claims: list[Claim], method: str) -> list[Claim]:
@@ -192,14 +192,14 @@ def about_method(claims: list[Claim], method: str) -> list[Claim]:
     """
     if method not in METHODS:
         raise ClaimError([f"--method: expected one of {', '.join(METHODS)}, got {method!r}"])
-    found = [
+    about = [
         claim.model_copy(update={"method": method, "expected": None})
         for claim in claims
         if claim.scene is not None and claim.method == MODEL
     ]
-    if not found:
+    if not about:
         raise ClaimError([f"--method: no claim here is about a scene that {method} could solve"])
-    return found
+    return about
 
 
 def load_claims(names: tuple[str, ...] = ()) -> list[Claim]:
@@ -210,18 +210,18 @@ def load_claims(names: tuple[str, ...] = ()) -> list[Claim]:
     ClaimError
         Listing every problem of all files.
     """
-    known = builtin_claims()
+    builtin_paths = builtin_claims()
     claims, problems = [], []
-    for name in names or tuple(known):
-        path = known.get(name, Path(name))
+    for name in names or tuple(builtin_paths):
+        path = builtin_paths.get(name, Path(name))
         try:
             claims.append(_load(path))
         except ClaimError as error:
             problems += error.problems
-    seen = [claim.id for claim in claims]
+    ids = [claim.id for claim in claims]
     problems += [
         f"{name}: expected different ids, two claims have this one"
-        for name in sorted({each for each in seen if seen.count(each) > 1})
+        for name in sorted({claim_id for claim_id in ids if ids.count(claim_id) > 1})
     ]
     if problems:
         raise ClaimError(problems)
@@ -249,9 +249,9 @@ def make_claim(data: dict[str, Any], source: str, directory: Path) -> Claim:
         claim = Claim.model_validate({**data, "directory": str(directory)})
         problems += _scene_problems(claim)
     except ValidationError as error:
-        problems = [readable(each) for each in error.errors()] + problems
+        problems = [readable(problem) for problem in error.errors()] + problems
     if problems:
-        raise ClaimError([f"{source}: {each}" for each in problems])
+        raise ClaimError([f"{source}: {problem}" for problem in problems])
     return claim
 
 
@@ -265,8 +265,10 @@ def _problems(data: dict[str, Any]) -> list[str]:
     if kinds == ["experiment"]:
         # What is no text is named with the single keys.
         if isinstance(data["experiment"], str) and data["experiment"] not in EXPERIMENTS:
-            known = ", ".join(EXPERIMENTS) or "none"
-            problems.append(f"experiment: expected one of {known}, got {data['experiment']!r}")
+            experiments = ", ".join(EXPERIMENTS) or "none"
+            problems.append(
+                f"experiment: expected one of {experiments}, got {data['experiment']!r}"
+            )
         return problems + [f"{key}: only with a scene" for key in ("changes", "at") if key in data]
     vary = data.get("vary")
     if isinstance(vary, dict) and not vary.get("path"):
@@ -281,15 +283,15 @@ def _scene_problems(claim: Claim) -> list[str]:
     if claim.scene is None:
         return []
     ends = (None,) if claim.vary is None else (claim.vary.start, claim.vary.end)
-    found, problems = [], []
+    scenes, problems = [], []
     for end in ends:
         try:
-            found.append(load_scene(claim.source, overrides(claim, end)))
+            scenes.append(load_scene(claim.source, overrides(claim, end)))
         except InputError as error:
             problems.append(f"scene: {error}")
-    if claim.at is not None and any(scene.physics for scene in found):
+    if claim.at is not None and any(scene.physics for scene in scenes):
         problems.append("at: expected nothing, steps of this scene are no loads to interpolate at")
-    same = len(found) == 2 and found[0] == found[1]
+    same = len(scenes) == 2 and scenes[0] == scenes[1]
     if same and claim.vary is not None and claim.vary.path != (RESOLUTION,):
         problems.append(f"vary.path: {', '.join(claim.vary.path)} changes nothing in the scene")
     return problems
@@ -300,7 +302,7 @@ def overrides(claim: Claim, number: float | None) -> dict[str, Any]:
     changed = dict(claim.changes)
     if claim.vary is not None and number is not None:
         changed |= {key: claim.vary.value(number) for key in claim.vary.path if key != RESOLUTION}
-    asked = {AREA_FROM_STIFFNESS: "stiffness"} | dict.fromkeys(FIELDS, "pressure")
-    changed["compare.quantities"] = list(dict.fromkeys(asked.get(q, q) for q in claim.quantity))
+    computed = {AREA_FROM_STIFFNESS: "stiffness"} | dict.fromkeys(FIELDS, "pressure")
+    changed["compare.quantities"] = list(dict.fromkeys(computed.get(q, q) for q in claim.quantity))
     changed["compare.tolerance"] = min(claim.tolerance, 0.5)
     return changed

@@ -41,8 +41,8 @@ def headlines() -> list[Headline]:
     """Return the headlines of the built-in claims in the chapter's order."""
     tables = [tomllib.loads(path.read_text("utf-8")) for path in builtin_claims().values()]
     keys = ("id", "equation", "reading", "text")
-    found = [Headline(*(table.get(key, "") for key in keys)) for table in tables]
-    return sorted(found, key=lambda each: chapter_order(each.equation, each.id))
+    rows = [Headline(*(table.get(key, "") for key in keys)) for table in tables]
+    return sorted(rows, key=lambda headline: chapter_order(headline.equation, headline.id))
 
 
 def chapter_order(equation: str, name: str) -> tuple[float, str]:
@@ -55,5 +55,5 @@ def chapter_order(equation: str, name: str) -> tuple[float, str]:
     number = re.search(r"\(19\.(\d+)", equation)
     if number:
         return float(number[1]), name
-    places = (place for words, place in _PLACES.items() if words in equation)
+    places = (place for phrase, place in _PLACES.items() if phrase in equation)
     return next(places, math.inf), name

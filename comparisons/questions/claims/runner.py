@@ -36,10 +36,10 @@ from comparisons.questions.experiments.base import Effort
 from comparisons.reasons import one_line
 from comparisons.results.folder import Layout
 from comparisons.results.header import Header
+from comparisons.solving.answers import Archive, value_of
 from comparisons.solving.executors import Job
 from comparisons.solving.forecast import Kind
 from comparisons.solving.inquiries import Inquiry, answer_of
-from comparisons.solving.kept import Archive, value_of
 
 MEASUREMENTS = "measurements"
 COPIED = {"id", "text", "equation", "reading", "corrects", "method", "measure"}
@@ -106,7 +106,7 @@ def judged_claim(claim: Claim, effort: Effort) -> Inquiry[ClaimRecord]:
     verdict, ranges = verdict_of(points, effort), ranges_of(points)
     return ClaimRecord(
         **claim.model_dump(include=COPIED),
-        what=_what(claim),
+        what=_subject(claim),
         quantity=list(claim.quantity),
         parameter=claim.parameter,
         spacing="linear" if claim.vary is None else claim.vary.spacing,
@@ -124,7 +124,7 @@ def judged_claim(claim: Claim, effort: Effort) -> Inquiry[ClaimRecord]:
 def _repeats(claim: Claim, effort: Effort) -> str:
     """Return the command that judges the claim again."""
     command = f"roughline claims {claim.id} --{effort}"
-    sources = {made.name: made.origin.source for made in user_methods()}
+    sources = {method.name: method.origin.source for method in user_methods()}
     if claim.method not in sources:
         return command
     kind, _, where = sources[claim.method].partition(":")
@@ -152,8 +152,8 @@ def _measured(claim: Claim, value: float | None, effort: Effort) -> Inquiry[Meas
 
 
 def _no_result(value: float | None, error: Exception) -> Measurement:
-    why = f"{type(error).__name__}: {error}" if str(error) else type(error).__name__
-    return Measurement(value, float("nan"), float("nan"), {"no result": one_line(why)})
+    reason = f"{type(error).__name__}: {error}" if str(error) else type(error).__name__
+    return Measurement(value, float("nan"), float("nan"), {"no result": one_line(reason)})
 
 
 def _experiment_job(claim: Claim, value: float | None, effort: Effort) -> Job:
@@ -206,14 +206,14 @@ MEASUREMENT = Archive(
 )
 
 
-def _what(claim: Claim) -> str:
+def _subject(claim: Claim) -> str:
     """Return what was measured, in words."""
     if claim.experiment is not None:
         return EXPERIMENTS[claim.experiment].title
     names = " and ".join(name.replace("_", " ") for name in claim.quantity)
     at = f" at equal {claim.at}" if claim.at else ""
     options = [f"{key} = {value}" for key, value in claim.changes.items()]
-    return f"{names}{at} on the scene {claim.scene}" + "".join(f", {each}" for each in options)
+    return f"{names}{at} on the scene {claim.scene}" + "".join(f", {option}" for option in options)
 
 
 def _point(point: Point) -> PointRecord:
@@ -222,10 +222,10 @@ def _point(point: Point) -> PointRecord:
 
 
 def _disagreements(points: list[Point]) -> list[str]:
-    found = []
+    sentences = []
     for point in points:
         text = point.measurement.details.get("references disagree")
         if text:
             where = "" if np.isnan(point.parameter) else f"at {value(point.parameter)}: "
-            found.append(f"{where}{text}")
-    return found
+            sentences.append(f"{where}{text}")
+    return sentences

@@ -73,11 +73,11 @@ def measure_scene(
     judged_at = Levels.of(solved, claim.method).finest
     seconds = float(np.nansum([solution.seconds for solution in solved.values()]))
     if truth is None or judged_at is None:
-        reasons = [why for s in solved.values() for why in s.reasons.values()]
+        reasons = [reason for s in solved.values() for reason in s.reasons.values()]
         details: dict[str, float | str] = {"no result": next(iter(reasons), "nothing was solved")}
         return Measurement(value, np.nan, np.nan, details, seconds)
-    found = [_measured(claim, plan, solved, truth, name) for name in claim.quantity]
-    error, bar, details = _deciding(found, claim.tolerance)
+    measured = [_measured(claim, plan, solved, truth, name) for name in claim.quantity]
+    error, bar, details = _deciding(measured, claim.tolerance)
     details |= {"truth": truth.label, "resolution": float(judged_at)}
     differing = truth.disagreements(plan.compared)
     if differing:
@@ -85,14 +85,14 @@ def measure_scene(
     return Measurement(value, error, bar, details, seconds)
 
 
-def _deciding(found: list[Measured], tolerance: float) -> Measured:
+def _deciding(measured: list[Measured], tolerance: float) -> Measured:
     """Return the quantity that decides, as verdicts on scenes do."""
 
     def rank(measured: Measured) -> tuple[int, float, float]:
         decided = judged(measured[0], measured[1], tolerance)
         return severity(decided.word, decided.low, decided.high)
 
-    return min(found, key=rank)
+    return min(measured, key=rank)
 
 
 def _plan(claim: Claim, value: float | None, effort: Effort, independent: bool) -> Plan:
@@ -124,9 +124,9 @@ def _plan(claim: Claim, value: float | None, effort: Effort, independent: bool) 
     if not _fixed(claim):
         return plan
     assert value is not None
-    why = refusal(plan, claim.method, int(value))
-    if why:
-        raise InputError(f"{RESOLUTION} {int(value)}: {why}")
+    reason = refusal(plan, claim.method, int(value))
+    if reason:
+        raise InputError(f"{RESOLUTION} {int(value)}: {reason}")
     return replace(plan, methods=tuple(_with(m, claim, (int(value),)) for m in plan.methods))
 
 
@@ -147,11 +147,11 @@ def _with(planned: MethodPlan, claim: Claim, resolutions: tuple[int, ...]) -> Me
 
 def _truth_refined(plan: Plan, solved: Solved) -> Inquiry[tuple[Plan, Solved]]:
     """Refine the truth as far as the tolerance asks and the time allows."""
-    known = dict(solved)
-    for finer in refinements(plan, lambda _: known, REFINEMENT_BUDGET):
+    solutions = dict(solved)
+    for finer in refinements(plan, lambda _: solutions, REFINEMENT_BUDGET):
         plan = finer
-        known.update((yield from curves(plan, known)))
-    return plan, known
+        solutions.update((yield from curves(plan, solutions)))
+    return plan, solutions
 
 
 def _springs_refined(claim: Claim, plan: Plan, solved: Solved) -> Inquiry[Solved]:
@@ -163,8 +163,8 @@ def _springs_refined(claim: Claim, plan: Plan, solved: Solved) -> Inquiry[Solved
         level = levels.finest
         if level is None or 2 * level > MOST_SPRINGS:
             return solved
-        known = levels.solutions[level].quantities
-        bars = [levels.discretisation(name) for name in claim.quantity if name in known]
+        quantities = levels.solutions[level].quantities
+        bars = [levels.discretisation(name) for name in claim.quantity if name in quantities]
         if not bars or not np.nanmax(bars) > SHARE * claim.tolerance:
             return solved
         planned = tuple(_with(m, claim, (2 * level,)) for m in plan.methods)
@@ -196,8 +196,8 @@ def _pressure(
         if measure["quantity"] == name:
             bar = {"pressure field": np.array([measure["bar"]])}
             return interval(claim, name, np.array([measure["error"]]), bar)
-    why = "no pressure field" if not measures else "the true pressure has no finite peak"
-    return np.nan, np.nan, {"no result": why}
+    reason = "no pressure field" if not measures else "the true pressure has no finite peak"
+    return np.nan, np.nan, {"no result": reason}
 
 
 def _area_from_stiffness(claim: Claim, plan: Plan, truth: Truth) -> Measured:
@@ -227,10 +227,10 @@ def interval(
     without a value or a bar leaves the upper end unknown.
     """
     bars = combined(*sources.values())
-    known = np.isfinite(errors) & np.isfinite(bars)
-    if not known.any():
+    finite = np.isfinite(errors) & np.isfinite(bars)
+    if not finite.any():
         return np.nan, np.nan, {"no result": f"{name}: no error, or no bar, at any load step"}
-    sizes, widths = np.abs(errors[known]), bars[known]
+    sizes, widths = np.abs(errors[finite]), bars[finite]
     if claim.measure == "last":
         low, high = sizes[-1] - widths[-1], sizes[-1] + widths[-1]
     elif claim.measure == "rms":
@@ -238,10 +238,10 @@ def interval(
         low, high = middle - half, middle + half
     else:
         low, high = np.max(sizes - widths), np.max(sizes + widths)
-    worst = int(np.flatnonzero(known)[np.argmax(sizes)])
+    worst = int(np.flatnonzero(finite)[np.argmax(sizes)])
     details: dict[str, float | str] = {"quantity": name}
     details |= {f"bar: {key}": float(part[worst]) for key, part in sources.items() if part[worst]}
-    missing = int((~known).sum())
+    missing = int((~finite).sum())
     if missing:
         details["load steps without a value"] = float(missing)
         if low <= claim.tolerance:

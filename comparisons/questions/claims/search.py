@@ -78,20 +78,20 @@ def search(
         ]
         if not split:
             break
-        found = yield from at([middle for _, middle, _ in split])
-        halves = zip(split, found, strict=True)
+        middles = yield from at([middle for _, middle, _ in split])
+        halves = zip(split, middles, strict=True)
         intervals = [
             half for (low, _, high), point in halves for half in ((low, point), (point, high))
         ]
-        points += found
+        points += middles
     return sorted(points, key=lambda point: point.parameter)
 
 
 def _holds_boundary(low: Point, high: Point) -> bool:
     """Tell whether the claim must begin or cease to hold between two neighbours."""
-    words = {low.word, high.word}
+    verdicts = {low.word, high.word}
     opposite = low.measurement.error * high.measurement.error < 0
-    return words == {WITHIN, OUTSIDE} or (words == {OUTSIDE} and opposite)
+    return verdicts == {WITHIN, OUTSIDE} or (verdicts == {OUTSIDE} and opposite)
 
 
 def grid(vary: Vary) -> list[float]:
@@ -100,14 +100,14 @@ def grid(vary: Vary) -> list[float]:
         inner = np.geomspace(vary.start, vary.end, vary.steps)[1:-1]
     else:
         inner = np.linspace(vary.start, vary.end, vary.steps)[1:-1]
-    values = [vary.start, *(float(each) for each in inner), vary.end]
-    return list(dict.fromkeys(float(round(v)) for v in values)) if vary.whole else values
+    values = [vary.start, *(float(inner_value) for inner_value in inner), vary.end]
+    return list(dict.fromkeys(float(round(v)) for v in values)) if vary.is_integer else values
 
 
 def _between(vary: Vary, low: float, high: float) -> float | None:
     """Return the midpoint on the parameter's scale, None where two whole numbers have none."""
     middle = float(np.sqrt(low) * np.sqrt(high)) if vary.spacing == "log" else 0.5 * (low + high)
-    if not vary.whole:
+    if not vary.is_integer:
         return middle
     middle = float(round(middle))
     return middle if low < middle < high else None
@@ -121,25 +121,25 @@ def verdict_of(points: list[Point], effort: Effort = "full") -> str:
     is "not resolved". The wide bars of a quick effort may hide a range: what is outside wherever it
     is resolved then "fails" only if no point is open.
     """
-    words = {point.word for point in points}
-    if words == {WITHIN}:
+    verdicts = {point.word for point in points}
+    if verdicts == {WITHIN}:
         return HOLDS
-    if OUTSIDE not in words:
+    if OUTSIDE not in verdicts:
         return NOT_RESOLVED
-    if WITHIN in words:
+    if WITHIN in verdicts:
         return IN_A_RANGE
-    return FAILS if effort == "full" or words == {OUTSIDE} else NOT_RESOLVED
+    return FAILS if effort == "full" or verdicts == {OUTSIDE} else NOT_RESOLVED
 
 
 def ranges_of(points: list[Point]) -> list[Range]:
     """Return the stretches over which a claim holds (none where nothing varies)."""
-    found, start = [], 0
+    stretches, start = [], 0
     for word, group in groupby(points, key=lambda point: point.word):
         members = list(group)
         stop = start + len(members)
         if word == WITHIN and members[0].measurement.parameter is not None:
             below = points[start - 1].parameter if start else None
             above = points[stop].parameter if stop < len(points) else None
-            found.append(Range(members[0].parameter, members[-1].parameter, below, above))
+            stretches.append(Range(members[0].parameter, members[-1].parameter, below, above))
         start = stop
-    return found
+    return stretches

@@ -30,22 +30,22 @@ def sentence(claim: Claim, verdict: str, points: list[Point], ranges: list[Range
     if verdict == HOLDS:
         return f"Within {limit} for {stretch}; the largest error is {_at(largest)}."
     if verdict == FAILS:
-        outside = [point for point in judged if point.word == OUTSIDE]
-        resolved = "" if len(outside) == len(points) else " wherever it is resolved,"
-        smallest = _at(min(outside, key=_size))
+        failing = [point for point in judged if point.word == OUTSIDE]
+        resolved = "" if len(failing) == len(points) else " wherever it is resolved,"
+        smallest = _at(min(failing, key=_size))
         return (
             f"Outside {limit}{resolved} for {stretch}; the smallest error is {smallest}"
             f"{_open(points)}{_sign_changes(points)}."
         )
     if verdict == IN_A_RANGE:
-        found = "; ".join(_stretch(each) for each in ranges)
+        stretches = "; ".join(_stretch(stretch) for stretch in ranges)
         return (
-            f"Within {limit} for {claim.parameter} {found}. "
+            f"Within {limit} for {claim.parameter} {stretches}. "
             f"The largest error is {_at(largest)}{_open(points)}{_sign_changes(points)}."
         )
-    outside = [point for point in points if point.word == OUTSIDE]
-    if outside:
-        where = ", ".join(value(point.parameter) for point in outside)
+    failing = [point for point in points if point.word == OUTSIDE]
+    if failing:
+        where = ", ".join(value(point.parameter) for point in failing)
         return (
             f"Outside {limit} at {where}; whether it holds anywhere for {stretch} is not resolved"
             f"{_open(points)}{_sign_changes(points)}."
@@ -65,9 +65,9 @@ def value(parameter: float) -> str:
 def _single(point: Point, limit: str) -> str:
     if point.word == NO_RESULT:
         return f"No result: {_reason(point)}."
-    found = plus_minus(point.measurement.error, point.measurement.uncertainty)
-    words = {WITHIN: f"within {limit}", OUTSIDE: f"outside {limit}"}
-    return f"Error {found}: {words.get(point.word, f'the bar is wider than {limit} can bear')}."
+    error = plus_minus(point.measurement.error, point.measurement.uncertainty)
+    phrases = {WITHIN: f"within {limit}", OUTSIDE: f"outside {limit}"}
+    return f"Error {error}: {phrases.get(point.word, f'the bar is wider than {limit} can bear')}."
 
 
 def _at(point: Point) -> str:
@@ -99,14 +99,16 @@ def _sign_changes(points: list[Point]) -> str:
         if p.word not in (WITHIN, NO_RESULT)
         and abs(p.measurement.error) > p.measurement.uncertainty
     ]
-    found = [
+    crossings = [
         f"{value(low.parameter)} and {value(high.parameter)}"
         for low, high in pairwise(sure)
         if low.measurement.error * high.measurement.error < 0
     ]
-    if len(found) > 3:
-        return f"; the error changes sign {len(found)} times"
-    return f"; the error changes sign between {', and between '.join(found)}" if found else ""
+    if len(crossings) > 3:
+        return f"; the error changes sign {len(crossings)} times"
+    return (
+        f"; the error changes sign between {', and between '.join(crossings)}" if crossings else ""
+    )
 
 
 def _open(points: list[Point]) -> str:
@@ -116,11 +118,11 @@ def _open(points: list[Point]) -> str:
         return ""
     widest = max(left, key=lambda p: np.nan_to_num(p.measurement.uncertainty, nan=np.inf))
     if widest.word == NO_RESULT:
-        why = f"no result at {value(widest.parameter)}: {_reason(widest)}"
+        detail = f"no result at {value(widest.parameter)}: {_reason(widest)}"
     else:
-        why = f"at {value(widest.parameter)} the error is "
-        why += plus_minus(widest.measurement.error, widest.measurement.uncertainty)
-    return f"; {len(left)} of {len(points)} points are not resolved ({why})"
+        detail = f"at {value(widest.parameter)} the error is "
+        detail += plus_minus(widest.measurement.error, widest.measurement.uncertainty)
+    return f"; {len(left)} of {len(points)} points are not resolved ({detail})"
 
 
 def _reason(point: Point) -> str:

@@ -41,7 +41,7 @@ _MODULES = (
     *(relaxation, proved),
 )
 EXPERIMENTS: dict[str, Experiment] = {
-    each.name: each for module in _MODULES for each in module.EXPERIMENTS
+    experiment.name: experiment for module in _MODULES for experiment in module.EXPERIMENTS
 }
 
 __all__ = ["EXPERIMENTS", "Experiment", "Measurement"]

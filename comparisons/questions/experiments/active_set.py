@@ -98,10 +98,10 @@ def _ends(
 
 def _clopper_pearson(successes: int, trials: int) -> tuple[float, float]:
     """95 % interval of a share; one-sided where nothing or everything happened."""
-    found = stats.binomtest(successes, trials).proportion_ci(
+    interval = stats.binomtest(successes, trials).proportion_ci(
         0.90 if successes in (0, trials) else 0.95, method="exact"
     )
-    return float(found.low), float(found.high)
+    return float(interval.low), float(interval.high)
 
 
 EXPERIMENTS = (

@@ -69,10 +69,10 @@ def _ratio(cells: int, zone: int, shape: str, aspect: float) -> float:
         tolerance=_TOLERANCE,
         ending=Ending(risen=_RISEN),
     )
-    found = path.pull_off()
-    assert found is not None  # the way has ended above its lowest force
+    side = path.pull_off()
+    assert side is not None  # the way has ended above its lowest force
     rule = pull_off(Springs(equivalent_punch(np.pi * radius**2), 1.0), 1.0).before.force
-    return found[1] / rule
+    return side[1] / rule
 
 
 def _face(cells: int, shape: str, aspect: float) -> tuple[FreeOperator, np.ndarray]:
@@ -82,7 +82,7 @@ def _face(cells: int, shape: str, aspect: float) -> tuple[FreeOperator, np.ndarr
         step = float(np.sqrt(np.pi)) / count
         return FreeOperator((count, count), (step, step), 1.0), np.zeros((count, count))
     half = float(np.sqrt(aspect)), float(1 / np.sqrt(aspect))
-    nx, ny = (2 * int(np.ceil(each * cells - 1e-9)) for each in half)
+    nx, ny = (2 * int(np.ceil(side * cells - 1e-9)) for side in half)
     x, y = ((np.arange(n) - (n - 1) / 2) / cells for n in (nx, ny))
     inside = (x[:, None] / half[0]) ** 2 + (y[None, :] / half[1]) ** 2 <= 1
     return FreeOperator((nx, ny), (1 / cells,) * 2, 1.0), np.where(inside, 0.0, np.inf)

@@ -68,10 +68,10 @@ def _on_grid(strength: float, points: int) -> float:
     y = (np.arange(points) - (points - 1) / 2 - 0.21) * step
     operator = FreeOperator((points, points), (step, step), 1.0)
     problem = CohesiveProblem(operator, (x[:, None] ** 2 + y**2) / 2, law)
-    found = trace(problem, 0.3 * unit, -2.5 * unit, steps=40).pull_off()
-    if found is None:
+    fold = trace(problem, 0.3 * unit, -2.5 * unit, steps=40).pull_off()
+    if fold is None:
         raise ArithmeticError("the way ended before the pull-off")
-    return found[1]
+    return fold[1]
 
 
 EXPERIMENTS = (

@@ -75,9 +75,9 @@ def power_law(points: np.ndarray, values: np.ndarray) -> Law:
     """
     x, y = np.log(points), np.log(values)
     exponent, constant = np.polyfit(x, y, 1)
-    rest = y - constant - exponent * x
+    residual = y - constant - exponent * x
     freedom = max(len(x) - 2, 1)
-    return Law(float(constant), float(exponent), float(np.sqrt((rest**2).sum() / freedom)))
+    return Law(float(constant), float(exponent), float(np.sqrt((residual**2).sum() / freedom)))
 
 
 @lru_cache(maxsize=8)
@@ -87,11 +87,11 @@ def measure_series(method: str, effort: str) -> Series:
     realisations = tuple(range(3))
 
     def solve(name: str, points: int) -> tuple[np.ndarray, float, float]:
-        found = execute(task_of(plan, name, points, realisations))
-        if not found.converged.all():
-            raise ArithmeticError(f"{name} at {points} points: {found.reasons}")
+        solution = execute(task_of(plan, name, points, realisations))
+        if not solution.converged.all():
+            raise ArithmeticError(f"{name} at {points} points: {solution.reasons}")
         count = len(realisations)
-        return found.quantities["penetration"], found.seconds / count, found.memory
+        return solution.quantities["penetration"], solution.seconds / count, solution.memory
 
     true = solve(GRID, _TRUTH)[0]
     points = _GRIDS[effort][method]
@@ -128,18 +128,18 @@ def _cost(
         raise ValueError("a line does not converge to the surface: compare with reduced at points")
     series = {name: measure_series(name, effort) for name in ("fem", against)}
     cost = {
-        name: power_law(each.points, each.seconds if resource == "time" else each.memory)
-        for name, each in series.items()
+        name: power_law(runs.points, runs.seconds if resource == "time" else runs.memory)
+        for name, runs in series.items()
     }
     grids, scatter = {}, []
-    for name, each in series.items():
+    for name, runs in series.items():
         scatter.append(cost[name].scatter)
         if points:
             grids[name] = above("points", points, 1)
         else:
-            error = power_law(each.points, each.errors)
+            error = power_law(runs.points, runs.errors)
             # the coarsest grid measured is the cheapest that counts
-            grids[name] = max(error.reaches(accuracy), float(each.points[0]))
+            grids[name] = max(error.reaches(accuracy), float(runs.points[0]))
             scatter.append(cost[name].exponent * error.scatter / abs(error.exponent))
     share = cost[against].at(grids[against]) / cost["fem"].at(grids["fem"])
     spread = float(np.exp(2 * np.hypot.reduce(scatter)))

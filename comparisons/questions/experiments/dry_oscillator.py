@@ -34,9 +34,9 @@ def _set_valued(
     if quantity == "rest":
         if not 0 < load < 1:
             raise ValueError(f"load must be between 0 and 1, not {load!r}")
-        held = march(coulomb.Blocks(1.0, 1.0, load=load), step=1.0, steps=count)
-        way = float(held.position[-1, 0]) / (0.5 * load * count**2)
-        return Finding(way, EXACT, {"law evaluations": float(held.evaluations)})
+        motion = march(coulomb.Blocks(1.0, 1.0, load=load), step=1.0, steps=count)
+        way = float(motion.position[-1, 0]) / (0.5 * load * count**2)
+        return Finding(way, EXACT, {"law evaluations": float(motion.evaluations)})
     end = _PERIODS * 2 * np.pi / _STOPPING["frequency"]
     system = coulomb.Blocks(1.0, _LIMIT, **_STOPPING)
     exact = follow(system, end)
@@ -72,7 +72,7 @@ def _amplitude(
         )
         last = run.position[-2 * steps :, 0].reshape(2, steps)
         swings.append(0.5 * np.ptp(last, axis=1))
-    (coarse, fine), before = (each[1] for each in swings), swings[1][0]
+    (coarse, fine), before = (swing[1] for swing in swings), swings[1][0]
     bar = abs(fine - coarse) + abs(fine - before)
     details: dict[str, float | str] = {"amplitude, Den Hartog": true, "by the law": float(fine)}
     return Finding(float(fine / true - 1), float(bar / true) + EXACT, details)

@@ -41,15 +41,15 @@ def _block(
         return Finding(-float(missing_friction(1.0, v0)), EXACT, details)
     if quantity == "force":
         run = integrate(Blocks(1.0, 1.0, load=load), v0, Stepping(1.0, 1000, stride=1000))
-        held = float(friction(run.velocity[-1, 0], 1.0, v0))
-        return Finding(held / above("load", load, 0) - 1, EXACT, details)
+        friction_force = float(friction(run.velocity[-1, 0], 1.0, v0))
+        return Finding(friction_force / above("load", load, 0) - 1, EXACT, details)
     return _way(v0, effort, details)
 
 
 def _way(v0: float, effort: str, details: dict[str, float | str]) -> Finding:
     """Way to rest, stepped with twice as many steps for the bar; the tail ends in ten times v0."""
     way = stopping(1.0, 1.0, 1.0)[1]
-    found = []
+    errors = []
     for steps in (20_000, 40_000) if effort == "full" else (5000, 10_000):
         run = integrate(
             Blocks(1.0, 1.0),
@@ -58,9 +58,9 @@ def _way(v0: float, effort: str, details: dict[str, float | str]) -> Finding:
             scheme="implicit_midpoint",
             velocity=1.0,
         )
-        found.append(float(run.position[-1, 0]) / way - 1)
+        errors.append(float(run.position[-1, 0]) / way - 1)
     details["4/pi v0/V"] = 4 / np.pi * v0
-    return Finding(found[1], abs(found[1] - found[0]) + EXACT, details)
+    return Finding(errors[1], abs(errors[1] - errors[0]) + EXACT, details)
 
 
 def _stick_slip(effort: str, *, speed_ratio: float = 1e3, limit: float = 0.9) -> Finding:
@@ -72,9 +72,9 @@ def _stick_slip(effort: str, *, speed_ratio: float = 1e3, limit: float = 0.9) ->
     if not 0 < limit < 1:
         raise ValueError(f"limit must be between 0 and 1, not {limit!r}")
     end = _PERIODS * 2 * np.pi / _DRIVEN["frequency"]
-    asked = np.linspace(0, end, 1001)
+    instants = np.linspace(0, end, 1001)
     motion = follow(coulomb.Blocks(1.0, limit, **_DRIVEN), end)
-    position, velocity = (each[:, 0] for each in motion.at(asked))
+    position, velocity = (component[:, 0] for component in motion.at(instants))
     v0 = float(np.abs(velocity).max()) / speed_ratio
     errors = []
     for steps in (40_000, 80_000) if effort == "full" else (20_000, 40_000):

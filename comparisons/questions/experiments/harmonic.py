@@ -48,17 +48,17 @@ def _stiffness(
     reach = np.sqrt(_DEPTH * (1 + amplitude))  # of the contact at most, as sqrt(R d) of the springs
     x = (np.arange(cells) - cells / 2 + 0.5) * (2.1 * reach / cells)
     operator = FreeOperator((cells, cells), (2.1 * reach / cells,) * 2, 1.0)
-    rest = np.concatenate([[0.0], np.geomspace(0.01, _TO_REST, 16)])
+    hold = np.concatenate([[0.0], np.geomspace(0.01, _TO_REST, 16)])
     later = np.arange(1, steps * _PERIODS + 1) * (2 * np.pi / (frequency * steps))
-    depth = np.append(np.ones(rest.size), 1 + amplitude * np.sin(frequency * later)) * _DEPTH
-    found = press_in_time(
+    depth = np.append(np.ones(hold.size), 1 + amplitude * np.sin(frequency * later)) * _DEPTH
+    instants = press_in_time(
         operator,
         (x[:, None] ** 2 + x**2) / 2,
         GeneralisedMaxwell.standard(1.0, stiffening, 1.0),
-        np.append(rest, _TO_REST + later),
+        np.append(hold, _TO_REST + later),
         penetration=depth,
     )
-    force = np.array([instant.force for instant in found])[-steps:]
+    force = np.array([instant.force for instant in instants])[-steps:]
     t = later[-steps:]
     basis = np.column_stack(
         [np.ones(steps), np.exp(t[0] - t), np.sin(frequency * t), np.cos(frequency * t)]

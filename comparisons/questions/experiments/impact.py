@@ -24,24 +24,24 @@ def _quasi_static(
     """
     one_of("quantity", quantity, *QUANTITIES)
     above("density_ratio", density_ratio, 0)
-    found = impact(speed, poisson_ratio, density_ratio, bool(elastic_sphere))
+    collision = impact(speed, poisson_ratio, density_ratio, bool(elastic_sphere))
     true = {
-        "energy": 1 - found.energy_lost,
-        "restitution": found.restitution,
-        "duration": found.duration,
-        "force": found.force,
+        "energy": 1 - collision.energy_lost,
+        "restitution": collision.restitution,
+        "duration": collision.duration,
+        "force": collision.force,
     }[quantity]
     error = 1 / true - 1
     # the expansion's own number, or what its two forms differ by, whichever is larger
-    orders = max(found.slowness, weak_loss(found.radiation) / found.energy_lost - 1)
+    orders = max(collision.slowness, weak_loss(collision.radiation) / collision.energy_lost - 1)
     details: dict[str, float | str] = {
-        "energy radiated": found.energy_lost,
-        "to first order": weak_loss(found.radiation),
-        "energy radiated over (v/c0)^(3/5)": found.energy_lost / speed**0.6,
+        "energy radiated": collision.energy_lost,
+        "to first order": weak_loss(collision.radiation),
+        "energy radiated over (v/c0)^(3/5)": collision.energy_lost / speed**0.6,
         "share of surface waves in it": rayleigh_share(poisson_ratio),
-        "restitution": found.restitution,
-        "duration over Hertz's": found.duration,
-        "force over Hertz's": found.force,
+        "restitution": collision.restitution,
+        "duration over Hertz's": collision.duration,
+        "force over Hertz's": collision.force,
     }
     return Finding(error, abs(error) * orders, details)
 

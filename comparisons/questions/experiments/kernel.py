@@ -21,9 +21,9 @@ def printed_kernel(i: np.ndarray, j: np.ndarray, reading: str) -> np.ndarray:
     root = np.hypot(a, d) if reading == "corrected" else np.hypot(a, b)
     first = a * np.log((c + np.hypot(a, c)) / (d + root))
     first += b * np.log((d + np.hypot(b, d)) / (c + np.hypot(b, c)))
-    rest = c * np.log((a + np.hypot(a, c)) / (b + np.hypot(c, b)))
-    rest += d * np.log((b + np.hypot(b, d)) / (a + np.hypot(a, d)))
-    return (first / np.pi + rest) if reading == "letter" else (first + rest) / np.pi
+    edges = c * np.log((a + np.hypot(a, c)) / (b + np.hypot(c, b)))
+    edges += d * np.log((b + np.hypot(b, d)) / (a + np.hypot(a, d)))
+    return (first / np.pi + edges) if reading == "letter" else (first + edges) / np.pi
 
 
 def _measure(effort: str, *, offset: int = 63, reading: str = "letter") -> Finding:

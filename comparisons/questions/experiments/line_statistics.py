@@ -57,13 +57,13 @@ def _moments(
         return Finding(
             error, rounding, {"<kappa1 kappa2>": product, "<h''^2>": line.rms_curvature**2}
         )
-    said = stated.get(quantity, line.rms_slope)
+    line_value = stated.get(quantity, line.rms_slope)
     details = {
-        "line": said,
+        "line": line_value,
         "surface": true[quantity],
         "modes": float(np.count_nonzero(line.power)),
     }
-    return Finding(said / true[quantity] - 1, rounding, details)
+    return Finding(line_value / true[quantity] - 1, rounding, details)
 
 
 # Heights at which distribution functions are compared, in units of the rms height.
@@ -114,13 +114,13 @@ def _distribution(
     above("realisations", realisations, 3)
     count = int(realisations) if effort == "full" else min(int(realisations), 40)
     maps, lines = _height_samples(surface, count, rule)
-    shares = [_distributions(each) for each in (maps, lines)]
+    shares = [_distributions(heights) for heights in (maps, lines)]
     rng = np.random.default_rng(np.random.SeedSequence(SEED, spawn_key=(2,)))
     noise = []
     for _ in range(40):
-        halves = [np.array_split(each[rng.permutation(len(each))], 2) for each in shares]
+        halves = [np.array_split(heights[rng.permutation(len(heights))], 2) for heights in shares]
         # halves have twice the variance each: their distance is twice that of whole ensembles
-        of_maps, of_lines = (_distance(one, other) for one, other in halves)
+        of_maps, of_lines = (_distance(first, second) for first, second in halves)
         noise.append(0.5 * float(np.hypot(of_maps, of_lines)))
     details: dict[str, float | str] = {
         "excess kurtosis of surfaces": float(stats.kurtosis(maps.ravel())),
@@ -137,8 +137,8 @@ def _surface_peaks(surface: Surface, count: int, factor: int) -> dict[str, np.nd
     step = 1 / (surface.points * factor)
     rows = []
     for k in range(count):
-        found = summits(surface.heights(k, factor), (step, step)).curvatures
-        rows.append((np.mean(1 / np.sqrt(found.prod(axis=1))), found.mean(), len(found)))
+        peaks = summits(surface.heights(k, factor), (step, step)).curvatures
+        rows.append((np.mean(1 / np.sqrt(peaks.prod(axis=1))), peaks.mean(), len(peaks)))
     radius, curvature, number = np.array(rows).T
     return {"mean_radius": radius, "mean_curvature": curvature, "number": number}
 
@@ -183,10 +183,10 @@ def _peaks(
         on_surface = _surface_peaks(surface, count, factor)[quantity]
         values[factor] = (_line_peaks(surface, 20 * count, rule, factor)[quantity], on_surface)
     line, true = values[8]
-    said = line / ratio if quantity == "mean_radius" else line * ratio
+    line_value = line / ratio if quantity == "mean_radius" else line * ratio
     coarse = values[4][0].mean() / values[4][1].mean()
     change = abs(coarse / (line.mean() / true.mean()) - 1)
-    error, bar = compare(said, true, float(combined(RULE.safe * change / 3)))
+    error, bar = compare(line_value, true, float(combined(RULE.safe * change / 3)))
     gauss = random_field.line_peaks(1.0, 8 / 3), random_field.surface_peaks(0.5, 1.0)
     details: dict[str, float | str] = {
         "line over surface": float(line.mean() / true.mean()),

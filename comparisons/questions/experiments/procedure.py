@@ -24,8 +24,8 @@ _COUNTS: dict[Effort, tuple[int, int]] = {"quick": (12, 20), "full": (60, 60)}
 def _calculated(surface: Surface, load: float, map_number: int, lines: int) -> dict[str, Procedure]:
     """Carry out the procedure on one map, by the letter and as corrected; E* = A0 = h' = 1."""
     spectrum = measured(surface.heights(map_number), 1.0, surface.periodic)
-    found = side_by_side(spectrum, 1.0, load, Sampling(lines, seed=map_number))
-    return dict(zip(VARIANTS, found, strict=True))
+    procedures = side_by_side(spectrum, 1.0, load, Sampling(lines, seed=map_number))
+    return dict(zip(VARIANTS, procedures, strict=True))
 
 
 def _procedure(
@@ -51,13 +51,13 @@ def _procedure(
     above("load", load, 0)
     surface = Surface.of(points, hurst, roll_off, shortest, periodic)
     maps, lines = _COUNTS[effort]
-    found = [_calculated(surface, float(load), k, lines)[variant] for k in range(maps)]
-    kept = np.mean([each.sums.ratio for each in found], axis=0)
-    missing = np.array([each.undefined_share[0] for each in found])
+    procedures = [_calculated(surface, float(load), k, lines)[variant] for k in range(maps)]
+    ratios = np.mean([procedure.sums.ratio for procedure in procedures], axis=0)
+    missing = np.array([procedure.undefined_share[0] for procedure in procedures])
     details: dict[str, float | str] = {
         **{
             f"{name} of the lines over the maps'": float(ratio)
-            for name, ratio in zip(("rms height", "rms slope", "curvature"), kept, strict=True)
+            for name, ratio in zip(("rms height", "rms slope", "curvature"), ratios, strict=True)
         },
         "share of the contact without a stress": float(missing.mean()),
     }
@@ -70,9 +70,15 @@ def _procedure(
 
     areas, grid_bar = truth(sample, "refined", maps, effort)
     if quantity == "contact_area":
-        stated, true = np.array([each.ensemble["contact_area"].mean[0] for each in found]), areas
+        stated, true = (
+            np.array([procedure.ensemble["contact_area"].mean[0] for procedure in procedures]),
+            areas,
+        )
     else:
-        stated, true = np.array([each.pressures[0].mean() for each in found]), load / areas
+        stated, true = (
+            np.array([procedure.pressures[0].mean() for procedure in procedures]),
+            load / areas,
+        )
     ratio, bar = ratio_of_means(stated[:, None], true[:, None], paired=True)
     error = float(ratio[0]) - 1
     return Finding(error, (1 + error) * float(combined(float(bar[0]), grid_bar)), details)

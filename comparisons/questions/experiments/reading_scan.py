@@ -36,7 +36,7 @@ def scan(points: int = 64, effort: Effort = "full") -> dict[Reading, np.ndarray]
     to judge one.
     """
     surfaces, count = _COUNTS[effort]
-    found = {}
+    errors = {}
     for hurst, roll_off in product(HURSTS, ROLL_OFFS):
         surface = Surface.of(points, hurst, roll_off, 2.0, False)
         operator = surface.operator()
@@ -48,9 +48,9 @@ def scan(points: int = 64, effort: Effort = "full") -> dict[Reading, np.ndarray]
         for length in LINE_LENGTHS:
             drawing = Drawing(length=length)
             lines = [line_samples(surface, load, count, drawing) for load in LOADS]
-            stated = [each["contact_area_raw"].mean() for each in lines]
-            found[hurst, roll_off, length] = np.array(stated) / np.array(true) - 1
-    return found
+            stated = [lines_pressed["contact_area_raw"].mean() for lines_pressed in lines]
+            errors[hurst, roll_off, length] = np.array(stated) / np.array(true) - 1
+    return errors
 
 
 def best_reading(points: int = 64, by: str = "largest", effort: Effort = "full") -> Reading:
@@ -76,7 +76,7 @@ def _best(
     """Compare the counted areas under the best of all readings, on fresh surfaces."""
     above("points", points, 3)
     hurst, roll_off, length = best_reading(int(points), by, effort)
-    found = measure_area(
+    finding = measure_area(
         effort,
         load=load,
         quantity="contact_area_raw",
@@ -88,7 +88,7 @@ def _best(
         realisations=realisations,
     )
     chosen = {"readings tried": float(len(READINGS)), "H": hurst, "line length L1/L": length}
-    return found._replace(details={**found.details, **chosen})
+    return finding._replace(details={**finding.details, **chosen})
 
 
 EXPERIMENTS = (

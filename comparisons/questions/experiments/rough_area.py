@@ -18,7 +18,7 @@ from reference.closed_form.rough import bush_gibson_thomas_area, persson_area
 
 _THEORIES = {"persson": persson_area, "bush": bush_gibson_thomas_area}
 # Lines cost little: so many for each surface, and never fewer, so that surfaces set the bar.
-_LINES_EACH, _LEAST_LINES = 4, 450
+_LINES_PER_SURFACE, _LEAST_LINES = 4, 450
 
 
 def measure_area(
@@ -51,7 +51,7 @@ def measure_area(
     true, grid_bar = truth(sample, grid, count, effort)
     if statement == "line":
         drawing = Drawing(rule, edges, float(line_length), int(line_points))
-        number = max(_LINES_EACH * count, _LEAST_LINES)
+        number = max(_LINES_PER_SURFACE * count, _LEAST_LINES)
         stated = line_samples(surface, float(load), number, drawing)[quantity]
     else:
         stated = np.atleast_1d(_THEORIES[statement](load))

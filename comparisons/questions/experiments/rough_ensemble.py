@@ -106,13 +106,13 @@ def press(
         tolerance=_TOLERANCE,
     )
     mask, periodic = contact.mask, operator.periodic
-    found = areas.patches(mask, operator.spacing, periodic)
+    spots = areas.patches(mask, operator.spacing, periodic)
     row = {
         "contact_area": areas.corrected_area(mask, operator.spacing, periodic),
         "contact_area_raw": areas.raw_area(mask, operator.spacing),
         "penetration": contact.penetration,
         "mean_gap": contact.mean_gap,
-        "contact_length": float(np.sqrt(4 * found.areas / np.pi).sum()),
+        "contact_length": float(np.sqrt(4 * spots.areas / np.pi).sum()),
     }
     if stiffness:
         row["stiffness"] = areas.contact_stiffness(operator, mask, tolerance=1e-6)
@@ -222,10 +222,10 @@ def compare(
     stated = np.asarray(statement, dtype=float)
     mean, ratio = float(true.mean()), float(stated.mean() / true.mean())
     scatter = [
-        float(standard_error(each[:, None])[0]) * stats.t.ppf(0.975, each.size - 1) / mean
-        for each in (stated, true)
-        if each.size > 1
+        float(standard_error(sample[:, None])[0]) * stats.t.ppf(0.975, sample.size - 1) / mean
+        for sample in (stated, true)
+        if sample.size > 1
     ]
     # the statement's own scatter is absolute, so that a statement of zero has a bar, too
-    own, other = scatter if stated.size > 1 else (0.0, *scatter)
-    return ratio - 1, float(combined(own, ratio * other, ratio * grid_bar))
+    stated_scatter, true_scatter = scatter if stated.size > 1 else (0.0, *scatter)
+    return ratio - 1, float(combined(stated_scatter, ratio * true_scatter, ratio * grid_bar))

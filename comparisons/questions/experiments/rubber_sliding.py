@@ -62,8 +62,8 @@ def _printed(effort: str, *, number: float = 1.0, quantity: str = "friction") ->
     runs = [_printed_run(rough[row], number) for row in range(len(rough))]
     done = [run.outcome == "completed" for run in runs]
     name = "tangential_force" if quantity == "friction" else "conjugate_force"
-    found = [float(getattr(run, name)[-_POINTS:].mean()) for run in runs]
-    errors = np.array(found) / exact.tangential_force[:, 0] - 1
+    forces = [float(getattr(run, name)[-_POINTS:].mean()) for run in runs]
+    errors = np.array(forces) / exact.tangential_force[:, 0] - 1
     bar = 2 * float(errors.std(ddof=1)) / np.sqrt(len(errors))
     details: dict[str, float | str] = {
         "lines": float(len(rough)),
@@ -116,19 +116,19 @@ def _paraboloid(effort: str, *, way: float = 1.0, glassy: float = 0.0) -> Findin
         cells=96 if effort == "full" else 48,
     )
     x = np.linspace(-0.3, 0.3, 4001)
-    found = slide(
+    sliding = slide(
         RoughLines(-(x**2) / _RADIUS, x[1] - x[0], periodic=False),
         springs,
         speed,
         LoadPath("force", truth.force.estimate),
     )
     friction = truth.friction_coefficient
-    ratio = float(found.friction_coefficient.item() / friction.estimate)
+    ratio = float(sliding.friction_coefficient.item() / friction.estimate)
     bar = friction.uncertainty / friction.estimate + truth.force.uncertainty / truth.force.estimate
     details: dict[str, float | str] = {
         "friction on the half-space": friction.estimate,
-        "friction on springs": float(found.friction_coefficient.item()),
-        "depth on springs over that on the half-space": found.penetration.item() / _DEPTH,
+        "friction on springs": float(sliding.friction_coefficient.item()),
+        "depth on springs over that on the half-space": sliding.penetration.item() / _DEPTH,
     }
     return Finding(ratio - 1, ratio * bar, details)
 

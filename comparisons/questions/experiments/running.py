@@ -65,57 +65,60 @@ def experiment(name: str, title: str, parameter: str, along: str, run: Run) -> E
     given twice, or refused by `run` (ValueError); ArithmeticError for a result that is not finite.
     """
     entries = list(inspect.signature(run).parameters.values())[1:]
-    known = {entry.name: entry.default for entry in entries}
+    defaults = {entry.name: entry.default for entry in entries}
     default = along
 
     def measure(
         value: float | None, effort: Effort = "full", *, along: str = default, **parameters: Any
     ) -> Measurement:
-        wrong = [*_unknown(list(known), [along, *parameters]), *_of_other_types(known, parameters)]
+        wrong = [
+            *_unknown(list(defaults), [along, *parameters]),
+            *_of_other_types(defaults, parameters),
+        ]
         if effort not in ("quick", "full"):
             wrong.append(f"effort is 'quick' or 'full', not {effort!r}")
         if value is not None and along in parameters:
             wrong.append(f"{along} is varied and given, too")
         if wrong:
             raise InputError(f"experiment {name}: " + "; ".join(wrong))
-        given = parameters if value is None else {**parameters, along: value}
+        arguments = parameters if value is None else {**parameters, along: value}
         wrong += [
-            f"{key} must be at most {_MOST[key]}, not {given[key]:g}"
-            for key in _MOST.keys() & given.keys()
-            if given[key] > _MOST[key]
+            f"{key} must be at most {_MOST[key]}, not {arguments[key]:g}"
+            for key in _MOST.keys() & arguments.keys()
+            if arguments[key] > _MOST[key]
         ]
         if wrong:
             raise InputError(f"experiment {name}: " + "; ".join(wrong))
         started = time.perf_counter()
         try:
-            found = run(effort, **given)
+            finding = run(effort, **arguments)
         except ValueError as fault:
             raise InputError(f"experiment {name}: {fault}") from fault
-        if not (math.isfinite(found.error) and math.isfinite(found.uncertainty)):
-            raise ArithmeticError(f"experiment {name}: {found.error} +- {found.uncertainty}")
+        if not (math.isfinite(finding.error) and math.isfinite(finding.uncertainty)):
+            raise ArithmeticError(f"experiment {name}: {finding.error} +- {finding.uncertainty}")
         return Measurement(
             parameter=None if value is None else float(value),
-            error=float(found.error),
-            uncertainty=float(found.uncertainty),
-            details=found.details,
+            error=float(finding.error),
+            uncertainty=float(finding.uncertainty),
+            details=finding.details,
             seconds=time.perf_counter() - started,
         )
 
     return Experiment(name=name, title=title, parameter=parameter, measure=measure)
 
 
-def _unknown(known: list[str], names: Iterable[str]) -> Iterable[str]:
+def _unknown(parameters: list[str], names: Iterable[str]) -> Iterable[str]:
     for name in names:
-        if name not in known:
-            near = difflib.get_close_matches(name, known, n=1)
-            hint = f"did you mean {near[0]}?" if near else f"known: {', '.join(known)}"
+        if name not in parameters:
+            near = difflib.get_close_matches(name, parameters, n=1)
+            hint = f"did you mean {near[0]}?" if near else f"known: {', '.join(parameters)}"
             yield f"no parameter {name!r}, {hint}"
 
 
-def _of_other_types(known: dict[str, Any], given: dict[str, Any]) -> Iterable[str]:
+def _of_other_types(defaults: dict[str, Any], arguments: dict[str, Any]) -> Iterable[str]:
     """Say which values are no number, text or truth value like their defaults."""
-    for name, value in given.items():
-        default = known.get(name, value)
+    for name, value in arguments.items():
+        default = defaults.get(name, value)
         if isinstance(default, bool):
             alike, kind = isinstance(value, bool), "true or false"
         elif isinstance(default, str):
@@ -127,10 +130,10 @@ def _of_other_types(known: dict[str, Any], given: dict[str, Any]) -> Iterable[st
             yield f"{name} must be {kind}, not {value!r}"
 
 
-def one_of(name: str, value: str, *known: str) -> str:
+def one_of(name: str, value: str, *choices: str) -> str:
     """Return the value, or raise ValueError naming the choices."""
-    if value not in known:
-        raise ValueError(f"{name} must be one of {', '.join(known)}, not {value!r}")
+    if value not in choices:
+        raise ValueError(f"{name} must be one of {', '.join(choices)}, not {value!r}")
     return value
 
 

@@ -25,13 +25,13 @@ def _largest(pressure: Callable[[np.ndarray], np.ndarray]) -> float:
     values = pressure(scan)
     best = int(np.argmax(values))
     low, high = scan[max(best - 1, 0)], scan[min(best + 1, len(scan) - 1)]
-    found = minimize_scalar(
+    optimum = minimize_scalar(
         lambda rho: -float(pressure(np.array([rho]))[0]),
         bounds=(low, high),
         method="bounded",
         options={"xatol": 1e-10},
     )
-    return max(float(values[best]), -float(found.fun))
+    return max(float(values[best]), -float(optimum.fun))
 
 
 def _shape(name: str, exponent: float, edge: float) -> tuple[shapes.Profile, ClosedForm]:
@@ -138,7 +138,7 @@ def _stresses(
 
 def _shares(stresses: list[np.ndarray], hardness: float) -> np.ndarray:
     """Share of each contact that is above the hardness."""
-    return np.array([float(np.mean(each > hardness)) for each in stresses])
+    return np.array([float(np.mean(in_contact > hardness)) for in_contact in stresses])
 
 
 def _above_hardness(

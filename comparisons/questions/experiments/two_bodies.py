@@ -31,12 +31,22 @@ def _surfaces(
 ) -> dict[str, np.ndarray]:
     """Quantities of pairs of surfaces: in the half-space problem only their sum enters."""
     operator = first.operator(factor)
-    rest = np.sqrt(1 - correlation**2)
+    independent = np.sqrt(1 - correlation**2)
     rows = []
     for k in range(count):
-        one, other = first.heights(k, factor), second.heights(_SECOND + k, factor)
+        first_heights, second_heights = (
+            first.heights(k, factor),
+            second.heights(_SECOND + k, factor),
+        )
         # the second body's own roughness keeps its rms gradient whatever the correlation
-        rows.append(press(operator, one + correlation * one + rest * other, load, True)[1])
+        rows.append(
+            press(
+                operator,
+                first_heights + correlation * first_heights + independent * second_heights,
+                load,
+                True,
+            )[1]
+        )
     return {name: np.array([row[name] for row in rows]) for name in _NAMES}
 
 
@@ -46,17 +56,20 @@ def _lines(
 ) -> dict[str, np.ndarray]:
     """Quantities of pairs of lines, or of one line whose spectrum is the sum of theirs."""
     points = 2 * max(first.points, second.points)
-    one, other = first.line("rings"), second.line("rings")
+    first_line, second_line = first.line("rings"), second.line("rings")
     if combined:
-        size = max(one.power.size, other.power.size)
-        longer = one if one.power.size == size else other
-        powers = [np.pad(each.power, (0, size - each.power.size)) for each in (one, other)]
+        size = max(first_line.power.size, second_line.power.size)
+        longer = first_line if first_line.power.size == size else second_line
+        powers = [
+            np.pad(spectrum.power, (0, size - spectrum.power.size))
+            for spectrum in (first_line, second_line)
+        ]
         both = line_spectrum.LineSpectrum(longer.wavenumber, powers[0] + powers[1], longer.length)
         lines = ensemble.RandomLines(both, points, count, seed=SEED).draw()
     else:
-        first_lines = ensemble.RandomLines(one, points, count, seed=SEED).draw()
+        first_lines = ensemble.RandomLines(first_line, points, count, seed=SEED).draw()
         later = range(_SECOND, _SECOND + count)
-        second_lines = ensemble.RandomLines(other, points, count, seed=SEED).draw(later)
+        second_lines = ensemble.RandomLines(second_line, points, count, seed=SEED).draw(later)
         lines = RoughLines(first_lines.heights + second_lines.heights, 1 / points)
     # the springs of both bodies in series have the combined modulus, 1/E* = 1/E1* + 1/E2*
     contact = rough_line.press(lines, 1.0, Load("force", load))

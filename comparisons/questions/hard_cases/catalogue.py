@@ -74,24 +74,26 @@ def load_cases(names: Iterable[str]) -> list[HardCase]:
     HardCaseError
         Listing every problem of all names and files.
     """
-    known, files, problems = catalogue(), [], []
+    builtin_cases, files, problems = catalogue(), [], []
     for name in names:
-        if name not in known and Path(name).is_file():
+        if name not in builtin_cases and Path(name).is_file():
             files.append(Path(name))
-        elif name not in known:
-            problems.append(f"--case: expected a file or one of {', '.join(known)}, got {name!r}")
-    own: list[HardCase] = []
+        elif name not in builtin_cases:
+            problems.append(
+                f"--case: expected a file or one of {', '.join(builtin_cases)}, got {name!r}"
+            )
+    file_cases: list[HardCase] = []
     try:
-        own = read_cases(files, builtin_files())
+        file_cases = read_cases(files, builtin_files())
     except HardCaseError as error:
         problems += error.problems
     if problems:
         raise HardCaseError(problems)
-    chosen = [known[name] for name in names if name in known]
-    return list({case.id: case for case in (*chosen, *own)}.values())
+    chosen = [builtin_cases[name] for name in names if name in builtin_cases]
+    return list({case.id: case for case in (*chosen, *file_cases)}.values())
 
 
-def read_cases(files: Iterable[Path], others: Iterable[Path] = ()) -> list[HardCase]:
+def read_cases(files: Iterable[Path], context_files: Iterable[Path] = ()) -> list[HardCase]:
     """Return the cases of files; they see the baselines of other files, and share no id with them.
 
     Raises
@@ -99,7 +101,7 @@ def read_cases(files: Iterable[Path], others: Iterable[Path] = ()) -> list[HardC
     HardCaseError
     """
     problems: list[str] = []
-    families, context = _families(files, problems), _families(others, problems)
+    families, context = _families(files, problems), _families(context_files, problems)
     baselines: dict[str, Layer] = {}
     names: Counter[str] = Counter()
     for file, family in (*context, *families):
@@ -113,10 +115,10 @@ def read_cases(files: Iterable[Path], others: Iterable[Path] = ()) -> list[HardC
     for file, family in families:
         shared = {"like": family.like} if family.like else {}
         for name, keys in family.cases.items():
-            own = Layer(f"{file}: {name}", shared | keys)
+            case_layer = Layer(f"{file}: {name}", shared | keys)
             if names[name] > 1:
-                problems.append(f"{own.source}: expected an id that is not taken")
-            cases += _case(name, _lineage(own, baselines, problems), problems)
+                problems.append(f"{case_layer.source}: expected an id that is not taken")
+            cases += _case(name, _lineage(case_layer, baselines, problems), problems)
     if problems:
         raise HardCaseError(list(dict.fromkeys(problems)))
     return cases
@@ -135,15 +137,15 @@ def _families(files: Iterable[Path], problems: list[str]) -> list[tuple[Path, Fa
     return sorted(families, key=lambda pair: pair[1].order)
 
 
-def _lineage(own: Layer, baselines: Mapping[str, Layer], problems: list[str]) -> list[Layer]:
+def _lineage(layer: Layer, baselines: Mapping[str, Layer], problems: list[str]) -> list[Layer]:
     """Return a case, what it is like, what that is like, and so on."""
-    lineage = [own]
+    lineage = [layer]
     while "like" in lineage[-1].keys:
         source, keys = lineage[-1]
         name = keys["like"]
         if not isinstance(name, str) or name not in baselines:
-            known = ", ".join(baselines) or "none"
-            problems.append(f"{source}: like: expected one of {known}, got {name!r}")
+            names = ", ".join(baselines) or "none"
+            problems.append(f"{source}: like: expected one of {names}, got {name!r}")
             break
         if baselines[name] in lineage:
             problems.append(f"{source}: like: expected no circle, {name} is like this one")
@@ -217,8 +219,8 @@ def _expected(base: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, 
         if method == ALL:
             continue
         if isinstance(old, Mapping) and isinstance(new, Mapping):
-            other = any(key in new and key not in old for key in OUTCOME_KEYS)
-            new = new if other and any(key in old for key in OUTCOME_KEYS) else {**old, **new}
+            new_outcome = any(key in new and key not in old for key in OUTCOME_KEYS)
+            new = new if new_outcome and any(key in old for key in OUTCOME_KEYS) else {**old, **new}
         merged[method] = new
     return merged
 
@@ -246,4 +248,7 @@ def _scene_problems(case: HardCase) -> list[str]:
 
 def _refusal_expected(case: HardCase, reason: str) -> bool:
     """Tell whether no method is meant to see the scene, for this reason."""
-    return all(one.kind == REFUSED and one.reason in reason for one in case.expected.values())
+    return all(
+        expectation.kind == REFUSED and expectation.reason in reason
+        for expectation in case.expected.values()
+    )

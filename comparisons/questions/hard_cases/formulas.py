@@ -91,11 +91,11 @@ class Formula(Table):
     closed_gap: ClosedGap | None = None
 
     @model_validator(mode="after")
-    def _one(self) -> Formula:
+    def _exactly_one(self) -> Formula:
         if len(self.model_fields_set) != 1:
             got = " and ".join(sorted(self.model_fields_set)) or "none"
-            known = ", ".join(type(self).model_fields)
-            raise fail(f"expected exactly one of {known}, got {got}")
+            keys = ", ".join(type(self).model_fields)
+            raise fail(f"expected exactly one of {keys}, got {got}")
         return self
 
     def missing(self, scene: Scene) -> list[str]:

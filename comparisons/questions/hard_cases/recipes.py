@@ -71,21 +71,21 @@ class Recipe(Table):
 
     @model_validator(mode="after")
     def _one_start(self) -> Recipe:
-        made = [key for key in MAKERS if getattr(self, key) is not None]
-        came = made + ["from"] * bool(self.start)
+        makers = [key for key in MAKERS if getattr(self, key) is not None]
+        came = makers + ["from"] * bool(self.start)
         if len(came) != 1:
             got = " and ".join(came) or "none"
             raise fail(f"expected exactly one of from, {', '.join(MAKERS)}, got {got}")
-        if made and not (self.points and self.side):
-            raise fail(f"expected points and side beside {made[0]}")
+        if makers and not (self.points and self.side):
+            raise fail(f"expected points and side beside {makers[0]}")
         return self
 
-    def save(self, file: Path, others: Mapping[str, Recipe]) -> None:
-        """Write the map; `others` are the maps of the case by their names."""
-        np.save(file, self._heights(others))
+    def save(self, file: Path, maps: Mapping[str, Recipe]) -> None:
+        """Write the map; `maps` are the maps of the case by their names."""
+        np.save(file, self._heights(maps))
 
-    def _heights(self, others: Mapping[str, Recipe]) -> np.ndarray:
-        heights = others[self.start]._heights(others) if self.start else self._made()
+    def _heights(self, maps: Mapping[str, Recipe]) -> np.ndarray:
+        heights = maps[self.start]._heights(maps) if self.start else self._generated()
         random = np.random.default_rng(self.seed)
         if self.factor is not None:
             heights = heights * self.factor
@@ -101,7 +101,7 @@ class Recipe(Table):
             heights = np.minimum(heights, self.cut)
         return heights.astype(self.precision)
 
-    def _made(self) -> np.ndarray:
+    def _generated(self) -> np.ndarray:
         from reference.surfaces import SelfAffine as Spectrum
         from reference.surfaces import self_affine
 

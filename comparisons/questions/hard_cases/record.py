@@ -60,23 +60,28 @@ class HardCasesRecord(Header):
     @property
     def methods(self) -> list[str]:
         """The methods, in the order in which they were run."""
-        return list(dict.fromkeys(each.method for each in self.outcomes))
+        return list(dict.fromkeys(outcome.method for outcome in self.outcomes))
 
     @property
     def deviations(self) -> list[OutcomeRecord]:
         """What differs from the catalogue."""
-        return [each for each in self.outcomes if each.deviation]
+        return [outcome for outcome in self.outcomes if outcome.deviation]
 
     @property
     def lost(self) -> list[OutcomeRecord]:
         """Solves of methods from outside that came to nothing."""
-        return [each for each in self.outcomes if each.kind == "lost" and not each.expected]
+        return [
+            outcome for outcome in self.outcomes if outcome.kind == "lost" and not outcome.expected
+        ]
 
 
 def save_record(directory: Path, record: HardCasesRecord) -> None:
     """Write hard-cases.json and hard-cases.csv, atomically."""
     write_text(directory / RECORD, record.model_dump_json(indent=1) + "\n")
-    rows = [each.model_dump() | {"lost": " ".join(map(str, each.lost))} for each in record.outcomes]
+    rows = [
+        outcome.model_dump() | {"lost": " ".join(map(str, outcome.lost))}
+        for outcome in record.outcomes
+    ]
     write_table(directory / TABLE, pd.DataFrame(rows, columns=list(OutcomeRecord.model_fields)))
 
 

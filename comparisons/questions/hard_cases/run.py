@@ -42,10 +42,10 @@ from comparisons.questions.hard_cases.record import (
 from comparisons.results.folder import PAGE, Layout
 from comparisons.results.header import Header
 from comparisons.scene.scene import Scene
+from comparisons.solving.answers import solve_job
 from comparisons.solving.execution import execute
 from comparisons.solving.executors import Done, Job
 from comparisons.solving.inquiries import Inquiry, answer_of
-from comparisons.solving.kept import solve_job
 from comparisons.solving.planning import EXACT as EXACT_LEVELS
 from comparisons.solving.planning import Plan, plan_scene, refusal, single_resolution, task_of
 from comparisons.tasks.solution import REALISATIONS, Solution, Solved
@@ -97,7 +97,7 @@ class HardCases(Campaign[list[OutcomeRecord], HardCasesRecord]):
         return HardCasesRecord(
             **header.model_dump(),
             hard={case.id: case.hard for case in self.cases},
-            outcomes=[one for case in self.cases for one in answers.get(case.id, [])],
+            outcomes=[outcome for case in self.cases for outcome in answers.get(case.id, [])],
         )
 
     def save(self, record: HardCasesRecord) -> None:
@@ -129,20 +129,22 @@ def _tried(case: HardCase, methods: Sequence[str]) -> Inquiry[dict[str, OutcomeR
             plan = _plan(case.scene_in(Path(folder)))
         except InputError as error:
             # The door refuses before any method sees the scene.
-            why = str(error)
-            return {name: _judged(case, name, kind=REFUSED, reason=why) for name in methods}
+            reason = str(error)
+            return {name: _judged(case, name, kind=REFUSED, reason=reason) for name in methods}
         truth = _plan(case.scene_in(Path(folder), case.truth.scene)) if case.truth.scene else plan
     tried = {name: _door(case, plan, name) for name in methods}
     solves = {(name, n): _jobs(plan, name, n) for name, n in tried.items() if isinstance(n, int)}
     trusted = _trusted(case, truth)
     done = yield [job for jobs in (*solves.values(), *trusted.values()) for job in jobs]
-    known = _truth(
+    reference = _truth(
         case, truth, {key: _joined(jobs, done).solution for key, jobs in trusted.items()}
     )
-    found = {name: outcome for name, outcome in tried.items() if isinstance(outcome, OutcomeRecord)}
+    judged = {
+        name: outcome for name, outcome in tried.items() if isinstance(outcome, OutcomeRecord)
+    }
     for (name, resolution), jobs in solves.items():
-        found[name] = _measured(case, plan, known, name, resolution, _joined(jobs, done))
-    return found
+        judged[name] = _measured(case, plan, reference, name, resolution, _joined(jobs, done))
+    return judged
 
 
 def _trusted(case: HardCase, plan: Plan) -> dict[tuple[str, int], list[Job]]:
@@ -169,10 +171,10 @@ def _door(case: HardCase, plan: Plan, name: str) -> OutcomeRecord | int:
     if resolution is None or solver.resolutions(plan.geometry) == EXACT_LEVELS:
         levels = planned.resolutions
         resolution = single_resolution(levels, plan.geometry) if levels else 0
-    why = planned.reason if not planned.supported else ""
-    if resolution and not why:
-        why = refusal(plan, name, resolution)
-    return _judged(case, name, kind=REFUSED, reason=why) if why else resolution
+    reason = planned.reason if not planned.supported else ""
+    if resolution and not reason:
+        reason = refusal(plan, name, resolution)
+    return _judged(case, name, kind=REFUSED, reason=reason) if reason else resolution
 
 
 @dataclass(frozen=True)
@@ -195,8 +197,8 @@ def solve_warned(task: Task) -> Warned:
         warnings.simplefilter("always", RuntimeWarning)
         solution = execute(task)
     solution.fields.clear()
-    told = [warned for warned in caught if issubclass(warned.category, RuntimeWarning)]
-    return Warned(solution, tuple(str(warned.message) for warned in told))
+    arithmetic = [warned for warned in caught if issubclass(warned.category, RuntimeWarning)]
+    return Warned(solution, tuple(str(warned.message) for warned in arithmetic))
 
 
 def _jobs(plan: Plan, name: str, resolution: int) -> list[Job]:
@@ -231,8 +233,10 @@ def _measured(
     if not solution.converged.any():
         expected = case.expected.get(name)
         # Whether the door or the solver refuses is no matter, if it says what the catalogue says.
-        meant = expected is not None and expected.kind == REFUSED and expected.reason in reason
-        return _judged(case, name, kind=REFUSED if meant else LOST, **common)
+        as_expected = (
+            expected is not None and expected.kind == REFUSED and expected.reason in reason
+        )
+        return _judged(case, name, kind=REFUSED if as_expected else LOST, **common)
     common["seconds"] = solution.seconds
     main = main_quantity(plan)
     error, bar = _largest_error(truth, solution, main)
@@ -292,21 +296,23 @@ def _truth(case: HardCase, plan: Plan, solved: Solved) -> _Truth:
     return _Truth(trusted.curves, bars)
 
 
-def _judged(case: HardCase, name: str, **found: Any) -> OutcomeRecord:
+def _judged(case: HardCase, name: str, **details: Any) -> OutcomeRecord:
     """Return the outcome of a method beside what is expected of it."""
     expectation = case.expects(name)
     if expectation is None:
-        return _outcome(case, name, expected=PEER if METHODS[name].peer else "", **found)
-    deviation = _deviation(NOTHING | found, expectation)
-    return _outcome(case, name, expected=words(expectation), deviation=deviation, **found)
+        return _outcome(case, name, expected=PEER if METHODS[name].peer else "", **details)
+    deviation = _deviation(NOTHING | details, expectation)
+    return _outcome(
+        case, name, expected=expectation_text(expectation), deviation=deviation, **details
+    )
 
 
-def _outcome(case: HardCase, name: str, **found: Any) -> OutcomeRecord:
-    facts = plain(NOTHING | found)
+def _outcome(case: HardCase, name: str, **details: Any) -> OutcomeRecord:
+    facts = plain(NOTHING | details)
     return OutcomeRecord(case=case.id, title=case.title, method=name, **facts)
 
 
-def words(expectation: Expected) -> str:
+def expectation_text(expectation: Expected) -> str:
     """Return an expectation as the table shows it."""
     if expectation.kind in (REFUSED, NOT_FOR):
         return f"{expectation.kind}: {expectation.reason}"
@@ -316,8 +322,8 @@ def words(expectation: Expected) -> str:
     if expectation.lost:
         steps = ", ".join(str(step + 1) for step in expectation.lost)
         bounds.append(f"no answer at step {steps}: {expectation.text}")
-    why = f" ({expectation.why})" if expectation.why else ""
-    return f"{expectation.kind}, {', '.join(bounds)}{why}"
+    note = f" ({expectation.why})" if expectation.why else ""
+    return f"{expectation.kind}, {', '.join(bounds)}{note}"
 
 
 def _deviation(outcome: dict[str, Any], expectation: Expected) -> str:
@@ -326,19 +332,21 @@ def _deviation(outcome: dict[str, Any], expectation: Expected) -> str:
     allowed = {DEGRADED: (ACCURATE, DEGRADED)}  # better than expected is as expected
     if kind not in allowed.get(expectation.kind, (expectation.kind,)):
         return f"{kind} instead of {expectation.kind}"
-    found = []
+    differences = []
     total = outcome["error"] + outcome["bar"]
     if total > expectation.error:
-        found.append(f"error {relative(total)} instead of at most {relative(expectation.error)}")
+        differences.append(
+            f"error {relative(total)} instead of at most {relative(expectation.error)}"
+        )
     if area > expectation.area:
         most = relative(expectation.area)
-        found.append(f"area off by {relative(area)} instead of at most {most}")
+        differences.append(f"area off by {relative(area)} instead of at most {most}")
     if kind not in (LOST, REFUSED) and lost != expectation.lost:
-        found.append(f"lost steps {lost} instead of {expectation.lost}")
+        differences.append(f"lost steps {lost} instead of {expectation.lost}")
     if expectation.lost and not outcome["reason"]:
-        found.append("no reason is given for the lost steps")
+        differences.append("no reason is given for the lost steps")
     if expectation.reason not in outcome["reason"]:
-        found.append(f"the reason does not say {expectation.reason!r}")
+        differences.append(f"the reason does not say {expectation.reason!r}")
     if "warned: " in outcome["reason"]:
-        found.append("it warns")
-    return "; ".join(found)
+        differences.append("it warns")
+    return "; ".join(differences)

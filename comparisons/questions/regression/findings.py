@@ -65,7 +65,7 @@ class Move:
         """Whether anything changed by more than a tolerance, vanished, or is planned otherwise."""
         return bool(self.lost or self.replanned) or abs(self.largest()[1]) > tolerance
 
-    def words(self) -> str:
+    def text(self) -> str:
         """Return the largest change in words."""
         if self.replanned:
             return self.replanned
@@ -92,28 +92,28 @@ def compare_snapshots(
     list of Finding
         For every scene: the model, the references, their agreement, the speed.
     """
-    found = []
-    who = "the reduced model" if now.method == "reduced" else _title(now.method)
+    findings = []
+    subject = "the reduced model" if now.method == "reduced" else _title(now.method)
     for name, scene in now.scenes.items():
         before = stored.scenes.get(name)
         if before is None:
-            found.append(Finding(name, MODEL, "not in the baseline: --update adds it", True))
+            findings.append(Finding(name, MODEL, "not in the baseline: --update adds it", True))
         elif before.scene and before.scene != scene.scene:
             text = "the scene itself is not the baseline's: --update takes the new one"
-            found.append(Finding(name, MODEL, text, True))
+            findings.append(Finding(name, MODEL, text, True))
         elif before.loads != scene.loads:
-            found.append(Finding(name, MODEL, "the scene's loads are not the baseline's", True))
+            findings.append(Finding(name, MODEL, "the scene's loads are not the baseline's", True))
         else:
-            found += [
-                *_moves(name, who, before, scene, tolerance),
+            findings += [
+                *_moves(name, subject, before, scene, tolerance),
                 _agreement(name, before, scene),
-                *_speed(name, who, before.speed, scene.speed),
+                *_speed(name, subject, before.speed, scene.speed),
             ]
-    return found
+    return findings
 
 
 def _moves(
-    name: str, who: str, before: SceneSnapshot, now: SceneSnapshot, tolerance: float
+    name: str, subject: str, before: SceneSnapshot, now: SceneSnapshot, tolerance: float
 ) -> list[Finding]:
     model = _move(before.model, now.model)
     truths = {
@@ -124,17 +124,17 @@ def _moves(
     model_moved = model.moved(tolerance)
     shared = [m for m, move in moved.items() if model_moved and _alike(model, move)]
     if shared:
-        return [_shared(name, who, model, shared, truths)]
+        return [_shared(name, subject, model, shared, truths)]
     findings = [
-        Finding(name, MODEL, f"{who} moved: {model.words()}", True)
+        Finding(name, MODEL, f"{subject} moved: {model.text()}", True)
         if model_moved
         else Finding(name, MODEL, "unchanged")
     ]
     if moved:
-        texts = [f"{_title(m)}: {move.words()}" for m, move in moved.items()]
+        texts = [f"{_title(m)}: {move.text()}" for m, move in moved.items()]
         still = [_title(m) for m in truths if m not in moved]
-        rest = f"; {_list(still)} did not" if still else ""
-        text = f"the reference moved: {'; '.join(texts)}{rest}"
+        unmoved = f"; {_list(still)} did not" if still else ""
+        text = f"the reference moved: {'; '.join(texts)}{unmoved}"
         findings.append(Finding(name, REFERENCES, text, True))
     else:
         findings.append(Finding(name, REFERENCES, "unchanged"))
@@ -142,15 +142,15 @@ def _moves(
 
 
 def _shared(
-    name: str, who: str, model: Move, shared: list[str], truths: dict[str, Move]
+    name: str, subject: str, model: Move, shared: list[str], truths: dict[str, Move]
 ) -> Finding:
     quantity, change = model.largest()
     still = [_title(m) for m, move in truths.items() if not move.moved(REFERENCE_TOLERANCE)]
-    rest = f"; {_list(still)} did not move" if still else ""
-    words = quantity.replace("_", " ")
+    unmoved = f"; {_list(still)} did not move" if still else ""
+    label = quantity.replace("_", " ")
     text = (
-        f"{who} and {_list([_title(m) for m in shared])} moved by the same factor "
-        f"{number(1 + change, 6)} ({words}): something they share has changed{rest}"
+        f"{subject} and {_list([_title(m) for m in shared])} moved by the same factor "
+        f"{number(1 + change, 6)} ({label}): something they share has changed{unmoved}"
     )
     return Finding(name, MODEL, text, True)
 
@@ -172,10 +172,10 @@ def _move(before: Curves | None, now: Curves | None) -> Move:
         if np.isnan(new[np.isfinite(old)]).any():
             lost.append(name)
             continue
-        kept = np.isfinite(old) & np.isfinite(new)
-        same = old[kept] == new[kept]
+        finite = np.isfinite(old) & np.isfinite(new)
+        same = old[finite] == new[finite]
         with np.errstate(divide="ignore", invalid="ignore"):
-            factors[name] = np.where(same, 1.0, new[kept] / old[kept])
+            factors[name] = np.where(same, 1.0, new[finite] / old[finite])
     return Move(factors, tuple(lost))
 
 
@@ -203,13 +203,13 @@ def _agreement(name: str, before: SceneSnapshot, now: SceneSnapshot) -> Finding:
     return Finding(name, AGREEMENT, text if new else f"as in the baseline: {text}", new, True)
 
 
-def _speed(name: str, who: str, before: Speed | None, now: Speed | None) -> list[Finding]:
+def _speed(name: str, subject: str, before: Speed | None, now: Speed | None) -> list[Finding]:
     if before is None or now is None:
         return []
     model = now.ratio / before.ratio
     machine = now.yardstick_seconds / before.yardstick_seconds
     if model > SLOWER_MODEL:
-        text = f"{who} is slower: {number(model, 2)} times its share of the yardstick"
+        text = f"{subject} is slower: {number(model, 2)} times its share of the yardstick"
         return [Finding(name, SPEED, text, True)]
     if machine > SLOWER_MACHINE:
         text = f"the machine is slower: {number(machine, 2)} times; the model keeps its share of it"

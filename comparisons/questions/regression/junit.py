@@ -11,16 +11,16 @@ from comparisons.questions.regression.findings import Finding
 
 def write_junit(path: Path, findings: list[Finding]) -> None:
     """Write one test case per finding: class is the scene, name the subject."""
-    drifted = sum(each.drifted for each in findings)
+    drifted = sum(finding.drifted for finding in findings)
     counts = {"tests": str(len(findings)), "failures": str(drifted), "errors": "0"}
     suite = Xml.Element("testsuite", {"name": "roughline check", **counts})
-    for each in findings:
-        names = {"classname": f"roughline.{each.scene}", "name": each.subject}
+    for finding in findings:
+        names = {"classname": f"roughline.{finding.scene}", "name": finding.subject}
         case = Xml.SubElement(suite, "testcase", names)
-        if each.drifted:
-            Xml.SubElement(case, "failure", {"message": each.text}).text = each.text
+        if finding.drifted:
+            Xml.SubElement(case, "failure", {"message": finding.text}).text = finding.text
         else:
-            Xml.SubElement(case, "system-out").text = each.text
+            Xml.SubElement(case, "system-out").text = finding.text
     root = Xml.Element("testsuites")
     root.append(suite)
     Xml.indent(root)

@@ -104,18 +104,18 @@ def _plan(source: str, method: str) -> Plan:
 
 def _scene(plan: Plan, method: str) -> Inquiry[SceneSnapshot]:
     solved = yield from curves(plan)
-    known = [each for each in truths(solved, plan.loads.axis) if each.method != method]
-    told, alone = _agreement(known, plan.scene.compare.quantities)
+    references = [truth for truth in truths(solved, plan.loads.axis) if truth.method != method]
+    disagreements, alone = _agreement(references, plan.scene.compare.quantities)
     return SceneSnapshot(
         scene=_identity(plan.scene),
         loads=[float(value) for value in plan.loads.values],
         model=_curves(solved, method),
         references={
-            each.method: means
-            for each in known
-            if (means := _curves(solved, each.method)) is not None
+            truth.method: means
+            for truth in references
+            if (means := _curves(solved, truth.method)) is not None
         },
-        disagreements=told,
+        disagreements=disagreements,
         alone=alone,
         speed=_speed(plan, method),
     )
@@ -123,10 +123,10 @@ def _scene(plan: Plan, method: str) -> Inquiry[SceneSnapshot]:
 
 def _identity(scene: Scene) -> str:
     """Return what tells one problem from another: all that its file says but names and methods."""
-    told = scene.model_dump(
+    tables = scene.model_dump(
         mode="json", exclude_defaults=True, exclude={"name", "title", "compare", "methods"}
     )
-    return hashlib.sha256(json.dumps(told, sort_keys=True).encode()).hexdigest()[:16]
+    return hashlib.sha256(json.dumps(tables, sort_keys=True).encode()).hexdigest()[:16]
 
 
 def _curves(solved: Solved, method: str) -> Curves | None:
@@ -145,21 +145,21 @@ def _curves(solved: Solved, method: str) -> Curves | None:
     )
 
 
-def _agreement(known: list[Truth], quantities: tuple[str, ...]) -> tuple[list[str], list[str]]:
+def _agreement(references: list[Truth], quantities: tuple[str, ...]) -> tuple[list[str], list[str]]:
     """Return who differs from whom by more than their bars, and who differs from all others."""
-    told: list[str] = []
-    against: dict[str, set[str]] = {each.method: set() for each in known}
-    for index, one in enumerate(known):
-        for other in known[index + 1 :]:
-            sentences = one.disagrees(other, quantities)
+    differences: list[str] = []
+    against: dict[str, set[str]] = {truth.method: set() for truth in references}
+    for index, first in enumerate(references):
+        for second in references[index + 1 :]:
+            sentences = first.disagrees(second, quantities)
             if sentences:
-                told += sentences
-                against[one.method].add(other.method)
-                against[other.method].add(one.method)
-    others = len(known) - 1
-    alone = [name for name, foes in against.items() if others >= 2 and len(foes) == others]
+                differences += sentences
+                against[first.method].add(second.method)
+                against[second.method].add(first.method)
+    opponents = len(references) - 1
+    alone = [name for name, foes in against.items() if opponents >= 2 and len(foes) == opponents]
     # Where everyone differs from everyone, nobody is the odd one out.
-    return told, alone if len(alone) == 1 else []
+    return differences, alone if len(alone) == 1 else []
 
 
 def _speed(plan: Plan, method: str) -> Speed | None:

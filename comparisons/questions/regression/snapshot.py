@@ -84,8 +84,8 @@ def load_baseline(path: Path) -> Snapshot:
         ) from error
     except ValidationError as error:
         places = [
-            f"{'.'.join(str(key) for key in each['loc']) or 'the file'}: {each['msg']}"
-            for each in error.errors(include_url=False, include_input=False)[:3]
+            f"{'.'.join(str(key) for key in problem['loc']) or 'the file'}: {problem['msg']}"
+            for problem in error.errors(include_url=False, include_input=False)[:3]
         ]
         raise InputError(f"{path}: not a baseline of roughline: {'; '.join(places)}") from error
 

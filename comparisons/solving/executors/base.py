@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from comparisons.solving.forecast import Kind
 
 if TYPE_CHECKING:
-    from comparisons.solving.kept import Archive
+    from comparisons.solving.answers import Archive
 
 
 @dataclass(frozen=True)

@@ -34,7 +34,7 @@ TRANSPORT = ("dask", "distributed", "cloudpickle", "msgpack")
 CONNECT, LOOK = 10.0, 5.0
 # Jobs handed over at a time: enough to keep every worker busy, without all of a million at once.
 LEAST_AHEAD, AHEAD_OF_A_WORKER = 200, 4
-SHOWN = 12
+MOST_PROBLEMS = 12
 
 
 @dataclass(frozen=True)
@@ -70,10 +70,10 @@ class ClusterExecutor(Executor):
             problems = [f"it went away ({error})"]
         if problems:
             self._client.close()
-            told = problems[:SHOWN]
-            if len(problems) > SHOWN:
-                told.append(f"... and {len(problems) - SHOWN} more")
-            raise InputError("\n  ".join([f"--scheduler {address}:", *told]))
+            lines = problems[:MOST_PROBLEMS]
+            if len(problems) > MOST_PROBLEMS:
+                lines.append(f"... and {len(problems) - MOST_PROBLEMS} more")
+            raise InputError("\n  ".join([f"--scheduler {address}:", *lines]))
         self._running: dict[Future, Job] = {}
         self._limits: dict[str, float] = {}
         self._looked = -LOOK
@@ -82,14 +82,14 @@ class ClusterExecutor(Executor):
     def _problems(self) -> list[str]:
         """Return all that keeps this cluster from giving the same results as this machine."""
         versions_there: Any = self._client.get_versions()  # of asynchronous clients a coroutine
-        there = versions_there["scheduler"]["packages"]
-        found = [
-            f"the scheduler has {name} {there[name]}, here {self._expected[name]}"
+        packages = versions_there["scheduler"]["packages"]
+        problems = [
+            f"the scheduler has {name} {packages[name]}, here {self._expected[name]}"
             for name in TRANSPORT
-            if name in there and there[name] != self._expected[name]
+            if name in packages and packages[name] != self._expected[name]
         ]
         threads = self._client.nthreads()
-        found += [
+        problems += [
             f"worker {where} has {count} threads, expected one: dask worker --nthreads 1"
             for where, count in threads.items()
             if count != 1
@@ -97,10 +97,13 @@ class ClusterExecutor(Executor):
         answers = self._client.run(identity, announced(), on_error="return")
         for where, answer in answers.items():
             if isinstance(answer, Exception):
-                found.append(f"worker {where} cannot run roughline: {answer}")
+                problems.append(f"worker {where} cannot run roughline: {answer}")
             else:
-                found += [f"worker {where}: {each}" for each in differences(self._expected, answer)]
-        return found
+                problems += [
+                    f"worker {where}: {difference}"
+                    for difference in differences(self._expected, answer)
+                ]
+        return problems
 
     def finished(self) -> Iterator[Done]:
         """Yield jobs as the workers finish them; the connection is closed at the end."""
@@ -123,7 +126,7 @@ class ClusterExecutor(Executor):
             return
         workers = self._client.scheduler_info(n_workers=-1)["workers"]
         self._limits = {
-            where: each["memory_limit"] or float("inf") for where, each in workers.items()
+            where: worker["memory_limit"] or float("inf") for where, worker in workers.items()
         }
         self.workers = max(1, len(workers))
         self._looked = time.monotonic()
@@ -187,8 +190,8 @@ class ClusterExecutor(Executor):
         finally:
             future.release()
         if isinstance(answer, _Refused):
-            told = "\n  ".join(answer.differences)
-            raise LostWorkError(f"a worker joined whose versions differ:\n  {told}\n")
+            text = "\n  ".join(answer.differences)
+            raise LostWorkError(f"a worker joined whose versions differ:\n  {text}\n")
         value, seconds = answer
         return Done(job, value, seconds)
 
@@ -224,13 +227,13 @@ def identity(methods: str) -> dict[str, str]:
     return versions() | transport | {"roughline's source": source_digest()[:12]} | digests()
 
 
-def differences(here: dict[str, str], there: dict[str, str]) -> list[str]:
+def differences(expected: dict[str, str], actual: dict[str, str]) -> list[str]:
     """Return what differs, in words."""
     absent = "nothing"
     return [
-        f"{name}: {there.get(name, absent)}, here {here.get(name, absent)}"
-        for name in dict.fromkeys([*here, *there])
-        if here.get(name) != there.get(name)
+        f"{name}: {actual.get(name, absent)}, here {expected.get(name, absent)}"
+        for name in dict.fromkeys([*expected, *actual])
+        if expected.get(name) != actual.get(name)
     ]
 
 
@@ -265,5 +268,5 @@ def on_worker(
     arguments: Iterable[Any],
 ) -> tuple[Any, float] | _Refused:
     """Do a job on a worker, if it is the same as the machine that asks (it may have come late)."""
-    found = differences(expected, identity(methods))
-    return _Refused(tuple(found)) if found else timed(work, tuple(arguments))
+    differing = differences(expected, identity(methods))
+    return _Refused(tuple(differing)) if differing else timed(work, tuple(arguments))

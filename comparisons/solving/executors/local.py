@@ -102,9 +102,9 @@ class ProcessExecutor(Executor):
             return None if self._running else self._suspects.popleft()
         if any(self._tried[job.key] for job in self._running.values()):
             return None
-        taken = sum(job.memory + PROCESS for job in self._running.values())
+        memory = sum(job.memory + PROCESS for job in self._running.values())
         for index, job in enumerate(self._waiting):
-            if not self._running or taken + job.memory + PROCESS <= budget:
+            if not self._running or memory + job.memory + PROCESS <= budget:
                 del self._waiting[index]
                 return job
         return None
@@ -124,10 +124,10 @@ class ProcessExecutor(Executor):
 
 
 def _lost(message: str) -> str:
-    found = sorted(set(_SIGNAL.findall(message)))
-    how = f" ({', '.join(found)})" if found else ""
-    text = f"the process that did it was ended {ATTEMPTS} times{how}"
-    return text + (", most likely for lack of memory" if "SIGKILL" in found else "")
+    signals = sorted(set(_SIGNAL.findall(message)))
+    ending = f" ({', '.join(signals)})" if signals else ""
+    text = f"the process that did it was ended {ATTEMPTS} times{ending}"
+    return text + (", most likely for lack of memory" if "SIGKILL" in signals else "")
 
 
 def _end_with(parent: int) -> None:

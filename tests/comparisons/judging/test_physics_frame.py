@@ -16,8 +16,8 @@ from comparisons.methods.registry import SOLVERS, solver_for
 from comparisons.questions.study import Study
 from comparisons.results.record import record_scene
 from comparisons.results.store import load_study
+from comparisons.solving.answers import solve_plan
 from comparisons.solving.execution import execute
-from comparisons.solving.kept import solve_plan
 from comparisons.solving.planning import plan_scene
 
 FRICTION = {"friction": {"coefficient": 0.5}}

@@ -35,8 +35,8 @@ from comparisons.results.record import record_scene
 from comparisons.results.store import StudyRecord, load_study
 from comparisons.scene.scene import load_scene
 from comparisons.solving import external_work
+from comparisons.solving.answers import solve_plan
 from comparisons.solving.execution import execute
-from comparisons.solving.kept import solve_plan
 from comparisons.solving.planning import plan_scene, task_of
 from comparisons.tasks.archive import arrays_of
 from comparisons.tasks.solution import Solution

@@ -13,7 +13,7 @@ import pytest
 from comparisons.judging.comparison import compare
 from comparisons.questions.single import solve_scene
 from comparisons.scene.scene import SceneError, load_scene, make_scene
-from comparisons.solving.kept import solve_plan
+from comparisons.solving.answers import solve_plan
 from comparisons.solving.planning import plan_scene
 
 HIT = """name = "hit"

@@ -10,7 +10,7 @@ import pytest
 from comparisons.judging.comparison import compare
 from comparisons.questions.experiments import EXPERIMENTS
 from comparisons.scene.scene import make_scene
-from comparisons.solving.kept import solve_plan
+from comparisons.solving.answers import solve_plan
 from comparisons.solving.planning import plan_scene
 
 RUBBER = {"model": "standard", "shear_moduli": [0.5e6, 5e6], "relaxation_times": [0.01]}

@@ -11,7 +11,7 @@ from comparisons.errors import InputError
 from comparisons.judging.comparison import compare
 from comparisons.questions.experiments import EXPERIMENTS
 from comparisons.scene.scene import load_scene, make_scene
-from comparisons.solving.kept import solve_plan
+from comparisons.solving.answers import solve_plan
 from comparisons.solving.planning import plan_scene
 
 RUBBER = {

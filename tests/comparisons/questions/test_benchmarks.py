@@ -102,12 +102,12 @@ def test_the_whole_benchmark_runs_and_names_each_row_once():
 
 
 def tiny(target=0.125):
-    return bem_cases.rough(32, 8, bem_cases.USUAL, target)
+    return bem_cases.rough(32, 8, bem_cases.MEDIUM, target)
 
 
 def test_the_surfaces_of_the_half_space_benchmark_are_in_the_contact_they_promise():
     """20 to 25 % and 3 to 5 % of the cells, at a cutoff of 8 cells."""
-    for fraction, low, high in ((bem_cases.USUAL, 0.2, 0.25), (bem_cases.LIGHT, 0.03, 0.05)):
+    for fraction, low, high in ((bem_cases.MEDIUM, 0.2, 0.25), (bem_cases.LIGHT, 0.03, 0.05)):
         case = bem_cases.rough(64, 8, fraction, None)
         contact = fft.solve(
             Press(case.operator(), case.gaps[0]), Load("force", float(case.loads[0]))
@@ -152,7 +152,7 @@ def test_the_faster_peer_is_the_yardstick_and_a_missed_target_is_said(monkeypatc
 
 def test_share_of_transforms_is_a_share():
     """At 128 points a side transforms are a good part of the work, and not all of it."""
-    share = bem_cost.fft_share(bem_cases.rough(128, 8, bem_cases.USUAL, None))
+    share = bem_cost.fft_share(bem_cases.rough(128, 8, bem_cases.MEDIUM, None))
     assert 0.1 < share < 0.95
 
 

@@ -73,7 +73,7 @@ def test_a_shape_with_noise_forbids_trust_in_high_orders():
     """Differences that shrink fourfold by chance, while the error stays: first order or less."""
     curves = np.array([[1.10], [1.02], [1.0]])
     odd = replace(case(1.0, 0.1, "fitting", "noisy"), curves=curves, errors=np.array([0.018]))
-    odd = replace(odd, others=np.zeros(1))
+    odd = replace(odd, bars_beside_grid=np.zeros(1))
     rule = fitted([odd, case(2.0, 0.1, "fitting", "smooth")])
     assert rule.highest < 2.0
 

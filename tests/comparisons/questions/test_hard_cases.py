@@ -14,7 +14,7 @@ from comparisons.methods.reduced import ReducedProfile
 from comparisons.methods.registry import SOLVERS
 from comparisons.questions.hard_cases.case import Expected
 from comparisons.questions.hard_cases.catalogue import catalogue
-from comparisons.questions.hard_cases.run import LEFT_OUT, run_case, words
+from comparisons.questions.hard_cases.run import LEFT_OUT, expectation_text, run_case
 from comparisons.solving import execution
 
 OURS = tuple(name for name in BUILT_IN if not METHODS[name].peer)
@@ -200,6 +200,9 @@ def test_the_bar_of_the_truth_counts_against_the_claim():
 
 
 def test_expectations_read_as_sentences():
-    assert words(Expected(accurate=0.01)) == "accurate, error at most 1.0\N{NARROW NO-BREAK SPACE}%"
+    assert (
+        expectation_text(Expected(accurate=0.01))
+        == "accurate, error at most 1.0\N{NARROW NO-BREAK SPACE}%"
+    )
     partly = Expected(degraded=0.5, text="came out as inf", lost=(2,), why="few cells")
-    assert words(partly).endswith("no answer at step 3: came out as inf (few cells)")
+    assert expectation_text(partly).endswith("no answer at step 3: came out as inf (few cells)")

@@ -20,7 +20,7 @@ from comparisons.results.decisions import equal_at, verdicts, worst
 from comparisons.results.record import record_scene
 from comparisons.results.store import StudyRecord, load_study
 from comparisons.scene.scene import builtin_names, load_scene
-from comparisons.solving.kept import solve_plan
+from comparisons.solving.answers import solve_plan
 from comparisons.solving.planning import plan_scene
 from reports.cli import terminal
 from reports.pages import study as html

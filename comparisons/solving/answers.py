@@ -42,10 +42,12 @@ class Archive:
     is_final: Callable[[Any], bool]
 
 
-SOLUTION = Archive(".npz", save_solution, load_solution, lambda known: bool(known.converged.any()))
+SOLUTION = Archive(
+    ".npz", save_solution, load_solution, lambda solution: bool(solution.converged.any())
+)
 
 
-class Kept:
+class Answers:
     """Answers of jobs that are done, by their keys.
 
     Parameters
@@ -78,10 +80,10 @@ class Kept:
 
     def get(self, job: Job) -> Done | None:
         """Return the answer of a job, None where it is not known."""
-        own = self._own.get(job.key)
+        answer = self._own.get(job.key)
         path = self.path(job)
-        if own is not None or path is None or job.archive is None:
-            return own
+        if answer is not None or path is None or job.archive is None:
+            return answer
         if not path.exists() or not (self._resume or job.key in self._own):
             return None
         try:
@@ -107,8 +109,8 @@ def curves_of(task: Task) -> Solution:
 
 def curve_job(task: Task) -> Job:
     """Return a solve for its curves as a job."""
-    asked = tuple(sorted(ALWAYS.union(task.quantities)))
-    return solve_job(replace(task, with_body=False, quantities=asked), curves_of)
+    quantities = tuple(sorted(ALWAYS.union(task.quantities)))
+    return solve_job(replace(task, with_body=False, quantities=quantities), curves_of)
 
 
 def value_of(done: Done) -> Any:
