@@ -192,8 +192,8 @@ def _antiderivative(x, y):
 @njit(cache=True, error_model="numpy")
 def _nearest_farthest(low, high):
     """Smallest and largest distance from zero in an interval."""
-    one, two = abs(low), abs(high)
-    return 0.0 if low < 0 < high else min(one, two), max(one, two)
+    first, second = abs(low), abs(high)
+    return 0.0 if low < 0 < high else min(first, second), max(first, second)
 
 
 def step_slopes(x: Array, y: Array, side: float) -> tuple[Array, Array]:

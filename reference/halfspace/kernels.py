@@ -217,9 +217,9 @@ def cell_energies(
     """
     qx, qy = wavenumbers(shape, spacing)
     transfer = _alias_sum(qx, qy, spacing, energy=True)
-    one, two = (np.sin(q * step / 2) ** 2 for q, step in zip((qx, qy), spacing, strict=True))
+    along, across = (np.sin(q * step / 2) ** 2 for q, step in zip((qx, qy), spacing, strict=True))
     beyond = np.pi**-3 / (_ALIASES - 0.5) / (_ALIASES + 0.5)
-    remainder = beyond * (one * spacing[0] + two * spacing[1])
+    remainder = beyond * (along * spacing[0] + across * spacing[1])
     transfer[0, 0] = remainder[0, 0] = 0.0
     return transfer * (2 / effective_modulus), remainder * (2 / effective_modulus)
 

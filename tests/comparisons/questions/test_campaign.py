@@ -16,7 +16,7 @@ from comparisons.questions.hard_cases.catalogue import catalogue
 from comparisons.questions.hard_cases.run import HardCases
 from comparisons.questions.regression.measure import Measurements
 from comparisons.questions.study import Study
-from comparisons.solving import kept
+from comparisons.solving import answers
 from comparisons.solving.executors import Done, SerialExecutor
 from comparisons.solving.forecast import Remaining
 from comparisons.solving.planning import plan_scene
@@ -37,13 +37,13 @@ class Losing(SerialExecutor):
 def test_claims_on_one_scene_share_its_solves(tmp_path, monkeypatch):
     """Force and area of the same ellipsoids: no solve is done twice, nor again on resuming."""
     done = Counter()
-    execute = kept.execute
+    execute = answers.execute
 
     def count(task, repeats):
         done[task.scene.text.partition("[compare]")[0], task.method, task.resolution] += 1
         return execute(task, repeats)
 
-    monkeypatch.setattr(kept, "execute", count)
+    monkeypatch.setattr(answers, "execute", count)
     claims = load_claims(("ellipsoid-force", "ellipsoid-area"))
     record = ClaimRun(claims, tmp_path / "out").run()
     assert len({point.parameter for claim in record.claims for point in claim.points}) > 8

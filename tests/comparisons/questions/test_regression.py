@@ -56,8 +56,8 @@ def test_a_stiffer_reduced_model_is_named(before, monkeypatch):
     """A factor 1.002 in the springs: the model's force moves by 0.2 %, the references do not."""
     sound = reduced_method.indent
 
-    def faulty(profile, effective_modulus, **loads):
-        return sound(profile, FAULT * effective_modulus, **loads)
+    def faulty(profile, effective_modulus, *load, **options):
+        return sound(profile, FAULT * effective_modulus, *load, **options)
 
     monkeypatch.setattr(reduced_method, "indent", faulty)
     findings = compare_snapshots(before, take_snapshot(scenes=["paraboloid"]))
