@@ -1,4 +1,4 @@
-"""What is prescribed to a contact: a path of values, or loads that increase."""
+"""What is prescribed to a contact: a path of values, one in time, or loads that increase."""
 
 from __future__ import annotations
 
@@ -83,3 +83,33 @@ class Load(LoadPath):
             return f"positive and finite, not {prescribed!r}"
         increasing = bool((np.diff(self.values) > 0).all())
         return "" if increasing else f"strictly increasing, not {prescribed!r}"
+
+
+class History(LoadPath):
+    """Values of one prescribed quantity at increasing times, linear in between.
+
+    Parameters
+    ----------
+    control : {"penetration", "force"}
+    time, values : array_like, shape (k,)
+        Finite, of one length; times increase.
+
+    Raises
+    ------
+    ValueError
+        Listing what is wrong with times and values.
+    """
+
+    time: NDArray[np.float64]
+
+    def __init__(self, control: str, time: ArrayLike, values: ArrayLike) -> None:
+        object.__setattr__(self, "time", np.array(time, dtype=float, ndmin=1))
+        super().__init__(control, values)
+
+    def _fault(self, prescribed: ArrayLike) -> str:
+        faults = [super()._fault(prescribed)]
+        if self.time.shape != self.values.shape:
+            faults.append(f"as long as its times, of which there are {self.time.size}")
+        elif not (np.isfinite(self.time).all() and (np.diff(self.time) > 0).all()):
+            faults.append(f"given at finite, increasing times, not {self.time!r}")
+        return " and ".join(fault for fault in faults if fault)

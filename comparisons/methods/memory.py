@@ -10,7 +10,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 from functools import partial
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
 
@@ -32,8 +31,10 @@ from reduced.memory.materials import Prony, prony
 from reduced.memory.row import RelaxingSprings
 from reduced.profiles.shapes import paraboloid
 from reference import closed_form as closed_forms
+from reference import loads as reference_loads
 from reference import viscoelastic as reference
 from reference.halfspace import areas
+from reference.halfspace.solution import Press
 from reference.viscoelastic.materials import GeneralisedMaxwell
 
 PHYSICS = frozenset({"viscoelastic"})
@@ -106,9 +107,9 @@ def _divided(loads: Loads, steps: int, *, graded: bool = False) -> tuple[np.ndar
     return np.concatenate([times[:1], *inner]), parts
 
 
-def _history(loads: Loads, times: np.ndarray) -> dict[str, Any]:
+def _values(loads: Loads, times: np.ndarray) -> np.ndarray:
     """Return the prescribed load at the times of finer steps."""
-    return {loads.control: np.interp(times, _times(loads), loads.values)}
+    return np.interp(times, _times(loads), loads.values)
 
 
 class ReducedMemory(ReducedProfile):
@@ -207,8 +208,9 @@ class ClosedFormMemory(ClosedForm):
         """Evaluate the integral of the control at some of the steps."""
         integrate = reference.creep if loads.control == "force" else reference.indentation
         times = _times(loads)
+        history = reference_loads.History(loads.control, times, loads.values)
         return integrate(
-            *(self.form, self.modulus, self.material, times, loads.values, times[steps]),
+            *(self.form, self.modulus, self.material, history, times[steps]),
             poisson_ratio=self.scene.poisson_ratio,
         )
 
@@ -258,8 +260,9 @@ class GridMemory(BemFft):
         cells = task.resolution if isinstance(task.geometry, IndenterGeometry) else STEPS_OF_SURFACE
         times, parts = _divided(task.loads, STEPS_OF_CELLS * cells)
         instants = reference.press_in_time(
-            *(operator, grid.gap, self.material, times),
-            **_history(task.loads, times),
+            Press(operator, grid.gap),
+            self.material,
+            reference_loads.History(task.loads.control, times, _values(task.loads, times)),
             poisson_ratio=self.scene.poisson_ratio,
             tolerance=self.options.tolerance,
         )

@@ -21,6 +21,8 @@ from reduced.memory.row import RelaxingSprings
 from reduced.profiles.shapes import cone, cylinder, paraboloid, power_law
 from reference import closed_form
 from reference.halfspace import FreeOperator
+from reference.halfspace.solution import Press
+from reference.loads import History
 from reference.viscoelastic import GeneralisedMaxwell, impact, indentation, press_in_time
 from reports.tables.documents import rewrite
 
@@ -58,7 +60,7 @@ def ting() -> list[list[str]]:
     springs = (10, 20, 40, 80, 160)
     rows = [["shape", "of", *(f"{n} springs" for n in springs), "order"]]
     for name, (profile, form) in shapes.items():
-        exact = indentation(form, 1.0, SOLID, HISTORY, DEPTHS, HISTORY[1:])
+        exact = indentation(form, 1.0, SOLID, History("penetration", HISTORY, DEPTHS), HISTORY[1:])
         errors = []
         for n in springs:
             contact = indent_in_time(
@@ -141,13 +143,17 @@ def ball_force(n: int, steps: int, history: np.ndarray, depths: np.ndarray) -> n
     pieces = pairwise(history)
     t = np.concatenate([[0.0], *(np.linspace(*ends, steps + 1)[1:] for ends in pieces)])
     gap = (x[:, None] ** 2 + x**2) / 2
-    instants = press_in_time(operator, gap, SOLID, t, penetration=np.interp(t, history, depths))
+    instants = press_in_time(
+        Press(operator, gap), SOLID, History("penetration", t, np.interp(t, history, depths))
+    )
     return np.array([instant.force for instant in instants])[steps::steps]
 
 
 def half_space() -> list[list[str]]:
     """Errors against Ting over the largest force, and differences from the springs in the other."""
-    exact = indentation(BALL, 1.0, SOLID, HISTORY, DEPTHS, HISTORY[1:]).force
+    exact = indentation(
+        BALL, 1.0, SOLID, History("penetration", HISTORY, DEPTHS), HISTORY[1:]
+    ).force
     springs = indent_in_time(
         RelaxingSprings(paraboloid(1.0), SPRINGS, per_radius=320),
         AGAIN,

@@ -19,12 +19,12 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from reference.halfspace.fft import solve
 from reference.halfspace.operators import HalfSpace
-from reference.halfspace.solution import Contact, Press, check_gap
-from reference.loads import Load
+from reference.halfspace.solution import Contact, Press
+from reference.loads import History, Load
 from reference.viscoelastic.hereditary import contact_factor
 from reference.viscoelastic.materials import GeneralisedMaxwell
 
@@ -52,13 +52,10 @@ class Instant:
 
 
 def press_in_time(
-    operator: HalfSpace,
-    gap: ArrayLike,
+    press: Press,
     material: GeneralisedMaxwell,
-    time: ArrayLike,
+    history: History,
     *,
-    penetration: ArrayLike | None = None,
-    force: ArrayLike | None = None,
     poisson_ratio: float = 0.5,
     tolerance: float = 1e-9,
 ) -> Iterator[Instant]:
@@ -66,16 +63,13 @@ def press_in_time(
 
     Parameters
     ----------
-    operator : FreeOperator or PeriodicOperator
-        Geometry; its own modulus plays no part.
-    gap : array_like, shape (nx, ny)
-        Initial gap, 0 at first touch.
+    press : Press
+        The shape, its gap 0 at first touch; the half-space's own modulus plays no part.
     material : GeneralisedMaxwell
         In shear.
-    time : array_like, shape (k,)
-        Increasing; nothing touches before the first, where a first value above 0 is a jump.
-    penetration, force : array_like, shape (k,)
-        Exactly one of them; forces > 0 (the first may be 0: first touch).
+    history : History
+        ``"penetration"`` or ``"force"``, forces > 0 (the first may be 0: first touch). Nothing
+        touches before the first time, where a first value above 0 is a jump.
     poisson_ratio : float
     tolerance : float
         Of each contact problem, as for `fft.solve`.
@@ -88,20 +82,21 @@ def press_in_time(
     Raises
     ------
     ValueError
-        Listing everything wrong.
+        If the history is none of this kind.
     ConvergenceError
         From the `next` of an instant whose contact problem fails.
     """
-    name, times, values = _checked(time, penetration=penetration, force=force)
+    name, values = history.one_of("penetration", "force"), history.values
+    if name == "force" and not (values[0] >= 0 and (values[1:] > 0).all()):
+        raise ValueError(f"force must be positive (the first may be 0), not {values!r}")
     if material.viscosity > 0 and name == "penetration" and values[0] > 0:
         raise ValueError("penetration must start at 0 against a dashpot")
-    surface = _Surface(operator, material, contact_factor(poisson_ratio))
-    return _march(surface, check_gap(operator, gap), name, times, values, tolerance)
+    surface = _Surface(press.operator, material, contact_factor(poisson_ratio))
+    return _march(surface, press.gap, history, tolerance)
 
 
-def _march(
-    surface: _Surface, gap: Field, name: str, times: Field, values: Field, tolerance: float
-) -> Iterator[Instant]:
+def _march(surface: _Surface, gap: Field, history: History, tolerance: float) -> Iterator[Instant]:
+    name, times, values = history.control, history.time, history.values
     depth = 0.0
     for step, duration in enumerate(np.diff(times, prepend=times[0])):
         if step == 0 and surface.damped:
@@ -189,26 +184,3 @@ class _Surface:
         )
         self.pressure, self._last = contact.pressure / scale, contact
         return contact.penetration + top, contact
-
-
-def _checked(
-    time: ArrayLike, **histories: ArrayLike | None
-) -> tuple[str, NDArray[np.float64], NDArray[np.float64]]:
-    """Name, times and values of the one history given, or one ValueError."""
-    chosen = {name: value for name, value in histories.items() if value is not None}
-    if len(chosen) != 1:
-        raise ValueError(f"give exactly one of {', '.join(histories)}; came: {', '.join(chosen)}")
-    ((name, value),) = chosen.items()
-    times, values = np.asarray(time, dtype=float), np.asarray(value, dtype=float)
-    faults = []
-    if times.ndim != 1 or times.shape != values.shape or times.size == 0:
-        faults.append(f"time and {name} must be lists of one length, not {time!r}, {value!r}")
-    elif not (np.isfinite(times).all() and (np.diff(times) > 0).all()):
-        faults.append(f"time must be finite and increasing, not {time!r}")
-    elif not np.isfinite(values).all():
-        faults.append(f"{name} must be finite, not {value!r}")
-    elif name == "force" and not (values[0] >= 0 and (values[1:] > 0).all()):
-        faults.append(f"force must be positive (the first may be 0), not {value!r}")
-    if faults:
-        raise ValueError("; ".join(faults))
-    return name, times, values

@@ -29,6 +29,7 @@ from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import brentq
 
 from reference.closed_form.form import ClosedForm
+from reference.loads import History
 from reference.viscoelastic.materials import GeneralisedMaxwell
 
 Array = NDArray[np.float64]
@@ -83,8 +84,7 @@ def indentation(
     form: ClosedForm,
     effective_modulus: float,
     material: GeneralisedMaxwell,
-    history: ArrayLike,
-    penetration: ArrayLike,
+    history: History,
     time: ArrayLike,
     *,
     poisson_ratio: float = 0.5,
@@ -99,9 +99,9 @@ def indentation(
         The E* that `form` was made with.
     material : GeneralisedMaxwell
         In shear.
-    history, penetration : array_like, shape (k,)
-        Times, increasing, and depths >= 0, first not falling, then not rising. A first depth above
-        0 is a jump (not against a dashpot).
+    history : History
+        Of the ``"penetration"``, >= 0, first not falling, then not rising. A first depth above 0 is
+        a jump (not against a dashpot).
     time : array_like
         Where to evaluate, within the history. With a dashpot the force at a kink belongs to the
         velocity before it.
@@ -122,11 +122,11 @@ def indentation(
 
     >>> from reference.closed_form import paraboloid
     >>> oil = GeneralisedMaxwell(0.0, viscosity=1.0)
-    >>> contact = indentation(paraboloid(1.0, 1.0), 1.0, oil, [0, 1], [0, 0.01], [1.0])
-    >>> round(float(contact.force[0]), 12)
+    >>> ramp = History("penetration", [0, 1], [0, 0.01])
+    >>> round(float(indentation(paraboloid(1.0, 1.0), 1.0, oil, ramp, 1.0).force[0]), 12)
     0.008
     """
-    path = _checked_path(history, penetration)
+    path = _indentation(history)
     if material.viscosity > 0 and path.value[0] > 0:
         raise ValueError("penetration must start at 0 against a dashpot")
     times = np.atleast_1d(np.asarray(time, dtype=float))
@@ -152,8 +152,7 @@ def creep(
     form: ClosedForm,
     effective_modulus: float,
     material: GeneralisedMaxwell,
-    history: ArrayLike,
-    force: ArrayLike,
+    history: History,
     time: ArrayLike,
     *,
     poisson_ratio: float = 0.5,
@@ -164,9 +163,9 @@ def creep(
     ----------
     form, effective_modulus, material, poisson_ratio
         As for `indentation`.
-    history, force : array_like, shape (k,)
-        Times, increasing, and forces not falling: the contact then grows for any material. A first
-        force above 0 is a jump.
+    history : History
+        Of the ``"force"``, not falling: the contact then grows for any material. A first force
+        above 0 is a jump.
     time : array_like
         Where to evaluate.
 
@@ -179,12 +178,13 @@ def creep(
     --------
     >>> from reference.closed_form import paraboloid
     >>> zener = GeneralisedMaxwell.standard(0.25, 0.25, 1.0)
-    >>> contact = creep(paraboloid(1.0, 1.0), 1.0, zener, [0, 1], [4 / 3, 4 / 3], [0.0])
-    >>> round(float(contact.penetration[0]), 12)  # Hertz with E* = 4 (G_0 + G_1) = 2
+    >>> held = History("force", [0, 1], [4 / 3, 4 / 3])
+    >>> crept = creep(paraboloid(1.0, 1.0), 1.0, zener, held, 0.0)
+    >>> round(float(crept.penetration[0]), 12)  # Hertz with E* = 4 (G_0 + G_1) = 2
     0.629960524947
     """
-    t, values = np.asarray(history, dtype=float), np.asarray(force, dtype=float)
-    path = _increasing(t, values)
+    history.one_of("force")
+    path, t, values = _pieces(history), history.time, history.values
     if not (values[0] >= 0 and (path.slopes >= 0).all() and values[-1] > 0):
         raise ValueError(
             "the integral of Lee and Radok needs a force that never falls, so that the contact "
@@ -313,12 +313,11 @@ def _quadrature(
     return values[1], abs(values[1] - values[0]) + rounding
 
 
-def _increasing(time: Array, values: Array) -> _Path:
-    """Check that times increase and values are finite."""
-    if time.ndim != 1 or time.size < 2 or time.shape != values.shape:
-        raise ValueError(f"a history needs two lists of one length, not {time!r}, {values!r}")
-    if not (np.isfinite(time).all() and (np.diff(time) > 0).all() and np.isfinite(values).all()):
-        raise ValueError(f"a history needs increasing times and finite values, not {time!r}")
+def _pieces(history: History) -> _Path:
+    """Return the history as few linear pieces."""
+    time, values = history.time, history.values
+    if time.size < 2:
+        raise ValueError(f"a history of the integrals needs two times, not {time!r}")
     # What changes by rounding only does not change, and pieces that go on alike are one.
     still = np.abs(np.diff(values)) <= 1e-13 * np.abs(values).max()
     slopes = np.where(still, 0.0, np.diff(values) / np.diff(time))
@@ -330,9 +329,10 @@ def _increasing(time: Array, values: Array) -> _Path:
     return _Path(time[corners], values[corners])
 
 
-def _checked_path(history: ArrayLike, penetration: ArrayLike) -> _Path:
+def _indentation(history: History) -> _Path:
     """Return the history of a depth that rises and then falls."""
-    path = _increasing(np.asarray(history, dtype=float), np.asarray(penetration, dtype=float))
+    history.one_of("penetration")
+    path = _pieces(history)
     falling = np.flatnonzero(path.slopes < 0)
     if path.value[0] < 0 or (falling.size and (path.slopes[falling[0] :] > 0).any()):
         raise ValueError(

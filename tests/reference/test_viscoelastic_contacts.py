@@ -20,6 +20,8 @@ from reduced.memory.row import RelaxingSprings
 from reduced.profiles.shapes import cone, cylinder, paraboloid, power_law
 from reference import closed_form
 from reference.halfspace import FreeOperator
+from reference.halfspace.solution import Press
+from reference.loads import History
 from reference.viscoelastic import creep, impact, indentation, press_in_time
 from reference.viscoelastic.materials import GeneralisedMaxwell
 
@@ -34,7 +36,7 @@ BALL = closed_form.paraboloid(1.0, 1.0)
 def test_ramp_is_radok_by_adaptive_quadrature():
     """F = (16/3) sqrt R int G(t - s) d[(v s)^1.5], with s = w^2 so that nothing is singular."""
     speed, t = 0.01, 0.8
-    found = indentation(BALL, 1.0, SOLID, [0.0, 1.0], [0.0, speed], [t])
+    found = indentation(BALL, 1.0, SOLID, History("penetration", [0.0, 1.0], [0.0, speed]), [t])
 
     def integrand(w):
         return float(SOLID.relaxation(t - w * w)) * 1.5 * speed**1.5 * w * 2 * w
@@ -61,7 +63,7 @@ def test_springs_converge_to_ting_through_unloading(form, profile):
     At forty springs per radius forces are within 3e-5 of the largest and radii within 3e-4 of
     their own; the flat punch is exact to rounding.
     """
-    exact = indentation(form, 1.0, SOLID, HISTORY, DEPTHS, HISTORY[1:])
+    exact = indentation(form, 1.0, SOLID, History("penetration", HISTORY, DEPTHS), HISTORY[1:])
     assert (exact.error <= 1e-9 * exact.force).all()
     springs, errors = np.array([10, 20, 40, 80, 160]), []
     for n in springs:
@@ -87,7 +89,7 @@ def test_springs_converge_to_ting_through_unloading(form, profile):
 def test_a_jump_and_a_retreat():
     """Relaxation after a jump, then a retreat: Ting's integral with a jump against 320 springs."""
     t, depth = np.array([0.0, 1.0, 1.1, 1.16]), np.array([1.0, 1.0, 0.8, 0.65]) * 0.01
-    exact = indentation(BALL, 1.0, SOLID, t, depth, t)
+    exact = indentation(BALL, 1.0, SOLID, History("penetration", t, depth), t)
     held = 16 / 3 * 0.01**1.5 * SOLID.relaxation(t[:2])
     np.testing.assert_allclose(exact.force[:2], held, rtol=1e-13)
     found = indent_in_time(
@@ -104,7 +106,7 @@ def test_ting_refuses_a_retreat_that_the_surface_overtakes():
     slower = np.array([0.0, 1.0, 1.0, 0.65, 0.6]) * 0.01
     t = np.array([0.0, 1.0, 2.0, 2.4, 2.6])
     with pytest.raises(ValueError, match="grows again"):
-        indentation(BALL, 1.0, SOLID, t, slower, t)
+        indentation(BALL, 1.0, SOLID, History("penetration", t, slower), t)
     found = indent_in_time(
         RelaxingSprings(paraboloid(1.0), SOLID_SPRINGS), t, LoadPath("penetration", slower)
     )
@@ -115,7 +117,7 @@ def test_creep_of_both_rooms():
     """A ramp of the force, then rest: springs against A(d) = int J dF."""
     t = np.linspace(0, 2, 41)
     force = 0.02 * np.minimum(t, 1.0)
-    exact = creep(BALL, 1.0, SOLID, [0, 1, 2], [0, 0.02, 0.02], t[1:])
+    exact = creep(BALL, 1.0, SOLID, History("force", [0, 1, 2], [0, 0.02, 0.02]), t[1:])
     found = indent_in_time(
         RelaxingSprings(paraboloid(1.0), SOLID_SPRINGS, per_radius=160), t, LoadPath("force", force)
     )
@@ -136,9 +138,11 @@ def test_punch_creeps_as_its_material_does():
     gap = np.where(square <= 0.1**2, 0.0, np.inf)
     t = np.array([0.0, 0.7, 2.0, 9.0])
     force = np.array([1.0, 1.0, 2.5, 0.4])
-    steps = list(press_in_time(operator, gap, ZENER, t, force=force))
+    steps = list(press_in_time(Press(operator, gap), ZENER, History("force", t, force)))
     depths = np.array([step.penetration for step in steps])
-    elastic = list(press_in_time(operator, gap, GeneralisedMaxwell(1.0), t[:1], force=[1.0]))
+    elastic = list(
+        press_in_time(Press(operator, gap), GeneralisedMaxwell(1.0), History("force", t[:1], [1.0]))
+    )
     slopes = np.diff(force) / np.diff(t)
     for depth, end in zip(depths, t, strict=True):
         strain = float(ZENER.creep(end)) * force[0]
@@ -158,7 +162,9 @@ def ball_force(n, steps, depth=DEPTHS, history=HISTORY, material=SOLID):
         [[0.0]] + [np.linspace(*ends, steps + 1)[1:] for ends in itertools.pairwise(history)]
     )
     found = press_in_time(
-        operator, square / 2, material, t, penetration=np.interp(t, history, depth)
+        Press(operator, square / 2),
+        material,
+        History("penetration", t, np.interp(t, history, depth)),
     )
     return np.array([step.force for step in found])[steps::steps]
 
@@ -169,7 +175,9 @@ def test_half_space_in_time_converges_to_ting():
     The grid's error of a Hertz force falls about as dx^1.5 to dx^2, the step's as dt^2; the bar
     (the last difference) holds the truth at every kink.
     """
-    exact = indentation(BALL, 1.0, SOLID, HISTORY, DEPTHS, HISTORY[1:]).force
+    exact = indentation(
+        BALL, 1.0, SOLID, History("penetration", HISTORY, DEPTHS), HISTORY[1:]
+    ).force
     runs = np.array([ball_force(n, k) for n, k in ((16, 8), (32, 16), (64, 32))])
     errors = np.abs(runs - exact) / exact.max()
     assert (errors[-1] < 1e-4).all()
@@ -197,9 +205,11 @@ def test_half_space_against_a_dashpot():
     damped = GeneralisedMaxwell.kelvin_voigt(1.0, 0.3)
     operator, square = cells(48, 0.115)
     t = np.linspace(0, 1, 41)
-    found = list(press_in_time(operator, square / 2, damped, t, penetration=0.01 * t))
+    found = list(
+        press_in_time(Press(operator, square / 2), damped, History("penetration", t, 0.01 * t))
+    )
     at = np.array([step.time for step in found[18:]])
-    exact = indentation(BALL, 1.0, damped, [0, 1], [0, 0.01], at)
+    exact = indentation(BALL, 1.0, damped, History("penetration", [0, 1], [0, 0.01]), at)
     np.testing.assert_allclose([step.force for step in found[18:]], exact.force, rtol=2.5e-3)
 
 
@@ -209,11 +219,13 @@ def test_a_force_may_rise_from_nothing(material):
     operator, square = cells(32, 0.115)
     t = np.linspace(0, 1, 17)
     force = 0.01 * t
-    found = list(press_in_time(operator, square / 2, material, t, force=force))
+    found = list(press_in_time(Press(operator, square / 2), material, History("force", t, force)))
     if not material.viscosity:
         assert (found[0].penetration, found[0].force, found[0].violation) == (0.0, 0.0, 0.0)
         assert not found[0].pressure.any()
-    exact = creep(BALL, 1.0, material, t, force, [step.time for step in found[4:]])
+    exact = creep(
+        BALL, 1.0, material, History("force", t, force), [step.time for step in found[4:]]
+    )
     depths = [step.penetration for step in found[4:]]
     np.testing.assert_allclose(depths, exact.penetration, rtol=0.01)
 
@@ -221,17 +233,26 @@ def test_a_force_may_rise_from_nothing(material):
 def test_a_force_ends_nowhere_but_at_its_start():
     operator, square = cells(8, 0.115)
     with pytest.raises(ValueError, match="the first may be 0"):
-        list(press_in_time(operator, square / 2, SOLID, [0, 1, 2], force=[0.0, 1.0, 0.0]))
+        list(
+            press_in_time(
+                Press(operator, square / 2), SOLID, History("force", [0, 1, 2], [0.0, 1.0, 0.0])
+            )
+        )
 
 
 def test_unit_of_length_costs_no_digit():
     """The same problem in units of powers of two: the same forces, bit by bit."""
     operator, square = cells(16, 0.115)
     t, depth = np.linspace(0, 1, 5), np.array([0.0, 0.5, 1.0, 0.8, 0.5]) * 0.01
-    here = [s.force for s in press_in_time(operator, square / 2, ZENER, t, penetration=depth)]
+    here = [
+        s.force
+        for s in press_in_time(Press(operator, square / 2), ZENER, History("penetration", t, depth))
+    ]
     metre = 2.0**-30
     small = FreeOperator((16, 16), tuple(metre * s for s in operator.spacing), 3.0)
-    there = press_in_time(small, square / 2 * metre, ZENER, t, penetration=depth * metre)
+    there = press_in_time(
+        Press(small, square / 2 * metre), ZENER, History("penetration", t, depth * metre)
+    )
     assert [s.force for s in there] == [force * metre**2 for force in here]
 
 
@@ -258,13 +279,22 @@ def test_impact_on_springs_is_that_of_lee_radok_and_ting(material, springs):
 
 def test_bad_histories_are_refused():
     with pytest.raises(ValueError, match="falls once"):
-        indentation(BALL, 1.0, SOLID, [0, 1, 2, 3], [0, 1, 0.5, 1], [1.0])
+        indentation(BALL, 1.0, SOLID, History("penetration", [0, 1, 2, 3], [0, 1, 0.5, 1]), [1.0])
     with pytest.raises(ValueError, match="never falls"):
-        creep(BALL, 1.0, SOLID, [0, 1], [1.0, 0.5], [1.0])
+        creep(BALL, 1.0, SOLID, History("force", [0, 1], [1.0, 0.5]), [1.0])
     operator, square = cells(4, 1.0)
-    with pytest.raises(ValueError, match="exactly one"):
-        press_in_time(operator, square, SOLID, [0.0])
+    with pytest.raises(ValueError, match="control must be one of penetration, force"):
+        press_in_time(Press(operator, square), SOLID, History("mean_gap", [0.0], [1.0]))
     with pytest.raises(ValueError, match="start at 0"):
         press_in_time(
-            operator, square, GeneralisedMaxwell.kelvin_voigt(1, 1), [0.0], penetration=[1.0]
+            Press(operator, square),
+            GeneralisedMaxwell.kelvin_voigt(1, 1),
+            History("penetration", [0.0], [1.0]),
         )
+
+
+def test_a_history_says_all_that_is_wrong_with_it():
+    with pytest.raises(ValueError, match=r"force must be finite, not .* increasing"):
+        History("force", [0.0, 2.0, 1.0], [0.0, 1.0, np.inf])
+    with pytest.raises(ValueError, match="as long as its times, of which there are 2"):
+        History("penetration", [0.0, 1.0], [0.0, 1.0, 2.0])

@@ -8,6 +8,8 @@ from comparisons.questions.experiments.running import Finding, above, experiment
 from reduced.memory.indent import harmonic_stiffness
 from reduced.memory.materials import standard_solid
 from reference.halfspace import FreeOperator
+from reference.halfspace.solution import Press
+from reference.loads import History
 from reference.viscoelastic import GeneralisedMaxwell, press_in_time
 
 # Cells across the grid and steps per period, coarse and fine: their difference is the bar.
@@ -52,11 +54,9 @@ def _stiffness(
     later = np.arange(1, steps * _PERIODS + 1) * (2 * np.pi / (frequency * steps))
     depth = np.append(np.ones(hold.size), 1 + amplitude * np.sin(frequency * later)) * _DEPTH
     instants = press_in_time(
-        operator,
-        (x[:, None] ** 2 + x**2) / 2,
+        Press(operator, (x[:, None] ** 2 + x**2) / 2),
         GeneralisedMaxwell.standard(1.0, stiffening, 1.0),
-        np.append(hold, _TO_REST + later),
-        penetration=depth,
+        History("penetration", np.append(hold, _TO_REST + later), depth),
     )
     force = np.array([instant.force for instant in instants])[-steps:]
     t = later[-steps:]
