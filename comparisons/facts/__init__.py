@@ -1,1 +1,1 @@
-"""What is known of methods and quantities, a row for each; light enough to list."""
+"""Facts about methods and quantities, one row each, without importing any solver."""

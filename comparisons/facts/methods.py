@@ -1,6 +1,7 @@
-"""One row per method: what it is called, what it solves, and how far it may lead.
+"""One row per method: title, dimension, and rank as a reference.
 
-Light: scenes are read and methods listed without any solver. Methods from outside add their rows.
+Importing it loads no solver, so scenes are read and methods listed quickly. User-supplied methods
+add their own rows.
 """
 
 from __future__ import annotations
@@ -14,30 +15,30 @@ from typing import Literal
 
 @dataclass(frozen=True)
 class Method:
-    """What is known of a method without asking it.
+    """Facts about a method.
 
     Attributes
     ----------
     title : str
-        The words in reports.
+        Name in reports.
     dimension : int
-        3 for a candidate of the truth, 1 for a model under test.
+        3 for a candidate reference, 1 for a model under test.
     preference : float
-        Among candidates of equal or unknown bars the least one is the truth.
+        Among candidates of equal or unknown bars, the one with the lowest value is the reference.
     exact : bool
-        A closed form: nothing is discretised.
+        A closed form, without discretisation.
     grid : bool
-        A half-space on a grid of cells: two of them have the same error on the same grid.
+        A half-space on a grid of cells; two such methods have the same error on the same grid.
     growth : float
-        Factor of the work when the resolution doubles: grids go with N^2 log N and more
-        iterations, meshes with N^5, dense matrices with N^6.
+        Factor of the work when the resolution doubles: N^2 log N and more iterations for grids,
+        N^5 for meshes, N^6 for dense matrices.
     origin : {"own", "peer", "outside"}
         Other people's code (peer) checks the reference, and is never the reference itself. A
         user's (outside) is untrusted: it is judged, and takes no part in what the truth is.
     isolated : bool
-        It works in a process of its own, and says itself how long it took.
+        It runs in a separate process and measures its own time.
     identity : str
-        What tells one version of code from outside from another.
+        Distinguishes versions of user-supplied code.
     """
 
     title: str
@@ -52,12 +53,12 @@ class Method:
 
     @property
     def peer(self) -> bool:
-        """Whether it is other people's code, to check ours."""
+        """Whether it is third-party code that checks ours."""
         return self.origin == "peer"
 
     @property
     def user_made(self) -> bool:
-        """Whether it is a user's."""
+        """Whether it is supplied by the user."""
         return self.origin == "outside"
 
 
@@ -83,7 +84,7 @@ CLOSED_FORM = next(name for name, row in BUILT_IN.items() if row.exact)
 
 
 def leading(names: Iterable[str]) -> list[str]:
-    """Return the candidates of the truth among the names, the preferred first.
+    """Return the candidate references among the names, the preferred first.
 
     >>> leading(["reduced", "fem", "bem_fft", "tamaas"])
     ['bem_fft', 'fem', 'tamaas']
@@ -103,7 +104,7 @@ def ours() -> list[str]:
 
 
 def references() -> list[str]:
-    """Return our own candidates of the truth that discretise, the preferred first.
+    """Return our own discretised candidate references, the preferred first.
 
     >>> references()
     ['bem_fft', 'fem', 'bem_dense']
@@ -134,5 +135,5 @@ def growth(name: str) -> float:
 
 
 def title_of(name: str) -> str:
-    """Return the words for a method, or the name of one that is not known here."""
+    """Return the title of a method, or its name if it is unknown."""
     return METHODS[name].title if name in METHODS else name

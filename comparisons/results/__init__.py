@@ -1,1 +1,1 @@
-"""The results folder: what is written, read, checked, compared."""
+"""The results folder: writing, reading, checking and comparing results."""

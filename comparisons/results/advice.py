@@ -1,6 +1,6 @@
-"""Which method? The cheapest setting that was run and meets a tolerance, bar included.
+"""Choice of a method: the cheapest setting that was run and meets a tolerance, bar included.
 
-Times are measured, each at its own resolution; nothing is read off between two settings.
+All times are measured at the resolutions that were run, without interpolation.
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ from comparisons.results.store import SceneRecord
 
 @dataclass(frozen=True)
 class Setting:
-    """One method at one resolution, and what was measured of it.
+    """One method at one resolution, with its measured time and errors.
 
     Attributes
     ----------
@@ -120,7 +120,7 @@ class Advice:
         return next(iter(self.reaching()), None)
 
     def reaching(self) -> list[Setting]:
-        """Return each method's cheapest setting for the tolerance, fastest first."""
+        """Return the cheapest setting of each method for the tolerance, fastest first."""
         reached = self.cheapest_for(self.tolerance)
         choices = [setting for name, setting in reached.items() if setting and name != CLOSED_FORM]
         return sorted(choices, key=_by_time)
@@ -263,14 +263,14 @@ def _sentence(record: SceneRecord, advice: Advice) -> str:
     """
     text = str(record.reference.get("text") or "")
     if not record.reference:
-        return "No 3-D method finished: there is no truth to compare with."
+        return "No 3-D method finished, so no reference is available."
     if all(setting.is_truth for setting in advice.settings):
         return f"{text} Nothing else was run, so there is nothing to compare."
     left = _left_over(advice.unanswered)
     if not advice.quantities:
-        return f"Nothing that was asked for can be judged{left}."
+        return f"None of the requested quantities can be judged{left}."
     advice_text = f"For {tolerance(record.tolerance)} in {_enumeration(advice.quantities)}: "
-    advice_text += _ranked(advice.reaching()) or "no setting that was run is sure to get there"
+    advice_text += _ranked(advice.reaching()) or "no setting that was run is within tolerance"
     for word, methods in _failing(advice).items():
         advice_text += f"; {word}: {', '.join(methods)}" if methods else ""
     return f"{advice_text}{left}; truth: {_truth_words(record, advice.quantities)}."

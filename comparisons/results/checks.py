@@ -1,7 +1,7 @@
-"""The form of tables and fields in a results folder, checked when they are read.
+"""Validation of tables and fields read from a results folder.
 
-A folder may come from strangers or have been edited by hand: what is not as roughline writes it is
-told in words, before anything is drawn from it.
+A folder may be untrusted or edited by hand, so every deviation from roughline's format is reported
+before the data are used.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ POINTS = ("mesh_points", "mesh_displacement")
 
 
 def with_columns(table: pd.DataFrame, kind: str) -> pd.DataFrame:
-    """Return a table without rows (nothing was solved) with the columns that readers ask for."""
+    """Return a table; without rows (nothing was solved), it has the columns that readers expect."""
     if len(table):
         return table
     return table.reindex(columns=list(dict.fromkeys([*table, *TEXTS[kind], *NUMBERS[kind]])))

@@ -1,9 +1,9 @@
-"""What decides: the verdict on each quantity of a setting, a method, a scene.
+"""Verdicts on each quantity of a setting, a method or a scene.
 
-Every quantity is judged once, at equal prescribed load (what is prescribed itself: at the other
-one), by the step that `comparisons.judging.verdicts.judged` names. The page, the terminal, advice,
-tables and notebooks all read their words and numbers here. Errors at the other load are rows to
-look up (`second_rows`), never the reason of a word.
+Every quantity is judged once, at equal prescribed load (the prescribed one, force or penetration,
+at an equal value of the other), by the step that `comparisons.judging.verdicts.judged` selects.
+The page, the terminal, advice, tables and notebooks all use these words and numbers. Errors at the
+other load are listed (`second_rows`) but never affect a verdict.
 """
 
 from __future__ import annotations
@@ -117,22 +117,22 @@ def unanswered(record: SceneRecord) -> dict[str, str]:
 def _why_unanswered(record: SceneRecord, name: str) -> str:
     truth = str(record.reference.get("method") or "")
     if not truth:
-        return "no truth to compare with: no 3-D method finished"
+        return "no reference: no 3-D method finished"
     rows = _rows(record, name)
     if np.isfinite(selection.column(rows, "maximum")).any():
         return ""
     if name in record.reference.get("bars", {}):
         alone = name == record.along and _loads(record) < 2
-        return f"one load only, so nothing at equal {equal_at(record, name)}" if alone else ""
+        return f"only one load, so no comparison at equal {equal_at(record, name)}" if alone else ""
     if name not in answered(record):
-        return "no method that was run gives it"
-    return f"the truth ({title_of(truth)}) does not give it"
+        return "not computed by any method that was run"
+    return f"not computed by the reference ({title_of(truth)})"
 
 
 def asked_in_vain(records: Iterable[SceneRecord]) -> list[str]:
     """Return a line for each quantity that was asked for and that no method gives."""
     return [
-        f"{record.name}: compare.quantities: {name}: no method that was run gives it"
+        f"{record.name}: compare.quantities: {name}: not computed by any method that was run"
         for record in records
         for name in record.quantities
         if record.reference and name not in answered(record)
@@ -289,7 +289,7 @@ def _why_missing(record: SceneRecord, name: str, method: str) -> str:
     """Return why a method has no error in a quantity that others have."""
     title = title_of(method)
     if method == record.reference.get("method"):
-        return "it is the truth itself"
+        return "this is the reference itself"
     if _not_asked(record, method):
         return f"the {title} was not asked for"
     refused = selection.unsupported(record)
@@ -301,8 +301,8 @@ def _why_missing(record: SceneRecord, name: str, method: str) -> str:
     if lost and (gives or solved.empty or name in FIELDS):
         return lost[0]
     if gives:
-        return f"no value of the {title} lies within the truth's range of {equal_at(record, name)}"
-    return "the method gives none"
+        return f"no value of the {title} is in the reference's range of {equal_at(record, name)}"
+    return "not computed by the method"
 
 
 def _float(value: object) -> float:

@@ -1,4 +1,4 @@
-"""A results folder before a run: is it free, is it ours, and what has a killed run left there."""
+"""Preparation of a results folder: ownership, existing results, leftovers of a killed run."""
 
 from __future__ import annotations
 
@@ -54,13 +54,13 @@ def open_folder(directory: Path, layout: Layout, *, resume: bool, overwrite: boo
     if directory.exists() and not directory.is_dir():
         raise ResultsError(f"{directory}: expected a folder for the results, got a file")
     if resume and overwrite:
-        raise ResultsError("--resume and --overwrite: expected at most one of them")
+        raise ResultsError("--resume and --overwrite: expected at most one")
     used = directory.exists() and any(directory.iterdir())
     if used and not (resume or overwrite):
         state = "has results already" if (directory / layout.record).exists() else "is not empty"
         raise ResultsError(
-            f"{directory} {state}: say --resume to go on with it, --overwrite to start "
-            "anew, or --out for another folder"
+            f"{directory} {state}: use --resume to continue, --overwrite to replace "
+            "it, or --out for another folder"
         )
     if used:
         _check_ownership(directory, layout)
@@ -86,7 +86,7 @@ def _check_ownership(directory: Path, layout: Layout) -> None:
     """Refuse folders that have results of others."""
     answers = directory / layout.answers
     if layout.answers and answers.is_symlink():
-        raise ResultsError(f"{answers}: expected a folder, got a link to elsewhere")
+        raise ResultsError(f"{answers}: expected a folder, got a link to another place")
     foreign = [name for name in (*layout.tables, *RECORDS) if (directory / name).exists()]
     if foreign and layout.record not in foreign:
         raise ResultsError(

@@ -1,4 +1,4 @@
-"""What every record on disk begins with, and how a record is read: it may come from strangers."""
+"""The common header of all records on disk, and the reading of untrusted records."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The record of one scene: its solutions compared, judged and put into words."""
+"""The record of one scene: comparison, verdicts and summary of its solutions."""
 
 from __future__ import annotations
 
@@ -21,7 +21,7 @@ from comparisons.tasks.solution import Solved
 def record_scene(
     plan: Plan, solved: Solved, fields: Mapping[tuple[str, int], Path] | None = None
 ) -> SceneRecord:
-    """Compare the solutions of a plan with their best reference, and say what follows.
+    """Compare the solutions of a plan with the best reference, and record verdicts and advice.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Two runs compared, solve by solve: what moved, in value, in error and in time."""
+"""Comparison of two runs, solve by solve: changes in value, error and time."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ class _Counts:
 
 @dataclass(frozen=True)
 class Change:
-    """What became of one solve (one method on one scene at one resolution).
+    """The change of one solve (one method on one scene at one resolution).
 
     Attributes
     ----------
@@ -151,7 +151,7 @@ def _notes(
         if pair[0] != pair[1]:
             yield f"{name}: {pair[0]} before, {pair[1]} after"
     if before.machine != after.machine:
-        yield "the machines differ: times are told, not judged"
+        yield "the machines differ: times are shown but not judged"
     if before.effort != after.effort:
         yield f"effort: {before.effort} before, {after.effort} after"
     for run, ordinal in ((before, "first"), (after, "second")):
@@ -176,7 +176,7 @@ def _truth_notes(name: str, was: SceneRecord, now: SceneRecord) -> Iterator[str]
         for scene in (was, now)
     ]
     if truths[0] != truths[1]:
-        yield f"{name}: the truth was {truths[0]}, now {truths[1]}"
+        yield f"{name}: the reference was {truths[0]}, now {truths[1]}"
     for text in now.disagreements:
         if text not in was.disagreements:
             yield f"{name}: {text}"
@@ -225,7 +225,7 @@ def _change(
     if lost:
         kinds[LOST] = f"{lost} of {len(old)} answers lost: {_reason(new)}"
     if recovered:
-        kinds[RECOVERED] = f"{recovered} answers found that were lost"
+        kinds[RECOVERED] = f"{recovered} lost answers recovered"
     if abs(change) > counts.moved:
         sign = "+" if change > 0 else "\N{MINUS SIGN}"
         kinds[CHANGED] = f"{quantity.replace('_', ' ')} moved by {sign}{relative(abs(change))}"

@@ -1,7 +1,7 @@
-"""What verdicts, plots and tables take out of a scene's rows: curves, settings, failures.
+"""Selection of curves, settings and failures from the rows of a scene.
 
-Rows come from results.csv, where a column may be missing, empty or read back as another type;
-everything here tolerates that, so that the drawing code does not have to.
+Columns of results.csv may be missing, empty or read back as another type; this module handles
+that, so that plots and tables need not.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ MEAN = "mean"
 
 @dataclass(frozen=True)
 class Failure:
-    """A solve that was planned and lost."""
+    """A planned solve that failed."""
 
     method: str
     resolution: float

@@ -1,4 +1,4 @@
-"""A results folder: what a study wrote, and how it is read back.
+"""Writing and reading of the results folder of a study.
 
 Layout of a folder::
 
@@ -54,7 +54,7 @@ _AS_WRITTEN: dict[str, Any] = {
 
 @dataclass(frozen=True)
 class SceneRecord:
-    """All that a study found for one scene.
+    """The results of a study for one scene.
 
     Attributes
     ----------

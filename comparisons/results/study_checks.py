@@ -1,4 +1,4 @@
-"""The form of study.json, checked when it is read: a results folder may come from strangers."""
+"""Validation of study.json, because a results folder may be untrusted."""
 
 from __future__ import annotations
 
@@ -94,7 +94,7 @@ def parse_study(text: str) -> dict[str, Any]:
     Raises
     ------
     ValueError
-        Naming the first few places that are not as they should be.
+        Naming the first few invalid entries.
     """
     try:
         return _FORM.validate_json(text).model_dump(exclude_unset=True, by_alias=True)

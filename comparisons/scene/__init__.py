@@ -1,1 +1,1 @@
-"""What the user says: a scene, its tables and its units."""
+"""Scene files: tables and units."""

@@ -92,12 +92,12 @@ def table_problems(data: dict[str, Any]) -> list[str]:
     if body is None:
         return problems
     if "surface" in data:
-        problems.append("surface: a [body] takes an [indenter], or nothing: then a rigid plane")
+        problems.append("surface: expected an [indenter] with a [body], or none for a rigid plane")
     if isinstance(body, dict) and body.get("symmetric_parts", 1) != 1 and "position" not in body:
         problems.append("body.position: expected, because the mesh is a part (symmetric_parts)")
     material = with_material(data).get("half_space")
     if isinstance(material, dict) and "effective_modulus" in material:
-        problems.append("body: expected E or G with nu: a finite body depends on more than E*")
+        problems.append("body: expected E or G with nu: a finite body needs two elastic constants")
     loading = data.get("loading")
     if "indenter" not in data and isinstance(loading, dict) and "mean_gap" in loading:
         problems.append("loading.mean_gap: expected force or penetration, a [body] has no mean gap")

@@ -1,4 +1,4 @@
-"""Field types of scene files: checked, converted to SI, with errors a user can act on."""
+"""Field types of scene files, with validation and conversion to SI units."""
 
 from __future__ import annotations
 

@@ -1,6 +1,7 @@
-"""The [loading] table: which loads, in which control, absolute or relative.
+"""The [loading] table: prescribed loads, absolute or relative.
 
-Loads increase, unless the scene's physics remembers: then they are a path, in the order given.
+Loads increase, unless the physics of the scene depends on history: then they form a path in the
+given order.
 """
 
 from __future__ import annotations
@@ -160,7 +161,7 @@ def read_range(value: Any, dimension: Dimension, order: Order = "loads") -> Any:
         )
     unit = NUMBER if relative == RELATIVE_FORCE else dimension
     keys = {"values", "relative_to"} if "values" in table else _RANGE_KEYS
-    problems += [f"{key}: unknown key here" for key in table if key not in keys]
+    problems += [f"{key}: unknown key" for key in table if key not in keys]
     if "values" in table:
         numbers = _listed(table, unit, problems)
     else:

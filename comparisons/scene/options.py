@@ -1,4 +1,4 @@
-"""Options of the built-in methods: what [methods.NAME] of a scene and --option may say."""
+"""Options of the built-in methods, set by [methods.NAME] in a scene or by --option."""
 
 from __future__ import annotations
 

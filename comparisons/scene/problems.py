@@ -1,4 +1,4 @@
-"""What is wrong with a scene file, in the language of scene files."""
+"""Validation errors in the terms of scene files."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _PLAIN = {
     "frozen_set_type": "expected a list",
     "too_long": "expected a shorter list",
     "string_type": "expected a text",
-    "string_too_short": "expected a text that is not empty",
+    "string_too_short": "expected a non-empty text",
     "int_type": "expected a whole number",
     "int_from_float": "expected a whole number",
     "bool_type": "expected true or false",

@@ -1,7 +1,7 @@
-"""Scenes: the validated form of a scene file.
+"""Validated scenes.
 
-``load_scene`` reads TOML, converts units, and lists everything that is wrong at once, each
-problem with its path in the file, what was expected and what came.
+``load_scene`` reads TOML, converts units, and lists all errors at once, each with its path in the
+file, the expected and the actual value.
 """
 
 from __future__ import annotations
@@ -87,7 +87,7 @@ class Compare(_Table):
     @classmethod
     def _not_empty_nor_repeated(cls, value: tuple[Any, ...] | None) -> tuple[Any, ...] | None:
         if value is not None and (not value or len(set(value)) != len(value)):
-            raise fail("expected a list without repetitions and not empty", list(value))
+            raise fail("expected a non-empty list without repetitions", list(value))
         return value if value is None or isinstance(value[0], str) else tuple(sorted(value))
 
 
@@ -150,11 +150,11 @@ class Scene(_Physics):
         if self.counter_body is None:
             return self
         if self.body is not None:
-            raise fail("counter_body: expected no [body] beside it: what presses on one is rigid")
+            raise fail("counter_body: expected no [body]: the indenter of a meshed body is rigid")
         if self.indenter is not None and self.indenter.flat:
             raise fail(
-                "counter_body: expected an [indenter] without a sharp edge: an elastic punch is no "
-                "half-space, and 1/E* does not add"
+                "counter_body: expected an [indenter] without a sharp edge: an elastic punch is not "
+                "a half-space, and its compliance does not add"
             )
         return self
 
@@ -185,9 +185,9 @@ class Scene(_Physics):
         if force is None or self.adhesion is not None:
             return self
         if min(force.values) < 0:
-            raise fail("loading.force: expected no force below zero without [adhesion]")
+            raise fail("loading.force: expected no negative force without [adhesion]")
         if max(force.values) == 0 and self.dynamics is None:
-            raise fail("loading.force: expected a force above zero somewhere")
+            raise fail("loading.force: expected at least one positive force")
         return self
 
     @model_validator(mode="after")
@@ -294,7 +294,7 @@ def load_scene(
         path = builtin_folder() / f"{source}.toml"
     if not path.is_file():
         fault = "a folder, not a scene file" if path.is_dir() else "no such file or built-in scene"
-        hint = "" if path.suffix or path.is_dir() else "; `roughline list scenes` names them"
+        hint = "" if path.suffix or path.is_dir() else "; see `roughline list scenes`"
         raise SceneError(str(source), [fault + hint])
     try:
         data = read_toml(path)

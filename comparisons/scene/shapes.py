@@ -1,4 +1,4 @@
-"""Rigid indenters: their keys in a scene file and their initial gap over the surface.
+"""Rigid indenters: their keys in scene files and their initial gaps.
 
 One class per shape. The gap f(x, y) is the height of the shape above the undeformed half-space
 at first touch: zero at the apex or under a flat face, ``inf`` where the shape has no material
@@ -266,8 +266,8 @@ class Profile(_Axisymmetric):
         if np.any(np.diff(f) < 0):
             first = int(np.argmax(np.diff(f) < 0))
             raise fail(
-                f"expected f that never falls: hollow profiles have no reduced model "
-                f"(f falls after r = {r[first]:g} m)"
+                f"expected a non-decreasing f: hollow profiles have no reduced model "
+                f"(f decreases after r = {r[first]:g} m)"
             )
         return self
 
@@ -441,7 +441,7 @@ class PolygonPunch(_FlatPunch):
             raise fail(f"expected at most 1000 vertices, got {len(corners)}")
         span = np.ptp(corners, axis=0).max()
         if not span or abs(signed_area(corners)) < 1e-12 * span**2:
-            raise fail("expected a polygon with an area, got one without")
+            raise fail("expected a polygon with non-zero area")
         if crosses_itself(corners):
             raise fail("expected a simple polygon, got one whose sides touch or cross")
         return self

@@ -1,4 +1,4 @@
-"""TOML from files that may come from strangers."""
+"""Reading of untrusted TOML files."""
 
 from __future__ import annotations
 

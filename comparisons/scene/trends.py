@@ -1,4 +1,4 @@
-"""The trend of a measured map: which may be subtracted, which is by default, and how."""
+"""Trends of measured maps: permitted choices, defaults and subtraction."""
 
 from __future__ import annotations
 

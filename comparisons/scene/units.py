@@ -1,4 +1,4 @@
-"""Quantities with units, converted to SI at the door.
+"""Quantities with units, converted to SI on input.
 
 A number is taken as SI; a text is a number and a unit: ``"1 mm"``, ``"210 GPa"``, ``"40 m^-2"``,
 ``"20 mJ/m^2"``. Decimal prefixes are applied in decimal arithmetic and rounded once, so that

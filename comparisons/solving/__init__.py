@@ -1,1 +1,1 @@
-"""From a plan to solutions: planning, execution, kept solves, executors."""
+"""Planning and execution of solves, cached answers, executors."""

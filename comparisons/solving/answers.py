@@ -1,4 +1,4 @@
-"""What is solved once is kept, in a folder or in memory: solves as jobs, plans solved at once."""
+"""Cache of solved jobs, in a folder or in memory; solves as jobs, and solution of whole plans."""
 
 from __future__ import annotations
 

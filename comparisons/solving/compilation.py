@@ -1,4 +1,4 @@
-"""Compiled once, in a process of its own: the first run has the digits of all later ones.
+"""Compilation in a separate process, so that the first run has the same digits as later ones.
 
 Numba's functions may reorder sums, and a helper that was compiled on its own is not, digit for
 digit, the copy of it inside a function that calls it. A process that has just compiled uses the

@@ -1,4 +1,4 @@
-"""One task executed: warm code, honest clock, peak memory, never an exception for physics."""
+"""Execution of one task: warm code, time, peak memory; solver failures raise no exception."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What an isolated process does with a method from outside: the only place that imports its code.
+"""Work of an isolated process on a user-supplied method; only this module imports its code.
 
 Every function here is work for `comparisons.isolation.parent`: it runs in a process of its own.
 """

@@ -1,4 +1,4 @@
-"""Estimate the remaining time from what like jobs have cost so far - not from their count."""
+"""Estimate the remaining time from the measured costs of similar jobs."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from comparisons.tasks.task import Task
 
 @dataclass(frozen=True)
 class Kind:
-    """What the time of a job depends on.
+    """The properties on which the time of a job depends.
 
     Attributes
     ----------
@@ -34,7 +34,7 @@ class Kind:
 
 @dataclass(frozen=True)
 class Remaining:
-    """Seconds that are left, and whether that is all: False where no like job was done yet."""
+    """Remaining seconds, and whether they are complete: False if no similar job was done yet."""
 
     seconds: float
     complete: bool
@@ -44,15 +44,15 @@ class Remaining:
 class Forecast:
     """Measured costs of jobs: seconds per realisation, by scene, method and resolution.
 
-    A job is as dear as others of its scene, method and resolution; else as those of the scene and
-    method at the nearest resolution, scaled by the method's growth of work; else as the method's
-    mean job. Where the method is new, nothing is known.
+    The cost of a job is estimated from jobs with the same scene, method and resolution; else from
+    those at the nearest resolution, scaled by the growth of the method's work; else from the mean
+    job of the method. For a new method it is unknown.
     """
 
     _costs: dict[tuple[str, str], dict[int, tuple[float, int]]] = field(default_factory=dict)
 
     def learn(self, kind: Kind, seconds: float) -> None:
-        """Remember what a job has cost, compilation apart."""
+        """Record the cost of a job, excluding compilation."""
         if not math.isfinite(seconds):
             return
         costs = self._costs.setdefault((kind.scene, kind.method), {})
@@ -60,7 +60,7 @@ class Forecast:
         costs[kind.resolution] = (spent + max(seconds, 0.0), count + kind.realisations)
 
     def cost(self, kind: Kind) -> float | None:
-        """Return the seconds that a job will take, None where nothing is known."""
+        """Return the estimated seconds of a job, or None if unknown."""
         costs = self._costs.get((kind.scene, kind.method))
         if costs is None:
             return self._of_method(kind)
@@ -82,7 +82,7 @@ class Forecast:
         return spent / count * kind.realisations
 
     def remaining(self, kinds: Iterable[Kind], workers: int) -> Remaining:
-        """Return how long jobs take, spread over the workers."""
+        """Return the remaining time of jobs, divided among the workers."""
         costs = [self.cost(kind) for kind in kinds]
         estimates = [cost for cost in costs if cost is not None]
         # However many workers there are, the dearest job is one worker's.

@@ -1,8 +1,8 @@
-"""Inquiries: what a question needs to be solved, asked step by step, and answered in the end.
+"""Inquiries: questions that request solves step by step and return an answer.
 
-An inquiry is a generator. It yields the jobs whose answers it needs next, gets these by their
-keys, may ask for more (a truth is refined, a boundary is halved), and returns its own answer.
-`Inquiries` goes through many of them at once: a job that several ask for is done once.
+An inquiry is a generator. It yields the jobs it needs next, receives their answers by key, may
+request more (to refine a reference or bisect a boundary), and returns its own answer. `Inquiries`
+runs many of them concurrently; a job requested several times is done once.
 """
 
 from __future__ import annotations
@@ -73,7 +73,7 @@ class Inquiries(Generic[A]):
         return len(self._done), len(self._done) + len(self._open)
 
     def remaining(self) -> Remaining:
-        """Return how long the rest takes, by the measured costs of like jobs."""
+        """Return the remaining time, estimated from the measured costs of similar jobs."""
         kinds = [job.kind for job in self._open.values()]
         return self._forecast.remaining(kinds, self._executor.workers)
 

@@ -1,4 +1,4 @@
-"""Planning: what a scene needs, which resolutions, and the reason for each thing left out.
+"""Planning: methods and resolutions for a scene, and the reason for everything left out.
 
 A scene becomes one plan, or two: a measured map too large for the dense and finite-element
 solvers gets a second, smaller scene - a patch of the same map, named and repeatable - on which
@@ -45,7 +45,7 @@ EXACT = (1,)
 
 @dataclass(frozen=True)
 class MethodPlan:
-    """What one method will do for a scene, or why it will not."""
+    """The plan of one method for a scene, or the reason for a refusal."""
 
     method: str
     supported: bool
@@ -247,13 +247,13 @@ def _plan(scene: Scene, effort: Effort) -> Plan:
     if realisations < total:
         notes.append(f"quick: {realisations} of {total} realisations (--full runs all of them)")
     if scene.counter_body is not None:
-        notes.append("both bodies are elastic: 1/E* is the sum of theirs")
+        notes.append("both bodies are elastic: their compliances 1/E* add")
     if scene.half_space.poisson_ratio is None and scene.viscoelastic is None:
         notes.append(
             "only E* is given: fem takes nu = 0.3; frictionless contact depends on E* alone"
         )
     if loads.normal is not None and len(scene.loading.range.values) > 1:
-        notes.append("of the normal loads only the last one is held")
+        notes.append("only the last of the normal loads is held")
     return replace(
         draft,
         methods=methods,
@@ -425,16 +425,16 @@ def _left_out(scene: Scene, geometry: Geometry) -> Iterable[tuple[str, str]]:
     if not quantities & {"stiffness", "contact_length_stiffness"}:
         yield (
             "contact stiffness, in the half-space methods",
-            "not asked for; it costs them one more linear solve per load",
+            "not asked for; it would need one more linear solve per load",
         )
     yield from left_out(scene)
     if isinstance(geometry, BodyGeometry):
-        yield "a far field", "the body ends where its mesh ends; only the supports hold it"
+        yield "a far field", "the body is finite and held only by its supports"
     elif isinstance(geometry, IndenterGeometry):
         if scene.adhesion is None:
             yield (
                 "the surface beyond the geometric overlap",
-                "contact cannot reach it: without adhesion the surface never rises",
+                "contact cannot reach it, because without adhesion the surface never rises",
             )
         if geometry.indenter.axisymmetric and not geometry.indenter.flat:
             yield "three dimensions, in the reduced model", "a line carries the same force"
@@ -443,5 +443,5 @@ def _left_out(scene: Scene, geometry: Geometry) -> Iterable[tuple[str, str]]:
     else:
         yield (
             "the body below the surface, in the half-space methods",
-            "its answer to a pressure is known in closed form (kernel)",
+            "its response to pressure is known in closed form (kernel)",
         )

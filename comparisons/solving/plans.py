@@ -1,4 +1,4 @@
-"""Scenes and suites, loaded and planned together: problems of all of them are told at once."""
+"""Loading and planning of scenes and suites, with all problems reported at once."""
 
 from __future__ import annotations
 

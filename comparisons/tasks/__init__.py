@@ -1,1 +1,1 @@
-"""A task, what comes back from it, and how it is kept."""
+"""Tasks, their solutions, and storage on disk."""

@@ -1,4 +1,4 @@
-"""A solved task on disk: one npz with everything, which is also what --resume looks for."""
+"""Storage of a solved task in one npz file, which --resume reads back."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""The pressure at several load steps: what the report's load slider moves through.
+"""The pressure at several load steps, for the load slider of the report.
 
 A solution stores its fields at the last load under their plain names; those of an earlier step K
 stand beside them as ``step.K.pressure``, with ``step.K.pressure_x`` and its like only where they

@@ -1,4 +1,4 @@
-"""What comes back from a task: curves over the load steps, why some are lost, what it took."""
+"""The solution of a task: curves over the load steps, reasons for failures, time and memory."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ class Stopwatch:
 
 @dataclass
 class Solution:
-    """What a method computed, per realisation (axis 0) and load step (axis 1).
+    """Results of a method, per realisation (axis 0) and load step (axis 1).
 
     Attributes
     ----------

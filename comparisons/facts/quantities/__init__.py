@@ -1,7 +1,7 @@
-"""One row per quantity, a file for each family: what everything else knows of it is read here.
+"""One row per quantity, in one file per family; all other code reads its facts from here.
 
-Adding a file with `ROWS` adds its quantities: scenes may ask for them, they are derived, compared
-and reported. Those of every scene come first.
+A new file with `ROWS` adds its quantities: scenes can request them, and they are derived, compared
+and reported. Quantities common to all scenes come first.
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ QUANTITIES: dict[str, Quantity] = {
 
 
 def quantities_with(**facts: object) -> tuple[str, ...]:
-    """Return the quantities whose rows say all of this.
+    """Return the quantities whose rows match all of these facts.
 
     >>> named(load="normal")
     ('force', 'penetration', 'mean_gap')
@@ -51,9 +51,9 @@ def quantity(name: str) -> Quantity:
 
 
 def counterpart(axis: str) -> str:
-    """Return the load that is compared at besides the prescribed one; "" where there is none.
+    """Return the other load at which quantities are also compared; "" if none.
 
-    Along a path, in time or over speeds there is no other.
+    Paths, histories and speed ranges have none.
     """
     return quantity(axis).counterpart
 
@@ -70,7 +70,7 @@ def main_axis(axis: str, name: str) -> str:
 def derived(
     computed: Curves, scene: Contact, *, is_round: bool
 ) -> Iterator[tuple[str, np.ndarray]]:
-    """Yield the quantities that follow from others and are missing, each with its values.
+    """Yield the missing quantities that can be derived from others, with their values.
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""Quantities of surfaces that attract each other."""
+"""Quantities of adhesive contacts."""
 
 from comparisons.facts.quantities.row import Quantity
 

@@ -1,4 +1,4 @@
-"""Quantities of every contact that is pressed."""
+"""Quantities of normal contact."""
 
 import numpy as np
 

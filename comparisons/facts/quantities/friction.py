@@ -1,4 +1,4 @@
-"""Quantities of contacts with friction, and of bodies that slide."""
+"""Quantities of frictional and sliding contacts."""
 
 from comparisons.facts.quantities.row import Quantity
 

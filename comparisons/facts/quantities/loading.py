@@ -1,4 +1,4 @@
-"""What load steps are walked along, where it is no load: never compared itself."""
+"""Parameters of load steps other than loads (time, speed, ...), which are never compared."""
 
 from comparisons.facts.quantities.row import Quantity
 

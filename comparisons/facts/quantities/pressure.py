@@ -1,4 +1,4 @@
-"""The pressure field, and what is measured of it at the last load."""
+"""The pressure field and its measures at the last load."""
 
 from comparisons.facts.quantities.row import Quantity
 

@@ -1,4 +1,4 @@
-"""What one row says of a quantity."""
+"""The row of facts about a quantity."""
 
 from __future__ import annotations
 
@@ -21,16 +21,16 @@ class Contact(Protocol):
 
 @dataclass(frozen=True)
 class Derived:
-    """How a quantity follows from others, where a method has not computed it itself.
+    """The derivation of a quantity from others, used if a method has not computed it.
 
     Attributes
     ----------
     of : str or tuple of str
-        Which other quantities it needs.
+        The quantities it depends on.
     by : callable
-        Makes its values from all known curves and the scene.
+        Computes its values from all known curves and the scene.
     round_only : bool
-        It follows so only where the contact is a circle.
+        Valid for circular contacts only.
     """
 
     of: str | tuple[str, ...]
@@ -45,7 +45,7 @@ class Derived:
 
 @dataclass(frozen=True)
 class Quantity:
-    """What is known of a quantity: a column of results.csv, or a measure of measures.csv.
+    """Facts about a quantity: a column of results.csv, or a measure of measures.csv.
 
     Beside a column ``force`` stand ``error_force`` and ``reference_uncertainty_force``, and
     ``stderr_force`` of an ensemble.

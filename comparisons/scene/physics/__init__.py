@@ -1,4 +1,4 @@
-"""Physics beyond frictionless elastic contact: its tables, what goes together, what is walked.
+"""Physics beyond frictionless elastic contact: tables, valid combinations, load paths.
 
-A scene without these tables takes the path it always took; nothing here is asked for it.
+Scenes without these tables do not use this package.
 """

@@ -1,4 +1,4 @@
-"""Which tables go together, told from the raw tables so that everything wrong is listed at once."""
+"""Valid combinations of tables, checked on the raw tables so that all errors are listed at once."""
 
 from __future__ import annotations
 
@@ -59,7 +59,7 @@ def combination_problems(data: Mapping[str, Any]) -> Iterator[str]:
 def _bodies(data: Mapping[str, Any], tables: tuple[str, ...]) -> Iterator[str]:
     cause = _either(tables)
     if "body" in data:
-        yield f"body: expected no {cause} beside it: a mesh of yours is elastic and frictionless"
+        yield f"body: expected no {cause}: meshed bodies are elastic and frictionless"
     one_body = [name for name in tables if TABLES[name].one_body]
     if "counter_body" in data and one_body:
         yield (
@@ -68,7 +68,7 @@ def _bodies(data: Mapping[str, Any], tables: tuple[str, ...]) -> Iterator[str]:
         )
     half_space = data.get("half_space")
     if "friction" in tables and isinstance(half_space, dict) and "effective_modulus" in half_space:
-        yield "half_space: expected E or G with nu: tangential contact depends on more than E*"
+        yield "half_space: expected E or G with nu: tangential contact needs two elastic constants"
 
 
 def _loads(data: Mapping[str, Any], tables: tuple[str, ...]) -> Iterator[str]:
@@ -86,12 +86,12 @@ def _loads(data: Mapping[str, Any], tables: tuple[str, ...]) -> Iterator[str]:
         yield "friction: expected loading.tangential_force or loading.tangential_displacement"
     if "friction" not in tables:
         for name in tangential:
-            yield f"loading.{name}: expected a [friction] table, without which nothing holds on"
+            yield f"loading.{name}: expected a [friction] table, which transmits tangential loads"
     if "sliding" in tables and "viscoelastic" not in tables:
-        yield "sliding: expected [viscoelastic] beside it: an elastic body slides without loss"
+        yield "sliding: expected [viscoelastic]: an elastic body slides without loss"
     yield from _times(loading, tables, normal)
     if "substeps" in loading and not (tangential or walks_a_path(data)):
-        yield "loading.substeps: expected a path of loads; increasing loads have steps of their own"
+        yield "loading.substeps: expected a path of loads; increasing loads are already steps"
 
 
 def _times(loading: Mapping[str, Any], tables: tuple[str, ...], normal: list[str]) -> Iterator[str]:
@@ -107,7 +107,7 @@ def _times(loading: Mapping[str, Any], tables: tuple[str, ...], normal: list[str
     if "dynamics" in tables and normal and not timed:
         yield f"loading.{normal[0]}: expected its times (loading.time) with [dynamics]"
     if "dynamics" in tables and "penetration" in normal:
-        yield "loading.penetration: expected a force or nothing: the mass finds its own way"
+        yield "loading.penetration: expected a force or nothing: the motion of the mass is computed"
 
 
 def _either(names: tuple[str, ...] | list[str]) -> str:

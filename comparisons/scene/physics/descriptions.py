@@ -1,4 +1,4 @@
-"""What the plan says about a scene's physics: what is switched on, and what is left out and why."""
+"""Descriptions in the plan: physics switched on, and physics left out with the reason."""
 
 from __future__ import annotations
 
@@ -24,22 +24,28 @@ def switched_on(scene: Scene, loads: Loads) -> Iterable[tuple[str, str]]:
 def left_out(scene: Scene) -> Iterable[tuple[str, str]]:
     """Yield the physics that a scene leaves out, with the reason."""
     if scene.viscoelastic is None:
-        yield "memory of the material", "the scene is elastic: nothing relaxes"
+        yield "memory of the material", "the scene is elastic, without relaxation"
     if scene.friction is None and scene.sliding is None:
         yield "tangential displacements at the surface", "no friction in the scene"
     if not scene.physics:
         return
     if scene.friction is not None and scene.poisson_ratio != 0.5:
-        effect = "the drag of pressing along the surface, in the reduced model"
-        yield effect, "its normal and tangential springs act apart, which is so at ν = 1/2 only"
+        effect = "tangential displacements due to pressure, in the reduced model"
+        yield (
+            effect,
+            "its normal and tangential springs are uncoupled, which is exact only at ν = 1/2",
+        )
     if scene.adhesion is None:
-        yield "attraction of the surfaces", "no [adhesion] in the scene: they never pull"
+        yield "attraction of the surfaces", "no [adhesion] in the scene"
     if scene.dynamics is None:
-        yield "inertia", "no [dynamics] in the scene: the loads are slow"
+        yield "inertia", "no [dynamics] in the scene: loading is quasi-static"
     else:
-        yield "waves in the half-space", "the impact is slow against them: its answer is static"
+        yield (
+            "waves in the half-space",
+            "the impact is slow compared with them: the response is quasi-static",
+        )
     if scene.sliding is not None:
-        yield "Coulomb friction at the surface", "the loss is that of the body alone"
+        yield "Coulomb friction at the surface", "the loss is due to the body alone"
 
 
 def _axis(loads: Loads) -> str:
@@ -52,7 +58,7 @@ def _axis(loads: Loads) -> str:
         history = "" if loads.control == "time" else f" of {control_label}"
         text = f"a history{history} in {steps} times"
     else:
-        text = f"{steps} values of {control_label}, each by itself"
+        text = f"{steps} independent values of {control_label}"
     if loads.normal is None:
         return text
     normal = quantity(loads.normal.control)

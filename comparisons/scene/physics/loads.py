@@ -1,4 +1,4 @@
-"""What is walked along in a scene with physics: a path, a history in time, or a list of speeds."""
+"""Load steps of a scene: increasing loads, a path, a time history, or a list of speeds."""
 
 from __future__ import annotations
 

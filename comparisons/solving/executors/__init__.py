@@ -1,4 +1,4 @@
-"""Who carries out independent work: this process, processes here, or a cluster.
+"""Executors of independent jobs: this process, local processes, or a cluster.
 
 A study, a run of claims, a calibration and the hard cases are lists of independent jobs. Each
 executor takes jobs at any time (`add`) and gives their results as they come (`finished`); what a

@@ -1,4 +1,4 @@
-"""The contract of an executor, and the one that needs no other process."""
+"""The interface of executors, and the serial executor."""
 
 from __future__ import annotations
 
@@ -46,7 +46,7 @@ class Job:
 
 @dataclass(frozen=True)
 class Done:
-    """What became of a job.
+    """The outcome of a job.
 
     Attributes
     ----------

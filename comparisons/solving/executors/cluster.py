@@ -184,7 +184,7 @@ class ClusterExecutor(Executor):
             tries = error.allowed_failures + 1
             return Done(
                 job,
-                lost=f"the worker that did it died {tries} times, the last one was "
+                lost=f"its worker died {tries} times, the last one at "
                 f"{error.last_worker.address}; most likely for lack of memory",
             )
         finally:

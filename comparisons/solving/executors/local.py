@@ -1,4 +1,4 @@
-"""Processes on this machine: one thread each, no more memory together than there is.
+"""Single-threaded processes on this machine that share the available memory.
 
 The processes are joblib's (loky): started afresh, used again, and gone when this process is. If
 the system ends one (SIGKILL, most often because memory ran out), loky gives up all of them and

@@ -446,8 +446,8 @@ def test_tables_that_do_not_go_together_are_refused(tmp_path):
     with pytest.raises(SceneError) as caught:
         make_scene(data, "test", tmp_path)
     text = "\n".join(caught.value.problems)
-    assert "surface: a [body] takes an [indenter], or nothing" in text
-    assert "a finite body depends on more than E*" in text
+    assert "surface: expected an [indenter] with a [body]" in text
+    assert "a finite body needs two elastic constants" in text
     assert "a [body] has no mean gap" in text
     plain = {**tables("x"), "compare": {"resolutions": [1, 2]}}
     del plain["body"]

@@ -159,7 +159,7 @@ def test_several_scenes_share_a_folder(scene, tmp_path):
 def test_a_used_folder_is_left_alone(ball, tmp_path, counted):
     (tmp_path / "notes.txt").write_text("mine")
     before = snapshot(tmp_path)
-    with pytest.raises(ResultsError, match="is not empty: say --resume"):
+    with pytest.raises(ResultsError, match="is not empty: use --resume"):
         Study(ball, tmp_path).run()
     assert snapshot(tmp_path) == before
     assert [path.name for path in tmp_path.iterdir()] == ["notes.txt"]
@@ -169,7 +169,7 @@ def test_a_used_folder_is_left_alone(ball, tmp_path, counted):
 def test_a_finished_folder_is_named_as_such_and_resuming_it_keeps_its_time(ball, tmp_path):
     """Nothing is in use, and nothing is solved again: the run took what it took."""
     first = Study(ball, tmp_path / "out").run()
-    with pytest.raises(ResultsError, match="out has results already: say --resume"):
+    with pytest.raises(ResultsError, match="out has results already: use --resume"):
         Study(ball, tmp_path / "out").run()
     again = Study(ball, tmp_path / "out", resume=True).run()
     assert again.seconds > first.seconds
@@ -364,7 +364,7 @@ def test_without_any_truth_the_rows_are_there_and_the_answer_says_so(scene, tmp_
     only = scene(indenter=square, compare={"methods": ["reduced"], "resolutions": [10]})
     record = Study(plan_scene(only), tmp_path / "out").run()
     assert record.scenes[0].reference == {}
-    assert "no truth to compare with" in record.scenes[0].answer
+    assert "so no reference is available" in record.scenes[0].answer
     assert load_study(tmp_path / "out").scenes[0].reference == {}
 
 

@@ -102,19 +102,19 @@ def test_a_coarse_grid_that_is_right_by_chance_is_no_way_to_get_there():
 
 def test_the_sentence_admits_what_is_not_known():
     unknown = advise(record([("reduced", 10, 0.2, 1e-3)], "bem_fft", None))
-    assert "no setting that was run is sure to get there" in unknown.sentence
+    assert "no setting that was run is within tolerance" in unknown.sentence
     assert "its error is not known" in unknown.sentence
     assert unknown.cheapest is None
     assert "Nothing else was run" in advise(record([])).sentence
     nothing = replace(record([]), reference={})
-    assert "no truth to compare with" in advise(nothing).sentence
+    assert "so no reference is available" in advise(nothing).sentence
 
 
 def test_a_setting_whose_bar_is_wider_than_the_question_is_not_called_good_enough():
     rows = record([("fem", 4, 0.004, 1.0), ("bem_fft", 8, 0.02, 0.1)])
     wide = rows.measures.assign(verdict="not resolved", uncertainty=0.05, low=-0.02, high=0.06)
     advice = advise(replace(rows, measures=wide))
-    assert "no setting that was run is sure to get there" in advice.sentence
+    assert "no setting that was run is within tolerance" in advice.sentence
     assert "not resolved: " in advice.sentence
     assert "FEM (force 0.40 ± 5.0\u202f% at load step 3, N = 4)" in advice.sentence
     assert advice.cheapest is None

@@ -273,10 +273,10 @@ def test_elastic_constants_come_in_one_of_three_ways(half_space):
         ({"shape": "profile", "r": [0, 1], "f": [1, 2]}, "f = 0 at r = 0"),
         (
             {"shape": "profile", "r": [0, 1, 2], "f": [0, 2, 1]},
-            "hollow profiles have no reduced model (f falls after r = 1 m)",
+            "hollow profiles have no reduced model (f decreases after r = 1 m)",
         ),
         ({"shape": "polygon_punch", "vertices": [[0, 0], [1, 0]]}, "at least 3 vertices, got 2"),
-        ({"shape": "polygon_punch", "vertices": [[0, 0], [1, 1], [2, 2]]}, "with an area"),
+        ({"shape": "polygon_punch", "vertices": [[0, 0], [1, 1], [2, 2]]}, "non-zero area"),
         (
             {"shape": "polygon_punch", "vertices": [[0, 0], [1, 0], [3]]},
             "indenter.vertices.2.1: expected, but missing",
@@ -362,7 +362,7 @@ def test_files_that_are_no_scene(tmp_path):
     assert "expected at most 10000000 bytes" in refusal(huge)
     assert "a folder, not a scene file" in refusal(tmp_path)
     assert "no such file" in refusal(tmp_path / "missing.toml")
-    assert "`roughline list scenes` names them" in refusal("no-such-scene")
+    assert "see `roughline list scenes`" in refusal("no-such-scene")
     deep = tmp_path / "deep.toml"
     deep.write_text("x = " + "[" * 50_000)
     assert "not valid TOML" in refusal(deep)

@@ -230,9 +230,9 @@ def test_inside_a_convex_polygon_is_left_of_every_side(angles, x, y):
         ([[0, 0], [2, 0], [1, 0], [1, 1]], "sides touch or cross"),  # a spike
         ([[0, 0], [1, 0], [1, 0], [0, 1]], "sides touch or cross"),  # a corner twice
         ([[0, 0], [4, 0], [4, 4], [2, 0], [0, 4]], "sides touch or cross"),  # a corner on a side
-        ([[0, 0], [1, 1], [2, 2]], "a polygon with an area"),
-        ([[0, 0], [0, 0], [0, 0]], "a polygon with an area"),
-        ([[0, 0], [2, 2], [2, 0], [0, 2]], "a polygon with an area"),  # lobes that cancel
+        ([[0, 0], [1, 1], [2, 2]], "a polygon with non-zero area"),
+        ([[0, 0], [0, 0], [0, 0]], "a polygon with non-zero area"),
+        ([[0, 0], [2, 2], [2, 0], [0, 2]], "a polygon with non-zero area"),  # lobes that cancel
         ([[math.cos(t), math.sin(t)] for t in np.linspace(0, 6, 1001)], "at most 1000 vertices"),
     ],
 )

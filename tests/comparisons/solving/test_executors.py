@@ -86,7 +86,7 @@ def test_who_is_killed_every_time_is_lost_and_the_others_are_not(tmp_path):
     found = collected(ProcessExecutor(2), [slow[0], culprits[0], *slow[1:3], culprits[1], slow[3]])
     for culprit in culprits:
         reason = found[culprit.key].lost
-        assert reason.startswith("the process that did it was ended 3 times (SIGKILL)")
+        assert reason.startswith("its process was killed 3 times (SIGKILL)")
         assert "lack of memory" in reason
     assert not any(found[str(k)].lost for k in range(4))
 

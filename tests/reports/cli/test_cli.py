@@ -171,7 +171,7 @@ def test_a_wrong_scene_is_one_clear_message_and_nothing_is_written(
     ("arguments", "expected"),
     [
         (["run", "nowhere.toml"], "no such file"),
-        (["run", "no-such-scene"], "`roughline list scenes` names them"),
+        (["run", "no-such-scene"], "see `roughline list scenes`"),
         (["run", "."], "a folder, not a scene file"),
         (["run", "paraboloid", "paraboloid"], "paraboloid: expected different names"),
         (["run", "paraboloid", "--workers", "0"], "--workers: expected 1 to "),
@@ -441,7 +441,7 @@ def test_a_used_folder_is_refused_and_unchanged(roughline, tmp_path, ball):
     (folder / "thesis.tex").write_text("mine")
     result = roughline("run", ball, "--out", "o")
     assert result.code == 2
-    assert "say --resume to go on with it, --overwrite to start" in result.err
+    assert "use --resume to continue, --overwrite to replace" in result.err
     assert files(folder) == {"thesis.tex"}
     assert roughline("run", ball, "--out", "o", "--overwrite", "--no-pictures").code == 0
     assert (folder / "thesis.tex").read_text() == "mine"

@@ -1,4 +1,4 @@
-"""All tables of physics by their names; a file here that defines one adds it."""
+"""The physics tables by name; a new file here adds its table."""
 
 from __future__ import annotations
 

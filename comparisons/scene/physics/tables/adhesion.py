@@ -23,7 +23,7 @@ class Adhesion(PhysicsTable):
     key = "adhesion"
     place = 4
     adds = ("pull_off_force",)
-    apart: ClassVar = {"sliding": "the detachment of a sliding edge has no rule here"}
+    apart: ClassVar = {"sliding": "detachment at the edge of a sliding contact is not modelled"}
 
     work: Annotated[float, quantity(SURFACE_ENERGY, kind="work of adhesion")]
     range: Annotated[float, quantity(LENGTH, sign="not negative", kind="length")] = 0.0

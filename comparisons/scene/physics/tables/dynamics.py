@@ -56,4 +56,4 @@ class Dynamics(PhysicsTable):
     def description(self, scene: Scene) -> tuple[str, str]:
         """Say what acts, and how."""
         mass = unpadded(1e3 * self.mass, "g")
-        return "inertia", f"of a rigid mass of {mass}; the half-space has none"
+        return "inertia", f"of a rigid mass of {mass}; the half-space is massless"

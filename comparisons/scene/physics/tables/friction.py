@@ -23,8 +23,8 @@ class Friction(PhysicsTable):
     place = 1
     compared = ("tangential_force", "tangential_displacement")
     apart: ClassVar = {
-        "sliding": "steady sliding has no stick, and its friction comes from the body",
-        "viscoelastic": "a tangential path of a body that relaxes would need its times",
+        "sliding": "in steady sliding there is no stick, and the friction is due to the body",
+        "viscoelastic": "a tangential path on a relaxing body would need times",
         "dynamics": "the mass moves along the normal only",
     }
     one_body = True
@@ -34,4 +34,4 @@ class Friction(PhysicsTable):
 
     def description(self, scene: Scene) -> tuple[str, str]:
         """Say what acts, and how."""
-        return "Coulomb friction", f"µ = {unpadded(self.coefficient, '')}, sticking and slipping"
+        return "Coulomb friction", f"µ = {unpadded(self.coefficient, '')}, with stick and slip"

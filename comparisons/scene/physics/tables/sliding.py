@@ -25,4 +25,4 @@ class Sliding(PhysicsTable):
 
     def description(self, scene: Scene) -> tuple[str, str]:
         """Say what acts, and how."""
-        return "steady sliding", "each speed by itself, after every start has been forgotten"
+        return "steady sliding", "steady state at each speed"

@@ -1,4 +1,4 @@
-"""What a table of physics says of itself: base class of [friction] and all others."""
+"""Base class of the physics tables, such as [friction]."""
 
 from __future__ import annotations
 

@@ -136,5 +136,5 @@ class Viscoelastic(PhysicsTable):
         if self.dashpot_viscosity:
             parts = [f"a dashpot of {unpadded(self.dashpot_viscosity, 'Pa s')}"]
         name, nu = self.model.replace("_", "-"), unpadded(scene.poisson_ratio, "")
-        text = f"{name}: G = {lasting} for good, and {', '.join(parts)}; ν = {nu}"
+        text = f"{name}: long-term G = {lasting}, and {', '.join(parts)}; ν = {nu}"
         return "memory of the material", text
