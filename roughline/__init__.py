@@ -1,8 +1,8 @@
 """roughline in Python: the commands of ``roughline`` as functions, for notebooks and scripts.
 
 The reduced model (Popov, *Contact Mechanics and Friction*, ch. 19) and 3-D solvers on the same
-scene, with an error bar on the truth and the cost of each answer. Lengths, forces and moduli are in
-SI units; a scene may also say "10 mm".
+scene, with an error bar on the reference and the cost of each answer. Quantities are in SI units;
+scenes also accept units such as "10 mm".
 
 >>> import roughline
 >>> ball = roughline.load_scene("paraboloid", {"compare.tolerance": 0.02})
@@ -13,7 +13,7 @@ True
 >>> comparison.verdict
 'within'
 
-Importing the package imports nothing heavy: each name is fetched when it is first used.
+Importing the package is fast: each name is loaded on first use.
 """
 
 from __future__ import annotations
@@ -86,9 +86,7 @@ def __getattr__(name: str) -> Any:
         try:
             return version("roughline")
         except PackageNotFoundError:
-            raise AttributeError(
-                "roughline is not installed, so its version is not known"
-            ) from None
+            raise AttributeError("roughline is not installed, so its version is unknown") from None
     if name not in _HOMES:
         raise AttributeError(f"module 'roughline' has no attribute {name!r}")
     value = getattr(import_module(_HOMES[name]), name)

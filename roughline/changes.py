@@ -1,4 +1,4 @@
-"""Two results folders side by side: what moved, and how far."""
+"""Comparison of two results folders."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ MOST_ROWS = 20
 
 @dataclass(frozen=True, repr=False)
 class Changes:
-    """What became of every solve of two runs.
+    """The changes of every solve between two runs.
 
     Attributes
     ----------
@@ -31,12 +31,12 @@ class Changes:
 
     @property
     def notes(self) -> tuple[str, ...]:
-        """What makes the runs differ as a whole: versions, machines, scenes, truths."""
+        """Overall differences between the runs: versions, machines, scenes, references."""
         return self.record.notes
 
     @property
     def failed(self) -> tuple[Change, ...]:
-        """What moved, was lost, changed its verdict or became slower."""
+        """Solves that moved, were lost, changed their verdict or became slower."""
         return self.record.failed
 
     def table(self) -> pd.DataFrame:
@@ -91,14 +91,14 @@ def compare_runs(
     ----------
     before, after : str, Path or Results
     tolerance : float
-        Relative change of a quantity that counts as moved (1e-6 is how far iterations go).
+        Smallest relative change of a quantity that counts (iterations leave about 1e-6).
     slower : float
-        Ratio of times that counts; times of different machines are told, never judged.
+        Smallest ratio of times that counts; between different machines, times are not judged.
 
     Raises
     ------
     InputError
-        If a folder has no results, or a threshold makes no sense.
+        If a folder has no results, or a threshold is invalid.
     """
     problems = [
         f"{name}: expected a number above {least}, got {number}"

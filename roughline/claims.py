@@ -1,4 +1,4 @@
-"""Claims about the reduced model, judged: a statement, a tolerance, a verdict with its evidence."""
+"""Tests of claims about the reduced model: statement, tolerance, verdict and evidence."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ MOST_ROWS = 12
 
 @dataclass(frozen=True, repr=False)
 class ClaimVerdict:
-    """What was found about one claim.
+    """The verdict on one claim, with its evidence.
 
     Attributes
     ----------
@@ -42,21 +42,21 @@ class ClaimVerdict:
 
     @property
     def sentence(self) -> str:
-        """The verdict's reason, in words made from the numbers."""
+        """The verdict in one sentence with its numbers."""
         return self.record.sentence
 
     @property
     def ranges(self) -> list[tuple[float, float]]:
-        """Where along its parameter the claim holds."""
+        """Intervals of the parameter in which the claim holds."""
         return [(interval.low, interval.high) for interval in self.record.ranges]
 
     @property
     def as_expected(self) -> bool:
-        """Whether the verdict is the one that the claim's file expects, if it expects one."""
+        """Whether the verdict agrees with the one expected in the claim file, if any."""
         return not self.record.differs
 
     def table(self) -> pd.DataFrame:
-        """Return one row per measurement: parameter, relative error, bar, and the word for it."""
+        """Return one row per measurement: parameter, relative error, bar and verdict."""
         names = ["parameter", "error", "uncertainty", "word", "seconds"]
         rows = [point.model_dump(include=set(names)) for point in self.record.points]
         return pd.DataFrame(rows, columns=names)
@@ -95,21 +95,22 @@ class ClaimVerdict:
 def check_claim(
     claim: str | Path | Mapping[str, Any], *, method: str | None = None, full: bool = False
 ) -> ClaimVerdict:
-    """Judge a claim: measure along its parameter until the boundary of its range is known.
+    """Test a claim: measure along its parameter until the boundaries of its range are known.
 
     Parameters
     ----------
     claim : str, Path or mapping
         The id of a built-in claim (`list_claims`), a claim file, or its tables as a dict.
     method : str, optional
-        Judge this method instead of the reduced model, by a claim that stands on a scene.
+        Test this method instead of the reduced model, on a claim that is based on a scene.
     full : bool
-        Refine the truth until its bar is a fifth of the tolerance, and each boundary further.
+        Refine the reference until its bar is a fifth of the tolerance, and narrow each boundary
+        further.
 
     Raises
     ------
     InputError
-        Listing everything that is wrong with the claim.
+        Listing all errors in the claim.
 
     Examples
     --------

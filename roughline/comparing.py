@@ -1,4 +1,4 @@
-"""Methods compared on one scene, with an error bar on the truth."""
+"""Comparison of methods on one scene, with an error bar on the reference."""
 
 from __future__ import annotations
 
@@ -31,13 +31,13 @@ COLUMNS += ["rms", "verdict", "seconds", "unknowns"]
 
 @dataclass(frozen=True, repr=False)
 class Comparison:
-    """What was found for one scene.
+    """Results of all methods on one scene.
 
     Attributes
     ----------
     record : comparisons.results.store.SceneRecord
     patch : Comparison, optional
-        Of a large measured map: the same for a patch of it, on which all methods meet.
+        For a large measured map, the comparison on a patch that all methods can solve.
     """
 
     record: SceneRecord
@@ -50,12 +50,12 @@ class Comparison:
 
     @property
     def answer(self) -> str:
-        """One sentence: the cheapest setting that was run of each method within the tolerance."""
+        """One sentence: the cheapest setting of each method within the tolerance."""
         return advise(self.record).sentence
 
     @property
     def reference(self) -> str:
-        """What counts as the truth, and how well it is known."""
+        """The reference and its uncertainty."""
         return str(self.record.reference.get("text", "there is none"))
 
     @property
@@ -65,23 +65,23 @@ class Comparison:
 
     @property
     def verdict(self) -> str:
-        """The reduced model's: "within", "outside", "not resolved" or "no result"."""
+        """On the reduced model: "within", "outside", "not resolved" or "no result"."""
         return self.judged().word
 
     @property
     def cheapest(self) -> Setting | None:
-        """The fastest setting that is sure to meet the tolerance; closed forms are no choice."""
+        """The fastest setting within the tolerance, bar included; closed forms do not count."""
         return advise(self.record).cheapest
 
     @property
     def lost(self) -> list[str]:
-        """Solves that were planned and have no answer, with their reasons."""
+        """Planned solves that failed, with their reasons."""
         return lost_solves(self.record)
 
     def judged(self, method: str | None = None) -> Verdict:
         """Return the deciding verdict on a method at its finest resolution, with its numbers.
 
-        Default: the reduced model, or a method of yours where that was not asked for.
+        Default: the reduced model or, if it was not run, your own method.
         """
         return worst(verdicts(self.record, method or judged_methods(self.record)[0]))
 
@@ -102,23 +102,23 @@ class Comparison:
 
     @property
     def plots(self) -> list[str]:
-        """What `plot` knows: "force-penetration", "error-force", "speed-force" ..."""
+        """Names of the available plots: "force-penetration", "error-force", "speed-force" ..."""
         from reports.paper.figures import panels
 
         return list(panels(self.record))
 
     def plot(self, name: str | None = None) -> PaperFigure:
-        """Return a figure as papers print it; ``savefig`` writes PDF, SVG or PNG.
+        """Return a print-ready figure; ``savefig`` writes PDF, SVG or PNG.
 
         Parameters
         ----------
         name : str, optional
-            One of `plots`, one column wide; default: curves, error and cost across the page.
+            One of `plots`, one column wide; default: page-wide curves, error and cost.
 
         Raises
         ------
         InputError
-            If there is no such plot, or matplotlib is missing (extra `paper`).
+            If the plot does not exist, or matplotlib is missing (extra `paper`).
         """
         from reports.paper.figures import overview, panels, single
 
@@ -158,23 +158,23 @@ def compare(
     resolutions: list[int] | None = None,
     full: bool = False,
 ) -> Comparison:
-    """Solve a scene with several methods, and compare them with the best-known solution.
+    """Solve a scene with several methods, and compare them with the most accurate solution.
 
     Parameters
     ----------
     scene : Source
         Anything that `load_scene` takes.
     *methods : str
-        Names of `list_methods`; default: all that can do the scene. One of them has to be 3-D or a
-        closed form, or there is no truth.
+        Names of `list_methods`; default: all that can solve the scene. At least one must be 3-D or
+        a closed form, to serve as the reference.
     tolerance : float, optional
-        The relative error that is good enough; default: the scene's (0.01 if it has none).
+        Acceptable relative error; default: the scene's (0.01 if it has none).
     quantities : list of str, optional
-        What is compared: "force", "contact_area", "pressure" ...; default: the scene's.
+        Compared quantities: "force", "contact_area", "pressure" ...; default: the scene's.
     resolutions : list of int, optional
-        The same for all methods that have one; default: at least three of each, as planned.
+        Common to all methods that have one; default: at least three for each, as planned.
     full : bool
-        Every realisation of a rough surface; else at most 10.
+        Solve every realisation of a rough surface; otherwise at most 10.
 
     Returns
     -------
@@ -184,8 +184,8 @@ def compare(
     Raises
     ------
     InputError
-        If the scene or what is asked is wrong, or if no method can do it or gives a quantity that
-        is asked for. Solves that fail are rows with their reason.
+        If the scene or an argument is invalid, or if no method can solve the scene or compute a
+        requested quantity. Failed solves are rows with their reason.
 
     Examples
     --------

@@ -1,4 +1,4 @@
-"""Methods: what is built in, and yours beside them."""
+"""Built-in and user-supplied methods."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from reports.tables.frames import frame
 
 
 def list_methods() -> pd.DataFrame:
-    """Return all methods: title, and whether they solve a line or the 3-D contact.
+    """Return all methods with their titles, and whether they solve a line or the 3-D contact.
 
     Examples
     --------
@@ -26,24 +26,24 @@ def list_methods() -> pd.DataFrame:
 
 
 def add_method(method: type[Solver[Any]] | str | Path) -> list[str]:
-    """Add a method of yours, to be judged like the built-in ones; return the names added.
+    """Add your own method, to be tested like the built-in ones; return the names added.
 
     Parameters
     ----------
     method : class, str or Path
-        What the decorator `method` made of a function, or a class derived from
-        ``comparisons.methods.Solver``: known in this process only. Or a Python file with methods:
-        each call then runs in a process of its own with limits on time and memory, and worker
-        processes of a `Study` know it, too.
+        The result of the decorator `method`, or a class derived from
+        ``comparisons.methods.Solver``, known in this process only. Or a Python file with methods:
+        each call then runs in a separate process with limits on time and memory, and is also
+        available to the worker processes of a `Study`.
 
     Raises
     ------
     InputError
-        If the file or the class is no method, or the name is taken by a method of roughline's own.
+        If the file or class does not define a method, or a built-in method has the same name.
 
     Notes
     -----
-    A method from outside never becomes the truth, whatever its dimension.
+    A user-supplied method never serves as the reference, whatever its dimension.
     """
     if not isinstance(method, (str, Path)):
         return [add_class(method)]

@@ -1,7 +1,7 @@
-"""What results look like in a notebook: short tables, everything from outside escaped.
+"""Display of results in notebooks: short tables with escaped text.
 
-Colours carry their own background, so that they read on light and on dark pages alike, and never
-stand without the word.
+Colours have their own background, so that they are readable on light and dark pages, and always
+accompany a word.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ _COLOURS = {
 
 
 def badge(word: str) -> Markup:
-    """Return a word in the colour of its tone; those that judge nothing are grey.
+    """Return a verdict word in the colour of its tone; other words are grey.
 
     >>> print(badge("<within>"))
     <span style="color:#444444;background:#e9eaec;...">&lt;within&gt;</span>
@@ -31,7 +31,7 @@ def badge(word: str) -> Markup:
 
 
 def table(drawn: Table) -> Markup:
-    """Return a table with texts to the left, verdicts in colour, everything else escaped."""
+    """Return a table with left-aligned text, coloured verdicts and all text escaped."""
     tag = Markup('<t{0} style="text-align:left;padding:.15em .6em">{1}</t{0}>')
     head = Markup("").join(tag.format("h", cell.text) for cell in drawn.heads)
     body = Markup("").join(
@@ -56,5 +56,5 @@ def block(heading: str, *parts: object) -> str:
 
 
 def more(count: int, noun: str) -> str:
-    """Return how many rows a short table leaves out."""
+    """Return a note on the rows omitted from a short table."""
     return "" if count <= 0 else f"... and {count} more {noun}: .table() has all of them"

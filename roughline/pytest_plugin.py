@@ -1,8 +1,8 @@
-"""A pytest fixture: somebody else's reduced model, regression-tested in their own suite.
+"""A pytest fixture for regression tests of a user's own reduced model.
 
-Installing roughline installs it (entry point ``pytest11``), in every test run of the same
-environment. Imports happen where the fixture is used: others do not pay for them, and may have
-packages of their own that are called ``comparisons`` or ``reports``, as ours are.
+Installing roughline registers it (entry point ``pytest11``) for every test run of the environment.
+Packages are imported only where the fixture is used, so that other test runs pay no cost and may
+have their own packages called ``comparisons`` or ``reports``.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ UPDATE = "--roughline-update"
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    """Add the option that renews baselines instead of comparing with them."""
+    """Add the option that rewrites baselines instead of comparing with them."""
     group = parser.getgroup("roughline")
     group.addoption(UPDATE, action="store_true", help="renew the baselines of roughline_check")
 
@@ -31,13 +31,13 @@ def roughline_check(request: pytest.FixtureRequest) -> Callable[..., None]:
 
     ``roughline_check(method, baseline, scenes=("paraboloid",), tolerance=1e-9)``
 
-    - method: a method of yours (docs/adding-a-method.md), or the name of a built-in one;
+    - method: your own method (docs/adding-a-method.md), or the name of a built-in one;
     - baseline: path of the JSON file, relative to the test's file; ``--roughline-update`` writes
       it;
     - scenes: built-in names or scene files; default: those of ``roughline check``;
-    - tolerance: relative change of the method's curves that is no drift.
+    - tolerance: largest relative change of the method's curves that is not a drift.
 
-    Times are not judged here: tests run on machines that do other things.
+    Times are not judged, because test machines are often busy.
     """
 
     def check(
@@ -74,7 +74,7 @@ def roughline_check(request: pytest.FixtureRequest) -> Callable[..., None]:
 
 
 def _shadows() -> list[str]:
-    """Return a line for each package of ours that is somebody else's in this test run."""
+    """Return a line for each of our packages that is shadowed in this test run."""
     try:
         from reports.cli.shadowed import foreign_packages
     except ImportError as error:

@@ -1,4 +1,4 @@
-"""Scenes and plans: what will be solved, before anything is."""
+"""Scenes and plans: inspection of a study before it is solved."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def load_scene(source: Source, changes: Mapping[str, Any] | None = None) -> Scen
     ----------
     source : str, Path, mapping or Scene
         The name of a built-in scene (`list_scenes`), the path of a TOML file, TOML text of several
-        lines, the same tables as a dict, or a scene that is to be changed.
+        lines, its tables as a dict, or a scene to be modified.
     changes : mapping, optional
         Dotted key -> value: ``{"indenter.radius": "5 mm", "compare.tolerance": 0.05}``.
 
@@ -38,7 +38,7 @@ def load_scene(source: Source, changes: Mapping[str, Any] | None = None) -> Scen
     Raises
     ------
     InputError
-        Listing everything that is wrong, each with its place in the scene.
+        Listing all errors with their place in the scene.
 
     Examples
     --------
@@ -60,7 +60,7 @@ def load_scene(source: Source, changes: Mapping[str, Any] | None = None) -> Scen
 
 
 def list_scenes() -> pd.DataFrame:
-    """Return the built-in scenes: name, title, and the suites that they belong to.
+    """Return the built-in scenes with their titles and suites.
 
     Examples
     --------
@@ -72,24 +72,24 @@ def list_scenes() -> pd.DataFrame:
 
 @dataclass(frozen=True, repr=False)
 class Plan:
-    """What each method would model for a scene, at which resolutions, and what is left out.
+    """The plan of a scene: model and resolutions of each method, and everything left out.
 
     Attributes
     ----------
     plans : list of comparisons.solving.planning.Plan
-        One, or two where a large measured map gets a second scene: a patch for all methods.
+        One, or two for a large measured map: the second is a patch that all methods can solve.
     """
 
     plans: list[planning.Plan]
 
     @property
     def left_out(self) -> dict[str, str]:
-        """What is not modelled, with the reason."""
+        """Effects that are not modelled, with the reasons."""
         return {effect: reason for plan in self.plans for effect, reason in plan.left_out}
 
     @property
     def notes(self) -> list[str]:
-        """What was chosen and found, such as the size and roughness of a surface."""
+        """Notes on choices and properties, such as the size and roughness of a surface."""
         return list(dict.fromkeys(note for plan in self.plans for note in plan.notes))
 
     def table(self) -> pd.DataFrame:
@@ -120,21 +120,21 @@ class Plan:
 
 
 def plan(scene: Source, *methods: str, full: bool = False) -> Plan:
-    """Say what a comparison would model, and what it would leave out and why; nothing is solved.
+    """Return what a comparison would model and leave out, without solving.
 
     Parameters
     ----------
     scene : Source
         Anything that `load_scene` takes.
     *methods : str
-        Only these; default: all that can do the scene.
+        Only these; default: all that can solve the scene.
     full : bool
-        Every realisation of a rough surface; else at most 10.
+        Every realisation of a rough surface; otherwise at most 10.
 
     Raises
     ------
     InputError
-        If the scene is wrong or does not fit into memory.
+        If the scene is invalid or does not fit into memory.
 
     Examples
     --------
@@ -145,7 +145,7 @@ def plan(scene: Source, *methods: str, full: bool = False) -> Plan:
 
 
 def scene_of(source: Source, methods: tuple[str, ...], **compare: Any) -> Scene:
-    """Load a scene with the methods and keys of [compare] that a call asks for."""
+    """Load a scene with the methods and [compare] keys of a call."""
     changes = {f"compare.{key}": value for key, value in compare.items() if value is not None}
     if methods:
         changes["compare.methods"] = list(methods)

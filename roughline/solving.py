@@ -1,4 +1,4 @@
-"""One method on one scene: the answer as arrays and as a table."""
+"""Solution of one scene by one method, as arrays and as a table."""
 
 from __future__ import annotations
 
@@ -57,22 +57,22 @@ class Solution:
 
     @property
     def reasons(self) -> list[str]:
-        """Why load steps have none."""
+        """Reasons for failed load steps."""
         return self.result.reasons
 
     @property
     def seconds(self) -> float:
-        """What the solve took on warm code, in seconds, median of repeats."""
+        """Time of the solve in seconds, on warm code, median of repeats."""
         return self.result.solution.seconds
 
     @property
     def unknowns(self) -> int:
-        """How many unknowns the method solved for."""
+        """Number of unknowns."""
         return self.result.solution.unknowns
 
     @property
     def quantities(self) -> list[str]:
-        """What ``solution[name]`` knows."""
+        """Names of the quantities available as ``solution[name]``."""
         return list(self.result.columns())
 
     def __getitem__(self, quantity: str) -> np.ndarray:
@@ -84,7 +84,7 @@ class Solution:
 
     @property
     def pressure(self) -> dict[str, np.ndarray] | None:
-        """Pressure at the last load: {r, p} of round contacts, else {x, y, p}; None without one."""
+        """Pressure at the last load: {r, p} for circular contacts, else {x, y, p}, or None."""
         return self.result.pressure()
 
     def table(self) -> pd.DataFrame:
@@ -92,7 +92,7 @@ class Solution:
         return pd.DataFrame(self.result.columns()).rename_axis("step")
 
     def plot(self, quantity: str | None = None) -> PaperFigure:
-        """Return a quantity over the load as a figure of one column (extra `paper`).
+        """Return a quantity against load as a single-column figure (extra `paper`).
 
         Parameters
         ----------
@@ -145,22 +145,22 @@ def solve(
     method : str
         One of `list_methods`.
     resolution : int, optional
-        Springs, cells or elements per contact radius at the largest load, points per side of a
-        rough surface; default: what the scene's tolerance asks for.
+        Springs, cells or elements per contact radius at the largest load; for rough surfaces,
+        points per side. Default: chosen from the scene's tolerance.
     fields : bool
-        Compute pressure and the body's fields at the last load, too.
+        Also compute pressure and the fields in the body at the last load.
     **options
         Options of the method: ``contact="penalty"``.
 
     Returns
     -------
     Solution
-        Physics never raises: load steps without an answer are NaN, with ``solution.reasons``.
+        Failed load steps raise no exception: they are NaN, with ``solution.reasons``.
 
     Raises
     ------
     InputError
-        If the scene, the method, an option or the resolution is wrong or cannot be done.
+        If the scene, the method, an option or the resolution is invalid or not supported.
 
     Examples
     --------

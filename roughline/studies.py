@@ -1,4 +1,4 @@
-"""Studies of many scenes: a results folder that resumes, is read back, and has a report."""
+"""Studies of many scenes, with a results folder that can be resumed, read back and reported."""
 
 from __future__ import annotations
 
@@ -173,13 +173,13 @@ class Study:
 
     @property
     def plan(self) -> Plan:
-        """What will be modelled, and what is left out and why."""
+        """The planned models, and everything left out with the reason."""
         return Plan(self._study.plans)
 
     def run(self) -> Results:
         """Solve what is not solved yet, compare, and write the folder.
 
-        An interrupt keeps what is done; the same study with ``resume=True`` goes on.
+        An interrupt keeps finished solves; the same study with ``resume=True`` continues.
         """
         self._study.run()
         return load_results(self._study.directory)  # as everybody else will read it
@@ -196,11 +196,11 @@ def _reporting(progress: Progress) -> Watch:
 
 
 def load_results(folder: str | Path) -> Results:
-    """Read a results folder that `Study` or ``roughline run`` has written.
+    """Read a results folder written by `Study` or ``roughline run``.
 
     Raises
     ------
     InputError
-        If there are no results, or they are damaged. Nothing in a folder is ever executed.
+        If the folder has no results, or damaged ones. Nothing in a folder is ever executed.
     """
     return Results(load_study(folder))

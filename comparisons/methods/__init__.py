@@ -1,6 +1,6 @@
-"""Solvers: one small file for each method and physics, with one contract.
+"""Solvers: one small file per method and physics, with a common interface.
 
-What a method file needs is here; `comparisons.methods.registry` knows all solvers.
+This module exports what a method file needs; `comparisons.methods.registry` lists all solvers.
 """
 
 from __future__ import annotations

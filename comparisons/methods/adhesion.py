@@ -31,7 +31,9 @@ from reduced.springs.line import Springs
 from reference.closed_form import adhesive
 
 PHYSICS = frozenset({"adhesion"})
-ONLY_INDENTERS = "only single contacts adhere here: the area rule (19.29) says nothing about edges"
+ONLY_INDENTERS = (
+    "adhesion is for single contacts only: the area rule (19.29) does not describe edges"
+)
 
 
 def _adhesive(scene: Scene) -> tuple[Indenter, AdhesionTable]:
@@ -44,7 +46,7 @@ def _adhesive(scene: Scene) -> tuple[Indenter, AdhesionTable]:
     """
     indenter = needed(scene.indenter, ONLY_INDENTERS)
     if isinstance(indenter, PowerLaw) and indenter.exponent <= 0.5:
-        raise Refused("the tip is sharper than the root of r: adhesion does not hold it")
+        raise Refused("the tip is sharper than r^(1/2), so that adhesion cannot hold it")
     return indenter, needed(scene.adhesion, "no [adhesion]")
 
 
@@ -60,7 +62,7 @@ class ReducedAdhesion(ReducedProfile):
 
     def model(self, geometry: IndenterGeometry) -> str:
         """Name the line, and what is taken for zero."""
-        range_note = "" if self.adhesion.short_range else "; the range is taken for zero"
+        range_note = "" if self.adhesion.short_range else "; the range is taken as zero"
         return f"{super().model(geometry)}; edges hold a stretch √(2π a w/E*){range_note}"
 
     def warm_up(self, task: Task[IndenterGeometry]) -> None:
@@ -128,7 +130,7 @@ class ClosedFormAdhesion(Solver[IndenterGeometry]):
         super().__init__(scene)
         indenter, adhesion = _adhesive(scene)
         if not adhesion.short_range:
-            raise Refused("the closed forms are those of short range")
+            raise Refused("the closed forms are for short range only")
         self.form = needed(
             adhesive_form_of(indenter, scene.effective_modulus, adhesion.work),
             f"no adhesive closed form is known for a {shape_of(indenter)}",
@@ -166,7 +168,7 @@ class GridAdhesion(BemFft):
     def model(self, geometry: Geometry) -> str:
         """Name the law of detachment."""
         if self.adhesion.short_range:
-            law = "cells let go at a tension calibrated to the mesh (Pohrt & Popov 2015)"
+            law = "cells detach at a mesh-dependent tension (Pohrt & Popov 2015)"
         else:
             law = "a constant tension out to the range, over a ramp of ±30 % of it (Maugis 1992)"
         return f"square cells, free space around them; {law}"

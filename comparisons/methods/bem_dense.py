@@ -1,4 +1,4 @@
-"""The method `bem_dense`: the chapter's own half-space solver, (19.2)-(19.8)."""
+"""The method `bem_dense`: the half-space solver of the chapter, (19.2)-(19.8)."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class BemDense(GridSolver[FreeOperator]):
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)
         if scene.surface is not None and scene.surface.periodic:
-            raise Refused("the chapter's kernel (19.3) is that of a free half-space")
+            raise Refused("the kernel (19.3) is for a free half-space")
         if scene.loading.control == "mean_gap":
             raise Refused("no mean-gap control on a free half-space with few contacts")
         self.most_cells = scene.methods.bem_dense.max_cells
@@ -65,8 +65,8 @@ class BemDense(GridSolver[FreeOperator]):
     def model(self, geometry: Geometry) -> str:
         """Name the matrix."""
         return (
-            "the contact cells alone enter the matrix; the contact set is found by dropping "
-            "tension and adding overlap"
+            "only the contact cells enter the matrix; the contact set is found by removing cells "
+            "in tension and adding overlapping cells"
         )
 
     def operator(

@@ -99,7 +99,7 @@ def _limit(task: Task, operator: Operator, gap: np.ndarray) -> tuple[float, str]
         return np.inf, ""
     mean = float(gap.mean())
     if task.loads.control == "mean_gap":
-        return mean, f"nothing touches, at first touch the mean gap is {mean:.3g} m"
+        return mean, f"no contact: at first touch the mean gap is {mean:.3g} m"
     if task.loads.control == "penetration" and operator.periodic:
         return mean, f"no gap is left, the surfaces are closed at {mean:.3g} m"
     return np.inf, ""

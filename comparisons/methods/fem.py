@@ -53,8 +53,8 @@ class FemSolver(Solver[G]):
         nu = max(table.elastic_constants[1] for table in bodies)
         if nu > LARGEST_POISSON and not _quadratic(scene):
             raise Refused(
-                f"nu = {nu:g} is incompressible: the mixed form needs 27-node elements, which this "
-                "scene does not have; 8-node elements go to 0.4999"
+                f"nu = {nu:g} is incompressible and needs mixed 27-node elements, which this scene "
+                "does not use; 8-node elements are limited to 0.4999"
             )
         if scene.loading.control == "mean_gap":
             raise Refused("no mean-gap control")
@@ -62,7 +62,7 @@ class FemSolver(Solver[G]):
         if unfit:
             raise Refused(unfit)
         if scene.surface is not None and scene.surface.periodic:
-            raise Refused("models one free patch, not a periodic half-space")
+            raise Refused("models a free patch, not a periodic half-space")
         self.options = scene.methods.fem
         self.how: dict[str, Any] = {
             "contact": self.options.contact,

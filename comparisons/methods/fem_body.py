@@ -1,6 +1,6 @@
-"""How the method `fem` solves a user's body: its own mesh, its own supports.
+"""The method `fem` for a user's body: its own mesh and supports.
 
-Resolution N: every edge of the user's cells is cut into N parts; 1 is the mesh as it came.
+Resolution N divides every edge of the user's cells into N parts; 1 is the original mesh.
 """
 
 from __future__ import annotations

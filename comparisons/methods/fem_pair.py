@@ -1,7 +1,7 @@
-"""How the method `fem` solves two elastic bodies: a mesh for each, coupled at the contact.
+"""The method `fem` for two elastic bodies: one mesh for each, coupled at the contact.
 
-Two half-spaces in quarter symmetry, the shape of the indenter as their initial distance. Their
-grids do not match, and neither has a length of its own, so each load scales both to its contact.
+Two half-spaces in quarter symmetry, with the shape of the indenter as initial gap. The grids do not
+match. Neither body has a length scale, so both are scaled to the contact of each load.
 """
 
 from __future__ import annotations

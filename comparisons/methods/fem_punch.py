@@ -1,4 +1,4 @@
-"""How the method `fem` meshes flat faces with straight sides: grid lines along and through them.
+"""Meshes of the method `fem` for flat faces with straight sides: grid lines along the sides.
 
 Where all sides lie along x or y, as on a square or an L-shape, mesh lines follow every one of them
 and crowd there, in elements of second order; needles take an even grid of first order. Oblique

@@ -1,4 +1,4 @@
-"""One load step on condensed finite elements: the same quantities and arrays on every mesh."""
+"""One load step on condensed finite elements: common quantities and arrays for every mesh."""
 
 from __future__ import annotations
 

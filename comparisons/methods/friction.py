@@ -1,4 +1,4 @@
-"""Tangential contact with Coulomb friction: springs that stick and slip, against 3-D."""
+"""Tangential contact with Coulomb friction: springs with stick and slip, closed form, 3-D grid."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ from reference.halfspace.traction import NormalAndTangential
 
 PHYSICS = frozenset({"friction"})
 NO_TABLE = "no [friction]"
-SLIDES = "the tangential force is not below friction times the normal force: it slides as a whole"
+SLIDES = "the tangential force reaches the friction limit: full sliding"
 SPRINGS = "tangential springs of 4G/(2 - nu) dx that stick and slip one by one"
 # Rough grids of more points a side take minutes a surface along a path: where pressing and shearing
 # act on each other, and where they do not.
@@ -170,9 +170,9 @@ class ClosedFormFriction(ClosedForm):
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)
         if scene.poisson_ratio != 0.5:
-            raise Refused("no exact solution where pressing drags the surface (nu < 1/2)")
+            raise Refused("no exact solution with elastic coupling (nu < 1/2)")
         if shape_of(self.indenter) != "cylinder":
-            raise Refused("Cattaneo's superposition leaves out slip across the load")
+            raise Refused("Cattaneo's superposition neglects slip transverse to the load")
         self.friction = needed(scene.friction, NO_TABLE).coefficient
         self.note = "Mindlin 1949: all of a flat circle sticks until all of it slips"
 
@@ -214,7 +214,7 @@ class ClosedFormFriction(ClosedForm):
 
 
 class GridFriction(BemFft):
-    """The half-space with Cerruti's kernels; pressing and shearing act on each other."""
+    """The half-space with Cerruti's kernels; normal and tangential tractions coupled."""
 
     physics = PHYSICS
 
@@ -236,8 +236,8 @@ class GridFriction(BemFft):
     def model(self, geometry: Geometry) -> str:
         """Name the domain, and what acts on what."""
         text = "tangential tractions with Cerruti's kernel, slip in any direction"
-        both = "pressing and shearing act on each other"
-        coupling = both if self.coupled else "pressure as without them"
+        both = "normal and tangential tractions coupled"
+        coupling = both if self.coupled else "pressure uncoupled from them"
         return f"{super().model(geometry)}; {text}; {coupling}"
 
     def refusal(self, task: Task) -> str:

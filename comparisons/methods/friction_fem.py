@@ -1,4 +1,4 @@
-"""Friction on finite elements: a second opinion where pressing and shearing act on each other."""
+"""Friction with finite elements: an independent check of the coupled problem."""
 
 from __future__ import annotations
 
@@ -34,16 +34,16 @@ class FemFriction(Solver[IndenterGeometry]):
 
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)
-        reason = "elements with friction are meshed for round smooth contacts"
+        reason = "finite elements with friction are for round smooth contacts only"
         self.indenter = needed(scene.indenter, reason)
         if not self.indenter.axisymmetric or self.indenter.flat:
             raise Refused(reason)
         nu = scene.poisson_ratio
         if nu > LARGEST_POISSON:
-            raise Refused(f"nu = {nu:g}: elements with friction go to {LARGEST_POISSON}")
+            raise Refused(f"finite elements with friction: nu up to {LARGEST_POISSON}, got {nu:g}")
         friction = needed(scene.friction, "no [friction]")
         if friction.coupling != "full":
-            raise Refused("the scene leaves out the coupling, which elements always have")
+            raise Refused("the scene leaves out the coupling, which finite elements always include")
         self.friction = friction.coefficient
 
     def resolutions(self, geometry: IndenterGeometry) -> tuple[int, ...]:

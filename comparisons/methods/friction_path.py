@@ -1,4 +1,4 @@
-"""A tangential path in the finer steps that a 3-D solver walks: pressed first, then pulled."""
+"""Refinement of a tangential path for 3-D solvers: normal loading first, then tangential."""
 
 from __future__ import annotations
 

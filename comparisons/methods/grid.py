@@ -1,4 +1,4 @@
-"""What the two half-space methods share: the grid of a scene, and the quantities of a contact."""
+"""Common parts of the two half-space methods: the grid of a scene, the quantities of a contact."""
 
 from __future__ import annotations
 

@@ -37,7 +37,7 @@ class ReducedImpact(ReducedProfile):
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)
         if scene.loading.time is not None and self.options.edges == "nodal":
-            raise Refused("steps in time need contact edges inside the cells (edges = 'sub_cell')")
+            raise Refused("time stepping needs sub-cell contact edges (edges = 'sub_cell')")
         self.dynamics = needed(scene.dynamics, NO_TABLE)
 
     def model(self, geometry: IndenterGeometry) -> str:

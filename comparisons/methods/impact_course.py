@@ -1,4 +1,4 @@
-"""The course of an impact in time: on springs in steps, and on the closed form."""
+"""Time history of an impact, on springs and on the closed form."""
 
 from __future__ import annotations
 
@@ -93,4 +93,4 @@ def _moved(
         if reached <= deepest:
             return contact, motion
         deepest = _DEEPER * reached
-    raise ConvergenceError("the mass goes ever deeper", [deepest])
+    raise ConvergenceError("the penetration grows without limit", [deepest])

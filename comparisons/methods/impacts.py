@@ -1,4 +1,4 @@
-"""Impacts by the static load curve: what a method needs that knows forces, not energies.
+"""Impacts from the static load curve, for methods that compute forces but not energies.
 
 The slow contact is solved at a ladder of penetrations, deeper than any of the impacts; energy and
 time follow from the curve (`reference.dynamics.collision.collide_curve`), whose own error from the
@@ -31,7 +31,7 @@ _SHALLOWEST, _DEEPEST = 0.05, 1.2
 _PER_DECADE, _FEWEST = 10, 12
 
 
-ONLY_INDENTERS = "only single contacts strike here, no rough surfaces"
+ONLY_INDENTERS = "impacts are for single contacts only, not for rough surfaces"
 
 
 def static_scene(scene: Scene, penetration: np.ndarray) -> Scene:
@@ -60,7 +60,7 @@ class CurveImpact(Solver[IndenterGeometry]):
         super().__init__(scene)
         self.indenter = needed(scene.indenter, ONLY_INDENTERS)
         if scene.loading.time is not None:
-            raise Refused("gives impacts, not their course in time")
+            raise Refused("computes impacts, not their time history")
         self.dynamics = needed(scene.dynamics, "no [dynamics]")
         # Any depth will do: only the kind of load matters here.
         self.slow = self.static(static_scene(scene, np.array([1e-9])))

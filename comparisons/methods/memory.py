@@ -1,8 +1,8 @@
 """Viscoelastic normal contact in time: springs, hereditary integrals, grids.
 
-The scene's times are where the answer is wanted. Methods that have an error in time divide the
-stretches between them further, in proportion to their resolution, so that one refinement refines
-both and the bar covers both.
+The times of the scene are output times. Methods with a time discretisation error subdivide the
+intervals in proportion to their resolution, so that one refinement reduces both errors and the bar
+covers both.
 """
 
 from __future__ import annotations
@@ -81,10 +81,12 @@ def _pressed(scene: Scene) -> Viscoelastic:
     """
     body, loads = body_of(scene), loads_of(scene)
     if loads.control == "force" and (loads.values[1:] <= 0).any():
-        raise Refused("a force that ends leaves the depth open: the body has left, or rests")
+        raise Refused("the penetration is undetermined after the force has dropped to zero")
     jumps = loads.control == "penetration" and loads.values[0] > 0
     if body.dashpot_viscosity > 0 and jumps:
-        reason = "the dashpot of a Kelvin-Voigt body resists a jump of the depth without bound"
+        reason = (
+            "a step in penetration needs an infinite force on the dashpot of a Kelvin-Voigt body"
+        )
         raise Refused(reason)
     return body
 
@@ -116,7 +118,7 @@ class ReducedMemory(ReducedProfile):
     """Springs with memory, exact in time under a prescribed depth."""
 
     physics = PHYSICS
-    only_indenters = "rough lines with memory slide here, they are not pressed"
+    only_indenters = "viscoelastic rough lines are implemented for sliding only"
 
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)
@@ -174,7 +176,7 @@ def circular(form: closed_forms.ClosedForm) -> closed_forms.ClosedForm:
         If it is none.
     """
     if form.contact_radius is None:
-        raise Refused("the integrals of Lee-Radok and Ting are for circular contacts")
+        raise Refused("the integrals of Lee-Radok and Ting are for circular contacts only")
     return form
 
 
@@ -224,7 +226,7 @@ class GridMemory(BemFft):
         super().__init__(scene)
         body = _pressed(scene)
         if scene.indenter is not None and scene.indenter.flat:
-            reason = "a flat face has edges inside cells; its contact stays, and needs no history"
+            reason = "flat faces are not supported: their edges lie inside cells"
             raise Refused(reason)
         self.material = material_of(body)
         self.damped = body.dashpot_viscosity > 0

@@ -38,7 +38,7 @@ def _striking(scene: Scene) -> Dynamics:
         If the course of the impact is asked for.
     """
     if scene.loading.time is not None:
-        raise Refused("gives impacts, not their course in time")
+        raise Refused("computes impacts, not their time history")
     return needed(scene.dynamics, "no [dynamics]")
 
 

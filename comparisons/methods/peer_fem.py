@@ -1,4 +1,4 @@
-"""The method `ngsolve`: other people's finite elements on single contacts."""
+"""The method `ngsolve`: third-party finite elements for single contacts."""
 
 from __future__ import annotations
 
@@ -49,7 +49,7 @@ class NgSolve(Solver[IndenterGeometry]):
         if nu > LARGEST_POISSON:
             raise Refused(f"nu = {nu:g}: displacement elements, up to {LARGEST_POISSON}")
         if self.name not in (scene.compare.methods or ()):
-            raise Refused("takes seconds for each load: runs where it is asked for by name")
+            raise Refused("takes seconds per load: runs only if named")
         self.seconds = scene.methods.ngsolve.seconds
         self.note = f"ngsolve {metadata.version('ngsolve')}, in its own process"
 

@@ -1,4 +1,4 @@
-"""The methods `tamaas` and `contactmechanics`: solvers of other people on the same grids."""
+"""The methods `tamaas` and `contactmechanics`: third-party solvers on the same grids."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ class PeerSolver(Solver[Geometry]):
         if not press.installed(self.name):
             raise Refused("not installed: pip install 'roughline[peers]'")
         if scene.indenter is not None and scene.indenter.flat:
-            raise Refused("sharp edges between cells: it has whole cells only")
+            raise Refused("sharp edges inside cells are not supported")
         self.periodic = scene.surface is not None and scene.surface.periodic
         if scene.loading.control == "mean_gap" and not self.periodic:
             raise Refused("no mean-gap control on a free half-space")

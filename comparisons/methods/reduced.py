@@ -41,7 +41,7 @@ class ReducedProfile(Solver[IndenterGeometry]):
         self.rule = _rule(self.indenter, self.options)
         self.note = self.rule
         if scene.body is not None:
-            self.note = "takes the [body] for a half-space: its error is that of doing so"
+            self.note = "treats the [body] as a half-space; its error includes this approximation"
 
     @classmethod
     def takes(cls, scene: Scene) -> bool:

@@ -1,4 +1,4 @@
-"""All solvers by the name of their method, and the one decision which of them a scene gets.
+"""All solvers by method name, and the choice of the solver for a scene.
 
 Our own are discovered: each file here holds the solvers of one method and physics, and adding a
 file adds it. Methods from outside are put beside them by `add`.

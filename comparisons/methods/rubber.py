@@ -1,7 +1,7 @@
-"""Rubber that slides steadily: springs and lines of Problem 1, the half-space in three dimensions.
+"""Steady sliding on rubber: springs and lines of Problem 1, and the half-space in 3-D.
 
-Every speed is a problem of its own, under the last normal load. Grids fit the contact at each
-speed: fast rubber is stiff, and its contact small.
+Every speed is an independent problem under the last normal load. Grids are fitted to the contact at
+each speed, because fast rubber is stiff and its contact small.
 """
 
 from __future__ import annotations
@@ -55,9 +55,9 @@ def _sliding(scene: Scene) -> Viscoelastic:
     """
     body = body_of(scene)
     if not body.long_term_modulus > 0:
-        raise Refused("a fluid sinks without end: nothing is steady")
+        raise Refused("on a fluid the penetration never becomes steady")
     if scene.indenter is not None and scene.indenter.flat:
-        raise Refused("a flat face slides on its sharp edge, where pressures have no bound")
+        raise Refused("a sliding flat face has unbounded pressures at its leading edge")
     return body
 
 
@@ -144,7 +144,7 @@ class ReducedSlidingLines(ReducedLines):
         super().__init__(scene)
         self.material = _springs(scene)
         if scene.loading.control != "force":
-            raise Refused("rough lines slide under a force here")
+            raise Refused("rough lines slide under prescribed force only")
 
     def model(self, geometry: RoughGeometry) -> str:
         """Name the line and its springs."""

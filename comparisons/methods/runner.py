@@ -1,4 +1,4 @@
-"""The one way to run a solver: what it did not compute follows, what fails costs its own steps."""
+"""Execution of a solver: derived quantities are added, failures affect only their own steps."""
 
 from __future__ import annotations
 

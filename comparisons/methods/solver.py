@@ -1,7 +1,7 @@
-"""The contract of a method: a solver is made for a scene, or refuses it with a reason.
+"""The interface of a method: a solver is created for a scene, or refuses it with a reason.
 
-A solver says which resolutions it would use, how much memory a task needs, and solves a task. It
-never raises for physics: a load step that fails is NaN, with its reason.
+A solver states its resolutions and the memory of a task, and solves the task. A failed load step
+raises no exception: it is NaN, with its reason.
 """
 
 from __future__ import annotations

@@ -153,8 +153,8 @@ class Scene(_Physics):
             raise fail("counter_body: expected no [body]: the indenter of a meshed body is rigid")
         if self.indenter is not None and self.indenter.flat:
             raise fail(
-                "counter_body: expected an [indenter] without a sharp edge: an elastic punch is not "
-                "a half-space, and its compliance does not add"
+                "counter_body: expected an [indenter] without a sharp edge: an elastic punch is "
+                "not a half-space, and its compliance does not add"
             )
         return self
 

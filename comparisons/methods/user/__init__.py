@@ -1,1 +1,1 @@
-"""Methods that a user brings: files, functions, objects of a session."""
+"""User-supplied methods: files, functions, classes."""

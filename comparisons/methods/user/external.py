@@ -1,8 +1,8 @@
-"""Methods from outside: a Python file or an entry point, each source in a process of its own.
+"""User-supplied methods from a Python file or an entry point, each in a separate process.
 
-Nothing of their code is imported here. What comes back is untrusted: names, shapes and numbers are
-checked, and whatever is wrong becomes the reason of the method's own rows. A method from outside is
-judged; it never becomes the truth, nor does it take part in the disagreements of references.
+Their code is never imported here. Results are untrusted: names, shapes and numbers are checked, and
+every error becomes the reason for the method's own failed rows. A user-supplied method never serves
+as the reference, nor does it count in disagreements of references.
 """
 
 from __future__ import annotations

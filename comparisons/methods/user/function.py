@@ -1,4 +1,4 @@
-"""A method from one function: the shortest way to have a model judged."""
+"""A method from a single function: the shortest way to test a model."""
 
 from __future__ import annotations
 

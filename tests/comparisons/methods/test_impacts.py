@@ -98,7 +98,7 @@ def test_a_force_that_goes_on_pushing_lays_the_springs_out_anew(solved):
 
 def test_what_a_method_cannot_do_is_said():
     timed = impact(dynamics={"mass": "10 g", "velocity": "1 m/s"}, loading={"time": [0, "50 us"]})
-    assert "course in time" in solver_for("fem", timed).reason
+    assert "time history" in solver_for("fem", timed).reason
     rough = {"kind": "self_affine", "hurst": 0.8, "size": "1 um", "points": 16, "rms_slope": 0.1}
     surface = parse_scene(
         "\n".join(

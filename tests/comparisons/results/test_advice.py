@@ -137,7 +137,7 @@ def test_a_setting_has_to_be_good_in_every_quantity_that_is_asked():
     assert (
         "outside: reduced model (contact area 20\u202f% at load step 3, N = 10)" in advice.sentence
     )
-    assert "no result: FFT BEM (contact area: the method gives none)" in advice.sentence
+    assert "no result: FFT BEM (contact area: not computed by the method)" in advice.sentence
 
 
 def test_what_one_method_does_not_give_is_no_result_for_it_and_what_none_gives_is_said():
@@ -151,7 +151,7 @@ def test_what_one_method_does_not_give_is_no_result_for_it_and_what_none_gives_i
     advice = advise(nobody)
     assert advice.cheapest.method == "reduced"
     assert worst(verdicts(nobody)).word == "within"
-    assert "not judged: contact area (no method that was run gives it)" in advice.sentence
+    assert "not judged: contact area (not computed by any method that was run)" in advice.sentence
     assert asked_in_vain([nobody])
     assert not asked_in_vain([rows])
 

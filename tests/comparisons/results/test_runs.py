@@ -149,7 +149,7 @@ def test_versions_scenes_and_truths_that_differ_are_named(tmp_path):
     assert record.notes == (
         "numpy: 2.0 before, 3.0 after",
         "ball: the scene itself differs",
-        "ball: the truth was bem_fft 20, now fem 6",
+        "ball: the reference was bem_fft 20, now fem 6",
         "cone: in the second run only",
     )
     assert [c.kinds for c in record.changes if c.scene == "cone"] == [(ONE_SIDED,)] * 2

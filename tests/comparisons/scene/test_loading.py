@@ -132,8 +132,8 @@ def test_relative_forces_are_plain_numbers():
         ({"from": math.nan, "to": 1, "steps": 3}, "expected 0 < from < to"),
         ({"from": 1, "to": math.inf, "steps": 3}, "expected 0 < from < to, got from = 1, to = inf"),
         ({"from": 1, "to": 2, "steps": 3, "spacing": "cubic"}, "spacing: expected"),
-        ({"from": 1, "to": 2, "steps": 3, "step": 1}, "step: unknown key here"),
-        ({"values": [1], "steps": 3}, "steps: unknown key here"),
+        ({"from": 1, "to": 2, "steps": 3, "step": 1}, "step: unknown key"),
+        ({"values": [1], "steps": 3}, "steps: unknown key"),
         ({"values": [1], "relative_to": "A0"}, 'relative_to: expected "E* A0 h\'", of a force'),
         ({"values": [1], "relative_to": RELATIVE_FORCE}, "of a force"),  # these are lengths
         ([1.0] * 10_001, "expected at most 10000 loads, got 10001"),
