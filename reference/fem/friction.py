@@ -170,7 +170,7 @@ class _Walk:
             if self.sought[1] and not abs(loads[1]) < self.friction * normal:
                 raise ConvergenceError(
                     f"the tangential force {loads[1]!r} is not below friction times the normal "
-                    "force: the contact slides as a whole"
+                    "force: full sliding"
                 )
             # of the normal force: a tangential one may pass zero
             unit = np.array([1.0, self.friction])[sought] * normal

@@ -294,7 +294,7 @@ class _Path:
         if not abs(load) < limit:
             raise ConvergenceError(
                 f"the tangential force {load!r} is not below friction times the normal force, "
-                f"{limit!r}: the contact slides as a whole"
+                f"{limit!r}: full sliding"
             )
 
     def size_of_slip(self, contact: Contact, depth: float, target: Fields, load: float) -> float:

@@ -111,7 +111,7 @@ def test_forces_beyond_friction_are_not_found():
     body = frictional_body(1.0, 2.4, 0.2, elements=2)
     gap = (body.points**2).sum(axis=1) / 2
     pulled = LoadPath("tangential_force", [0.0, 1.2 * MU])
-    with pytest.raises(ConvergenceError, match="slides as a whole"):
+    with pytest.raises(ConvergenceError, match="full sliding"):
         list(follow(body, gap, MU, LoadPath("force", [1.0, 1.0]), pulled))
     with pytest.raises(ValueError, match="control must be one of penetration, force"):
         follow(body, gap, MU, pulled, pulled)

@@ -344,7 +344,7 @@ def test_refusals():
             LoadPath("force", [1.0, 2.0]),
             LoadPath("tangential_force", [0.0] * 3),
         )
-    with pytest.raises(ConvergenceError, match="slides as a whole"):
+    with pytest.raises(ConvergenceError, match="full sliding"):
         next(
             sweep(
                 FrictionalPress(body, gap, MU),

@@ -245,7 +245,7 @@ def test_a_scene_that_no_method_can_do_is_refused_with_every_reason(roughline, t
     (tmp_path / "sticky.toml").write_text(STICKY)
     result = roughline(*command, "sticky.toml")
     assert result.code == 2
-    assert "steel-ball: no method can do this scene" in result.err
+    assert "steel-ball: no method can solve this scene" in result.err
     assert "reduced, bem_fft: does not model [friction] and [adhesion] in one scene" in result.err
     assert files(tmp_path) == {"sticky.toml"}
 
@@ -253,7 +253,7 @@ def test_a_scene_that_no_method_can_do_is_refused_with_every_reason(roughline, t
 def test_a_method_that_can_do_none_of_the_scenes_is_refused(roughline, tmp_path):
     result = roughline("run", "adhesive-ball", "rubber-ball", "--methods", "fem")
     assert result.code == 2
-    assert "adhesive-ball: no method asked for can do this scene\n  fem: does not" in result.err
+    assert "adhesive-ball: no method asked for can solve this scene\n  fem: does not" in result.err
     assert "rubber-ball: no method asked for" in result.err
     assert files(tmp_path) == set()
 
@@ -506,7 +506,7 @@ def test_a_plan_names_what_is_done_what_is_not_and_why_and_solves_nothing(
         "not run: no closed form is known for a square punch",
         "32, 64, 128",
         "left out: memory of the material",
-        "not run: the chapter's kernel (19.3) is that of a free half-space",
+        "not run: the kernel (19.3) is for a free half-space",
         "note: quick:",
         "of 100 realisations (--full runs all of them)",
     ):
