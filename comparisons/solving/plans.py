@@ -90,7 +90,7 @@ def _why_none(plan: Plan) -> str:
         if methods is None or method.method in methods:
             reasons.setdefault(method.reason, []).append(method.method)
     refusals = "".join(f"\n  {', '.join(names)}: {reason}" for reason, names in reasons.items())
-    return f"no method{'' if methods is None else ' asked for'} can do this scene{refusals}"
+    return f"no method{'' if methods is None else ' asked for'} can solve this scene{refusals}"
 
 
 def _members(sources: Iterable[Source]) -> list[Source]:

@@ -126,7 +126,7 @@ class ProcessExecutor(Executor):
 def _lost(message: str) -> str:
     signals = sorted(set(_SIGNAL.findall(message)))
     ending = f" ({', '.join(signals)})" if signals else ""
-    text = f"the process that did it was ended {ATTEMPTS} times{ending}"
+    text = f"its process was killed {ATTEMPTS} times{ending}"
     return text + (", most likely for lack of memory" if "SIGKILL" in signals else "")
 
 
