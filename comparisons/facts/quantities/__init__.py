@@ -23,7 +23,7 @@ QUANTITIES: dict[str, Quantity] = {
 def quantities_with(**facts: object) -> tuple[str, ...]:
     """Return the quantities whose rows match all of these facts.
 
-    >>> named(load="normal")
+    >>> quantities_with(load="normal")
     ('force', 'penetration', 'mean_gap')
     """
     return tuple(

@@ -28,8 +28,8 @@ const sortable = (table) => {
     const [, place, way] = /^(\d+)([ad])$/.exec(state.get(key) ?? "") ?? [];
     const index = Number(place), up = way === "a";
     const wanted = place !== undefined && index < heads.length;
-    heads.forEach((head, each) => {
-      if (wanted && each === index) head.setAttribute("aria-sort", up ? "ascending" : "descending");
+    heads.forEach((head, column) => {
+      if (wanted && column === index) head.setAttribute("aria-sort", up ? "ascending" : "descending");
       else head.removeAttribute("aria-sort");
     });
     if (!wanted) return body.append(...original);
