@@ -14,9 +14,8 @@ from reference.halfspace.kernels import cell_energies, love, periodic
 
 
 def _heights(points, realisation=0):
-    return surfaces.self_affine(
-        points, 1.0, surfaces.SelfAffine(hurst=0.8, rms_slope=0.1), seed=1, realisation=realisation
-    )
+    spectrum = surfaces.SelfAffine(hurst=0.8, rms_slope=0.1)
+    return surfaces.self_affine(points, 1.0, spectrum, seed=1, realisation=realisation)
 
 
 def _displacement(pressure, x, y, spacing):

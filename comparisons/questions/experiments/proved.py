@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from functools import lru_cache
 
+import numpy as np
+
 from comparisons.questions.experiments.rough_ensemble import SEED
 from comparisons.questions.experiments.running import Finding, above, experiment, one_of
 from reference import surfaces
@@ -27,13 +29,9 @@ _RIGHT_ISOSCELES = ((_INRADIUS, 0.0), (_INRADIUS, 1.0), (_INRADIUS - 1, 0.0))
 
 
 def _area(shape: str, sides: int, aspect: float) -> float:
-    areas = {
-        "polygon": sides * math.tan(math.pi / sides),
-        "rectangle": aspect,
-        "l_shape": 3.0,
-        "right_isosceles": 1.0,
-        "disc": math.pi,
-    }
+    if shape == "polygon":
+        return sides * math.tan(math.pi / sides)
+    areas = {"rectangle": aspect, "l_shape": 3.0, "right_isosceles": 1.0, "disc": math.pi}
     return areas[shape]
 
 
@@ -114,6 +112,12 @@ def _judged(stated: float, true: Interval) -> tuple[float, float]:
     return 0.5 * (most + least), 0.5 * (most - least)
 
 
+def _heights(points: float, hurst: float) -> np.ndarray:
+    """One surface of side 1 and rms gradient 0.1."""
+    spectrum = surfaces.SelfAffine(hurst=float(hurst), rms_slope=0.1)
+    return surfaces.self_affine(int(points), 1.0, spectrum, seed=SEED, realisation=0)
+
+
 def _grid_force(
     effort: str, *, depth: float = 2.0, points: int = 16, hurst: float = 0.8, finer: int = 4
 ) -> Finding:
@@ -124,13 +128,7 @@ def _grid_force(
     above("depth", depth, 0)
     above("points", points, 3)
     above("finer", finer, 0)
-    heights = surfaces.self_affine(
-        int(points),
-        1.0,
-        surfaces.SelfAffine(hurst=float(hurst), rms_slope=0.1),
-        seed=SEED,
-        realisation=0,
-    )
+    heights = _heights(points, hurst)
     patch = Patch(heights, 1.0, int(finer) if effort == "full" else 2)
     penetration = float(depth) * float(heights.std())
     stated = patch.on_grid(penetration).sum() * patch.spacing**2
@@ -148,13 +146,7 @@ def _grid_penetration(
     above("load", load, 0)
     above("points", points, 3)
     above("finer", finer, 0)
-    heights = surfaces.self_affine(
-        int(points),
-        1.0,
-        surfaces.SelfAffine(hurst=float(hurst), rms_slope=0.1),
-        seed=SEED,
-        realisation=0,
-    )
+    heights = _heights(points, hurst)
     surface = PeriodicSurface(heights, (1.0, 1.0), int(finer) if effort == "full" else 4)
     mean = 0.1 * float(load)
     stored = surface.energy(mean, 1.0)

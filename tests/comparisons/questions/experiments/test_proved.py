@@ -88,4 +88,4 @@ def test_grids_of_rough_contacts_are_judged_by_bounds():
     force = EXPERIMENTS["rough-force-on-grid"].measure(2.0, "quick", points=8)
     assert abs(force.error) < force.uncertainty < 0.2
     depth = EXPERIMENTS["rough-penetration-on-grid"].measure(0.03, "quick", points=8)
-    assert abs(depth.error) < depth.uncertainty < 0.1
+    assert abs(depth.error) < depth.uncertainty < 0.3

@@ -1,0 +1,345 @@
+"""Make the tables of docs/bounds.md: enclosures, their width, their cost.
+
+Run from the repository's root (half an hour on one core, most of it the rough patches); the tables
+between the markers of the page are written anew::
+
+    python docs/examples/bounds_tables.py               # or only some: round order punches
+"""
+
+# %%
+import math
+import sys
+import time
+from collections.abc import Callable
+from pathlib import Path
+
+import numpy as np
+
+from comparisons.questions.experiments import proved
+from reference import closed_form, surfaces
+from reference.bounds import axisymmetric, bodies, homogeneous, outlines, punches
+from reference.bounds.interval import Interval
+from reference.bounds.patches import Patch
+from reference.bounds.periodic import PeriodicSurface
+from reference.bounds.profiles import PowerLaw, RoundedPunch, Sphere, cone, paraboloid
+from reference.halfspace import FreeOperator, fft
+from reference.halfspace.solution import Press
+from reference.loads import Load
+from reports.tables.documents import rewrite
+
+PAGE = Path(__file__).resolve().parents[1] / "bounds.md"
+
+
+def timed(work: Callable[[], Interval]) -> tuple[Interval, float]:
+    """Return the second call's result and seconds: the first one compiles."""
+    started = time.perf_counter()
+    found = work()
+    return found, time.perf_counter() - started
+
+
+def below(value: float) -> str:
+    """Write a relative distance."""
+    return f"{value:.1e}"
+
+
+def grid_seconds(gap: Callable[[np.ndarray, np.ndarray], np.ndarray], depth: float) -> float:
+    """Seconds of the half-space solver on 128 x 128 cells about a contact of radius one."""
+    x = (np.arange(128) - 63.5) / 50
+    press = Press(FreeOperator((128, 128), (1 / 50, 1 / 50), 1.0), gap(x[:, None], x[None, :]))
+    fft.solve(press, Load("penetration", depth))
+    started = time.perf_counter()
+    fft.solve(press, Load("penetration", depth))
+    return time.perf_counter() - started
+
+
+# %% [markdown]
+# Bodies of revolution: the closed form lies inside.
+
+ROUND = {
+    "paraboloid": (paraboloid(1.0), closed_form.paraboloid(1.0, 1.0), 1.0),
+    "cone": (cone(1.0), closed_form.cone(1.0, 1.0), 1.0),
+    **{
+        f"r^{n:g}": (PowerLaw(n, 1.0), closed_form.power_law(n, 1.0, 1.0), 1.0)
+        for n in (1.5, 3.0, 4.0, 6.0)
+    },
+    "sphere, a/R = 0.1": (
+        Sphere(1.0),
+        closed_form.sphere(1.0, 1.0),
+        0.1 * math.atanh(0.1),
+    ),
+    "sphere, a/R = 0.5": (
+        Sphere(1.0),
+        closed_form.sphere(1.0, 1.0),
+        0.5 * math.atanh(0.5),
+    ),
+    "rounded punch, a/b = 1.2": (
+        RoundedPunch(1.0, 1.0),
+        closed_form.rounded_punch(1.0, 1.0, 1.0),
+        0.1,
+    ),
+}
+
+
+def round_bodies() -> list[list[str]]:
+    """Energy and force of bodies of revolution."""
+    rows = [
+        [
+            "body",
+            "energy, below",
+            "energy, above",
+            "force, below",
+            "force, above",
+            "width of the force",
+            "s",
+        ]
+    ]
+    widths = []
+    for name, (profile, form, depth) in ROUND.items():
+        stored = axisymmetric.energy(profile, depth, 1.0, cells=40)
+        pressed, seconds = timed(lambda p=profile, d=depth: axisymmetric.force(p, d, 1.0, cells=40))
+        energy, force = float(form.energy(depth)), float(form.force(depth))
+        assert energy in stored and force in pressed
+        widths.append(pressed.width)
+        sides = [*_sides(stored, energy), *_sides(pressed, force)]
+        rows.append([name, *sides, below(pressed.width), f"{seconds:.1f}"])
+    disc, seconds = timed(lambda: axisymmetric.disc_stiffness(1.0, 1.0, cells=40))
+    assert 2.0 in disc
+    rows.append(
+        ["cylinder", *_sides(disc, 2.0), *_sides(disc, 2.0), below(disc.width), f"{seconds:.1f}"]
+    )
+    rows.append(["median", *[""] * 4, below(float(np.median([*widths, disc.width]))), ""])
+    return rows
+
+
+def _sides(found: Interval, exact: float) -> list[str]:
+    return [below(found.lower / exact - 1), below(found.upper / exact - 1)]
+
+
+# %% [markdown]
+# Convergence of both sides.
+
+
+def order() -> list[list[str]]:
+    """Errors of both sides of the energy against cells, and their orders."""
+    rows = [["body", "cells", "below", "above", "order, below", "order, above"]]
+    exact = float(closed_form.paraboloid(1.0, 1.0).energy(1.0))
+    kinds: dict[str, Callable[[int], tuple[float, float]]] = {
+        "paraboloid": lambda n: _errors(
+            axisymmetric.energy(paraboloid(1.0), 1.0, 1.0, cells=n), exact
+        ),
+        "cylinder": lambda n: _errors(axisymmetric.disc_stiffness(1.0, 1.0, cells=n), 2.0),
+    }
+    for name, errors in kinds.items():
+        before: tuple[float, float] | None = None
+        for cells in (8, 16, 32):
+            now = errors(cells)
+            orders = ["", ""]
+            if before is not None:
+                orders = [f"{math.log2(b / a):.1f}" for a, b in zip(now, before, strict=True)]
+            rows.append([name, str(cells), below(-now[0]), below(now[1]), *orders])
+            before = now
+    return rows
+
+
+def _errors(found: Interval, exact: float) -> tuple[float, float]:
+    return 1 - found.lower / exact, found.upper / exact - 1
+
+
+# %% [markdown]
+# Two radii, and pyramids.
+
+
+def two_radii() -> list[list[str]]:
+    """Force of paraboloids with two radii."""
+    rows = [["R_y : R_x", "a : b", "below", "above", "width", "s", "boundary elements, s"]]
+    for ratio in (1.0, 2.0, 5.0, 10.0, 70.0):
+        form = closed_form.ellipsoid(1.0, ratio, 1.0)
+        body = bodies.Paraboloid(1.0, ratio)
+        pressed, seconds = timed(lambda b=body: homogeneous.force(b, 1.0, 1.0, cells=(8, 12)))
+        exact = float(form.force(1.0))
+        assert exact in pressed
+        x, y = (float(axis) for axis in form.semi_axes(1.0))
+        # lengths of order one for the grid
+        grid = grid_seconds(lambda u, v, x=x, y=y: 0.5 * ((u * x) ** 2 + (v * y) ** 2), 0.3)
+        rows.append(
+            [
+                f"{ratio:g}",
+                f"{y / x:.2f}",
+                *_sides(pressed, exact),
+                below(pressed.width),
+                f"{seconds:.1f}",
+                f"{grid:.2f}",
+            ]
+        )
+    return rows
+
+
+INDENTERS = {
+    "Vickers": (4, 1 / math.tan(math.radians(68.0))),
+    "Berkovich": (3, 1 / math.tan(math.radians(65.27))),
+}
+
+
+def pyramids() -> list[list[str]]:
+    """Force of the pyramids of hardness tests."""
+    rows = [
+        [
+            "indenter",
+            "F/(E* d^2) not below",
+            "not above",
+            "width",
+            "cone of equal area",
+            "circle",
+            "s",
+        ]
+    ]
+    for name, (faces, slope) in INDENTERS.items():
+        body = bodies.Pyramid(faces, slope)
+        homogeneous.force.__globals__["_coarse_outline"].cache_clear()
+        pressed, seconds = timed(lambda b=body: homogeneous.force(b, 1.0, 1.0, cells=(12, 18)))
+        cone_force = 2 / math.pi * math.sqrt(faces * math.tan(math.pi / faces) / math.pi) / slope
+        rows.append(
+            [
+                name,
+                f"{pressed.lower:.4f}",
+                f"{pressed.upper:.4f}",
+                below(pressed.width),
+                f"{100 * (cone_force / pressed.middle - 1):+.2f} %",
+                f"{100 * (body.punch_force() / pressed.middle - 1):+.2f} %",
+                f"{seconds:.0f}",
+            ]
+        )
+    return rows
+
+
+# %% [markdown]
+# The problem sheet: stiffness of flat punches.
+
+SHEET = {
+    "disc": ("disc", 0, 1.0),
+    "square": ("polygon", 4, 1.0),
+    "equilateral triangle": ("polygon", 3, 1.0),
+    "hexagon": ("polygon", 6, 1.0),
+    "rectangle 2 : 1": ("rectangle", 0, 2.0),
+    "rectangle 4 : 1": ("rectangle", 0, 4.0),
+    "L of three squares": ("l_shape", 0, 1.0),
+    "right isosceles triangle": ("right_isosceles", 0, 1.0),
+}
+
+
+def sheet() -> list[list[str]]:
+    """Stiffness of flat punches over that of the circle of equal area."""
+    rows = [["face", "k/(2 E* (A/π)^½) not below", "not above", "width", "s"]]
+    for name, (shape, sides, aspect) in SHEET.items():
+        found, seconds = timed(
+            lambda s=shape, n=sides, a=aspect: proved.punch_stiffness.__wrapped__(s, n, a, "full")
+        )
+        circle = punches.equal_area_stiffness(proved._area(shape, sides, aspect))
+        rows.append(
+            [
+                name,
+                f"{found.lower / circle:.5f}",
+                f"{found.upper / circle:.5f}",
+                below(found.width),
+                f"{seconds:.0f}",
+            ]
+        )
+    return rows
+
+
+def finest() -> list[list[str]]:
+    """Square and triangle as sharply as patience allows."""
+    rows = [["face", "side", "cells", "k/(2 E* (A/π)^½)", "s"]]
+    for name, sides in (("square", 4), ("equilateral triangle", 3)):
+        circle = punches.equal_area_stiffness(sides * math.tan(math.pi / sides))
+        for cells in (16, 24, 32):
+            fine = outlines.regular_polygon(sides, cells, punches.PRESSURE_EXPONENT)
+            started = time.perf_counter()
+            lower = punches.stiffness_below(fine, cells)
+            seconds = time.perf_counter() - started
+            rows.append([name, "below", str(cells), f"{lower / circle:.6f}", f"{seconds:.0f}"])
+        for cells in (12, 16, 22):
+            coarse = outlines.regular_polygon(sides, cells // 2, 2.0)
+            started = time.perf_counter()
+            upper = punches.stiffness_above(coarse, cells)
+            seconds = time.perf_counter() - started
+            rows.append([name, "above", str(cells), f"{upper / circle:.6f}", f"{seconds:.0f}"])
+    return rows
+
+
+# %% [markdown]
+# Rough contacts.
+
+
+def heights() -> np.ndarray:
+    """One surface of 64 x 64 points, H = 0.8, rms gradient 0.1, side 1."""
+    spectrum = surfaces.SelfAffine(hurst=0.8, rms_slope=0.1)
+    return surfaces.self_affine(64, 1.0, spectrum, seed=1, realisation=0)
+
+
+def patches() -> list[list[str]]:
+    """Force of a free patch against the grid's, by cells and penetration."""
+    rows = [["penetration", "cells", "below", "above", "width", "bounds, s", "grid, s"]]
+    for finer in (2, 4, 8):
+        patch = Patch(heights(), 1.0, finer)
+        for share in (0.3, 1.0, 2.0):
+            depth = share * float(heights().std())
+            pressed, seconds = timed(lambda p=patch, d=depth: p.force(d, 1.0))
+            started = time.perf_counter()
+            grid = patch.on_grid(depth).sum() * patch.spacing**2
+            alone = time.perf_counter() - started
+            sides = [f"{100 * (x / grid - 1):+.1f} %" for x in (pressed.lower, pressed.upper)]
+            rows.append(
+                [
+                    f"{share:g} h_rms",
+                    f"{patch.grid[0]}²",
+                    *sides,
+                    f"{100 * pressed.width:.1f} %",
+                    f"{seconds:.0f}",
+                    f"{alone:.2f}",
+                ]
+            )
+    return rows
+
+
+def periods() -> list[list[str]]:
+    """Energy and penetration of a periodic contact, by cells and load."""
+    rows = [
+        ["F/(E* A0 h')", "cells", "energy, width", "penetration, width", "bounds, s", "grid, s"]
+    ]
+    for finer in (4, 8, 16):
+        surface = PeriodicSurface(heights(), (1.0, 1.0), finer)
+        for mean in (0.001, 0.003, 0.01):
+            stored = surface.energy(mean, 1.0)
+            depth, seconds = timed(lambda s=surface, p=mean: s.penetration(p, 1.0))
+            started = time.perf_counter()
+            surface.on_grid(mean)
+            alone = time.perf_counter() - started
+            rows.append(
+                [
+                    f"{10 * mean:g}",
+                    f"{surface.grid[0]}²",
+                    below(stored.width),
+                    f"{100 * depth.width:.1f} %",
+                    f"{seconds:.0f}",
+                    f"{alone:.1f}",
+                ]
+            )
+    return rows
+
+
+if __name__ == "__main__":
+    rewrite(
+        PAGE,
+        {
+            "round": round_bodies,
+            "order": order,
+            "two-radii": two_radii,
+            "pyramids": pyramids,
+            "sheet": sheet,
+            "finest": finest,
+            "patches": patches,
+            "periods": periods,
+        },
+        sys.argv[1:],
+    )
