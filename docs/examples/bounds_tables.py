@@ -98,7 +98,8 @@ def round_bodies() -> list[list[str]]:
         stored = axisymmetric.energy(profile, depth, 1.0, cells=40)
         pressed, seconds = timed(lambda p=profile, d=depth: axisymmetric.force(p, d, 1.0, cells=40))
         energy, force = float(form.energy(depth)), float(form.force(depth))
-        assert energy in stored and force in pressed
+        assert energy in stored
+        assert force in pressed
         widths.append(pressed.width)
         sides = [*_sides(stored, energy), *_sides(pressed, force)]
         rows.append([name, *sides, below(pressed.width), f"{seconds:.1f}"])
