@@ -12,14 +12,17 @@ T = TypeVar("T")
 
 
 def files_of(room: ModuleType) -> Iterator[ModuleType]:
-    """Yield the modules of a package, in alphabetical order.
+    """Yield the modules of a package and of its rooms, in alphabetical order.
 
-    >>> import comparisons.facts as room
-    >>> [module.__name__ for module in files_of(room)]
-    ['comparisons.facts.methods', 'comparisons.facts.quantities']
+    >>> import comparisons.solving.executors as room
+    >>> [module.__name__.removeprefix(f"{room.__name__}.") for module in files_of(room)]
+    ['base', 'cluster', 'local']
     """
-    for name in sorted(module.name for module in iter_modules(room.__path__)):
-        yield import_module(f"{room.__name__}.{name}")
+    for name, is_room in sorted((m.name, m.ispkg) for m in iter_modules(room.__path__)):
+        module = import_module(f"{room.__name__}.{name}")
+        yield module
+        if is_room:
+            yield from files_of(module)
 
 
 def classes_of(room: ModuleType, base: type[T]) -> Iterator[type[T]]:

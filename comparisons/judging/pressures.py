@@ -14,7 +14,7 @@ from comparisons.geometry.prepare import IndenterGeometry
 from comparisons.judging.metrics import SINGULAR_RING, grid_pressure_at, pressure_difference
 from comparisons.judging.truth import Truth
 from comparisons.judging.uncertainty import SAFE
-from comparisons.methods.closed_form import form_of
+from comparisons.methods.normal.closed_form import form_of
 from comparisons.scene.polygons import distance_to_outline
 from comparisons.solving.planning import Plan
 from comparisons.tasks.solution import Solved

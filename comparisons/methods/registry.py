@@ -1,7 +1,7 @@
 """All solvers by method name, and the choice of the solver for a scene.
 
-Our own are discovered: each file here holds the solvers of one method and physics, and adding a
-file adds it. Methods from outside are put beside them by `add`.
+Our own are discovered: the files of the rooms beside this one hold the solvers, and adding a file
+adds its solvers. Methods from outside are put beside them by `add`.
 """
 
 from __future__ import annotations

@@ -1,4 +1,5 @@
 """Half-space solvers of other people, each run in a process of its own on the same problem.
 
-Here they are drivers: nothing of a peer is imported by the process that compares.
+The methods of these solvers are in `comparisons.methods.peers`. Here they are
+run: nothing of a peer is imported by the process that compares.
 """

@@ -21,7 +21,7 @@ from comparisons.geometry.plausibility import scene_notes
 from comparisons.geometry.prepare import Geometry, IndenterGeometry, RoughGeometry, prepare
 from comparisons.geometry.roughness import surface_notes
 from comparisons.machine import MEMORY_SHARE, free_memory
-from comparisons.methods.bem_fft import ARRAYS_FREE, ARRAYS_PERIODIC
+from comparisons.methods.normal.bem_fft import ARRAYS_FREE, ARRAYS_PERIODIC
 from comparisons.methods.registry import solver_for
 from comparisons.methods.solver import Refusal, Solver
 from comparisons.scene.physics.descriptions import left_out, switched_on

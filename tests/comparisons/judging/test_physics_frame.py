@@ -11,7 +11,7 @@ from comparisons.judging.comparison import compare
 from comparisons.judging.metrics import relative_error
 from comparisons.judging.uncertainty import grid_uncertainty
 from comparisons.methods import NoAnswerError, Row, Solver, Step, needed
-from comparisons.methods.reduced import ReducedProfile
+from comparisons.methods.normal.reduced import ReducedProfile
 from comparisons.methods.registry import SOLVERS, solver_for
 from comparisons.questions.study import Study
 from comparisons.results.record import record_scene

@@ -8,7 +8,7 @@ import warnings
 import numpy as np
 import pytest
 
-from comparisons.methods.reduced import ReducedProfile
+from comparisons.methods.normal.reduced import ReducedProfile
 from comparisons.methods.registry import SOLVERS
 from comparisons.scene.scene import SceneError
 from comparisons.solving.execution import execute

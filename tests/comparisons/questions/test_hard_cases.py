@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from comparisons.facts.methods import BUILT_IN, METHODS
-from comparisons.methods.reduced import ReducedProfile
+from comparisons.methods.normal.reduced import ReducedProfile
 from comparisons.methods.registry import SOLVERS
 from comparisons.questions.hard_cases.case import Expected
 from comparisons.questions.hard_cases.catalogue import catalogue

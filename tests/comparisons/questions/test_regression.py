@@ -11,7 +11,7 @@ from xml.etree import ElementTree as Xml
 import pytest
 
 from comparisons.errors import InputError
-from comparisons.methods import reduced as reduced_method
+from comparisons.methods.normal import reduced as reduced_method
 from comparisons.questions.regression import (
     CHECK_SCENES,
     PACKAGED,

@@ -11,7 +11,7 @@ import pytest
 
 from comparisons.errors import ResultsError
 from comparisons.facts.methods import METHODS
-from comparisons.methods.reduced import ReducedProfile
+from comparisons.methods.normal.reduced import ReducedProfile
 from comparisons.methods.registry import SOLVERS
 from comparisons.questions import study as study_module
 from comparisons.questions.study import Study

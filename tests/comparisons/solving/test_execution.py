@@ -10,7 +10,7 @@ import pytest
 
 from comparisons.errors import ResultsError
 from comparisons.files import write_arrays
-from comparisons.methods.reduced import ReducedProfile
+from comparisons.methods.normal.reduced import ReducedProfile
 from comparisons.methods.registry import SOLVERS, solver_for
 from comparisons.methods.solver import Solver
 from comparisons.scene.scene import load_scene

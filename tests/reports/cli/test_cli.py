@@ -19,7 +19,7 @@ import psutil
 import pytest
 
 from comparisons.facts.methods import METHODS
-from comparisons.methods.reduced import ReducedProfile
+from comparisons.methods.normal.reduced import ReducedProfile
 from comparisons.methods.registry import SOLVERS
 from comparisons.questions import study as study_module
 from comparisons.results.store import load_study

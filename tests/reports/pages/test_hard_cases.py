@@ -7,7 +7,7 @@ import json
 import pytest
 
 from comparisons.errors import LostWorkError, ResultsError
-from comparisons.methods.reduced import ReducedProfile
+from comparisons.methods.normal.reduced import ReducedProfile
 from comparisons.methods.registry import SOLVERS
 from comparisons.questions.hard_cases import record as files
 from comparisons.questions.hard_cases.catalogue import catalogue

@@ -1,0 +1,1 @@
+"""Adhesion under a path of loads."""

@@ -1,0 +1,251 @@
+"""The method `fem`: the 3-D finite-element body under a rigid shape."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import partial
+from typing import Any, TypeVar
+
+import numpy as np
+
+from comparisons.geometry.prepare import Geometry, IndenterGeometry
+from comparisons.methods.fem import punch_mesh
+from comparisons.methods.fem.punch_mesh import STRAIGHT_EDGED
+from comparisons.methods.fem.step import SolvedContact, contact_step, recovered
+from comparisons.methods.solver import Refused, Solver, needed
+from comparisons.scene.scene import Scene
+from comparisons.scene.shapes import Ellipsoid, EllipticPunch, Indenter, RoundedPunch
+from comparisons.tasks.steps import Row, Step
+from comparisons.tasks.task import Task
+from reference import fem
+from reference.closed_form import ellipsoid
+from reference.fem import pardiso
+
+G = TypeVar("G", bound=Geometry)
+
+LARGEST_POISSON = 0.4999
+# Condensed compliance, elimination fronts and mesh, per unknown: measured 13 000 at 24 000 unknowns
+# and 11 000 at 310 000 (``roughline bench fem``), rounded up.
+BYTES_PER_UNKNOWN = 16_000
+LARGEST_ASPECT = 50
+# What the far field beyond the mesh leaves out, measured by doubling the extent of the mesh and
+# rounded up: it falls with the cube of the elements where the mesh is fitted to the contact, smooth
+# or sharp (`tests/reference` has the measurement), and is constant on grids of straight lines.
+TRUNCATION_SMOOTH, TRUNCATION_SHARP, TRUNCATION_SQUARE, TRUNCATION_GRID = 6e-3, 4e-2, 7e-4, 5e-3
+# Meshes of fitted contacts for tolerances down to these. Largest measured errors of the force over
+# smooth shapes (and of the stiffness of a cylinder) at 4, 6, 8 and 10 elements per contact radius:
+# 1e-4 (1.1e-3), 2e-5 (2.7e-4), 1e-5 (9e-5), and below; a fifth of the tolerance is the aim.
+FITTED_LEVELS = ((3e-3, (2, 3, 4)), (3e-4, (3, 4, 6)), (5e-5, (4, 6, 8)))
+FINEST = (6, 8, 10)
+# What is meshed with no, one and two planes of symmetry.
+PARTS = ("", "half of ", "a quarter of ")
+FAR = "outside it Boussinesq fields"
+
+
+class FemSolver(Solver[G]):
+    """Elastic body of hexahedra with a Boussinesq far field, condensed onto the surface."""
+
+    span = 1e6  # each load scales the mesh onto its own contact
+
+    def __init__(self, scene: Scene) -> None:
+        super().__init__(scene)
+        bodies = [table for table in (scene.half_space, scene.counter_body) if table is not None]
+        nu = max(table.elastic_constants[1] for table in bodies)
+        if nu > LARGEST_POISSON and not _quadratic(scene):
+            raise Refused(
+                f"nu = {nu:g} is incompressible and needs mixed 27-node elements, which this scene "
+                "does not use; 8-node elements are limited to 0.4999"
+            )
+        if scene.loading.control == "mean_gap":
+            raise Refused("no mean-gap control")
+        unfit = _points_problem(scene) or _solver_problem(scene)
+        if unfit:
+            raise Refused(unfit)
+        if scene.surface is not None and scene.surface.periodic:
+            raise Refused("models a free patch, not a periodic half-space")
+        self.options = scene.methods.fem
+        self.how: dict[str, Any] = {
+            "contact": self.options.contact,
+            "penalty": self.options.penalty,
+        }
+
+    def press(
+        self, task: Task[G], body: fem.CondensedBody, gap: np.ndarray, loads: np.ndarray
+    ) -> Iterator[fem.Contact]:
+        """Yield the contact at each load on a mesh that stays."""
+        load: dict[str, Any] = {task.loads.control: loads}
+        yield from fem.press(body, gap, **load, **self.how)
+
+
+def meshes_both(scene: Scene) -> bool:
+    """Whether both bodies get a mesh: an indenter with a counter body, and a coupling."""
+    pair = scene.counter_body is not None and scene.indenter is not None
+    return pair and scene.methods.fem.coupling != "effective_modulus"
+
+
+class Fem(FemSolver[IndenterGeometry]):
+    """Single contacts: a mesh around the contact, fitted to its edge or along straight sides."""
+
+    name = "fem"
+
+    def __init__(self, scene: Scene) -> None:
+        super().__init__(scene)
+        self.indenter = needed(scene.indenter, "single contacts only")
+        self.straight = isinstance(self.indenter, STRAIGHT_EDGED)
+
+    @classmethod
+    def takes(cls, scene: Scene) -> bool:
+        """Rigid indenters on a half-space, and two elastic bodies put into one."""
+        return not scene.rough and scene.body is None and not meshes_both(scene)
+
+    def resolutions(self, geometry: IndenterGeometry) -> tuple[int, ...]:
+        """Elements per contact radius."""
+        tolerance = self.scene.compare.tolerance
+        if self.straight:
+            return punch_mesh.resolutions(self.indenter, fine=tolerance < 0.003)
+        return next((levels for least, levels in FITTED_LEVELS if tolerance >= least), FINEST)
+
+    def refusal(self, task: Task[IndenterGeometry]) -> str:
+        """Refuse very elongated contacts."""
+        if self.straight:
+            number = punch_mesh.face_grid(task.geometry, task.resolution).unknowns
+            most = punch_mesh.MOST_UNKNOWNS
+            return f"about {number} unknowns, more than {most}" if number > most else ""
+        return elongated(self.indenter)
+
+    def memory(self, task: Task[IndenterGeometry]) -> float:
+        """Bytes of the elimination, from the number of unknowns expected."""
+        if self.straight:
+            return BYTES_PER_UNKNOWN * punch_mesh.face_grid(task.geometry, task.resolution).unknowns
+        # Measured 110 N^3 unknowns on round contacts, 270 N^3 where they are 8 times as long.
+        aspect = max(contact_stretch(self.indenter)) ** 2
+        return BYTES_PER_UNKNOWN * 110.0 * task.resolution**3 * (1.0 + 0.8 * np.log(aspect))
+
+    def model(self, geometry: IndenterGeometry) -> str:
+        """Name the mesh."""
+        part = PARTS[sum(self.indenter.even)]
+        fitted = "" if self.straight else ", scaled to each load"
+        solver = self.options.solver
+        solution = "solved by" if solver == "multigrid" else "condensed by"
+        block = f"{part}a block of graded hexahedra around the contact{fitted}"
+        return f"{block}; {FAR}; {solution} {solver.replace('_', ' ')}"
+
+    def rows(self, task: Task[IndenterGeometry]) -> Iterator[Row]:
+        """Build and condense the body once."""
+        body = self.body(task)
+        sweep = partial(self._steps, task, body)
+        yield Row(sweep, unknowns=body.unknowns, truncation=self._truncation(task, body))
+
+    def body(self, task: Task[IndenterGeometry]) -> fem.CondensedBody:
+        """Return the condensed half-space that fits the scene's contact."""
+        (modulus, nu), geometry = self.scene.elastic_constants, task.geometry
+        if self.straight:
+            return punch_mesh.face_grid(geometry, task.resolution).body(modulus, nu)
+        # The size is arbitrary: a half-space has no length, and each load scales the mesh.
+        return fem.ball_body(
+            geometry.contact_radius,
+            modulus,
+            nu,
+            elements=task.resolution,
+            edge=geometry.contact_radius,
+            sharp=self._sharp(geometry),
+            solver=self.options.solver,
+            stretch=contact_stretch(self.indenter),
+        )
+
+    def _sharp(self, geometry: IndenterGeometry) -> bool:
+        """Whether the pressure is singular at the edge of the contact, or nearly so."""
+        if isinstance(self.indenter, RoundedPunch):
+            return self.indenter.flat_radius > 0.3 * geometry.contact_radius
+        return self.indenter.flat
+
+    def _truncation(self, task: Task[IndenterGeometry], body: fem.CondensedBody) -> float:
+        if body.ring is not None:
+            largest = TRUNCATION_SHARP if self._sharp(task.geometry) else TRUNCATION_SMOOTH
+            return largest / task.resolution**3
+        return TRUNCATION_SQUARE if punch_mesh.second_order(self.indenter) else TRUNCATION_GRID
+
+    def _steps(
+        self, task: Task[IndenterGeometry], body: fem.CondensedBody, loads: np.ndarray
+    ) -> Iterator[Step]:
+        """Yield the steps of the loads still to do."""
+        for scaled, gap, contact in self._contacts(task, body, loads):
+            # The face of a flat punch is known.
+            face = self.indenter.face_area
+            area = contact.contact_area if face is None else face
+            inside = partial(recovered, scaled, contact.reactions)
+            yield contact_step(task, SolvedContact(scaled, gap, contact, area), body_fields=inside)
+
+    def _contacts(
+        self, task: Task[IndenterGeometry], body: fem.CondensedBody, loads: np.ndarray
+    ) -> Iterator[tuple[fem.CondensedBody, np.ndarray, fem.Contact]]:
+        """Scale the mesh onto the edge of the contact at each load; a face has a fixed mesh."""
+        points, shape = self.options.points, self.indenter.gap
+        if body.ring is None:
+            pressed = body if points == "nodes" else fem.at_quadrature_points(body)
+            gap = punch_mesh.face_gap(task.geometry, pressed.points)
+            for contact in self.press(task, pressed, gap, loads):
+                yield pressed, gap, contact
+            return
+        load: dict[str, Any] = {task.loads.control: loads}
+        for scaled, contact in fem.indent(body, shape, **load, **self.how, points=points):
+            yield scaled, shape(*scaled.points.T), contact
+
+
+def _points_problem(scene: Scene) -> str:
+    """Return why contact cannot be asked for at quadrature points, or an empty text."""
+    options = scene.methods.fem
+    if options.points == "nodes":
+        return ""
+    if options.contact != "penalty":
+        return 'points = "quadrature" takes contact = "penalty" only: there are more than nodes'
+    if scene.indenter is None or scene.body is not None or scene.counter_body is not None:
+        return 'points = "quadrature" is for a rigid indenter on a half-space'
+    if options.solver == "multigrid":
+        return 'points = "quadrature" needs a condensed body, and solver multigrid condenses none'
+    return ""
+
+
+def _solver_problem(scene: Scene) -> str:
+    """Return why the linear solver asked for cannot do the scene, or an empty text."""
+    solver, contact = scene.methods.fem.solver, scene.methods.fem.contact
+    if solver == "nested_dissection":
+        return ""
+    if not _quadratic(scene) or isinstance(scene.indenter, STRAIGHT_EDGED):
+        return f"solver {solver} is for single contacts on a mesh that is fitted to them"
+    if scene.half_space.elastic_constants[1] > LARGEST_POISSON:
+        return f"solver {solver} needs a definite matrix: nu up to {LARGEST_POISSON}"
+    if solver == "multigrid" and contact != "active_set":
+        return "solver multigrid takes contact = active_set only"
+    if solver == "pardiso" and not pardiso.available():
+        return "pypardiso is not installed (pip install 'roughline[fast]')"
+    return ""
+
+
+def _quadratic(scene: Scene) -> bool:
+    """Whether the body is a half-space of 27-node elements, which have a mixed form."""
+    if scene.indenter is None or scene.counter_body is not None or scene.body is not None:
+        return False
+    if isinstance(scene.indenter, STRAIGHT_EDGED):
+        return punch_mesh.second_order(scene.indenter)
+    return scene.indenter.quarter_symmetric
+
+
+def contact_stretch(indenter: Indenter) -> tuple[float, float]:
+    """Return how the contact ellipse deviates from the circle of equal area."""
+    if isinstance(indenter, Ellipsoid):
+        half_x, half_y = ellipsoid(indenter.radius_x, indenter.radius_y, 1.0).semi_axes(1.0)
+    elif isinstance(indenter, EllipticPunch):
+        half_x, half_y = indenter.semi_axes
+    else:
+        return 1.0, 1.0
+    ratio = float(np.sqrt(half_x / half_y))
+    return ratio, 1 / ratio
+
+
+def elongated(indenter: Indenter) -> str:
+    """Return why a very elongated contact is out of reach, or an empty text."""
+    longer = max(contact_stretch(indenter)) ** 2
+    if longer <= LARGEST_ASPECT:
+        return ""
+    return f"a contact {longer:.0f} times as long as wide: elements are tested to {LARGEST_ASPECT}"

@@ -1,0 +1,111 @@
+"""The method `fem` for two elastic bodies: one mesh for each, coupled at the contact.
+
+Two half-spaces in quarter symmetry, with the shape of the indenter as initial gap. The grids do not
+match. Neither body has a length scale, so both are scaled to the contact of each load.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import partial
+
+import numpy as np
+
+from comparisons.geometry.prepare import IndenterGeometry
+from comparisons.methods.fem.indenter import BYTES_PER_UNKNOWN, FemSolver, elongated, meshes_both
+from comparisons.methods.fem.step import SolvedContact, contact_step, recovered, round_area
+from comparisons.methods.solver import needed
+from comparisons.scene.scene import Scene
+from comparisons.tasks.steps import NoAnswerError, Row, Step
+from comparisons.tasks.task import Task
+from reference import fem
+from reference.fem.two_bodies import BodyPair, couple
+
+# Cells of the grid per element along a contact radius: it covers the geometric overlap.
+COVERED = 1.45
+# Of one body, measured from 2 to 6 elements per radius.
+UNKNOWNS_PER_SQUARE = 2_200
+
+
+class FemPair(FemSolver[IndenterGeometry]):
+    """Two elastic half-spaces in quarter symmetry, pressed together load by load."""
+
+    name = "fem"
+
+    def __init__(self, scene: Scene) -> None:
+        super().__init__(scene)
+        self.indenter = needed(scene.indenter, "an indenter and its counter body only")
+        self.counter_body = needed(scene.counter_body, "no [counter_body]")
+
+    @classmethod
+    def takes(cls, scene: Scene) -> bool:
+        """Indenters with a counter body, both meshed."""
+        return meshes_both(scene)
+
+    def resolutions(self, geometry: IndenterGeometry) -> tuple[int, ...]:
+        """Elements per contact radius."""
+        return (3, 4, 6) if self.scene.compare.tolerance < 0.003 else (2, 3, 4)
+
+    def refusal(self, task: Task[IndenterGeometry]) -> str:
+        """Refuse very elongated contacts."""
+        return elongated(self.indenter)
+
+    def memory(self, task: Task[IndenterGeometry]) -> float:
+        """Bytes of the elimination of the larger of the two bodies."""
+        return BYTES_PER_UNKNOWN * UNKNOWNS_PER_SQUARE * (task.resolution + 1) ** 2
+
+    def model(self, geometry: IndenterGeometry) -> str:
+        """Say what is solved."""
+        coupling = self.options.coupling.replace("_", "-")
+        return (
+            f"a quarter of both bodies, on grids that do not match, {coupling} contact between "
+            "them, scaled to each load; outside them Boussinesq fields"
+        )
+
+    def rows(self, task: Task[IndenterGeometry]) -> Iterator[Row]:
+        """Condense and couple both bodies once."""
+        pair = self._pair(task)
+        yield Row(partial(self._steps, task, pair), unknowns=pair.combined.unknowns)
+
+    def _pair(self, task: Task[IndenterGeometry]) -> BodyPair:
+        """Return both bodies; the pressures live on the half-space of the scene."""
+        bodies = []
+        for cells, table in (
+            (task.resolution, self.scene.half_space),
+            (task.resolution + 1, self.counter_body),
+        ):
+            share = np.linspace(0.0, 1.0, round(COVERED * cells) + 1)
+            half_x, half_y = task.geometry.reach
+            modulus, nu = table.elastic_constants
+            bodies.append(
+                fem.tensor_body(
+                    half_x * share, half_y * share, modulus, nu, symmetry="quarter", order=2
+                )
+            )
+        return couple(*bodies, coupling=self.options.coupling)
+
+    def _steps(
+        self, task: Task[IndenterGeometry], pair: BodyPair, loads: np.ndarray
+    ) -> Iterator[Step]:
+        geometry, steps = task.geometry, len(task.loads.values)
+        for step in range(steps - len(loads), steps):
+            size = geometry.contact_radii[step] / geometry.contact_radius
+            if not size > 0.0:
+                raise NoAnswerError(geometry.unreached.get(step, "no estimate of its contact"))
+            scaled = pair.scaled(size)
+            load = {task.loads.control: task.loads.values[step]}
+            (contact,) = scaled.press(self.indenter.gap, **load)
+            yield self._step(task, scaled, contact)
+
+    def _step(self, task: Task[IndenterGeometry], pair: BodyPair, contact: fem.Contact) -> Step:
+        body, area = pair.combined, contact.contact_area
+        if self.indenter.axisymmetric:
+            area = round_area(body, contact)
+        gap = self.indenter.gap(*body.points.T)
+        # The fields in the half-space of the scene.
+        inside = partial(_inside, pair, contact)
+        return contact_step(task, SolvedContact(body, gap, contact, area), body_fields=inside)
+
+
+def _inside(pair: BodyPair, contact: fem.Contact) -> dict[str, np.ndarray]:
+    return recovered(pair.slave, pair.forces(contact)[0])

@@ -1,0 +1,160 @@
+"""The method `fem` for a user's body: its own mesh and supports.
+
+Resolution N divides every edge of the user's cells into N parts; 1 is the original mesh.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from functools import partial
+
+import numpy as np
+
+from comparisons.geometry.bodies import BodyGeometry
+from comparisons.methods.fem.indenter import BYTES_PER_UNKNOWN, FemSolver
+from comparisons.methods.fem.step import SolvedContact, contact_step, recovered, round_area
+from comparisons.scene.scene import Scene
+from comparisons.tasks.steps import NoAnswerError, Row, Step
+from comparisons.tasks.task import Task
+from reference import fem
+from reference.fem.elasticity import LARGEST_POISSON_RATIO
+from reference.fem.solid_mesh import SolidMesh
+from reference.fem.supported_body import (
+    LARGEST_POISSON_LINEAR_TETRAHEDRA,
+    contact_nodes,
+    supported_body,
+)
+
+# A minute of elimination on one core; memory is asked for apart.
+MOST_UNKNOWNS = 80_000
+# Refinement that the plan chooses by itself stays within some ten seconds.
+PLANNED_UNKNOWNS = 30_000
+LEVELS = (1, 2, 4)
+# Nodes that may touch: their dense compliance costs the cube.
+MOST_CANDIDATES = 3_000
+
+
+def unknowns(geometry: BodyGeometry, resolution: int) -> int:
+    """Return about how many unknowns the mesh has."""
+    return 3 * len(geometry.solid.points) * resolution**3
+
+
+class FemBody(FemSolver[BodyGeometry]):
+    """The body of a file on its own mesh, with the boundary conditions of its supports."""
+
+    name = "fem"
+    bodies = True
+
+    @classmethod
+    def takes(cls, scene: Scene) -> bool:
+        """Finite bodies."""
+        return scene.body is not None
+
+    def resolutions(self, geometry: BodyGeometry) -> tuple[int, ...]:
+        """Return the mesh as it is, and its refinements as far as they stay small."""
+        return tuple(n for n in LEVELS if n == 1 or unknowns(geometry, n) <= PLANNED_UNKNOWNS)
+
+    def refusal(self, task: Task[BodyGeometry]) -> str:
+        """Refuse cells that lock, and refinements that are too large."""
+        unsuited = _unsuited(task.geometry, self.scene.elastic_constants[1])
+        if unsuited:
+            return unsuited
+        n, count = task.resolution, unknowns(task.geometry, task.resolution)
+        if n & (n - 1):
+            return f"every cell is halved again and again: N must be 1, 2, 4, ..., got {n}"
+        if count > MOST_UNKNOWNS:
+            return f"about {count} unknowns, more than {MOST_UNKNOWNS}"
+        return ""
+
+    def memory(self, task: Task[BodyGeometry]) -> float:
+        """Bytes of the elimination."""
+        return BYTES_PER_UNKNOWN * unknowns(task.geometry, task.resolution)
+
+    def model(self, geometry: BodyGeometry) -> str:
+        """Say what is solved."""
+        cells = f"{len(geometry.solid.cells)} {geometry.solid.kind.name} cells"
+        parts = geometry.symmetric_parts
+        share = f", one of {parts} equal parts" if parts > 1 else ""
+        return f"the body of the file, {cells}{share}, held by its supports; no far field"
+
+    def rows(self, task: Task[BodyGeometry]) -> Iterator[Row]:
+        """Condense the body once."""
+        body, gap, edge = _body(task)
+        yield Row(partial(self._steps, task, body, gap, edge), unknowns=body.unknowns)
+
+    def _steps(
+        self,
+        task: Task[BodyGeometry],
+        body: fem.CondensedBody,
+        gap: np.ndarray,
+        edge: float,
+        loads: np.ndarray,
+    ) -> Iterator[Step]:
+        for contact in self.press(task, body, gap, loads):
+            if contact.active.any() and gap[contact.active].max() > edge:
+                raise NoAnswerError("the contact is larger than the nodes that may touch")
+            area = _area(task.geometry, body, contact)
+            inside = partial(_body_fields, task.geometry, body, contact)
+            yield contact_step(task, SolvedContact(body, gap, contact, area), body_fields=inside)
+
+
+def _unsuited(geometry: BodyGeometry, poisson_ratio: float) -> str:
+    """Return why the user's cells cannot have this Poisson ratio, or an empty text."""
+    linear = geometry.solid.kind.simplex and geometry.solid.kind.order == 1
+    largest = LARGEST_POISSON_LINEAR_TETRAHEDRA if linear else LARGEST_POISSON_RATIO
+    if poisson_ratio <= largest:
+        return ""
+    cells = "linear tetrahedra, which lock," if linear else "a user's cells"
+    return f"nu = {poisson_ratio:g}: {cells} go to {largest}"
+
+
+def _refined(geometry: BodyGeometry, resolution: int) -> tuple[SolidMesh, np.ndarray, np.ndarray]:
+    """Return the mesh, the faces that may touch and the held components at a resolution."""
+    mesh, numbers = geometry.solid, np.arange(len(geometry.solid.points))
+    faces = [geometry.surface, *(support.faces for support in geometry.supports)]
+    while resolution > 1:
+        mesh, renumbered, faces = mesh.refined(*faces)
+        numbers, resolution = renumbered[numbers], resolution // 2
+    return mesh, faces[0], geometry.fixed_components(mesh, numbers, faces[1:])
+
+
+def _body(task: Task[BodyGeometry]) -> tuple[fem.CondensedBody, np.ndarray, float]:
+    """Return the condensed body, the gap at its candidates, and that of the nearest node left out.
+
+    The gap is that of the indenter plus what the surface itself lies below its highest point;
+    penetration counts from first touch.
+    """
+    geometry = task.geometry
+    mesh, surface, fixed = _refined(geometry, task.resolution)
+    nodes = contact_nodes(mesh, surface)
+    x, y, depth = mesh.points[nodes].T
+    gap = geometry.indenter.gap(x * (1 - 1e-9), y * (1 - 1e-9))  # a node on a sharp edge belongs
+    if not geometry.flat_surface:
+        gap = gap + depth
+        gap = gap - gap.min()
+    edge = np.inf
+    if len(nodes) > MOST_CANDIDATES:
+        order = np.argsort(gap, kind="stable")
+        edge = float(gap[order[MOST_CANDIDATES]])
+        nearest = np.sort(order[:MOST_CANDIDATES])
+        nodes, gap = nodes[nearest], gap[nearest]
+    modulus, nu = task.scene.half_space.elastic_constants
+    body = supported_body(
+        mesh, surface, fixed, modulus, nu, symmetry=geometry.symmetric_parts, nodes=nodes
+    )
+    return body, gap, edge
+
+
+def _area(geometry: BodyGeometry, body: fem.CondensedBody, contact: fem.Contact) -> float:
+    indenter = geometry.indenter
+    if not (indenter.axisymmetric and geometry.flat_surface):
+        return contact.contact_area
+    return round_area(body, contact) if indenter.face_area is None else indenter.face_area
+
+
+def _body_fields(
+    geometry: BodyGeometry, body: fem.CondensedBody, contact: fem.Contact
+) -> dict[str, np.ndarray]:
+    """Return fields in the frame of the contact, and the frame of the file for the VTU."""
+    frame = {"mesh_axes": geometry.axes, "mesh_origin": geometry.origin}
+    return recovered(body, contact.reactions) | frame

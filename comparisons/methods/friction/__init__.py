@@ -1,0 +1,1 @@
+"""Coulomb friction under tangential loads."""

@@ -1,0 +1,1 @@
+"""Masses that collide: elastic, viscoelastic, or by the static load curve."""

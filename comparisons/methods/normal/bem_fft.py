@@ -1,0 +1,105 @@
+"""The method `bem_fft`: the half-space on a grid, by FFT and projected conjugate gradients."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+
+import numpy as np
+
+from comparisons.geometry.prepare import Geometry, IndenterGeometry, RoughGeometry
+from comparisons.methods.normal.grid import GridSolver, Operator, cells, rough_resolutions
+from comparisons.scene.scene import Scene
+from comparisons.tasks.task import Task
+from reference.errors import ConvergenceError
+from reference.halfspace import Contact, FreeOperator, PeriodicOperator, fft
+from reference.halfspace.solution import Press
+from reference.loads import Load
+
+# Double arrays of one grid that a solve holds at once, measured: 20 and 32 on grids of 512 to 2048
+# points a side (the free half-space pads each direction to twice its cells); double precision all
+# the way, the fallback, needs 12 and 18 more.
+ARRAYS_PERIODIC = 32
+ARRAYS_FREE = 50
+
+
+class BemFft(GridSolver[Operator]):
+    """Free (zero-padded) or periodic half-space; every scene."""
+
+    name = "bem_fft"
+
+    def __init__(self, scene: Scene) -> None:
+        super().__init__(scene)
+        self.options = scene.methods.bem_fft
+
+    def resolutions(self, geometry: Geometry) -> tuple[int, ...]:
+        """Cells per contact radius from the tolerance; on rough scenes three grids."""
+        if isinstance(geometry, RoughGeometry):
+            return rough_resolutions(geometry)
+        # Measured on Hertz: the force errs by about 1 % at 8 cells per radius, and falls with
+        # the square of the cell; area and sharp edges converge only linearly.
+        finest = int(np.clip(64 * np.sqrt(0.01 / self.scene.compare.tolerance), 32, 256))
+        if geometry.indenter.flat:
+            # One solve serves all loads, and a fine grid is what knows corners to 0.05 %.
+            finest = max(finest, 128)
+        return finest // 4, finest // 2, finest
+
+    # 25 grids of 256 x 256; finer ones take seconds each, beside which a set-up is nothing.
+    shared_cells = 25 * 256**2
+
+    def memory(self, task: Task) -> float:
+        """Bytes of the arrays and transforms of one grid."""
+        periodic = isinstance(task.geometry, RoughGeometry) and task.geometry.periodic
+        arrays = ARRAYS_PERIODIC if periodic else ARRAYS_FREE
+        # The heights of a block of realisations, and what made them, are kept beside.
+        stored = 4 * len(task.realisations)
+        return 8.0 * (arrays + stored) * cells(task.geometry, task.resolution)
+
+    def model(self, geometry: Geometry) -> str:
+        """Name the domain."""
+        if isinstance(geometry, IndenterGeometry):
+            return (
+                "the surface of the half-space where the shape can touch (its geometric overlap), "
+                "on square cells, with the free-space kernel by zero-padding"
+            )
+        kind = "one period" if geometry.periodic else "the patch, free of its surroundings,"
+        return f"{kind} of the surface on its grid; the elastic body enters through its kernel"
+
+    def operator(
+        self, task: Task, shape: tuple[int, int], spacing: tuple[float, float]
+    ) -> Operator:
+        """Return the free or the periodic operator."""
+        modulus = task.scene.effective_modulus
+        if isinstance(task.geometry, RoughGeometry) and task.geometry.periodic:
+            return PeriodicOperator(shape, spacing, modulus, kernel=self.options.kernel)
+        return FreeOperator(shape, spacing, modulus)
+
+    def sweep(
+        self, task: Task, operator: Operator, gap: np.ndarray
+    ) -> Callable[[np.ndarray], Iterator[Contact]]:
+        """Return the FFT solver's sweep."""
+
+        def run(loads: np.ndarray) -> Iterator[Contact]:
+            # A load beyond what this surface admits is a lost step, not a wrong argument, because
+            # another realisation may admit it.
+            limit, reason = _limit(task, operator, gap)
+            within = loads[loads < limit]
+            if len(within):
+                load = Load(task.loads.control, within)
+                yield from fft.sweep(Press(operator, gap), load, tolerance=self.options.tolerance)
+            if len(within) < len(loads):
+                control = task.loads.control.replace("_", " ")
+                raise ConvergenceError(f"{control} {loads[len(within)]:.3g} m: {reason}")
+
+        return run
+
+
+def _limit(task: Task, operator: Operator, gap: np.ndarray) -> tuple[float, str]:
+    """Return the load below which a surface has an answer, and why not above."""
+    if not isinstance(task.geometry, RoughGeometry):
+        return np.inf, ""
+    mean = float(gap.mean())
+    if task.loads.control == "mean_gap":
+        return mean, f"no contact: at first touch the mean gap is {mean:.3g} m"
+    if task.loads.control == "penetration" and operator.periodic:
+        return mean, f"no gap is left, the surfaces are closed at {mean:.3g} m"
+    return np.inf, ""

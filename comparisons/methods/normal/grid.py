@@ -1,0 +1,259 @@
+"""Common parts of the two half-space methods: the grid of a scene, the quantities of a contact."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import partial
+from typing import Generic, TypeVar
+
+import numpy as np
+
+from comparisons.geometry.prepare import Geometry, IndenterGeometry, RoughGeometry
+from comparisons.methods.normal.grid_punches import Respond, solve_punch
+from comparisons.methods.solver import Solver
+from comparisons.tasks.shown_loads import MOST_POINTS
+from comparisons.tasks.solution import Solution
+from comparisons.tasks.steps import Row, Step
+from comparisons.tasks.task import Task
+from reference.halfspace import Contact, FreeOperator, PeriodicOperator
+from reference.halfspace import areas as area_measures
+from reference.halfspace.contact_line import located_area
+from reference.halfspace.edge_cells import respond
+
+Operator = FreeOperator | PeriodicOperator
+AnyOperator = TypeVar("AnyOperator", bound=Operator)
+# Cells of the finest grid planned after refining by a factor: a 512 x 512 map is refined once.
+MOST_INDENTER_CELLS = 3_000_000
+LARGEST_REFINED = {1: 2**24, 2: 1400**2, 4: 512**2}
+
+
+@dataclass(frozen=True)
+class Grid:
+    """Cells of a half-space problem: the initial gap at their centres."""
+
+    gap: np.ndarray
+    spacing: tuple[float, float]
+    origin: tuple[float, float]
+
+    @property
+    def centres(self) -> tuple[np.ndarray, np.ndarray]:
+        """Coordinates of the cell centres, each of shape (nx, ny)."""
+        axes = [
+            start + (np.arange(n) + 0.5) * step
+            for n, step, start in zip(self.gap.shape, self.spacing, self.origin, strict=True)
+        ]
+        x, y = np.meshgrid(*axes, indexing="ij")
+        return x, y
+
+
+def indenter_shape(geometry: IndenterGeometry, resolution: int) -> tuple[int, int]:
+    """Return the number of cells in x and y that cover the geometric overlap."""
+    cell = geometry.contact_radius / resolution
+    half_x, half_y = (max(1, int(np.ceil(half / cell - 1e-9))) for half in geometry.reach)
+    return 2 * half_x, 2 * half_y
+
+
+def make_grid(geometry: Geometry, resolution: int, realisation: int = 0) -> Grid:
+    """Return the grid of a scene: cells where contact is possible, and none beyond.
+
+    The surface never rises above its undeformed level, so contact stays inside the region where
+    the shape overlaps the half-space.
+    """
+    if isinstance(geometry, RoughGeometry):
+        heights = geometry.heights(realisation, resolution)
+        return Grid(heights.max() - heights, geometry.spacing(heights), (0.0, 0.0))
+    shape = indenter_shape(geometry, resolution)
+    cell = geometry.contact_radius / resolution
+    origin = (-shape[0] * cell / 2, -shape[1] * cell / 2)
+    empty = Grid(np.zeros(shape), (cell, cell), origin)
+    return Grid(geometry.indenter.gap(*empty.centres), empty.spacing, origin)
+
+
+def cells(geometry: Geometry, resolution: int) -> int:
+    """Return the number of grid cells of a resolution."""
+    if isinstance(geometry, RoughGeometry):
+        return round(resolution**2 * geometry.points[1] / geometry.points[0])
+    nx, ny = indenter_shape(geometry, resolution)
+    return nx * ny
+
+
+def contact_cells(task: Task) -> float:
+    """Estimate the number of cells in contact at the largest load."""
+    geometry, load = task.geometry, float(task.loads.values[-1])
+    total = cells(geometry, task.resolution)
+    if isinstance(geometry, IndenterGeometry):
+        if geometry.indenter.face_area is not None:
+            half_x, half_y = geometry.reach
+            return total * geometry.indenter.face_area / (4 * half_x * half_y)
+        return float(np.pi * task.resolution**2)
+    if task.loads.control == "force":
+        # A/A0 is about 2 F / (E* A0 h') at small loads, and never above it; the iteration starts
+        # from the geometric overlap, which is about twice as large.
+        nominal = task.scene.effective_modulus * geometry.area * geometry.rms_slope
+        return total * min(1.0, 4 * load / nominal)
+    heights = geometry.heights(0, geometry.points[0])
+    level = heights.max() - load if task.loads.control == "penetration" else heights.mean() - load
+    return float(total * np.mean(heights > level))
+
+
+def rough_resolutions(geometry: RoughGeometry) -> tuple[int, ...]:
+    """Return the surface's own points and finer grids of the same surface, as far as affordable."""
+    n = geometry.points[0]
+    finer = [f * n for f in (1, 2, 4) if cells(geometry, f * n) <= LARGEST_REFINED[f]]
+    return tuple(finer or [n])
+
+
+class GridSolver(Solver[Geometry], Generic[AnyOperator]):
+    """A solver of the half-space on a grid of rectangular cells."""
+
+    @property
+    def face(self) -> Respond | None:
+        """Solver of the linear problem of a flat face; None: faces are like other shapes."""
+        return respond
+
+    def operator(
+        self, task: Task, shape: tuple[int, int], spacing: tuple[float, float]
+    ) -> AnyOperator:
+        """Return the operator from pressure to displacement."""
+        raise NotImplementedError
+
+    def sweep(
+        self, task: Task, operator: AnyOperator, gap: np.ndarray
+    ) -> Callable[[np.ndarray], Iterator[Contact]]:
+        """Return the solver as a function of the loads still to do."""
+        raise NotImplementedError
+
+    def warm_up(self, task: Task) -> None:
+        """Solve a paraboloid on a handful of cells, on the scene's kind of half-space."""
+        x = np.arange(8.0) - 3.5
+        gap = (x[:, None] ** 2 + x**2) / 16
+        operator = self.operator(task, gap.shape, (1.0, 1.0))
+        # Half the mean gap is open on a periodic half-space, and a contact on a free one.
+        half = 0.5 * float(gap.mean())
+        load = 0.1 * operator.effective_modulus if task.loads.control == "force" else half
+        for _ in self.sweep(task, operator, gap)(np.array([load, 1.1 * load])):
+            pass
+
+    def refusal(self, task: Task) -> str:
+        """Refuse grids that only a very elongated indenter asks for."""
+        number = cells(task.geometry, task.resolution)
+        # A round contact needs some 10 N^2 cells.
+        round_one = isinstance(task.geometry, RoughGeometry) or number <= 100 * task.resolution**2
+        if round_one or number <= MOST_INDENTER_CELLS:
+            return ""
+        return f"{number} cells to cover an elongated contact, more than {MOST_INDENTER_CELLS}"
+
+    def solve(self, task: Task) -> Solution:
+        """Solve every realisation on the same operator; a flat punch with its edge cells."""
+        geometry, face = task.geometry, self.face
+        if isinstance(geometry, IndenterGeometry) and face is not None:
+            area = geometry.indenter.face_area
+            if area is not None:
+                return solve_punch(task, geometry, area, face)
+        return super().solve(task)
+
+    def rows(self, task: Task) -> Iterator[Row]:
+        """Yield the grid of each realisation, all on the same operator."""
+        operator = None
+        for realisation in task.realisations:
+            grid = make_grid(task.geometry, task.resolution, realisation)
+            if operator is None:
+                operator = self.operator(task, grid.gap.shape, grid.spacing)
+                # kernels are made when first asked for: they are set-up
+                operator.convolution(np.float64)
+            sweep = partial(self._steps, task, operator, grid)
+            yield Row(sweep, unknowns=int(np.isfinite(grid.gap).sum()))
+
+    def _steps(
+        self, task: Task, operator: AnyOperator, grid: Grid, loads: np.ndarray
+    ) -> Iterator[Step]:
+        for contact in self.sweep(task, operator, grid.gap)(loads):
+            yield contact_step(task, operator, contact, grid)
+
+
+def contact_step(task: Task, operator: Operator, contact: Contact, grid: Grid) -> Step:
+    """Return the step of a solved contact on a grid."""
+    return Step(
+        contact_quantities(task, operator, contact, grid),
+        iterations=contact.iterations,
+        violation=contact.violation,
+        pressure=_pressure_of(task, contact, grid),
+        fields=partial(contact_fields, task, contact, grid),
+    )
+
+
+def contact_quantities(
+    task: Task, operator: Operator, contact: Contact, grid: Grid
+) -> dict[str, float]:
+    """Return the quantities of one load step; the costly ones only if asked for."""
+    mask = contact.pressure > 0
+    quantities = set(task.quantities)
+    periodic = operator.periodic
+    values = {
+        "penetration": contact.penetration,
+        "force": contact.force,
+        "contact_area_raw": float(area_measures.raw_area(mask, grid.spacing)),
+        "contact_area": located_area(contact),
+    }
+    if isinstance(task.geometry, RoughGeometry):
+        values["mean_gap"] = contact.mean_gap
+        values["penetration_mean_plane"] = contact.penetration - float(grid.gap.mean())
+        values |= _patch_quantities(mask, grid, periodic, quantities)
+    if quantities & {"stiffness", "contact_length_stiffness"}:
+        values["stiffness"] = float(area_measures.contact_stiffness(operator, mask))
+    if "energy" in quantities:
+        values["energy"] = float(area_measures.elastic_energy(operator, contact.pressure))
+    return values
+
+
+def _patch_quantities(
+    mask: np.ndarray, grid: Grid, periodic: bool, quantities: set[str]
+) -> dict[str, float]:
+    if not quantities & {"contact_count", "contact_length"}:
+        return {}
+    patches = area_measures.patches(mask, grid.spacing, periodic=periodic)
+    length = float(np.sqrt(4 * np.asarray(patches.areas) / np.pi).sum())
+    return {"contact_count": float(patches.count), "contact_length": length}
+
+
+def _pressure_of(
+    task: Task, contact: Contact, grid: Grid
+) -> Callable[[], dict[str, np.ndarray]] | None:
+    """Return what makes the pressure that the report shows, kept in single precision."""
+    if not task.wants_pressure or contact.pressure.size > MOST_POINTS:
+        return None
+    return partial(_pressure_map, grid, contact.pressure.astype(np.float32))
+
+
+def _pressure_map(grid: Grid, pressure: np.ndarray) -> dict[str, np.ndarray]:
+    x, y = grid.centres
+    shape = np.array(pressure.shape)
+    return {
+        "pressure_x": x.ravel(),
+        "pressure_y": y.ravel(),
+        "pressure": pressure.ravel(),
+        "pressure_shape": shape,
+    }
+
+
+def contact_fields(task: Task, contact: Contact, grid: Grid) -> dict[str, np.ndarray]:
+    """Return the arrays that plots and pictures use."""
+    fields: dict[str, np.ndarray] = {"penetration": np.array(contact.penetration)}
+    x, y = grid.centres
+    if task.wants_pressure:
+        fields |= {
+            "pressure_x": x.ravel(),
+            "pressure_y": y.ravel(),
+            "pressure": contact.pressure.ravel(),
+            "pressure_weight": np.full(x.size, grid.spacing[0] * grid.spacing[1]),
+            "pressure_shape": np.array(x.shape),
+            "displacement": contact.displacement.ravel(),
+            # Infinite where the shape has no material.
+            "gap": (grid.gap - contact.penetration + contact.displacement).ravel(),
+        }
+    if isinstance(task.geometry, RoughGeometry):
+        fields["heights"] = task.geometry.heights(task.realisations[0], task.resolution)
+        fields["size"] = np.array(task.geometry.size)
+        fields["contact"] = contact.pressure > 0
+    return fields

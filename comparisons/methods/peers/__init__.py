@@ -1,0 +1,1 @@
+"""Solvers of other people, on our grids and on meshes of their own."""

@@ -1,0 +1,1 @@
+"""Relaxing bodies: pressed in time, and sliding steadily."""

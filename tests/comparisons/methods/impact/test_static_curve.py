@@ -1,0 +1,136 @@
+"""Impacts as scenes: every method against the closed form, courses in time, what is refused."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import tomli_w
+
+from comparisons.methods.impact.static_curve import static_scene
+from comparisons.methods.registry import solver_for
+from comparisons.questions.single import solve_scene
+from comparisons.scene.scene import make_scene, parse_scene
+from comparisons.solving.planning import plan_scene
+
+STEEL = {"youngs_modulus": "210 GPa", "poisson_ratio": 0.3}
+BALL = {"shape": "paraboloid", "radius": "10 mm"}
+
+
+def tables(**changes):
+    data = {"name": "hit", "half_space": STEEL, "indenter": BALL}
+    data |= {"dynamics": {"mass": "10 g", "velocity": ["1 cm/s", "1 m/s"]}}
+    return data | changes
+
+
+def impact(**changes):
+    return make_scene(tables(**changes), "test", ".")
+
+
+@pytest.fixture
+def solved(tmp_path):
+    def solve(method, resolution=None, **changes):
+        path = tmp_path / "hit.toml"
+        path.write_text(tomli_w.dumps(tables(**changes)))
+        found = solve_scene(str(path), method, resolution)
+        assert found.converged, found.reasons
+        return found
+
+    return solve
+
+
+@pytest.mark.parametrize(
+    ("method", "resolution", "tolerance"),
+    # measured: springs round-off; grids 2.5e-4 at 64 cells, 2e-3 at 20; elements 1e-4 at 2
+    [("reduced", 20, 1e-10), ("bem_fft", 32, 2e-3), ("bem_dense", 10, 1e-2), ("fem", 2, 1e-3)],
+)
+def test_every_method_strikes_as_hertz_did(method, resolution, tolerance, solved):
+    """Duration, depth and force at two velocities a factor of 100 apart."""
+    true = solved("closed_form").columns()
+    found = solved(method, resolution).columns()
+    for name in ("contact_duration", "penetration", "force"):
+        np.testing.assert_allclose(found[name], true[name], rtol=tolerance)
+    np.testing.assert_array_equal(found["restitution"], 1.0)
+
+
+def test_the_bar_of_a_load_curve_holds_its_error(solved):
+    """A sphere to half its radius is no power law: the ladder's own bar covers what it errs."""
+    scene = {
+        "indenter": {"shape": "sphere", "radius": "1 um"},
+        "dynamics": {"mass": "1e-12 kg", "velocity": ["10 m/s", "100 m/s"]},
+        "half_space": {"effective_modulus": "100 GPa"},
+    }
+    true = solved("closed_form", **scene).columns()["contact_duration"]
+    found = solved("fem", 4, **scene)
+    error = np.abs(found.columns()["contact_duration"] / true - 1)
+    # the mesh of four elements adds its own 1e-4
+    assert (error <= found.solution.truncation + 1e-4).all()
+
+
+def test_a_course_in_time_passes_through_the_impact(solved):
+    """Springs in steps against Runge and Kutta on the closed form: contact, release, flight."""
+    scene = {
+        "dynamics": {"mass": "10 g", "velocity": "1 m/s"},
+        "loading": {"time": {"from": 0, "to": "60 us", "steps": 31}},
+    }
+    true = solved("closed_form", **scene).columns()
+    found = solved("reduced", 40, **scene).columns()
+    for name in ("penetration", "force", "contact_area"):
+        largest = np.abs(true[name]).max()
+        np.testing.assert_allclose(found[name], true[name], atol=2e-5 * largest)
+    assert found["force"][0] == 0
+    assert (found["force"][found["penetration"] < 0] == 0).all()
+
+
+def test_a_force_that_goes_on_pushing_lays_the_springs_out_anew(solved):
+    """A force in the rhythm of the contact drives the mass deeper than its first swing."""
+    period = 4.2e-5
+    times = np.arange(0, 8) * period / 2
+    scene = {
+        "dynamics": {"mass": "10 g", "velocity": 0},
+        "loading": {"time": times.tolist(), "force": [200, 900] * 4, "substeps": 8},
+    }
+    true = solved("closed_form", **scene).columns()["penetration"]
+    found = solved("reduced", 40, **scene).columns()
+    largest = np.abs(true).max()
+    np.testing.assert_allclose(found["penetration"], true, atol=2e-4 * largest)
+    np.testing.assert_array_equal(found["force"][:2], [200, 287.5])  # on the mass, as prescribed
+
+
+def test_what_a_method_cannot_do_is_said():
+    timed = impact(dynamics={"mass": "10 g", "velocity": "1 m/s"}, loading={"time": [0, "50 us"]})
+    assert "time history" in solver_for("fem", timed).reason
+    rough = {"kind": "self_affine", "hurst": 0.8, "size": "1 um", "points": 16, "rms_slope": 0.1}
+    surface = parse_scene(
+        "\n".join(
+            [
+                'name = "rough-hit"\n[half_space]\neffective_modulus = "1 GPa"\n[surface]',
+                *(f"{key} = {value!r}" for key, value in rough.items()),
+                '[dynamics]\nmass = "1 ng"\nvelocity = "1 m/s"',
+            ]
+        ),
+        "test",
+        ".",
+    )
+    for name in ("reduced", "closed_form", "bem_fft", "bem_dense", "fem"):
+        assert "rough surface" in solver_for(name, surface).reason
+    nodal = impact(
+        dynamics={"mass": "10 g", "velocity": "1 m/s"},
+        loading={"time": [0, "50 us"]},
+        methods={"reduced": {"edges": "nodal"}},
+    )
+    assert "sub_cell" in solver_for("reduced", nodal).reason
+
+
+def test_the_slow_contact_of_an_impact_has_no_mass():
+    slow = static_scene(impact(), np.array([1e-6, 2e-6]))
+    assert slow.physics == ()
+    assert slow.loading.range.values == (1e-6, 2e-6)
+    assert slow.indenter == impact().indenter
+
+
+def test_the_plan_says_how_each_method_strikes():
+    (plan,) = plan_scene(impact())
+    modelled = {each.method: each.modelled for each in plan.methods if each.supported}
+    assert "by its energy" in modelled["reduced"]
+    assert "along its load curve" in modelled["bem_fft"]
+    assert set(modelled) >= {"closed_form", "reduced", "bem_dense", "bem_fft", "fem"}

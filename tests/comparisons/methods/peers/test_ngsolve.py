@@ -1,0 +1,102 @@
+"""The method `ngsolve`: another code's finite elements against closed forms, and its absence."""
+
+from __future__ import annotations
+
+from importlib import util
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from comparisons.methods.peers import ngsolve
+from comparisons.methods.registry import solver_for
+from comparisons.scene.scene import load_scene, make_scene
+from comparisons.solving.execution import execute
+from comparisons.solving.planning import plan_scene, task_of
+
+needs_ngsolve = pytest.mark.skipif(
+    util.find_spec("ngsolve") is None, reason="NGSolve is in the extra `peers`"
+)
+SHAPES = {
+    "paraboloid": ({"radius": 0.01}, 1e-4),
+    "ellipsoid": ({"radius_x": 0.02, "radius_y": 0.005}, 5e-4),
+    "cone": ({"slope": 0.05}, 3e-4),
+    "cylinder": ({"radius": 0.001}, 1e-2),
+}
+
+
+def scene(shape, **changes):
+    tables = {
+        "name": "peer",
+        "half_space": {"youngs_modulus": 2e9, "poisson_ratio": 0.3},
+        "indenter": {"shape": shape, **SHAPES[shape][0]},
+        "loading": {"penetration": [1e-7, 1e-5]},
+        "compare": {"quantities": ["force", "stiffness", "contact_area"]},
+    }
+    return make_scene(tables | changes, "test", Path())
+
+
+def solved(made, method, resolution):
+    (plan,) = plan_scene(made)
+    solution = execute(task_of(plan, method, resolution))
+    assert solution.converged.all(), solution.reasons
+    return solution
+
+
+@needs_ngsolve
+@pytest.mark.slow
+def test_it_finds_the_force_of_hertz_at_loads_a_hundredfold_apart():
+    """1e-4 with two elements of fourth order per radius: far field 1e-5, penalty 1e-5, mesh."""
+    made = scene("paraboloid")
+    exact = solved(made, "closed_form", 1).quantities
+    found = solved(made, "ngsolve", 2)
+    np.testing.assert_allclose(found.quantities["force"], exact["force"], rtol=1e-4)
+    np.testing.assert_allclose(found.quantities["contact_area"], exact["contact_area"], rtol=5e-3)
+    assert found.seconds > 0
+    assert found.unknowns > 5000
+
+
+@needs_ngsolve
+@pytest.mark.slow
+@pytest.mark.parametrize("shape", SHAPES)
+def test_it_agrees_with_closed_forms(shape):
+    """An independent code on each kind of contact edge; sharp ones converge slowly."""
+    made = scene(shape, loading={"penetration": [1e-6]})
+    exact = solved(made, "closed_form", 1).quantities
+    found = solved(made, "ngsolve", 2).quantities
+    np.testing.assert_allclose(found["force"], exact["force"], rtol=SHAPES[shape][1])
+    np.testing.assert_allclose(found["stiffness"], exact["stiffness"], rtol=0.015)
+
+
+@needs_ngsolve
+@pytest.mark.slow
+def test_force_control_is_the_inverse_of_penetration_control():
+    force = solved(scene("paraboloid"), "ngsolve", 2).quantities["force"][0]
+    back = solved(scene("paraboloid", loading={"force": force.tolist()}), "ngsolve", 2)
+    np.testing.assert_allclose(back.quantities["penetration"][0], [1e-7, 1e-5], rtol=1e-5)
+
+
+@needs_ngsolve
+def test_what_it_is_not_made_for_is_said():
+    reasons = {
+        "paraboloid": "runs only if named",
+        "square-punch": "no mesh is fitted to a square punch",
+        "rough-free": "single contacts only",
+    }
+    for name, reason in reasons.items():
+        assert reason in solver_for("ngsolve", load_scene(name)).reason
+
+
+def test_its_absence_is_said(monkeypatch):
+    monkeypatch.setattr(ngsolve.util, "find_spec", lambda name: None)
+    support = solver_for("ngsolve", scene("paraboloid"))
+    assert support.reason == "not installed: pip install 'roughline[peers]'"
+
+
+@needs_ngsolve
+def test_a_limit_of_time_costs_its_own_rows():
+    made = scene("paraboloid", methods={"ngsolve": {"seconds": 0.01}})
+    (plan,) = plan_scene(made)
+    solution = execute(task_of(plan, "ngsolve", 2))
+    assert not solution.converged.any()
+    assert "no answer within" in solution.reasons[0, 0]

@@ -1,0 +1,527 @@
+"""Methods from outside: judged like ours, trusted with nothing, costing only their own rows."""
+
+from __future__ import annotations
+
+import json
+import os
+import re
+from importlib import metadata
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from comparisons.errors import InputError
+from comparisons.facts.methods import GROUP, METHODS
+from comparisons.isolation import parent
+from comparisons.isolation.parent import Limits
+from comparisons.judging.truth import truths
+from comparisons.methods import registry
+from comparisons.methods.user import external
+from comparisons.methods.user.external import (
+    Origin,
+    UserMethod,
+    add_announced,
+    add_methods,
+    user_methods,
+)
+from comparisons.questions.claims.claim import ClaimError, about_method, load_claims
+from comparisons.questions.claims.runner import _repeats
+from comparisons.questions.hard_cases.catalogue import catalogue
+from comparisons.questions.hard_cases.run import run_case
+from comparisons.results.decisions import judged_methods
+from comparisons.results.record import record_scene
+from comparisons.results.store import StudyRecord, load_study
+from comparisons.scene.scene import load_scene
+from comparisons.solving import external_work
+from comparisons.solving.answers import solve_plan
+from comparisons.solving.execution import execute
+from comparisons.solving.planning import plan_scene, task_of
+from comparisons.tasks.archive import arrays_of
+from comparisons.tasks.solution import Solution
+from reports.cli.cli import run_command
+from reports.cli.terminal import print_study
+from reports.pages.study import page
+
+EXAMPLE = Path(__file__).resolve().parents[4] / "docs" / "examples" / "winkler.py"
+
+# Each of these does one bad thing on every scene; `fine` is exact for the paraboloid.
+BAD = '''
+import os, time
+import numpy as np
+from comparisons.methods import method
+
+def hertz(task, load, realisation):
+    """Hertz."""
+    radius = task.geometry.indenter.radius
+    return {"force": 4 / 3 * task.scene.effective_modulus * radius**0.5 * load**1.5}
+
+fine = method("fine", resolutions=(1,))(hertz)
+
+@method("nan", resolutions=(1,))
+def nan(task, load, realisation):
+    """NaN at the second load."""
+    force = hertz(task, load, realisation)["force"]
+    return {"force": force if load != task.loads.values[1] else np.nan}
+
+@method("raises", resolutions=(1,))
+def raises(task, load, realisation):
+    """An error that no method should raise."""
+    raise KeyError("lost my keys")
+
+@method("hangs", resolutions=(1,))
+def hangs(task, load, realisation):
+    """Never comes back."""
+    time.sleep(1000)
+
+@method("greedy", resolutions=(1,))
+def greedy(task, load, realisation):
+    """A hundred times the memory: a gigabyte for a few numbers."""
+    kept = [np.ones(10**6) for _ in range(125)]
+    return {"force": float(kept[0][0])}
+
+@method("dies", resolutions=(1,))
+def dies(task, load, realisation):
+    """Takes the interpreter with it."""
+    os._exit(7)
+'''
+
+
+pytestmark = pytest.mark.usefixtures("methods_restored")
+
+
+@pytest.fixture
+def bad(tmp_path):
+    path = tmp_path / "bad.py"
+    path.write_text(BAD)
+    return path
+
+
+# --- the example -------------------------------------------------------------------------------
+
+
+def test_the_example_is_judged_by_a_hard_case():
+    """Springs of E*/a per area under a paraboloid: F = pi E* R d^2/a, at d = 1 um 3/4 pi Hertz.
+
+    a is the radius at the only load, so F/F_Hertz = (pi R d^2 / sqrt(R d)) / (4/3 sqrt(R) d^1.5)
+    = 3 pi/4: an error of 135.6 %; the overlap has twice the contact area.
+    """
+    assert add_methods([EXAMPLE]) == []
+    assert METHODS["winkler"].title == "Winkler foundation"
+    (outcome,) = run_case(catalogue()["load-one"], ["winkler"])
+    assert outcome.kind == "degraded"
+    assert outcome.error == pytest.approx(3 * np.pi / 4 - 1, rel=1e-3)
+    assert outcome.area_error == pytest.approx(1.0, rel=0.01)
+    assert (outcome.expected, outcome.deviation) == ("", "")
+    (refused,) = run_case(catalogue()["rough-steep"], ["winkler"])
+    assert (refused.kind, refused.reason) == (
+        "not for",
+        "indenters under prescribed penetration only",
+    )
+
+
+def test_the_example_is_about_twenty_lines():
+    """As documented: what a user has to write, blank lines and docstrings included."""
+    assert len(EXAMPLE.read_text().splitlines()) <= 30
+
+
+# --- misbehaviour ------------------------------------------------------------------------------
+
+
+@pytest.mark.slow
+def test_misbehaving_methods_cost_only_their_own_rows(bad, tmp_path, capsys):
+    """In a study: the reduced model's rows are what they are without them."""
+    limits = ["--method-seconds", "30", "--method-gigabytes", "0.6"]
+    names = ["fine", "nan", "raises", "hangs", "greedy", "dies"]
+    arguments = ["run", "paraboloid", "--no-pictures", "--out", str(tmp_path / "out")]
+    arguments += ["--methods", ",".join(["closed_form", "reduced", *names])]
+    assert run_command([*arguments, "--method-file", str(bad), *limits]) == 1
+    assert "lost" in capsys.readouterr().out
+    rows = load_study(tmp_path / "out").scenes[0].rows
+    planned = rows["reason"] != "not asked for"
+    lost = rows[~rows["converged"] & planned].groupby("method")
+    steps = rows[rows["method"] == "fine"]["step"].nunique()
+    assert lost.size().to_dict() == {n: 1 if n == "nan" else steps for n in names[1:]}
+    reasons = lost["reason"].first()
+    assert reasons["nan"] == "force came out as nan"
+    assert "lost my keys" in reasons["raises"]
+    assert reasons["hangs"].startswith("hung: no answer within 30 s")
+    assert reasons["greedy"].startswith("out of memory")
+    assert "exit code 7" in reasons["dies"]
+    ours = rows[rows["method"].isin(["reduced", "fine"])]
+    assert ours["converged"].all()
+    assert ours["error_force"].abs().max() < 1e-12
+    assert "lost my keys" in (tmp_path / "out" / "report.html").read_text()
+
+
+@pytest.mark.slow
+def test_misbehaving_methods_have_an_outcome_in_every_hard_case(bad):
+    """Whatever they do, a case gives an outcome, and the built-in ones are as expected."""
+    add_methods([bad], Limits(seconds=30, memory=6e8))
+    names = ["fine", "nan", "raises", "hangs", "greedy", "dies"]
+    found = {each.method: each for each in run_case(catalogue()["nu-0-3"], [*names, "reduced"])}
+    assert found["fine"].kind == "accurate"
+    assert found["nan"].lost == (1,)
+    assert {found[name].kind for name in names[2:]} == {"lost"}
+    assert all(found[name].reason for name in names[1:])
+    assert found["reduced"].deviation == ""
+
+
+@pytest.mark.slow
+def test_workers_know_the_methods_of_the_command_line(tmp_path):
+    """Also those that an earlier study of this process started, before it had the method."""
+    earlier = ["run", "paraboloid", "--no-pictures", "--methods", "closed_form,reduced"]
+    assert run_command([*earlier, "--workers", "2", "--out", str(tmp_path / "earlier")]) == 0
+    arguments = ["run", "paraboloid", "--no-pictures", "--methods", "closed_form,winkler"]
+    arguments += ["--workers", "2", "--method-file", str(EXAMPLE), "--out", str(tmp_path / "out")]
+    assert run_command(arguments) == 0
+    rows = pd.read_csv(tmp_path / "out" / "results.csv")
+    assert rows[rows["method"] == "winkler"]["converged"].all()
+
+
+def test_a_method_that_always_hangs_is_asked_a_few_times_only(monkeypatch):
+    calls = []
+
+    def hang(work, *arguments, **limits):
+        calls.append(work)
+        return parent.Outcome("hung", reason="no answer within 1 s")
+
+    monkeypatch.setattr(parent, "run", hang)
+    method = UserMethod(Origin("file:x", "slow", "slow", 3, "", 1.0, 1e9))
+    scenes = [
+        load_scene(name) for name in ("paraboloid", "cone", "sphere", "cylinder", "ellipsoid-2")
+    ]
+    reasons = [method.plan(scene)["reason"] for scene in scenes]
+    assert len(calls) == external.MOST_STUCK
+    assert "hung: no answer within 1 s" in reasons[0]
+    assert "not asked again" in reasons[-1]
+
+
+# --- what comes back is not trusted ------------------------------------------------------------
+
+
+@pytest.fixture
+def task():
+    made = UserMethod(Origin("file:x", "other", "other", 3, "", 1.0, 1e9))
+    registry.add(made, made.facts)
+    plan = plan_scene(load_scene("paraboloid", {"compare.methods": ["reduced"]}))[0]
+    return task_of(plan, "other", 10)
+
+
+@pytest.fixture
+def answered(monkeypatch, task):
+    """Return a solver of the task by a process that answers what a test says."""
+
+    def solve(change) -> Solution:
+        solution = Solution.empty(task)
+        for step in range(len(task.loads.values)):
+            solution.put((0, step), {"force": 1.0 + step})
+        arrays = arrays_of(solution)
+        change(arrays)
+        answer = parent.Outcome("answered", answer=arrays)
+        monkeypatch.setattr(parent, "run", lambda *a, **k: answer)
+        return execute(task)
+
+    return solve
+
+
+def test_a_good_answer_is_taken(answered):
+    solution = answered(lambda arrays: None)
+    assert solution.converged.all()
+    assert solution.quantities["force"][0, 0] == 1.0
+
+
+STEPS = 7
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "reason"),
+    [
+        ("solution.q.force", np.ones(3), "force has shape (3,)"),
+        ("solution.q.force", np.full((1, STEPS), "x"), "force has shape"),
+        ("solution.q.<b>", np.ones((1, STEPS)), "unknown quantity '<b>'"),
+        ("solution.converged", np.ones((1, STEPS)), "converged has shape"),
+        ("solution.iterations", np.ones((2, 2), dtype=int), "iterations has shape"),
+        ("solution.json", np.array("{"), "malformed answer"),
+        ("solution.json", np.array('{"unknowns": "many"}'), "malformed answer"),
+    ],
+)
+def test_a_malformed_answer_is_the_reason_of_lost_steps(answered, name, value, reason):
+    solution = answered(lambda arrays: arrays.update({name: value}))
+    assert not solution.converged.any()
+    assert all(reason in why for why in solution.reasons.values())
+
+
+def test_a_missing_part_of_an_answer_is_the_reason_of_lost_steps(answered):
+    assert "malformed" in answered(lambda arrays: arrays.pop("solution.violation")).reasons[0, 0]
+
+
+def test_converged_steps_without_a_number_are_lost(answered):
+    def nan(arrays):
+        arrays["solution.q.force"][0, 2] = np.nan
+
+    solution = answered(nan)
+    assert solution.reasons == {(0, 2): "force came out as nan"}
+
+
+def test_fields_of_other_names_or_sizes_are_dropped(answered):
+    """Only a whole pressure field is shown; a name could be that of a file, or of a heights map."""
+    fields = {name: np.ones(4) for name in external.FIELDS}
+    good = answered(lambda arrays: arrays.update(fields | {"heights": np.ones((2, 2))}))
+    assert set(good.fields) == set(external.FIELDS)
+    torn = answered(lambda arrays: arrays.update(fields | {"pressure": np.ones(3)}))
+    assert torn.fields == {}
+
+
+def test_reasons_are_short_printable_and_about_steps_that_exist(answered):
+    def chatter(arrays):
+        document = json.loads(str(arrays["solution.json"]))
+        long = "\x1b[31m\nno" + "x" * 10_000
+        document["reasons"] = [[0, 0, long], [5, 5, "elsewhere"]]
+        arrays["solution.json"] = np.array(json.dumps(document))
+        arrays["solution.converged"][0, 0] = False
+
+    reasons = answered(chatter).reasons
+    assert set(reasons) == {(0, 0)}
+    assert len(reasons[0, 0]) <= external.LONGEST_TEXT
+    assert reasons[0, 0].isprintable()
+
+
+@pytest.mark.parametrize(
+    "levels", [[], [0], [2.5], ["4"], "444", [True], list(range(1, 100)), [2**40]]
+)
+def test_resolutions_are_a_few_whole_numbers(monkeypatch, levels):
+    answer = parent.Outcome("answered", answer={"ok": True, "resolutions": levels})
+    monkeypatch.setattr(parent, "run", lambda *a, **k: answer)
+    method = UserMethod(Origin("file:x", "odd", "odd", 3, "", 1.0, 1e9))
+    plan = method.plan(load_scene("paraboloid"))
+    assert not plan["ok"]
+    assert "resolutions" in plan["reason"]
+
+
+def test_a_method_from_outside_is_never_the_truth(task):
+    """Nor does it disagree as a reference: it is judged."""
+    solution = Solution.empty(task)
+    solution.put((0, 0), {"force": 1.0})
+    assert truths({("other", 10): solution}, "penetration") == []
+
+
+def test_claims_are_judged_about_a_method_from_outside(task):
+    """Those on scenes; what the chapter's model is expected to do is not expected of it."""
+    found = about_method(load_claims(), "other")
+    assert found
+    assert {(claim.method, claim.expected, claim.experiment) for claim in found} == {
+        ("other", None, None)
+    }
+    assert _repeats(found[0], "quick").endswith("--quick --method other --method-file x")
+    with pytest.raises(ClaimError, match="--method: expected one of"):
+        about_method(load_claims(), "nobody")
+
+
+def test_a_method_from_outside_is_given_only_scenes_whose_physics_it_knows(tmp_path, scene):
+    """One step at a time: a spring of 2 G* a (19.18), along a path that passes zero."""
+    file = tmp_path / "sticks.py"
+    file.write_text(
+        "from comparisons.methods import method\n"
+        "@method('sticks', resolutions=(1,), physics={'friction'})\n"
+        "def sticks(task, load, realisation):\n"
+        "    'Nothing slips.'\n"
+        "    stiffness = 2 * task.scene.tangential_modulus * task.geometry.contact_radius\n"
+        "    return {'tangential_displacement': load / stiffness}\n"
+    )
+    assert add_methods([file]) == []
+    loading = {"force": "10 N", "tangential_force": ["1 N", 0, "-1 N"]}
+    pulled = scene(loading=loading, friction={"coefficient": 0.5})
+    (plan,) = plan_scene(pulled)
+    (planned,) = [each for each in plan.methods if each.method == "sticks"]
+    assert planned.supported, planned.reason
+    solution = execute(task_of(plan, "sticks", 1))
+    assert solution.converged.all()
+    assert solution.path
+    moved = solution.quantities["tangential_displacement"][0]
+    assert moved[1] == 0
+    assert moved[2] == -moved[0] < 0
+    glued = scene(adhesion={"work": 0.05})
+    (refused,) = [m for m in plan_scene(glued)[0].methods if m.method == "sticks"]
+    assert (refused.supported, refused.reason) == (False, "does not model [adhesion]")
+
+
+# --- registration --------------------------------------------------------------------------------
+
+
+def described(monkeypatch, **found):
+    usual = {"name": "other", "title": "Other", "dimension": 3}
+    answer = {"methods": json.dumps([usual | found])}
+    done = parent.Outcome("answered", answer=answer)
+    monkeypatch.setattr(parent, "run", lambda *a, **k: done)
+
+
+@pytest.mark.parametrize(
+    ("found", "reason"),
+    [
+        ({"name": "../../etc"}, "expected a-z, 0-9 and _"),
+        ({"name": "<script>"}, "expected a-z, 0-9 and _"),
+        ({"name": "x" * 50}, "expected a-z, 0-9 and _"),
+        ({"name": 3}, "expected a-z, 0-9 and _"),
+        ({"name": "reduced"}, "'reduced' is a method of roughline's own"),
+        ({"dimension": 2}, "dimension: expected 1 or 3, got 2"),
+        ({"physics": ["magic"]}, "physics: expected tables among friction, viscoelastic"),
+        ({"physics": {"friction": 1}}, "physics: expected tables among friction, viscoelastic"),
+    ],
+)
+def test_a_method_may_not_call_itself_anything(monkeypatch, tmp_path, found, reason):
+    file = tmp_path / "m.py"
+    file.write_text("")
+    described(monkeypatch, **found)
+    before = dict(METHODS)
+    with pytest.raises(InputError, match="--method-file") as caught:
+        add_methods([file])
+    assert reason in str(caught.value)
+    assert before == METHODS
+
+
+def test_titles_are_short_and_printable(monkeypatch, tmp_path):
+    file = tmp_path / "m.py"
+    file.write_text("")
+    described(monkeypatch, title="\x1b[2J" + "<b>" * 100)
+    add_methods([file])
+    assert METHODS["other"].title.isprintable()
+    assert len(METHODS["other"].title) == 60
+
+
+def test_two_files_may_not_bring_the_same_name(monkeypatch, tmp_path):
+    files = [tmp_path / "a.py", tmp_path / "b.py"]
+    for file in files:
+        file.write_text("")
+    described(monkeypatch)
+    with pytest.raises(InputError, match="another method is called 'other' already"):
+        add_methods(files)
+
+
+def test_files_that_do_not_exist_are_all_listed(tmp_path):
+    with pytest.raises(InputError) as caught:
+        add_methods([tmp_path / "a.py", tmp_path / "b.py"])
+    assert str(caught.value).count("no such file") == 2
+
+
+def test_workers_are_told_in_their_environment(monkeypatch, tmp_path):
+    file = tmp_path / "m.py"
+    file.write_text("")
+    described(monkeypatch)
+    add_methods([file], Limits(5, 1e9))
+    del METHODS["other"], registry.SOLVERS["other"]
+    add_announced()
+    (made,) = user_methods()
+    assert (made.name, made.origin.seconds, made.origin.memory) == ("other", 5, 1e9)
+    assert "other" in METHODS
+    assert str(file) in os.environ[external.VARIABLE]
+
+
+def test_a_changed_file_is_another_method(monkeypatch, tmp_path):
+    """--resume must not take the results of an older version."""
+    file = tmp_path / "m.py"
+    keys = []
+    for text in ("first", "second"):
+        file.write_text(text)
+        described(monkeypatch)
+        add_methods([file])
+        plan = plan_scene(load_scene("paraboloid", {"compare.methods": ["reduced"]}))[0]
+        keys.append(task_of(plan, "other", 10).key)
+    assert keys[0] != keys[1]
+
+
+def test_installed_packages_bring_methods_and_a_broken_one_is_left_out(monkeypatch):
+    """The group `roughline.methods`; a package that fails must not stop other commands."""
+    points = metadata.EntryPoints(
+        metadata.EntryPoint(name, f"{name}:Method", GROUP) for name in ("good", "torn")
+    )
+    monkeypatch.setattr(metadata, "entry_points", lambda **which: points.select(**which))
+
+    def describe(work, source, **limits):
+        if source == "entry:torn":
+            return parent.Outcome("raised", reason="ImportError: torn")
+        found = [{"name": "good", "title": "Good", "dimension": 1}]
+        return parent.Outcome("answered", answer={"methods": json.dumps(found)})
+
+    monkeypatch.setattr(parent, "run", describe)
+    assert add_methods() == ["the installed method 'torn': raised: ImportError: torn"]
+    assert [made.origin.source for made in user_methods()] == ["entry:good"]
+
+
+# --- the other side, in this process ----------------------------------------------------------
+
+
+def test_a_file_without_a_method_says_what_is_expected(tmp_path):
+    file = tmp_path / "empty.py"
+    file.write_text("from comparisons.methods import Solver\nprint('imported')\n")
+    with pytest.raises(ValueError, match="no method in the file: expected a function under"):
+        external_work.describe(f"file:{file}")
+
+
+def test_classes_and_functions_are_found_and_imported_ones_are_not(tmp_path):
+    file = tmp_path / "two.py"
+    file.write_text(
+        "from comparisons.methods import Solver, method\n"
+        "from comparisons.methods.normal.reduced import ReducedProfile\n"
+        "class Own(Solver):\n    name = 'own'\n    dimension = 1\n"
+        "class Base(Solver):\n    name = ''\n"
+        "@method('step', physics={'sliding'})\ndef step(task, load, realisation):\n"
+        "    return {}\n"
+    )
+    found = json.loads(external_work.describe(f"file:{file}")["methods"])
+    assert found == [
+        {"name": "own", "title": "", "dimension": 1},
+        {"name": "step", "title": "step", "dimension": 3, "physics": ["sliding"]},
+    ]
+
+
+# --- its verdict ------------------------------------------------------------------------------
+
+
+def test_a_method_of_ones_own_has_its_verdict_beside_the_reduced_model(capsys, tmp_path):
+    """The springs carry 3 pi/4 times the force of Hertz: outside, by 136 %.
+
+    Solved in this process: starting one of its own is tested above, and takes seconds.
+    """
+    registry.add_class(external_work._method(f"file:{EXAMPLE}", "winkler"))
+    few = {"compare.methods": ["closed_form", "reduced", "winkler"]}
+    (plan,) = plan_scene(load_scene("paraboloid", few))
+    scene = record_scene(plan, solve_plan(plan, repeats=1))
+    assert judged_methods(scene) == ["reduced", "winkler"]
+    study = StudyRecord(tmp_path, "2026-01-31T12:00:00", "", "quick", 1.0, {}, {}, (scene,))
+    print_study(study, [])
+    told = capsys.readouterr().out
+    (row,) = [line for line in told.splitlines() if "140\u202f%" in line and "outside 1" in line]
+    assert told.index("The Winkler foundation") < told.index(row)
+    assert "outside 1\u202f%" in row
+    # The sentence is folded where its times happen to end a line.
+    unfolded = re.sub(r"[ \n]+", " ", told)
+    assert "outside: Winkler foundation (force 140\u202f% at load step" in unfolded
+    table = page(study, with_pictures=False).split('id="verdict-table"')[1].split("</table>")[0]
+    assert table.count("winkler") == 1
+
+
+def test_a_method_that_breaks_while_it_plans_is_an_error_not_a_refusal(monkeypatch):
+    """A typing error in `refuses` used to leave the method out, with exit code 0.
+
+    That of an installed package, which nobody asked for, is left out still.
+    """
+    outcomes = {
+        "mine": parent.Outcome("raised", reason="AttributeError: no attribute 'indentor'"),
+        "odd": parent.Outcome("answered", answer={"ok": True, "resolutions": [0]}),
+    }
+    monkeypatch.setattr(parent, "run", lambda work, source, name, *a, **k: outcomes[name])
+    for source in ("file:x", "entry:x"):
+        for name in outcomes:
+            made = UserMethod(Origin(source, name, name, 3, "", 1.0, 1e9))
+            registry.add(made, made.facts)
+        scene = load_scene("paraboloid", {"compare.methods": ["closed_form", *outcomes]})
+        if source == "file:x":
+            with pytest.raises(InputError) as caught:
+                plan_scene(scene)
+            first, second = str(caught.value).splitlines()
+            assert first.startswith("--method-file: mine: paraboloid: planning raised: Attribute")
+            assert second.endswith("malformed answer: resolutions are [0]")
+    refused = {each.method: each.reason for each in plan_scene(scene)[0].methods}
+    assert "planning raised" in refused["mine"]
