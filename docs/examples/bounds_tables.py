@@ -33,8 +33,8 @@ PAGE = Path(__file__).resolve().parents[1] / "bounds.md"
 def timed(work: Callable[[], Interval]) -> tuple[Interval, float]:
     """Return the second call's result and seconds: the first one compiles."""
     started = time.perf_counter()
-    found = work()
-    return found, time.perf_counter() - started
+    bounds = work()
+    return bounds, time.perf_counter() - started
 
 
 def below(value: float) -> str:
@@ -112,8 +112,8 @@ def round_bodies() -> list[list[str]]:
     return rows
 
 
-def _sides(found: Interval, exact: float) -> list[str]:
-    return [below(found.lower / exact - 1), below(found.upper / exact - 1)]
+def _sides(bounds: Interval, exact: float) -> list[str]:
+    return [below(bounds.lower / exact - 1), below(bounds.upper / exact - 1)]
 
 
 # %% [markdown]
@@ -142,8 +142,8 @@ def order() -> list[list[str]]:
     return rows
 
 
-def _errors(found: Interval, exact: float) -> tuple[float, float]:
-    return 1 - found.lower / exact, found.upper / exact - 1
+def _errors(bounds: Interval, exact: float) -> tuple[float, float]:
+    return 1 - bounds.lower / exact, bounds.upper / exact - 1
 
 
 # %% [markdown]
@@ -232,16 +232,16 @@ def sheet() -> list[list[str]]:
     """Stiffness of flat punches over that of the circle of equal area."""
     rows = [["face", "k/(2 E* (A/π)^½) not below", "not above", "width", "s"]]
     for name, (shape, sides, aspect) in SHEET.items():
-        found, seconds = timed(
+        bounds, seconds = timed(
             lambda s=shape, n=sides, a=aspect: proved.punch_stiffness.__wrapped__(s, n, a, "full")
         )
         circle = punches.equal_area_stiffness(proved._area(shape, sides, aspect))
         rows.append(
             [
                 name,
-                f"{found.lower / circle:.5f}",
-                f"{found.upper / circle:.5f}",
-                below(found.width),
+                f"{bounds.lower / circle:.5f}",
+                f"{bounds.upper / circle:.5f}",
+                below(bounds.width),
                 f"{seconds:.0f}",
             ]
         )
