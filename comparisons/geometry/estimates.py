@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from comparisons.scene.physics.loads import Loads
+from comparisons.scene.physics.absolute_loads import AbsoluteLoads
 from reduced.loads import Load
 from reduced.motion.contact import impact_depth
 from reduced.profiles import shapes
@@ -26,7 +26,9 @@ SMALLEST, LARGEST = 1e-9, 1e6
 IMPACTS = 12
 
 
-def largest_contact(scene: Scene, profile: shapes.Profile, loads: Loads) -> tuple[float, float]:
+def largest_contact(
+    scene: Scene, profile: shapes.Profile, loads: AbsoluteLoads
+) -> tuple[float, float]:
     """Return penetration and contact radius of the largest contact in a scene.
 
     Raises
@@ -71,7 +73,7 @@ def impact_contacts(
 
 
 def _adhering(
-    profile: shapes.Profile, modulus: float, pull: float, loads: Loads
+    profile: shapes.Profile, modulus: float, pull: float, loads: AbsoluteLoads
 ) -> tuple[float, float]:
     """Return the largest contact of JKR type: d = g(a) - l(a), l = pull sqrt(a) (Hess).
 

@@ -18,7 +18,7 @@ from scipy.ndimage import zoom
 
 from comparisons.geometry.estimates import impact_contacts, largest_contact
 from comparisons.geometry.topography import MapError, read_map
-from comparisons.scene.physics.loads import Loads, loads_of
+from comparisons.scene.physics.absolute_loads import AbsoluteLoads, loads_of
 from comparisons.scene.scene import Scene, SceneError
 from comparisons.scene.shapes import Indenter, RigidPlane, Sphere
 from comparisons.scene.surface import MeasuredMap, SelfAffine
@@ -153,7 +153,7 @@ def _spacing(size: tuple[float, float], heights: np.ndarray) -> tuple[float, flo
     return size[0] / heights.shape[0], size[1] / heights.shape[1]
 
 
-def prepare(scene: Scene) -> tuple[Geometry, Loads]:
+def prepare(scene: Scene) -> tuple[Geometry, AbsoluteLoads]:
     """Prepare the geometry of a scene and its absolute loads.
 
     Raises
@@ -175,7 +175,7 @@ def prepare(scene: Scene) -> tuple[Geometry, Loads]:
     return geometry, loads_of(scene, unit)
 
 
-def indenter_geometry(scene: Scene, loads: Loads) -> IndenterGeometry:
+def indenter_geometry(scene: Scene, loads: AbsoluteLoads) -> IndenterGeometry:
     """Prepare the geometry of a scene without a rough surface, for some of its loads.
 
     Raises
@@ -264,7 +264,7 @@ def equivalent_profile(indenter: Indenter) -> shapes.Profile:
     return _PROFILES[shape](**parameters)
 
 
-def _largest_estimate(scene: Scene, loads: Loads) -> IndenterGeometry:
+def _largest_estimate(scene: Scene, loads: AbsoluteLoads) -> IndenterGeometry:
     """Estimate the largest contact of a scene with physics; of single steps only impacts."""
     assert scene.indenter is not None
     try:
@@ -286,7 +286,7 @@ def _largest_estimate(scene: Scene, loads: Loads) -> IndenterGeometry:
 COARSEST_SHARE = 1 / 8
 
 
-def _press_estimate(scene: Scene, loads: Loads) -> IndenterGeometry:
+def _press_estimate(scene: Scene, loads: AbsoluteLoads) -> IndenterGeometry:
     assert scene.indenter is not None
     estimates = _Estimates.empty(len(loads.values))
     depth, radius = estimates.depth, estimates.radius
@@ -325,7 +325,9 @@ class _Estimates:
     def empty(cls, loads: int) -> _Estimates:
         return cls(np.full(loads, np.nan), np.full(loads, np.nan), {})
 
-    def fill(self, profile: shapes.Profile, modulus: float, loads: Loads, first: int = 0) -> None:
+    def fill(
+        self, profile: shapes.Profile, modulus: float, loads: AbsoluteLoads, first: int = 0
+    ) -> None:
         """Fill in those of loads, the first of them step `first`.
 
         A line of springs fits its largest contact; contacts much smaller get a finer line. Loads
@@ -351,5 +353,5 @@ class _Estimates:
         cut = start if tail else len(values) // 2
         for low, high in ((0, cut), (cut, start)):
             if low < high:
-                part = Loads(loads.control, values[low:high])
+                part = AbsoluteLoads(loads.control, values[low:high])
                 self.fill(profile, modulus, part, first + low)

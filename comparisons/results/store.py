@@ -28,7 +28,7 @@ from comparisons.errors import ResultsError
 from comparisons.files import read_arrays, write_table, write_text
 from comparisons.results.checks import field_problems, table_problems, with_columns
 from comparisons.results.study_checks import parse_study
-from comparisons.scene.physics.loads import PATHS
+from comparisons.scene.physics.absolute_loads import PATHS
 
 RESULTS = "results.csv"
 MEASURES = "measures.csv"

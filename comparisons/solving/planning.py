@@ -24,8 +24,8 @@ from comparisons.machine import MEMORY_SHARE, free_memory
 from comparisons.methods.normal.bem_fft import ARRAYS_FREE, ARRAYS_PERIODIC
 from comparisons.methods.registry import solver_for
 from comparisons.methods.solver import Refusal, Solver
+from comparisons.scene.physics.absolute_loads import AbsoluteLoads, loads_of
 from comparisons.scene.physics.descriptions import left_out, switched_on
-from comparisons.scene.physics.loads import Loads, loads_of
 from comparisons.scene.scene import Scene, SceneError, validated
 from comparisons.scene.surface import MeasuredMap, SelfAffine
 from comparisons.tasks.task import Task
@@ -60,7 +60,7 @@ class Plan:
 
     scene: Scene
     geometry: Geometry
-    loads: Loads
+    loads: AbsoluteLoads
     methods: tuple[MethodPlan, ...]
     left_out: tuple[tuple[str, str], ...]
     notes: tuple[str, ...]

@@ -12,7 +12,7 @@ from comparisons.facts.methods import METHODS
 from comparisons.geometry.prepare import Geometry
 from comparisons.machine import source_digest, versions
 from comparisons.scene.options import Options
-from comparisons.scene.physics.loads import Loads
+from comparisons.scene.physics.absolute_loads import AbsoluteLoads
 from comparisons.scene.scene import Scene
 
 G = TypeVar("G", bound=Geometry, covariant=True)
@@ -29,7 +29,7 @@ class Task(Generic[G]):
 
     scene: Scene
     geometry: G
-    loads: Loads
+    loads: AbsoluteLoads
     method: str
     resolution: int
     quantities: tuple[str, ...]

@@ -17,8 +17,9 @@ from pathlib import Path
 from comparisons.files import write_text
 from comparisons.formatting import duration, plus_minus, tolerance
 from comparisons.machine import machine_text
-from comparisons.questions.claims.claim import VERDICTS, load_claims
+from comparisons.questions.claims.claim import load_claims
 from comparisons.questions.claims.record import ClaimRecord, ClaimsRecord, load_claims_record
+from comparisons.questions.claims.verdicts import VERDICTS
 from reports.tables.documents import markdown
 
 DOCS = Path(__file__).resolve().parents[1]

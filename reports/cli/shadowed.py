@@ -1,4 +1,4 @@
-"""Start-up check: the four packages have common names and may be shadowed by others."""
+"""Start-up check: the five packages have common names and may be shadowed by others."""
 
 from __future__ import annotations
 

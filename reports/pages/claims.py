@@ -7,8 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from comparisons.files import write_text
-from comparisons.questions.claims.claim import VERDICTS
 from comparisons.questions.claims.record import ClaimRecord, ClaimsRecord, PointRecord
+from comparisons.questions.claims.verdicts import VERDICTS
 from reports.pages.page import render
 from reports.plots.claim import evidence
 from reports.plots.figure import Figure

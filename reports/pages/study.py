@@ -23,7 +23,7 @@ from reports.pages.claims_beside import FOLDER, ClaimsBeside, claims_beside
 from reports.pages.page import render
 from reports.pages.summary import Summary, compared_methods, summary, times_to_errors
 from reports.pictures import pictures
-from reports.plots import curves, errors, loads, model, pressure, speed
+from reports.plots import curves, errors, load_slider, model, pressure, speed
 from reports.plots.figure import Figure
 from reports.plots.style import look
 from reports.tables import scene as tables
@@ -47,7 +47,7 @@ class SceneView:
     figures: dict[str, list[Figure]]
     picture: pictures.Picture
     summary: Summary
-    loads: loads.Loads
+    loads: load_slider.SliderSteps
     settings: Table
     times: Table
     stability: Table
@@ -166,7 +166,7 @@ def _view(scene: SceneRecord, anchor: str, picture: pictures.Picture) -> SceneVi
         },
         picture=picture,
         summary=summary(scene, decided, advice),
-        loads=loads.loads_of(scene),
+        loads=load_slider.slider_steps(scene),
         settings=tables.settings(scene),
         times=times_to_errors(scene, advice),
         stability=tables.stability(scene),

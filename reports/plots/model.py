@@ -13,7 +13,7 @@ from comparisons.facts.quantities import NORMAL
 from comparisons.results import selection
 from comparisons.results.store import SceneRecord
 from reports.plots.figure import Axis, Band, Figure, Level, Series
-from reports.plots.loads import Loads, loads_of
+from reports.plots.load_slider import SliderSteps, slider_steps
 from reports.plots.style import CONTACT, DASHED, INK, MUTED, Look
 
 MOST_LINE_POINTS = 1500
@@ -34,7 +34,7 @@ def reduced_picture(scene: SceneRecord) -> Figure | None:
     return None
 
 
-def _earlier_depths(scene: SceneRecord, loads: Loads) -> list[float]:
+def _earlier_depths(scene: SceneRecord, loads: SliderSteps) -> list[float]:
     """Return the penetration of realisation 0 at all loads but the last; NaN where it failed."""
     rows = selection.solved_rows(scene, MODEL)
     level = selection.column(rows, "resolution")
@@ -71,7 +71,7 @@ def _line_figure(scene: SceneRecord, fields: dict[str, np.ndarray]) -> Figure:
         "The first rough line of the reduced model at the last load. Points above the dashed "
         f"level compress springs ({fmt.relative(share)} of the line)."
     )
-    depths = _earlier_depths(scene, loads_of(scene))
+    depths = _earlier_depths(scene, slider_steps(scene))
     return replace(pressed_to(last), earlier=tuple(pressed_to(top - depth) for depth in depths))
 
 
@@ -103,7 +103,7 @@ def _profile_figure(scene: SceneRecord, fields: dict[str, np.ndarray]) -> Figure
             legend=False,
         )
 
-    depths = _earlier_depths(scene, loads_of(scene))
+    depths = _earlier_depths(scene, slider_steps(scene))
     return replace(pressed_to(last), earlier=tuple(pressed_to(depth) for depth in depths))
 
 

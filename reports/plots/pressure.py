@@ -13,7 +13,7 @@ from comparisons.results import selection
 from comparisons.results.store import SceneRecord
 from comparisons.tasks.shown_loads import at_step, stored_steps
 from reports.plots.figure import Axis, Figure, Map, Series
-from reports.plots.loads import NO_LOADS, Loads, loads_of
+from reports.plots.load_slider import NO_STEPS, SliderSteps, slider_steps
 from reports.plots.style import drawing_order, look
 
 MOST_PIXELS = 96
@@ -51,9 +51,9 @@ def pressures(scene: SceneRecord) -> list[Figure]:
     fields = pressure_fields(scene)
     if not fields:
         return []
-    loads = loads_of(scene)
+    loads = slider_steps(scene)
     if not any(item.earlier for item in fields):
-        loads = NO_LOADS
+        loads = NO_STEPS
     radius, mean = _contact_scales(scene)
     if np.isfinite(radius) and not any(item.rough for item in fields):
         return [_radial(fields, radius, mean, loads)]
@@ -102,7 +102,7 @@ def _field(method: str, level: int, stored: dict[str, np.ndarray]) -> Field | No
     return Field(method, level, x, y, p, _shape(stored, len(p)), "heights" in stored)
 
 
-def _at_loads(item: Field, loads: Loads) -> list[Field | None]:
+def _at_loads(item: Field, loads: SliderSteps) -> list[Field | None]:
     """Return the field at every load of the slider, None for loads not stored."""
     return [item.earlier.get(step) for step in loads.steps[:-1]] + [item]
 
@@ -131,7 +131,7 @@ def _contact_scales(scene: SceneRecord) -> tuple[float, float]:
     return float("nan"), float("nan")
 
 
-def _radial(fields: list[Field], radius: float, mean: float, loads: Loads) -> Figure:
+def _radial(fields: list[Field], radius: float, mean: float, loads: SliderSteps) -> Figure:
     curves = [
         [_scaled(at_load, radius, mean) for at_load in _at_loads(item, loads)] for item in fields
     ]
@@ -235,7 +235,7 @@ def _coarsened(values: np.ndarray, x: np.ndarray, y: np.ndarray) -> tuple[np.nda
     return blocks.max(axis=(1, 3)), centres[0], centres[1]
 
 
-def _map(item: Field, loads: Loads) -> Figure:
+def _map(item: Field, loads: SliderSteps) -> Figure:
     x, y, p, cells = _shown_part(item)
     limit = _ceiling(np.where(p > 0, p, np.nan))
     caption = f"Contact pressure, {look(item.method).label}, N = {item.resolution}. "
@@ -256,7 +256,7 @@ def _map(item: Field, loads: Loads) -> Figure:
         Axis("y", scale=across, limits=_outer(y)),
         quantity="pressure",
     )
-    frames = _at_loads(item, loads if item.earlier else NO_LOADS)
+    frames = _at_loads(item, loads if item.earlier else NO_STEPS)
     return _moving([replace(figure, map=_filled(empty, frame)) for frame in frames])
 
 
@@ -295,7 +295,7 @@ def _ceiling(values: np.ndarray) -> float | None:
     return high if finite.max() > 2 * high else None
 
 
-def _cut(fields: list[Field], chosen: Field, loads: Loads) -> Figure:
+def _cut(fields: list[Field], chosen: Field, loads: SliderSteps) -> Figure:
     """Return the pressure along x through the maximum of the chosen solution."""
     height = float(chosen.y[np.argmax(chosen.pressure)]) if chosen.rough else 0.0
     extent = np.ptp(chosen.x[chosen.pressure > 0])

@@ -8,7 +8,7 @@ from itertools import pairwise
 import numpy as np
 
 from comparisons.geometry.prepare import IndenterGeometry
-from comparisons.scene.physics.loads import Loads
+from comparisons.scene.physics.absolute_loads import AbsoluteLoads
 from comparisons.scene.physics.tables.adhesion import Adhesion
 from comparisons.scene.shapes import Indenter
 from reference.errors import ConvergenceError
@@ -53,7 +53,7 @@ class GridWalk:
     unknowns: int
 
 
-def peeled_walk(body: AdhesiveContact, loads: Loads, resolution: int) -> GridWalk:
+def peeled_walk(body: AdhesiveContact, loads: AbsoluteLoads, resolution: int) -> GridWalk:
     """Short range: the sets of cells that hold, largest first, serve the way in and out.
 
     That is right for bodies with one stable contact at a load: single compact ones.
@@ -130,7 +130,7 @@ def _grid(body: AdhesiveContact, resolution: int, level: float) -> tuple[FreeOpe
     return FreeOperator((nx, ny), (cell, cell), body.modulus), gap
 
 
-def cohesive_walk(body: AdhesiveContact, loads: Loads, resolution: int) -> GridWalk:
+def cohesive_walk(body: AdhesiveContact, loads: AbsoluteLoads, resolution: int) -> GridWalk:
     """Any range: the whole path of equilibria, and on it the places where the loads lead."""
     work, reach, geometry = body.adhesion.work, body.adhesion.range, body.geometry
     law = dugdale(work, work / reach, ramp=_RAMP)
@@ -156,7 +156,7 @@ def cohesive_walk(body: AdhesiveContact, loads: Loads, resolution: int) -> GridW
 
 
 def _path(
-    problem: CohesiveProblem, loads: Loads, penetration: float, length: float
+    problem: CohesiveProblem, loads: AbsoluteLoads, penetration: float, length: float
 ) -> CohesivePath:
     """Path from beyond the largest load to far apart; lengths in units of `length`."""
     top = max(penetration, float(loads.values.max())) if loads.control == "penetration" else 0.0

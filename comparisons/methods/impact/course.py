@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from comparisons.scene.physics.loads import Loads
+from comparisons.scene.physics.absolute_loads import AbsoluteLoads
 from comparisons.scene.physics.tables.dynamics import Dynamics
 from comparisons.tasks.solution import Solution
 from comparisons.tasks.task import Task
@@ -26,7 +26,7 @@ _DEEPER, _ROUNDS = 1.5, 12
 History = tuple[np.ndarray, np.ndarray] | None
 
 
-def history_of(loads: Loads, times: np.ndarray) -> History:
+def history_of(loads: AbsoluteLoads, times: np.ndarray) -> History:
     """Return times and forces on the mass, None where nothing pushes it."""
     return (times, loads.values) if loads.control == "force" else None
 

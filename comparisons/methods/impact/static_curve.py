@@ -19,7 +19,7 @@ from comparisons.geometry.prepare import (
 )
 from comparisons.methods.runner import run
 from comparisons.methods.solver import Refused, Solver, needed
-from comparisons.scene.physics.loads import loads_of
+from comparisons.scene.physics.absolute_loads import loads_of
 from comparisons.scene.scene import Scene, validated
 from comparisons.tasks.solution import Solution
 from comparisons.tasks.task import Task

@@ -19,7 +19,7 @@ from comparisons.methods.normal.closed_form import ClosedForm
 from comparisons.methods.normal.grid import Grid, Operator, make_grid
 from comparisons.methods.normal.reduced import ReducedProfile, line_picture
 from comparisons.methods.solver import Refused, needed
-from comparisons.scene.physics.loads import Loads, loads_of
+from comparisons.scene.physics.absolute_loads import AbsoluteLoads, loads_of
 from comparisons.scene.physics.tables.viscoelastic import Viscoelastic
 from comparisons.scene.scene import Scene
 from comparisons.tasks.solution import Solution
@@ -91,11 +91,11 @@ def _pressed(scene: Scene) -> Viscoelastic:
     return body
 
 
-def _times(loads: Loads) -> np.ndarray:
+def _times(loads: AbsoluteLoads) -> np.ndarray:
     return needed(loads.times, "no history in time")
 
 
-def _divided(loads: Loads, steps: int, *, graded: bool = False) -> tuple[np.ndarray, int]:
+def _divided(loads: AbsoluteLoads, steps: int, *, graded: bool = False) -> tuple[np.ndarray, int]:
     """Return the times with each stretch divided, in all about `steps`, and by how much.
 
     Graded, the first stretch has its short steps first.
@@ -109,7 +109,7 @@ def _divided(loads: Loads, steps: int, *, graded: bool = False) -> tuple[np.ndar
     return np.concatenate([times[:1], *inner]), parts
 
 
-def _values(loads: Loads, times: np.ndarray) -> np.ndarray:
+def _values(loads: AbsoluteLoads, times: np.ndarray) -> np.ndarray:
     """Return the prescribed load at the times of finer steps."""
     return np.interp(times, _times(loads), loads.values)
 
@@ -152,7 +152,7 @@ class ReducedMemory(ReducedProfile):
         solution.fields = line_picture(*picture)
         return solution
 
-    def _walk(self, loads: Loads, springs: int) -> tuple[History, int]:
+    def _walk(self, loads: AbsoluteLoads, springs: int) -> tuple[History, int]:
         forced = loads.control == "force"
         steps = STEPS_OF_SPRINGS * springs if forced else 1
         times, parts = _divided(loads, steps, graded=forced and self.material.viscosity > 0)
@@ -206,7 +206,7 @@ class ClosedFormMemory(ClosedForm):
         }
         return Solution.of(task, curves, violation=0.0)
 
-    def _integrated(self, loads: Loads, steps: np.ndarray) -> reference.Curve:
+    def _integrated(self, loads: AbsoluteLoads, steps: np.ndarray) -> reference.Curve:
         """Evaluate the integral of the control at some of the steps."""
         integrate = reference.creep if loads.control == "force" else reference.indentation
         times = _times(loads)

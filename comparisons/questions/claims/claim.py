@@ -26,6 +26,7 @@ from comparisons.errors import InputError
 from comparisons.facts.methods import METHODS, MODEL
 from comparisons.facts.quantities import COMPARABLE, FIELDS
 from comparisons.questions.claims.headlines import builtin_claims, chapter_order
+from comparisons.questions.claims.verdicts import VERDICTS
 from comparisons.questions.experiments import EXPERIMENTS
 from comparisons.scene.fields import Finite, KnownMethod, Positive, fail
 from comparisons.scene.problems import readable
@@ -33,9 +34,6 @@ from comparisons.scene.scene import load_scene
 from comparisons.scene.toml_files import read_toml
 from comparisons.scene.units import number_and_unit
 
-HOLDS, FAILS = "holds", "fails"
-IN_A_RANGE, NOT_RESOLVED = "holds in a range", "not resolved"
-VERDICTS = (HOLDS, FAILS, IN_A_RANGE, NOT_RESOLVED)
 # What the equivalent diameter says about the contact area when the true stiffness is known.
 AREA_FROM_STIFFNESS = "area_from_stiffness"
 # What a claim may be about: what a scene may ask for, and what follows from it.

@@ -5,7 +5,7 @@ from __future__ import annotations
 from pathlib import Path
 
 from comparisons.files import write_text
-from comparisons.questions.claims.claim import NOT_RESOLVED
+from comparisons.judging.verdicts import NOT_RESOLVED
 from comparisons.results.header import Form, Header, read_record
 
 RECORD = "claims.json"
@@ -23,7 +23,7 @@ class PointRecord(Form):
 
 
 class RangeRecord(Form):
-    """A stretch over which the claim holds; see comparisons.questions.claims.search.Range."""
+    """A stretch over which the claim holds; see comparisons.questions.claims.boundaries.Range."""
 
     low: float
     high: float

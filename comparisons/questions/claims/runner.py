@@ -18,6 +18,7 @@ from comparisons.files import plain, write_text
 from comparisons.machine import versions
 from comparisons.methods.user.external import user_methods
 from comparisons.questions.campaign import Campaign, Options
+from comparisons.questions.claims.boundaries import Point, ranges_of, search
 from comparisons.questions.claims.claim import Claim
 from comparisons.questions.claims.record import (
     RECORD,
@@ -29,7 +30,7 @@ from comparisons.questions.claims.record import (
     save_claims,
 )
 from comparisons.questions.claims.scenes import measure_scene
-from comparisons.questions.claims.search import Point, ranges_of, search, verdict_of
+from comparisons.questions.claims.verdicts import verdict_of
 from comparisons.questions.claims.wording import sentence, value
 from comparisons.questions.experiments import EXPERIMENTS, Measurement
 from comparisons.questions.experiments.base import Effort
@@ -103,7 +104,8 @@ def judged_claim(claim: Claim, effort: Effort) -> Inquiry[ClaimRecord]:
 
     halvings = 0 if claim.vary is None else claim.vary.halvings(effort)
     points = yield from search(claim.vary, claim.tolerance, measure, halvings)
-    verdict, ranges = verdict_of(points, effort), ranges_of(points)
+    verdict = verdict_of((point.word for point in points), effort)
+    ranges = ranges_of(points)
     return ClaimRecord(
         **claim.model_dump(include=COPIED),
         what=_subject(claim),

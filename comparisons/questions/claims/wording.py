@@ -8,8 +8,9 @@ import numpy as np
 
 from comparisons.formatting import number, plus_minus, tolerance, without_padding
 from comparisons.judging.verdicts import NO_RESULT, OUTSIDE, WITHIN
-from comparisons.questions.claims.claim import FAILS, HOLDS, IN_A_RANGE, Claim
-from comparisons.questions.claims.search import Point, Range
+from comparisons.questions.claims.boundaries import Point, Range
+from comparisons.questions.claims.claim import Claim
+from comparisons.questions.claims.verdicts import FAILS, HOLDS, IN_A_RANGE
 
 
 def sentence(claim: Claim, verdict: str, points: list[Point], ranges: list[Range]) -> str:

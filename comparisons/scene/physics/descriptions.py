@@ -7,13 +7,13 @@ from typing import TYPE_CHECKING
 
 from comparisons.facts.quantities import quantity
 from comparisons.formatting import unpadded
-from comparisons.scene.physics.loads import Loads
+from comparisons.scene.physics.absolute_loads import AbsoluteLoads
 
 if TYPE_CHECKING:
     from comparisons.scene.scene import Scene
 
 
-def switched_on(scene: Scene, loads: Loads) -> Iterable[tuple[str, str]]:
+def switched_on(scene: Scene, loads: AbsoluteLoads) -> Iterable[tuple[str, str]]:
     """Yield each part of the physics beyond frictionless elastic contact, and how it acts."""
     for name in scene.physics:
         yield getattr(scene, name).description(scene)
@@ -48,7 +48,7 @@ def left_out(scene: Scene) -> Iterable[tuple[str, str]]:
         yield "Coulomb friction at the surface", "the loss is due to the body alone"
 
 
-def _axis(loads: Loads) -> str:
+def _axis(loads: AbsoluteLoads) -> str:
     """Say what the steps are, and at which normal load."""
     steps = len(loads.values)
     control_label = quantity(loads.control).label

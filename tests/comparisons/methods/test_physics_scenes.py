@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from comparisons.geometry.prepare import prepare
-from comparisons.scene.physics.loads import loads_of
+from comparisons.scene.physics.absolute_loads import loads_of
 from comparisons.scene.scene import SceneError, load_scene, make_scene, parse_scene
 from comparisons.solving.planning import plan_scene
 
@@ -44,7 +44,8 @@ def test_a_tangential_path_starts_at_zero_under_the_last_normal_load(scene):
     assert (found.control, found.axis, found.is_path) == ("tangential_force", "step", True)
     assert found.values.tolist() == [0.5, 1.0, 0.0, -1.0]
     assert found.normal is not None
-    assert found.normal.keyword["force"].tolist() == [10.0]
+    assert found.normal.control == "force"
+    assert found.normal.values.tolist() == [10.0]
 
 
 def test_a_history_is_divided_in_load_and_time_alike(scene):

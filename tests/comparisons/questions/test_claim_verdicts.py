@@ -12,19 +12,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from comparisons.errors import ResultsError
-from comparisons.questions.claims.claim import (
-    FAILS,
-    HOLDS,
-    IN_A_RANGE,
-    NOT_RESOLVED,
-    Vary,
-    load_claims,
-    make_claim,
-)
+from comparisons.judging.verdicts import NOT_RESOLVED
+from comparisons.questions.claims.boundaries import grid, ranges_of, search
+from comparisons.questions.claims.claim import Vary, load_claims, make_claim
 from comparisons.questions.claims.record import load_claims_record
 from comparisons.questions.claims.runner import MEASUREMENTS, ClaimRun, judge_claim
 from comparisons.questions.claims.scenes import _deciding, _plan, interval, measure_scene
-from comparisons.questions.claims.search import grid, ranges_of, search, verdict_of
+from comparisons.questions.claims.verdicts import FAILS, HOLDS, IN_A_RANGE, verdict_of
 from comparisons.questions.experiments import EXPERIMENTS, Experiment, Measurement
 from comparisons.solving.inquiries import answer_of
 
@@ -60,6 +54,10 @@ def experiment_claim(monkeypatch, measure, **more):
     return make_claim(data | more, "a.toml", Path())
 
 
+def words_on(points):
+    return [point.word for point in points]
+
+
 @pytest.mark.parametrize(
     ("errors", "verdict"),
     [
@@ -75,9 +73,9 @@ def experiment_claim(monkeypatch, measure, **more):
 def test_one_point_outside_refutes_and_all_must_be_within(errors, verdict):
     """With a bar of 0.05 % around a tolerance of 1 %."""
     points = found(lambda x: errors[0] if x < 5 else errors[1], bar=5e-4, bisections=0)
-    assert verdict_of(points) == verdict
+    assert verdict_of(words_on(points)) == verdict
     open_failure = verdict == FAILS and any(point.word == NOT_RESOLVED for point in points)
-    assert verdict_of(points, "quick") == (NOT_RESOLVED if open_failure else verdict)
+    assert verdict_of(words_on(points), "quick") == (NOT_RESOLVED if open_failure else verdict)
 
 
 @given(st.floats(1.05, 9.5), st.sampled_from(["linear", "log"]))
@@ -85,7 +83,7 @@ def test_the_boundary_of_a_range_is_found_to_the_halved_interval(edge, spacing):
     """Error = t x / edge: it holds up to the edge, and twelve halvings of a third enclose it."""
     points = found(lambda x: TOLERANCE * x / edge, spacing=spacing)
     (stretch,) = ranges_of(points)
-    assert verdict_of(points) == IN_A_RANGE
+    assert verdict_of(words_on(points)) == IN_A_RANGE
     assert stretch.low == 1
     assert stretch.below is None
     assert stretch.high <= edge <= stretch.above
@@ -104,7 +102,7 @@ def test_bisection_stops_where_nothing_is_resolved():
     """Around the boundary the bar is wide: the range ends at the last certain point."""
     points = found(lambda x: 0.002 * x, bar=lambda x: 0.02 if 4.2 < x < 6.5 else 0.0, bisections=40)
     assert len(points) < 10
-    assert verdict_of(points) == IN_A_RANGE
+    assert verdict_of(words_on(points)) == IN_A_RANGE
 
 
 def test_whole_numbers_stay_whole():
@@ -124,7 +122,7 @@ def test_a_logarithmic_range_may_span_all_numbers():
         lambda x: float(x > 1e100), 0.0, 4, start=1e-300, end=1e300, steps=5, spacing="log"
     )
     assert all(math.isfinite(point.parameter) for point in points)
-    assert verdict_of(points) == IN_A_RANGE
+    assert verdict_of(words_on(points)) == IN_A_RANGE
 
 
 def test_springs_that_would_take_all_memory_are_no_result():

@@ -8,8 +8,9 @@ from dataclasses import replace
 
 import pytest
 
-from comparisons.questions.claims.claim import IN_A_RANGE, load_claims
+from comparisons.questions.claims.claim import load_claims
 from comparisons.questions.claims.record import load_claims_record
+from comparisons.questions.claims.verdicts import IN_A_RANGE
 from reports.cli.cli import run_command
 from reports.pages.claims import claims_page
 from reports.plots.claim import evidence

@@ -9,9 +9,8 @@ from itertools import groupby, pairwise
 import numpy as np
 
 from comparisons.judging.verdicts import OUTSIDE, WITHIN, judge
-from comparisons.questions.claims.claim import FAILS, HOLDS, IN_A_RANGE, NOT_RESOLVED, Vary
+from comparisons.questions.claims.claim import Vary
 from comparisons.questions.experiments import Measurement
-from comparisons.questions.experiments.base import Effort
 from comparisons.solving.inquiries import Inquiry, together
 
 Measure = Callable[[float | None], Inquiry[Measurement]]
@@ -111,24 +110,6 @@ def _between(vary: Vary, low: float, high: float) -> float | None:
         return middle
     middle = float(round(middle))
     return middle if low < middle < high else None
-
-
-def verdict_of(points: list[Point], effort: Effort = "full") -> str:
-    """Return the verdict on a claim from all that was measured.
-
-    One point outside refutes a claim that is stated for the whole range: it "holds in a range" if
-    another is within, else it "fails". Without any outside it "holds" if all are within, else it
-    is "not resolved". The wide bars of a quick effort may hide a range: what is outside wherever it
-    is resolved then "fails" only if no point is open.
-    """
-    verdicts = {point.word for point in points}
-    if verdicts == {WITHIN}:
-        return HOLDS
-    if OUTSIDE not in verdicts:
-        return NOT_RESOLVED
-    if WITHIN in verdicts:
-        return IN_A_RANGE
-    return FAILS if effort == "full" or verdicts == {OUTSIDE} else NOT_RESOLVED
 
 
 def ranges_of(points: list[Point]) -> list[Range]:

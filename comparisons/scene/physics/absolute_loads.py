@@ -19,7 +19,7 @@ PATHS = ("step", "time")
 
 
 @dataclass(frozen=True)
-class Loads:
+class AbsoluteLoads:
     """Absolute loads, step by step.
 
     Attributes
@@ -32,7 +32,7 @@ class Loads:
         Along what steps are compared: `control` itself, or "step" (a path), or "time".
     times : ndarray, shape (k,), optional
         Of each step, where the axis is time.
-    normal : Loads, optional
+    normal : AbsoluteLoads, optional
         The normal load under which a tangential path is walked, or bodies slide: one value.
     """
 
@@ -40,16 +40,11 @@ class Loads:
     values: np.ndarray
     axis: str = ""
     times: np.ndarray | None = None
-    normal: Loads | None = None
+    normal: AbsoluteLoads | None = None
 
     def __post_init__(self) -> None:
         if not self.axis:
             object.__setattr__(self, "axis", self.control)
-
-    @property
-    def keyword(self) -> dict[str, np.ndarray]:
-        """The loads as the keyword argument that every solver takes."""
-        return {self.control: self.values}
 
     @property
     def is_path(self) -> bool:
@@ -68,7 +63,7 @@ class Loads:
         return columns if self.times is None else columns | {"time": self.times}
 
 
-def loads_of(scene: Scene, unit: float = 1.0) -> Loads:
+def loads_of(scene: Scene, unit: float = 1.0) -> AbsoluteLoads:
     """Return what a scene walks along.
 
     Parameters
@@ -79,19 +74,19 @@ def loads_of(scene: Scene, unit: float = 1.0) -> Loads:
     """
     loading = scene.loading
     if scene.dynamics is not None and loading.time is None:
-        return Loads("velocity", np.array(scene.dynamics.velocity.values))
+        return AbsoluteLoads("velocity", np.array(scene.dynamics.velocity.values))
     if loading.time is not None:
         times = loading.along("time")
         if scene.dynamics is not None and not loading.force:
-            return Loads("time", times, "time", times)
-        return Loads(loading.control, loading.along(loading.control) * unit, "time", times)
+            return AbsoluteLoads("time", times, "time", times)
+        return AbsoluteLoads(loading.control, loading.along(loading.control) * unit, "time", times)
     if scene.adhesion is not None and loading.tangential is None:
-        return Loads(loading.control, loading.along(loading.control) * unit, "step")
+        return AbsoluteLoads(loading.control, loading.along(loading.control) * unit, "step")
     if scene.sliding is None and loading.tangential is None:
-        return Loads(loading.control, np.array(loading.range.values) * unit)
-    normal = Loads(loading.control, np.array(loading.range.values[-1:]) * unit)
+        return AbsoluteLoads(loading.control, np.array(loading.range.values) * unit)
+    normal = AbsoluteLoads(loading.control, np.array(loading.range.values[-1:]) * unit)
     if scene.sliding is not None:
-        return Loads("speed", np.array(scene.sliding.speed.values), normal=normal)
+        return AbsoluteLoads("speed", np.array(scene.sliding.speed.values), normal=normal)
     assert loading.tangential is not None
     path = loading.along(loading.tangential, start=0.0)
-    return Loads(loading.tangential, path, "step", normal=normal)
+    return AbsoluteLoads(loading.tangential, path, "step", normal=normal)

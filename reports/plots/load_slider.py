@@ -14,28 +14,28 @@ from comparisons.tasks.shown_loads import shown_steps
 
 
 @dataclass(frozen=True)
-class Loads:
+class SliderSteps:
     """The load steps of a scene's slider, counted from zero, and their labels."""
 
     steps: tuple[int, ...]
     labels: tuple[str, ...]
 
 
-NO_LOADS = Loads((), ())
+NO_STEPS = SliderSteps((), ())
 
 
-def loads_of(scene: SceneRecord) -> Loads:
+def slider_steps(scene: SceneRecord) -> SliderSteps:
     """Return the loads of the slider; none for a single load, a path or a speed range."""
     if scene.control not in NORMAL or scene.is_path:
-        return NO_LOADS
+        return NO_STEPS
     rows = selection.solved(scene)
     steps = selection.column(rows, "step")
     if not len(steps) or steps.min() < 0 or steps.max() > 10**6:
-        return NO_LOADS
+        return NO_STEPS
     count = int(steps.max()) + 1
     chosen = shown_steps(count)
     if len(chosen) < 2:
-        return NO_LOADS
+        return NO_STEPS
     values = selection.column(rows, scene.control)
     row = quantity(scene.control)
     labels = []
@@ -43,4 +43,4 @@ def loads_of(scene: SceneRecord) -> Loads:
         loads_of_step = values[(steps == step) & np.isfinite(values)]
         size = fmt.with_unit(loads_of_step[0], row.unit) if len(loads_of_step) else fmt.MISSING
         labels.append(f"{row.label} {size} (load {step + 1} of {count})")
-    return Loads(chosen, tuple(labels))
+    return SliderSteps(chosen, tuple(labels))

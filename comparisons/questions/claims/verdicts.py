@@ -1,0 +1,34 @@
+"""The words on a claim, from the words on its points (`comparisons.judging.verdicts`)."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+
+from comparisons.judging.verdicts import NOT_RESOLVED, OUTSIDE, WITHIN
+from comparisons.questions.experiments.base import Effort
+
+HOLDS, FAILS, IN_A_RANGE = "holds", "fails", "holds in a range"
+VERDICTS = (HOLDS, FAILS, IN_A_RANGE, NOT_RESOLVED)
+
+
+def verdict_of(points: Iterable[str], effort: Effort = "full") -> str:
+    """Return the verdict on a claim from the words on all points that were measured.
+
+    One point outside refutes a claim that is stated for the whole range: it "holds in a range" if
+    another is within, else it "fails". Without any outside it "holds" if all are within, else it
+    is "not resolved". The wide bars of a quick effort may hide a range: what is outside wherever it
+    is resolved then "fails" only if no point is open.
+
+    >>> verdict_of(["within", "within"]), verdict_of(["within", "outside"])
+    ('holds', 'holds in a range')
+    >>> verdict_of(["outside", "not resolved"]), verdict_of(["outside", "not resolved"], "quick")
+    ('fails', 'not resolved')
+    """
+    words = set(points)
+    if words == {WITHIN}:
+        return HOLDS
+    if OUTSIDE not in words:
+        return NOT_RESOLVED
+    if WITHIN in words:
+        return IN_A_RANGE
+    return FAILS if effort == "full" or words == {OUTSIDE} else NOT_RESOLVED
