@@ -136,7 +136,7 @@ scene = { indentor = 3 }
     for part in (
         "a.toml: colour: unknown key",
         "b.toml: one: title: expected, but missing",
-        "b.toml: one: hard: expected a text that is not empty",
+        "b.toml: one: hard: expected a non-empty text",
         "b.toml: one: colour: unknown key",
         "b.toml: one: resolutions.reduced: expected greater than or equal to 1",
         "b.toml: one: resolutions.tamaas.[key]: expected 'closed_form'",

@@ -239,7 +239,7 @@ def test_what_cannot_be_done_is_said():
     ball = spring_contact(Springs(paraboloid(1.0), 1.0), 0.1)
     with pytest.raises(ValueError, match=r"mass must be.*damping must be finite and >= 0"):
         Mass(0.0, damping=-1.0)
-    with pytest.raises(ValueError, match=r"step must be.*multiple of every = 2"):
+    with pytest.raises(ValueError, match=r"step must be.*multiple of stride = 2"):
         Stepping(0.0, 3, stride=2)
     with pytest.raises(ValueError, match="scheme must be one of"):
         move(ball, Mass(1.0), Stepping(0.1, 1), scheme="euler")
