@@ -13,7 +13,7 @@ import numpy as np
 from comparisons.scene.physics.absolute_loads import AbsoluteLoads
 from reduced.loads import Load
 from reduced.motion.contact import impact_depth
-from reduced.profiles import shapes
+from reduced.profiles import equivalents
 from reduced.springs.indent import indent
 from reduced.springs.line import Springs
 
@@ -27,7 +27,7 @@ IMPACTS = 12
 
 
 def largest_contact(
-    scene: Scene, profile: shapes.Profile, loads: AbsoluteLoads
+    scene: Scene, profile: equivalents.Profile, loads: AbsoluteLoads
 ) -> tuple[float, float]:
     """Return penetration and contact radius of the largest contact in a scene.
 
@@ -57,7 +57,7 @@ def largest_contact(
 
 
 def impact_contacts(
-    scene: Scene, profile: shapes.Profile, velocities: np.ndarray
+    scene: Scene, profile: equivalents.Profile, velocities: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return penetration and contact radius of the impact at each velocity, increasing.
 
@@ -73,7 +73,7 @@ def impact_contacts(
 
 
 def _adhering(
-    profile: shapes.Profile, modulus: float, pull: float, loads: AbsoluteLoads
+    profile: equivalents.Profile, modulus: float, pull: float, loads: AbsoluteLoads
 ) -> tuple[float, float]:
     """Return the largest contact of JKR type: d = g(a) - l(a), l = pull sqrt(a) (Hess).
 

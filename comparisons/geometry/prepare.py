@@ -18,12 +18,12 @@ from scipy.ndimage import zoom
 
 from comparisons.geometry.estimates import impact_contacts, largest_contact
 from comparisons.geometry.topography import MapError, read_map
+from comparisons.scene.indenters import Indenter, Profile, RigidPlane, Sphere
 from comparisons.scene.physics.absolute_loads import AbsoluteLoads, loads_of
 from comparisons.scene.scene import Scene, SceneError
-from comparisons.scene.shapes import Indenter, RigidPlane, Sphere
 from comparisons.scene.surface import MeasuredMap, SelfAffine
 from reduced.loads import Load
-from reduced.profiles import shapes
+from reduced.profiles import equivalents
 from reduced.springs.indent import indent
 from reduced.springs.line import Springs
 from reference import surfaces
@@ -236,32 +236,26 @@ def _measured(scene: Scene, surface: MeasuredMap) -> RoughGeometry:
     )
 
 
-_PROFILES = {
-    profile.__name__: profile
-    for profile in (
-        *(shapes.paraboloid, shapes.sphere, shapes.cone, shapes.power_law, shapes.cylinder),
-        *(shapes.rounded_punch, shapes.ellipsoid),
-    )
-}
-
-
-def equivalent_profile(indenter: Indenter) -> shapes.Profile:
+def equivalent_profile(indenter: Indenter) -> equivalents.Profile:
     """Return the reduced model's profile of an indenter, by the rule that the chapter uses.
 
     Exact (MDR) for axisymmetric shapes, the Gaussian radius for ellipsoids, and
     D = (4 A / pi)^(1/2) for flat punches of any outline.
+
+    Raises
+    ------
+    ValueError
+        If `reduced.profiles.equivalents` has none for the shape.
     """
-    parameters = indenter.model_dump(exclude={"shape"})
-    shape = indenter.model_dump(include={"shape"})["shape"]
-    if shape == "profile":
-        return shapes.tabulated(
-            np.array(parameters["r"]),
-            np.array(parameters["f"]),
-            interpolation=parameters["interpolation"],
-        )
-    if indenter.face_area is not None and shape != "cylinder":
-        return shapes.equivalent_punch(indenter.face_area)
-    return _PROFILES[shape](**parameters)
+    if isinstance(indenter, Profile):
+        r, f = np.array(indenter.r), np.array(indenter.f)
+        return equivalents.tabulated(r, f, interpolation=indenter.interpolation)
+    profile = indenter.made_by(equivalents)
+    if profile is None and indenter.face_area is not None:
+        profile = equivalents.equivalent_punch(indenter.face_area)
+    if profile is None:
+        raise ValueError(f"no equivalent profile is known for a {indenter.in_words}")
+    return profile
 
 
 def _largest_estimate(scene: Scene, loads: AbsoluteLoads) -> IndenterGeometry:
@@ -326,7 +320,7 @@ class _Estimates:
         return cls(np.full(loads, np.nan), np.full(loads, np.nan), {})
 
     def fill(
-        self, profile: shapes.Profile, modulus: float, loads: AbsoluteLoads, first: int = 0
+        self, profile: equivalents.Profile, modulus: float, loads: AbsoluteLoads, first: int = 0
     ) -> None:
         """Fill in those of loads, the first of them step `first`.
 

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
 
-from comparisons.scene import shapes
+from comparisons.scene import indenters
 from comparisons.scene.scene import Scene
 from reference.bounds import axisymmetric, bodies, homogeneous, outlines, punches
 from reference.bounds.interval import Interval
@@ -60,25 +60,25 @@ def proof_of(scene: Scene) -> Proof:
     return _proof(scene.indenter, scene.effective_modulus)
 
 
-def _proof(indenter: shapes.Indenter, modulus: float) -> Proof:
+def _proof(indenter: indenters.Indenter, modulus: float) -> Proof:
     profile = _profile(indenter)
     if profile is not None:
         return _round(profile, modulus)
-    if isinstance(indenter, shapes.Ellipsoid):
+    if isinstance(indenter, indenters.Ellipsoid):
         return _homogeneous(bodies.Paraboloid(indenter.radius_x, indenter.radius_y), modulus)
     return _punch(_stiffness(indenter), modulus)
 
 
-def _profile(indenter: shapes.Indenter) -> Profile | None:
-    if isinstance(indenter, shapes.Paraboloid):
+def _profile(indenter: indenters.Indenter) -> Profile | None:
+    if isinstance(indenter, indenters.Paraboloid):
         return paraboloid(indenter.radius)
-    if isinstance(indenter, shapes.Sphere):
+    if isinstance(indenter, indenters.Sphere):
         return Sphere(indenter.radius)
-    if isinstance(indenter, shapes.Cone):
+    if isinstance(indenter, indenters.Cone):
         return cone(indenter.slope)
-    if isinstance(indenter, shapes.RoundedPunch):
+    if isinstance(indenter, indenters.RoundedPunch):
         return RoundedPunch(indenter.flat_radius, indenter.edge_radius)
-    if isinstance(indenter, shapes.PowerLaw):
+    if isinstance(indenter, indenters.PowerLaw):
         if indenter.exponent < 1:
             raise Unproved("the bounds are for convex bodies, f = c r^n with n >= 1")
         return PowerLaw(indenter.exponent, indenter.coefficient)
@@ -123,18 +123,18 @@ def _punch(stiffness: Interval, modulus: float) -> Proof:
 
 
 @lru_cache(maxsize=32)
-def _stiffness(indenter: shapes.Indenter) -> Interval:
+def _stiffness(indenter: indenters.Indenter) -> Interval:
     """Stiffness k/E* of a flat punch."""
-    if isinstance(indenter, shapes.Cylinder):
+    if isinstance(indenter, indenters.Cylinder):
         return axisymmetric.disc_stiffness(indenter.radius, 1.0)
-    if isinstance(indenter, shapes.RightAngledPunch):
+    if isinstance(indenter, indenters.RightAngledPunch):
         sides = indenter.lengths
         return punches.bounded(
             outlines.rectangle(*sides, _AROUND[0], punches.DISPLACEMENT_EXPONENT),
             outlines.rectangle(*sides, _AROUND[1], punches.PRESSURE_EXPONENT),
             _CELLS,
         )
-    if isinstance(indenter, shapes.PolygonPunch):
+    if isinstance(indenter, indenters.PolygonPunch):
         return _of_polygon([(float(x), float(y)) for x, y in indenter.corners])
     raise Unproved(f"no bound is computed for a {type(indenter).__name__.lower()}")
 

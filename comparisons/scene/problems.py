@@ -6,7 +6,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from comparisons.scene.fields import excerpt
-from comparisons.scene.shapes import SHAPES
+from comparisons.scene.indenters import SHAPES
 
 # What pydantic says in the language of Python, in the language of scene files.
 _PLAIN = {

@@ -31,6 +31,7 @@ from comparisons.scene import body as body_table
 from comparisons.scene.body import Body
 from comparisons.scene.fields import KnownMethod, Positive, fail
 from comparisons.scene.half_space import RELAXES, HalfSpace
+from comparisons.scene.indenters import AnyIndenter
 from comparisons.scene.loading import PATH, Loading
 from comparisons.scene.options import MethodOptions
 from comparisons.scene.physics.combinations import (
@@ -40,7 +41,6 @@ from comparisons.scene.physics.combinations import (
 )
 from comparisons.scene.physics.tables import TABLES
 from comparisons.scene.problems import readable
-from comparisons.scene.shapes import AnyIndenter
 from comparisons.scene.surface import Surface
 from comparisons.scene.toml_files import parse_toml, read_toml
 

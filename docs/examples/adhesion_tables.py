@@ -13,7 +13,7 @@ import numpy as np
 
 from reduced.adhesion.adhere import adhere, pull_off
 from reduced.loads import LoadPath
-from reduced.profiles import shapes
+from reduced.profiles import equivalents
 from reduced.springs.line import Springs
 from reference.closed_form import adhesive
 from reference.closed_form.maugis import MaugisForm, strength_of
@@ -30,13 +30,13 @@ PAGE = Path(__file__).resolve().parents[1] / "adhesion.md"
 WORK = 0.01
 
 SHAPES = {
-    "paraboloid": (shapes.paraboloid(1.0), adhesive.paraboloid(1.0, 1.0, WORK)),
-    "cone": (shapes.cone(0.3), adhesive.cone(0.3, 1.0, WORK)),
-    "sphere": (shapes.sphere(1.0), adhesive.sphere(1.0, 1.0, WORK)),
-    "r^4": (shapes.power_law(4, 0.3), adhesive.power_law(4, 0.3, 1.0, WORK)),
-    "r^0.7": (shapes.power_law(0.7, 0.3), adhesive.power_law(0.7, 0.3, 1.0, WORK)),
+    "paraboloid": (equivalents.paraboloid(1.0), adhesive.paraboloid(1.0, 1.0, WORK)),
+    "cone": (equivalents.cone(0.3), adhesive.cone(0.3, 1.0, WORK)),
+    "sphere": (equivalents.sphere(1.0), adhesive.sphere(1.0, 1.0, WORK)),
+    "r^4": (equivalents.power_law(4, 0.3), adhesive.power_law(4, 0.3, 1.0, WORK)),
+    "r^0.7": (equivalents.power_law(0.7, 0.3), adhesive.power_law(0.7, 0.3, 1.0, WORK)),
     "rounded punch": (
-        shapes.rounded_punch(1.0, 2.0),
+        equivalents.rounded_punch(1.0, 2.0),
         adhesive.rounded_punch(1.0, 2.0, 1.0, WORK),
     ),
 }

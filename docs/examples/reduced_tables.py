@@ -12,7 +12,14 @@ from pathlib import Path
 import numpy as np
 
 from reduced.loads import Load
-from reduced.profiles.shapes import cone, cylinder, paraboloid, power_law, rounded_punch, sphere
+from reduced.profiles.equivalents import (
+    cone,
+    cylinder,
+    paraboloid,
+    power_law,
+    rounded_punch,
+    sphere,
+)
 from reduced.rough.ensemble import RandomLines, press_ensemble
 from reduced.rough.line_spectrum import LineSpectrum, line_of, prescribed, sum_rules
 from reduced.rough.lines import RoughLines

@@ -14,7 +14,7 @@ import numpy as np
 
 from reduced.friction.slide import Friction, slide, slide_lines
 from reduced.loads import Load, LoadPath
-from reduced.profiles import shapes
+from reduced.profiles import equivalents
 from reduced.rough.ensemble import RandomLines
 from reduced.rough.line_spectrum import prescribed
 from reduced.rough.surface_spectrum import SelfAffine
@@ -46,12 +46,12 @@ def mindlin(nu: float) -> float:
 
 # %%
 SHAPES = {
-    "paraboloid": (shapes.paraboloid(1.0), closed_form.paraboloid(1.0, 1.0), 1.0),
-    "cone": (shapes.cone(0.3), closed_form.cone(0.3, 1.0), 1.0),
-    "power law, n = 4": (shapes.power_law(4, 0.5), closed_form.power_law(4, 0.5, 1.0), 1.0),
-    "sphere, a to 0.6 R": (shapes.sphere(1.0), closed_form.sphere(1.0, 1.0), 0.6),
+    "paraboloid": (equivalents.paraboloid(1.0), closed_form.paraboloid(1.0, 1.0), 1.0),
+    "cone": (equivalents.cone(0.3), closed_form.cone(0.3, 1.0), 1.0),
+    "power law, n = 4": (equivalents.power_law(4, 0.5), closed_form.power_law(4, 0.5, 1.0), 1.0),
+    "sphere, a to 0.6 R": (equivalents.sphere(1.0), closed_form.sphere(1.0, 1.0), 0.6),
     "rounded punch, b = 0.4 a": (
-        shapes.rounded_punch(0.4, 3.0),
+        equivalents.rounded_punch(0.4, 3.0),
         closed_form.rounded_punch(0.4, 3.0, 1.0),
         1.0,
     ),
@@ -322,7 +322,7 @@ def second_opinion() -> list[list[str]]:
         half_space, gap = paraboloid_body(44, nu)
         true = list(sweep(FrictionalPress(half_space, gap, MU), *loads))[8:]
         line = slide(
-            Springs(shapes.paraboloid(1.0), half_space.compliance.effective_modulus),
+            Springs(equivalents.paraboloid(1.0), half_space.compliance.effective_modulus),
             Friction(half_space.compliance.tangential_modulus, MU),
             Load("penetration", 0.8),
             LoadPath("tangential_displacement", shift),

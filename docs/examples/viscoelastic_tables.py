@@ -18,7 +18,7 @@ from reduced.memory.impact import impact as impact_on_springs
 from reduced.memory.indent import graded_times, indent_in_time
 from reduced.memory.materials import fit, kelvin_voigt, prony, standard_solid
 from reduced.memory.row import RelaxingSprings
-from reduced.profiles.shapes import cone, cylinder, paraboloid, power_law
+from reduced.profiles.equivalents import cone, cylinder, paraboloid, power_law
 from reference import closed_form
 from reference.halfspace import FreeOperator
 from reference.halfspace.solution import Press

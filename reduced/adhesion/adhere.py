@@ -87,7 +87,7 @@ def adhere(springs: Springs, work: float, path: LoadPath) -> Adhesion:
 
     Examples
     --------
-    >>> from reduced.profiles.shapes import paraboloid
+    >>> from reduced.profiles.equivalents import paraboloid
     >>> ball = adhere(Springs(paraboloid(1.0), 1.0), 0.1, LoadPath("force", [0.0, -1.0]))
     >>> [event.kind for event in ball.events]
     ['snap_in', 'pull_off']
@@ -114,7 +114,7 @@ def pull_off(springs: Springs, work: float, control: str = "force") -> Event:
 
     Examples
     --------
-    >>> from reduced.profiles.shapes import cylinder
+    >>> from reduced.profiles.equivalents import cylinder
     >>> event = pull_off(Springs(cylinder(2.0), 1.0), 0.1)
     >>> bool(abs(event.before.force + np.sqrt(8 * np.pi * 0.1 * 2.0**3)) < 1e-14)  # Kendall 1971
     True

@@ -176,7 +176,7 @@ def slide(springs: Springs, friction: Friction, load: Load, path: LoadPath) -> T
     --------
     Cattaneo-Mindlin, stick radius c = a (1 - F_x/(mu F))^(1/3):
 
-    >>> from reduced.profiles.shapes import paraboloid
+    >>> from reduced.profiles.equivalents import paraboloid
     >>> path = slide(Springs(paraboloid(1.0), 1.0), Friction(0.8, 0.5), Load("penetration", 1.0),
     ...              LoadPath("tangential_force", 7 / 12))
     >>> round(float(path.stick_length[0]) / 2, 12)

@@ -77,7 +77,7 @@ def impact(springs: RelaxingSprings, mass: float, velocity: float, steps: int = 
 
     Examples
     --------
-    >>> from reduced.profiles.shapes import paraboloid
+    >>> from reduced.profiles.equivalents import paraboloid
     >>> from reduced.memory.materials import prony
     >>> elastic = RelaxingSprings(paraboloid(1.0), prony(1.0))
     >>> round(impact(elastic, 1.0, 1e-3).restitution, 5)

@@ -130,7 +130,7 @@ def indent_in_time(springs: RelaxingSprings, time: ArrayLike, path: LoadPath) ->
 
     Examples
     --------
-    >>> from reduced.profiles.shapes import paraboloid
+    >>> from reduced.profiles.equivalents import paraboloid
     >>> from reduced.memory.materials import prony
     >>> ball = RelaxingSprings(paraboloid(1.0), prony(0.0, [0.25], [1.0]))
     >>> held = indent_in_time(ball, [0.0, 2.0], LoadPath("penetration", [0.01, 0.01]))

@@ -57,7 +57,7 @@ def spring_contact(springs: Springs, deepest: float) -> SpringContact:
 
     Examples
     --------
-    >>> from reduced.profiles.shapes import paraboloid
+    >>> from reduced.profiles.equivalents import paraboloid
     >>> ball = spring_contact(Springs(paraboloid(1.0), 1.0), 0.25)
     >>> force, energy, stiffness = ball.respond(0.25)
     >>> round(float(force), 12), round(float(stiffness), 12)  # (4/3) E* sqrt(R) d^1.5, 2 E* a

@@ -208,7 +208,7 @@ def move(
     Examples
     --------
     >>> from reduced.motion.contact import spring_contact
-    >>> from reduced.profiles.shapes import cylinder
+    >>> from reduced.profiles.equivalents import cylinder
     >>> from reduced.springs.line import Springs
     >>> disc = spring_contact(Springs(cylinder(0.5), 1.0), 1.0)  # stiffness 2 E* a = 1: half a sine
     >>> time, speed = move(disc, Mass(1.0, velocity=1.0), Stepping(0.001, 4000)).release()

@@ -72,7 +72,7 @@ def strike(springs: Springs, mass: float, velocity: ArrayLike, load: float = 0.0
 
     Examples
     --------
-    >>> from reduced.profiles.shapes import paraboloid
+    >>> from reduced.profiles.equivalents import paraboloid
     >>> hertz = strike(Springs(paraboloid(1.0), 1.0), 1.0, 1e-3)
     >>> round(float(hertz.duration[0] * 1e-3 / hertz.penetration[0]), 4)  # Hertz: 2.9432 d/v
     2.9433

@@ -123,7 +123,7 @@ def inverse_transform(profile: Profile, r: np.ndarray) -> np.ndarray:
 
     Examples
     --------
-    >>> from reduced.profiles.shapes import cone, half_radius
+    >>> from reduced.profiles.equivalents import cone, half_radius
     >>> f = inverse_transform(half_radius(cone(0.5).section), np.array([1.0]))
     >>> bool(abs(f[0] - 2 / np.pi) < 1e-12)  # the chapter's rule stands for a cone 4/pi as steep
     True

@@ -70,7 +70,7 @@ def indent(springs: Springs, load: Load) -> Indentation:
 
     Examples
     --------
-    >>> from reduced.profiles.shapes import paraboloid
+    >>> from reduced.profiles.equivalents import paraboloid
     >>> hertz = indent(Springs(paraboloid(1.0), 1.0), Load("penetration", [0.25, 1.0]))
     >>> np.round(hertz.force, 6)  # (4/3) E* sqrt(R) d^1.5
     array([0.166667, 1.333333])

@@ -47,7 +47,7 @@ def abel(
 
     Examples
     --------
-    >>> from reduced.profiles.shapes import paraboloid
+    >>> from reduced.profiles.equivalents import paraboloid
     >>> p = abel(paraboloid(1.0), 1.0, 0.01, np.array([0.0, 0.1]))
     >>> bool(abs(p[0] - 2 * 0.1 / np.pi) < 1e-15), float(p[1])  # p0 = 2 E* a/(pi R)
     (True, 0.0)
@@ -141,7 +141,7 @@ def one_radius_rule(
 
     Examples
     --------
-    >>> from reduced.profiles.shapes import cylinder
+    >>> from reduced.profiles.equivalents import cylinder
     >>> p = one_radius_rule(cylinder(1.0), 1.0, 0.5, np.array([0.3]))
     >>> bool(abs(p[0] - 1 / np.pi) < 1e-15)
     True

@@ -24,6 +24,17 @@ from scipy.special import poch
 from reference.closed_form.form import Array, require_positive
 from reference.closed_form.numerics import minus_arctan
 
+__all__ = [
+    "AdhesiveForm",
+    "AdhesivePath",
+    "cone",
+    "cylinder",
+    "paraboloid",
+    "power_law",
+    "rounded_punch",
+    "sphere",
+]
+
 Law = Callable[[Array], Array]
 
 

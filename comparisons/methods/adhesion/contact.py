@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -15,18 +13,18 @@ from comparisons.methods.adhesion.grid import (
     peeled_walk,
 )
 from comparisons.methods.normal.bem_fft import BemFft
-from comparisons.methods.normal.closed_form import ClosedForm, shape_of
+from comparisons.methods.normal.closed_form import ClosedForm
 from comparisons.methods.normal.reduced import ReducedProfile
 from comparisons.methods.solver import Refused, Solver, needed
+from comparisons.scene.indenters import Indenter, PowerLaw
 from comparisons.scene.physics.tables.adhesion import Adhesion as AdhesionTable
 from comparisons.scene.scene import Scene
-from comparisons.scene.shapes import Indenter, PowerLaw
 from comparisons.tasks.solution import Solution
 from comparisons.tasks.task import Task
 from reduced.adhesion.adhere import Adhesion, adhere, pull_off
 from reduced.adhesion.walk import State
 from reduced.loads import LoadPath
-from reduced.profiles.shapes import paraboloid
+from reduced.profiles.equivalents import paraboloid
 from reduced.springs.line import Springs
 from reference.closed_form import adhesive
 
@@ -100,24 +98,11 @@ def _largest_pull(contact: Adhesion, strongest: State) -> float:
     return max(0.0, -min(forces))
 
 
-_SHAPES = {
-    form.__name__: form
-    for form in (
-        *(adhesive.paraboloid, adhesive.sphere, adhesive.cone, adhesive.power_law),
-        *(adhesive.cylinder, adhesive.rounded_punch),
-    )
-}
-
-
 def adhesive_form_of(
     indenter: Indenter, modulus: float, work: float
 ) -> adhesive.AdhesiveForm | None:
     """Return the JKR solution of a shape, or None where there is none."""
-    parameters: dict[str, Any] = indenter.model_dump()
-    shape = parameters.pop("shape")
-    if shape not in _SHAPES:
-        return None
-    return _SHAPES[shape](**parameters, effective_modulus=modulus, work=work)
+    return indenter.made_by(adhesive, effective_modulus=modulus, work=work)
 
 
 class ClosedFormAdhesion(Solver[IndenterGeometry]):
@@ -133,7 +118,7 @@ class ClosedFormAdhesion(Solver[IndenterGeometry]):
             raise Refused("the closed forms are for short range only")
         self.form = needed(
             adhesive_form_of(indenter, scene.effective_modulus, adhesion.work),
-            f"no adhesive closed form is known for a {shape_of(indenter)}",
+            f"no adhesive closed form is known for a {indenter.in_words}",
         )
         self.note = self.form.source
 

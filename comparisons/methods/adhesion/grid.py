@@ -8,9 +8,9 @@ from itertools import pairwise
 import numpy as np
 
 from comparisons.geometry.prepare import IndenterGeometry
+from comparisons.scene.indenters import Indenter
 from comparisons.scene.physics.absolute_loads import AbsoluteLoads
 from comparisons.scene.physics.tables.adhesion import Adhesion
-from comparisons.scene.shapes import Indenter
 from reference.errors import ConvergenceError
 from reference.halfspace import FreeOperator
 from reference.halfspace.cohesive import CohesiveContact, CohesiveProblem

@@ -10,11 +10,10 @@ import numpy as np
 
 from comparisons.geometry.prepare import Geometry, IndenterGeometry
 from comparisons.methods.fem import punch_mesh
-from comparisons.methods.fem.punch_mesh import STRAIGHT_EDGED
 from comparisons.methods.fem.step import SolvedContact, contact_step, recovered
 from comparisons.methods.solver import Refused, Solver, needed
+from comparisons.scene.indenters import Ellipsoid, EllipticPunch, Indenter
 from comparisons.scene.scene import Scene
-from comparisons.scene.shapes import Ellipsoid, EllipticPunch, Indenter, RoundedPunch
 from comparisons.tasks.steps import Row, Step
 from comparisons.tasks.task import Task
 from reference import fem
@@ -91,7 +90,8 @@ class Fem(FemSolver[IndenterGeometry]):
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)
         self.indenter = needed(scene.indenter, "single contacts only")
-        self.straight = isinstance(self.indenter, STRAIGHT_EDGED)
+        self.straight = self.indenter.outline is not None
+        self.stretch = contact_stretch(self.indenter)
 
     @classmethod
     def takes(cls, scene: Scene) -> bool:
@@ -111,14 +111,14 @@ class Fem(FemSolver[IndenterGeometry]):
             number = punch_mesh.face_grid(task.geometry, task.resolution).unknowns
             most = punch_mesh.MOST_UNKNOWNS
             return f"about {number} unknowns, more than {most}" if number > most else ""
-        return elongated(self.indenter)
+        return elongated(self.stretch)
 
     def memory(self, task: Task[IndenterGeometry]) -> float:
         """Bytes of the elimination, from the number of unknowns expected."""
         if self.straight:
             return BYTES_PER_UNKNOWN * punch_mesh.face_grid(task.geometry, task.resolution).unknowns
         # Measured 110 N^3 unknowns on round contacts, 270 N^3 where they are 8 times as long.
-        aspect = max(contact_stretch(self.indenter)) ** 2
+        aspect = max(self.stretch) ** 2
         return BYTES_PER_UNKNOWN * 110.0 * task.resolution**3 * (1.0 + 0.8 * np.log(aspect))
 
     def model(self, geometry: IndenterGeometry) -> str:
@@ -150,14 +150,12 @@ class Fem(FemSolver[IndenterGeometry]):
             edge=geometry.contact_radius,
             sharp=self._sharp(geometry),
             solver=self.options.solver,
-            stretch=contact_stretch(self.indenter),
+            stretch=self.stretch,
         )
 
     def _sharp(self, geometry: IndenterGeometry) -> bool:
         """Whether the pressure is singular at the edge of the contact, or nearly so."""
-        if isinstance(self.indenter, RoundedPunch):
-            return self.indenter.flat_radius > 0.3 * geometry.contact_radius
-        return self.indenter.flat
+        return self.indenter.flat or self.indenter.flat_within > 0.3 * geometry.contact_radius
 
     def _truncation(self, task: Task[IndenterGeometry], body: fem.CondensedBody) -> float:
         if body.ring is not None:
@@ -211,7 +209,7 @@ def _solver_problem(scene: Scene) -> str:
     solver, contact = scene.methods.fem.solver, scene.methods.fem.contact
     if solver == "nested_dissection":
         return ""
-    if not _quadratic(scene) or isinstance(scene.indenter, STRAIGHT_EDGED):
+    if not _quadratic(scene) or (scene.indenter and scene.indenter.outline is not None):
         return f"solver {solver} is for single contacts on a mesh that is fitted to them"
     if scene.half_space.elastic_constants[1] > LARGEST_POISSON:
         return f"solver {solver} needs a definite matrix: nu up to {LARGEST_POISSON}"
@@ -226,26 +224,34 @@ def _quadratic(scene: Scene) -> bool:
     """Whether the body is a half-space of 27-node elements, which have a mixed form."""
     if scene.indenter is None or scene.counter_body is not None or scene.body is not None:
         return False
-    if isinstance(scene.indenter, STRAIGHT_EDGED):
+    if scene.indenter.outline is not None:
         return punch_mesh.second_order(scene.indenter)
     return scene.indenter.quarter_symmetric
 
 
 def contact_stretch(indenter: Indenter) -> tuple[float, float]:
-    """Return how the contact ellipse deviates from the circle of equal area."""
+    """Return how the contact ellipse deviates from the circle of equal area.
+
+    Raises
+    ------
+    Refused
+        If the contact is no circle, no ellipse of known axes and no face with straight sides.
+    """
     if isinstance(indenter, Ellipsoid):
         half_x, half_y = ellipsoid(indenter.radius_x, indenter.radius_y, 1.0).semi_axes(1.0)
     elif isinstance(indenter, EllipticPunch):
         half_x, half_y = indenter.semi_axes
-    else:
+    elif indenter.axisymmetric or indenter.outline is not None:
         return 1.0, 1.0
+    else:
+        raise Refused(f"no mesh is fitted to the contact of a {indenter.in_words}")
     ratio = float(np.sqrt(half_x / half_y))
     return ratio, 1 / ratio
 
 
-def elongated(indenter: Indenter) -> str:
+def elongated(stretch: tuple[float, float]) -> str:
     """Return why a very elongated contact is out of reach, or an empty text."""
-    longer = max(contact_stretch(indenter)) ** 2
+    longer = max(stretch) ** 2
     if longer <= LARGEST_ASPECT:
         return ""
     return f"a contact {longer:.0f} times as long as wide: elements are tested to {LARGEST_ASPECT}"

@@ -13,11 +13,10 @@ from typing import NamedTuple
 import numpy as np
 
 from comparisons.geometry.prepare import IndenterGeometry
+from comparisons.scene.indenters import Indenter, PolygonPunch
 from comparisons.scene.polygons import distance_to_outline
-from comparisons.scene.shapes import Indenter, PolygonPunch, RightAngledPunch
 from reference import fem
 
-STRAIGHT_EDGED = (RightAngledPunch, PolygonPunch)
 # Twenty seconds of elimination on one core.
 MOST_UNKNOWNS = 150_000
 # Faces longer than this, in widths, take an even grid of first order: crowded lines along all of

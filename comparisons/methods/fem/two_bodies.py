@@ -12,7 +12,13 @@ from functools import partial
 import numpy as np
 
 from comparisons.geometry.prepare import IndenterGeometry
-from comparisons.methods.fem.indenter import BYTES_PER_UNKNOWN, FemSolver, elongated, meshes_both
+from comparisons.methods.fem.indenter import (
+    BYTES_PER_UNKNOWN,
+    FemSolver,
+    contact_stretch,
+    elongated,
+    meshes_both,
+)
 from comparisons.methods.fem.step import SolvedContact, contact_step, recovered, round_area
 from comparisons.methods.solver import needed
 from comparisons.scene.scene import Scene
@@ -35,6 +41,7 @@ class FemPair(FemSolver[IndenterGeometry]):
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)
         self.indenter = needed(scene.indenter, "an indenter and its counter body only")
+        self.stretch = contact_stretch(self.indenter)
         self.counter_body = needed(scene.counter_body, "no [counter_body]")
 
     @classmethod
@@ -48,7 +55,7 @@ class FemPair(FemSolver[IndenterGeometry]):
 
     def refusal(self, task: Task[IndenterGeometry]) -> str:
         """Refuse very elongated contacts."""
-        return elongated(self.indenter)
+        return elongated(self.stretch)
 
     def memory(self, task: Task[IndenterGeometry]) -> float:
         """Bytes of the elimination of the larger of the two bodies."""

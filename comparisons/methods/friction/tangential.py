@@ -10,7 +10,7 @@ import numpy as np
 from comparisons.geometry.prepare import Geometry, IndenterGeometry, RoughGeometry
 from comparisons.methods.friction.path import finer_path, held_steps, normal_load
 from comparisons.methods.normal.bem_fft import BemFft
-from comparisons.methods.normal.closed_form import ClosedForm, shape_of
+from comparisons.methods.normal.closed_form import ClosedForm
 from comparisons.methods.normal.grid import Grid, cells, make_grid
 from comparisons.methods.normal.reduced import ReducedProfile, line_picture
 from comparisons.methods.normal.reduced_lines import Lines, ReducedLines
@@ -171,7 +171,7 @@ class ClosedFormFriction(ClosedForm):
         super().__init__(scene)
         if scene.poisson_ratio != 0.5:
             raise Refused("no exact solution with elastic coupling (nu < 1/2)")
-        if shape_of(self.indenter) != "cylinder":
+        if self.indenter.shape != "cylinder":
             raise Refused("Cattaneo's superposition neglects slip transverse to the load")
         self.friction = needed(scene.friction, NO_TABLE).coefficient
         self.note = "Mindlin 1949: all of a flat circle sticks until all of it slips"

@@ -12,7 +12,7 @@ from reduced.errors import ConvergenceError
 from reduced.motion.contact import SpringContact, impact_depth, spring_contact
 from reduced.motion.course import Mass, Motion, Push, move
 from reduced.motion.stepping import Stepping
-from reduced.profiles.shapes import Profile
+from reduced.profiles.equivalents import Profile
 from reduced.springs.line import Springs
 from reference.closed_form import ClosedForm
 from reference.dynamics.course import course

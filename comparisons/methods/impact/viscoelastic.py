@@ -27,7 +27,7 @@ from comparisons.tasks.task import Task
 from reduced.memory.impact import impact as strike
 from reduced.memory.materials import prony
 from reduced.memory.row import RelaxingSprings
-from reduced.profiles.shapes import paraboloid
+from reduced.profiles.equivalents import paraboloid
 from reference import viscoelastic as reference
 
 PHYSICS = frozenset({"viscoelastic", "dynamics"})

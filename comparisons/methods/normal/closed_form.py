@@ -3,43 +3,22 @@
 from __future__ import annotations
 
 from functools import partial
-from typing import Any
 
 import numpy as np
 
 from comparisons.geometry.prepare import IndenterGeometry
 from comparisons.methods.normal.radial import profile_fields, unit_rings
 from comparisons.methods.solver import Solver, needed
+from comparisons.scene.indenters import Indenter
 from comparisons.scene.scene import Scene
-from comparisons.scene.shapes import Indenter
 from comparisons.tasks.solution import Solution
 from comparisons.tasks.task import Task
 from reference import closed_form as closed_forms
 
-_SOLUTIONS = {
-    form.__name__: form
-    for form in (
-        *(
-            closed_forms.paraboloid,
-            closed_forms.sphere,
-            closed_forms.cone,
-            closed_forms.power_law,
-            closed_forms.cylinder,
-        ),
-        *(closed_forms.rounded_punch, closed_forms.ellipsoid, closed_forms.elliptic_punch),
-    )
-}
-
 
 def form_of(indenter: Indenter, modulus: float) -> closed_forms.ClosedForm | None:
     """Return the closed form of a shape, or None where there is none."""
-    parameters: dict[str, Any] = indenter.model_dump()
-    shape = parameters.pop("shape")
-    if shape == "elliptic_punch":
-        parameters = dict(zip(("semi_axis_x", "semi_axis_y"), parameters["semi_axes"], strict=True))
-    if shape not in _SOLUTIONS:
-        return None
-    return _SOLUTIONS[shape](**parameters, effective_modulus=modulus)
+    return indenter.made_by(closed_forms, effective_modulus=modulus)
 
 
 class ClosedForm(Solver[IndenterGeometry]):
@@ -54,7 +33,7 @@ class ClosedForm(Solver[IndenterGeometry]):
         self.modulus = scene.effective_modulus
         self.form = needed(
             form_of(self.indenter, self.modulus),
-            f"no closed form is known for a {shape_of(self.indenter)}",
+            f"no closed form is known for a {self.indenter.in_words}",
         )
         self.note = self.form.source
 
@@ -86,11 +65,6 @@ class ClosedForm(Solver[IndenterGeometry]):
             for step, value in enumerate(depth):
                 solution.keep((0, step), partial(_pressure, form, float(value)))
         return solution
-
-
-def shape_of(indenter: Indenter) -> str:
-    """Return the shape in words."""
-    return str(indenter.model_dump()["shape"]).replace("_", " ")
 
 
 def _pressure(form: closed_forms.ClosedForm, depth: float) -> dict[str, np.ndarray]:

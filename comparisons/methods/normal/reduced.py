@@ -10,13 +10,13 @@ from comparisons.geometry.bodies import BodyGeometry
 from comparisons.geometry.prepare import IndenterGeometry, equivalent_profile
 from comparisons.methods.normal.radial import profile_fields, unit_rings
 from comparisons.methods.solver import Refused, Solver, needed
+from comparisons.scene.indenters import Indenter
 from comparisons.scene.options import ReducedOptions
 from comparisons.scene.scene import Scene
-from comparisons.scene.shapes import Indenter
 from comparisons.tasks.solution import Solution
 from comparisons.tasks.task import Task
 from reduced.loads import Load
-from reduced.profiles import shapes
+from reduced.profiles import equivalents
 from reduced.springs import stress
 from reduced.springs.indent import Indentation, indent
 from reduced.springs.line import Springs
@@ -68,7 +68,7 @@ class ReducedProfile(Solver[IndenterGeometry]):
 
     def warm_up(self, task: Task[IndenterGeometry]) -> None:
         """Compile the springs of a profile."""
-        small = shapes.power_law(4.0, 1.0)
+        small = equivalents.power_law(4.0, 1.0)
         springs = Springs(small, 1.0, per_radius=4, edges=self.options.edges)
         indent(springs, Load(task.loads.control, [0.5, 1.0]))
 
@@ -125,18 +125,18 @@ def _rule(indenter: Indenter, options: ReducedOptions) -> str:
     return "Gaussian radius of curvature sqrt(Rx Ry)"
 
 
-def _profile(indenter: Indenter, options: ReducedOptions) -> shapes.Profile:
+def _profile(indenter: Indenter, options: ReducedOptions) -> equivalents.Profile:
     """Return the 1-D profile of an indenter, by the rule of the options."""
     profile = equivalent_profile(indenter)
     if options.rule == "mdr":
         return profile
     if profile.section is None:
         raise Refused("the half-radius rule needs an axisymmetric section")
-    return shapes.half_radius(profile.section)
+    return equivalents.half_radius(profile.section)
 
 
 def line_picture(
-    profile: shapes.Profile, penetration: float, contact_radius: float, spacing: float
+    profile: equivalents.Profile, penetration: float, contact_radius: float, spacing: float
 ) -> dict[str, np.ndarray]:
     """Return the fields that the report draws the one-dimensional model from."""
     x = np.linspace(-1.5, 1.5, 301) * contact_radius

@@ -11,8 +11,8 @@ from comparisons.isolation import parent
 from comparisons.machine import MEMORY_SHARE, free_memory
 from comparisons.methods.fem.indenter import FemSolver, contact_stretch
 from comparisons.methods.solver import Refused, Solver, needed
+from comparisons.scene.indenters import Ellipsoid
 from comparisons.scene.scene import Scene
-from comparisons.scene.shapes import Ellipsoid
 from comparisons.tasks.solution import Solution
 from comparisons.tasks.task import Task
 from reference.closed_form import ellipsoid
@@ -42,9 +42,8 @@ class NgSolve(Solver[IndenterGeometry]):
             raise Refused("not installed: pip install 'roughline[peers]'")
         reason = "single contacts only: its mesh is fitted to one contact edge"
         self.indenter = needed(scene.indenter, reason)
-        shape = self.indenter.model_dump()["shape"]
-        if shape not in SHAPES:
-            raise Refused(f"no mesh is fitted to a {shape.replace('_', ' ')}")
+        if self.indenter.shape not in SHAPES:
+            raise Refused(f"no mesh is fitted to a {self.indenter.in_words}")
         nu = scene.elastic_constants[1]
         if nu > LARGEST_POISSON:
             raise Refused(f"nu = {nu:g}: displacement elements, up to {LARGEST_POISSON}")

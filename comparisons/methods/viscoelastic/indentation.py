@@ -29,7 +29,7 @@ from reduced.loads import LoadPath
 from reduced.memory.indent import History, graded_times, indent_in_time
 from reduced.memory.materials import Prony, prony
 from reduced.memory.row import RelaxingSprings
-from reduced.profiles.shapes import paraboloid
+from reduced.profiles.equivalents import paraboloid
 from reference import closed_form as closed_forms
 from reference import loads as reference_loads
 from reference import viscoelastic as reference

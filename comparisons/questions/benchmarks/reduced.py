@@ -10,7 +10,7 @@ import numpy as np
 from comparisons.questions.benchmarks.yardstick import Measurement, interleaved, measurement
 from reduced.loads import Load
 from reduced.memory.materials import kelvin_voigt
-from reduced.profiles import shapes
+from reduced.profiles import equivalents
 from reduced.rough import ensemble
 from reduced.rough.line_spectrum import LineSpectrum
 from reduced.rough.lines import RoughLines
@@ -90,7 +90,7 @@ def _batch() -> list[Measurement]:
 
 def _single() -> list[Measurement]:
     """One contact of 40 springs: what each scene of a single shape costs."""
-    profile, loads = shapes.paraboloid(1.0), np.geomspace(1e-3, 0.1, 7)
+    profile, loads = equivalents.paraboloid(1.0), np.geomspace(1e-3, 0.1, 7)
     heights = np.random.default_rng(0).normal(size=80)
     tasks = {
         control: partial(indent, Springs(profile, 1.0), Load(control, loads))

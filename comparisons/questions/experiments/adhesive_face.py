@@ -13,7 +13,7 @@ from comparisons.judging.uncertainty import SAFE, combined
 from comparisons.questions.experiments.base import Effort
 from comparisons.questions.experiments.running import Finding, above, experiment, one_of
 from reduced.adhesion.adhere import pull_off
-from reduced.profiles.shapes import equivalent_punch
+from reduced.profiles.equivalents import equivalent_punch
 from reduced.springs.line import Springs
 from reference.halfspace import FreeOperator
 from reference.halfspace.cohesive import CohesiveProblem

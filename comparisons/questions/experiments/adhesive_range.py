@@ -15,7 +15,7 @@ from comparisons.judging.uncertainty import RULE
 from comparisons.questions.experiments.base import Effort
 from comparisons.questions.experiments.running import Finding, above, experiment, one_of
 from reduced.adhesion.adhere import pull_off
-from reduced.profiles.shapes import paraboloid
+from reduced.profiles.equivalents import paraboloid
 from reduced.springs.line import Springs
 from reference.closed_form.maugis import MaugisForm, strength_of
 from reference.halfspace import FreeOperator

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from comparisons.questions.experiments.running import Finding, above, experiment, one_of
-from reduced.profiles import shapes
+from reduced.profiles import equivalents
 
 RULES = ("half_radius", "transform")
 _RADII = np.linspace(0.05, 1.0, 20)
@@ -21,12 +21,12 @@ def _body(effort: str, *, exponent: float = 2.0, rule: str = "half_radius") -> F
     one_of("rule", rule, *RULES)
     above("exponent", exponent, 0)
     if rule == "half_radius":
-        section = shapes.power_law(exponent, 1.0).section
+        section = equivalents.power_law(exponent, 1.0).section
         assert section is not None  # every shape has one, but for tables
-        profile = shapes.half_radius(section)
+        profile = equivalents.half_radius(section)
     else:
-        profile = shapes.from_function(lambda r: exponent * r ** (exponent - 1), length=1.0)
-    errors = shapes.inverse_transform(profile, _RADII) / _RADII**exponent - 1
+        profile = equivalents.from_function(lambda r: exponent * r ** (exponent - 1), length=1.0)
+    errors = equivalents.inverse_transform(profile, _RADII) / _RADII**exponent - 1
     worst = float(errors[np.argmax(np.abs(errors))])
     return Finding(worst, _QUADRATURE, {"spread over the radii": float(np.ptp(errors))})
 

@@ -12,7 +12,7 @@ from comparisons.questions.experiments.running import Finding, above, experiment
 from reduced.friction.slide import Friction, slide, tangential_modulus
 from reduced.friction.stick_slip import StickingLine
 from reduced.loads import Load, LoadPath
-from reduced.profiles import shapes
+from reduced.profiles import equivalents
 from reduced.springs.line import Springs
 from reference import loads as reference_loads
 from reference.closed_form import PartialSlip, power_law
@@ -48,7 +48,7 @@ def _stick_radius(effort: str, *, share: float = 0.5, exponent: float = 2.0) -> 
         modulus_ratio=_MODULUS,
     )
     path = exact.along([share * exact.limit])
-    profile = shapes.power_law(exponent, 1.0)
+    profile = equivalents.power_law(exponent, 1.0)
     springs, finer = (
         slide(
             Springs(profile, 1.0, per_radius=count),

@@ -11,7 +11,7 @@ from scipy.optimize import brentq, minimize_scalar
 from comparisons.questions.experiments.rough_ensemble import SEED, Surface, compare, press, truth
 from comparisons.questions.experiments.running import Finding, above, experiment, one_of
 from reduced.loads import Load
-from reduced.profiles import shapes
+from reduced.profiles import equivalents
 from reduced.rough import ensemble, regions
 from reduced.springs import stress
 from reference.closed_form import ClosedForm, power_law, rounded_punch, sphere
@@ -34,13 +34,12 @@ def _largest(pressure: Callable[[np.ndarray], np.ndarray]) -> float:
     return max(float(values[best]), -float(optimum.fun))
 
 
-def _shape(name: str, exponent: float, edge: float) -> tuple[shapes.Profile, ClosedForm]:
-    """Equivalent profile and closed form of a shape of unit size, E* = 1."""
-    if name == "power_law":
-        return shapes.power_law(exponent, 1.0), power_law(exponent, 1.0, 1.0)
-    if name == "sphere":
-        return shapes.sphere(1.0), sphere(1.0, 1.0)
-    return shapes.rounded_punch(edge, 1.0), rounded_punch(edge, 1.0, 1.0)
+# Equivalent profile and closed form by exponent and flat radius: shapes of unit size, E* = 1.
+_SHAPES: dict[str, Callable[[float, float], tuple[equivalents.Profile, ClosedForm]]] = {
+    "power_law": lambda n, b: (equivalents.power_law(n, 1.0), power_law(n, 1.0, 1.0)),
+    "sphere": lambda n, b: (equivalents.sphere(1.0), sphere(1.0, 1.0)),
+    "rounded_punch": lambda n, b: (equivalents.rounded_punch(b, 1.0), rounded_punch(b, 1.0, 1.0)),
+}
 
 
 def _first_yield(
@@ -60,7 +59,7 @@ def _first_yield(
     letter compares sigma with the yield stress. For the paraboloid only (Johnson 1985, 4.2: on the
     axis, nu = 0.3). The closed forms are exact to 1e-12, the search for the maximum to 1e-9.
     """
-    one_of("shape", shape, "power_law", "sphere", "rounded_punch")
+    one_of("shape", shape, *_SHAPES)
     one_of("rule", rule, *RULES)
     one_of("criterion", criterion, "pressure", "mises")
     above("limit", limit, 0)
@@ -70,7 +69,7 @@ def _first_yield(
         raise ValueError("rounded_punch: the rule is infinite at the edge of the flat, at any load")
     if criterion == "mises" and (shape, exponent) != ("power_law", 2):
         raise ValueError("criterion 'mises' is for the paraboloid, exponent = 2")
-    profile, form = _shape(shape, float(exponent), float(edge))
+    profile, form = _SHAPES[shape](float(exponent), float(edge))
 
     def stated(depth: float) -> float:
         a = float(profile.contact_radius(depth))

@@ -10,7 +10,7 @@ from comparisons.questions.experiments.running import Finding, above, experiment
 from reduced.motion.contact import SpringContact, spring_contact
 from reduced.motion.course import Mass, Push, move
 from reduced.motion.stepping import Stepping
-from reduced.profiles import shapes
+from reduced.profiles import equivalents
 from reduced.springs.line import Springs
 from reference.closed_form import paraboloid
 from reference.dynamics import oscillator
@@ -55,7 +55,7 @@ def _free(effort: str, *, deepest: float = 1.5, model: str = "springs") -> Findi
     }
     if model == "linear":
         return Finding(period / small - 1, EXACT, details)
-    contact = spring_contact(Springs(shapes.paraboloid(1.0), 1.0), deepest * _STATIC)
+    contact = spring_contact(Springs(equivalents.paraboloid(1.0), 1.0), deepest * _STATIC)
     counts = _one_more(effort, 1000, 4000)
     halves, highest = zip(*(_to_the_top(contact, deepest, period, n) for n in counts), strict=True)
     if model == "second_order":
@@ -94,7 +94,7 @@ def _forced(effort: str, *, push: float = 0.1, model: str = "springs") -> Findin
     if model == "linear":
         stated = linear_amplitude(1.0, frequency**2, _DAMPING, push * _LOAD, frequency)
         return Finding(stated / exact.amplitude - 1, steady, details)
-    contact = spring_contact(Springs(shapes.paraboloid(1.0), 1.0), 4 * _STATIC)
+    contact = spring_contact(Springs(equivalents.paraboloid(1.0), 1.0), 4 * _STATIC)
     errors = []
     for steps in _one_more(effort, 100, 400):
         run = move(
@@ -128,7 +128,7 @@ def _impact(effort: str, *, exponent: float = 2.0) -> Finding:
     above("exponent", exponent, 0)
     speed = 0.01
     exact = power_law_collision(exponent, 1.0, 1.0, 1.0, speed)
-    profile = shapes.power_law(exponent, 1.0)
+    profile = equivalents.power_law(exponent, 1.0)
     errors = []
     for springs, steps in zip((40, 80), _one_more(effort, 250, 1000), strict=True):
         contact = spring_contact(Springs(profile, 1.0, springs), 1.01 * exact.penetration)

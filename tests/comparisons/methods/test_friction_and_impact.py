@@ -13,7 +13,7 @@ import pytest
 from reduced.motion.blocks import Blocks, integrate
 from reduced.motion.impact import strike
 from reduced.motion.stepping import Stepping
-from reduced.profiles.shapes import paraboloid, power_law, sphere
+from reduced.profiles.equivalents import paraboloid, power_law, sphere
 from reduced.springs.line import Springs
 from reference import closed_form
 from reference.dynamics import blocks as coulomb
@@ -120,7 +120,7 @@ def test_the_half_radius_rule_is_struck_too_softly_by_its_own_factor():
 
     F ~ x^2/c: at equal energy x_m ~ c^(1/3), and T = number x_m/v with it.
     """
-    from reduced.profiles.shapes import cone, half_radius
+    from reduced.profiles.equivalents import cone, half_radius
 
     exact = power_law_collision(1, 0.3, 1.0, 1.0, 0.01)
     rule = strike(Springs(half_radius(cone(0.3).section), 1.0), 1.0, [0.01])

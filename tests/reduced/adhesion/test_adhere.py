@@ -10,8 +10,7 @@ from scipy.optimize import minimize_scalar
 
 from reduced.adhesion.adhere import adhere, pull_off
 from reduced.loads import LoadPath
-from reduced.profiles.quadrature import integrate_panels
-from reduced.profiles.shapes import (
+from reduced.profiles.equivalents import (
     Profile,
     cone,
     cylinder,
@@ -21,6 +20,7 @@ from reduced.profiles.shapes import (
     sphere,
     tabulated,
 )
+from reduced.profiles.quadrature import integrate_panels
 from reduced.springs.line import Springs
 
 W = 0.013

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from reduced.friction.slide import Friction, slide, slide_lines, stiffness_ratio, tangential_modulus
 from reduced.friction.stick_slip import StickingLine
 from reduced.loads import Load, LoadPath
-from reduced.profiles.shapes import cone, cylinder, paraboloid, power_law, rounded_punch
+from reduced.profiles.equivalents import cone, cylinder, paraboloid, power_law, rounded_punch
 from reduced.rough.lines import RoughLines
 from reduced.springs.line import Springs
 

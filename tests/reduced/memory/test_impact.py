@@ -12,7 +12,7 @@ from reduced.errors import ConvergenceError
 from reduced.memory.impact import impact
 from reduced.memory.materials import kelvin_voigt, prony, standard_solid
 from reduced.memory.row import RelaxingSprings
-from reduced.profiles.shapes import cylinder, paraboloid
+from reduced.profiles.equivalents import cylinder, paraboloid
 
 
 def test_elastic_sphere_comes_back_as_it_went():

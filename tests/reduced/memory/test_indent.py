@@ -12,7 +12,14 @@ from reduced.loads import Load, LoadPath
 from reduced.memory.indent import graded_times, harmonic_stiffness, indent_in_time
 from reduced.memory.materials import kelvin_voigt, prony, standard_solid
 from reduced.memory.row import RelaxingSprings
-from reduced.profiles.shapes import cone, cylinder, paraboloid, power_law, rounded_punch, sphere
+from reduced.profiles.equivalents import (
+    cone,
+    cylinder,
+    paraboloid,
+    power_law,
+    rounded_punch,
+    sphere,
+)
 from reduced.springs.indent import indent
 from reduced.springs.line import Springs
 

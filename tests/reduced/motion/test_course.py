@@ -15,7 +15,14 @@ from reduced.motion.contact import impact_depth, spring_contact
 from reduced.motion.course import SCHEMES, Mass, Push, move
 from reduced.motion.impact import rebound, strike
 from reduced.motion.stepping import Stepping
-from reduced.profiles.shapes import cone, cylinder, paraboloid, power_law, rounded_punch, sphere
+from reduced.profiles.equivalents import (
+    cone,
+    cylinder,
+    paraboloid,
+    power_law,
+    rounded_punch,
+    sphere,
+)
 from reduced.springs.line import Springs
 
 

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from reduced.loads import Load
-from reduced.profiles.shapes import paraboloid
+from reduced.profiles.equivalents import paraboloid
 from reduced.rough.lines import RoughLines
 from reduced.rough.press import press
 from reduced.springs.indent import indent

@@ -8,7 +8,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from reduced.loads import Load
-from reduced.profiles.shapes import (
+from reduced.profiles.equivalents import (
     cone,
     cylinder,
     paraboloid,

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from reduced.loads import Load
-from reduced.profiles.shapes import (
+from reduced.profiles.equivalents import (
     cone,
     cylinder,
     paraboloid,

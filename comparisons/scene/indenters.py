@@ -1,16 +1,19 @@
 """Rigid indenters: their keys in scene files and their initial gaps.
 
-One class per shape. The gap f(x, y) is the height of the shape above the undeformed half-space
-at first touch: zero at the apex or under a flat face, ``inf`` where the shape has no material
-(beyond a sharp edge). Grids and meshes take the gap from here; the reduced model and the closed
-forms build their own description from the same parameters, so they share no formula.
+One class per shape; what a new one needs elsewhere is listed in docs/where-things-are.md. The gap
+f(x, y) is the height of the shape above the undeformed half-space at first touch: zero at the apex
+or under a flat face, ``inf`` where the shape has no material (beyond a sharp edge). Grids and
+meshes take the gap from here; the reduced model and the closed forms build their own description
+from the same parameters, so they share no formula.
 """
 
 from __future__ import annotations
 
 import sys
+from collections.abc import Iterator
 from functools import cached_property
-from typing import TYPE_CHECKING, Annotated, Any, Literal, get_args
+from types import ModuleType
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Union, get_args
 
 import numpy as np
 from pydantic import BaseModel, ConfigDict, Field, field_validator, model_validator
@@ -30,6 +33,24 @@ class Indenter(BaseModel):
     """What every shape has; the subclasses are the catalogue."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, strict=False)
+
+    shape: str
+
+    @property
+    def in_words(self) -> str:
+        """The shape in words."""
+        return self.shape.replace("_", " ")
+
+    @property
+    def parameters(self) -> dict[str, Any]:
+        """Its sizes, by the names that functions of the shape take them by."""
+        return self.model_dump(exclude={"shape"})
+
+    def made_by(self, room: ModuleType, **more: float) -> Any:
+        """Return what a module's public function of the shape's name makes; None without one."""
+        if self.shape not in room.__all__:
+            return None
+        return getattr(room, self.shape)(**self.parameters, **more)
 
     @property
     def axisymmetric(self) -> bool:
@@ -61,6 +82,11 @@ class Indenter(BaseModel):
         """Corners (n, 2) of a flat face with straight sharp edges, else None."""
         return None
 
+    @property
+    def flat_within(self) -> float:
+        """Radius of a flat part inside a rounded edge, 0 where there is none."""
+        return 0.0
+
     def gap(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
         """Return the initial gap at the points (x, y)."""
         raise NotImplementedError
@@ -77,13 +103,13 @@ class Indenter(BaseModel):
 class _Axisymmetric(Indenter):
     """A shape given by f(r)."""
 
-    def profile(self, r: np.ndarray) -> np.ndarray:
+    def radial_gap(self, r: np.ndarray) -> np.ndarray:
         """Return f(r)."""
         raise NotImplementedError
 
     def gap(self, x: np.ndarray, y: np.ndarray) -> np.ndarray:
         """Return f(sqrt(x^2 + y^2))."""
-        return self.profile(np.hypot(x, y))
+        return self.radial_gap(np.hypot(x, y))
 
     def overlap_radius(self, penetration: float) -> float:
         """Return r with f(r) = penetration."""
@@ -116,7 +142,7 @@ class Paraboloid(_Axisymmetric):
     shape: Literal["paraboloid"]
     radius: Length
 
-    def profile(self, r: np.ndarray) -> np.ndarray:
+    def radial_gap(self, r: np.ndarray) -> np.ndarray:
         """Return r^2 / (2 R)."""
         return r**2 / (2 * self.radius)
 
@@ -131,7 +157,7 @@ class Sphere(_Axisymmetric):
     shape: Literal["sphere"]
     radius: Length
 
-    def profile(self, r: np.ndarray) -> np.ndarray:
+    def radial_gap(self, r: np.ndarray) -> np.ndarray:
         """Return the sphere's gap, in the form that keeps its digits near the apex."""
         ratio = np.asarray(r) / self.radius
         with np.errstate(invalid="ignore"):
@@ -150,7 +176,7 @@ class Cone(_Axisymmetric):
     shape: Literal["cone"]
     slope: Positive
 
-    def profile(self, r: np.ndarray) -> np.ndarray:
+    def radial_gap(self, r: np.ndarray) -> np.ndarray:
         """Return slope * r."""
         return self.slope * r
 
@@ -200,7 +226,7 @@ class PowerLaw(_Axisymmetric):
             )
         return float(value)
 
-    def profile(self, r: np.ndarray) -> np.ndarray:
+    def radial_gap(self, r: np.ndarray) -> np.ndarray:
         """Return coefficient * r^exponent; inf, which never touches, where it overflows."""
         with np.errstate(over="ignore"):
             return self.coefficient * np.asarray(r) ** self.exponent
@@ -221,7 +247,7 @@ class Cylinder(_Axisymmetric):
         """Area of the circle."""
         return float(np.pi * self.radius**2)
 
-    def profile(self, r: np.ndarray) -> np.ndarray:
+    def radial_gap(self, r: np.ndarray) -> np.ndarray:
         """Return 0 on the face and inf outside."""
         return np.where(np.asarray(r) <= self.radius, 0.0, np.inf)
 
@@ -237,7 +263,12 @@ class RoundedPunch(_Axisymmetric):
     flat_radius: Length
     edge_radius: Length
 
-    def profile(self, r: np.ndarray) -> np.ndarray:
+    @property
+    def flat_within(self) -> float:
+        """The radius b."""
+        return self.flat_radius
+
+    def radial_gap(self, r: np.ndarray) -> np.ndarray:
         """Return the height beyond the flat part."""
         return np.maximum(np.asarray(r) - self.flat_radius, 0) ** 2 / (2 * self.edge_radius)
 
@@ -282,7 +313,7 @@ class Profile(_Axisymmetric):
 
         return PchipInterpolator(self.r, self.f)
 
-    def profile(self, r: np.ndarray) -> np.ndarray:
+    def radial_gap(self, r: np.ndarray) -> np.ndarray:
         """Return the interpolated table, inf beyond its end."""
         inside = np.minimum(r, self.r[-1])
         if self.interpolation == "linear":
@@ -301,7 +332,7 @@ class Profile(_Axisymmetric):
         low, high = self.r[above[0] - 1], self.r[above[0]]
         for _ in range(30):
             middle = 0.5 * (low + high)
-            if float(self.profile(np.array(middle))) > penetration:
+            if float(self.radial_gap(np.array(middle))) > penetration:
                 high = middle
             else:
                 low = middle
@@ -351,6 +382,11 @@ class EllipticPunch(_FlatPunch):
 
     shape: Literal["elliptic_punch"]
     semi_axes: tuple[Length, Length]
+
+    @property
+    def parameters(self) -> dict[str, Any]:
+        """The semi-axes by a name each."""
+        return {"semi_axis_x": self.semi_axes[0], "semi_axis_y": self.semi_axes[1]}
 
     @property
     def axisymmetric(self) -> bool:
@@ -500,23 +536,20 @@ class PolygonPunch(_FlatPunch):
         return float(half[0]), float(half[1])
 
 
-AnyIndenter = Annotated[
-    Paraboloid
-    | Sphere
-    | Cone
-    | PowerLaw
-    | Cylinder
-    | RoundedPunch
-    | Ellipsoid
-    | EllipticPunch
-    | SquarePunch
-    | RectanglePunch
-    | PolygonPunch
-    | Profile,
-    Field(discriminator="shape"),
-]
+def _catalogue(family: type[Indenter]) -> Iterator[type[Indenter]]:
+    """Yield the classes that a scene file can name: their `shape` is theirs, and required."""
+    for model in family.__subclasses__():
+        if "shape" in model.__annotations__ and model.model_fields["shape"].is_required():
+            yield model
+        yield from _catalogue(model)
 
-SHAPES = tuple(
-    get_args(model.model_fields["shape"].annotation)[0]
-    for model in get_args(get_args(AnyIndenter)[0])
-)
+
+_MODELS = {
+    get_args(model.model_fields["shape"].annotation)[0]: model for model in _catalogue(Indenter)
+}
+SHAPES = tuple(_MODELS)
+
+if TYPE_CHECKING:
+    AnyIndenter = Indenter
+else:
+    AnyIndenter = Annotated[Union[tuple(_MODELS.values())], Field(discriminator="shape")]  # noqa: UP007 - made of a tuple

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from reduced.errors import ConvergenceError
-from reduced.profiles.shapes import (
+from reduced.profiles.equivalents import (
     cone,
     cylinder,
     ellipsoid,

@@ -11,7 +11,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from pydantic import TypeAdapter, ValidationError
 
-from comparisons.scene.shapes import AnyIndenter
+from comparisons.scene.indenters import AnyIndenter
 
 SHAPE = TypeAdapter(AnyIndenter)
 
@@ -71,22 +71,22 @@ def test_sphere_keeps_its_digits_and_ends_at_the_equator():
     """Near the apex f = r^2/(2R) (1 + r^2/(4R^2) + ...), where R - sqrt(R^2 - r^2) has no digit."""
     sphere = shape("sphere", radius=1.0)
     r = np.array([1e-9, 1e-7, 1e-5])
-    np.testing.assert_allclose(sphere.profile(r), r**2 / 2 * (1 + r**2 / 4), rtol=1e-15)
+    np.testing.assert_allclose(sphere.radial_gap(r), r**2 / 2 * (1 + r**2 / 4), rtol=1e-15)
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        assert sphere.profile(np.array([1.0, 1.0 + 1e-9, 3.0])).tolist() == [1.0, np.inf, np.inf]
+        assert sphere.radial_gap(np.array([1.0, 1.0 + 1e-9, 3.0])).tolist() == [1.0, np.inf, np.inf]
 
 
 @pytest.mark.parametrize("interpolation", ["pchip", "linear"])
 def test_a_profile_passes_through_its_table_rises_between_and_ends_sharply(interpolation):
     r, f = [0, 1e-3, 2e-3, 4e-3], [0, 1e-6, 1e-6, 9e-6]
     profile = shape("profile", r=r, f=f, interpolation=interpolation)
-    np.testing.assert_allclose(profile.profile(np.array(r)), f, rtol=1e-14, atol=0)
-    fine = profile.profile(np.linspace(0, 4e-3, 1000))
+    np.testing.assert_allclose(profile.radial_gap(np.array(r)), f, rtol=1e-14, atol=0)
+    fine = profile.radial_gap(np.linspace(0, 4e-3, 1000))
     assert np.all(np.diff(fine) >= 0)
     assert np.isinf(profile.gap(np.array([3e-3]), np.array([3e-3])))[0]
     if interpolation == "linear":
-        middle = profile.profile(np.array([3e-3]))
+        middle = profile.radial_gap(np.array([3e-3]))
         np.testing.assert_allclose(middle, [5e-6], rtol=1e-14)
 
 
