@@ -51,7 +51,7 @@ def located_area(contact: Contact) -> float:
     """Return the area inside the contact line, located inside the cells.
 
     Second order on smooth surfaces. Where the material ends, contact ends between two cells; so it
-    does on the rim of a free patch. Without adhesion only: the pressure must vanish at the line.
+    does on the rim of a free patch, and at edges sharper than the grid. Without adhesion only: the pressure must vanish at the line.
 
     Parameters
     ----------
@@ -147,7 +147,18 @@ def _shift(
     steep = [part[last] + np.roll(part, -side, axis)[last] for part in normals]
     square = steep[axis] ** 2 / np.maximum(steep[0] ** 2 + steep[1] ** 2, np.finfo(float).tiny)
     scale = operator.effective_modulus / operator.spacing[axis]
-    open_there = np.isfinite(gap)
+    smooth = np.isfinite(gap) & ~_rising(contact.pressure, side, axis)[last]
     ratio, cosine = scale * gap / pressure, np.maximum(np.sqrt(square), _LEAST_COSINE)
-    shift = square * np.where(open_there, place(ratio, cosine) - 0.5, 0.0)
-    return float(shift.sum()), int(np.count_nonzero(open_there)), at_rim + len(gap)
+    shift = square * np.where(smooth, place(ratio, cosine) - 0.5, 0.0)
+    return float(shift.sum()), int(np.count_nonzero(smooth)), at_rim + len(gap)
+
+
+def _rising(pressure: Field, side: int, axis: int) -> Mask:
+    """Tell where the pressure rises over three cells towards one side: to an edge, if it ends there.
+
+    Under an edge sharper than the grid it does not vanish at the contact line, and says nothing of
+    where in the cell that is.
+    """
+    inner = np.roll(pressure, side, axis)
+    innermost = np.roll(inner, side, axis)
+    return np.asarray((pressure > inner) & (inner > innermost) & (innermost > 0))

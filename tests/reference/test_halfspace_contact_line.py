@@ -124,3 +124,16 @@ def test_patches_less_holes_are_counted_across_seams():
     # the whole torus has characteristic 0, and one hole
     assert euler_characteristic(mask, periodic=True) == -1
     assert euler_characteristic(mask, periodic=False) == 0
+
+
+def test_an_edge_sharper_than_the_grid_is_counted():
+    """Flat to r = 1, then of radius 10, barely pressed: counting errs by 0.6 % at 10 cells.
+
+    The pressure rises towards the edge within the cells that are in contact: the law of a smooth
+    line would be wrong by up to half a cell all round, 4 % of the area.
+    """
+    x = (np.arange(40) - 19.5) / 10
+    gap = np.maximum(np.hypot(x[:, None], x) - 1, 0.0) ** 2 / 20
+    operator = FreeOperator(gap.shape, (0.1, 0.1), 1.0)
+    punch = fft.solve(Press(operator, gap), Load("penetration", 1e-9))
+    assert located_area(punch) == pytest.approx(np.pi, rel=0.01)
