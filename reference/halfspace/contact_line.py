@@ -51,7 +51,8 @@ def located_area(contact: Contact) -> float:
     """Return the area inside the contact line, located inside the cells.
 
     Second order on smooth surfaces. Where the material ends, contact ends between two cells; so it
-    does on the rim of a free patch, and at edges sharper than the grid. Without adhesion only: the pressure must vanish at the line.
+    does on the rim of a free patch, and at edges sharper than the grid. Without adhesion only: the
+    pressure must vanish at the line.
 
     Parameters
     ----------
@@ -154,7 +155,7 @@ def _shift(
 
 
 def _rising(pressure: Field, side: int, axis: int) -> Mask:
-    """Tell where the pressure rises over three cells towards one side: to an edge, if it ends there.
+    """Tell where the pressure rises over three cells towards one side: to an edge, if it ends.
 
     Under an edge sharper than the grid it does not vanish at the contact line, and says nothing of
     where in the cell that is.
