@@ -24,11 +24,11 @@ def verdict_of(points: Iterable[str], effort: Effort = "full") -> str:
     >>> verdict_of(["outside", "not resolved"]), verdict_of(["outside", "not resolved"], "quick")
     ('fails', 'not resolved')
     """
-    words = set(points)
-    if words == {WITHIN}:
+    verdicts = set(points)
+    if verdicts == {WITHIN}:
         return HOLDS
-    if OUTSIDE not in words:
+    if OUTSIDE not in verdicts:
         return NOT_RESOLVED
-    if WITHIN in words:
+    if WITHIN in verdicts:
         return IN_A_RANGE
-    return FAILS if effort == "full" or words == {OUTSIDE} else NOT_RESOLVED
+    return FAILS if effort == "full" or verdicts == {OUTSIDE} else NOT_RESOLVED
