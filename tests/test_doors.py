@@ -11,6 +11,8 @@ import ast
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
+from comparisons.scene.indenters import SHAPES
+
 ROOT = Path(__file__).parents[1]
 NUMERICS = ("reduced", "reference")
 ADVICE = (
@@ -91,6 +93,11 @@ class House:
                     yield from self._definition(f"{owner}.{node.attr}")
                 elif not owner or owner.partition(".")[0] in self.packages:
                     yield from self.methods.get(node.attr, ())
+            elif isinstance(node, ast.Call) and _dotted(node.func).endswith(".made_by"):
+                # `Indenter.made_by(room)` calls what is named after a shape.
+                room = known.get(_dotted(node.args[0]), "")
+                for shape in SHAPES:
+                    yield from self._definition(f"{room}.{shape}")
 
     def _definition(self, dotted: str) -> Iterator[str]:
         """Follow a name through re-exports; nothing for modules and other people's names."""
