@@ -119,3 +119,27 @@ def test_where_numba_has_a_place_nothing_is_set(monkeypatch, tmp_path):
     monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "not-made-yet"))
     code_cache.choose_folder()
     assert code_cache.VARIABLE not in os.environ
+
+
+def test_compiled_code_goes_with_what_it_calls(tmp_path, monkeypatch):
+    """Numba looks at the file of a function only: a changed callee would give the old number."""
+    monkeypatch.setattr(code_cache, "HOME", tmp_path)
+    monkeypatch.setenv("XDG_CACHE_HOME", str(tmp_path / "home"))
+    room = tmp_path / "reduced" / "rough"
+    cache = room / "__pycache__"
+    cache.mkdir(parents=True)
+    (room / "callee.py").write_text("def half(x): ...\n")
+    (room / "between.py").write_text("from reduced.rough.callee import half\n")
+    (room / "caller.py").write_text("from reduced.rough import (\n    between,\n)\n")
+    (room / "apart.py").write_text("import numpy\n")
+    for module in ("caller", "apart", "gone"):
+        for ending in ("nbi", "1.nbc"):
+            (cache / f"{module}.f-1.py311.{ending}").touch()
+    made = (cache / "caller.f-1.py311.nbi").stat().st_mtime
+    for source in room.glob("*.py"):
+        os.utime(source, (made - 10, made - 10))
+    code_cache.remove_outdated()
+    assert len(list(cache.iterdir())) == 6
+    os.utime(room / "callee.py", (made + 10, made + 10))
+    code_cache.remove_outdated()
+    assert {path.name.partition(".")[0] for path in cache.iterdir()} == {"apart"}
