@@ -12,9 +12,11 @@ from comparisons.facts.quantities import CURVES, FIELDS, counterpart, main_axis
 from comparisons.judging.levels import Levels
 from comparisons.judging.metrics import rms_and_maximum
 from comparisons.judging.pressures import TruePressure, pressure_measures
+from comparisons.judging.proofs import bars_missed
 from comparisons.judging.truth import Truth, choose_truth
 from comparisons.judging.uncertainty import combined
 from comparisons.judging.verdicts import judged
+from comparisons.methods.normal.proved import enclosures
 from comparisons.solving.planning import Plan
 from comparisons.tasks.solution import Solution, Solved
 
@@ -24,11 +26,12 @@ MOST_REALISATIONS = 450
 
 @dataclass(frozen=True)
 class Comparison:
-    """What was found for one scene, as tables."""
+    """What was found for one scene, as tables; `missed` says which bars a proof contradicts."""
 
     truth: Truth | None
     rows: pd.DataFrame
     measures: pd.DataFrame
+    missed: tuple[str, ...] = ()
 
 
 def compare(plan: Plan, solved: Solved, constants: dict[str, Any]) -> Comparison:
@@ -55,6 +58,13 @@ def compare(plan: Plan, solved: Solved, constants: dict[str, Any]) -> Comparison
         for planned in plan.methods
         if not planned.supported
     ]
+    missed: tuple[str, ...] = ()
+    if truth is not None and plan.scene.compare.proved:
+        sides = enclosures(plan.scene, plan.loads)
+        for row in rows:
+            if (row["method"], row["resolution"]) == (truth.method, truth.resolution):
+                row |= {name: float(values[int(row["step"])]) for name, values in sides.items()}
+        missed = bars_missed(truth, sides)
     measures = [
         row
         for method, resolution in solved
@@ -63,7 +73,7 @@ def compare(plan: Plan, solved: Solved, constants: dict[str, Any]) -> Comparison
     table = pd.DataFrame([constants | row for row in rows])
     last = [name for name in constants if name in table]
     table = table[[*(name for name in table if name not in constants), *last]]
-    return Comparison(truth, table, pd.DataFrame(measures))
+    return Comparison(truth, table, pd.DataFrame(measures), missed)
 
 
 def _solution_rows(

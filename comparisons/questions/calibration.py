@@ -23,8 +23,11 @@ import pandas as pd
 from comparisons.facts.methods import CLOSED_FORM, METHODS
 from comparisons.files import write_table
 from comparisons.judging.metrics import relative_error, rms_and_maximum
+from comparisons.judging.proofs import missed_by
 from comparisons.judging.truth import GRID, truths
 from comparisons.judging.uncertainty import RULE, Rule, combined, grid_uncertainty
+from comparisons.methods.normal.proved import enclosures
+from comparisons.methods.solver import Refused
 from comparisons.questions.campaign import Campaign
 from comparisons.results.folder import Layout
 from comparisons.results.header import Header
@@ -71,6 +74,7 @@ class Case:
 
     `curves` (levels, steps) and `others` (steps), the bars of the other sources, allow the grid's
     bar to be computed anew with another rule. Error and bar are the rms over the load steps.
+    `beyond` (steps) is the relative distance from the interval that a theorem gives, 0 inside.
     """
 
     half: str
@@ -83,6 +87,12 @@ class Case:
     bars: np.ndarray
     curves: np.ndarray
     bars_beside_grid: np.ndarray
+    beyond: np.ndarray | None = None
+
+    @property
+    def missed(self) -> bool | None:
+        """Whether the bar does not reach the proved interval; None where there is none."""
+        return None if self.beyond is None else rms_and_maximum(self.beyond)[0] > self.bar
 
     @property
     def error(self) -> float:
@@ -145,13 +155,30 @@ def shape_cases(
     names = {c: [m for m in series if METHODS[m].grid or c == "penetration"] for c in controls}
     plans = [_plan(table, c, {name: series[name] for name in names[c]}) for c in controls]
     cases: list[Case] = []
+    enclosed = {control: _enclosed(plan) for control, plan in zip(controls, plans, strict=True)}
     for control, solved in zip(controls, (yield from together(map(curves, plans))), strict=True):
         exact = solved[CLOSED_FORM, 1].quantities
         for method in names[control]:
             for levels in series[method]:
                 part = {(method, n): solved[method, n] for n in levels}
                 cases += _series(half, shape, control, part, exact, table["shape"] in FLAT)
-    return cases
+    return [_held_against(enclosed[case.control], case) for case in cases]
+
+
+def _enclosed(plan: Plan) -> dict[str, np.ndarray]:
+    """Return the sides of the proved intervals, nothing where no theorem covers the scene."""
+    try:
+        return enclosures(plan.scene, plan.loads)
+    except Refused:
+        return {}
+
+
+def _held_against(sides: Mapping[str, np.ndarray], case: Case) -> Case:
+    """Return the case with its distance from the proved interval."""
+    lower, upper = (sides.get(f"{case.quantity}_{side}") for side in ("lower", "upper"))
+    if lower is None or upper is None:
+        return case
+    return replace(case, beyond=missed_by(case.curves[-1], np.zeros(len(lower)), lower, upper))
 
 
 def _plan(
@@ -272,6 +299,7 @@ def table(cases: list[Case]) -> pd.DataFrame:
             "resolutions": " ".join(map(str, case.resolutions)),
             "error": case.error,
             "bar": case.bar,
+            "misses_proof": case.missed,
         }
         for case in cases
     )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
@@ -17,6 +17,7 @@ from comparisons.files import plain, table_text, write_named, write_named_text
 from comparisons.geometry.prepare import IndenterGeometry
 from comparisons.judging.levels import mean_curves
 from comparisons.judging.uncertainty import standard_error
+from comparisons.methods.normal.proved import enclosures
 from comparisons.results.vtu import vtu_file
 from comparisons.scene.scene import Scene, load_scene
 from comparisons.solving.answers import solve_blocks
@@ -32,6 +33,7 @@ class SingleResult:
     method: str
     resolution: int
     solution: Solution
+    proved: Mapping[str, np.ndarray] = field(default_factory=dict)
 
     @property
     def converged(self) -> bool:
@@ -56,7 +58,7 @@ class SingleResult:
             columns[name] = values
             if len(self.solution.converged) > 1:
                 columns[f"{name}_stderr"] = standard_error(self.solution.quantities[name])
-        return columns
+        return columns | dict(self.proved)
 
     def to_json(self) -> str:
         """Return one JSON object, as the contract of the command line describes."""
@@ -147,7 +149,8 @@ def solve_scene(
         for block in blocks
     ]
     solution = solve_blocks(tasks)
-    return SingleResult(plan, method, chosen, solution)
+    proved = enclosures(plan.scene, plan.loads) if plan.scene.compare.proved else {}
+    return SingleResult(plan, method, chosen, solution, proved)
 
 
 def _chosen(plan: Plan, method: str, resolution: int | None) -> int:

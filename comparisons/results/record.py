@@ -50,7 +50,7 @@ def record_scene(
         plan=plan.document(),
         reference={} if truth is None else _truth_document(plan, truth),
         answer="",
-        disagreements=() if truth is None else truth.disagreements(quantities),
+        disagreements=() if truth is None else (*truth.disagreements(quantities), *result.missed),
         rows=result.rows,
         measures=result.measures,
         fields=dict(fields or {}),

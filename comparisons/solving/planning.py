@@ -22,8 +22,9 @@ from comparisons.geometry.prepare import Geometry, IndenterGeometry, RoughGeomet
 from comparisons.geometry.roughness import surface_notes
 from comparisons.machine import MEMORY_SHARE, free_memory
 from comparisons.methods.normal.bem_fft import ARRAYS_FREE, ARRAYS_PERIODIC
+from comparisons.methods.normal.proved import check_enclosed
 from comparisons.methods.registry import solver_for
-from comparisons.methods.solver import Refusal, Solver
+from comparisons.methods.solver import Refusal, Refused, Solver
 from comparisons.scene.physics.absolute_loads import AbsoluteLoads, loads_of
 from comparisons.scene.physics.descriptions import left_out, switched_on
 from comparisons.scene.scene import Scene, SceneError, validated
@@ -144,6 +145,8 @@ def plan_scene(scene: Scene, effort: Effort = "quick") -> list[Plan]:
     """
     _check_size(scene)
     plans = [_plan(scene, effort)]
+    if scene.compare.proved:
+        _check_proof(plans[0])
     part = _patch_of(scene, plans[0])
     if part is not None:
         patch, crop = part
@@ -157,6 +160,15 @@ def plan_scene(scene: Scene, effort: Effort = "quick") -> list[Plan]:
             ),
         )
     return plans
+
+
+def _check_proof(plan: Plan) -> None:
+    """Refuse to prove what no theorem covers."""
+    try:
+        check_enclosed(plan.scene, plan.loads)
+    except Refused as reason:
+        problem = f"compare.proved: {reason.refusal.reason}"
+        raise SceneError(plan.scene.name, [problem]) from None
 
 
 def task_of(

@@ -51,6 +51,10 @@ class Profile(Protocol):
         """Sign of the third derivative."""
         ...
 
+    def __hash__(self) -> int:
+        """Profiles are values."""
+        ...
+
     def gap(self, r: Array) -> Array:
         """Return f(r), to a few units in the last place."""
         ...

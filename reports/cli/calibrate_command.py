@@ -43,6 +43,12 @@ def calibrate(
         f"{reached.count} cases on shapes not used to fit the estimator: the bar covers the true "
         f"error in {reached.coverage:.1%}; its median width is {reached.width:.1f} times the error"
     )
+    enclosed = [case for case in cases if case.missed is not None]
+    missed = [case for case in enclosed if case.missed]
+    print(
+        f"{len(enclosed)} bars stand beside an interval that a theorem gives; {len(missed)} do "
+        "not reach it"
+    )
     rule = fitted(cases)
     print(f"rule in use: {RULE}; fitted to the first half: {rule if rule else 'none'}")
     say(out / PAGE)

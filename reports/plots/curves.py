@@ -26,6 +26,7 @@ from reports.plots.style import drawing_order, look
 VISIBLE = 2e-3  # of the largest value: a bar thinner than a line of the plot is not drawn
 SPREAD = 5.0  # quantities over speeds that spread wider than this take a logarithmic axis
 TRUTH_BAR = "bar of the reference"
+PROVED = "proved interval"
 
 
 def curves(scene: SceneRecord) -> list[Figure]:
@@ -151,6 +152,10 @@ class _Curve:
         """
         value, half = self.column(self.name), self._half_widths()
         along = self.column(self.up if self.sideways else self.across)
+        low, high = (self.column(f"{self.name}_{side}") for side in ("lower", "upper"))
+        if np.isfinite(low).any():
+            # inside the estimated bar, drawn solid: nothing is estimated about it
+            yield Band(along, low, high, opacity=0.9, label=PROVED, sideways=self.sideways)
         if (half > fmt.ROUND_OFF * np.abs(value)).any():
             yield Band(along, value - half, value + half, label=TRUTH_BAR, sideways=self.sideways)
         single = selection.realisations(self.scene, self.method, self.resolution)
@@ -189,6 +194,8 @@ def _caption(scene: SceneRecord, name: str) -> str:
             "Light band and error bars: uncertainty of the reference, at most "
             f"{fmt.relative(bar)}{hidden}."
         )
+    if f"{name}_lower" in scene.rows:
+        parts.append("Solid band: interval in which the truth lies by theorem.")
     if any(_is_ensemble(scene, method) for method in selection.methods(scene)):
         parts.append(
             "Lines: means over the realisations, with one standard error; faint bands: 5 % to "

@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import pytest
 
-from comparisons.judging.proved import Unproved, proof_of
+from comparisons.methods.normal.proved import proof_of
+from comparisons.methods.solver import Refused
 from comparisons.questions.experiments import EXPERIMENTS
 from comparisons.questions.experiments.proved import _CELLS, SHAPES
 from comparisons.scene.scene import Scene
@@ -79,7 +80,7 @@ def test_a_cylinder_has_one_stiffness():
     ],
 )
 def test_what_no_theorem_covers_says_why(tables, reason):
-    with pytest.raises(Unproved, match=reason):
+    with pytest.raises(Refused, match=reason):
         proof_of(scene(**tables))
 
 

@@ -1,0 +1,243 @@
+"""How a scene is put to the theorems that enclose its force, energy and stiffness.
+
+Two computations that share no code bound the same number from both sides (`reference.bounds`).
+Rigid convex body, no friction, one elastic half-space: what is outside is refused with its reason.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import lru_cache
+
+import numpy as np
+
+from comparisons.facts.quantities.proved import ENCLOSED
+from comparisons.methods.solver import Refused
+from comparisons.scene import indenters
+from comparisons.scene.physics.absolute_loads import AbsoluteLoads
+from comparisons.scene.scene import Scene
+from reference.bounds import axisymmetric, bodies, homogeneous, outlines, punches
+from reference.bounds.interval import Interval, above, below
+from reference.bounds.profiles import PowerLaw, Profile, RoundedPunch, Sphere, cone, paraboloid
+
+At = Callable[[float], Interval]
+
+# Cells of a punch from the origin to the edge, and around half a side: of the upper and of the
+# lower bound; and of polygons, whose sides are all computed.
+_CELLS, _AROUND = (8, 12), (5, 8)
+_POLYGON_CELLS, _POLYGON_AROUND = (6, 8), (3, 4)
+
+
+@dataclass(frozen=True)
+class Proof:
+    """What the theorems enclose of an indenter; nothing is computed before it is asked for.
+
+    Attributes
+    ----------
+    force, energy : callable
+        ``force(penetration) -> Interval``, in SI units.
+    stiffness : callable or None
+        dF/dd at a penetration; None where the theorems say nothing sharp about it.
+    penetration : callable or None
+        At a force; None where the body has a length, so that the bounds of the force at other
+        penetrations would be needed.
+    """
+
+    force: At
+    energy: At
+    stiffness: At | None = None
+    penetration: At | None = None
+
+
+def enclosures(scene: Scene, loads: AbsoluteLoads) -> dict[str, np.ndarray]:
+    """Return the sides of everything that is enclosed, over the load steps.
+
+    Returns
+    -------
+    dict
+        ``force_lower``, ``force_upper`` and so on -> (k,). Of a prescribed force the penetration,
+        and energy and stiffness at the ends of its interval.
+
+    Raises
+    ------
+    Refused
+        As `proof_of`, and for forces on a body whose penetration is not enclosed.
+    """
+    proof = check_enclosed(scene, loads)
+    if loads.control == "penetration":
+        known: dict[str, At | None] = {
+            "force": proof.force,
+            "energy": proof.energy,
+            "stiffness": proof.stiffness,
+        }
+        intervals = {name: [at(float(d)) for d in loads.values] for name, at in known.items() if at}
+    else:
+        assert proof.penetration is not None
+        depths = [proof.penetration(float(force)) for force in loads.values]
+        intervals = {"penetration": depths}
+        for name, at in (("energy", proof.energy), ("stiffness", proof.stiffness)):
+            if at is not None:
+                intervals[name] = [_over(at, depth) for depth in depths]
+    assert set(intervals) <= set(ENCLOSED)
+    return {
+        f"{name}_{side}": np.array([getattr(interval, side) for interval in values])
+        for name, values in intervals.items()
+        for side in ("lower", "upper")
+    }
+
+
+def check_enclosed(scene: Scene, loads: AbsoluteLoads) -> Proof:
+    """Return the proof of a scene under its loads; raise `Refused` as `enclosures` does."""
+    proof = proof_of(scene)
+    able = {"penetration": True, "force": proof.penetration is not None}
+    if not able.get(loads.control, False) or loads.is_path:
+        raise Refused(f"the theorems enclose nothing of this body at a prescribed {loads.control}")
+    return proof
+
+
+def _over(at: At, depth: Interval) -> Interval:
+    """Enclose what grows with the penetration, over an interval of penetrations."""
+    return Interval(at(depth.lower).lower, at(depth.upper).upper)
+
+
+def proof_of(scene: Scene) -> Proof:
+    """Return the enclosures of a scene.
+
+    Raises
+    ------
+    Refused
+        Where no theorem of `reference.bounds` covers it, with the reason.
+    """
+    if scene.indenter is None:
+        raise Refused(
+            "of rough surfaces only the experiments `rough-force-on-grid` and "
+            "`rough-penetration-on-grid` prove bounds"
+        )
+    if scene.body is not None:
+        raise Refused("the theorems are for a half-space, and the [body] is finite")
+    if scene.physics:
+        raise Refused(
+            "the theorems are for a rigid body without friction, adhesion or memory, at rest"
+        )
+    return _proof(scene.indenter, scene.effective_modulus)
+
+
+def _proof(indenter: indenters.Indenter, modulus: float) -> Proof:
+    profile = _profile(indenter)
+    if profile is not None and profile.degree is None:
+        return Proof(
+            lambda d: axisymmetric.force(profile, d, modulus),
+            lambda d: axisymmetric.energy(profile, d, modulus),
+        )
+    if profile is not None:
+        return _scaling(profile.degree or 1.0, lambda: _round_energy(profile), modulus)
+    if isinstance(indenter, indenters.Ellipsoid):
+        body = bodies.Paraboloid(indenter.radius_x, indenter.radius_y)
+        return _scaling(2.0, lambda: _elliptic_energy(body), modulus)
+    return _punch(indenter, modulus)
+
+
+def _profile(indenter: indenters.Indenter) -> Profile | None:
+    if isinstance(indenter, indenters.Paraboloid):
+        return paraboloid(indenter.radius)
+    if isinstance(indenter, indenters.Sphere):
+        return Sphere(indenter.radius)
+    if isinstance(indenter, indenters.Cone):
+        return cone(indenter.slope)
+    if isinstance(indenter, indenters.RoundedPunch):
+        return RoundedPunch(indenter.flat_radius, indenter.edge_radius)
+    if isinstance(indenter, indenters.PowerLaw):
+        if indenter.exponent < 1:
+            raise Refused("the bounds are for convex bodies, f = c r^n with n >= 1")
+        return PowerLaw(indenter.exponent, indenter.coefficient)
+    return None
+
+
+@lru_cache(maxsize=32)
+def _round_energy(profile: Profile) -> Interval:
+    """Energy at a penetration of 1 for E* = 1: a body with a degree has no length of its own."""
+    return axisymmetric.energy(profile, 1.0, 1.0)
+
+
+@lru_cache(maxsize=32)
+def _elliptic_energy(body: bodies.Paraboloid) -> Interval:
+    """As `_round_energy`, of a paraboloid with two radii."""
+    return homogeneous.force(body, 1.0, 1.0, cells=_CELLS) * (body.degree / (2 * body.degree + 1))
+
+
+def _scaling(degree: float, unit: Callable[[], Interval], modulus: float) -> Proof:
+    """Enclosures by the energy at a penetration of 1, which grows as d^(2 + 1/n)."""
+    power = 2 + 1 / degree
+
+    def penetration(force: float) -> Interval:
+        scale, root = unit() * (power * modulus), 1 / (power - 1)
+        return Interval(
+            below((force / scale.upper) ** root, 16), above((force / scale.lower) ** root, 16)
+        )
+
+    return Proof(
+        force=lambda d: unit() * (modulus * power * d ** (power - 1)),
+        energy=lambda d: unit() * (modulus * d**power),
+        stiffness=lambda d: unit() * (modulus * power * (power - 1) * d ** (power - 2)),
+        penetration=penetration,
+    )
+
+
+def _punch(indenter: indenters.Indenter, modulus: float) -> Proof:
+    """Enclosures by the stiffness of a flat punch."""
+    _bounded_outline(indenter)
+
+    def penetration(force: float) -> Interval:
+        k = _stiffness(indenter)
+        return Interval(
+            below(force / (k.upper * modulus), 4), above(force / (k.lower * modulus), 4)
+        )
+
+    return Proof(
+        force=lambda d: _stiffness(indenter) * (modulus * d),
+        energy=lambda d: _stiffness(indenter) * (0.5 * modulus * d * d),
+        stiffness=lambda d: _stiffness(indenter) * modulus,
+        penetration=penetration,
+    )
+
+
+@lru_cache(maxsize=32)
+def _stiffness(indenter: indenters.Indenter) -> Interval:
+    """Stiffness k/E* of a flat punch."""
+    if isinstance(indenter, indenters.Cylinder):
+        return axisymmetric.disc_stiffness(indenter.radius, 1.0)
+    cells = _POLYGON_CELLS if isinstance(indenter, indenters.PolygonPunch) else _CELLS
+    return punches.bounded(*_bounded_outline(indenter), cells)
+
+
+def _bounded_outline(indenter: indenters.Indenter) -> tuple[outlines.Outline, outlines.Outline]:
+    """Outline of a punch as the upper and the lower bound take it.
+
+    Raises
+    ------
+    Refused
+        If there is none.
+    """
+    exponents = punches.DISPLACEMENT_EXPONENT, punches.PRESSURE_EXPONENT
+    if isinstance(indenter, indenters.Cylinder):
+        whole = outlines.circle(4, outlines.dihedral(2), 0.5 * np.pi)
+        return whole, whole
+    if isinstance(indenter, indenters.RightAngledPunch):
+        coarse, fine = (
+            outlines.rectangle(*indenter.lengths, around, exponent)
+            for around, exponent in zip(_AROUND, exponents, strict=True)
+        )
+        return coarse, fine
+    if not isinstance(indenter, indenters.PolygonPunch):
+        shape = str(indenter.model_dump()["shape"]).replace("_", " ")
+        raise Refused(f"no bound is computed for the shape {shape}")
+    corners = [(float(x), float(y)) for x, y in indenter.corners]
+    try:
+        coarse, fine = (
+            outlines.polygon(corners, around, exponent)
+            for around, exponent in zip(_POLYGON_AROUND, exponents, strict=True)
+        )
+    except ValueError as fault:
+        raise Refused(f"polygons are bounded about their centroid: {fault}") from fault
+    return coarse, fine

@@ -1,0 +1,87 @@
+"""Bars held against intervals that theorems give."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from comparisons.errors import InputError
+from comparisons.judging import proofs
+from comparisons.questions.single import solve_scene
+from comparisons.results.record import record_scene
+from comparisons.scene.scene import make_scene
+from comparisons.solving.execution import execute
+from comparisons.solving.planning import plan_scene, task_of
+from reference import closed_form
+from reports.plots.curves import PROVED, curve
+
+BALL = {
+    "name": "ball",
+    "half_space": {"effective_modulus": "1 GPa"},
+    "indenter": {"shape": "paraboloid", "radius": "1 mm"},
+    "loading": {"penetration": ["1 um", "2 um"]},
+    "compare": {
+        "quantities": ["force", "penetration", "stiffness", "energy"],
+        "methods": ["bem_fft"],
+        "resolutions": [8, 16, 32],
+        "proved": True,
+    },
+}
+
+
+def recorded():
+    (plan,) = plan_scene(make_scene(BALL, "ball", Path()))
+    levels = BALL["compare"]["resolutions"]
+    solved = {("bem_fft", n): execute(task_of(plan, "bem_fft", n), 1) for n in levels}
+    return record_scene(plan, solved)
+
+
+def test_solve_writes_the_sides_of_what_is_proved():
+    document = json.loads(solve_scene(BALL, "bem_fft", 8).to_json())
+    hertz = closed_form.paraboloid(1e-3, 1e9)
+    depth = np.array(document["penetration"])
+    for name in ("force", "stiffness", "energy"):
+        exact = getattr(hertz, name)(depth)
+        lower, upper = (np.array(document[f"{name}_{side}"]) for side in ("lower", "upper"))
+        assert (lower <= exact).all()
+        assert (exact <= upper).all()
+        assert (upper / lower - 1 < 2e-5).all()
+
+
+def test_of_a_prescribed_force_the_penetration_is_enclosed():
+    scene = {**BALL, "loading": {"force": ["1 N", "2 N"]}}
+    columns = solve_scene(scene, "bem_fft", 8).columns()
+    exact = closed_form.paraboloid(1e-3, 1e9).penetration(np.array([1.0, 2.0]))
+    assert (columns["penetration_lower"] <= exact).all()
+    assert (columns["penetration_upper"] >= exact).all()
+    assert "force_lower" not in columns
+
+
+@pytest.mark.parametrize(
+    ("tables", "reason"),
+    [
+        ({"adhesion": {"work": "0.05 J/m^2"}, "compare": {"quantities": ["force"]}}, "friction"),
+        ({"indenter": {"shape": "elliptic_punch", "semi_axes": ["1 mm", "2 mm"]}}, "no bound"),
+    ],
+)
+def test_what_no_theorem_covers_is_refused_before_anything_is_solved(tables, reason):
+    scene = {**BALL, **{k: t for k, t in tables.items() if k != "compare"}}
+    scene["compare"] = {**BALL["compare"], **tables.get("compare", {})}
+    with pytest.raises(InputError, match=reason):
+        solve_scene(scene, "bem_fft", 8)
+
+
+def test_a_report_draws_the_interval_and_says_which_bars_miss_it(monkeypatch):
+    record = recorded()
+    assert record.disagreements == ()
+    truth = record.rows[record.rows["resolution"] == 32]
+    assert np.isfinite(truth["force_lower"]).all()
+    figure = curve(record, "penetration", "force")
+    assert figure is not None
+    assert PROVED in [band.label for band in figure.bands]
+    # a theorem about another ball: no bar reaches its interval
+    monkeypatch.setattr(proofs, "missed_by", lambda value, *_: np.full(len(value), 0.01))
+    assert any("misses the proved interval by 1" in text for text in recorded().disagreements)
