@@ -8,8 +8,8 @@ ENCLOSED = ("force", "penetration", "stiffness", "energy")
 SIDES = {"lower": "proved not below", "upper": "proved not above"}
 
 ROWS = tuple(
-    Quantity(f"{row.name}_{side}", f"{row.label}, {words}", row.symbol, row.unit)
+    Quantity(f"{row.name}_{side}", f"{row.label}, {meaning}", row.symbol, row.unit)
     for row in CONTACT
     if row.name in ENCLOSED
-    for side, words in SIDES.items()
+    for side, meaning in SIDES.items()
 )
