@@ -47,6 +47,12 @@ class LoadPath:
             raise ValueError(f"{self.control} must be one number; use sweep for a list")
         return float(self.values[0])
 
+    def positive(self) -> NDArray[np.float64]:
+        """Return the values of what presses, or refuse them if one does not."""
+        if not (self.values > 0).all():
+            raise ValueError(f"{self.control} must be positive, not {self.values}")
+        return self.values
+
     def _fault(self, prescribed: ArrayLike) -> str:
         if self.values.ndim != 1 or self.values.size == 0:
             return f"a number or a non-empty list, not shape {self.values.shape}"

@@ -15,7 +15,8 @@ from scipy.integrate import quad
 from scipy.special import gamma
 
 from reference.closed_form import ellipsoid
-from reference.fem import ball_body, indent, press, recover
+from reference.fem import Enforcement, Material, RingMesh, half_space_body, indent, press, recover
+from reference.loads import Load
 from reports.tables.documents import rewrite
 
 PAGE = Path(__file__).resolve().parents[1] / "finite-elements.md"
@@ -41,8 +42,8 @@ def power_law_error(exponent: int) -> Callable[[int, float], float]:
     shape, exact = power_law(exponent)
 
     def error(elements: int, nu: float) -> float:
-        body = ball_body(1.0, 1.0, nu, edge=1.0, elements=elements)
-        _, step = next(indent(body, shape, penetration=1.0))
+        body = half_space_body(RingMesh(1.0, edge=1.0, elements=elements), Material(1.0, nu))
+        _, step = next(indent(body, shape, Load("penetration", 1.0)))
         return step.force / (exact * body.effective_modulus) - 1.0
 
     return error
@@ -50,9 +51,11 @@ def power_law_error(exponent: int) -> Callable[[int, float], float]:
 
 def cylinder_error(elements: int, nu: float) -> float:
     """Error of the stiffness ``2 E* a``."""
-    body = ball_body(1.0, 1.0, nu, edge=1.0, elements=elements, sharp=True)
+    body = half_space_body(
+        RingMesh(1.0, edge=1.0, elements=elements, sharp=True), Material(1.0, nu)
+    )
     gap = np.where(body.scaled_radii <= 1.0 + 1e-9, 0.0, np.inf)
-    (step,) = press(body, gap, penetration=0.01)
+    (step,) = press(body, gap, Load("penetration", 0.01))
     return step.stiffness / (2.0 * body.effective_modulus) - 1.0
 
 
@@ -65,10 +68,12 @@ def rounded_punch_error(elements: int, nu: float) -> float:
     def shape(x: np.ndarray, y: np.ndarray) -> np.ndarray:
         return 0.5 * np.clip(np.hypot(x, y) - 1.0, 0.0, None) ** 2
 
-    body = ball_body(1.0, 1.0, nu, edge=1.0, elements=elements, sharp=True)
+    body = half_space_body(
+        RingMesh(1.0, edge=1.0, elements=elements, sharp=True), Material(1.0, nu)
+    )
     depth = profile(1.5)
     exact = 2.0 * (1.5 * depth - quad(profile, 1.0, 1.5)[0])
-    _, step = next(indent(body, shape, penetration=depth))
+    _, step = next(indent(body, shape, Load("penetration", depth)))
     return step.force / (exact * body.effective_modulus) - 1.0
 
 
@@ -78,9 +83,14 @@ def ellipsoid_error(ratio: float) -> Callable[[int, float], float]:
     root = float(np.sqrt(half_x / half_y))
 
     def error(elements: int, nu: float) -> float:
-        body = ball_body(1.0, 1.0, nu, edge=1.0, elements=elements, stretch=(root, 1.0 / root))
+        body = half_space_body(
+            RingMesh(1.0, edge=1.0, elements=elements, stretch=(root, 1.0 / root)),
+            Material(1.0, nu),
+        )
         exact = ellipsoid(ratio, 1.0, body.effective_modulus).force(0.1)
-        _, step = next(indent(body, lambda x, y: 0.5 * (x**2 / ratio + y**2), penetration=0.1))
+        _, step = next(
+            indent(body, lambda x, y: 0.5 * (x**2 / ratio + y**2), Load("penetration", 0.1))
+        )
         return step.force / exact - 1.0
 
     return error
@@ -127,13 +137,15 @@ def penalties() -> Iterator[tuple[float, float, int, float]]:
 
     The condition is that of the stiffness with the springs in it, which primal codes factorise.
     """
-    body = ball_body(1.0, 1.0, 0.3, elements=4)
+    body = half_space_body(RingMesh(1.0, elements=4), Material(1.0, 0.3))
     gap = 0.5 * (body.points**2).sum(axis=1)
-    (exact,) = press(body, gap, penetration=1.0)
+    (exact,) = press(body, gap, Load("penetration", 1.0))
     stiffness = np.linalg.inv(body.scaled_compliance)
     weights = body.scaled_weights * exact.active
     for penalty in 10.0 ** np.arange(0, 17, 2):
-        (step,) = press(body, gap, penetration=1.0, contact="penalty", penalty=penalty)
+        (step,) = press(
+            body, gap, Load("penetration", 1.0), Enforcement(method="penalty", penalty=penalty)
+        )
         springs = penalty / (1.0 - 0.3**2) / body.spacing_scaled * weights
         condition = np.linalg.cond(stiffness + np.diag(springs))
         yield penalty, step.force / exact.force - 1.0, step.iterations, condition
@@ -141,9 +153,11 @@ def penalties() -> Iterator[tuple[float, float, int, float]]:
 
 def primal_error(penalty: float) -> float:
     """Force error of the same equations solved for displacements, as primal codes do."""
-    body = ball_body(1.0, 1.0, 0.3, elements=4)
+    body = half_space_body(RingMesh(1.0, elements=4), Material(1.0, 0.3))
     gap = 0.5 * (body.points**2).sum(axis=1)
-    (exact,) = press(body, gap, penetration=1.0, contact="penalty", penalty=penalty)
+    (exact,) = press(
+        body, gap, Load("penetration", 1.0), Enforcement(method="penalty", penalty=penalty)
+    )
     springs = penalty / (1.0 - 0.3**2) / body.spacing_scaled * body.scaled_weights * exact.active
     matrix = np.linalg.inv(body.scaled_compliance) + np.diag(springs)
     pushed = np.linalg.solve(matrix, springs * (1.0 - gap))
@@ -175,8 +189,8 @@ def depth_profile(elements: int, nu: float = 0.3) -> tuple[float, float, float]:
 
     The maximum of a parabola through the largest nodal value and its neighbours.
     """
-    body = ball_body(1.0, 1.0, nu, edge=1.0, elements=elements)
-    fitted, step = next(indent(body, power_law(2)[0], penetration=1.0))
+    body = half_space_body(RingMesh(1.0, edge=1.0, elements=elements), Material(1.0, nu))
+    fitted, step = next(indent(body, power_law(2)[0], Load("penetration", 1.0)))
     fields = recover(fitted, step.reactions)
     axis = np.flatnonzero((np.abs(fields.points[:, :2]) < 1e-12).all(axis=1))
     axis = axis[np.argsort(fields.points[axis, 2])]

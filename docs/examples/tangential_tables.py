@@ -22,7 +22,7 @@ from reduced.springs.line import Springs
 from reference import closed_form, surfaces
 from reference import loads as reference_loads
 from reference.closed_form import PartialSlip, stiffness_ratio
-from reference.fem.friction import follow
+from reference.fem import Material, friction
 from reference.fem.frictional_body import frictional_body
 from reference.halfspace import areas, fft
 from reference.halfspace.cerruti import Compliance
@@ -328,9 +328,15 @@ def second_opinion() -> list[list[str]]:
             LoadPath("tangential_displacement", shift),
         )
         for elements in (2, 4):
-            body = frictional_body(1.0, 2 * (1 + nu), nu, elements=elements)
+            body = frictional_body(1.0, Material(2 * (1 + nu), nu), elements=elements)
             heights = (body.points**2).sum(axis=1) / 2
-            pairs = list(zip(list(follow(body, heights, MU, *loads))[8:], true, strict=True))
+            pairs = list(
+                zip(
+                    list(friction.follow(friction.FrictionalPress(body, heights, MU), *loads))[8:],
+                    true,
+                    strict=True,
+                )
+            )
             normal = max(abs(first.force / second.force - 1) for first, second in pairs)
             along = _apart([first.tangential_force for first, _ in pairs], true)
             springs = _apart(line.tangential_force, true)

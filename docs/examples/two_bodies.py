@@ -9,12 +9,13 @@ import numpy as np
 from skfem import MeshHex, MeshHex2
 
 from reference.closed_form import paraboloid
-from reference.fem import tensor_body
+from reference.fem import Material, TensorMesh, half_space_body
 from reference.fem.body import CondensedBody
 from reference.fem.cells import KINDS
 from reference.fem.solid_mesh import SolidMesh
-from reference.fem.supported_body import supported_body
+from reference.fem.supported_body import SupportedMesh, supported_body
 from reference.fem.two_bodies import couple
+from reference.loads import Load
 
 LOWER, UPPER = (1.0, 0.3), (2.0, 0.2)  # E and nu of both bodies
 COMBINED = 1.0 / sum((1.0 - nu**2) / modulus for modulus, nu in (LOWER, UPPER))
@@ -29,19 +30,22 @@ def cube(cells: int, moduli: tuple[float, float]) -> CondensedBody:
     solid = SolidMesh(KINDS["hexahedron27"], np.array(mesh.doflocs.T), nodes)
     fixed = solid.points < 1e-12
     fixed[:, 2] = solid.points[:, 2] > 1.0 - 1e-12
-    return supported_body(solid, solid.faces_within(solid.points[:, 2] < 1e-12), fixed, *moduli)
+    return supported_body(
+        SupportedMesh(solid, solid.faces_within(solid.points[:, 2] < 1e-12), fixed),
+        Material(*moduli),
+    )
 
 
 def half_space(cells: int, moduli: tuple[float, float]) -> CondensedBody:
     """Return a quarter of a half-space with `cells` per contact radius at the largest load."""
     lines = np.linspace(0.0, 1.25, round(1.25 * cells) + 1)
-    return tensor_body(lines, lines, *moduli, symmetry="quarter", order=2)
+    return half_space_body(TensorMesh(lines, lines, symmetry="quarter", order=2), Material(*moduli))
 
 
 def patch_error(coupling: str, multipliers: str) -> float:
     """Return the largest relative error of the pressure between blocks of 3 and 4 cells a side."""
     pair = couple(cube(3, LOWER), cube(4, UPPER), coupling=coupling, multipliers=multipliers)
-    (step,) = pair.press(lambda x, y: 0.0 * x, penetration=0.15)
+    (step,) = pair.press(lambda x, y: 0.0 * x, Load("penetration", 0.15))
     return float(np.abs(step.pressure / 0.1 - 1.0).max())
 
 
@@ -52,7 +56,9 @@ def hertz_errors(
     pair = couple(*bodies, coupling=coupling, multipliers=multipliers)
     exact, forces, pressures = paraboloid(1.0, COMBINED), [], []
     for depth in np.linspace(0.6, 1.0, 5):
-        (step,) = pair.press(lambda x, y: (x**2 + y**2) * (1 / 6 + 1 / 3), penetration=depth)
+        (step,) = pair.press(
+            lambda x, y: (x**2 + y**2) * (1 / 6 + 1 / 3), Load("penetration", depth)
+        )
         radius = np.hypot(*pair.combined.points.T)
         inside = radius < 0.85 * np.sqrt(depth)
         truth, weight = exact.pressure(radius[inside], 0.0, depth), pair.combined.weights[inside]

@@ -1,18 +1,21 @@
 """Finite elements: an elastic half-space condensed onto its contact points, and rigid shapes on it.
 
 >>> import numpy as np
->>> body = ball_body(contact_radius=1.0, youngs_modulus=1.0, poisson_ratio=0.3)
+>>> from reference.loads import LoadPath
+>>> body = half_space_body(RingMesh(contact_radius=1.0), Material(1.0, 0.3))
 >>> gap = 0.5 * (body.points**2).sum(axis=1)  # a paraboloid of radius 1
->>> (step,) = press(body, gap, penetration=0.9)
+>>> (step,) = press(body, gap, LoadPath("penetration", 0.9))
 >>> hertz = 4.0 / 3.0 * body.effective_modulus * 0.9**1.5
 >>> bool(abs(step.force / hertz - 1.0) < 0.005)
 True
 """
 
 from reference.fem.body import CondensedBody
-from reference.fem.contact import Contact, press
+from reference.fem.contact import Contact, Enforcement, press
 from reference.fem.contact_area import contact_radius
-from reference.fem.half_space import SYMMETRIES, ball_body, tensor_body, tensor_unknowns
+from reference.fem.elasticity import Material
+from reference.fem.half_space import half_space_body
+from reference.fem.half_space_mesh import SYMMETRIES, RingMesh, TensorMesh
 from reference.fem.mesh import graded_lines
 from reference.fem.quadrature_contact import at_quadrature_points
 from reference.fem.recovery import Fields, recover
@@ -22,14 +25,16 @@ __all__ = [
     "SYMMETRIES",
     "CondensedBody",
     "Contact",
+    "Enforcement",
     "Fields",
+    "Material",
+    "RingMesh",
+    "TensorMesh",
     "at_quadrature_points",
-    "ball_body",
     "contact_radius",
     "graded_lines",
+    "half_space_body",
     "indent",
     "press",
     "recover",
-    "tensor_body",
-    "tensor_unknowns",
 ]

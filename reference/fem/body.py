@@ -2,26 +2,16 @@
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
-from scipy.linalg import cho_factor, cho_solve
 
-from reference.fem import pardiso
-from reference.fem.elasticity import LARGEST_POISSON_RATIO, stiffness_matrices
-from reference.fem.far_field import exterior_stiffness, group_field, source_groups
 from reference.fem.flexibility import DenseFlexibility, Flexibility
-from reference.fem.mesh import GradedMesh, facet_nodes, facet_quadrature
-from reference.fem.mixed import STRESSES, mixed_matrices
+from reference.fem.mesh import GradedMesh
 from reference.fem.multigrid import MultigridFlexibility
-from reference.fem.nested_dissection import LinearSystem, condense
-from reference.fem.sparse import stiffness_matrix
-
-Region = Callable[[NDArray[np.float64], NDArray[np.float64]], NDArray[np.bool_]]
+from reference.fem.nested_dissection import LinearSystem
 
 
 @dataclass(frozen=True, eq=False)
@@ -165,174 +155,3 @@ class CondensedBody:
         if self.nodal is None or self.interpolation is None:
             return self, reactions
         return self.nodal, self.interpolation.T @ reactions
-
-
-def condensed_body(
-    grid: GradedMesh,
-    candidate: Region,
-    sources: tuple[float, float],
-    *,
-    ring: float | None,
-    stretch: tuple[float, float],
-    length: float,
-    modulus: float,
-    poisson_ratio: float,
-    spacing: float,
-    fixed: bool,
-    reduced_integration: bool,
-    solver: str,
-    started: float,
-) -> CondensedBody:
-    """Assemble a mesh (lengths in units of `length`) and condense it onto surface nodes.
-
-    Parameters
-    ----------
-    grid : GradedMesh
-    candidate : callable
-        Which surface nodes (x, y) may touch.
-    sources : (float, float)
-        Distances in x and y of the outer point forces of the far field from the centre.
-    ring, stretch, length, modulus, poisson_ratio, spacing
-        Recorded in the body.
-    fixed : bool
-        Clamp the outer boundary in place of the Boussinesq far field.
-    reduced_integration : bool
-    solver : {"nested_dissection", "pardiso", "multigrid"}
-        The last condenses nothing.
-    started : float
-        `time.perf_counter()` before the mesh was made.
-    """
-    seconds = {"mesh": time.perf_counter() - started}
-    mark = time.perf_counter()
-    nodes, weights = _candidates(grid, candidate)
-    groups = [] if fixed else source_groups(*sources, grid.planes)
-    matrices = _matrices(grid, poisson_ratio, reduced_integration)
-    system = _linear_system(grid, matrices, nodes, groups, poisson_ratio)
-    exterior = np.zeros((0, 0))
-    if groups:
-        exterior = exterior_stiffness(grid.mesh, grid.outer, groups, poisson_ratio)
-    seconds["assembly"] = time.perf_counter() - mark
-    mark = time.perf_counter()
-    compliance, multigrid = np.zeros((0, 0)), None
-    if solver == "multigrid":
-        multigrid = MultigridFlexibility(system, exterior, *_places(grid, system))
-    else:
-        compliance = _compliance(system, exterior, solver)
-    seconds["condensation"] = time.perf_counter() - mark
-    return CondensedBody(
-        length=length,
-        youngs_modulus=modulus,
-        poisson_ratio=poisson_ratio,
-        scaled_points=grid.mesh.p[:2, nodes].T.copy(),
-        scaled_weights=weights,
-        nodes=nodes,
-        scaled_compliance=compliance,
-        symmetry=2 ** sum(grid.planes),
-        offset=np.zeros(2),
-        ring=ring,
-        stretch=stretch,
-        spacing_scaled=spacing,
-        unknowns=system.first + len(groups),
-        solver=solver,
-        seconds=seconds,
-        grid=grid,
-        system=system,
-        exterior=exterior,
-        multigrid=multigrid,
-    )
-
-
-def _matrices(
-    grid: GradedMesh, poisson_ratio: float, reduced_integration: bool
-) -> NDArray[np.float64]:
-    if poisson_ratio > LARGEST_POISSON_RATIO:
-        return mixed_matrices(grid.mesh, poisson_ratio)
-    return stiffness_matrices(grid.mesh, poisson_ratio, reduced_integration=reduced_integration)
-
-
-def _compliance(
-    system: LinearSystem, exterior: NDArray[np.float64], solver: str
-) -> NDArray[np.float64]:
-    """Displacements of the retained unknowns for unit forces on them."""
-    if solver == "pardiso":
-        stiffness = pardiso.condense(stiffness_matrix(system, exterior), system.retained)
-    else:
-        stiffness = condense(system, exterior)
-    compliance = cho_solve(cho_factor(stiffness), np.eye(len(stiffness)))
-    return 0.5 * (compliance + compliance.T)
-
-
-def _places(
-    grid: GradedMesh, system: LinearSystem
-) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Position and direction of each free unknown."""
-    positions = np.zeros((system.first, 3))
-    components = np.zeros(system.first, dtype=np.int64)
-    elements = grid.mesh.dofs.element_dofs.T
-    numbers = system.unknowns.reshape(*elements.shape, 3)
-    free = (numbers >= 0) & (numbers < system.first)
-    node, direction = np.broadcast_arrays(elements[..., None], np.arange(3))
-    positions[numbers[free]] = grid.mesh.p.T[node[free]]
-    components[numbers[free]] = direction[free]
-    return positions, components
-
-
-def _candidates(
-    grid: GradedMesh, candidate: Region
-) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-    """Surface nodes that may touch, ordered by x then y, and their tributary areas."""
-    mesh = grid.mesh
-    numbers, shapes, _, areas = facet_quadrature(mesh, grid.surface, 3)
-    shares = np.abs(areas[..., 2]) @ shapes.T
-    weights = np.bincount(numbers.ravel(), shares.ravel(), minlength=mesh.p.shape[1]).astype(float)
-    nodes = facet_nodes(mesh, grid.surface)
-    nodes = nodes[candidate(mesh.p[0, nodes], mesh.p[1, nodes])]
-    place = np.round(mesh.p[:2, nodes], 9)
-    nodes = nodes[np.lexsort((place[1], place[0]))]
-    return nodes, weights[nodes]
-
-
-def _linear_system(
-    grid: GradedMesh,
-    matrices: NDArray[np.float64],
-    candidates: NDArray[np.int64],
-    groups: list[NDArray[np.float64]],
-    poisson_ratio: float,
-) -> LinearSystem:
-    """Give numbers to the free displacements, then to those that follow the far field."""
-    mesh = grid.mesh
-    total = mesh.p.shape[1]
-    fixed = np.zeros((total, 3), dtype=bool)
-    for axis, plane in enumerate(grid.planes):
-        fixed[:, axis] = plane & (mesh.p[axis] == 0.0)
-    outer = facet_nodes(mesh, grid.outer)
-    number = np.zeros((total, 3), dtype=np.int64)
-    number[outer] = 1
-    number[fixed] = -1
-    if not groups:
-        number[outer] = -1
-    free, following = number == 0, number == 1
-    elements = mesh.dofs.element_dofs.T
-    displacements = int(free.sum())
-    # in a mixed form the element matrices have rows for the mean stress, too
-    stresses = matrices.shape[1] > 3 * elements.shape[1]
-    extra = np.arange(len(elements) * STRESSES * stresses).reshape(-1, STRESSES) + displacements
-    first = displacements + extra.size
-    number[free] = np.arange(displacements)
-    number[following] = first + np.arange(following.sum())
-    fields = [group_field(mesh.p.T[outer], group, poisson_ratio)[0] for group in groups]
-    boundary = np.zeros((int(following.sum()), len(groups)))
-    for column, field in enumerate(fields):
-        everywhere = np.zeros((total, 3))
-        everywhere[outer] = field
-        boundary[:, column] = everywhere[following]
-    unknowns = number[elements].reshape(len(elements), -1)
-    return LinearSystem(
-        matrices=matrices,
-        unknowns=np.hstack([unknowns, extra]) if stresses else unknowns,
-        boundary=boundary,
-        first=first,
-        retained=number[candidates, 2],
-        centres=mesh.p[:, mesh.t].mean(axis=1).T,
-        mean_stresses=extra,
-    )

@@ -8,11 +8,14 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from reference.arguments import choice_faults, count_faults, positive_faults, refuse
 from reference.errors import ConvergenceError
 from reference.fem.body import CondensedBody
 from reference.fem.contact_area import best_area
+from reference.loads import LoadPath
 
 METHODS = ("active_set", "penalty", "augmented_lagrangian")
+CONTROLS = ("penetration", "force")
 
 
 @dataclass(frozen=True, eq=False)
@@ -60,15 +63,47 @@ class Contact:
     history: list[int] = field(default_factory=list)
 
 
+@dataclass(frozen=True)
+class Enforcement:
+    """How contact is enforced on the candidates.
+
+    Parameters
+    ----------
+    method : {"active_set", "penalty", "augmented_lagrangian"}
+        The primal-dual active set (Hintermüller, Ito & Kunisch 2002) is exact. "penalty" puts
+        nodal springs of stiffness eps per area between shape and body, an error of O(1/eps).
+        "augmented_lagrangian" repeats it with the force of the last solution until the overlap is
+        gone.
+    penalty : float
+        ``eps h / E*`` with h the size of the surface elements.
+    max_iterations : int
+        Rounds of the active set for each load.
+
+    Raises
+    ------
+    ValueError
+        Listing everything wrong.
+    """
+
+    method: str = "active_set"
+    penalty: float = 1e3
+    max_iterations: int = 100
+
+    def __post_init__(self) -> None:
+        faults = choice_faults("method", self.method, METHODS)
+        faults += positive_faults(penalty=self.penalty)
+        refuse(faults + count_faults(1, max_iterations=self.max_iterations))
+
+
+EXACT = Enforcement()
+
+
 def press(
     body: CondensedBody,
     gap: ArrayLike,
+    load: LoadPath,
+    enforcement: Enforcement = EXACT,
     *,
-    penetration: ArrayLike | None = None,
-    force: ArrayLike | None = None,
-    contact: str = "active_set",
-    penalty: float = 1e3,
-    max_iterations: int = 100,
     start: ArrayLike | None = None,
 ) -> Iterator[Contact]:
     """Press a rigid shape into the body, load by load.
@@ -82,18 +117,11 @@ def press(
     gap : (n,)
         Initial gap of the rigid shape over `body.points`, from where the penetration counts; +inf
         where it can never touch.
-    penetration, force : array_like
-        Exactly one of them; force on the whole contact (all symmetric parts). Any order: each step
-        starts from the contact set of the one before.
-    contact : {"active_set", "penalty", "augmented_lagrangian"}
-        The primal-dual active set (Hintermüller, Ito & Kunisch 2002) is exact. "penalty" puts
-        nodal springs of stiffness eps per area between shape and body, an error of O(1/eps).
-        "augmented_lagrangian" repeats it with the force of the last solution until the overlap is
-        gone.
-    penalty : float
-        ``eps h / E*`` with h the size of the surface elements.
-    max_iterations : int
-        Rounds of the active set for each load.
+    load : LoadPath
+        ``"penetration"`` or ``"force"`` on the whole contact (all symmetric parts), positive, in
+        any order: each step starts from the contact set of the one before.
+    enforcement : Enforcement
+        Exact by default.
     start : (n,) bool, optional
         Contact set to begin with; by default (and if it is empty) all points that overlap
         geometrically.
@@ -105,16 +133,15 @@ def press(
     Raises
     ------
     ValueError
-        Before the first step, for every argument out of range.
+        Before the first step, listing what is wrong with gap, start and enforcement, or for a load
+        that does not press.
     ConvergenceError
         From the step that does not converge, or whose numbers overflow.
     """
-    gap = np.asarray(gap, dtype=float)
-    _check(body, gap, penetration, force, contact, penalty, max_iterations, start)
-    problem = _Problem(body, gap, contact, penalty, max_iterations, start)
-    if penetration is not None:
-        return problem.by_penetration(np.atleast_1d(np.asarray(penetration, dtype=float)))
-    return problem.by_force(np.atleast_1d(np.asarray(force, dtype=float)))
+    problem = _Problem(body, np.asarray(gap, dtype=float), enforcement, start)
+    if load.one_of(*CONTROLS) == "penetration":
+        return problem.by_penetration(load.positive())
+    return problem.by_force(load.positive())
 
 
 class _Problem:
@@ -124,14 +151,24 @@ class _Problem:
         self,
         body: CondensedBody,
         gap: NDArray[np.float64],
-        method: str,
-        penalty: float,
-        limit: int,
+        enforcement: Enforcement,
         start: ArrayLike | None,
     ) -> None:
-        self.body = body
-        self.method = method
-        self.limit = limit
+        shape, method = body.scaled_weights.shape, enforcement.method
+        faults = []
+        if gap.shape != shape:
+            faults.append(f"gap must have shape {shape}, not {gap.shape}")
+        elif np.isnan(gap).any() or np.isneginf(gap).any() or not np.isfinite(gap).any():
+            faults.append("gap must be finite or +inf, and finite somewhere")
+        if start is not None and np.shape(start) != shape:
+            faults.append(f"start must have shape {shape}, not {np.shape(start)}")
+        if method != "penalty" and body.interpolation is not None:
+            faults.append(
+                f"method must be 'penalty' at quadrature points, not {method!r}: there are more of "
+                "them than nodes, so that rigid contact in all of them is not defined"
+            )
+        refuse(faults)
+        self.body, self.method, self.limit = body, method, enforcement.max_iterations
         self.possible = np.flatnonzero(np.isfinite(gap))
         # depths count from first touch: a far-away shape must not cost the digits of the overlap
         self.first_touch = float(gap[self.possible].min())
@@ -140,7 +177,7 @@ class _Problem:
         self.weights = body.scaled_weights[self.possible]
         self.softness = np.zeros_like(self.weights)
         if method != "active_set":
-            per_area = penalty / (1.0 - body.poisson_ratio**2) / body.spacing_scaled
+            per_area = enforcement.penalty / (1.0 - body.poisson_ratio**2) / body.spacing_scaled
             self.softness = 1.0 / (per_area * self.weights)
         self.force_unit = body.youngs_modulus * body.length * body.length * body.symmetry
 
@@ -329,44 +366,3 @@ class _Step:
 
     def overlap(self, gap: NDArray[np.float64]) -> float:
         return float(np.max(self.depth - gap - self.displacement, initial=0.0))
-
-
-def _check(
-    body: CondensedBody,
-    gap: NDArray[np.float64],
-    penetration: ArrayLike | None,
-    force: ArrayLike | None,
-    contact: str,
-    penalty: float,
-    max_iterations: int,
-    start: ArrayLike | None,
-) -> None:
-    wrong = []
-    if gap.shape != body.scaled_weights.shape:
-        wrong.append(f"gap must have shape {body.scaled_weights.shape}, got {gap.shape}")
-    elif np.isnan(gap).any() or np.isneginf(gap).any() or not np.isfinite(gap).any():
-        wrong.append("gap must be finite or +inf, and finite somewhere")
-    if (penetration is None) == (force is None):
-        wrong.append("exactly one of penetration and force must be given")
-    for name, value in (("penetration", penetration), ("force", force)):
-        if value is None:
-            continue
-        values = np.atleast_1d(np.asarray(value, dtype=float))
-        finite = values.ndim == 1 and values.size > 0 and np.isfinite(values).all()
-        if not (finite and (values > 0.0).all()):
-            wrong.append(f"{name} must be positive and finite, got {value!r}")
-    if start is not None and np.shape(start) != body.scaled_weights.shape:
-        wrong.append(f"start must have shape {body.scaled_weights.shape}, got {np.shape(start)}")
-    if contact not in METHODS:
-        wrong.append(f"contact must be one of {METHODS}, got {contact!r}")
-    elif contact != "penalty" and body.interpolation is not None:
-        wrong.append(
-            f"contact must be 'penalty' at quadrature points, got {contact!r}: there are more of "
-            "them than nodes, so that rigid contact in all of them is not defined"
-        )
-    if not (np.isfinite(penalty) and penalty > 0.0):
-        wrong.append(f"penalty must be positive and finite, got {penalty!r}")
-    if max_iterations < 1:
-        wrong.append(f"max_iterations must be at least 1, got {max_iterations!r}")
-    if wrong:
-        raise ValueError("; ".join(wrong))

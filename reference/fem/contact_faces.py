@@ -44,7 +44,7 @@ class ContactFaces:
         Raises
         ------
         ValueError
-            For tetrahedra, and for faces with curved sides (those of `ball_body`): overlaps are
+            For tetrahedra, and for faces with curved sides (those of `RingMesh`): overlaps are
             cut along straight lines.
         """
         mesh = body.grid.mesh

@@ -7,12 +7,46 @@ comes out of one batched matrix product, 26 to 96 times faster.
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
 import numpy as np
 from numpy.typing import NDArray
 from skfem import MeshHex, MeshTet
 from skfem.element import ElementHex2, ElementTetP2
 
+from reference.arguments import positive_faults, refuse
+
 LARGEST_POISSON_RATIO = 0.4999
+
+
+@dataclass(frozen=True)
+class Material:
+    """Isotropic linear elasticity.
+
+    Parameters
+    ----------
+    youngs_modulus, poisson_ratio : float
+        ``-1 < nu <= 0.5``; displacement methods go to `LARGEST_POISSON_RATIO`.
+
+    Raises
+    ------
+    ValueError
+        Listing everything wrong.
+    """
+
+    youngs_modulus: float
+    poisson_ratio: float
+
+    def __post_init__(self) -> None:
+        faults = positive_faults(youngs_modulus=self.youngs_modulus)
+        if not -1.0 < self.poisson_ratio <= 0.5:
+            faults.append(f"poisson_ratio must lie in (-1, 0.5], not {self.poisson_ratio!r}")
+        refuse(faults)
+
+    @property
+    def incompressible(self) -> bool:
+        """Whether displacement methods lock."""
+        return self.poisson_ratio > LARGEST_POISSON_RATIO
 
 
 def lame_parameters(poisson_ratio: float) -> tuple[float, float]:

@@ -14,11 +14,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 from numba import njit
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
+from reference.arguments import positive_faults, refuse
 from reference.errors import ConvergenceError
 from reference.fem.frictional_body import FrictionalBody
 from reference.loads import LoadPath
@@ -59,10 +61,39 @@ _LARGEST_FACTOR = 2.0
 _NORMAL, _TANGENTIAL = ("penetration", "force"), ("tangential_displacement", "tangential_force")
 
 
+@dataclass(frozen=True, eq=False)
+class FrictionalPress:
+    """A rigid shape over a body, to be pressed on and moved along it.
+
+    Parameters
+    ----------
+    body : FrictionalBody
+    gap : array_like, shape (n,)
+        Initial gap over `body.points`, symmetric about y = 0.
+    friction : float
+        mu, positive and finite.
+
+    Raises
+    ------
+    ValueError
+        Listing what is wrong with gap and friction.
+    """
+
+    body: FrictionalBody
+    gap: NDArray[np.float64]
+    friction: float
+
+    def __post_init__(self) -> None:
+        gap, shape = np.asarray(self.gap, dtype=float), self.body.fixed.shape
+        object.__setattr__(self, "gap", gap)
+        faults = positive_faults(friction=self.friction)
+        if gap.shape != shape or not np.isfinite(gap).all():
+            faults.append(f"gap must be finite, of shape {shape}, not {gap.shape}")
+        refuse(faults)
+
+
 def follow(
-    body: FrictionalBody,
-    gap: ArrayLike,
-    friction: float,
+    press: FrictionalPress,
     normal: LoadPath,
     tangential: LoadPath,
     *,
@@ -73,16 +104,12 @@ def follow(
 
     Parameters
     ----------
-    body : FrictionalBody
-    gap : array_like, shape (n,)
-        Initial gap over `body.points`, symmetric about y = 0.
-    friction : float
-        mu.
+    press : FrictionalPress
     normal : LoadPath
-        Penetration or force, shape (k,); a force is positive.
+        ``"penetration"``, or ``"force"``, which is positive.
     tangential : LoadPath
-        Values of ``"tangential_displacement"`` or ``"tangential_force"``, as many; a force below
-        mu F. The steps are walked in order; slip is counted over each of them (implicit Euler).
+        ``"tangential_displacement"`` or ``"tangential_force"``, as long; a force below mu F. The
+        steps are walked in order; slip is counted over each of them (implicit Euler).
     tolerance : float
         Bound of `FrictionStep.error`.
     max_sweeps : int
@@ -94,20 +121,15 @@ def follow(
     Raises
     ------
     ValueError
-        If shapes differ or a number is out of range.
+        If the paths are of other quantities, or not of one length.
     ConvergenceError
-        From the step whose sweeps do not converge, or whose forces are not found.
+        From the step whose sweeps do not converge, or whose forces do not exist.
     """
-    gap = np.asarray(gap, dtype=float)
     kinds = normal.one_of(*_NORMAL), tangential.one_of(*_TANGENTIAL)
+    if kinds[0] == "force":
+        normal.positive()
     steps = np.column_stack([normal.values, tangential.values])
-    if gap.shape != body.fixed.shape or not np.isfinite(gap).all():
-        raise ValueError(f"gap must be finite, of shape {body.fixed.shape}, got {gap.shape}")
-    if not (np.isfinite(friction) and friction > 0):
-        raise ValueError(f"friction must be positive, got {friction!r}")
-    if kinds[0] == "force" and not (steps[:, 0] > 0).all():
-        raise ValueError(f"the force must be positive, got {normal.values!r}")
-    walk = _Walk(body, gap, friction, kinds, tolerance, max_sweeps)
+    walk = _Walk(press, kinds, tolerance, max_sweeps)
     return (walk.step(row) for row in steps)
 
 
@@ -115,18 +137,12 @@ class _Walk:
     """The state between two steps: forces on the nodes, and where the shape is against them."""
 
     def __init__(
-        self,
-        body: FrictionalBody,
-        gap: NDArray[np.float64],
-        friction: float,
-        kinds: tuple[str, str],
-        tolerance: float,
-        max_sweeps: int,
+        self, press: FrictionalPress, kinds: tuple[str, str], tolerance: float, max_sweeps: int
     ) -> None:
-        self.body, self.gap, self.friction = body, gap, friction
+        self.body, self.gap, self.friction = press.body, press.gap, press.friction
         self.tolerance, self.max_sweeps = tolerance, max_sweeps
-        count = len(gap)
-        self.table = np.ascontiguousarray(body.compliance.reshape(3 * count, 3 * count))
+        count = len(press.gap)
+        self.table = np.ascontiguousarray(press.body.compliance.reshape(3 * count, 3 * count))
         self.forces, self.position = np.zeros((count, 3)), np.zeros((count, 2))
         # which of penetration and displacement are sought for a prescribed force
         self.sought = np.array([kinds[0] == "force", kinds[1] == "tangential_force"])
@@ -208,9 +224,12 @@ class _Walk:
         depth, shift = place
         aim = np.column_stack([shift - self.position[:, 0], -self.position[:, 1], depth - self.gap])
         forces, bound = self.forces.copy(), self.tolerance * abs(depth)
-        errors = _sweeps(
-            self.table, aim, self.body.fixed, self.friction, forces, bound, self.max_sweeps
-        )
+        errors = np.zeros(self.max_sweeps)
+        errors = errors[
+            : _sweeps(
+                _Nodes(self.table, aim, self.body.fixed), self.friction, forces, errors, bound
+            )
+        ]
         if not errors[-1] <= bound:
             raise ConvergenceError(
                 f"node by node, friction stopped at an error of {errors[-1] / abs(depth):.1e} of "
@@ -237,13 +256,21 @@ def _even(count: int) -> NDArray[np.float64]:
     return forces.ravel()
 
 
+class _Nodes(NamedTuple):
+    """What the sweeps take of the nodes: their compliance, displacements aimed at, fixed ones."""
+
+    table: NDArray[np.float64]
+    aim: NDArray[np.float64]
+    fixed: NDArray[np.bool_]
+
+
 @njit(cache=True)
-def _sweeps(table, aim, fixed, friction, forces, tolerance, max_sweeps):
-    """Sweep until no node asks for a change beyond the tolerance; errors of the sweeps."""
+def _sweeps(nodes, friction, forces, errors, tolerance):
+    """Sweep until no node asks for a change beyond the tolerance; the number of sweeps."""
+    table, aim, fixed = nodes
     count = len(forces)
     flat = forces.reshape(-1)
-    errors = np.zeros(max_sweeps)
-    for sweep in range(max_sweeps):
+    for sweep in range(errors.size):
         worst = 0.0
         for i in range(count):
             rows = table[3 * i : 3 * i + 3]
@@ -262,5 +289,5 @@ def _sweeps(table, aim, fixed, friction, forces, tolerance, max_sweeps):
             flat[3 * i], flat[3 * i + 1] = new_x, new_y
         errors[sweep] = worst
         if worst <= tolerance:
-            return errors[: sweep + 1]
-    return errors
+            return sweep + 1
+    return errors.size

@@ -15,7 +15,8 @@ from numpy.typing import NDArray
 from scipy import sparse
 from scipy.sparse.linalg import splu
 
-from reference.fem.elasticity import LARGEST_POISSON_RATIO, stiffness_matrices
+from reference.arguments import count_faults, positive_faults, refuse
+from reference.fem.elasticity import LARGEST_POISSON_RATIO, Material, stiffness_matrices
 from reference.fem.far_field import boussinesq
 from reference.fem.mesh import GradedMesh, facet_nodes, growing_lines, ring_mesh
 
@@ -73,12 +74,7 @@ def cerruti(points: NDArray[np.float64], poisson_ratio: float) -> NDArray[np.flo
 
 
 def frictional_body(
-    contact_radius: float,
-    youngs_modulus: float,
-    poisson_ratio: float,
-    *,
-    elements: int = 4,
-    extent: float = 5.0,
+    contact_radius: float, material: Material, *, elements: int = 4, extent: float = 5.0
 ) -> FrictionalBody:
     """Build a half-space for one round contact with friction.
 
@@ -86,8 +82,8 @@ def frictional_body(
     ----------
     contact_radius : float
         The largest; candidates reach a quarter further.
-    youngs_modulus, poisson_ratio : float
-        ``-1 < nu <= 0.4999``.
+    material : Material
+        nu <= 0.4999.
     elements : int
         27-node elements per contact radius, at least 2; each has two node spacings.
     extent : float
@@ -98,15 +94,21 @@ def frictional_body(
     ValueError
         For every argument out of range, with the value that came.
     """
-    _check(contact_radius, youngs_modulus, poisson_ratio, elements, extent)
+    faults = positive_faults(contact_radius=contact_radius) + count_faults(2, elements=elements)
+    if material.incompressible:
+        nu = material.poisson_ratio
+        faults.append(f"poisson_ratio must be at most {LARGEST_POISSON_RATIO}, not {nu!r}")
+    if not (np.isfinite(extent) and extent >= 2.0):
+        faults.append(f"extent must be at least 2 contact radii, not {extent!r}")
+    refuse(faults)
     grid = _mesh(elements, extent)
     mesh = grid.mesh
     nodes = facet_nodes(mesh, grid.surface)
     nodes = nodes[np.hypot(*mesh.p[:2, nodes]) <= _REACH * (1 + 1e-9)]
-    compliance, unknowns = _condensed(grid, nodes, poisson_ratio)
+    compliance, unknowns = _condensed(grid, nodes, material.poisson_ratio)
     return FrictionalBody(
         points=mesh.p[:2, nodes].T * contact_radius,
-        compliance=compliance / (youngs_modulus * contact_radius),
+        compliance=compliance / (material.youngs_modulus * contact_radius),
         fixed=mesh.p[1, nodes] == 0.0,
         unknowns=unknowns,
     )
@@ -175,26 +177,3 @@ def _assembled(grid: GradedMesh, poisson_ratio: float) -> sparse.csr_array:
     total = 3 * grid.mesh.p.shape[1]
     entries = (matrices.ravel(), (rows.ravel(), columns.ravel()))
     return sparse.coo_array(entries, shape=(total, total)).tocsr()
-
-
-def _check(
-    contact_radius: float,
-    youngs_modulus: float,
-    poisson_ratio: float,
-    elements: int,
-    extent: float,
-) -> None:
-    wrong = []
-    for name, value in (("contact_radius", contact_radius), ("youngs_modulus", youngs_modulus)):
-        if not (np.isfinite(value) and value > 0.0):
-            wrong.append(f"{name} must be positive and finite, got {value!r}")
-    if not -1.0 < poisson_ratio <= LARGEST_POISSON_RATIO:
-        wrong.append(
-            f"poisson_ratio must lie in (-1, {LARGEST_POISSON_RATIO}], got {poisson_ratio!r}"
-        )
-    if int(elements) != elements or elements < 2:
-        wrong.append(f"elements must be an integer of at least 2, got {elements!r}")
-    if not (np.isfinite(extent) and extent >= 2.0):
-        wrong.append(f"extent must be at least 2 contact radii, got {extent!r}")
-    if wrong:
-        raise ValueError("; ".join(wrong))

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from scipy.sparse.linalg import splu
 from skfem.helpers import ddot, div, dot, sym_grad
 
+from reference.arguments import choice_faults, count_faults, refuse
 from reference.fem.elasticity import lame_parameters
 
 Kind = Literal["axisymmetric", "plane"]
@@ -98,7 +99,14 @@ def press_section(
     ValueError
         For every argument out of range, with the value that came.
     """
-    _check(radius, poisson_ratio, kind, support, radii, elements)
+    faults = choice_faults("kind", kind, ("axisymmetric", "plane"))
+    faults += choice_faults("support", support, ("fixed", "inertia"))
+    faults += count_faults(2, elements=elements)
+    if not (np.isfinite(radius) and radius >= 4):
+        faults.append(f"radius must be finite and at least 4 half-widths, not {radius!r}")
+    if any(not SMALLEST_CIRCLE < rho <= radius for rho in radii):
+        faults.append(f"radii must lie between {SMALLEST_CIRCLE:.3f} and {radius!r}, not {radii!r}")
+    refuse(faults)
     arguments = np.array([*radii, radius], dtype=float)
     plain, mesh = _meshes(_lines(arguments, elements), elements)
     basis = skfem.Basis(mesh, skfem.ElementVector(skfem.ElementQuad2()), intorder=6)
@@ -220,30 +228,3 @@ def _solve(
         centre = unit_displacement @ mass @ field / (unit_displacement @ mass @ unit_displacement)
         field, force = (field - centre * unit_displacement) / -centre, force / -centre
     return field, force
-
-
-def _check(
-    radius: float,
-    poisson_ratio: float,
-    kind: str,
-    support: str,
-    radii: Sequence[float],
-    elements: int,
-) -> None:
-    wrong = []
-    if not (np.isfinite(radius) and radius >= 4):
-        wrong.append(f"radius must be finite and at least 4 half-widths, got {radius!r}")
-    try:
-        lame_parameters(poisson_ratio)
-    except ValueError as fault:
-        wrong.append(str(fault))
-    if kind not in ("axisymmetric", "plane"):
-        wrong.append(f"kind must be 'axisymmetric' or 'plane', got {kind!r}")
-    if support not in ("fixed", "inertia"):
-        wrong.append(f"support must be 'fixed' or 'inertia', got {support!r}")
-    if any(not SMALLEST_CIRCLE < rho <= radius for rho in radii):
-        wrong.append(f"radii must lie between {SMALLEST_CIRCLE:.3f} and {radius!r}, got {radii!r}")
-    if int(elements) != elements or elements < 2:
-        wrong.append(f"elements must be an integer of at least 2, got {elements!r}")
-    if wrong:
-        raise ValueError("; ".join(wrong))

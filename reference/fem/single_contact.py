@@ -13,15 +13,17 @@ from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 from scipy.optimize import minimize_scalar
 
+from reference.arguments import choice_faults, refuse
 from reference.errors import ConvergenceError
 from reference.fem.body import CondensedBody
-from reference.fem.contact import Contact, press
+from reference.fem.contact import CONTROLS, EXACT, Contact, Enforcement, press
 from reference.fem.contact_area import fitted_area
 from reference.fem.quadrature_contact import at_quadrature_points
 from reference.fem.surface_pressure import RingPressure
+from reference.loads import LoadPath
 
 Shape = Callable[[NDArray[np.float64], NDArray[np.float64]], NDArray[np.float64]]
 
@@ -29,11 +31,9 @@ Shape = Callable[[NDArray[np.float64], NDArray[np.float64]], NDArray[np.float64]
 def indent(
     body: CondensedBody,
     shape: Shape,
+    load: LoadPath,
+    enforcement: Enforcement = EXACT,
     *,
-    penetration: ArrayLike | None = None,
-    force: ArrayLike | None = None,
-    contact: str = "active_set",
-    penalty: float = 1e3,
     points: str = "nodes",
 ) -> Iterator[tuple[CondensedBody, Contact]]:
     """Press a shape with a single convex contact, the mesh fitted to the contact at each load.
@@ -41,18 +41,18 @@ def indent(
     Parameters
     ----------
     body : CondensedBody
-        From `ball_body`, best with ``edge=contact_radius``; its size does not matter, but its
+        From a `RingMesh`, best with ``edge=contact_radius``; its size does not matter, but its
         `stretch` fixes the aspect of the contact.
     shape : callable
         Initial gap ``g(x, y)`` of arrays; +inf outside a sharp edge. Even in x
         and in y on a quarter.
-    penetration, force : array_like
-        Exactly one of them, positive.
-    contact, penalty
+    load : LoadPath
+        ``"penetration"`` or ``"force"``, positive.
+    enforcement : Enforcement
         As in `press`.
     points : {"nodes", "quadrature"}
         Where the contact conditions hold; "quadrature" (`at_quadrature_points`) takes
-        ``contact = "penalty"``.
+        the method "penalty".
 
     Yields
     ------
@@ -70,42 +70,34 @@ def indent(
 
     Examples
     --------
-    >>> from reference.fem import ball_body
-    >>> body = ball_body(1.0, 1.0, 0.3, edge=1.0)
-    >>> _, step = next(indent(body, lambda x, y: 0.5 * (x**2 + y**2), penetration=1e-6))
+    >>> from reference.fem import Material, RingMesh, half_space_body
+    >>> body = half_space_body(RingMesh(1.0, edge=1.0), Material(1.0, 0.3))
+    >>> ball = indent(body, lambda x, y: 0.5 * (x**2 + y**2), LoadPath("penetration", 1e-6))
+    >>> _, step = next(ball)
     >>> hertz = 4.0 / 3.0 * body.effective_modulus * 1e-9
     >>> bool(abs(step.force / hertz - 1.0) < 5e-4)
     True
     """
+    faults = choice_faults("points", points, ("nodes", "quadrature"))
     if body.ring is None:
-        raise ValueError("indent needs a body from ball_body: a tensor body has no mesh circle")
-    if (penetration is None) == (force is None):
-        raise ValueError("exactly one of penetration and force must be given")
-    values = np.atleast_1d(np.asarray(force if penetration is None else penetration, dtype=float))
-    finite = values.ndim == 1 and values.size > 0 and np.isfinite(values).all()
-    if not (finite and (values > 0.0).all()):
-        raise ValueError(f"loads must be positive and finite, got {values!r}")
-    if points not in ("nodes", "quadrature"):
-        raise ValueError(f"points must be 'nodes' or 'quadrature', got {points!r}")
+        faults.append("indent needs a body from a RingMesh: a TensorMesh has no mesh circle")
+    refuse(faults)
+    load.one_of(*CONTROLS)
+    load.positive()
     pressed = body if points == "nodes" else at_quadrature_points(body)
-    return _steps(_Ring(body, shape), pressed, values, penetration is None, contact, penalty)
+    return _steps(_Ring(body, shape), pressed, load, enforcement)
 
 
 def _steps(
-    ring: _Ring,
-    body: CondensedBody,
-    values: NDArray[np.float64],
-    by_force: bool,
-    contact: str,
-    penalty: float,
+    ring: _Ring, body: CondensedBody, load: LoadPath, enforcement: Enforcement
 ) -> Iterator[tuple[CondensedBody, Contact]]:
-    for value in values:
-        size = ring.size_for_force(value) if by_force else ring.size_for_penetration(value)
+    sized = ring.size_for_force if load.control == "force" else ring.size_for_penetration
+    for value in load.values:
+        size = sized(value)
         fitted = body.scaled(size)
-        load = {"force": value} if by_force else {"penetration": value}
         gap = ring.gap(size, fitted.points)
         start = fitted.inside_ring & np.isfinite(gap)
-        step = next(press(fitted, gap, contact=contact, penalty=penalty, start=start, **load))
+        step = next(press(fitted, gap, LoadPath(load.control, value), enforcement, start=start))
         if np.isfinite(gap).all():
             area = fitted_area(fitted.nodal or fitted, step.stiffness)
             step = replace(step, contact_area=area)

@@ -3,14 +3,16 @@
 from __future__ import annotations
 
 import time
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cho_factor, cho_solve
 
+from reference.arguments import refuse
 from reference.fem.body import CondensedBody
-from reference.fem.elasticity import stiffness_matrices
+from reference.fem.elasticity import Material, stiffness_matrices
 from reference.fem.mesh import GradedMesh
 from reference.fem.nested_dissection import LinearSystem, condense
 from reference.fem.solid_mesh import SolidMesh
@@ -25,12 +27,44 @@ RIGID_MOTIONS = (
 )
 
 
+@dataclass(frozen=True, eq=False)
+class SupportedMesh:
+    """The mesh of a body that its supports hold.
+
+    Parameters
+    ----------
+    solid : SolidMesh
+        z points into the body, away from the indenter.
+    surface : (k, 2)
+        Faces that may touch.
+    fixed : (n, 3) bool
+        Which displacement components of the nodes are zero.
+
+    Raises
+    ------
+    ValueError
+        If the supports leave a rigid motion free, naming it, or hold the contact surface.
+    """
+
+    solid: SolidMesh
+    surface: NDArray[np.int64]
+    fixed: NDArray[np.bool_]
+
+    def __post_init__(self) -> None:
+        points, fixed = self.solid.points, self.fixed
+        if fixed.shape != points.shape:
+            raise ValueError(f"fixed must have shape {points.shape}, not {fixed.shape}")
+        faults, free = [], free_motions(points, fixed)
+        if free:
+            faults.append(f"the supports leave the body free: {', '.join(free)}")
+        if fixed[self.solid.nodes_of(self.surface), 2].any():
+            faults.append("nodes of the contact surface must not be held along z")
+        refuse(faults)
+
+
 def supported_body(
-    mesh: SolidMesh,
-    surface: NDArray[np.int64],
-    fixed: NDArray[np.bool_],
-    youngs_modulus: float,
-    poisson_ratio: float,
+    supported: SupportedMesh,
+    material: Material,
     *,
     symmetry: int = 1,
     nodes: NDArray[np.int64] | None = None,
@@ -42,14 +76,9 @@ def supported_body(
 
     Parameters
     ----------
-    mesh : SolidMesh
-        z points into the body, away from the indenter.
-    surface : (k, 2)
-        Faces that may touch.
-    fixed : (n, 3) bool
-        Which displacement components of the nodes are zero.
-    youngs_modulus, poisson_ratio : float
-        ``-1 < nu <= 0.4999``; at most 0.45 for linear tetrahedra, which lock.
+    supported : SupportedMesh
+    material : Material
+        nu <= 0.4999; at most 0.45 for linear tetrahedra, which lock.
     symmetry : int
         Number of equal parts of which the mesh is one; it enters forces and areas.
     nodes : (c,), optional
@@ -63,9 +92,16 @@ def supported_body(
     Raises
     ------
     ValueError
-        If the supports leave a rigid motion free, naming it, and for arguments out of range.
+        For a material that the elements cannot have.
     """
-    _check(mesh, surface, fixed, youngs_modulus, poisson_ratio)
+    mesh, surface, fixed = supported.solid, supported.surface, supported.fixed
+    nu = material.poisson_ratio
+    linear_tetrahedra = mesh.kind.simplex and mesh.kind.order == 1
+    if linear_tetrahedra and nu > LARGEST_POISSON_LINEAR_TETRAHEDRA:
+        raise ValueError(
+            f"poisson_ratio must be at most {LARGEST_POISSON_LINEAR_TETRAHEDRA} with linear "
+            f"tetrahedra, which lock, not {nu!r}: take ten-node tetrahedra"
+        )
     started = time.perf_counter()
     length = 2.0 ** np.round(np.log2(np.ptp(mesh.points[mesh.nodes_of(surface), :2])))
     grid, numbers = mesh.to_scikit()
@@ -74,7 +110,7 @@ def supported_body(
     nodes = contact_nodes(mesh, surface) if nodes is None else nodes
     seconds = {"mesh": time.perf_counter() - started}
     started = time.perf_counter()
-    system = _system(mesh, grid, numbers, nodes, fixed, poisson_ratio)
+    system = _system(mesh, grid, numbers, nodes, fixed, nu)
     seconds["assembly"] = time.perf_counter() - started
     started = time.perf_counter()
     exterior = np.zeros((0, 0))
@@ -84,8 +120,8 @@ def supported_body(
     facets = grid.t2f[surface[:, 1], surface[:, 0]]
     return CondensedBody(
         length=float(length),
-        youngs_modulus=youngs_modulus,
-        poisson_ratio=poisson_ratio,
+        youngs_modulus=material.youngs_modulus,
+        poisson_ratio=nu,
         scaled_points=mesh.points[nodes, :2] / length,
         scaled_weights=weights[nodes],
         nodes=numbers[nodes],
@@ -171,31 +207,3 @@ def _system(
         retained=number[numbers[nodes], 2],
         centres=grid.p[:, grid.t].mean(axis=1).T,
     )
-
-
-def _check(
-    mesh: SolidMesh,
-    surface: NDArray[np.int64],
-    fixed: NDArray[np.bool_],
-    youngs_modulus: float,
-    poisson_ratio: float,
-) -> None:
-    wrong = []
-    if not (np.isfinite(youngs_modulus) and youngs_modulus > 0.0):
-        wrong.append(f"youngs_modulus must be positive and finite, got {youngs_modulus!r}")
-    linear_tetrahedra = mesh.kind.simplex and mesh.kind.order == 1
-    if linear_tetrahedra and poisson_ratio > LARGEST_POISSON_LINEAR_TETRAHEDRA:
-        wrong.append(
-            f"poisson_ratio must be at most {LARGEST_POISSON_LINEAR_TETRAHEDRA} with linear "
-            f"tetrahedra, which lock, got {poisson_ratio!r}: take ten-node tetrahedra"
-        )
-    if fixed.shape != mesh.points.shape:
-        wrong.append(f"fixed must have shape {mesh.points.shape}, got {fixed.shape}")
-    else:
-        free = free_motions(mesh.points, fixed)
-        if free:
-            wrong.append(f"the supports leave the body free: {', '.join(free)}")
-        if fixed[mesh.nodes_of(surface), 2].any():
-            wrong.append("nodes of the contact surface must not be held along z")
-    if wrong:
-        raise ValueError("; ".join(wrong))

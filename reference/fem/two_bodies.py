@@ -9,18 +9,21 @@ while node-to-surface contact collocates at nodes and fails the patch test.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 from skfem.quadrature import get_quadrature_tri
 
+from reference.arguments import choice_faults, refuse
 from reference.fem.body import CondensedBody
 from reference.fem.contact import Contact, press
 from reference.fem.contact_faces import ContactFaces
 from reference.fem.overlaps import overlap_triangles
+from reference.loads import LoadPath
 
 COUPLINGS = ("mortar", "node_to_surface")
 MULTIPLIERS = ("dual", "standard")
@@ -59,20 +62,14 @@ class BodyPair:
     points: NDArray[np.float64]
     sampling: csr_matrix
 
-    def press(
-        self,
-        gap: Gap,
-        *,
-        penetration: float | Sequence[float] | None = None,
-        force: float | Sequence[float] | None = None,
-    ) -> Iterator[Contact]:
+    def press(self, gap: Gap, load: LoadPath) -> Iterator[Contact]:
         """Press the bodies together, load by load.
 
         Parameters
         ----------
         gap : callable
             Initial distance ``g(x, y)`` of the two surfaces, finite everywhere.
-        penetration, force : float or sequence
+        load : LoadPath
             As in `reference.fem.press`; penetration is the approach of points far from the contact
             (of the supports of finite bodies).
 
@@ -82,7 +79,7 @@ class BodyPair:
             As in `reference.fem.press`.
         """
         weighted = self.sampling @ np.asarray(gap(*self.points.T), dtype=float)
-        return press(self.combined, weighted, penetration=penetration, force=force)
+        return press(self.combined, weighted, load)
 
     def scaled(self, factor: float) -> BodyPair:
         """Return the same pair of half-spaces `factor` times larger (see `CondensedBody`)."""
@@ -127,45 +124,45 @@ def couple(
 
     Examples
     --------
-    >>> from reference.fem import tensor_body
-    >>> fine, coarse = np.linspace(-1, 1, 9), np.linspace(-1, 1, 6)
-    >>> pair = couple(tensor_body(fine, fine, 1.0, 0.3), tensor_body(coarse, coarse, 1.0, 0.3))
-    >>> (step,) = pair.press(lambda x, y: x**2 + y**2, penetration=0.1)
+    >>> from reference.fem import Material, TensorMesh, half_space_body
+    >>> lines = np.linspace(-1, 1, 9), np.linspace(-1, 1, 6)
+    >>> bodies = (half_space_body(TensorMesh(x, x), Material(1.0, 0.3)) for x in lines)
+    >>> pair = couple(*bodies)
+    >>> (step,) = pair.press(lambda x, y: x**2 + y**2, LoadPath("penetration", 0.1))
     >>> on_slave, on_master = pair.forces(step)
     >>> bool(np.isclose(on_slave.sum(), on_master.sum(), rtol=1e-12))
     True
     """
-    wrong = []
-    if coupling not in COUPLINGS:
-        wrong.append(f"coupling must be one of {COUPLINGS}, got {coupling!r}")
-    if multipliers not in MULTIPLIERS:
-        wrong.append(f"multipliers must be one of {MULTIPLIERS}, got {multipliers!r}")
+    faults = choice_faults("coupling", coupling, COUPLINGS)
+    faults += choice_faults("multipliers", multipliers, MULTIPLIERS)
     if slave.symmetry != master.symmetry:
-        wrong.append(
+        faults.append(
             f"both bodies must be the same share of a symmetric whole, got one of "
             f"{slave.symmetry} and one of {master.symmetry}"
         )
-    if wrong:
-        raise ValueError("; ".join(wrong))
+    refuse(faults)
     # One unit of length for all the geometry, so that scenes in nm and m have the same digits.
     ours, theirs = (ContactFaces.of(body, slave.length) for body in (slave, master))
     if coupling == "mortar":
         terms = _mortar(ours, theirs, len(slave.nodes), len(master.nodes), multipliers)
     else:
         terms = _node_to_surface(ours, theirs, slave, len(master.nodes))
-    return _pair(slave, master, *terms)
+    return _pair(slave, master, terms)
 
 
-def _pair(
-    slave: CondensedBody,
-    master: CondensedBody,
-    weights: NDArray[np.float64],
-    onto_slave: csr_matrix,
-    onto_master: csr_matrix,
-    points: NDArray[np.float64],
-    sampling: csr_matrix,
-) -> BodyPair:
+class _Terms(NamedTuple):
+    """Areas of the pressure unknowns, and what `BodyPair` says of each, before the division."""
+
+    weights: NDArray[np.float64]
+    onto_slave: csr_matrix
+    onto_master: csr_matrix
+    points: NDArray[np.float64]
+    sampling: csr_matrix
+
+
+def _pair(slave: CondensedBody, master: CondensedBody, terms: _Terms) -> BodyPair:
     """Drop the slave nodes that no face of the master faces, and sum the compliances."""
+    weights, onto_slave, onto_master, points, sampling = terms
     covered = np.flatnonzero(weights > 1e-9 * weights.max())
     divide = csr_matrix(
         (1.0 / weights[covered], (np.arange(len(covered)), covered)), (len(covered), len(weights))
@@ -190,7 +187,7 @@ def _pair(
 
 def _mortar(
     slave: ContactFaces, master: ContactFaces, slave_count: int, master_count: int, multipliers: str
-) -> tuple[NDArray[np.float64], csr_matrix, csr_matrix, NDArray[np.float64], csr_matrix]:
+) -> _Terms:
     """Integrals of the pressure functions times both displacements, over every overlap."""
     triangles, owners = overlap_triangles(slave.corners, master.corners)
     if not len(owners):
@@ -222,7 +219,7 @@ def _mortar(
     index = np.arange(points.shape[0] * points.shape[1]).reshape(points.shape[:2])
     sampling = _scattered(values, rows, index, (slave_count, index.size))
     total = np.asarray(sampling.sum(axis=1)).ravel()
-    return total, onto_slave, onto_master, points.reshape(-1, 2), sampling
+    return _Terms(total, onto_slave, onto_master, points.reshape(-1, 2), sampling)
 
 
 def _dual(
@@ -270,7 +267,7 @@ def _scattered(
 
 def _node_to_surface(
     slave: ContactFaces, master: ContactFaces, body: CondensedBody, master_count: int
-) -> tuple[NDArray[np.float64], csr_matrix, csr_matrix, NDArray[np.float64], csr_matrix]:
+) -> _Terms:
     """Every node of the slave on the face of the master that it is over."""
     slave_count = len(body.nodes)
     points = body.scaled_points
@@ -285,7 +282,7 @@ def _node_to_surface(
     )
     weights = np.where(face >= 0, body.scaled_weights, 0.0)
     identity = csr_matrix((weights, (np.arange(slave_count), np.arange(slave_count))))
-    return weights, identity, identity @ onto_master, points, identity
+    return _Terms(weights, identity, identity @ onto_master, points, identity)
 
 
 def _faces_at(faces: ContactFaces, points: NDArray[np.float64]) -> NDArray[np.int64]:

@@ -376,8 +376,7 @@ def _steps(normal: LoadPath, tangential: LoadPath) -> list[tuple[float, float]]:
     """Return the loads step by step, or raise ValueError."""
     normal.one_of(*_NORMAL)
     tangential.one_of(*_TANGENTIAL)
-    if not (normal.values > 0).all():
-        raise ValueError(f"{normal.control} must be positive, not {normal.values}")
+    normal.positive()
     if len({path.values.size for path in (normal, tangential)} - {1}) > 1:
         sizes = " and ".join(f"{p.values.size} of {p.control}" for p in (normal, tangential))
         raise ValueError(f"both paths must have the same number of steps, not {sizes}")

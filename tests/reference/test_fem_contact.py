@@ -14,26 +14,31 @@ from scipy.special import ellipk, gamma
 from reference.closed_form import ellipsoid
 from reference.errors import ConvergenceError
 from reference.fem import (
-    ball_body,
+    Enforcement,
+    Material,
+    RingMesh,
+    TensorMesh,
     contact_radius,
     graded_lines,
+    half_space_body,
     indent,
     press,
     recover,
-    tensor_body,
 )
+from reference.loads import Load, LoadPath
 
 
 @cache
 def default_body(nu=0.3):
-    return ball_body(1.0, 1.0, nu)
+    return half_space_body(RingMesh(1.0), Material(1.0, nu))
 
 
 @cache
 def fitted_body(nu=0.3, elements=4, sharp=False, aspect=1.0):
     root = float(np.sqrt(aspect))
-    return ball_body(
-        1.0, 1.0, nu, edge=1.0, elements=elements, sharp=sharp, stretch=(root, 1.0 / root)
+    return half_space_body(
+        RingMesh(1.0, edge=1.0, elements=elements, sharp=sharp, stretch=(root, 1.0 / root)),
+        Material(1.0, nu),
     )
 
 
@@ -54,7 +59,7 @@ def test_hertz_force_on_the_default_mesh(nu):
     half of what the method promises.
     """
     body = default_body(nu)
-    steps = press(body, paraboloid(body), penetration=np.linspace(0.36, 1.0, 10))
+    steps = press(body, paraboloid(body), Load("penetration", np.linspace(0.36, 1.0, 10)))
     assert max(abs(hertz_error(body, step)) for step in steps) < 5e-3
 
 
@@ -64,7 +69,7 @@ def test_hertz_on_a_fitted_mesh_at_any_depth(nu):
     body = fitted_body(nu)
     for depth, (fitted, step) in zip(
         (1e-6, 0.2, 7.0),
-        indent(body, lambda x, y: 0.5 * (x**2 + y**2), penetration=[1e-6, 0.2, 7.0]),
+        indent(body, lambda x, y: 0.5 * (x**2 + y**2), Load("penetration", [1e-6, 0.2, 7.0])),
         strict=True,
     ):
         assert abs(hertz_error(fitted, step)) < 2e-4
@@ -82,7 +87,9 @@ def force_error(body, exponent):
     ``d = kappa_n c a^n`` and ``F = 2 E* n/(n + 1) d a``.
     """
     kappa = np.sqrt(np.pi) / 2 * exponent * gamma(exponent / 2) / gamma((exponent + 1) / 2)
-    _, step = next(indent(body, lambda x, y: np.hypot(x, y) ** exponent / kappa, penetration=1.0))
+    _, step = next(
+        indent(body, lambda x, y: np.hypot(x, y) ** exponent / kappa, Load("penetration", 1.0))
+    )
     exact = 2.0 * body.effective_modulus * exponent / (exponent + 1)
     return step.force / exact - 1.0
 
@@ -110,7 +117,7 @@ def punch_stiffness(elements, aspect=1.0, nu=0.3):
     """dF/dd over the exact ``pi E* a / K(1 - b^2/a^2)`` (Johnson 1985, sec. 3.8), minus 1."""
     body = fitted_body(nu, elements, sharp=True, aspect=aspect)
     gap = np.where(body.scaled_radii <= 1.0 + 1e-9, 0.0, np.inf)
-    (step,) = press(body, gap, penetration=0.01)
+    (step,) = press(body, gap, Load("penetration", 0.01))
     major = np.sqrt(aspect)
     exact = np.pi * body.effective_modulus * major / ellipk(1.0 - aspect**-2)
     assert step.force == pytest.approx(step.stiffness * 0.01, rel=1e-12)
@@ -139,8 +146,10 @@ def test_square_punch_with_mesh_lines_on_its_edge():
     +0.36 % with 5, +0.24 % with 6.
     """
     lines = graded_lines(0.0, 1.0, 4, 0.5)
-    body = tensor_body(lines, lines, 1.0, 0.3, symmetry="quarter", order=2)
-    (step,) = press(body, np.zeros(len(body.weights)), penetration=1.0)
+    body = half_space_body(
+        TensorMesh(lines, lines, symmetry="quarter", order=2), Material(1.0, 0.3)
+    )
+    (step,) = press(body, np.zeros(len(body.weights)), Load("penetration", 1.0))
     disc = 2.0 * body.effective_modulus * np.sqrt(4.0 / np.pi)
     assert 0.0 < step.stiffness / disc / 1.0212 - 1.0 < 8e-3
 
@@ -152,7 +161,7 @@ def test_ellipsoid_force_and_area(ratio, nu):
     half_x, half_y = ellipsoid(ratio, 1.0, 1.0).semi_axes(1.0)
     body = fitted_body(nu, 4, aspect=half_x / half_y)
     exact = ellipsoid(ratio, 1.0, body.effective_modulus)
-    _, step = next(indent(body, lambda x, y: 0.5 * (x**2 / ratio + y**2), penetration=0.1))
+    _, step = next(indent(body, lambda x, y: 0.5 * (x**2 / ratio + y**2), Load("penetration", 0.1)))
     assert step.force == pytest.approx(exact.force(0.1), rel=4e-4)
     assert step.contact_area == pytest.approx(exact.contact_area(0.1), rel=8e-4)
 
@@ -175,7 +184,7 @@ def test_rounded_punch_with_its_kink_anywhere_inside_the_mesh(radius):
         indent(
             body,
             lambda x, y: 0.5 * np.clip(np.hypot(x, y) - 1.0, 0.0, None) ** 2,
-            penetration=depth,
+            Load("penetration", depth),
         )
     )
     assert step.force == pytest.approx(2.0 * body.effective_modulus * exact, rel=6e-4)
@@ -185,7 +194,7 @@ def test_rounded_punch_with_its_kink_anywhere_inside_the_mesh(radius):
 def test_pressure_peak_and_radius_are_those_of_hertz():
     """At 24 000 unknowns: peak 1e-3, L2 5e-3, contact radius 5e-4 (measured 7e-5, 5e-4, 1e-6)."""
     fitted, step = next(
-        indent(fitted_body(0.3, 6), lambda x, y: 0.5 * (x**2 + y**2), penetration=1.0)
+        indent(fitted_body(0.3, 6), lambda x, y: 0.5 * (x**2 + y**2), Load("penetration", 1.0))
     )
     radius = np.hypot(*fitted.points.T)
     peak = 2.0 * fitted.effective_modulus / np.pi
@@ -202,7 +211,7 @@ def test_pressure_of_the_fourth_power_is_hollow_in_the_middle():
     q is quadratic in r here, and bilinear in the projection.
     """
     fitted, step = next(
-        indent(fitted_body(), lambda x, y: 3 / 8 * (x**2 + y**2) ** 2, penetration=1.0)
+        indent(fitted_body(), lambda x, y: 3 / 8 * (x**2 + y**2) ** 2, Load("penetration", 1.0))
     )
     r = np.clip(np.hypot(*fitted.points.T), 0.0, 1.0)
     exact = fitted.effective_modulus * 4 / np.pi * np.sqrt(1 - r**2) * (1 + 2 * r**2) / 3
@@ -215,7 +224,7 @@ def test_contact_radius_from_moments_beats_counting():
     """Measured rms 0.7 % against 3 % for the counted nodes."""
     body = default_body()
     fitted, counted = [], []
-    for step in press(body, paraboloid(body), penetration=np.linspace(0.4, 0.95, 12)):
+    for step in press(body, paraboloid(body), Load("penetration", np.linspace(0.4, 0.95, 12))):
         exact = np.sqrt(step.penetration)
         fitted.append(contact_radius(body, step.reactions, step.active) / exact - 1.0)
         counted.append(np.sqrt(step.contact_area_raw / np.pi) / exact - 1.0)
@@ -228,10 +237,12 @@ def test_without_reduced_integration_nearly_incompressible_elements_lock():
     lines = np.linspace(0.0, 1.2, 7)
     errors = {}
     for reduced in (True, False):
-        body = tensor_body(
-            lines, lines, 1.0, 0.499, symmetry="quarter", reduced_integration=reduced
+        body = half_space_body(
+            TensorMesh(lines, lines, symmetry="quarter"),
+            Material(1.0, 0.499),
+            reduced_integration=reduced,
         )
-        (step,) = press(body, paraboloid(body), penetration=0.9)
+        (step,) = press(body, paraboloid(body), Load("penetration", 0.9))
         errors[reduced] = hertz_error(body, step)
     assert abs(errors[True]) < 0.03
     assert errors[False] > 0.25
@@ -241,8 +252,12 @@ def test_a_fixed_boundary_is_too_stiff_and_boussinesq_does_not_depend_on_the_ext
     """Fixed at 10 a: about +10 % in F; Boussinesq between 3 a and 8 a: 3e-4 (mesh growth)."""
     errors = {}
     for far_field, extent in (("fixed", 10.0), ("boussinesq", 3.0), ("boussinesq", 8.0)):
-        body = ball_body(1.0, 1.0, 0.3, elements=4, edge=1.0, far_field=far_field, extent=extent)
-        (step,) = press(body, paraboloid(body), penetration=0.99)
+        body = half_space_body(
+            RingMesh(1.0, elements=4, edge=1.0, extent=extent),
+            Material(1.0, 0.3),
+            far_field=far_field,
+        )
+        (step,) = press(body, paraboloid(body), Load("penetration", 0.99))
         errors[far_field, extent] = hertz_error(body, step)
     assert 0.06 < errors["fixed", 10.0] < 0.16
     assert abs(errors["boussinesq", 3.0] - errors["boussinesq", 8.0]) < 5e-4
@@ -250,15 +265,19 @@ def test_a_fixed_boundary_is_too_stiff_and_boussinesq_does_not_depend_on_the_ext
 
 def test_quarter_and_full_models_agree():
     """The full mesh is the mirrored quarter: the same forces to rounding (1e-9)."""
-    quarter = ball_body(1.0, 1.0, 0.3, elements=3)
-    full = ball_body(1.0, 1.0, 0.3, elements=3, symmetry="none")
-    (a,), (b,) = (press(body, paraboloid(body), penetration=0.8) for body in (quarter, full))
+    quarter = half_space_body(RingMesh(1.0, elements=3), Material(1.0, 0.3))
+    full = half_space_body(RingMesh(1.0, elements=3, symmetry="none"), Material(1.0, 0.3))
+    (a,), (b,) = (
+        press(body, paraboloid(body), Load("penetration", 0.8)) for body in (quarter, full)
+    )
     assert a.force == pytest.approx(b.force, rel=1e-9)
     assert a.contact_area_raw == pytest.approx(b.contact_area_raw, rel=1e-9)
     lines = np.linspace(-1.0, 1.0, 9)
-    full = tensor_body(lines, lines, 1.0, 0.3)
-    quarter = tensor_body(lines[4:], lines[4:], 1.0, 0.3, symmetry="quarter")
-    (a,), (b,) = (press(body, paraboloid(body), force=0.4) for body in (quarter, full))
+    full = half_space_body(TensorMesh(lines, lines), Material(1.0, 0.3))
+    quarter = half_space_body(
+        TensorMesh(lines[4:], lines[4:], symmetry="quarter"), Material(1.0, 0.3)
+    )
+    (a,), (b,) = (press(body, paraboloid(body), Load("force", 0.4)) for body in (quarter, full))
     assert a.penetration == pytest.approx(b.penetration, rel=1e-9)
 
 
@@ -270,19 +289,22 @@ def test_half_and_full_models_agree():
 
     lines = np.linspace(-1.0, 1.0, 9)
     pairs = [
-        [ball_body(1.0, 1.0, 0.3, elements=2, symmetry=name) for name in ("none", "half_y")],
         [
-            tensor_body(lines, lines, 1.0, 0.3),
-            tensor_body(lines, lines[4:], 1.0, 0.3, symmetry="half_y"),
+            half_space_body(RingMesh(1.0, elements=2, symmetry=name), Material(1.0, 0.3))
+            for name in ("none", "half_y")
+        ],
+        [
+            half_space_body(TensorMesh(lines, lines), Material(1.0, 0.3)),
+            half_space_body(TensorMesh(lines, lines[4:], symmetry="half_y"), Material(1.0, 0.3)),
         ],
     ]
     for pair in pairs:
-        full, half = (next(press(body, gap(*body.points.T), force=0.3)) for body in pair)
+        full, half = (next(press(body, gap(*body.points.T), Load("force", 0.3))) for body in pair)
         assert half.penetration == pytest.approx(full.penetration, rel=1e-9)
         assert half.stiffness == pytest.approx(full.stiffness, rel=1e-9)
         assert half.energy == pytest.approx(full.energy, rel=1e-9)
-    turned = tensor_body(lines[4:], lines, 1.0, 0.3, symmetry="half_x")
-    (step,) = press(turned, gap(*turned.points.T[::-1]), force=0.3)
+    turned = half_space_body(TensorMesh(lines[4:], lines, symmetry="half_x"), Material(1.0, 0.3))
+    (step,) = press(turned, gap(*turned.points.T[::-1]), Load("force", 0.3))
     assert step.penetration == pytest.approx(full.penetration, rel=1e-9)
 
 
@@ -294,14 +316,14 @@ def test_depths_count_from_first_touch():
     """
     body = small_body(1.0, 1.0)
     gap = paraboloid(body)
-    (near,) = press(body, gap, force=1e-3)
-    (far,) = press(body, gap + 1e12, force=1e-3)
+    (near,) = press(body, gap, Load("force", 1e-3))
+    (far,) = press(body, gap + 1e12, Load("force", 1e-3))
     assert far.penetration == pytest.approx(1e12 + near.penetration, abs=2e-4)
     assert 4.0 * far.reactions.sum() == pytest.approx(1e-3, rel=1e-8)
-    (light,) = press(body, gap + 1.0, force=1e-30)
+    (light,) = press(body, gap + 1.0, Load("force", 1e-30))
     assert light.active.sum() == 1
     assert light.violation < 1e-12
-    (nothing,) = press(body, gap + 1.0, penetration=0.5)
+    (nothing,) = press(body, gap + 1.0, Load("penetration", 0.5))
     assert nothing.force == 0.0
 
 
@@ -316,8 +338,8 @@ def test_linear_and_quadratic_elements_agree_on_two_bumps():
     forces = []
     for order, count in ((1, 21), (2, 10)):
         lines = np.linspace(-1.0, 1.0, count)
-        body = tensor_body(lines, lines, 1.0, 0.3, order=order)
-        (step,) = press(body, gap(*body.points.T), penetration=0.15)
+        body = half_space_body(TensorMesh(lines, lines, order=order), Material(1.0, 0.3))
+        (step,) = press(body, gap(*body.points.T), Load("penetration", 0.15))
         forces.append(step.force)
     assert forces[0] == pytest.approx(forces[1], rel=0.02)
 
@@ -330,17 +352,17 @@ def test_linear_and_quadratic_elements_agree_on_two_bumps():
 )
 def test_scaling_by_powers_of_two_changes_no_bit(depth, length, modulus):
     body = small_body(1.0, 1.0)
-    (plain,) = press(body, paraboloid(body), penetration=depth)
+    (plain,) = press(body, paraboloid(body), Load("penetration", depth))
     twin = small_body(length, modulus)
     gap = length * paraboloid(body)
-    (scaled,) = press(twin, gap, penetration=depth * length)
+    (scaled,) = press(twin, gap, Load("penetration", depth * length))
     assert scaled.force == plain.force * modulus * length**2
     assert np.array_equal(scaled.active, plain.active)
 
 
 @cache
 def small_body(length, modulus):
-    return ball_body(length, modulus, 0.3, elements=3)
+    return half_space_body(RingMesh(length, elements=3), Material(modulus, 0.3))
 
 
 def test_nanometres_and_metres_give_the_same_digits():
@@ -348,7 +370,7 @@ def test_nanometres_and_metres_give_the_same_digits():
     forces = []
     for length, modulus in ((1e-9, 70e9), (1.0, 1.0), (1e-3, 210e9)):
         body = small_body(length, modulus)
-        (step,) = press(body, paraboloid(body) / length, penetration=0.8 * length)
+        (step,) = press(body, paraboloid(body) / length, Load("penetration", 0.8 * length))
         forces.append(step.force / (modulus * length**2))
     np.testing.assert_allclose(forces, forces[0], rtol=1e-12)
 
@@ -358,8 +380,8 @@ def test_nanometres_and_metres_give_the_same_digits():
 def test_force_control_inverts_penetration_control(load, exponent):
     body = default_body()
     gap = np.hypot(*body.points.T) ** exponent
-    (by_force,) = press(body, gap, force=load)
-    (by_depth,) = press(body, gap, penetration=by_force.penetration)
+    (by_force,) = press(body, gap, Load("force", load))
+    (by_depth,) = press(body, gap, Load("penetration", by_force.penetration))
     assert by_depth.force == pytest.approx(load, rel=1e-9)
     assert np.array_equal(by_depth.active, by_force.active)
 
@@ -372,7 +394,7 @@ def test_contact_laws_hold_on_random_gaps(seed):
     rng = np.random.default_rng(seed)
     gap = rng.uniform(0.0, 1.0, len(body.weights)) ** 2
     gap[rng.random(len(gap)) < 0.1] = np.inf
-    steps = list(press(body, gap, penetration=[0.1, 0.2, 0.4]))
+    steps = list(press(body, gap, Load("penetration", [0.1, 0.2, 0.4])))
     for step in steps:
         assert step.violation < 1e-10
         assert np.all(step.pressure >= 0.0)
@@ -384,7 +406,7 @@ def test_contact_laws_hold_on_random_gaps(seed):
     forces = [step.force for step in steps]
     assert forces == sorted(forces)
     near = steps[1].penetration * (1 + 1e-9)
-    (moved,) = press(body, gap, penetration=near)
+    (moved,) = press(body, gap, Load("penetration", near))
     slope = (moved.force - steps[1].force) / (near - steps[1].penetration)
     assert slope == pytest.approx(steps[1].stiffness, rel=1e-4)
 
@@ -392,22 +414,31 @@ def test_contact_laws_hold_on_random_gaps(seed):
 def test_warm_and_cold_starts_agree():
     body = default_body()
     depths = np.linspace(0.05, 1.0, 8)
-    warm = [step.force for step in press(body, paraboloid(body), penetration=depths)]
-    cold = [next(press(body, paraboloid(body), penetration=depth)).force for depth in depths]
+    warm = [step.force for step in press(body, paraboloid(body), Load("penetration", depths))]
+    cold = [
+        next(press(body, paraboloid(body), Load("penetration", depth))).force for depth in depths
+    ]
     np.testing.assert_allclose(warm, cold, rtol=1e-12)
-    down = [step.force for step in press(body, paraboloid(body), penetration=depths[::-1])]
+    down = [
+        step.force for step in press(body, paraboloid(body), LoadPath("penetration", depths[::-1]))
+    ]
     np.testing.assert_allclose(down[::-1], cold, rtol=1e-12)
 
 
 def test_penalty_approaches_the_active_set_in_proportion_to_its_softness():
     """-1 %, -0.1 %, -0.01 % at eps h/E* = 10, 100, 1000: order 1, never too stiff."""
     body = default_body()
-    (exact,) = press(body, paraboloid(body), penetration=1.0)
+    (exact,) = press(body, paraboloid(body), Load("penetration", 1.0))
     penalties = np.array([10.0, 100.0, 1000.0])
     errors = np.array(
         [
             next(
-                press(body, paraboloid(body), penetration=1.0, contact="penalty", penalty=value)
+                press(
+                    body,
+                    paraboloid(body),
+                    Load("penetration", 1.0),
+                    Enforcement(method="penalty", penalty=value),
+                )
             ).force
             / exact.force
             - 1.0
@@ -420,10 +451,10 @@ def test_penalty_approaches_the_active_set_in_proportion_to_its_softness():
 
 def test_augmented_lagrangian_ends_at_the_active_set():
     body = default_body()
-    for load in ({"penetration": 0.7}, {"force": 0.8}):
-        (exact,) = press(body, paraboloid(body), **load)
+    for load in (Load("penetration", 0.7), Load("force", 0.8)):
+        (exact,) = press(body, paraboloid(body), load)
         (step,) = press(
-            body, paraboloid(body), contact="augmented_lagrangian", penalty=100.0, **load
+            body, paraboloid(body), load, Enforcement("augmented_lagrangian", penalty=100.0)
         )
         assert step.force == pytest.approx(exact.force, rel=1e-8)
         assert step.penetration == pytest.approx(exact.penetration, rel=1e-8)
@@ -437,7 +468,7 @@ def test_von_mises_maximum_lies_below_the_surface():
     (0.13 at this depth) in place.
     """
     body = default_body()
-    (step,) = press(body, paraboloid(body), penetration=1.0)
+    (step,) = press(body, paraboloid(body), Load("penetration", 1.0))
     fields = recover(body, step.reactions)
     top = np.argmax(fields.von_mises)
     peak = 2.0 * body.effective_modulus / np.pi
@@ -449,30 +480,32 @@ def test_fixed_meshes_refuse_and_report():
     body = default_body()
     gap = paraboloid(body)
     with pytest.raises(ConvergenceError, match="did not settle") as caught:
-        next(press(body, gap, penetration=1.0, max_iterations=1))
+        next(press(body, gap, Load("penetration", 1.0), Enforcement(max_iterations=1)))
     assert caught.value.history
-    soft = {"contact": "augmented_lagrangian", "penalty": 1e-2, "max_iterations": 20}
+    soft = Enforcement("augmented_lagrangian", penalty=1e-2, max_iterations=20)
     with pytest.raises(ConvergenceError, match="overlap did not vanish"):
-        list(press(body, gap, penetration=1.0, **soft))
-    with pytest.raises(ValueError, match=r"gap.*exactly one.*contact.*penalty"):
-        press(body, gap[:-1], contact="lagrange", penalty=-1.0)
+        list(press(body, gap, Load("penetration", 1.0), soft))
+    with pytest.raises(ValueError, match=r"method must be.*penalty.*max_iterations"):
+        Enforcement("lagrange", penalty=-1.0, max_iterations=0)
+    with pytest.raises(ValueError, match="control must be one of penetration, force"):
+        press(body, gap, Load("mean_gap", 1.0))
     with pytest.raises(ValueError, match="penetration must be positive"):
-        press(body, gap, penetration=[0.1, -1.0])
+        press(body, gap, LoadPath("penetration", [0.1, -1.0]))
     with pytest.raises(ValueError, match="finite somewhere"):
-        press(body, np.full_like(gap, np.inf), penetration=0.1)
+        press(body, np.full_like(gap, np.inf), Load("penetration", 0.1))
     lines = np.linspace(0.0, 1.0, 3)
-    box = tensor_body(lines, lines, 1.0, 0.3)
+    box = half_space_body(TensorMesh(lines, lines), Material(1.0, 0.3))
     with pytest.raises(ValueError, match="mesh circle"):
-        indent(box, lambda x, y: x**2, penetration=1.0)
-    with pytest.raises(ValueError, match=r"force must be positive.*start must have shape"):
-        press(body, gap, force=[], start=[True])
+        indent(box, lambda x, y: x**2, Load("penetration", 1.0))
+    with pytest.raises(ValueError, match=r"gap must have shape.*start must have shape"):
+        press(body, gap[:-1], Load("force", 1.0), start=[True])
     with pytest.raises(ConvergenceError, match="overflows"):
-        next(press(body, gap, force=1e300))
+        next(press(body, gap, Load("force", 1e300)))
     with pytest.raises(ConvergenceError, match="grows without end"):
-        next(indent(body, lambda x, y: 0.0 * x, penetration=1.0))
+        next(indent(body, lambda x, y: 0.0 * x, Load("penetration", 1.0)))
     with pytest.raises(ValueError, match="even in x"):
-        next(indent(body, lambda x, y: (x - 0.1) ** 2 + y**2, penetration=1.0))
+        next(indent(body, lambda x, y: (x - 0.1) ** 2 + y**2, Load("penetration", 1.0)))
     with pytest.raises(ValueError, match="one gap per point"):
-        next(indent(body, lambda x, y: 1.0, penetration=1.0))
+        next(indent(body, lambda x, y: 1.0, Load("penetration", 1.0)))
     with pytest.raises(ConvergenceError, match="infinite at every size"):
-        next(indent(body, lambda x, y: np.full_like(x, np.inf), penetration=1.0))
+        next(indent(body, lambda x, y: np.full_like(x, np.inf), Load("penetration", 1.0)))

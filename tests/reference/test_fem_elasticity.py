@@ -7,7 +7,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from reference.fem import ball_body, recover, tensor_body
+from reference.fem import Material, RingMesh, TensorMesh, half_space_body, recover
 from reference.fem.elasticity import lame_parameters, shape_gradients, stiffness_matrices
 from reference.fem.far_field import boussinesq, exterior_stiffness
 from reference.fem.mesh import facet_quadrature, growing_lines, ring_mesh, tensor_mesh
@@ -169,7 +169,9 @@ def test_point_force_compliance_far_away_is_boussinesq():
 
     3 %: concentrated nodal forces act like pressure on a patch of one cell (quadrupole (h/r)^2).
     """
-    body = tensor_body(np.linspace(-1, 1, 13), np.linspace(-1, 1, 13), 1.0, 0.3)
+    body = half_space_body(
+        TensorMesh(np.linspace(-1, 1, 13), np.linspace(-1, 1, 13)), Material(1.0, 0.3)
+    )
     i, j = (np.argmin(np.hypot(*(body.points - p).T)) for p in ([-0.5, 0.0], [0.5, 0.0]))
     assert body.compliance[i, j] * np.pi * body.effective_modulus == pytest.approx(1.0, rel=0.03)
 
@@ -184,14 +186,11 @@ def test_displacement_under_a_smooth_pressure_converges(order, counts, rate):
     errors = []
     for count in counts:
         lines = np.linspace(0.0, 1.0, count + 1)
-        body = tensor_body(
-            lines,
-            lines,
-            1.0,
-            0.3,
-            symmetry="quarter",
-            order=order,
-            growth=2.25 ** (counts[0] / count),
+        body = half_space_body(
+            TensorMesh(
+                lines, lines, symmetry="quarter", order=order, growth=2.25 ** (counts[0] / count)
+            ),
+            Material(1.0, 0.3),
         )
         pressure = np.clip(1.0 - (body.points**2).sum(axis=1), 0.0, None) ** 2
         centre = np.argmin(np.hypot(*body.points.T))
@@ -205,7 +204,7 @@ def test_recovered_displacement_matches_compliance_and_balances_the_load():
 
     Averaged stress is extrapolated half an element to the surface: 5 % there at 4 elements.
     """
-    body = ball_body(2.0, 5.0, 0.3, elements=4)
+    body = half_space_body(RingMesh(2.0, elements=4), Material(5.0, 0.3))
     reactions = np.where(np.hypot(*body.points.T) < 1.0, body.weights, 0.0)
     fields = recover(body, reactions)
     displacement = body.compliance @ reactions
@@ -219,7 +218,7 @@ def test_recovered_displacement_matches_compliance_and_balances_the_load():
 
 def test_recovered_cells_have_positive_volume_and_fill_the_body():
     """Eight straight sub-cells for each curved element: chords of 11 degrees miss 0.6 %."""
-    body = ball_body(1.0, 1.0, 0.3, elements=4, extent=3.0)
+    body = half_space_body(RingMesh(1.0, elements=4, extent=3.0), Material(1.0, 0.3))
     fields = recover(body, np.zeros(len(body.weights)))
     corners = fields.points[fields.cells]
     edges = corners[:, [1, 3, 4]] - corners[:, [0]]
@@ -232,17 +231,19 @@ def test_recovered_cells_have_positive_volume_and_fill_the_body():
 
 
 def test_refused_bodies_name_every_fault():
-    with pytest.raises(ValueError, match=r"poisson_ratio must lie") as caught:
-        ball_body(-1.0, 0.0, 0.51, elements=1, symmetry="half", far_field="none", edge=3.0)
-    for name in ("contact_radius", "youngs_modulus", "elements", "symmetry", "far_field", "edge"):
+    with pytest.raises(ValueError, match="extent must be") as caught:
+        RingMesh(-1.0, elements=1, symmetry="half", edge=3.0, extent=1.0)
+    for name in ("contact_radius", "elements", "symmetry", "edge"):
         assert name in str(caught.value)
+    with pytest.raises(ValueError, match=r"youngs_modulus.*poisson_ratio"):
+        Material(0.0, 0.51)
+    with pytest.raises(ValueError, match=r"far_field must be.*solver must be"):
+        half_space_body(RingMesh(1.0), Material(1.0, 0.3), far_field="none", solver="gauss")
     with pytest.raises(ValueError, match="mixed form, which is indefinite"):
-        ball_body(1.0, 1.0, 0.5, solver="multigrid")
+        half_space_body(RingMesh(1.0), Material(1.0, 0.5), solver="multigrid")
     with pytest.raises(ValueError, match="checkerboards; take order = 2"):
-        tensor_body(np.array([0.0, 1.0]), np.array([0.0, 1.0]), 1.0, 0.5)
-    with pytest.raises(ValueError, match=r"x_nodes.*y_nodes.*order"):
-        tensor_body(
-            np.array([1.0, 0.0]), np.array([1.0, 2.0]), 1.0, 0.3, symmetry="quarter", order=3
-        )
+        half_space_body(TensorMesh(np.array([0.0, 1.0]), np.array([0.0, 1.0])), Material(1.0, 0.5))
+    with pytest.raises(ValueError, match=r"order.*x must be.*y must start"):
+        TensorMesh(np.array([1.0, 0.0]), np.array([1.0, 2.0]), symmetry="quarter", order=3)
     with pytest.raises(ValueError, match="reactions"):
-        recover(ball_body(1.0, 1.0, 0.3, elements=2), np.zeros(3))
+        recover(half_space_body(RingMesh(1.0, elements=2), Material(1.0, 0.3)), np.zeros(3))

@@ -8,19 +8,23 @@ import numpy as np
 import pytest
 
 from reference.fem import (
+    Enforcement,
+    Material,
+    RingMesh,
+    TensorMesh,
     at_quadrature_points,
-    ball_body,
+    half_space_body,
     indent,
     press,
     recover,
-    tensor_body,
 )
+from reference.loads import Load
 
 
 @cache
 def hertz(elements=4, nu=0.3):
-    body = ball_body(1.0, 1.0, nu, edge=1.0, elements=elements)
-    return next(indent(body, lambda x, y: 0.5 * (x**2 + y**2), penetration=1.0))
+    body = half_space_body(RingMesh(1.0, edge=1.0, elements=elements), Material(1.0, nu))
+    return next(indent(body, lambda x, y: 0.5 * (x**2 + y**2), Load("penetration", 1.0)))
 
 
 def test_von_mises_and_largest_shear_on_the_axis_are_those_of_hertz():
@@ -48,12 +52,18 @@ def test_von_mises_and_largest_shear_on_the_axis_are_those_of_hertz():
 def test_penalty_at_gauss_points_approaches_hertz():
     """Below 1 % of the force on a fixed mesh, and softer than a stiffer penalty."""
     lines = np.linspace(0.0, 1.02, 7)
-    body = tensor_body(lines, lines, 1.0, 0.3, symmetry="quarter", order=2)
+    body = half_space_body(
+        TensorMesh(lines, lines, symmetry="quarter", order=2), Material(1.0, 0.3)
+    )
     points = at_quadrature_points(body)
     assert points.scaled_weights.sum() == pytest.approx(1.02**2, rel=1e-12)
     gap = 0.5 * (points.points**2).sum(axis=1)
     forces = [
-        next(press(points, gap, penetration=0.9, contact="penalty", penalty=value)).force
+        next(
+            press(
+                points, gap, Load("penetration", 0.9), Enforcement(method="penalty", penalty=value)
+            )
+        ).force
         for value in (10.0, 100.0, 1000.0)
     ]
     assert forces == sorted(forces)
@@ -66,34 +76,52 @@ def test_gauss_points_follow_the_contact_as_nodes_do():
 
     Interior fields come from the nodal forces.
     """
-    body = ball_body(1.0, 1.0, 0.3, edge=1.0, elements=4)
+    body = half_space_body(RingMesh(1.0, edge=1.0, elements=4), Material(1.0, 0.3))
+    soft = Enforcement("penalty", 1e4)
     for depth in (1e-6, 3.0):
-        how = {"contact": "penalty", "penalty": 1e4, "points": "quadrature"}
-        _, step = next(indent(body, lambda x, y: 0.5 * (x**2 + y**2), penetration=depth, **how))
+        _, step = next(
+            indent(
+                body,
+                lambda x, y: 0.5 * (x**2 + y**2),
+                Load("penetration", depth),
+                soft,
+                points="quadrature",
+            )
+        )
         exact = 4.0 / 3.0 * body.effective_modulus * depth**1.5
         assert step.force == pytest.approx(exact, rel=3e-4)
         assert step.contact_area == pytest.approx(np.pi * depth, rel=1e-3)
 
 
 def test_rigid_contact_at_gauss_points_is_refused():
-    body = ball_body(1.0, 1.0, 0.3, edge=1.0, elements=2)
+    body = half_space_body(RingMesh(1.0, edge=1.0, elements=2), Material(1.0, 0.3))
     points = at_quadrature_points(body)
     for contact in ("active_set", "augmented_lagrangian"):
         with pytest.raises(ValueError, match="must be 'penalty' at quadrature points"):
-            press(points, np.zeros(len(points.weights)), penetration=1.0, contact=contact)
+            press(
+                points,
+                np.zeros(len(points.weights)),
+                Load("penetration", 1.0),
+                Enforcement(method=contact),
+            )
     with pytest.raises(ValueError, match="nodes as candidates"):
         at_quadrature_points(points)
     with pytest.raises(ValueError, match="'nodes' or 'quadrature'"):
-        indent(body, lambda x, y: x**2 + y**2, penetration=1.0, points="corners")
+        indent(body, lambda x, y: x**2 + y**2, Load("penetration", 1.0), points="corners")
 
 
 def test_uniform_gap_gives_uniform_pressure_at_gauss_points():
     """Under a soft penalty the pressure is eps times the overlap, at every point alike (1 %)."""
     lines = np.linspace(0.0, 1.0, 4)
-    body = tensor_body(lines, lines, 1.0, 0.3, symmetry="quarter", order=2)
+    body = half_space_body(
+        TensorMesh(lines, lines, symmetry="quarter", order=2), Material(1.0, 0.3)
+    )
     points = at_quadrature_points(body, 2)
     (step,) = press(
-        points, np.zeros(len(points.weights)), penetration=1.0, contact="penalty", penalty=1e-3
+        points,
+        np.zeros(len(points.weights)),
+        Load("penetration", 1.0),
+        Enforcement(method="penalty", penalty=1e-3),
     )
     assert np.ptp(step.pressure) < 0.01 * step.pressure.mean()
     with pytest.raises(ValueError, match="per_direction"):

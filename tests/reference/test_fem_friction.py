@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from reference.errors import ConvergenceError
+from reference.fem import Material, friction
 from reference.fem.far_field import boussinesq
-from reference.fem.friction import follow
 from reference.fem.frictional_body import cerruti, frictional_body
 from reference.halfspace.cerruti import Compliance
 from reference.halfspace.friction import FrictionalPress, sweep
@@ -28,12 +28,18 @@ def both(nu: float, elements: int, pressing: int = 8) -> list[tuple]:
     """Solve the same path of the same ball by both, G = 1."""
     depth, shift = path(pressing)
     loads = LoadPath("penetration", depth), LoadPath("tangential_displacement", shift)
-    body = frictional_body(1.0, 2 * (1 + nu), nu, elements=elements)
+    body = frictional_body(1.0, Material(2 * (1 + nu), nu), elements=elements)
     gap = (body.points**2).sum(axis=1) / 2
     x = (np.arange(44) - 21.6) / 20
     half_space = NormalAndTangential((44, 44), (1 / 20,) * 2, Compliance.of(1.0, nu))
     press = FrictionalPress(half_space, (x[:, None] ** 2 + x**2) / 2, MU)
-    pairs = list(zip(follow(body, gap, MU, *loads), sweep(press, *loads), strict=True))
+    pairs = list(
+        zip(
+            friction.follow(friction.FrictionalPress(body, gap, MU), *loads),
+            sweep(press, *loads),
+            strict=True,
+        )
+    )
     return pairs[pressing - 1 :]
 
 
@@ -69,10 +75,10 @@ def test_both_references_agree(nu):
 def test_coulomb_holds_node_by_node():
     """|f_t| <= mu f_z, no tension, and no force where nothing touches."""
     depth, shift = path(5)
-    body = frictional_body(1.0, 2.0, 0.0, elements=2)
+    body = frictional_body(1.0, Material(2.0, 0.0), elements=2)
     gap = (body.points**2).sum(axis=1) / 2
     loads = LoadPath("penetration", depth), LoadPath("tangential_displacement", shift)
-    for step in follow(body, gap, MU, *loads):
+    for step in friction.follow(friction.FrictionalPress(body, gap, MU), *loads):
         tangential = np.hypot(step.reactions[:, 0], step.reactions[:, 1])
         assert (step.reactions[:, 2] >= 0).all()
         assert (tangential <= MU * step.reactions[:, 2] * (1 + 1e-12)).all()
@@ -80,26 +86,28 @@ def test_coulomb_holds_node_by_node():
 
 
 def test_refusals():
-    with pytest.raises(ValueError, match=r"contact_radius.*poisson_ratio.*elements.*extent"):
-        frictional_body(0.0, 1.0, 0.5, elements=1, extent=1.0)
-    body = frictional_body(1.0, 1.0, 0.2, elements=2)
+    with pytest.raises(ValueError, match=r"contact_radius.*elements.*poisson_ratio.*extent"):
+        frictional_body(0.0, Material(1.0, 0.5), elements=1, extent=1.0)
+    body = frictional_body(1.0, Material(1.0, 0.2), elements=2)
     gap = np.zeros(len(body.points))
     loads = LoadPath("penetration", 1.0), LoadPath("tangential_displacement", 0.0)
     with pytest.raises(ValueError, match="gap"):
-        follow(body, gap[1:], MU, *loads)
+        friction.follow(friction.FrictionalPress(body, gap[1:], MU), *loads)
     with pytest.raises(ConvergenceError, match="node by node"):
-        next(follow(body, gap, MU, *loads, max_sweeps=2))
+        next(friction.follow(friction.FrictionalPress(body, gap, MU), *loads, max_sweeps=2))
 
 
 def test_prescribed_forces_are_those_of_the_prescribed_displacements():
     """The forces that a path of depths and shifts had, prescribed, give it back."""
     depth, shift = path(5)
-    body = frictional_body(1.0, 2.4, 0.2, elements=2)
+    body = frictional_body(1.0, Material(2.4, 0.2), elements=2)
     gap = (body.points**2).sum(axis=1) / 2
     moves = LoadPath("penetration", depth), LoadPath("tangential_displacement", shift)
-    driven = list(follow(body, gap, MU, *moves))
+    driven = list(friction.follow(friction.FrictionalPress(body, gap, MU), *moves))
     forces = (LoadPath(k, [getattr(s, k) for s in driven]) for k in ("force", "tangential_force"))
-    for one, other in zip(follow(body, gap, MU, *forces), driven, strict=True):
+    for one, other in zip(
+        friction.follow(friction.FrictionalPress(body, gap, MU), *forces), driven, strict=True
+    ):
         assert one.penetration == pytest.approx(other.penetration, rel=1e-5)
         apart = one.tangential_displacement - other.tangential_displacement
         assert abs(apart) < 1e-4 * MU * other.penetration
@@ -108,10 +116,14 @@ def test_prescribed_forces_are_those_of_the_prescribed_displacements():
 
 def test_forces_beyond_friction_are_not_found():
     """F_x = 1.2 mu F is no equilibrium, and the search says so."""
-    body = frictional_body(1.0, 2.4, 0.2, elements=2)
+    body = frictional_body(1.0, Material(2.4, 0.2), elements=2)
     gap = (body.points**2).sum(axis=1) / 2
     pulled = LoadPath("tangential_force", [0.0, 1.2 * MU])
     with pytest.raises(ConvergenceError, match="full sliding"):
-        list(follow(body, gap, MU, LoadPath("force", [1.0, 1.0]), pulled))
+        list(
+            friction.follow(
+                friction.FrictionalPress(body, gap, MU), LoadPath("force", [1.0, 1.0]), pulled
+            )
+        )
     with pytest.raises(ValueError, match="control must be one of penetration, force"):
-        follow(body, gap, MU, pulled, pulled)
+        friction.follow(friction.FrictionalPress(body, gap, MU), pulled, pulled)

@@ -7,20 +7,21 @@ from functools import cache
 import numpy as np
 import pytest
 
-from reference.fem import ball_body, indent, press, recover, tensor_body
+from reference.fem import Material, RingMesh, TensorMesh, half_space_body, indent, press, recover
 from reference.fem.elasticity import shape_gradients
 from reference.fem.far_field import exterior_stiffness
 from reference.fem.mesh import tensor_mesh
 from reference.fem.mixed import mixed_matrices
+from reference.loads import Load
 
 
 @cache
 def rubber(elements=4, nu=0.5):
-    return ball_body(1.0, 1.0, nu, edge=1.0, elements=elements)
+    return half_space_body(RingMesh(1.0, edge=1.0, elements=elements), Material(1.0, nu))
 
 
 def hertz(body):
-    fitted, step = next(indent(body, lambda x, y: 0.5 * (x**2 + y**2), penetration=1.0))
+    fitted, step = next(indent(body, lambda x, y: 0.5 * (x**2 + y**2), Load("penetration", 1.0)))
     return fitted, step, step.force / (4.0 / 3.0 * body.effective_modulus) - 1.0
 
 
@@ -66,9 +67,11 @@ def test_volume_is_kept_and_the_mean_stress_is_smooth():
 def test_a_grid_of_straight_lines_takes_the_mixed_form_too():
     """Fixed mesh, contact anywhere: within the quantisation of nodes, 5e-4."""
     lines = np.linspace(0.0, 1.02, 8)
-    body = tensor_body(lines, lines, 1.0, 0.5, symmetry="quarter", order=2)
+    body = half_space_body(
+        TensorMesh(lines, lines, symmetry="quarter", order=2), Material(1.0, 0.5)
+    )
     gap = 0.5 * (body.points**2).sum(axis=1)
-    for step in press(body, gap, penetration=[0.6, 1.0]):
+    for step in press(body, gap, Load("penetration", [0.6, 1.0])):
         exact = 4.0 / 3.0 * body.effective_modulus * step.penetration**1.5
         assert step.force == pytest.approx(exact, rel=2e-3)
 

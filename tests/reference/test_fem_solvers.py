@@ -5,8 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from reference.fem import ball_body, indent, pardiso, recover
+from reference.fem import Enforcement, Material, RingMesh, half_space_body, indent, pardiso, recover
 from reference.fem.multigrid import rigid_motions
+from reference.loads import Load
 
 needs_pardiso = pytest.mark.skipif(
     not pardiso.available(), reason="pypardiso (extra `fast`) is not installed"
@@ -21,7 +22,7 @@ def paraboloid(x, y):
 def test_pardiso_condenses_to_the_same_compliance():
     """Both are direct: rounding times the condition of the matrix, 1e-11 is generous."""
     ours, theirs = (
-        ball_body(1.0, 1.0, 0.3, elements=3, edge=1.0, solver=solver)
+        half_space_body(RingMesh(1.0, elements=3, edge=1.0), Material(1.0, 0.3), solver=solver)
         for solver in ("nested_dissection", "pardiso")
     )
     scale = np.abs(ours.scaled_compliance).max()
@@ -33,11 +34,13 @@ def test_pardiso_condenses_to_the_same_compliance():
 @pytest.mark.parametrize("control", ["penetration", "force"])
 def test_multigrid_follows_the_load_curve_with_two_solves(control):
     """All depths of a paraboloid lie in the span of 1 and r^2; force to 1e-5 (energy norm)."""
-    direct = ball_body(1.0, 1.0, 0.3, elements=3, edge=1.0)
-    multigrid = ball_body(1.0, 1.0, 0.3, elements=3, edge=1.0, solver="multigrid")
-    loads = {control: [0.1, 0.5, 2.0]}
+    direct = half_space_body(RingMesh(1.0, elements=3, edge=1.0), Material(1.0, 0.3))
+    multigrid = half_space_body(
+        RingMesh(1.0, elements=3, edge=1.0), Material(1.0, 0.3), solver="multigrid"
+    )
+    load = Load(control, [0.1, 0.5, 2.0])
     for (_, exact), (_, step) in zip(
-        indent(direct, paraboloid, **loads), indent(multigrid, paraboloid, **loads), strict=True
+        indent(direct, paraboloid, load), indent(multigrid, paraboloid, load), strict=True
     ):
         assert step.force == pytest.approx(exact.force, rel=1e-5)
         assert step.penetration == pytest.approx(exact.penetration, rel=1e-5)
@@ -48,18 +51,20 @@ def test_multigrid_follows_the_load_curve_with_two_solves(control):
 def test_multigrid_recovers_the_interior():
     """One more solve under the same nodal forces; 1e-4 of the largest displacement."""
     bodies = [
-        ball_body(1.0, 1.0, 0.3, elements=2, edge=1.0, solver=solver)
+        half_space_body(RingMesh(1.0, elements=2, edge=1.0), Material(1.0, 0.3), solver=solver)
         for solver in ("nested_dissection", "multigrid")
     ]
-    _, step = next(indent(bodies[0], paraboloid, penetration=1.0))
+    _, step = next(indent(bodies[0], paraboloid, Load("penetration", 1.0)))
     exact, found = (recover(body, step.reactions).displacement for body in bodies)
     np.testing.assert_allclose(found, exact, atol=1e-4 * np.abs(exact).max())
 
 
 def test_multigrid_refuses_springs_between_the_bodies():
-    body = ball_body(1.0, 1.0, 0.3, elements=2, edge=1.0, solver="multigrid")
+    body = half_space_body(
+        RingMesh(1.0, elements=2, edge=1.0), Material(1.0, 0.3), solver="multigrid"
+    )
     with pytest.raises(ValueError, match="active_set"):
-        next(indent(body, paraboloid, penetration=1.0, contact="penalty"))
+        next(indent(body, paraboloid, Load("penetration", 1.0), Enforcement(method="penalty")))
 
 
 def test_rigid_motions_strain_nothing():
@@ -74,5 +79,8 @@ def test_rigid_motions_strain_nothing():
 
 
 def test_an_unknown_solver_is_refused():
-    with pytest.raises(ValueError, match="solver must be one of"):
-        ball_body(1.0, 1.0, 0.3, solver="gauss")
+    with pytest.raises(
+        ValueError,
+        match="solver must be 'nested_dissection', 'pardiso' or 'multigrid', not 'gauss'",
+    ):
+        half_space_body(RingMesh(1.0), Material(1.0, 0.3), solver="gauss")

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from reference.errors import ConvergenceError
-from reference.fem import ball_body, press, tensor_body
+from reference.fem import Enforcement, Material, RingMesh, TensorMesh, half_space_body, press
 from reference.halfspace import FreeOperator, fft
 from reference.halfspace.solution import Press
 from reference.loads import Load
@@ -16,7 +16,7 @@ from reference.loads import Load
 
 @cache
 def body():
-    return ball_body(1.0, 1.0, 0.3, elements=4)
+    return half_space_body(RingMesh(1.0, elements=4), Material(1.0, 0.3))
 
 
 def paraboloid():
@@ -25,7 +25,7 @@ def paraboloid():
 
 def penalty_sweep():
     """Rows (eps h/E*, relative force error, iterations, condition estimate, broken)."""
-    (exact,) = press(body(), paraboloid(), penetration=1.0)
+    (exact,) = press(body(), paraboloid(), Load("penetration", 1.0))
     stiffness = np.linalg.inv(body().scaled_compliance)
     weights = body().scaled_weights * exact.active
     for penalty in 10.0 ** np.arange(9):
@@ -33,7 +33,10 @@ def penalty_sweep():
         condition = np.linalg.cond(stiffness + np.diag(per_area * weights))
         try:
             (step,) = press(
-                body(), paraboloid(), penetration=1.0, contact="penalty", penalty=penalty
+                body(),
+                paraboloid(),
+                Load("penetration", 1.0),
+                Enforcement(method="penalty", penalty=penalty),
             )
         except ConvergenceError:
             yield penalty, np.nan, np.nan, condition, True
@@ -79,8 +82,8 @@ def random_gap(rng):
 def random_load(rng, gap):
     """Return a force of any size, or a depth that overlaps with 2 to 100 % of the points."""
     if rng.integers(2):
-        return {"force": 10.0 ** rng.uniform(-3, 1)}
-    return {"penetration": float(np.quantile(gap[np.isfinite(gap)], rng.uniform(0.02, 1.0)))}
+        return Load("force", 10.0 ** rng.uniform(-3, 1))
+    return Load("penetration", np.quantile(gap[np.isfinite(gap)], rng.uniform(0.02, 1.0)))
 
 
 def settle(count):
@@ -93,7 +96,7 @@ def settle(count):
     for _ in range(count):
         gap = random_gap(rng)
         start = rng.random(len(gap)) < rng.random() if rng.integers(2) else None
-        (step,) = press(body(), gap, **random_load(rng, gap), start=start)
+        (step,) = press(body(), gap, random_load(rng, gap), start=start)
         found.append((step.iterations, step.violation, step.active.mean()))
     return np.array(found)
 
@@ -134,9 +137,11 @@ def parts(x, y, force):
 
 def by_elements(cells, depth):
     lines = np.linspace(0.0, 1.0, cells + 1)
-    rough = tensor_body(lines, lines, 1.0, 0.3, order=2, growth=2.0, extent=2.0)
+    rough = half_space_body(
+        TensorMesh(lines, lines, order=2, growth=2.0, extent=2.0), Material(1.0, 0.3)
+    )
     x, y = rough.points.T
-    (step,) = press(rough, rough_gap(x, y), penetration=depth)
+    (step,) = press(rough, rough_gap(x, y), Load("penetration", depth))
     return np.array([step.force, *(parts(x, y, step.reactions) * step.force)])
 
 

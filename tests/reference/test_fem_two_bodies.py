@@ -11,12 +11,13 @@ from hypothesis import strategies as st
 from skfem import MeshHex, MeshHex2
 
 from reference.closed_form import paraboloid
-from reference.fem import ball_body, press, tensor_body
+from reference.fem import Material, RingMesh, TensorMesh, half_space_body, press
 from reference.fem.cells import KINDS
 from reference.fem.overlaps import overlap_triangles
 from reference.fem.solid_mesh import SolidMesh
-from reference.fem.supported_body import supported_body
+from reference.fem.supported_body import SupportedMesh, supported_body
 from reference.fem.two_bodies import couple
+from reference.loads import Load
 
 # --- overlaps -------------------------------------------------------------------------------
 
@@ -75,7 +76,7 @@ def cube(order, cells, modulus, poisson_ratio, wobble=0.0):
     held = solid.points < 1e-12
     held[:, 2] = solid.points[:, 2] > 1.0 - 1e-12
     surface = solid.faces_within(solid.points[:, 2] < 1e-12)
-    return supported_body(solid, surface, held, modulus, poisson_ratio)
+    return supported_body(SupportedMesh(solid, surface, held), Material(modulus, poisson_ratio))
 
 
 PAIRS = {"matching": (3, 3), "3 on 4": (3, 4), "5 on 2": (5, 2)}
@@ -91,7 +92,7 @@ def test_a_mortar_passes_the_patch_test(order, multipliers, cells):
     """
     first, second = cube(order, cells[0], 1.0, 0.3, 0.05), cube(order, cells[1], 2.0, 0.2, -0.05)
     pair = couple(first, second, multipliers=multipliers)
-    (step,) = pair.press(lambda x, y: 0.0 * x, penetration=0.15)
+    (step,) = pair.press(lambda x, y: 0.0 * x, Load("penetration", 0.15))
     assert step.force == pytest.approx(0.1, rel=1e-10)
     np.testing.assert_allclose(step.pressure, 0.1, rtol=1e-10)
 
@@ -107,7 +108,7 @@ def test_node_to_surface_fails_the_patch_test(order):
         pair = couple(
             cube(order, n, 1.0, 0.3), cube(order, m, 2.0, 0.2), coupling="node_to_surface"
         )
-        (step,) = pair.press(lambda x, y: 0.0 * x, penetration=0.15)
+        (step,) = pair.press(lambda x, y: 0.0 * x, Load("penetration", 0.15))
         errors[name] = np.abs(step.pressure / 0.1 - 1.0).max()
     assert errors["matching"] < 1e-10
     assert errors["3 on 4"] > 0.1
@@ -117,7 +118,9 @@ def test_node_to_surface_fails_the_patch_test(order):
 def test_action_is_reaction(coupling):
     """Both bodies get the same force, and the same moment about every axis in the plane."""
     pair = couple(cube(1, 4, 1.0, 0.3), cube(1, 3, 2.0, 0.2), coupling=coupling)
-    (step,) = pair.press(lambda x, y: 0.1 * (x - 0.3) ** 2 + 0.2 * (y - 0.6) ** 2, penetration=0.02)
+    (step,) = pair.press(
+        lambda x, y: 0.1 * (x - 0.3) ** 2 + 0.2 * (y - 0.6) ** 2, Load("penetration", 0.02)
+    )
     on_slave, on_master = pair.forces(step)
     assert on_slave.sum() == pytest.approx(step.force, rel=1e-12)
     assert on_master.sum() == pytest.approx(step.force, rel=1e-12)
@@ -136,7 +139,9 @@ RADII = (3.0, 1.5)
 @cache
 def half_space(cells, order, moduli):
     lines = np.linspace(0.0, 1.25, round(1.25 * cells) + 1)
-    return tensor_body(lines, lines, *moduli, symmetry="quarter", order=order)
+    return half_space_body(
+        TensorMesh(lines, lines, symmetry="quarter", order=order), Material(*moduli)
+    )
 
 
 def two_spheres(x, y):
@@ -149,7 +154,7 @@ def oscillation(pair):
     forces, pressures = [], []
     exact = paraboloid(1.0, COMBINED)
     for depth in np.linspace(0.6, 1.0, 5):
-        (step,) = pair.press(two_spheres, penetration=depth)
+        (step,) = pair.press(two_spheres, Load("penetration", depth))
         radius = np.hypot(*pair.combined.points.T)
         inside = radius < 0.85 * np.sqrt(depth)
         truth, weight = exact.pressure(radius[inside], 0.0, depth), pair.combined.weights[inside]
@@ -186,13 +191,15 @@ def test_the_force_of_a_mortar_converges():
 def test_a_very_stiff_master_is_a_rigid_one():
     """With a master 1e9 times stiffer the pair is the single body, up to the weighted gap."""
     lines = np.linspace(-1.25, 1.25, 13)
-    body = tensor_body(lines, lines, 1.0, 0.3)
-    stiff = tensor_body(np.linspace(-1.3, 1.3, 9), np.linspace(-1.3, 1.3, 9), 1e9, 0.3)
+    body = half_space_body(TensorMesh(lines, lines), Material(1.0, 0.3))
+    stiff = half_space_body(
+        TensorMesh(np.linspace(-1.3, 1.3, 9), np.linspace(-1.3, 1.3, 9)), Material(1e9, 0.3)
+    )
     pair = couple(body, stiff, coupling="node_to_surface")
-    (both,) = pair.press(two_spheres, penetration=0.8)
-    (one,) = press(body, two_spheres(*body.points.T), penetration=0.8)
+    (both,) = pair.press(two_spheres, Load("penetration", 0.8))
+    (one,) = press(body, two_spheres(*body.points.T), Load("penetration", 0.8))
     assert both.force == pytest.approx(one.force, rel=1e-7)
-    (both,) = couple(body, stiff).press(two_spheres, penetration=0.8)
+    (both,) = couple(body, stiff).press(two_spheres, Load("penetration", 0.8))
     assert both.force == pytest.approx(one.force, rel=0.02)
 
 
@@ -202,10 +209,12 @@ def test_units_do_not_change_digits():
     forces = []
     for size, modulus in ((1.0, 1.0), (2.0**-30, 2.0**37)):
         pair = couple(
-            tensor_body(lines * size, lines * size, modulus, 0.3),
-            tensor_body(others * size, others * size, 2.0 * modulus, 0.2),
+            half_space_body(TensorMesh(lines * size, lines * size), Material(modulus, 0.3)),
+            half_space_body(TensorMesh(others * size, others * size), Material(2.0 * modulus, 0.2)),
         )
-        (step,) = pair.press(lambda x, y, s=size: two_spheres(x, y) / s, penetration=0.5 * size)
+        (step,) = pair.press(
+            lambda x, y, s=size: two_spheres(x, y) / s, Load("penetration", 0.5 * size)
+        )
         forces.append(step.force / (modulus * size**2))
     assert forces[0] == forces[1]
 
@@ -213,22 +222,24 @@ def test_units_do_not_change_digits():
 def test_a_pair_of_half_spaces_scales():
     """Without a length of its own, a pair twice as large is twice as stiff."""
     lines = np.linspace(-1.0, 1.0, 6)
-    body = tensor_body(lines, lines, 1.0, 0.3)
+    body = half_space_body(TensorMesh(lines, lines), Material(1.0, 0.3))
     pair = couple(body, body)
-    (small,) = pair.press(two_spheres, penetration=0.4)
-    (large,) = pair.scaled(2.0).press(lambda x, y: two_spheres(x, y) / 2.0, penetration=0.8)
+    (small,) = pair.press(two_spheres, Load("penetration", 0.4))
+    (large,) = pair.scaled(2.0).press(
+        lambda x, y: two_spheres(x, y) / 2.0, Load("penetration", 0.8)
+    )
     assert large.force == pytest.approx(4.0 * small.force, rel=1e-13)
 
 
 def test_what_cannot_be_coupled_is_refused():
     lines = np.linspace(0.0, 1.0, 4)
-    body = tensor_body(lines, lines, 1.0, 0.3)
-    quarter = tensor_body(lines, lines, 1.0, 0.3, symmetry="quarter")
+    body = half_space_body(TensorMesh(lines, lines), Material(1.0, 0.3))
+    quarter = half_space_body(TensorMesh(lines, lines, symmetry="quarter"), Material(1.0, 0.3))
     with pytest.raises(ValueError, match=r"coupling must be.*multipliers must be.*same share"):
         couple(body, quarter, coupling="glue", multipliers="triple")
     with pytest.raises(ValueError, match="straight sides"):
-        couple(ball_body(1.0, 1.0, 0.3, elements=2), quarter)
+        couple(half_space_body(RingMesh(1.0, elements=2), Material(1.0, 0.3)), quarter)
     with pytest.raises(ValueError, match="do not overlap"):
-        couple(body, tensor_body(lines + 5.0, lines, 1.0, 0.3))
+        couple(body, half_space_body(TensorMesh(lines + 5.0, lines), Material(1.0, 0.3)))
     with pytest.raises(ValueError, match="finite"):
-        couple(body, body).press(lambda x, y: np.full_like(x, np.nan), penetration=1.0)
+        couple(body, body).press(lambda x, y: np.full_like(x, np.nan), Load("penetration", 1.0))

@@ -6,10 +6,11 @@ import numpy as np
 import pytest
 from skfem import MeshHex, MeshTet
 
-from reference.fem import press, recover
+from reference.fem import Material, press, recover
 from reference.fem.cells import KINDS
 from reference.fem.solid_mesh import SolidMesh
-from reference.fem.supported_body import contact_nodes, free_motions, supported_body
+from reference.fem.supported_body import SupportedMesh, contact_nodes, free_motions, supported_body
+from reference.loads import Load
 
 ALL_KINDS = (*KINDS, "hexahedron20")
 
@@ -71,8 +72,8 @@ def test_a_compressed_block_is_in_uniform_stress(name):
     """
     mesh = block(name, CUBE, distort=0.3)
     assert len(mesh.inverted()) == 0
-    body = supported_body(mesh, top(mesh), on_rollers(mesh), 2.0, 0.3)
-    (step,) = press(body, np.zeros(len(body.points)), penetration=0.1)
+    body = supported_body(SupportedMesh(mesh, top(mesh), on_rollers(mesh)), Material(2.0, 0.3))
+    (step,) = press(body, np.zeros(len(body.points)), Load("penetration", 0.1))
     assert step.force == pytest.approx(0.2, rel=1e-10)
     np.testing.assert_allclose(step.pressure, 0.2, rtol=1e-10)
     fields = recover(body, step.reactions)
@@ -161,9 +162,9 @@ def test_a_bonded_layer_is_stiffer_than_a_half_space(name, tolerance):
     held[:, 2] = False
     held[mesh.points[:, 2] > 1.0 - 1e-12] = True
     surface = mesh.faces_within((mesh.points[:, 2] < 1e-12) & (mesh.points[:, :2].max(1) < 0.5))
-    body = supported_body(mesh, surface, held, 1.0, 0.3, symmetry=4)
+    body = supported_body(SupportedMesh(mesh, surface, held), Material(1.0, 0.3), symmetry=4)
     depth, radius = 0.03, 1.0
-    (step,) = press(body, (body.points**2).sum(axis=1) / (2.0 * radius), penetration=depth)
+    (step,) = press(body, (body.points**2).sum(axis=1) / (2.0 * radius), Load("penetration", depth))
     hertz = 4.0 / 3.0 / (1.0 - 0.3**2) * np.sqrt(radius) * depth**1.5
     exact = bonded_layer(depth, radius, 1.0, 0.3)
     assert exact > 1.17
@@ -177,9 +178,11 @@ def test_cells_and_units_do_not_change_digits(name):
     forces = []
     for size, modulus in ((1.0, 1.0), (2.0**-20, 2.0**33)):
         scaled = SolidMesh(mesh.kind, mesh.points * size, mesh.cells)
-        body = supported_body(scaled, top(mesh), on_rollers(mesh), modulus, 0.3)
+        body = supported_body(
+            SupportedMesh(scaled, top(mesh), on_rollers(mesh)), Material(modulus, 0.3)
+        )
         gap = ((body.points / size - 0.5) ** 2).sum(axis=1) * size
-        (step,) = press(body, gap, penetration=0.1 * size)
+        (step,) = press(body, gap, Load("penetration", 0.1 * size))
         forces.append(step.force / (modulus * size**2))
     assert forces[0] == forces[1]
 
@@ -200,7 +203,7 @@ def test_what_cannot_be_solved_is_refused_all_at_once():
     held = np.zeros(mesh.points.shape, dtype=bool)
     held[mesh.points[:, 2] < 1e-12, 2] = True
     with pytest.raises(ValueError, match="lock") as caught:
-        supported_body(mesh, top(mesh), held, -1.0, 0.49)
+        supported_body(SupportedMesh(mesh, top(mesh), held), Material(-1.0, 0.49))
     text = str(caught.value)
     assert "youngs_modulus must be positive" in text
     assert "translation along x" in text

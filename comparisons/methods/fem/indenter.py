@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from functools import partial
-from typing import Any, TypeVar
+from typing import TypeVar
 
 import numpy as np
 
@@ -19,6 +19,7 @@ from comparisons.tasks.task import Task
 from reference import fem
 from reference.closed_form import ellipsoid
 from reference.fem import pardiso
+from reference.loads import LoadPath
 
 G = TypeVar("G", bound=Geometry)
 
@@ -63,17 +64,14 @@ class FemSolver(Solver[G]):
         if scene.surface is not None and scene.surface.periodic:
             raise Refused("models a free patch, not a periodic half-space")
         self.options = scene.methods.fem
-        self.how: dict[str, Any] = {
-            "contact": self.options.contact,
-            "penalty": self.options.penalty,
-        }
+        self.enforcement = fem.Enforcement(self.options.contact, self.options.penalty)
 
     def press(
         self, task: Task[G], body: fem.CondensedBody, gap: np.ndarray, loads: np.ndarray
     ) -> Iterator[fem.Contact]:
         """Yield the contact at each load on a mesh that stays."""
-        load: dict[str, Any] = {task.loads.control: loads}
-        yield from fem.press(body, gap, **load, **self.how)
+        load = LoadPath(task.loads.control, loads)
+        yield from fem.press(body, gap, load, self.enforcement)
 
 
 def meshes_both(scene: Scene) -> bool:
@@ -140,17 +138,19 @@ class Fem(FemSolver[IndenterGeometry]):
         """Return the condensed half-space that fits the scene's contact."""
         (modulus, nu), geometry = self.scene.elastic_constants, task.geometry
         if self.straight:
-            return punch_mesh.face_grid(geometry, task.resolution).body(modulus, nu)
+            face = punch_mesh.face_grid(geometry, task.resolution)
+            return fem.half_space_body(face, fem.Material(modulus, nu))
         # The size is arbitrary: a half-space has no length, and each load scales the mesh.
-        return fem.ball_body(
-            geometry.contact_radius,
-            modulus,
-            nu,
-            elements=task.resolution,
-            edge=geometry.contact_radius,
-            sharp=self._sharp(geometry),
+        return fem.half_space_body(
+            fem.RingMesh(
+                geometry.contact_radius,
+                elements=task.resolution,
+                edge=geometry.contact_radius,
+                sharp=self._sharp(geometry),
+                stretch=self.stretch,
+            ),
+            fem.Material(modulus, nu),
             solver=self.options.solver,
-            stretch=self.stretch,
         )
 
     def _sharp(self, geometry: IndenterGeometry) -> bool:
@@ -185,8 +185,8 @@ class Fem(FemSolver[IndenterGeometry]):
             for contact in self.press(task, pressed, gap, loads):
                 yield pressed, gap, contact
             return
-        load: dict[str, Any] = {task.loads.control: loads}
-        for scaled, contact in fem.indent(body, shape, **load, **self.how, points=points):
+        load = LoadPath(task.loads.control, loads)
+        for scaled, contact in fem.indent(body, shape, load, self.enforcement, points=points):
             yield scaled, shape(*scaled.points.T), contact
 
 

@@ -8,7 +8,6 @@ sides are staircases on such a grid.
 from __future__ import annotations
 
 from itertools import pairwise
-from typing import NamedTuple
 
 import numpy as np
 
@@ -23,26 +22,6 @@ MOST_UNKNOWNS = 150_000
 # the length would be too many.
 LONGEST_CROWDED = 8
 SYMMETRIES = {planes: name for name, planes in fem.SYMMETRIES.items()}
-
-
-class Grid(NamedTuple):
-    """Mesh lines of the face, its symmetry, and the order of the elements."""
-
-    x: np.ndarray
-    y: np.ndarray
-    symmetry: str
-    order: int
-
-    @property
-    def unknowns(self) -> int:
-        """About how many unknowns the mesh has."""
-        return fem.tensor_unknowns(self.x, self.y, symmetry=self.symmetry, order=self.order)
-
-    def body(self, modulus: float, nu: float) -> fem.CondensedBody:
-        """Return the condensed half-space."""
-        return fem.tensor_body(
-            self.x, self.y, modulus, nu, symmetry=self.symmetry, order=self.order
-        )
 
 
 def right_angled(indenter: Indenter) -> bool:
@@ -71,7 +50,7 @@ def resolutions(indenter: Indenter, *, fine: bool) -> tuple[int, ...]:
     return (4, 6, 8) if fine else (3, 4, 6)
 
 
-def face_grid(geometry: IndenterGeometry, resolution: int) -> Grid:
+def face_grid(geometry: IndenterGeometry, resolution: int) -> fem.TensorMesh:
     """Return the mesh lines of a face; on the positive side only, where it is its mirror image."""
     indenter = geometry.indenter
     assert indenter.outline is not None
@@ -87,7 +66,7 @@ def face_grid(geometry: IndenterGeometry, resolution: int) -> Grid:
         if mirrored:
             marks = np.append(np.abs(marks), 0.0)
         lines.append(_lines_through(marks, half / count, crowded, edge_at_start=not mirrored))
-    return Grid(lines[0], lines[1], SYMMETRIES[indenter.even], 2 if crowded else 1)
+    return fem.TensorMesh(lines[0], lines[1], SYMMETRIES[indenter.even], 2 if crowded else 1)
 
 
 def _lines_through(

@@ -44,7 +44,7 @@ class FemPatch(FemSolver[RoughGeometry]):
 
     def memory(self, task: Task[RoughGeometry]) -> float:
         """Bytes of the elimination, from the number of unknowns expected."""
-        return BYTES_PER_UNKNOWN * fem.tensor_unknowns(*_map_lines(task))
+        return BYTES_PER_UNKNOWN * fem.TensorMesh(*_map_lines(task)).unknowns
 
     def model(self, geometry: RoughGeometry) -> str:
         """Name the mesh."""
@@ -53,7 +53,7 @@ class FemPatch(FemSolver[RoughGeometry]):
     def rows(self, task: Task[RoughGeometry]) -> Iterator[Row]:
         """Build and condense the body once for all realisations."""
         (x, y), (modulus, nu) = _map_lines(task), self.scene.elastic_constants
-        body = fem.tensor_body(x, y, modulus, nu)
+        body = fem.half_space_body(fem.TensorMesh(x, y), fem.Material(modulus, nu))
         for realisation in task.realisations:
             sweep = partial(self._steps, task, body, realisation)
             yield Row(sweep, unknowns=body.unknowns, truncation=TRUNCATION_GRID)

@@ -26,6 +26,7 @@ from comparisons.tasks.steps import NoAnswerError, Row, Step
 from comparisons.tasks.task import Task
 from reference import fem
 from reference.fem.two_bodies import BodyPair, couple
+from reference.loads import Load
 
 # Cells of the grid per element along a contact radius: it covers the geometric overlap.
 COVERED = 1.45
@@ -85,8 +86,9 @@ class FemPair(FemSolver[IndenterGeometry]):
             half_x, half_y = task.geometry.reach
             modulus, nu = table.elastic_constants
             bodies.append(
-                fem.tensor_body(
-                    half_x * share, half_y * share, modulus, nu, symmetry="quarter", order=2
+                fem.half_space_body(
+                    fem.TensorMesh(half_x * share, half_y * share, symmetry="quarter", order=2),
+                    fem.Material(modulus, nu),
                 )
             )
         return couple(*bodies, coupling=self.options.coupling)
@@ -100,8 +102,8 @@ class FemPair(FemSolver[IndenterGeometry]):
             if not size > 0.0:
                 raise NoAnswerError(geometry.unreached.get(step, "no estimate of its contact"))
             scaled = pair.scaled(size)
-            load = {task.loads.control: task.loads.values[step]}
-            (contact,) = scaled.press(self.indenter.gap, **load)
+            load = Load(task.loads.control, task.loads.values[step])
+            (contact,) = scaled.press(self.indenter.gap, load)
             yield self._step(task, scaled, contact)
 
     def _step(self, task: Task[IndenterGeometry], pair: BodyPair, contact: fem.Contact) -> Step:

@@ -17,10 +17,12 @@ from comparisons.scene.scene import Scene
 from comparisons.tasks.steps import NoAnswerError, Row, Step
 from comparisons.tasks.task import Task
 from reference import fem
+from reference.fem import Material
 from reference.fem.elasticity import LARGEST_POISSON_RATIO
 from reference.fem.solid_mesh import SolidMesh
 from reference.fem.supported_body import (
     LARGEST_POISSON_LINEAR_TETRAHEDRA,
+    SupportedMesh,
     contact_nodes,
     supported_body,
 )
@@ -140,7 +142,10 @@ def _body(task: Task[BodyGeometry]) -> tuple[fem.CondensedBody, np.ndarray, floa
         nodes, gap = nodes[nearest], gap[nearest]
     modulus, nu = task.scene.half_space.elastic_constants
     body = supported_body(
-        mesh, surface, fixed, modulus, nu, symmetry=geometry.symmetric_parts, nodes=nodes
+        SupportedMesh(mesh, surface, fixed),
+        Material(modulus, nu),
+        symmetry=geometry.symmetric_parts,
+        nodes=nodes,
     )
     return body, gap, edge
 

@@ -14,7 +14,8 @@ from comparisons.methods.solver import Refused, Solver, needed
 from comparisons.scene.scene import Scene
 from comparisons.tasks.steps import Row, Step
 from comparisons.tasks.task import Task
-from reference.fem.friction import FrictionStep, follow
+from reference.fem import Material
+from reference.fem.friction import FrictionalPress, FrictionStep, follow
 from reference.fem.frictional_body import FrictionalBody, frictional_body
 from reference.loads import LoadPath
 
@@ -71,16 +72,16 @@ class FemFriction(Solver[IndenterGeometry]):
 
     def warm_up(self, task: Task[IndenterGeometry]) -> None:
         """Compile the sweeps on the coarsest mesh."""
-        body = frictional_body(1.0, 1.0, 0.3, elements=2)
+        body = frictional_body(1.0, Material(1.0, 0.3), elements=2)
         gap = (body.points**2).sum(axis=1) / 2
         shifted = LoadPath("tangential_displacement", 0.05)
-        list(follow(body, gap, 0.3, LoadPath("penetration", 0.5), shifted))
+        list(follow(FrictionalPress(body, gap, 0.3), LoadPath("penetration", 0.5), shifted))
 
     def rows(self, task: Task[IndenterGeometry]) -> Iterator[Row]:
         """Mesh the half-space for the contact at the normal load."""
         nu, radius = self.scene.poisson_ratio, task.geometry.contact_radius
         modulus = self.scene.effective_modulus * (1 - nu**2)
-        body = frictional_body(radius, modulus, nu, elements=task.resolution)
+        body = frictional_body(radius, Material(modulus, nu), elements=task.resolution)
         yield Row(partial(self._path, task, body), unknowns=body.unknowns)
 
     def _path(
@@ -89,7 +90,7 @@ class FemFriction(Solver[IndenterGeometry]):
         """Yield the steps at the scene's own loads."""
         way = finer_path(task, _CELLS_PER_ELEMENT * task.resolution, coupled=True)
         gap = self.indenter.gap(*body.points.T)
-        for step in way.scene_steps(follow(body, gap, self.friction, *way.loads)):
+        for step in way.scene_steps(follow(FrictionalPress(body, gap, self.friction), *way.loads)):
             yield Step(_quantities(step), iterations=step.sweeps, violation=step.error)
 
 

@@ -28,6 +28,7 @@ from comparisons.solving.planning import plan_scene, task_of
 from reference import fem
 from reference.fem import pardiso
 from reference.fem.sparse import stiffness_matrix
+from reference.loads import Load
 
 DEPTHS = np.linspace(0.1, 1.0, 30)  # with unit radii: contact radii from 0.32 to 1
 POISSON = 0.3
@@ -61,16 +62,23 @@ class Job:
 
 def run(elements: int, solver: str = "nested_dissection") -> Job:
     """Mesh, assemble, condense, and press to every depth on the mesh fitted to each contact."""
-    body = fem.ball_body(1.0, 1.0, POISSON, elements=elements, edge=1.0, solver=solver)
-    return _job(body, partial(fem.indent, body, _paraboloid, penetration=DEPTHS))
+    body = fem.half_space_body(
+        fem.RingMesh(1.0, elements=elements, edge=1.0), fem.Material(1.0, POISSON), solver=solver
+    )
+    return _job(body, partial(fem.indent, body, _paraboloid, Load("penetration", DEPTHS)))
 
 
 def run_fixed(elements: int) -> Job:
     """Press on one mesh of straight lines, on which contact ends anywhere."""
     lines = np.linspace(0.0, 1.02, elements + 1)
-    body = fem.tensor_body(lines, lines, 1.0, POISSON, symmetry="quarter", order=2, extent=2.0)
+    body = fem.half_space_body(
+        fem.TensorMesh(lines, lines, symmetry="quarter", order=2, extent=2.0),
+        fem.Material(1.0, POISSON),
+    )
     gap = _paraboloid(*body.points.T)
-    return _job(body, lambda: ((body, depth) for depth in fem.press(body, gap, penetration=DEPTHS)))
+    return _job(
+        body, lambda: ((body, depth) for depth in fem.press(body, gap, Load("penetration", DEPTHS)))
+    )
 
 
 def hertz(bound: float) -> list[Measurement]:
@@ -240,8 +248,10 @@ def _job(
 
 
 def _single_depth(elements: int) -> None:
-    body = fem.ball_body(1.0, 1.0, POISSON, elements=elements, edge=1.0)
-    next(fem.indent(body, _paraboloid, penetration=1.0))
+    body = fem.half_space_body(
+        fem.RingMesh(1.0, elements=elements, edge=1.0), fem.Material(1.0, POISSON)
+    )
+    next(fem.indent(body, _paraboloid, Load("penetration", 1.0)))
 
 
 @cache

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -61,7 +62,7 @@ def test_half_of_a_triangle_answers_as_the_whole(monkeypatch):
     half, few = stiffness(plan, 5)
     grid = punch_mesh.face_grid(plan.geometry, 5)
     mirrored = np.concatenate([-grid.x[:0:-1], grid.x])
-    whole = grid._replace(x=mirrored, symmetry="none")
+    whole = replace(grid, x=mirrored, symmetry="none")
     monkeypatch.setattr(punch_mesh, "face_grid", lambda *_: whole)
     full, many = stiffness(plan, 5)
     assert half == pytest.approx(full, rel=1e-9)

@@ -11,11 +11,16 @@ from comparisons.scene.scene import load_scene
 from comparisons.solving.execution import execute
 from comparisons.solving.planning import plan_scene, task_of
 from reference import fem
+from reference.loads import Load
 
 
 def hertz_force(elements, extent):
-    body = fem.ball_body(1.0, 1.0, 0.3, elements=elements, edge=1.0, extent=extent)
-    ((_, contact),) = fem.indent(body, lambda x, y: (x**2 + y**2) / 2, penetration=np.array([1.0]))
+    body = fem.half_space_body(
+        fem.RingMesh(1.0, elements=elements, edge=1.0, extent=extent), fem.Material(1.0, 0.3)
+    )
+    ((_, contact),) = fem.indent(
+        body, lambda x, y: (x**2 + y**2) / 2, Load("penetration", np.array([1.0]))
+    )
     return contact.force
 
 
@@ -23,9 +28,11 @@ def square_force(order, quarter, extent):
     nodes = np.linspace(0, 1, 6) if quarter else np.linspace(-1, 1, 9)
     lines = 1 - (1 - nodes) ** 2 if quarter else nodes
     how = {"symmetry": "quarter" if quarter else "none", "order": order}
-    body = fem.tensor_body(lines, lines, 1.0, 0.3, extent=extent, **how)
+    body = fem.half_space_body(
+        fem.TensorMesh(lines, lines, extent=extent, **how), fem.Material(1.0, 0.3)
+    )
     gap = np.where(np.abs(body.points).max(axis=1) <= 1 + 1e-9, 0.0, np.inf)
-    (contact,) = fem.press(body, gap, penetration=np.array([1.0]))
+    (contact,) = fem.press(body, gap, Load("penetration", np.array([1.0])))
     return contact.force
 
 
