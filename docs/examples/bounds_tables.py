@@ -252,15 +252,16 @@ def finest() -> list[list[str]]:
     """Square and triangle as sharply as patience allows."""
     rows = [["face", "side", "cells", "k/(2 E* (A/π)^½)", "s"]]
     for name, sides in (("square", 4), ("equilateral triangle", 3)):
+        corners = proved.corners_of("polygon", sides, 1.0)
         circle = punches.equal_area_stiffness(sides * math.tan(math.pi / sides))
         for cells in (16, 24, 32):
-            fine = outlines.regular_polygon(sides, cells, punches.PRESSURE_EXPONENT)
+            fine = outlines.polygon(corners, cells, punches.PRESSURE_EXPONENT)
             started = time.perf_counter()
             lower = punches.stiffness_below(fine, cells)
             seconds = time.perf_counter() - started
             rows.append([name, "below", str(cells), f"{lower / circle:.6f}", f"{seconds:.0f}"])
-        for cells in (12, 16, 22):
-            coarse = outlines.regular_polygon(sides, cells // 2, 2.0)
+        for cells in (12, 16, 24):
+            coarse = outlines.polygon(corners, cells // 2, punches.DISPLACEMENT_AROUND)
             started = time.perf_counter()
             upper = punches.stiffness_above(coarse, cells)
             seconds = time.perf_counter() - started

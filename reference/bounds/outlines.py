@@ -70,58 +70,110 @@ class Outline:
         return factors[:, None, :] * self.points[None]
 
 
-def regular_polygon(sides: int, cells: int, exponent: float) -> Outline:
-    """Polygon of apothem 1, its first side's middle on the x axis.
+def polygon(vertices: Sequence[tuple[float, float]], cells: int, exponent: float) -> Outline:
+    """Polygon that is star-shaped about the origin, cut down by its mirror lines through there.
 
     Parameters
     ----------
-    sides : int
+    vertices : sequence of (x, y)
+        Counterclockwise. Symmetric to 1e-9 of the size counts as symmetric: `slack` says what that
+        may change.
     cells : int
-        Points on half a side, finer towards the corner.
+        Points on half a side between corners, finer towards each.
     exponent : float
         Of that refinement.
-    """
-    half = math.tan(math.pi / sides)
-    across = half * (1 - (1 - np.arange(cells + 1) / cells) ** exponent)
-    return Outline(np.stack([np.ones(cells + 1), across], axis=1), dihedral(sides))
 
-
-def rectangle(length: float, width: float, cells: int, exponent: float) -> Outline:
-    """Rectangle about the origin, by its quarter."""
-    a, b = 0.5 * length, 0.5 * width
-    path = [(a, 0.0), (a, b), (0.0, b)]
-    points = _path(path, [False, True, False], cells, exponent)
-    return Outline(points, dihedral(2), extents=(a, b))
-
-
-def polygon(vertices: Sequence[tuple[float, float]], cells: int, exponent: float) -> Outline:
-    """Polygon without symmetry, counterclockwise and star-shaped about the origin.
+    Returns
+    -------
+    Outline
+        Turned so that the first mirror line is the x axis.
 
     Raises
     ------
     ValueError
         If a side is not seen from the origin in the positive sense of turning.
     """
-    corners = np.asarray([*vertices, vertices[0]], dtype=float)
-    turns = corners[:-1, 0] * corners[1:, 1] - corners[:-1, 1] * corners[1:, 0]
+    corners = np.asarray(vertices, dtype=float)
+    after = np.roll(corners, -1, axis=0)
+    turns = corners[:, 0] * after[:, 1] - corners[:, 1] * after[:, 0]
     if not (turns > 0).all():
         raise ValueError(
             "the polygon must be given counterclockwise and be star-shaped about the origin: "
             f"sides {np.flatnonzero(~(turns > 0)).tolist()} are not seen from there"
         )
-    points = _path([tuple(c) for c in corners], [True] * len(corners), cells, exponent)
-    return Outline(points[:-1], np.eye(2)[None], closed=True, extents=_extents(points))
+    axes = _mirrors(corners)
+    if not axes:
+        path = _path([*corners, corners[0]], [True] * (len(corners) + 1), cells, exponent)
+        return Outline(path[:-1], np.eye(2)[None], closed=True, extents=_extents(path))
+    part, sharp = _between_mirrors(corners, axes[0], math.pi / len(axes))
+    points = _path(part, sharp, cells, exponent)
+    images = dihedral(len(axes))
+    if len(axes) > 2:
+        near = float((turns / np.hypot(*(after - corners).T)).min())
+        return Outline(points, images, extents=(near, near))
+    return Outline(points, images, extents=_extents(points))
 
 
-def mirrored_polygon(path: Sequence[tuple[float, float]], cells: int, exponent: float) -> Outline:
-    """Polygon with a mirror line through the origin, by the half from that line back to it.
+def slack(vertices: Sequence[tuple[float, float]]) -> float:
+    """Relative change of size between a polygon and one that is exactly symmetric.
 
-    The mirror line is the x axis; the first and the last point of the path lie on it.
+    A punch that holds another one is not softer, and one of twice the size twice as stiff: so by
+    this share the stiffness may change, too.
     """
-    if path[0][1] != 0 or path[-1][1] != 0:
-        raise ValueError("the path of a mirrored polygon starts and ends on the x axis")
-    points = _path(path, [True] * len(path), cells, exponent)
-    return Outline(points, np.array([np.eye(2), np.diag([1.0, -1.0])]), extents=_extents(points))
+    corners = np.asarray(vertices, dtype=float)
+    after = np.roll(corners, -1, axis=0)
+    across = corners[:, 0] * after[:, 1] - corners[:, 1] * after[:, 0]
+    near = (across / np.hypot(*(after - corners).T)).min()
+    return float(2 * _SYMMETRIC * np.abs(corners).max() / near)
+
+
+# Of a polygon's size: how far a corner may lie from the image of another one.
+_SYMMETRIC = 1e-9
+
+
+def _mirrors(corners: Array) -> list[float]:
+    """Angles in [0, pi) of the lines through the origin that mirror a polygon onto itself."""
+    middles = 0.5 * (corners + np.roll(corners, -1, axis=0))
+    near = _SYMMETRIC * np.abs(corners).max()
+    axes: list[float] = []
+    for x, y in np.concatenate([middles, corners]):
+        angle = math.atan2(y, x) % math.pi
+        c, s = math.cos(2 * angle), math.sin(2 * angle)
+        image = corners @ np.array([[c, s], [s, -c]])
+        apart = np.abs(image[:, None] - corners[None]).max(axis=2).min(axis=1)
+        again = any(abs(math.sin(angle - axis)) < 1e-6 for axis in axes)
+        if apart.max() < near and not again:
+            axes.append(angle)
+    return sorted(axes)
+
+
+def _between_mirrors(
+    corners: Array, axis: float, angle: float
+) -> tuple[list[tuple[float, float]], list[bool]]:
+    """Corners of the part between two neighbouring mirror lines, turned to start at the x axis.
+
+    Its ends are corners, or middles of sides, which are not sharp.
+    """
+    turn = np.array([[math.cos(axis), -math.sin(axis)], [math.sin(axis), math.cos(axis)]])
+    turned = corners @ turn
+    middles = 0.5 * (turned + np.roll(turned, -1, axis=0))
+    places = [(*p, True) for p in turned] + [(*p, False) for p in middles]
+    part, near = [], 1e-6
+    for x, y, sharp in places:
+        at = math.atan2(y, x) % (2 * math.pi)
+        at = 0.0 if at > 2 * math.pi - near else at
+        on_axis = at < near or abs(at - angle) < near
+        if at < angle + near and (sharp or on_axis):
+            end = 0.0 if at < near else angle if on_axis else at
+            part.append((end, math.hypot(x, y), sharp))
+    part.sort()
+    return [_polar(r, a) for a, r, _ in part], [sharp for *_, sharp in part]
+
+
+def _polar(radius: float, angle: float) -> tuple[float, float]:
+    """Cartesian coordinates; exactly on the x axis for half turns."""
+    y = 0.0 if angle in (0.0, math.pi) else radius * math.sin(angle)
+    return radius * math.cos(angle), y
 
 
 def circle(cells: int, images: Array, angle: float, exponent: float = 1.0) -> Outline:

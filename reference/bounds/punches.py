@@ -8,17 +8,19 @@ disc): k >= 2 E* sqrt(A/pi), so that a circle of the same area always errs to th
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 
 from reference.bounds.extension import Extension
 from reference.bounds.interval import Interval, below
 from reference.bounds.lines import graded
-from reference.bounds.outlines import Outline
+from reference.bounds.outlines import Outline, polygon, slack
 from reference.bounds.pressures import FanPressures
 from reference.bounds.sections import fan
 
-PRESSURE_EXPONENT, DISPLACEMENT_EXPONENT = 4.0, 3.0
+# Exponents of the spacing towards the edge, and of displacements towards the corners.
+PRESSURE_EXPONENT, DISPLACEMENT_EXPONENT, DISPLACEMENT_AROUND = 4.0, 3.0, 2.0
 # Radius and depth of the elements, in half the length of the outline.
 _OUTSKIRTS = 6.0
 
@@ -29,7 +31,7 @@ def stiffness_below(outline: Outline, cells: int) -> float:
     Parameters
     ----------
     outline : Outline
-        Its points as `regular_polygon` and its like grade them, best with `PRESSURE_EXPONENT`.
+        Its points as `polygon` spaces them, best with `PRESSURE_EXPONENT`.
     cells : int
         Cells from the origin to the edge.
     """
@@ -45,7 +47,7 @@ def stiffness_above(outline: Outline, cells: int) -> float:
     Parameters
     ----------
     outline : Outline
-        As above, best with `DISPLACEMENT_EXPONENT`.
+        As above, best with `DISPLACEMENT_AROUND`.
     cells : int
         Elements from the origin to the edge.
     """
@@ -65,6 +67,34 @@ def equal_area_stiffness(area: float) -> float:
     return below(2 * math.sqrt(area / math.pi), 4)
 
 
-def bounded(coarse: Outline, fine: Outline, cells: tuple[int, int]) -> Interval:
-    """Both bounds, from an outline graded for displacements and one graded for pressures."""
-    return Interval(stiffness_below(fine, cells[1]), stiffness_above(coarse, cells[0]))
+def bounded(vertices: Sequence[tuple[float, float]], cells: tuple[int, int]) -> Interval:
+    """Stiffness of a flat polygon for E* = 1 between proved bounds.
+
+    Parameters
+    ----------
+    vertices : sequence of (x, y)
+        Counterclockwise, about a point inside from which all of the outline is seen.
+    cells : (int, int)
+        From there to the edge: elements of the upper and cells of the lower bound.
+
+    Raises
+    ------
+    ValueError
+        As `outlines.polygon`.
+
+    Examples
+    --------
+    >>> square = bounded([(1, -1), (1, 1), (-1, 1), (-1, -1)], (5, 6))
+    >>> 2 * 1.1523 in square, square.width < 0.005
+    (True, True)
+    """
+    upper, lower = cells
+    # where more than one half of a side is left, each gets less
+    halves = len(polygon(vertices, 1, 1.0).points) - 1
+    share = min(1.0, math.sqrt(2 / halves))
+    fine = polygon(vertices, max(3, round(share * lower)), PRESSURE_EXPONENT)
+    coarse = polygon(vertices, max(3, round(0.6 * share * upper)), DISPLACEMENT_AROUND)
+    room = slack(vertices)
+    return Interval(
+        stiffness_below(fine, lower) * (1 - room), stiffness_above(coarse, upper) * (1 + room)
+    )

@@ -200,7 +200,7 @@ def test_what_no_theorem_covers_is_refused(wrong):
 def test_self_energy_of_the_square_adds_up_from_graded_cells():
     # over the unit square the double integral of 1/r is 4 [ln(1 + sqrt 2) + (1 - sqrt 2)/3]
     exact = 4 * (math.log(1 + math.sqrt(2)) + (1 - math.sqrt(2)) / 3)
-    square = outlines.regular_polygon(4, 3, 2.0).scaled(0.5)
+    square = regular(4, 3, 2.0).scaled(0.5)
     factors = np.array([0.0, 0.5, 0.9, 0.99, 1.0])
     cells = fan_cells(square.points, factors, closed=False)
     integrals, errors = mutual_integrals(cells, square.images)
@@ -212,7 +212,7 @@ def test_self_energy_of_the_square_adds_up_from_graded_cells():
 
 def test_discs_and_cells_agree_on_a_polygon_of_many_sides():
     # a regular polygon between its two circles: perimeter of 48 sides, radii 0.2 % apart
-    many = outlines.regular_polygon(48, 1, 1.0)
+    many = regular(48, 1, 1.0)
     cells = fan_cells(many.points, np.array([0.0, 0.5, 1.0]), closed=False)
     integrals, _ = mutual_integrals(cells, many.images)
     inner = mutual_energies(np.array([1.0]))[0, 0]
@@ -222,10 +222,10 @@ def test_discs_and_cells_agree_on_a_polygon_of_many_sides():
 
 def test_nearly_parallel_sides_of_a_hexagon_keep_their_digits():
     # rays next to the corners meet the sides of other images far away
-    hexagon = outlines.regular_polygon(6, 3, 4.0)
+    hexagon = regular(6, 3, 4.0)
     cells = fan_cells(hexagon.points, np.array([0.0, 0.6, 0.99, 1.0]), closed=False)
     integrals, errors = mutual_integrals(cells, hexagon.images)
-    coarse = outlines.regular_polygon(6, 1, 1.0)
+    coarse = regular(6, 1, 1.0)
     whole, _ = mutual_integrals(
         fan_cells(coarse.points, np.array([0.0, 1.0]), closed=False), coarse.images
     )
@@ -236,33 +236,60 @@ def test_nearly_parallel_sides_of_a_hexagon_keep_their_digits():
 # --- punches and bodies without an axis -----------------------------------------------------------
 
 
+def regular(sides, cells, exponent):
+    """Outline of a regular polygon of apothem 1."""
+    angles = (2 * np.arange(sides) + 1) * math.pi / sides
+    radius = 1 / math.cos(math.pi / sides)
+    corners = [(radius * math.cos(a), radius * math.sin(a)) for a in angles]
+    return outlines.polygon(corners, cells, exponent)
+
+
+SQUARE = ((1, -1), (1, 1), (-1, 1), (-1, -1))
+
+
 def test_square_punch_is_enclosed():
-    coarse = outlines.regular_polygon(4, 5, punches.DISPLACEMENT_EXPONENT)
-    fine = outlines.regular_polygon(4, 6, punches.PRESSURE_EXPONENT)
-    stiffness = punches.bounded(coarse, fine, (5, 6))
+    stiffness = punches.bounded(SQUARE, (5, 6))
     assert 2 * 1.15229 in stiffness  # side 2
     assert stiffness.width < 5e-3
     assert punches.equal_area_stiffness(4.0) < stiffness.lower
 
 
+@pytest.mark.parametrize(
+    ("corners", "images"),
+    [
+        (SQUARE, 8),
+        (((2, -1), (2, 1), (-2, 1), (-2, -1)), 4),
+        (((1, -1), (1, 1), (-1, 0)), 2),
+        (((1, -1), (1, 1), (-1, 0.3)), 1),
+    ],
+)
+def test_polygons_are_cut_down_by_their_mirror_lines(corners, images):
+    outline = outlines.polygon(corners, 2, 2.0)
+    assert len(outline.images) == images
+    cells = fan_cells(outline.points, np.array([0.0, 1.0]), closed=outline.closed)
+    x, y = np.array(corners, dtype=float).T
+    area = 0.5 * (x * np.roll(y, -1) - y * np.roll(x, -1)).sum()
+    assert images * areas(cells).sum() == pytest.approx(area, rel=1e-12)
+
+
 def test_order_of_sets_is_the_order_of_their_bounds():
     # the square of side 2 lies in the hexagon of apothem 1.4 and holds the disc of radius 1
-    square = punches.stiffness_above(outlines.regular_polygon(4, 4, 2.0), 4)
-    hexagon = punches.stiffness_below(outlines.regular_polygon(6, 4, 4.0).scaled(1.4), 4)
+    square = punches.stiffness_above(regular(4, 4, 2.0), 4)
+    hexagon = punches.stiffness_below(regular(6, 4, 4.0).scaled(1.4), 4)
     assert 2.0 < square < hexagon
 
 
-def test_mirrored_and_whole_polygons_give_the_same_bounds():
-    # a right isosceles triangle by its half, and as a polygon without symmetry
+def test_symmetric_and_whole_polygons_give_the_same_bounds():
+    # a right isosceles triangle, and the same with a corner moved by more than rounding
     r = 1 / (1 + math.sqrt(2))
-    half = outlines.mirrored_polygon([(r, 0.0), (r, 1.0), (r - 1, 0.0)], 2, 2.0)
-    whole = outlines.polygon([(r, -1.0), (r, 1.0), (r - 1, 0.0)], 2, 2.0)
-    below = [punches.stiffness_below(outline, 3) for outline in (half, whole)]
-    above = [punches.stiffness_above(outline, 3) for outline in (half, whole)]
-    # the long side's middle is a corner for the half alone: other grading, 1 %
-    assert below[0] == pytest.approx(below[1], rel=0.01)
-    assert above[0] == pytest.approx(above[1], rel=0.02)
-    assert max(below) < min(above)
+    corners = [(r, -1.0), (r, 1.0), (r - 1, 0.0)]
+    whole = [(r, -1.0), (r, 1.0), (r - 1, 1e-7)]
+    half, all_of_it = (punches.bounded(c, (4, 5)) for c in (corners, whole))
+    # other cells, the same truth
+    assert all_of_it.lower < half.upper
+    assert half.lower < all_of_it.upper
+    assert half.lower == pytest.approx(all_of_it.lower, rel=0.01)
+    assert half.upper == pytest.approx(all_of_it.upper, rel=0.02)
 
 
 @pytest.mark.parametrize("radii", [(1.0, 1.0), (1.0, 10.0)])
@@ -286,7 +313,7 @@ def test_pyramid_is_enclosed_above_the_best_circle():
 
 def test_triangles_and_rings_see_the_same_disc():
     # a fan of 24 sides between the circles in and around it
-    wheel = outlines.regular_polygon(24, 1, 1.0)
+    wheel = regular(24, 1, 1.0)
     outer = graded(5, 2.0, 6.0)
     section, shell = fan(
         wheel.shells(1 - np.linspace(0.8, 0, 5) ** 2, outer[1:]), closed=wheel.closed

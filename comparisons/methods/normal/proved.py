@@ -23,10 +23,8 @@ from reference.bounds.profiles import PowerLaw, Profile, RoundedPunch, Sphere, c
 
 At = Callable[[float], Interval]
 
-# Cells of a punch from the origin to the edge, and around half a side: of the upper and of the
-# lower bound; and of polygons, whose sides are all computed.
-_CELLS, _AROUND = (8, 12), (5, 8)
-_POLYGON_CELLS, _POLYGON_AROUND = (6, 8), (3, 4)
+# From the origin to the edge: elements of the upper bound and cells of the lower one.
+_CELLS = (12, 16)
 
 
 @dataclass(frozen=True)
@@ -186,7 +184,7 @@ def _scaling(degree: float, unit: Callable[[], Interval], modulus: float) -> Pro
 
 def _punch(indenter: indenters.Indenter, modulus: float) -> Proof:
     """Enclosures by the stiffness of a flat punch."""
-    _bounded_outline(indenter)
+    _check_outline(indenter)
 
     def penetration(force: float) -> Interval:
         k = _stiffness(indenter)
@@ -207,37 +205,22 @@ def _stiffness(indenter: indenters.Indenter) -> Interval:
     """Stiffness k/E* of a flat punch."""
     if isinstance(indenter, indenters.Cylinder):
         return axisymmetric.disc_stiffness(indenter.radius, 1.0)
-    cells = _POLYGON_CELLS if isinstance(indenter, indenters.PolygonPunch) else _CELLS
-    return punches.bounded(*_bounded_outline(indenter), cells)
+    return punches.bounded(_corners(indenter), _CELLS)
 
 
-def _bounded_outline(indenter: indenters.Indenter) -> tuple[outlines.Outline, outlines.Outline]:
-    """Outline of a punch as the upper and the lower bound take it.
-
-    Raises
-    ------
-    Refused
-        If there is none.
-    """
-    exponents = punches.DISPLACEMENT_EXPONENT, punches.PRESSURE_EXPONENT
+def _check_outline(indenter: indenters.Indenter) -> None:
+    """Raise `Refused` for a punch whose outline the bounds do not take."""
     if isinstance(indenter, indenters.Cylinder):
-        whole = outlines.circle(4, outlines.dihedral(2), 0.5 * np.pi)
-        return whole, whole
-    if isinstance(indenter, indenters.RightAngledPunch):
-        coarse, fine = (
-            outlines.rectangle(*indenter.lengths, around, exponent)
-            for around, exponent in zip(_AROUND, exponents, strict=True)
-        )
-        return coarse, fine
-    if not isinstance(indenter, indenters.PolygonPunch):
+        return
+    if indenter.outline is None:
         shape = str(indenter.model_dump()["shape"]).replace("_", " ")
         raise Refused(f"no bound is computed for the shape {shape}")
-    corners = [(float(x), float(y)) for x, y in indenter.corners]
     try:
-        coarse, fine = (
-            outlines.polygon(corners, around, exponent)
-            for around, exponent in zip(_POLYGON_AROUND, exponents, strict=True)
-        )
+        outlines.polygon(_corners(indenter), 1, 1.0)
     except ValueError as fault:
         raise Refused(f"polygons are bounded about their centroid: {fault}") from fault
-    return coarse, fine
+
+
+def _corners(indenter: indenters.Indenter) -> list[tuple[float, float]]:
+    assert indenter.outline is not None
+    return [(float(x), float(y)) for x, y in indenter.outline]

@@ -9,8 +9,9 @@ import numpy as np
 
 from comparisons.questions.experiments.rough_ensemble import SEED
 from comparisons.questions.experiments.running import Finding, above, experiment, one_of
+from comparisons.scene.polygons import signed_area
 from reference import surfaces
-from reference.bounds import axisymmetric, bodies, homogeneous, outlines, punches
+from reference.bounds import axisymmetric, bodies, homogeneous, punches
 from reference.bounds.interval import Interval
 from reference.bounds.patches import Patch
 from reference.bounds.periodic import PeriodicSurface
@@ -20,47 +21,38 @@ SHAPES = ("polygon", "rectangle", "l_shape", "right_isosceles", "disc")
 # Cells from the origin to the edge: of the upper bound, and of the lower one.
 _CELLS = {"quick": (6, 8), "full": (12, 16)}
 
-# The L of three unit squares and the right triangle with a long side of 2, about points that see
-# all of their outline; each by half, from the mirror line back to it.
-_ROOT = math.sqrt(0.5)
-_L_SHAPE = ((_ROOT, 0.0), (2 * _ROOT, _ROOT), (_ROOT, 2 * _ROOT), (-_ROOT, 0.0))
-_INRADIUS = 1 / (1 + math.sqrt(2))
-_RIGHT_ISOSCELES = ((_INRADIUS, 0.0), (_INRADIUS, 1.0), (_INRADIUS - 1, 0.0))
+# Corners about points that see all of the outline: the L of three unit squares, and the right
+# triangle with a long side of 2 about the middle of its inscribed circle.
+_FIXED = {
+    "l_shape": ((1.5, -0.5), (1.5, 0.5), (0.5, 0.5), (0.5, 1.5), (-0.5, 1.5), (-0.5, -0.5)),
+    "right_isosceles": tuple(
+        (x + math.sqrt(2) - 2, y) for x, y in ((1.0, -1.0), (1.0, 1.0), (0.0, 0.0))
+    ),
+}
+
+
+def corners_of(shape: str, sides: int, aspect: float) -> tuple[tuple[float, float], ...]:
+    """Corners of a face: regular polygons have the apothem 1, rectangles the width 1."""
+    if shape == "polygon":
+        angles = [(2 * k + 1) * math.pi / sides for k in range(sides)]
+        radius = 1 / math.cos(math.pi / sides)
+        return tuple((radius * math.cos(a), radius * math.sin(a)) for a in angles)
+    if shape == "rectangle":
+        a, b = 0.5 * aspect, 0.5
+        return ((a, -b), (a, b), (-a, b), (-a, -b))
+    return _FIXED[shape]
 
 
 def _area(shape: str, sides: int, aspect: float) -> float:
-    if shape == "polygon":
-        return sides * math.tan(math.pi / sides)
-    areas = {"rectangle": aspect, "l_shape": 3.0, "right_isosceles": 1.0, "disc": math.pi}
-    return areas[shape]
-
-
-def _outline(
-    shape: str, sides: int, aspect: float, cells: int, exponent: float
-) -> outlines.Outline:
-    if shape == "polygon":
-        return outlines.regular_polygon(sides, cells, exponent)
-    if shape == "rectangle":
-        return outlines.rectangle(aspect, 1.0, cells, exponent)
-    path = _L_SHAPE if shape == "l_shape" else _RIGHT_ISOSCELES
-    return outlines.mirrored_polygon(path, cells, exponent)
+    return math.pi if shape == "disc" else signed_area(np.array(corners_of(shape, sides, aspect)))
 
 
 @lru_cache(maxsize=64)
 def punch_stiffness(shape: str, sides: int, aspect: float, effort: str) -> Interval:
-    """Stiffness k/E* of a flat punch between proved bounds, for the sizes of `_area`."""
-    upper, lower = _CELLS[effort]
+    """Stiffness k/E* of a flat punch between proved bounds, for the sizes of `corners_of`."""
     if shape == "disc":
-        return axisymmetric.disc_stiffness(1.0, 1.0, cells=2 * upper)
-    around = 0.7 if shape in ("l_shape", "right_isosceles") else 1.0
-    return Interval(
-        punches.stiffness_below(
-            _outline(shape, sides, aspect, round(around * lower), punches.PRESSURE_EXPONENT), lower
-        ),
-        punches.stiffness_above(
-            _outline(shape, sides, aspect, max(4, round(0.6 * upper)), 2.0), upper
-        ),
-    )
+        return axisymmetric.disc_stiffness(1.0, 1.0, cells=2 * _CELLS[effort][0])
+    return punches.bounded(corners_of(shape, sides, aspect), _CELLS[effort])
 
 
 def _equal_area(
