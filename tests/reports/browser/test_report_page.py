@@ -173,7 +173,7 @@ def test_plots_are_saved_as_svg_and_png(visit, tmp_path):
     assert root.tag == "{http://www.w3.org/2000/svg}svg"
     text = " ".join(root.itertext())
     assert "Reduced model" in text
-    assert drawing.name == "steel-ball-what-the-reduced-model-presses.svg"
+    assert drawing.name == "steel-ball-reduced-model.svg"
     content = picture.read_bytes()
     assert content.startswith(b"\x89PNG")
     assert struct.unpack(">II", content[16:24]) == (1440, 960)
