@@ -186,7 +186,9 @@ def test_a_method_without_an_asked_quantity_is_not_advised():
     scene = solved("ellipsoid-2", COARSE | {"compare.quantities": ["force", "pressure"]})
     advice = advise(scene)
     assert advice.cheapest.method == "bem_fft"
-    assert "no result: reduced model (contact pressure: not computed by the method)" in advice.sentence
+    assert (
+        "no result: reduced model (contact pressure: not computed by the method)" in advice.sentence
+    )
     assert worst(verdicts(scene)).word == "no result"
 
 
