@@ -62,6 +62,12 @@ class Text(HTMLParser):
             self.parts.append(data)
 
 
+@pytest.fixture(autouse=True)
+def _unfolded(monkeypatch):
+    """Print a cell of a table on one line, however long its words, so that it can be searched."""
+    monkeypatch.setenv("COLUMNS", "400")
+
+
 def words(text: str) -> str:
     return " ".join(text.split())
 
