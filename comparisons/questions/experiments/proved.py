@@ -19,7 +19,7 @@ from reference.bounds.periodic import PeriodicSurface
 SHAPES = ("polygon", "rectangle", "l_shape", "right_isosceles", "disc")
 
 # Cells from the origin to the edge: of the upper bound, and of the lower one.
-_CELLS = {"quick": (6, 8), "full": (12, 16)}
+_CELLS = {"quick": (6, 8), "full": (14, 18)}
 
 # Corners about points that see all of the outline: the L of three unit squares, and the right
 # triangle with a long side of 2 about the middle of its inscribed circle.
