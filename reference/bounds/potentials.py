@@ -9,8 +9,10 @@ adds to the rest is bounded
 - far from the cell by half the second derivatives of 1/r, whose norm is 2/r^3 (the largest
   eigenvalue of the Hessian of 1/r), integrated over the cell.
 
-The bounds of all cells add up as the displacements do, in one more convolution: nothing is
-sampled. The rounding of the transforms is bounded by their size (Higham 2002, theorem 24.2).
+Far cells add up as the displacements do, in one more convolution. Near a cell the block of its
+neighbours is taken under one pressure first, whose rest is that of one large cell, and then what
+the pressures differ: nothing is sampled. The rounding of the transforms is bounded by their size
+(Higham 2002, theorem 24.2).
 """
 
 from __future__ import annotations
@@ -31,6 +33,8 @@ Array = NDArray[np.float64]
 
 # Offsets up to which the rest is bounded on parts of a square, and how many parts there are.
 _NEAR, _PARTS = 6, 32
+# Shares of a cell's own pressure that its neighbours' block is tried with: 0, 1/3, 2/3, 1.
+_SHARES = 4
 # Padded cells up to which the kernels of all squares are kept: 0.2 GB.
 _KEPT = 2**18
 
@@ -83,13 +87,18 @@ class GridPotential:
         kernels = self._kept.get(place) or self._kernels(place)
         if math.prod(self._padded) <= _KEPT:
             self._kept[place] = kernels
-        value, slope_x, slope_y, under, over = (self._convolved(modes, k) for k in kernels)
+        value, slope_x, slope_y, bend = (self._convolved(modes, k) for k in kernels)
+        under, over = np.zeros((2, *self.shape))
+        rests = [rest[place] for rest in _near_rests(self.squares)]
+        _add_near(pressure, *rests, _block_rests(place, self.squares), under, over)
         # the transforms' rounding, relative to the norms of what they multiply
         noise = 16 * EPSILON * math.log2(self._padded[0] * self._padded[1])
         norms = [np.sqrt((kernel**2).sum()) for kernel in kernels]
         size = np.sqrt((pressure**2).sum())
-        slack = noise * size * (norms[0] + norms[4] + self.half * (norms[1] + norms[2]))
-        return Expansion(value, slope_x, slope_y, under + slack, over + slack)
+        slack = noise * size * (norms[0] + 2 * norms[3] + self.half * (norms[1] + norms[2]))
+        under = bend + self.spacing * under + slack
+        over = 2 * bend + self.spacing * over + slack
+        return Expansion(value, slope_x, slope_y, under, over)
 
     def _convolved(self, modes: NDArray[np.complex128], kernel: Array) -> Array:
         whole = fft.irfft2(modes * fft.rfft2(kernel), self._padded)
@@ -101,7 +110,7 @@ class GridPotential:
         return rows[:, None], columns[None, :]
 
     def _kernels(self, place: int) -> tuple[Array, ...]:
-        """Value, slopes and rests under unit pressure on a cell, over all offsets."""
+        """Value, slopes and far bend under unit pressure on a cell, over all offsets."""
         step, (x, y) = self.spacing, self.places[place]
         i, j = self._offsets()
         near = (np.abs(i) <= _NEAR) & (np.abs(j) <= _NEAR)
@@ -114,11 +123,7 @@ class GridPotential:
         far = np.where(near, np.inf, apart)
         # 1/r bends by 2/r^3 towards the cell, by -1/r^3 across; corners are 2^(1/2) half away
         bend = step**2 * self.half**2 / far**3 / math.pi
-        rests = [bend, 2 * bend]
-        around = np.arange(-_NEAR, _NEAR + 1)
-        for rest, bounds in zip(rests, _near_rests(self.squares), strict=True):
-            rest[np.ix_(around, around)] = bounds[place] * step
-        return value, slope_x, slope_y, *rests
+        return value, slope_x, slope_y, bend
 
 
 @lru_cache(maxsize=4)
@@ -138,6 +143,49 @@ def _near_rests(squares: int) -> tuple[Array, Array]:
                 rest[m, n] = bound[:: -1 if x < 0 else 1, :: -1 if y < 0 else 1]
     under, over = rests.reshape(2, squares**2, *rests.shape[3:])
     return under, over
+
+
+@lru_cache(maxsize=64)
+def _block_rests(place: int, squares: int) -> Array:
+    """Rests under and over the linear part of a whole block of loaded cells about a square's cell.
+
+    They are those of one loaded cell of the block's size.
+    """
+    steps = (np.arange(squares) + 0.5) / squares - 0.5
+    size = 2 * _NEAR + 1
+    x, y = np.array([[steps[place // squares]]]) / size, np.array([[steps[place % squares]]]) / size
+    under, over = np.empty((2, 1, 1))
+    _bound_rests(x, y, *step_slopes(x, y, 1.0), 0.5 / squares / size, under, over)
+    return size * (np.array([under[0, 0], over[0, 0]]) + 1e-12)
+
+
+@njit(cache=True, error_model="numpy")
+def _add_near(pressure, under_one, over_one, block, under, over):
+    """Add the rests of the cells about each cell: of a block under one pressure, and what differs.
+
+    A smooth pressure bends the displacement far less than its cells do one by one; at the edge of
+    a contact it is the other way round. The block's pressure is a share of the cell's own, and the
+    sharpest of the bounds counts.
+    """
+    rows, columns = pressure.shape
+    for k in range(rows):
+        for m in range(columns):
+            lowest = highest = np.inf
+            for share in range(_SHARES):
+                base = pressure[k, m] * share / (_SHARES - 1)
+                low, high = base * block[0], base * block[1]
+                for i in range(-_NEAR, _NEAR + 1):
+                    for j in range(-_NEAR, _NEAR + 1):
+                        row, column = k - i, m - j
+                        inside = 0 <= row < rows and 0 <= column < columns
+                        more = (pressure[row, column] if inside else 0.0) - base
+                        one, two = under_one[i + _NEAR, j + _NEAR], over_one[i + _NEAR, j + _NEAR]
+                        low += more * one if more > 0 else -more * two
+                        high += more * two if more > 0 else -more * one
+                lowest, highest = min(lowest, low), min(highest, high)
+                if pressure[k, m] == 0.0:
+                    break
+            under[k, m], over[k, m] = lowest, highest
 
 
 @lru_cache(maxsize=64)
