@@ -89,8 +89,9 @@ class GridPotential:
             self._kept[place] = kernels
         value, slope_x, slope_y, bend = (self._convolved(modes, k) for k in kernels)
         under, over = np.zeros((2, *self.shape))
-        rests = [rest[place] for rest in _near_rests(self.squares)]
-        _add_near(pressure, *rests, _block_rests(place, self.squares), under, over)
+        deepest, highest = (rest[place] for rest in _near_rests(self.squares))
+        block = _block_rests(place, self.squares)
+        _add_near(pressure, deepest, highest, block, under, over)
         # the transforms' rounding, relative to the norms of what they multiply
         noise = 16 * EPSILON * math.log2(self._padded[0] * self._padded[1])
         norms = [np.sqrt((kernel**2).sum()) for kernel in kernels]
@@ -160,7 +161,7 @@ def _block_rests(place: int, squares: int) -> Array:
 
 
 @njit(cache=True, error_model="numpy")
-def _add_near(pressure, under_one, over_one, block, under, over):
+def _add_near(pressure, deepest, highest, block, under, over):
     """Add the rests of the cells about each cell: of a block under one pressure, and what differs.
 
     A smooth pressure bends the displacement far less than its cells do one by one; at the edge of
@@ -170,22 +171,22 @@ def _add_near(pressure, under_one, over_one, block, under, over):
     rows, columns = pressure.shape
     for k in range(rows):
         for m in range(columns):
-            lowest = highest = np.inf
+            least_under = least_over = np.inf
             for share in range(_SHARES):
                 base = pressure[k, m] * share / (_SHARES - 1)
-                low, high = base * block[0], base * block[1]
+                below, above = base * block[0], base * block[1]
                 for i in range(-_NEAR, _NEAR + 1):
                     for j in range(-_NEAR, _NEAR + 1):
                         row, column = k - i, m - j
                         inside = 0 <= row < rows and 0 <= column < columns
                         more = (pressure[row, column] if inside else 0.0) - base
-                        one, two = under_one[i + _NEAR, j + _NEAR], over_one[i + _NEAR, j + _NEAR]
-                        low += more * one if more > 0 else -more * two
-                        high += more * two if more > 0 else -more * one
-                lowest, highest = min(lowest, low), min(highest, high)
+                        deep, high = deepest[i + _NEAR, j + _NEAR], highest[i + _NEAR, j + _NEAR]
+                        below += more * deep if more > 0 else -more * high
+                        above += more * high if more > 0 else -more * deep
+                least_under, least_over = min(least_under, below), min(least_over, above)
                 if pressure[k, m] == 0.0:
                     break
-            under[k, m], over[k, m] = lowest, highest
+            under[k, m], over[k, m] = least_under, least_over
 
 
 @lru_cache(maxsize=64)
