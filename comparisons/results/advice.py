@@ -28,7 +28,7 @@ from comparisons.results.decisions import (
     worst,
 )
 from comparisons.results.runs import SLOWER
-from comparisons.results.store import SceneRecord
+from comparisons.results.store import SceneRecord, once
 
 
 @dataclass(frozen=True)
@@ -189,6 +189,7 @@ def _by_time(setting: Setting) -> float:
     return setting.seconds if math.isfinite(setting.seconds) else math.inf
 
 
+@once
 def advise(record: SceneRecord) -> Advice:
     """Say which method to use for the asked quantities of a scene at its tolerance.
 

@@ -20,7 +20,7 @@ from comparisons.facts.methods import BUILT_IN, MODEL, ours, title_of
 from comparisons.facts.quantities import FIELDS, QUANTITIES, main_axis, quantity
 from comparisons.judging.verdicts import NO_RESULT, WITHIN, severity, word_for
 from comparisons.results import selection
-from comparisons.results.store import SceneRecord
+from comparisons.results.store import SceneRecord, once
 
 LAST_LOAD = "last load"
 NAN = math.nan
@@ -108,6 +108,7 @@ def equal_at(record: SceneRecord, name: str) -> str:
     return LAST_LOAD if name in FIELDS else main_axis(record.along, name)
 
 
+@once
 def unanswered(record: SceneRecord) -> dict[str, str]:
     """Return the asked quantities that can be judged for no method at all, each with the reason."""
     reasons = {name: _why_unanswered(record, name) for name in record.quantities}
@@ -118,8 +119,8 @@ def _why_unanswered(record: SceneRecord, name: str) -> str:
     truth = str(record.reference.get("method") or "")
     if not truth:
         return "no reference: no 3-D method finished"
-    rows = _rows(record, name)
-    if np.isfinite(selection.column(rows, "maximum")).any():
+    rows = (row for (other, *_), row in _judged_rows(record).items() if other == name)
+    if any(math.isfinite(_float(row.get("maximum"))) for row in rows):
         return ""
     if name in record.reference.get("bars", {}):
         alone = name == record.along and _loads(record) < 2
@@ -139,6 +140,7 @@ def asked_in_vain(records: Iterable[SceneRecord]) -> list[str]:
     ]
 
 
+@once
 def answered(record: SceneRecord) -> set[str]:
     """Return the asked quantities that some solution has."""
     quantities = {
@@ -154,14 +156,22 @@ def _loads(record: SceneRecord) -> int:
     return len(set(selection.column(selection.solved(record), "step")))
 
 
-def _rows(record: SceneRecord, name: str) -> pd.DataFrame:
+@once
+def _judged_rows(record: SceneRecord) -> dict[tuple[str, str, float], dict]:
+    """Return (quantity, method, resolution) -> the row of measures.csv that is judged."""
+    rows: dict[tuple[str, str, float], dict] = {}
     table = selection.compared_measures(record)
-    if table.empty:
-        return table
-    at = np.array(selection.texts(table, "at"))
-    return table[(table["quantity"] == name).to_numpy() & (at == equal_at(record, name))]
+    at, resolution = selection.texts(table, "at"), selection.column(table, "resolution")
+    methods = selection.texts(table, "method")
+    for row, where, method, level in zip(
+        table.to_dict("records"), at, methods, resolution, strict=True
+    ):
+        if where == equal_at(record, row["quantity"]):
+            rows.setdefault((row["quantity"], method, float(level)), row)
+    return rows
 
 
+@once
 def levels(record: SceneRecord, method: str) -> list[int]:
     """Return the resolutions at which a method was run, ascending, but for the truth itself."""
     names = np.array(selection.texts(record.rows, "method"), dtype=object)
@@ -170,6 +180,7 @@ def levels(record: SceneRecord, method: str) -> list[int]:
     return sorted(n for n in run if not selection.is_reference(record, method, n))
 
 
+@once
 def finest(record: SceneRecord, method: str) -> int | None:
     """Return the finest resolution, but the truth's, among those that solved the most steps."""
     rows = selection.solved_rows(record, method)
@@ -179,14 +190,14 @@ def finest(record: SceneRecord, method: str) -> int | None:
     return max((n for n, count in counts.items() if count == most), default=None)
 
 
+@once
 def setting_verdicts(record: SceneRecord, method: str, resolution: int) -> tuple[Verdict, ...]:
     """Return the verdict on each asked quantity of one method at one resolution."""
     nothing = unanswered(record)
     judgements = []
     for name in record.quantities:
-        rows = _rows(record, name)
-        matching = rows[_is_setting(rows, method, resolution)]
-        verdict = _verdict(record, matching.iloc[0].to_dict()) if len(matching) else None
+        row = _judged_rows(record).get((name, method, float(resolution)))
+        verdict = None if row is None else _verdict(record, row)
         if name in nothing:
             verdict = _no_result(record, name, nothing[name], resolution, counts=False)
         elif verdict is None or verdict.word == NO_RESULT:

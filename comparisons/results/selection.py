@@ -7,13 +7,12 @@ that, so that plots and tables need not.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 import pandas as pd
 
 from comparisons.facts.methods import ours
-from comparisons.results.store import SceneRecord
+from comparisons.results.store import SceneRecord, once
 
 MEAN = "mean"
 
@@ -76,6 +75,7 @@ def methods(scene: SceneRecord) -> list[str]:
     return built_in + [name for name in dict.fromkeys(names) if name and name not in built_in]
 
 
+@once
 def unsupported(scene: SceneRecord) -> dict[str, str]:
     """Return the methods that cannot do the scene, each with its reason."""
     refusals = {
@@ -87,6 +87,7 @@ def unsupported(scene: SceneRecord) -> dict[str, str]:
     return {name: reason or reasons.get(name, "") for name, reason in refusals.items()}
 
 
+@once
 def solved(scene: SceneRecord) -> pd.DataFrame:
     """Return the rows that hold a converged load step."""
     keep = converged(scene.rows) & np.isfinite(column(scene.rows, "step"))
@@ -95,27 +96,13 @@ def solved(scene: SceneRecord) -> pd.DataFrame:
 
 def solved_rows(scene: SceneRecord, method: str) -> pd.DataFrame:
     """Return the converged load steps of one method."""
-    by_method = _solved_by_method(_Same(scene))
+    by_method = _solved_by_method(scene)
     return by_method[method] if method in by_method else solved(scene).iloc[:0]
 
 
-class _Same:
-    """A scene as a key: the very object, as tables have no hash."""
-
-    def __init__(self, scene: SceneRecord) -> None:
-        self.scene = scene
-
-    def __eq__(self, other: object) -> bool:
-        return isinstance(other, _Same) and other.scene is self.scene
-
-    def __hash__(self) -> int:
-        return id(self.scene)
-
-
-# A page asks for the same rows hundreds of times, scene by scene.
-@lru_cache(maxsize=4)
-def _solved_by_method(key: _Same) -> dict[str, pd.DataFrame]:
-    rows = solved(key.scene)
+@once
+def _solved_by_method(scene: SceneRecord) -> dict[str, pd.DataFrame]:
+    rows = solved(scene)
     names = np.array(texts(rows, "method"), dtype=object)
     return {name: rows[names == name] for name in dict.fromkeys(names)}
 
@@ -125,6 +112,7 @@ def resolutions(scene: SceneRecord, method: str) -> list[float]:
     return sorted(set(column(solved_rows(scene, method), "resolution")))
 
 
+@once
 def curve(scene: SceneRecord, method: str, resolution: float | None = None) -> pd.DataFrame:
     """Return one row per load step: ensemble means, or the only realisation; finest by default.
 
@@ -143,6 +131,7 @@ def curve(scene: SceneRecord, method: str, resolution: float | None = None) -> p
     return rows[[name == chosen for name in names]].sort_values("step")
 
 
+@once
 def realisations(scene: SceneRecord, method: str, resolution: float) -> pd.DataFrame:
     """Return the single realisations of an ensemble (empty where there is one surface only)."""
     rows = solved_rows(scene, method)
@@ -151,6 +140,7 @@ def realisations(scene: SceneRecord, method: str, resolution: float) -> pd.DataF
     return single if len(set(texts(single, "realisation"))) > 1 else single.iloc[:0]
 
 
+@once
 def failures(scene: SceneRecord) -> list[Failure]:
     """Return the planned solves that were lost (methods that cannot do the scene are none)."""
     rows = scene.rows[~converged(scene.rows)]

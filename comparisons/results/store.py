@@ -16,10 +16,11 @@ from __future__ import annotations
 
 import json
 import tomllib
+from collections.abc import Callable
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, wraps
 from pathlib import Path
-from typing import Any
+from typing import Any, ParamSpec, TypeVar
 
 import numpy as np
 import pandas as pd
@@ -52,9 +53,36 @@ _AS_WRITTEN: dict[str, Any] = {
 }
 
 
-@dataclass(frozen=True)
+P = ParamSpec("P")
+T = TypeVar("T")
+
+
+def once(function: Callable[P, T]) -> Callable[P, T]:
+    """Evaluate a function of a record, and of plain values, once per record and values.
+
+    A page and a terminal ask for the same verdicts hundreds of times. What was answered lives as
+    long as the record; callers do not change it.
+    """
+
+    @wraps(function)
+    def kept(*args: P.args, **more: P.kwargs) -> T:
+        record, *values = args
+        answers = vars(record).setdefault("_answers", {})
+        key = (function, *values, *more.items())
+        if key not in answers:
+            answers[key] = function(*args, **more)
+        answer: T = answers[key]
+        return answer
+
+    return kept
+
+
+@dataclass(frozen=True, eq=False)
 class SceneRecord:
     """The results of a study for one scene.
+
+    A record is equal to itself only, and does not change: what is derived from it is kept with it
+    (`once`).
 
     Attributes
     ----------

@@ -6,7 +6,8 @@ The parts common to all pages (embedding, escaping, scripts) are in `reports.pag
 from __future__ import annotations
 
 from collections import Counter
-from dataclasses import dataclass
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -127,23 +128,28 @@ def _shown_quantities(views: list[SceneView]) -> list[str]:
 
 
 def _views(record: StudyRecord, with_pictures: bool) -> list[SceneView]:
-    if with_pictures:
-        images = pictures.draw(record.scenes)
-    else:
-        images = [pictures.Picture(note="Pictures are switched off.")] * len(record.scenes)
-    return [
-        _view(scene, f"scene-{number}", image)
-        for number, (scene, image) in enumerate(zip(record.scenes, images, strict=True), start=1)
-    ]
+    off = [pictures.Picture(note="Pictures are switched off.")] * len(record.scenes)
+    # Rendering waits for a process of its own, and the plots need not wait for it.
+    with ThreadPoolExecutor(1) as beside:
+        images = beside.submit(pictures.draw, record.scenes) if with_pictures else None
+        views = [
+            _view(scene, f"scene-{number}") for number, scene in enumerate(record.scenes, start=1)
+        ]
+        drawn = off if images is None else images.result()
+    return [_with_picture(view, image) for view, image in zip(views, drawn, strict=True)]
 
 
-def _view(scene: SceneRecord, anchor: str, picture: pictures.Picture) -> SceneView:
+def _with_picture(view: SceneView, picture: pictures.Picture) -> SceneView:
+    if view.figures["model"] and picture.note == pictures.NOTHING:
+        return view  # the model's own figure is picture enough
+    return replace(view, picture=picture)
+
+
+def _view(scene: SceneRecord, anchor: str) -> SceneView:
     judged = {name: verdicts(scene, name) for name in judged_methods(scene)}
     decided = next(iter(judged.values()))
     reduced = model.reduced_picture(scene)
     advice = advise(scene)
-    if reduced and picture.note == pictures.NOTHING:
-        picture = pictures.Picture()  # the model's own figure is picture enough
     return SceneView(
         record=scene,
         anchor=anchor,
@@ -164,7 +170,7 @@ def _view(scene: SceneRecord, anchor: str, picture: pictures.Picture) -> SceneVi
             "pressure": pressure.pressures(scene),
             "speed": speed.speed(scene),
         },
-        picture=picture,
+        picture=pictures.Picture(),
         summary=summary(scene, decided, advice),
         loads=load_slider.slider_steps(scene),
         settings=tables.settings(scene),

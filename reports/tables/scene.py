@@ -11,7 +11,7 @@ from comparisons import formatting as fmt
 from comparisons.facts.quantities import counterpart, quantity
 from comparisons.results import selection
 from comparisons.results.decisions import equal_at
-from comparisons.results.store import SceneRecord
+from comparisons.results.store import SceneRecord, once
 from reports.plots.style import look
 from reports.tables import cells
 from reports.tables.table import Cell, Head, Table
@@ -62,10 +62,31 @@ def _settings(scene: SceneRecord, measures: pd.DataFrame, pairs: list[tuple[str,
         label = quantity(name).label
         suffix = f", equal {quantity(at).label}" if names.count(name) > 1 else ""
         heads.append(Head(f"error of {label}{suffix}", "uncertainty", short=label))
-    rows = (_setting_row(scene, *setting, measures, pairs) for setting in _all_settings(scene))
+    errors = _errors_by_setting(measures)
+    rows = (
+        _setting_row(scene, *setting, [errors.get((*setting, *pair)) for pair in pairs])
+        for setting in _all_settings(scene)
+    )
     return Table(tuple(heads), tuple(rows))
 
 
+def _errors_by_setting(
+    measures: pd.DataFrame,
+) -> dict[tuple[str, float, str, str], tuple[float, float]]:
+    """Return (method, resolution, quantity, at) -> the largest error and its bar."""
+    names = (selection.texts(measures, key) for key in ("quantity", "at"))
+    settings = zip(
+        selection.texts(measures, "method"),
+        selection.column(measures, "resolution"),
+        *names,
+        strict=True,
+    )
+    numbers = (selection.column(measures, key) for key in ("maximum", "uncertainty"))
+    pairs = list(zip(settings, zip(*numbers, strict=True), strict=True))
+    return dict(reversed(pairs))  # the first of several rows counts
+
+
+@once
 def _all_settings(scene: SceneRecord) -> list[tuple[str, float]]:
     refused = selection.unsupported(scene)
     names = selection.texts(scene.rows, "method")
@@ -83,8 +104,7 @@ def _setting_row(
     scene: SceneRecord,
     method: str,
     level: float,
-    measures: pd.DataFrame,
-    pairs: list[tuple[str, str]],
+    errors: list[tuple[float, float] | None],
 ) -> tuple[Cell, ...]:
     rows = _rows_of(scene, method, level)
     first = {
@@ -92,8 +112,6 @@ def _setting_row(
         for name in ("unknowns", "seconds", "setup_seconds", "memory")
     }
     truth = selection.is_reference(scene, method, level)
-    mine = measures[measures["method"] == method]
-    mine = mine[selection.column(mine, "resolution") == level]
     return (
         cells.method(method),
         cells.count(level),
@@ -102,19 +120,14 @@ def _setting_row(
         cells.duration(first["setup_seconds"]),
         cells.number(fmt.memory(first["memory"]), first["memory"]),
         _outcome(rows, truth),
-        *(_error_cell(mine, pair, truth) for pair in pairs),
+        *(_error_cell(error, truth) for error in errors),
     )
 
 
-def _error_cell(measures: pd.DataFrame, pair: tuple[str, str], truth: bool) -> Cell:
+def _error_cell(error: tuple[float, float] | None, truth: bool) -> Cell:
     if truth:
         return cells.number("reference", 0.0)
-    at = np.array(selection.texts(measures, "at"))
-    row = measures[(measures["quantity"] == pair[0]) & (at == pair[1])].head(1)
-    error = selection.column(row, "maximum")
-    if not len(error):
-        return cells.NOTHING
-    return cells.error(error[0], selection.column(row, "uncertainty")[0])
+    return cells.NOTHING if error is None else cells.error(*error)
 
 
 def _outcome(rows: pd.DataFrame, truth: bool) -> Cell:
@@ -164,6 +177,7 @@ def _stability_row(scene: SceneRecord, method: str, level: float) -> tuple[Cell,
     )
 
 
+@once
 def _rows_of(scene: SceneRecord, method: str, level: float) -> pd.DataFrame:
     names = np.array(selection.texts(scene.rows, "method"))
     return scene.rows[(names == method) & (selection.column(scene.rows, "resolution") == level)]
