@@ -3,8 +3,8 @@
     *SURFACE, NAME=top, TYPE=ELEMENT
     _top_S2, S2
 
-(Abaqus Analysis User's Guide, "Element-based surface definition"). Abaqus/CAE writes them with
-such sets of its own. Surfaces that name elements by number are left out.
+(Abaqus Analysis User's Guide, "Element-based surface definition"). Abaqus/CAE writes surfaces with
+such generated sets. Surfaces that list element numbers are skipped.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ FACES = {
 
 
 class Surface(NamedTuple):
-    """Corners (k, 3 or 4) of its faces, or its nodes, as numbers of points of the file."""
+    """The corners (k, 3 or 4) of its faces, or its nodes, as point numbers of the file."""
 
     name: str
     corners: np.ndarray
@@ -39,7 +39,7 @@ class Surface(NamedTuple):
 
 
 def surfaces(path: Path, raw: meshio.Mesh) -> Iterator[Surface]:
-    """Yield the surfaces of an Abaqus file whose mesh and sets meshio has read."""
+    """Yield the surfaces of an Abaqus file; meshio has read its mesh and sets."""
     if path.suffix.lower() != ".inp":
         return
     for name, kind, rows in _definitions(path.read_text(encoding="utf-8", errors="replace")):
@@ -53,7 +53,7 @@ def surfaces(path: Path, raw: meshio.Mesh) -> Iterator[Surface]:
 
 
 def _definitions(text: str) -> Iterator[tuple[str, str, list[list[str]]]]:
-    """Yield name, type and data lines of every *SURFACE."""
+    """Yield the name, type and data lines of every *SURFACE."""
     keyword, rows = "", []
     for line in [*text.splitlines(), "*END"]:
         if line.startswith("**") or not line.strip():
@@ -79,7 +79,7 @@ def _nodes(raw: meshio.Mesh, chosen: str) -> np.ndarray | None:
 
 
 def _corners(raw: meshio.Mesh, chosen: str, face: str = "") -> np.ndarray | None:
-    """Return the corners of one face of all elements of a set, or None where that is no set."""
+    """Return the corners of one face of all elements of a set, or None if there is no such set."""
     sets = {key.upper(): value for key, value in raw.cell_sets.items()}
     if chosen.upper() not in sets:
         return None

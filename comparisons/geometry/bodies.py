@@ -1,8 +1,8 @@
-"""A user's body made ready for contact: read, checked, turned towards the indenter.
+"""Preparation of a user's body for contact: reading, checks, rotation to the contact frame.
 
 In the frame of the contact z points into the body, x and y are the two other axes of the file in
 alphabetical order, and the origin is where the indenter's axis meets the highest point of the
-contact surface. (That frame may be left-handed; isotropic elasticity does not mind.)
+contact surface. (This frame may be left-handed, which does not affect isotropic elasticity.)
 """
 
 from __future__ import annotations
@@ -21,19 +21,19 @@ from comparisons.scene.scene import Scene, SceneError
 from reference.fem.solid_mesh import SolidMesh
 from reference.fem.supported_body import contact_nodes, free_motions
 
-# Contact is linearised about the direction of the indenter: at this slope its normal is off by
-# 30 degrees, and forces along it by a seventh.
+# Contact is linearised about the direction of the indenter: at this slope the surface normal
+# deviates by 30 degrees, and forces along it by one seventh.
 STEEPEST = np.cos(np.radians(30.0))
-# A height variation this small, over the width of the surface, is none.
+# A surface with a smaller ratio of height variation to width counts as plane.
 FLAT = 1e-6
-# How far a face's normal may lean from an axis on a roller, as a sine.
+# Largest angle (as a sine) between an axis and the normal of a face on a roller.
 ALIGNED = 1e-6
 SHOWN_CELLS = 5
 
 
 @dataclass(frozen=True, eq=False)
 class Support:
-    """Displacement components that are zero on faces (k, 2), or at nodes that no face has."""
+    """Displacement components that are zero on faces (k, 2), or at nodes outside all faces."""
 
     faces: np.ndarray
     nodes: np.ndarray
@@ -47,13 +47,13 @@ class BodyGeometry(IndenterGeometry):
     Attributes
     ----------
     solid : SolidMesh
-        In metres, in the frame of the contact.
+        The mesh in metres, in the contact frame.
     surface : (k, 2)
-        Faces that may touch.
+        Faces of the potential contact surface.
     supports : tuple of Support
     symmetric_parts : int
     origin, axes : (3,), (3, 3)
-        The frame: coordinates in it are ``axes @ (p - origin)``.
+        The contact frame: a point p of the file has the coordinates ``axes @ (p - origin)``.
     """
 
     solid: SolidMesh
@@ -65,13 +65,13 @@ class BodyGeometry(IndenterGeometry):
 
     @property
     def flat_surface(self) -> bool:
-        """Whether the contact surface is a plane across the indenter's axis."""
+        """Whether the contact surface is a plane perpendicular to the indenter's axis."""
         points = self.solid.points[self.solid.nodes_of(self.surface)]
         return bool(np.ptp(points[:, 2]) <= FLAT * np.ptp(points[:, :2]))
 
     @property
     def digest(self) -> str:
-        """What identifies the mesh beside the scene's text."""
+        """Identifier of the mesh, in addition to the text of the scene."""
         state = hashlib.sha256(super().digest.encode())
         arrays = [self.solid.points, self.solid.cells, self.surface]
         arrays += [array for s in self.supports for array in (s.faces, s.nodes)]
@@ -82,7 +82,7 @@ class BodyGeometry(IndenterGeometry):
     def fixed_components(
         self, mesh: SolidMesh, numbers: np.ndarray, faces: list[np.ndarray]
     ) -> np.ndarray:
-        """Return the components (n, 3) held on a refined mesh, from its numbers and faces."""
+        """Return which displacement components (n, 3) are zero on a refined mesh."""
         fixed = np.zeros(mesh.points.shape, dtype=bool)
         for support, surface_faces in zip(self.supports, faces, strict=True):
             nodes = np.concatenate([numbers[support.nodes], mesh.nodes_of(surface_faces)]).astype(
@@ -99,12 +99,12 @@ def with_body(scene: Scene, contact: IndenterGeometry) -> BodyGeometry:
     ----------
     scene : Scene
     contact : IndenterGeometry
-        The indenter, with its contact on a half-space of the same moduli.
+        The indenter, with its contact on a half-space of the same elastic constants.
 
     Raises
     ------
     SceneError
-        Listing everything that is wrong with the file and its names.
+        Lists everything that is wrong with the file and its named parts.
     """
     table = scene.body
     assert table is not None
@@ -146,7 +146,7 @@ def _geometry(table: Body, read: BodyFile, contact: IndenterGeometry) -> BodyGeo
 
 
 def _axes(direction: str) -> np.ndarray:
-    """Rows: the two axes across the indenter's direction in alphabetical order, the direction."""
+    """Return as rows the two transverse axes (alphabetical order) and the indenter's direction."""
     along = AXES.index(direction[1])
     rows = [np.eye(3)[k] for k in range(3) if k != along]
     return np.array([*rows, (1.0 if direction[0] == "+" else -1.0) * np.eye(3)[along]])
@@ -173,7 +173,7 @@ def _unknown(name: str, read: BodyFile) -> str:
 
 
 def _contact_surface(table: Body, read: BodyFile, axes: np.ndarray) -> tuple[np.ndarray, list[str]]:
-    """Return the faces that may touch, and what is wrong with them."""
+    """Return the faces of the potential contact surface, and the problems with them."""
     name = table.contact_surface
     part = read.parts.get(name)
     if part is None:
@@ -203,7 +203,7 @@ def _contact_surface(table: Body, read: BodyFile, axes: np.ndarray) -> tuple[np.
 
 
 def _origin(table: Body, mesh: SolidMesh, surface: np.ndarray) -> tuple[np.ndarray, list[str]]:
-    """Return where the indenter's axis meets the top of the surface, in turned coordinates."""
+    """Return where the indenter's axis meets the top of the surface, in rotated coordinates."""
     points = mesh.points[mesh.nodes_of(surface)]
     low, high = points[:, :2].min(axis=0), points[:, :2].max(axis=0)
     if table.position is None:
@@ -232,7 +232,7 @@ def _support(
     name: str,
     problems: list[str],
 ) -> Support:
-    """Return a support in the frame of the contact; what is wrong joins the problems."""
+    """Return a support in the contact frame; errors are appended to the problems."""
     if constraint != "roller":
         turned = [int(np.abs(axes[:, AXES.index(axis)]).argmax()) for axis in constraint]
         return Support(part.faces, part.nodes, tuple(sorted(turned)))
@@ -255,7 +255,7 @@ def _check_supports(geometry: BodyGeometry) -> None:
     fixed = geometry.fixed_components(mesh, same, [support.faces for support in geometry.supports])
     free = free_motions(mesh.points, fixed)
     if free:
-        # The axes are those of the contact: name them as the file does.
+        # The motions are in the contact frame; the message names the axes of the file.
         letters = [AXES[int(np.abs(row).argmax())] for row in geometry.axes]
         motions = [motion[:-1] + letters[AXES.index(motion[-1])] for motion in free]
         problems.append(

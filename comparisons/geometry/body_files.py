@@ -1,7 +1,7 @@
-"""Meshes of users' bodies, read through meshio: the cells, and what has a name.
+"""Meshes of users' bodies, read by meshio: cells and named parts.
 
-Names come from Gmsh's physical groups, Abaqus' node and element sets and surfaces, and from arrays
-of VTU files (where they are not zero).
+Named parts are Gmsh's physical groups, Abaqus' node sets, element sets and surfaces, and the
+non-zero entries of arrays in VTU files.
 """
 
 from __future__ import annotations
@@ -35,7 +35,7 @@ class BodyError(InputError):
 
 @dataclass(frozen=True, eq=False)
 class NamedPart:
-    """What a name stands for: faces (k, 2) of the mesh, and nodes beside or on them."""
+    """A named part: faces (k, 2) of the mesh, and nodes on or beside them."""
 
     faces: np.ndarray
     nodes: np.ndarray
@@ -44,19 +44,19 @@ class NamedPart:
 
 @dataclass(frozen=True, eq=False)
 class BodyFile:
-    """The mesh in the file's own coordinates and unit, and its named parts."""
+    """The mesh in the coordinates and unit of the file, with its named parts."""
 
     mesh: SolidMesh
     parts: dict[str, NamedPart]
 
 
 def read_body(path: Path) -> BodyFile:
-    """Read a mesh and its names.
+    """Read a mesh and its named parts.
 
     Raises
     ------
     BodyError
-        If the file cannot be read, or its cells are not of one supported kind.
+        If the file cannot be read, or its cells are not all of one supported type.
     """
     if not path.is_file():
         raise BodyError([f"file: expected a mesh, got {str(path)!r}, which is no file"])
@@ -95,7 +95,7 @@ def _size_problems(path: Path) -> list[str]:
 
 
 def _beside(path: Path) -> list[Path]:
-    """Return the files in which an XDMF keeps its arrays: ``NAME.h5:/...``."""
+    """Return the files with the arrays of an XDMF file: ``NAME.h5:/...``."""
     if path.suffix.lower() not in (".xdmf", ".xmf"):
         return []
     text = path.read_text(encoding="utf-8", errors="replace")
@@ -104,7 +104,7 @@ def _beside(path: Path) -> list[Path]:
 
 
 def _read(path: Path) -> meshio.Mesh:
-    """Read with meshio, which prints, and ends the program where it fails."""
+    """Read with meshio, which prints messages and exits the program on failure."""
     try:
         with quiet() as output:
             return meshio.read(path)
@@ -120,7 +120,7 @@ def _read(path: Path) -> meshio.Mesh:
 def _parts(
     raw: meshio.Mesh, mesh: SolidMesh, numbers: np.ndarray
 ) -> Iterator[tuple[str, NamedPart]]:
-    """Yield every name with its part; a later name of the same text wins."""
+    """Yield all names with their parts; of equal names the last counts."""
     for name, mask in raw.point_data.items():
         if mask.ndim == 1 and np.isfinite(mask).all():
             yield name, _node_part(mesh, numbers, np.flatnonzero(mask))
@@ -131,7 +131,7 @@ def _parts(
 
 
 def _cell_groups(raw: meshio.Mesh) -> Iterator[tuple[str, list[np.ndarray]]]:
-    """Yield names of cells with, for each block of cells, which of them are meant."""
+    """Yield the names of cell groups, with the selected cells of every block."""
     empty = np.zeros(0, dtype=np.int64)
     for name, blocks in raw.cell_data.items():
         if name.startswith("gmsh:") or any(np.ndim(block) != 1 for block in blocks):
@@ -159,7 +159,7 @@ def _cell_groups(raw: meshio.Mesh) -> Iterator[tuple[str, list[np.ndarray]]]:
 
 
 def _node_part(mesh: SolidMesh, numbers: np.ndarray, nodes: np.ndarray) -> NamedPart:
-    """Faces all of whose corners are named, and the nodes."""
+    """Return the named nodes, and the faces with all corners among them."""
     nodes = numbers[nodes]
     inside = np.zeros(len(mesh.points), dtype=bool)
     inside[nodes[nodes >= 0]] = True
@@ -169,7 +169,7 @@ def _node_part(mesh: SolidMesh, numbers: np.ndarray, nodes: np.ndarray) -> Named
 def _cell_part(
     raw: meshio.Mesh, mesh: SolidMesh, numbers: np.ndarray, chosen: list[np.ndarray]
 ) -> NamedPart:
-    """Faces under named triangles and quadrilaterals; lines and vertices name nodes."""
+    """Return faces of named triangles and quadrilaterals, and nodes of lines and vertices."""
     faces, nodes, inside = [np.zeros((0, 2), np.int64)], [np.zeros(0, np.int64)], 0
     for block, indices in zip(raw.cells, chosen, strict=True):
         if block.dim == 3 or not len(indices):

@@ -1,7 +1,7 @@
-"""How large the contact of a scene with physics becomes: what grids and meshes are laid out for.
+"""Estimates of the largest contact in scenes with physics, which size grids and meshes.
 
-Nothing here is a result. The estimates are those of independent springs with the softest modulus
-that the material shows, in a millisecond.
+The estimates are not results. They use independent springs with the lowest modulus of the material,
+and take a millisecond.
 """
 
 from __future__ import annotations
@@ -20,21 +20,22 @@ from reduced.springs.line import Springs
 if TYPE_CHECKING:
     from comparisons.scene.scene import Scene
 
-# Radii and depths are looked for between the characteristic length of a shape and these shares.
+# Contact radii and penetrations are sought between these fractions and the characteristic length of
+# a shape.
 SMALLEST, LARGEST = 1e-9, 1e6
-# Impacts of a list that are estimated one by one.
+# Number of impacts in a list that are estimated individually.
 IMPACTS = 12
 
 
 def largest_contact(
     scene: Scene, profile: equivalents.Profile, loads: AbsoluteLoads
 ) -> tuple[float, float]:
-    """Return penetration and contact radius of the largest contact in a scene.
+    """Return the penetration and contact radius of the largest contact in a scene.
 
     Raises
     ------
     ValueError, RuntimeError, ArithmeticError
-        If the shape cannot reach it, or nothing touches.
+        If the shape cannot reach this contact, or there is no contact.
     """
     if scene.dynamics is not None and loads.control != "force":
         speed = max(scene.dynamics.velocity.values)
@@ -51,7 +52,7 @@ def largest_contact(
         modulus = 2.0 * softest / (1.0 - scene.poisson_ratio)
     largest = float(normal.values.max())
     if largest <= 0:
-        raise ValueError("expected a load above zero somewhere")
+        raise ValueError("expected at least one positive load")
     contact = indent(Springs(profile, modulus), Load(normal.control, largest))
     return float(contact.penetration[0]), float(contact.contact_radius[0])
 
@@ -59,9 +60,9 @@ def largest_contact(
 def impact_contacts(
     scene: Scene, profile: equivalents.Profile, velocities: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return penetration and contact radius of the impact at each velocity, increasing.
+    """Return the penetrations and contact radii of impacts at increasing velocities.
 
-    Some velocities are estimated, those between them as powers.
+    Some velocities are estimated; between them, power laws interpolate.
     """
     assert scene.dynamics is not None
     few = velocities[np.unique(np.linspace(0, velocities.size - 1, IMPACTS).round().astype(int))]
@@ -82,14 +83,14 @@ def _adhering(
     radius = profile.length * np.geomspace(SMALLEST, LARGEST, 4000)
     radius = np.append(radius[radius < profile.edge], min(profile.edge, radius[-1]))
     load = float(loads.values.max())
-    with np.errstate(invalid="ignore"):  # a shape may end: its height is infinite from there on
+    with np.errstate(invalid="ignore"):  # beyond the edge of a shape its height is infinite
         height = np.asarray(profile.height(radius), dtype=float)
         trapezia = 0.5 * (height[1:] + height[:-1]) * np.diff(radius)
         below = np.concatenate([[0.0], np.cumsum(trapezia)])
         depth = height - pull * np.sqrt(radius)
         force = 2 * modulus * (radius * depth - below)
         within = np.flatnonzero((depth if loads.control == "penetration" else force) <= load)
-    # Where every contact carries more, the load is beyond pull-off: the smallest one counts.
+    # If every contact carries more, the load is beyond pull-off, and the smallest contact counts.
     widest = within[-1] if len(within) else 0
     a = float(radius[widest])
     reached = load if loads.control == "penetration" else 0.5 * load / (modulus * a)

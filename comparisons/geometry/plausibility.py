@@ -1,8 +1,8 @@
-"""Whether a scene is one of contact mechanics at all, or has a number without its unit.
+"""Plausibility of a scene: units, and the limits of linear contact mechanics.
 
-`youngs_modulus = 210` are 210 Pa, and a model within 1 % of a solver that is asked the same is no
-help: both hold for small slopes only. The plan, the terminal and the report question what leaves
-them. Roughness has its own limits, see `comparisons.geometry.roughness`.
+`youngs_modulus = 210` means 210 Pa, and a reduced model that agrees with a 3-D solver to 1 % proves
+nothing if the slopes are large, because both assume small slopes. The plan, the terminal and the
+report therefore question implausible values. For roughness see `comparisons.geometry.roughness`.
 """
 
 from __future__ import annotations
@@ -11,19 +11,19 @@ from comparisons.formatting import number, with_unit
 from comparisons.geometry.prepare import Geometry, IndenterGeometry
 from comparisons.scene.scene import Scene
 
-# How a note begins that the terminal repeats after a run: the reader has something to check.
+# First word of notes that ask the reader to check something; the terminal repeats them after a run.
 CHECK = "check the "
-# E* of the softest gels that are pressed, and above that of diamond on diamond.
+# E* below the softest gels in indentation tests, and above diamond on diamond.
 SOFTEST, STIFFEST = 1e3, 2e12
-# Penetration over contact radius: a/R of a paraboloid, the mean slope of a body where it touches.
-# At 0.3 a parabola misses its ball by 2 % of the depth, and strains are some 0.2 x 0.3.
+# Penetration over contact radius: a/R of a paraboloid, the mean slope of a body in the contact. At
+# 0.3 a paraboloid differs from a ball by 2 % of the penetration, and strains are about 0.2 x 0.3.
 STEEPEST = 0.3
-# Nothing elastic is pressed in deeper than the contact is wide.
+# No elastic contact is deeper than wide.
 DEEPEST = 2.0
 
 
 def scene_notes(scene: Scene, geometry: Geometry) -> list[str]:
-    """Return what is to be checked in a scene: units, and whether slopes are small."""
+    """Return notes on doubtful units and large slopes in a scene."""
     doubts, slopes = _of_modulus(scene.effective_modulus), []
     if isinstance(geometry, IndenterGeometry):
         depth, radius = geometry.penetration, geometry.contact_radius

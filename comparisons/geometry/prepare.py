@@ -1,8 +1,8 @@
-"""Prepared geometry: what every method is given, made once per scene.
+"""Prepared geometry, the common input of all methods, computed once per scene.
 
-A smooth scene becomes an `IndenterGeometry` (the shape, and how far the contact will reach); a
-rough one a `RoughGeometry` (the heights of any realisation at any number of points). Loads that
-a scene gives relative to its roughness become absolute here, so all methods get the same force.
+A smooth scene becomes an `IndenterGeometry` (the shape, and estimates of the contact size); a
+rough one a `RoughGeometry` (the heights of any realisation at any number of points). Loads relative
+to the roughness are converted to absolute loads here, so that all methods apply the same force.
 """
 
 from __future__ import annotations
@@ -32,10 +32,10 @@ from reference.closed_form import sphere
 
 @dataclass(frozen=True)
 class IndenterGeometry:
-    """A rigid indenter, with an estimate of the largest contact and of the contact at each load.
+    """A rigid indenter, with estimates of the largest contact and of the contact at every load.
 
-    The estimates come from the reduced model, in a millisecond; they only size grids and meshes.
-    NaN where there is none, for the reason in `unreached` (load step -> why).
+    The estimates come from the reduced model within a millisecond and only size grids and meshes.
+    NaN marks a missing estimate; `unreached` (load step -> reason) explains it.
     """
 
     indenter: Indenter
@@ -53,7 +53,7 @@ class IndenterGeometry:
 
     @property
     def digest(self) -> str:
-        """What identifies the geometry beside the scene's text: nothing more."""
+        """Identifier of the geometry in addition to the scene's text: empty."""
         return ""
 
 
@@ -76,24 +76,25 @@ class RoughGeometry:
     def heights(self, realisation: int, resolution: int) -> np.ndarray:
         """Return the surface with `resolution` points along x.
 
-        A multiple of the surface's own points interpolates, so that a finer grid solves the same
-        surface better. A fraction takes every second, fourth, ... point.
+        A multiple of the original number of points interpolates, so that a finer grid resolves the
+        same surface better. A fraction takes every second, fourth, ... point.
 
         - A periodic surface, synthetic or measured, is the band-limited function through its
-          points (`surfaces.refine`). Where a period is cut makes no difference, so the points need
-          not be centres of the cells that they stood for: the finer grid keeps them, and with them
-          the highest one, which the penetration is counted from. The reduced model's line comes
-          from the Fourier modes of the same function.
-        - A synthetic patch likewise: its Fourier modes are known.
-        - A measured patch by cubic splines through its points as cell centres, its own mirror
-          image beyond the sides.
+          points (`surfaces.refine`). The origin of the period is arbitrary, so the points need not
+          be centres of the original cells: the finer grid keeps them, including the highest one,
+          from which the penetration is measured. The line of the reduced model uses the Fourier
+          modes of the same function.
+        - A synthetic patch likewise, as its Fourier modes are known.
+        - A measured patch is interpolated by cubic splines through its points as cell centres, with
+          its mirror image beyond the sides.
 
-        Measured on 5(cos x + cos y) nm, 32 x 32 points, 640 nm, E* = 100 GPa, 10 uN: penetration
-        1.1946 nm from 512 x 512 points of the function itself, 1.1948 from the Fourier grid of
-        128 x 128, 1.1914 from splines that wrap (their cells miss the top), 1.1914 to 1.2108 from
-        splines that mirror. A self-affine surface whose shortest wave takes two (four) points is
-        missed by 0.2 % of its rms height (nothing), by splines 2 % (0.08 %). Steep walls ring:
-        beside a step by 14 % of it (splines 11 %), eight points on by 3 % (nothing).
+        Example: 5(cos x + cos y) nm, 32 x 32 points, 640 nm, E* = 100 GPa, 10 uN. The penetration
+        is 1.1946 nm with 512 x 512 points of the exact function, 1.1948 nm with the Fourier grid of
+        128 x 128, 1.1914 nm with periodic splines (their cells miss the top), and 1.1914 to 1.2108
+        nm with mirrored splines. For a self-affine surface with two (four) points per shortest
+        wave, the error is 0.2 % of the rms height (zero), and with splines 2 % (0.08 %). Steep
+        walls overshoot: by 14 % of a step beside it (splines 11 %), and by 3 % eight points away
+        (splines zero).
         """
         key = (realisation, resolution)
         if key not in self._grids:
@@ -101,7 +102,7 @@ class RoughGeometry:
         return self._grids[key]
 
     def forget(self) -> None:
-        """Drop the heights kept since they were first asked for."""
+        """Drop the cached heights."""
         self._grids.clear()
 
     def _make(self, realisation: int, resolution: int) -> np.ndarray:
@@ -129,7 +130,7 @@ class RoughGeometry:
         )
 
     def spacing(self, heights: np.ndarray) -> tuple[float, float]:
-        """Return the size of a cell of a height map on this surface."""
+        """Return the cell size of a height map on this surface, in metres."""
         return _spacing(self.size, heights)
 
     @property
@@ -139,7 +140,7 @@ class RoughGeometry:
 
     @cached_property
     def digest(self) -> str:
-        """What identifies the geometry beside the scene's text: the map as it was read."""
+        """Identifier of the geometry in addition to the scene's text: the map as read."""
         if self.measured is None:
             return ""
         frame = np.array([*self.size, *self.points])
@@ -176,14 +177,14 @@ def prepare(scene: Scene) -> tuple[Geometry, AbsoluteLoads]:
 
 
 def indenter_geometry(scene: Scene, loads: AbsoluteLoads) -> IndenterGeometry:
-    """Prepare the geometry of a scene without a rough surface, for some of its loads.
+    """Prepare the geometry of a scene without a rough surface for some of the loads.
 
     Raises
     ------
     SceneError
         If a load is beyond the shape.
     """
-    if scene.indenter is None:  # a [body] under a rigid plane: no half-space to estimate from
+    if scene.indenter is None:  # a [body] under a rigid plane: no half-space for an estimate
         return IndenterGeometry(RigidPlane(), np.nan, np.nan)
     estimate = _largest_estimate if scene.physics else _press_estimate
     return estimate(scene, loads)
@@ -204,7 +205,7 @@ def _synthetic(scene: Scene, surface: SelfAffine) -> RoughGeometry:
     slope = surface.rms_slope
     if slope is None:
         slope = surfaces.rms_gradient_spectral(heights, _spacing(surface.size, heights))
-    height = float(heights.std())  # the same for every realisation: only phases are random
+    height = float(heights.std())  # equal for all realisations, as only phases are random
     return RoughGeometry(
         surface.size, surface.points, surface.periodic, slope, height, recipe=surface
     )
@@ -217,11 +218,11 @@ def _measured(scene: Scene, surface: MeasuredMap) -> RoughGeometry:
         causes = getattr(error, "problems", [str(error)])
         problems = [f"surface.file: {surface.file}: {cause}" for cause in causes]
         raise SceneError(scene.name, problems) from error
-    except Exception as error:  # readers of instrument files raise whatever they stumble over
+    except Exception as error:  # readers of instrument files raise arbitrary exceptions
         cause = f"not a readable map ({type(error).__name__}: {error})"
         problem = f"surface.file: {surface.file}: {cause}"
         raise SceneError(scene.name, [problem]) from error
-    # Of a periodic map the gradient of the band-limited function that all methods solve.
+    # For periodic maps, the gradient of the band-limited function that all methods use.
     gradient = (
         surfaces.rms_gradient_spectral if result.periodic else surfaces.rms_gradient_differences
     )
@@ -237,7 +238,7 @@ def _measured(scene: Scene, surface: MeasuredMap) -> RoughGeometry:
 
 
 def equivalent_profile(indenter: Indenter) -> equivalents.Profile:
-    """Return the reduced model's profile of an indenter, by the rule that the chapter uses.
+    """Return the reduced model's profile of an indenter by the rule of the chapter.
 
     Exact (MDR) for axisymmetric shapes, the Gaussian radius for ellipsoids, and
     D = (4 A / pi)^(1/2) for flat punches of any outline.
@@ -245,7 +246,7 @@ def equivalent_profile(indenter: Indenter) -> equivalents.Profile:
     Raises
     ------
     ValueError
-        If `reduced.profiles.equivalents` has none for the shape.
+        If `reduced.profiles.equivalents` has no profile for the shape.
     """
     if isinstance(indenter, Profile):
         r, f = np.array(indenter.r), np.array(indenter.f)
@@ -259,13 +260,13 @@ def equivalent_profile(indenter: Indenter) -> equivalents.Profile:
 
 
 def _largest_estimate(scene: Scene, loads: AbsoluteLoads) -> IndenterGeometry:
-    """Estimate the largest contact of a scene with physics; of single steps only impacts."""
+    """Estimate the largest contact of a scene with physics; for impacts, also every step."""
     assert scene.indenter is not None
     try:
         profile = equivalent_profile(scene.indenter)
         depth, radius = largest_contact(scene, profile, loads)
         if not 0 < radius < np.inf:
-            raise ValueError("nothing touches at any of the loads")
+            raise ValueError("no contact at any of the loads")
         if loads.control != "velocity":
             return IndenterGeometry(scene.indenter, depth, radius)
         depths, radii = impact_contacts(scene, profile, loads.values)
@@ -276,7 +277,7 @@ def _largest_estimate(scene: Scene, loads: AbsoluteLoads) -> IndenterGeometry:
     )
 
 
-# Estimates of one line of springs are used down to this share of its largest contact radius.
+# Estimates from one line of springs are used down to this fraction of its largest contact radius.
 COARSEST_SHARE = 1 / 8
 
 
@@ -291,7 +292,7 @@ def _press_estimate(scene: Scene, loads: AbsoluteLoads) -> IndenterGeometry:
         if len(estimates.unreached) == len(depth):
             raise ValueError(estimates.unreached[0])
         if isinstance(scene.indenter, Sphere):
-            # Springs have no limit; the closed form raises where the contact would reach R.
+            # Springs have no limit; the closed form raises if the contact would reach R.
             closed = sphere(scene.indenter.radius, scene.effective_modulus)
             closed.force(depth[np.isfinite(depth)])
     except (ValueError, RuntimeError, ArithmeticError) as error:
@@ -309,7 +310,7 @@ def _press_estimate(scene: Scene, loads: AbsoluteLoads) -> IndenterGeometry:
 
 @dataclass(frozen=True)
 class _Estimates:
-    """Depth and contact radius at each load, NaN where there is no estimate; then why."""
+    """Penetration and contact radius at every load (NaN if unknown), with the reasons."""
 
     depth: np.ndarray
     radius: np.ndarray
@@ -322,10 +323,10 @@ class _Estimates:
     def fill(
         self, profile: equivalents.Profile, modulus: float, loads: AbsoluteLoads, first: int = 0
     ) -> None:
-        """Fill in those of loads, the first of them step `first`.
+        """Fill in the estimates of consecutive loads, beginning at step `first`.
 
-        A line of springs fits its largest contact; contacts much smaller get a finer line. Loads
-        that have no estimate are found by halving, so that they take no other with them.
+        A line of springs is sized for its largest contact; much smaller contacts get a finer line.
+        Loads without an estimate are isolated by bisection, so that the others keep theirs.
         """
         values, reason = loads.values, "beyond the range of double precision"
         try:

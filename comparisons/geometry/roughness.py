@@ -1,7 +1,7 @@
-"""How rough a surface is in numbers, and whether they are those of any real surface.
+"""Roughness parameters of a surface, and their plausibility.
 
-A wrong unit changes the slope a thousandfold and no message: the plan and the report state size,
-rms height and rms slope, and question what no profiler or microscope measures.
+A wrong unit changes the slope by a factor of a thousand without any error. The plan and the report
+therefore state size, rms height and rms slope, and question implausible values.
 """
 
 from __future__ import annotations
@@ -10,15 +10,15 @@ from comparisons.formatting import count, number, with_unit
 from comparisons.geometry.plausibility import CHECK
 from comparisons.geometry.prepare import RoughGeometry
 
-# What measured surfaces keep within; beyond, a unit or the size is more likely wrong.
+# Limits of measured surfaces; beyond them, a wrong unit or size is more likely.
 SMALLEST_SIDE, LARGEST_SIDE = 1e-9, 1.0  # metres: a few atoms; larger than any profiler's stage
-LEAST_SLOPE = 1e-6  # superpolished mirrors have some 1e-5
+LEAST_SLOPE = 1e-6  # superpolished mirrors have about 1e-5
 LARGEST_SLOPE = 1.0  # 45 degrees; the half-space itself holds for small slopes
-LARGEST_ASPECT = 10.0  # of a cell: lines of a scan much farther apart than its points
+LARGEST_ASPECT = 10.0  # aspect ratio of a cell: scan lines much farther apart than points
 
 
 def surface_notes(geometry: RoughGeometry) -> list[str]:
-    """Return the size and roughness of a surface in a sentence, and a warning where implausible."""
+    """Return a sentence on size and roughness of a surface, and a warning if implausible."""
     nx, ny = geometry.points
     size = " x ".join(_length(side) for side in geometry.size)
     stated = (
@@ -32,7 +32,7 @@ def surface_notes(geometry: RoughGeometry) -> list[str]:
 
 
 def _doubts(geometry: RoughGeometry) -> list[str]:
-    """Return what no real surface has, in the words of the warning."""
+    """Return the implausible values in the words of the warning."""
     doubts = []
     slope, sides = geometry.rms_slope, geometry.size
     if slope > LARGEST_SLOPE:

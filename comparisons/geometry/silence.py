@@ -1,4 +1,4 @@
-"""Other people's readers warn, log and print about parts of a file that they do not understand."""
+"""Suppression of warnings, logs and output of third-party file readers."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from collections.abc import Iterator
 
 @contextlib.contextmanager
 def quiet() -> Iterator[io.StringIO]:
-    """Silence a reader; what it printed, and logged to nobody, is in the text that is yielded."""
+    """Silence a reader; the yielded text receives its output and unhandled log messages."""
     output = io.StringIO()
     with (
         warnings.catch_warnings(),

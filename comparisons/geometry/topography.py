@@ -1,4 +1,4 @@
-"""Measured maps: read, cropped, oriented, detrended and filled once, for every method the same."""
+"""Reading of measured maps: crop, orientation, trend and undefined points, once for all methods."""
 
 from __future__ import annotations
 
@@ -27,9 +27,9 @@ __all__ = ["Map", "MapError", "read_map"]
 
 Heights = NDArray[np.float64]
 
-# Below this share of undefined points they are interpolated unless the user says otherwise.
+# Default: undefined points are interpolated below this fraction.
 _INTERPOLATED_SHARE = 0.05
-# Sides of a periodic map join if the step across is no more than this many of those inside.
+# Largest step across the sides of a periodic map, relative to the largest step inside.
 _WIDEST_SEAM = 2.0
 
 
@@ -45,13 +45,13 @@ class Map:
     size : tuple of float
         Side lengths (Lx, Ly) in metres; a point stands for a cell of Lx/nx by Ly/ny.
     undefined_fraction : float
-        Share of the points that the file left undefined.
+        Fraction of undefined points in the file.
     treatment : tuple of str
-        What was done, in the order in which it was done.
+        Processing steps in order.
     source : str
         The file.
     periodic : bool
-        Whether the map continues itself, as the caller says.
+        Whether the map is periodic, as the caller states.
     """
 
     heights: Heights
@@ -63,12 +63,12 @@ class Map:
 
     @property
     def spacing(self) -> tuple[float, float]:
-        """Distance of neighbouring points along x and y in metres."""
+        """Distances of neighbouring points along x and y, in metres."""
         return self.size[0] / self.heights.shape[0], self.size[1] / self.heights.shape[1]
 
 
 def read_map(path: Path, surface: MeasuredMap) -> Map:
-    """Read a measured map as a scene's table says: crop, invert, detrend, fill.
+    """Read a measured map as stated in the scene: crop, invert, detrend, fill.
 
     Detrending and interpolation fit and use the defined points only. Inversion comes before the
     filling, so that "lowest" means the points that touch last.
@@ -79,7 +79,7 @@ def read_map(path: Path, surface: MeasuredMap) -> Map:
         .npy, .csv, .txt (numbers only, first index along x), .xyz (lines of x, y, z), or TIFF and
         any format SurfaceTopography reads (optional extra ``topography``).
     surface : MeasuredMap
-        What the file does not state itself, and the treatment. Undefined points are filled by
+        Properties that the file does not state, and the processing. Undefined points are filled by
         harmonic interpolation (which cannot exceed the surrounding heights), by the lowest defined
         height, or are refused; by default they are interpolated below 5 %, and refused above and,
         because a NaN may be a mistake there, in .npy, .csv and .txt.
@@ -91,7 +91,7 @@ def read_map(path: Path, surface: MeasuredMap) -> Map:
     Raises
     ------
     MapError
-        A ValueError that lists everything found wrong with the file and the options.
+        A ValueError that lists all problems of the file and the options.
 
     Examples
     --------
@@ -146,7 +146,7 @@ def read_map(path: Path, surface: MeasuredMap) -> Map:
 
 
 def _option_problems(path: Path, surface: MeasuredMap) -> list[str]:
-    """Return everything wrong with the file's presence, and with options for its format."""
+    """Return the problems of a missing file, and of options that do not fit its format."""
     problems = []
     if not path.is_file():
         problems.append("is a folder" if path.is_dir() else "no such file")
@@ -169,7 +169,7 @@ def _option_problems(path: Path, surface: MeasuredMap) -> list[str]:
 def _fate_of_holes(
     path: Path, file: MapFile, window: Window, heights: Heights, undefined: str | None
 ) -> str:
-    """Decide what happens to undefined points, or raise MapError where nothing may."""
+    """Return the treatment of undefined points; raise MapError if they are not permitted."""
 
     def first(mask: NDArray[np.bool_]) -> str:
         i, j = np.argwhere(mask)[0] + window[:2]
@@ -187,13 +187,13 @@ def _fate_of_holes(
     elif count and undefined is None and not file.holes_marked:
         problems.append(
             f"{count} NaN in the map, the first at index {first(holes)}; {remedy} "
-            "if they are meant as undefined points"
+            "if they mark undefined points"
         )
     elif count and fate == "refuse":
         limit = "" if undefined else f", {100 * _INTERPOLATED_SHARE:.0f} % or more"
         problems.append(
             f"{count} of {heights.size} points ({100 * share:.2f} %{limit}) are undefined, "
-            f"the first at index {first(holes)}; {remedy} to use the map all the same"
+            f"the first at index {first(holes)}; {remedy} to use the map anyway"
         )
     if problems:
         raise MapError(str(path), problems)
@@ -201,11 +201,11 @@ def _fate_of_holes(
 
 
 def _levelled(path: Path, heights: Heights, defined: NDArray[np.bool_], trend: str) -> Heights:
-    """Subtract the trend; raise MapError where no roughness is left."""
+    """Subtract the trend; raise MapError if no roughness remains."""
     magnitude = float(np.max(np.abs(heights), where=defined, initial=0.0))
     heights = subtracted(heights, defined, trend)
     left = np.ptp(heights[defined])
-    # A trend is subtracted to a few roundings of the heights it was read from.
+    # Subtraction of a trend leaves rounding errors of the original heights.
     if left <= 64 * np.finfo(float).eps * magnitude:
         problem = f"the map is flat: no height differs from another (detrend = {trend!r})"
         raise MapError(str(path), [problem])
@@ -232,9 +232,9 @@ def _harmonic_fill(
     """Return the heights of the holes that solve Laplace's equation between their rims.
 
     The five-point scheme keeps the maximum principle: no filled point is higher than the highest,
-    or lower than the lowest point of the rim, so that no contact is invented. At the border of a
-    periodic map the neighbour is the point across; at that of any other map there is no outer
-    neighbour (zero slope across the border).
+    or lower than the lowest point of the rim, so that no spurious contact arises. At the border of
+    a periodic map the outer neighbour is the point on the opposite side; other maps have no outer
+    neighbour (zero normal slope).
     """
     number = np.full(holes.shape, -1)
     number[holes] = np.arange(holes.sum())
@@ -266,10 +266,10 @@ def _harmonic_fill(
 
 
 def _seams(heights: Heights) -> list[str]:
-    """Return a note on each pair of sides that a map called periodic does not join.
+    """Return notes on pairs of sides that do not match although the map is declared periodic.
 
     The step across them (rms over the side) is compared with the largest step between neighbouring
-    lines inside, so that the edge of a groove may lie anywhere.
+    lines inside, so that a groove may end at the border.
     """
     notes = []
     for axis, name in enumerate("xy"):
@@ -277,7 +277,7 @@ def _seams(heights: Heights) -> list[str]:
         *inside, across = np.sqrt(np.mean(steps**2, axis=1 - axis))
         if across > _WIDEST_SEAM * max(inside):
             notes.append(
-                f"called periodic, but along {name} the last line and the first differ by "
+                f"declared periodic, but along {name} the last line and the first differ by "
                 f"{across:.2g} m (rms), neighbours inside by at most {max(inside):.2g} m"
             )
     return notes

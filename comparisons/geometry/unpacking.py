@@ -1,9 +1,10 @@
-"""How large a file becomes when it is unpacked, told before anything unpacks it.
+"""Unpacked size of compressed files, determined before any reader unpacks them.
 
-Instruments pack heights into archives (X3P and most others: ZIP), HDF5, TIFF, MAT and OLE files;
-meshes come as HDF5 and as compressed XML. A file of a few megabytes may unpack to any size, and
-what its directory declares may be untrue. So the declared sizes are compared with the limits first;
-then every packed stream is inflated once, in pieces that are counted and dropped, up to the limit.
+Instruments store heights in archives (X3P and most others: ZIP), HDF5, TIFF, MAT and OLE files;
+meshes come as HDF5 and compressed XML. A file of a few megabytes may unpack to any size, and the
+sizes in its directory may be wrong. Therefore the declared sizes are compared with the limits
+first; then every compressed stream is inflated once, in pieces that are counted and dropped, up to
+the limit.
 """
 
 from __future__ import annotations
@@ -26,13 +27,13 @@ from comparisons.formatting import memory
 from comparisons.geometry.silence import quiet
 from comparisons.machine import MEMORY_SHARE, free_memory
 
-# Bytes that one file may unpack to: 11 000 x 11 000 points in double precision.
+# Largest unpacked size of a file in bytes: 11 000 x 11 000 points in double precision.
 LARGEST = 1e9
-# Readers of text keep its numbers as objects: bytes in memory for each byte of the file.
+# Text readers store numbers as objects: bytes in memory per byte of the file.
 _TEXT_GROWTH = 20
-# Parsers keep XML as objects: bytes in memory for each byte of text.
+# Parsers store XML as objects: bytes in memory per byte of text.
 _XML_GROWTH = 30
-# Bytes that are unpacked at a time, and that are looked at of what may not be a stream at all.
+# Bytes per piece of unpacking, and bytes examined to recognise a stream.
 _PIECE, _FIRST_PIECE = 2**16, 2**10
 _XZ, _XZ_MEMORY = b"\xfd7zXZ\0", 2**28
 _PACKED_WHOLE = {
@@ -47,17 +48,17 @@ _BEFORE_XML = b"\xff\xfe\xef\xbb\xbf \t\r\n"
 _TIFF = (b"II*\0", b"MM\0*", b"II+\0", b"MM\0+")
 _OLE = b"\xd0\xcf\x11\xe0\xa1\xb1\x1a\xe1"
 _HDF5 = b"\x89HDF\r\n\x1a\n"
-# Tag 259 of TIFF: none, LZW, deflate (new and old), PackBits. All but deflate grow by what the
-# declared size of a strip allows.
+# Tag 259 of TIFF: none, LZW, deflate (new and old), PackBits. Except for deflate, the declared size
+# of a strip limits the growth.
 _TIFF_COMPRESSIONS = (1, 5, 8, 32773, 32946)
-# Filters of HDF5 that compress; behind one another they would multiply.
+# Compressing HDF5 filters; several in a row would multiply the growth.
 _HDF5_DEFLATE = 1
 _HDF5_COMPRESSING = (_HDF5_DEFLATE, 4, 5, 6, 32000)  # and szip, nbit, scale-offset, LZF
 _HDF5_HARMLESS = (2, 3)  # shuffle, checksum
 
 
 def _zlib_headers() -> bytes:
-    """Return a pattern of the two bytes that begin a zlib stream without a dictionary, RFC 1950."""
+    """Return a pattern for the first two bytes of a zlib stream without a dictionary (RFC 1950)."""
     pairs = []
     for method in range(0x08, 0x79, 0x10):
         flags = [f for f in range(256) if not f & 0x20 and (256 * method + f) % 31 == 0]
@@ -75,11 +76,11 @@ _NOT_BASE64 = bytes(set(range(256)) - set(b"=+/" + (string.ascii_letters + strin
 
 
 class _TooLargeError(Exception):
-    """A file unpacks to more than it may."""
+    """The unpacked file exceeds the limit."""
 
 
 class _Budget:
-    """Counts bytes that were unpacked, and ends the counting at the limit."""
+    """Counter of unpacked bytes that raises at the limit."""
 
     def __init__(self, limit: float) -> None:
         self.limit = limit
@@ -92,14 +93,14 @@ class _Budget:
 
 
 def size_problems(path: Path, remedy: str) -> list[str]:
-    """Return why a file is too large to be read: as it is, or when unpacked.
+    """Return the reasons why a file, packed or unpacked, is too large to be read.
 
     Parameters
     ----------
     path : Path
-        The file; its kind is found by content, not by suffix.
+        The file; its format is recognised by content, not by suffix.
     remedy : str
-        What to do instead, at the end of the message.
+        Advice at the end of the message.
     """
     with path.open("rb") as file:
         start = file.read(4096)
@@ -130,7 +131,7 @@ def _unpacking_problems(path: Path, start: bytes, remedy: str) -> list[str]:
 
 
 def _weighers(path: Path, start: bytes) -> list[Callable[[Path, _Budget], list[str]]]:
-    """Return what weighs a file: more than one where it is several kinds of file at once."""
+    """Return the functions that measure a file; several if it matches several formats."""
     kinds = {
         _weigh_zip: zipfile.is_zipfile(path),
         _weigh_tiff: start.startswith(_TIFF),
@@ -148,7 +149,7 @@ def _weigh_zip(path: Path, budget: _Budget) -> list[str]:
             members = archive.infolist()
             kinds = {member.compress_type for member in members}
             if not kinds <= {zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED}:
-                return ["an archive packed by other means than deflate: pack it as plain ZIP"]
+                return ["an archive not compressed by deflate: save it as plain ZIP"]
             _Budget(budget.limit).spend(sum(member.file_size for member in members))
             for member in members:
                 _weigh_member(archive, member, budget)
@@ -158,7 +159,7 @@ def _weigh_zip(path: Path, budget: _Budget) -> list[str]:
 
 
 def _weigh_member(archive: zipfile.ZipFile, member: zipfile.ZipInfo, budget: _Budget) -> None:
-    # As long as it comes: the library stops counting, but not inflating, at the declared size.
+    # Read to the end: at the declared size the library stops counting, but not inflating.
     honest = copy.copy(member)
     honest.file_size = int(budget.limit) + 2 * _PIECE
     length, growth = 0, 1
@@ -189,15 +190,15 @@ def _weigh_tiff(path: Path, budget: _Budget) -> list[str]:
                 packed.add(int(page.compression))
     except _TooLargeError:
         raise
-    except Exception as error:  # damaged tags raise whatever they stumble over
+    except Exception as error:  # damaged tags raise arbitrary exceptions
         return [f"a damaged TIFF image ({type(error).__name__}: {error})"]
     if not packed <= set(_TIFF_COMPRESSIONS):
-        return ["a TIFF image compressed by other means than deflate or LZW: save it uncompressed"]
+        return ["a TIFF image not compressed by deflate or LZW: save it uncompressed"]
     return _weigh_streams(path, budget) if packed & {8, 32946} else []
 
 
 def _weigh_ole(path: Path, budget: _Budget) -> list[str]:
-    """Weigh the streams of an OLE file, whose sectors may lie in any order (Mountains' .mnt)."""
+    """Measure the streams of an OLE file (Mountains' .mnt), whose sectors may be in any order."""
     try:
         import olefile
     except ImportError:
@@ -208,13 +209,13 @@ def _weigh_ole(path: Path, budget: _Budget) -> list[str]:
                 _weigh_buffer(document.openstream(name).read(), budget)
     except _TooLargeError:
         raise
-    except Exception as error:  # damaged sectors raise whatever they stumble over
+    except Exception as error:  # damaged sectors raise arbitrary exceptions
         return [f"a damaged OLE file ({type(error).__name__}: {error})"]
     return []
 
 
 def _is_hdf5(path: Path) -> bool:
-    """Look for the signature at 0, 512, 1024, 2048, ..., where HDF5 allows it."""
+    """Return whether the HDF5 signature is at 0, 512, 1024, 2048, ..., the permitted positions."""
     size, place = path.stat().st_size, 0
     with path.open("rb") as file:
         while place < size:
@@ -237,13 +238,13 @@ def _weigh_hdf5(path: Path, budget: _Budget) -> list[str]:
         if not isinstance(node, h5py.Dataset) or node.shape is None:
             return
         for shape in (node.shape, node.chunks or ()):
-            # One at a time is read.
+            # Chunks are read one at a time.
             _Budget(budget.limit).spend(node.dtype.itemsize * float(np.prod(shape, dtype=float)))
         creation = node.id.get_create_plist()
         filters = [creation.get_filter(k)[0] for k in range(creation.get_nfilters())]
         compressing = [filter_name for filter_name in filters if filter_name not in _HDF5_HARMLESS]
         if len(compressing) > 1 or not set(compressing) <= set(_HDF5_COMPRESSING):
-            problems.append(f"{name}: compressed by other means than gzip: save it without")
+            problems.append(f"{name}: not compressed by gzip: save it uncompressed")
         used.update(compressing)
 
     try:
@@ -257,12 +258,12 @@ def _weigh_hdf5(path: Path, budget: _Budget) -> list[str]:
 
 
 def _weigh_xml(path: Path, budget: _Budget) -> list[str]:
-    """Weigh the streams of a VTK file: raw, or in base64 within its XML."""
+    """Measure the streams of a VTK file, raw or as base64 within the XML."""
     content = _bytes_of(path)
     if b"\0" in content[:_FIRST_PIECE].lstrip(_BEFORE_XML)[:2]:
         return ["XML in UTF-16: save it as UTF-8"]
     for text in _TEXT.finditer(content):
-        # Decoders pass over line ends and any foreign character, and begin anew behind padding.
+        # Decoders skip line ends and foreign characters, and restart after padding.
         for run in text[0].translate(None, _NOT_BASE64).split(b"="):
             quads = run[: len(run) - (len(run) % 4 == 1)]
             _weigh_buffer(base64.b64decode(quads + b"=" * (-len(quads) % 4)), budget)
@@ -275,7 +276,7 @@ def _weigh_streams(path: Path, budget: _Budget) -> list[str]:
 
 
 def _bytes_of(path: Path) -> mmap.mmap:
-    """Map a file into memory; it is closed with the last view of it."""
+    """Map a file into memory until its last view is closed."""
     with path.open("rb") as file:
         return mmap.mmap(file.fileno(), 0, access=mmap.ACCESS_READ)
 
@@ -283,7 +284,7 @@ def _bytes_of(path: Path) -> mmap.mmap:
 def _weigh_buffer(content: bytes | mmap.mmap, budget: _Budget) -> None:
     """Inflate every zlib and xz stream that begins somewhere in a buffer, and count the bytes.
 
-    Two bytes in some 2000 look like a beginning by chance; such streams end at once.
+    About one in 2000 pairs of bytes looks like a header by chance; such streams end at once.
     """
     view, place = memoryview(content), 0
     while match := _STREAM.search(content, place):
@@ -292,7 +293,7 @@ def _weigh_buffer(content: bytes | mmap.mmap, budget: _Budget) -> None:
 
 
 def _inflate(view: memoryview, budget: _Budget) -> int:
-    """Return the length of the packed stream at the beginning of a buffer, 0 if it is none."""
+    """Return the length of the compressed stream at the beginning of a buffer, 0 if none."""
     xz = view[0] == _XZ[0]
     packed: Any = lzma.LZMADecompressor(memlimit=_XZ_MEMORY) if xz else zlib.decompressobj()
     end, unread, step = 0, b"", _FIRST_PIECE

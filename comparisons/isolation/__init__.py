@@ -1,1 +1,1 @@
-"""Other people's code in processes of its own."""
+"""Third-party code in separate processes."""

@@ -1,4 +1,4 @@
-"""The process that `comparisons.isolation.parent` starts: work in, answer or error out."""
+"""The process started by `comparisons.isolation.parent`: reads work, writes answers and errors."""
 
 from __future__ import annotations
 
@@ -35,7 +35,7 @@ _PR_SET_PDEATHSIG = 1
 
 
 def main(folder: Path, *, stays: bool) -> None:
-    """Do the work of a folder whenever it is said to be there: once, or for as long as we live."""
+    """Do the work of a folder at every call of the parent, once or repeatedly."""
     calls = _calls_of_parent()
     while calls.get():
         _answer(folder)
@@ -45,9 +45,9 @@ def main(folder: Path, *, stays: bool) -> None:
 
 
 def _answer(folder: Path) -> None:
-    """Do the work of a folder and write its answer, or its error, beside it."""
+    """Do the work of a folder, and write its answer or error into the folder."""
     try:
-        # The pickle is our own: the parent wrote it a moment ago.
+        # The pickle is trusted, as the parent has just written it.
         work, arguments, memory = pickle.loads((folder / WORK).read_bytes())  # noqa: S301
         _limit_address_space(memory)
         answer = _function(work)(*arguments)
@@ -61,7 +61,7 @@ def _answer(folder: Path) -> None:
         try:
             _write(folder / ANSWER, answer)
         except (TypeError, ValueError) as error:
-            _report(folder, MALFORMED, f"the answer cannot be passed on: {error}")
+            _report(folder, MALFORMED, f"the answer cannot be transferred: {error}")
 
 
 def _function(work: str) -> Callable[..., Any]:
@@ -83,7 +83,7 @@ def _report(folder: Path, ended: Ended, reason: str) -> None:
 
 
 def _write(path: Path, answer: Any) -> None:
-    """Write an answer as npz: arrays as they are, the rest as one JSON text."""
+    """Write an answer as npz: arrays unchanged, everything else as one JSON text."""
     if not isinstance(answer, dict) or not all(isinstance(key, str) for key in answer):
         raise TypeError(f"expected a dict with text keys, got {type(answer).__name__}")
     arrays = {key: value for key, value in answer.items() if isinstance(value, np.ndarray)}
@@ -116,11 +116,11 @@ def _limit_address_space(memory: float | None) -> None:
 
 
 def _calls_of_parent() -> SimpleQueue[bytes]:
-    """Return the calls as they come; end this process when its parent is gone, even by a kill."""
+    """Return the queue of calls; end this process when its parent has ended, even if killed."""
     if sys.platform == "linux":
-        # At once, even while compiled code holds the interpreter.
+        # Exit at once, even while compiled code holds the interpreter.
         ctypes.CDLL(None).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
-    # Our own handle of the pipe: work that reads or closes standard input does no harm.
+    # A separate handle of the pipe, in case the work reads or closes standard input.
     pipe = os.dup(0)
     os.dup2(os.open(os.devnull, os.O_RDONLY), 0)
     calls: SimpleQueue[bytes] = SimpleQueue()

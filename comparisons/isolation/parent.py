@@ -1,31 +1,31 @@
-"""Work in a separate Python process, with limits on time and memory: for code that is not ours.
+"""Third-party code in a separate Python process, with limits on time and memory.
 
-Peers (Tamaas, ContactMechanics, NGSolve) and methods that users bring may raise, hang, crash the
-interpreter, eat the memory, or answer with nonsense. Here none of that reaches a study: the
-caller gets either an answer or a reason in plain words.
+Peers (Tamaas, ContactMechanics, NGSolve) and user-supplied methods may raise, hang, crash the
+interpreter, exhaust the memory, or return invalid answers. None of this affects a study: the caller
+receives either an answer or a reason in plain words.
 
 The contract
 ------------
 - **Work** is a function of an importable module, named ``"package.module:function"``, and its
-  arguments (anything picklable: scenes, tasks, arrays). Whatever the function needs to import it
-  imports itself, in its own process; the module that holds it is imported there too.
+  arguments (anything picklable: scenes, tasks, arrays). The function and its module are imported in
+  the separate process only.
 - It **returns** a dict with text keys. A value is a NumPy array of numbers, booleans or text, or
-  whatever JSON knows (None, numbers, text, lists and dicts of them). It travels as npz and JSON,
-  never as a pickle: what comes back cannot run code here. NaN and infinities are refused unless
-  the caller says ``finite=False`` (solutions mark failed steps with NaN).
-- It runs in ``sys.executable`` started afresh (no fork: no inherited threads, locks or compiled
-  code), with one thread for OpenMP, BLAS and Numba, the caller's working directory, its import
-  path, its standard error kept for the reason, its standard output discarded. A caller may keep
-  the process under a name for its next call (``reuse``); one that gave no answer is never kept.
+  any JSON value (None, numbers, text, lists and dicts of them). Answers are transferred as npz and
+  JSON, never as pickles, and therefore cannot run code in the caller. NaN and infinities are
+  refused unless the caller passes ``finite=False`` (solutions mark failed steps with NaN).
+- It runs in a new ``sys.executable`` (no fork, so no inherited threads, locks or compiled code),
+  with one thread for OpenMP, BLAS and Numba, and the working directory and import path of the
+  caller. Standard error is kept for the reason; standard output is discarded. A caller may keep the
+  process under a name for its next call (``reuse``), unless it gave no answer.
 - **Limits**: wall-clock seconds and bytes of resident memory of the process with its children,
-  both including start-up and imports. Address space is limited too, to four times the memory and
-  8 GiB for the libraries, where the system knows such limits, so that one absurd allocation
+  both including start-up and imports. On systems that support it, the address space is also
+  limited, to four times the memory plus 8 GiB for the libraries, so that one excessive allocation
   fails at once.
-- **No orphans**: the process and its children are killed when a limit is passed, on ctrl-C, on
-  any exception in the caller; and when the caller itself is killed, the process ends by itself.
-  Ctrl-C in a terminal reaches the caller only.
-- Times that are to be compared are taken inside the work: `Outcome.seconds` contains the start of
-  Python and all imports.
+- **No orphans**: the process and its children are killed when a limit is exceeded, on Ctrl-C, and
+  on any exception in the caller; if the caller is killed, the process exits by itself. Ctrl-C in a
+  terminal reaches the caller only.
+- Times for comparison are measured inside the work: `Outcome.seconds` includes the start of Python
+  and all imports.
 """
 
 from __future__ import annotations
@@ -58,21 +58,21 @@ HUNG: Final = "hung"
 OUT_OF_MEMORY: Final = "out of memory"
 KILLED: Final = "killed"
 MALFORMED: Final = "malformed"
-# Names of the files through which the two processes speak, and of the JSON part of an answer.
+# Names of the files that the two processes exchange, and of the JSON part of an answer.
 WORK, ANSWER, ERROR, DONE = "work.pickle", "answer.npz", "error.json", "done"
 DOCUMENT = "json"
 ONE_THREAD = (
     *("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS", "NUMBA_NUM_THREADS"),
     *("VECLIB_MAXIMUM_THREADS", "BLIS_NUM_THREADS", "NUMEXPR_NUM_THREADS"),
 )
-# Seconds between looks at the memory (at first, later), and that a killed process may take to go.
+# Seconds between checks of the memory (at first, later), and for a killed process to end.
 _SHORTEST_LOOK, _LOOK, _FAREWELL = 0.002, 0.05, 10.0
 _LIBRARIES = 8 * 2**30
 
 
 @dataclass(frozen=True)
 class Limits:
-    """Wall-clock seconds of work, and bytes of resident memory of its process."""
+    """Limits on the wall-clock seconds of work and the bytes of resident memory of its process."""
 
     seconds: float
     memory: float
@@ -80,20 +80,20 @@ class Limits:
 
 @dataclass(frozen=True)
 class Outcome:
-    """How isolated work ended.
+    """Outcome of isolated work.
 
     Attributes
     ----------
     ended : str
         "answered", "raised", "hung" (time limit), "out of memory" (limit passed, or MemoryError),
-        "killed" (the process died: a signal, or an exit of its own), "malformed" (the answer is
-        missing, unreadable, no dict, or not finite).
+        "killed" (the process ended by a signal or by exiting), "malformed" (the answer is
+        missing, unreadable, not a dict, or not finite).
     answer : dict
-        What the work returned; empty unless `ended` is "answered".
+        Return value of the work; empty unless `ended` is "answered".
     reason : str
-        Why there is no answer, in plain words for a table; empty with one.
+        Reason for a missing answer, in plain words; empty if there is an answer.
     seconds, memory : float
-        Wall-clock time from start to end, and the largest resident memory seen, in bytes.
+        Wall-clock time from start to end, and the largest measured resident memory in bytes.
     """
 
     ended: Ended
@@ -116,27 +116,26 @@ def run(
     finite: bool = True,
     reuse: str = "",
 ) -> Outcome:
-    """Call a function in a process of its own, and say how it ended. See the module's contract.
+    """Call a function in a separate process and return the outcome, see the contract of the module.
 
     Parameters
     ----------
     work : str
         ``"package.module:function"``.
     *arguments
-        Its positional arguments, picklable.
+        Positional arguments, picklable.
     seconds, memory : float, optional
-        Limits: wall-clock seconds, bytes of resident memory. None is no limit.
+        Limits: wall-clock seconds, bytes of resident memory. None for no limit.
     finite : bool
         Refuse an answer that holds NaN or infinities.
     reuse : str
-        A name under which the process is kept for the next call, as long as it answers; by
-        default it ends after this one.
+        Name under which the process is kept for the next call while it gives answers; by default it
+        ends after this call.
 
     Raises
     ------
     ValueError
-        If `work` names no function, or a limit is not positive. Failures of the work raise
-        nothing.
+        If `work` is not a function, or a limit is not positive. Failures of the work do not raise.
 
     Examples
     --------
@@ -158,13 +157,13 @@ def run(
         else:
             process.end()
     if outcome.ended == OUT_OF_MEMORY and process.calls > 1:
-        # Perhaps for what earlier calls have left there.
+        # The cause may be leftovers of earlier calls.
         return run(work, *arguments, seconds=seconds, memory=memory, finite=finite, reuse=reuse)
     return outcome
 
 
 def address_space(memory: float) -> int:
-    """Return the limit of address space, in bytes, that goes with a limit of memory."""
+    """Return the limit of address space in bytes for a limit of memory."""
     return int(4 * memory + _LIBRARIES)
 
 
@@ -181,13 +180,13 @@ def _check(work: str, seconds: float | None, memory: float | None) -> None:
 
 
 class _Process:
-    """A process started afresh, and the folder through which its work and its answers go."""
+    """A new process, with the folder for its work and answers."""
 
     def __init__(self, *, stays: bool) -> None:
         self.calls = 0
         self._stays = stays
         self._caller = os.getpid()
-        # One that has escaped from its parent may go on writing there: no error of ours.
+        # A detached descendant may still write there; that is not an error.
         self._holder = tempfile.TemporaryDirectory(prefix="roughline-", ignore_cleanup_errors=True)
         self._folder = Path(self._holder.name)
         root = str(Path(__file__).resolve().parents[2])
@@ -205,28 +204,27 @@ class _Process:
                     str(self._folder),
                     *flags,
                 ],
-                # The open pipe tells the process that we live; it ends itself when the pipe
-                # closes. A byte tells it that there is work.
+                # The process exits when the pipe closes, and starts work when it receives a byte.
                 stdin=subprocess.PIPE,
                 stdout=subprocess.DEVNULL,
                 stderr=errors,
                 env=environment,
-                start_new_session=True,  # ctrl-C in the terminal is ours alone
+                start_new_session=True,  # Ctrl-C in the terminal reaches the parent only
             )
 
     def is_ours(self) -> bool:
-        """Tell whether it lives, and was started by this process, not by one that we copy."""
+        """Return whether the process is alive and was started by this one, not before a fork."""
         return self._caller == os.getpid() and self._process.poll() is None
 
     def call(self, task: tuple[Any, ...], seconds: float | None, finite: bool) -> Outcome:
-        """Hand over (work, arguments, memory), and wait for the answer or the end."""
+        """Send (work, arguments, memory), and wait for the answer or the end of the process."""
         self.calls += 1
         for name in (ANSWER, ERROR, DONE):
             (self._folder / name).unlink(missing_ok=True)
         (self._folder / WORK).write_bytes(pickle.dumps(task))
         start, memory = time.perf_counter(), task[-1]
         assert self._process.stdin is not None
-        with contextlib.suppress(BrokenPipeError):  # it has ended: that is seen at once
+        with contextlib.suppress(BrokenPipeError):  # it has ended, which is detected at once
             self._process.stdin.write(b"!")
             self._process.stdin.flush()
         done = self._folder / DONE if self._stays else None
@@ -240,13 +238,13 @@ class _Process:
         return Outcome(ended, answer, reason, spent, peak)
 
     def end(self) -> None:
-        """Leave nothing of it behind."""
+        """Kill the process and remove its folder."""
         if self._caller == os.getpid():
             _kill(self._process)
             self._holder.cleanup()
 
 
-# Processes between two calls, by the name under which they are kept.
+# Processes kept between calls, by name.
 _waiting: dict[str, _Process] = {}
 
 
@@ -257,14 +255,14 @@ def _end_waiting() -> None:
 
 
 def _kill(process: subprocess.Popen[bytes]) -> None:
-    """End the process and all it has started; a ctrl-C waits until they are gone."""
+    """Kill the process and its descendants; Ctrl-C takes effect afterwards."""
     with _interrupts_wait():
         try:
             children = psutil.Process(process.pid).children(recursive=True)
         except psutil.NoSuchProcess:
             children = []
         if hasattr(os, "killpg"):
-            # The session's group outlives its leader while any child of it is left.
+            # The process group outlives its leader while any child remains.
             with contextlib.suppress(ProcessLookupError, PermissionError):
                 os.killpg(process.pid, signal.SIGKILL)
         for descendant in children:
@@ -273,7 +271,7 @@ def _kill(process: subprocess.Popen[bytes]) -> None:
         if process.poll() is None:
             process.kill()
         process.wait(_FAREWELL)
-        # What is still ending may still be writing into the folder, which goes next.
+        # Processes that are still ending may write into the folder, which is removed next.
         psutil.wait_procs(children, _FAREWELL)
         if process.stdin is not None:
             process.stdin.close()
@@ -281,7 +279,7 @@ def _kill(process: subprocess.Popen[bytes]) -> None:
 
 @contextlib.contextmanager
 def _interrupts_wait() -> Iterator[None]:
-    """Let a ctrl-C take effect after the block."""
+    """Defer Ctrl-C until after the block."""
     handler = signal.getsignal(signal.SIGINT)
     if threading.current_thread() is not threading.main_thread() or not callable(handler):
         yield
@@ -303,9 +301,9 @@ def _watch(
     seconds: float | None,
     memory: float | None,
 ) -> tuple[Ended | None, float]:
-    """Wait until the process ends or says `done`; return the limit that was passed, and the peak.
+    """Wait until the process ends or writes `done`; return the exceeded limit and the peak memory.
 
-    The limit is None where none was passed; the peak is that of memory.
+    The limit is None if none was exceeded.
     """
     peak, look = 0.0, _SHORTEST_LOOK
     while True:
@@ -335,7 +333,7 @@ def _resident(pid: int) -> float:
 
 
 def _read(folder: Path, code: int, finite: bool) -> tuple[Ended, dict[str, Any], str]:
-    """Return how the work ended by itself, its answer, and the reason where there is none."""
+    """Return how the work ended, its answer, and the reason for a missing answer."""
     try:
         error = json.loads((folder / ERROR).read_text(encoding="utf-8"))
         return error["ended"], {}, error["reason"]
@@ -373,7 +371,7 @@ def _is_finite(value: Any) -> bool:
 
 
 def _death(code: int, errors: Path) -> str:
-    """Say what ended a process, with the last line that it wrote."""
+    """Return the cause of a process's end, with the last line that it wrote."""
     if code < 0:
         try:
             name = signal.Signals(-code).name
@@ -383,6 +381,6 @@ def _death(code: int, errors: Path) -> str:
         if name == "SIGKILL":
             text += ", which the system sends when memory runs out"
     else:
-        text = f"the process ended itself with exit code {code}"
+        text = f"the process ended with exit code {code}"
     lines = errors.read_text(encoding="utf-8", errors="replace").strip().splitlines()
     return f"{text}: {lines[-1][:200]}" if lines else text

@@ -1,5 +1,4 @@
-"""Half-space solvers of other people, each run in a process of its own on the same problem.
+"""Third-party solvers, run on the same problem in separate processes.
 
-The methods of these solvers are in `comparisons.methods.peers`. Here they are
-run: nothing of a peer is imported by the process that compares.
+Their methods are in `comparisons.methods.peers`. The comparing process imports no peer.
 """

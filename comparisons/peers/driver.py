@@ -1,8 +1,8 @@
-"""In a peer's process: all surfaces, all loads, times around the solves and nothing else.
+"""Driver in a peer's process: solves of all surfaces and loads, with times of the solves only.
 
-A driver module (`run_tamaas`, `run_contactmechanics`) makes a `Peer`; what is the same for both
-stands here. The problem is dimensionless: E* = 1, lengths in units of the domain, heights in units
-of a typical penetration (`comparisons.peers.press`), so that no peer stumbles over units.
+A driver module (`run_tamaas`, `run_contactmechanics`) makes a `Peer`; this module contains their
+common part. The problem is dimensionless: E* = 1, lengths in units of the domain, heights in units
+of a typical penetration (`comparisons.peers.press`), which avoids trouble with units.
 """
 
 from __future__ import annotations
@@ -23,14 +23,14 @@ class Peer(Protocol):
     """A solver with its model and kernel set up for one grid."""
 
     def surface(self, gap: np.ndarray) -> None:
-        """Take a new surface: its gap (nx, ny), +inf where it can never touch."""
+        """Set a new surface: its gap (nx, ny), +inf where contact is impossible."""
 
     def step(self, load: float, tolerance: float, depth: float, start: np.ndarray) -> Step:
-        """Solve one load from a starting pressure; `depth` is a rough guess at the penetration."""
+        """Solve one load from an initial pressure; `depth` is a rough guess of the penetration."""
 
 
 class Step:
-    """A pressure with the peer's own count of iterations (0: not told), or why there is none."""
+    """A pressure with the peer's number of iterations (0: unknown), or a reason for failure."""
 
     def __init__(self, pressure: np.ndarray | None, iterations: int = 0, reason: str = "") -> None:
         self.pressure = pressure
@@ -39,29 +39,29 @@ class Step:
 
 
 def drive(problem: Problem, make: Callable[[Problem], Peer]) -> dict[str, Any]:
-    """Solve a problem, and say what it took.
+    """Solve a problem, and return pressures, times and memory.
 
     Parameters
     ----------
     problem : dict
         gaps (m, nx, ny), starts (m, nx, ny), spacing, periodic, control, loads (k,), tolerance
-        and depth (m, k), repeats (largest number of timed repeats) and repeat_seconds (none is
-        begun after that time).
+        and depth (m, k), repeats (largest number of timed repeats) and repeat_seconds (no repeat
+        starts after that time).
     make : callable
-        Imports the peer and sets up its model; called anew for every repeat.
+        Imports the peer and sets up its model; called for every repeat.
 
     Returns
     -------
     dict
         pressure (m, k, nx, ny), iterations (m, k), reasons [[row, step, text], ...], seconds and
-        processor_seconds (one each per repeat), setup_seconds, compile_seconds (imports, and what
-        the first solve plans), memory (rise of the peak in bytes).
+        processor_seconds (one value per repeat), setup_seconds, compile_seconds (imports, and plans
+        of the first solve), memory (rise of the peak in bytes).
     """
     begin = time.perf_counter()
     peer = make(problem)  # imports
     before = psutil.Process().memory_info().rss
     peer.surface(problem["gaps"][0])
-    # The first solve plans its transforms; a loose one does it as well.
+    # The first solve plans its transforms; a loose tolerance suffices.
     peer.step(problem["loads"][0], 1e-2, problem["depth"][0, 0], problem["starts"][0])
     compile_seconds = time.perf_counter() - begin
     seconds: list[float] = []

@@ -1,9 +1,9 @@
-"""The same contact problem, pressed by a peer, and its answer measured by our own check.
+"""Solution of a contact problem by a peer, with our own check of the answer.
 
-Tolerances mean something else in every code: an energy in Tamaas, absolute lengths and forces in
-ContactMechanics. What counts here is the violation of the contact conditions by the pressure that
-comes back, evaluated in double precision with our operator; the peer's tolerance is changed until
-that is as wanted.
+Tolerances differ in meaning: an energy in Tamaas, absolute lengths and forces in ContactMechanics.
+Therefore the violation of the contact conditions by the returned pressure is evaluated in double
+precision with our operator, and the peer's tolerance is adjusted until the violation is as
+requested.
 """
 
 from __future__ import annotations
@@ -20,16 +20,16 @@ from reference.halfspace import Contact, HalfSpace
 from reference.halfspace.overlap import overlap_depth, overlap_pressure
 from reference.halfspace.solution import Press, assemble
 
-# Name of the method -> packages whose versions make its answer; the first is the solver.
+# Method -> packages whose versions determine its answer; the first is the solver.
 PACKAGES = {
     "tamaas": ("tamaas",),
     "contactmechanics": ("ContactMechanics", "muGrid", "SurfaceTopography"),
 }
-# Timed repeats until so many or so long, as for our own methods.
+# Largest number and duration (s) of timed repeats, as for our own methods.
 REPEATS, REPEAT_SECONDS = 3, 1.0
-# How often a tolerance is changed, and the share of the wanted violation that is then aimed at.
+# Number of changes of a tolerance, and the target as a fraction of the requested violation.
 ATTEMPTS, AIM = 6, 0.5
-# Loosened only when the violation is this far below the wanted one.
+# The tolerance is loosened only if the violation is below this fraction of the requested one.
 MUCH_BELOW = 0.25
 _LOOSEST, _TIGHTEST = 1e-2, 1e-15
 
@@ -44,7 +44,7 @@ class Problem:
     loads: np.ndarray
 
     def depths(self) -> np.ndarray:
-        """Return a rough penetration for each surface and load, (m, k)."""
+        """Return rough penetrations (m, k) for all surfaces and loads."""
         shape = (len(self.gaps), len(self.loads))
         if self.control == "penetration":
             return np.broadcast_to(self.loads, shape)
@@ -56,21 +56,21 @@ class Problem:
 
 @dataclass
 class PeerResult:
-    """What a peer found, measured.
+    """Answers of a peer, with measured violations and times.
 
     Attributes
     ----------
     contacts : dict
-        (surface, load) -> Contact; its `violation` contains tension and a force that is missed.
+        (surface, load) -> Contact; its `violation` includes tension and the error in force.
     reasons : dict
-        (surface, load) -> why there is no answer.
+        (surface, load) -> reason for a missing answer.
     tolerance : ndarray, shape (m, k)
-        The peer's own tolerance at last.
+        The peer's tolerance in the last attempt.
     seconds : list of float
-        Wall-clock of each repeat of the whole problem inside the peer's process, set-up included,
-        without imports and planning; empty where it has no answer at all.
+        Wall-clock times of the repeats of the whole problem inside the peer's process, with set-up,
+        without imports and planning; empty if there is no answer.
     processor_seconds : list of float
-        The same in processor time, which other work on the machine does not prolong.
+        The same in processor time, which is independent of other load on the machine.
     setup_seconds, compile_seconds, memory : float
         Model and kernel; imports and planned transforms; rise of the peak memory in bytes.
     """
@@ -91,12 +91,12 @@ class PeerResult:
 
 
 def installed(peer: str) -> bool:
-    """Whether a peer can be imported; nothing is imported."""
+    """Return whether a peer is installed, without importing it."""
     return util.find_spec(PACKAGES[peer][0]) is not None
 
 
 def versions(peer: str) -> str:
-    """Return a peer and the versions of its packages."""
+    """Return the name of a peer and the versions of its packages."""
     return ", ".join(f"{name} {metadata.version(name)}" for name in PACKAGES[peer])
 
 
@@ -109,26 +109,26 @@ def press(
     repeats: int = REPEATS,
     loosen: bool = False,
 ) -> PeerResult:
-    """Solve a problem with a peer, with a violation of at most the wanted one.
+    """Solve a problem with a peer to at most the requested violation.
 
     Parameters
     ----------
     peer : {"tamaas", "contactmechanics"}
     problem : Problem
     violation : float
-        Largest violation, relative; as our solvers' `tolerance`.
+        Largest relative violation, as `tolerance` of our solvers.
     limits : Limits
-        Of each process.
+        Limits of every process.
     repeats : int
-        Timed repeats, at most.
+        Largest number of timed repeats.
     loosen : bool
-        Loosen the peer's tolerance, too, while its violation is much below the wanted one: for
-        benchmarks, where equal work is compared.
+        Also loosen the peer's tolerance if its violation is much below the requested one, for
+        benchmarks at equal accuracy.
 
     Returns
     -------
     PeerResult
-        Steps that miss the violation whatever the tolerance are failures, with the reason.
+        Steps that exceed the violation at every tolerance are failures, with the reason.
     """
     tolerance = np.full((len(problem.gaps), len(problem.loads)), violation)
     best: PeerResult | None = None
@@ -156,7 +156,7 @@ def press(
 
 
 def _violations(result: PeerResult, shape: tuple[int, int]) -> np.ndarray:
-    """Return the measured violations, NaN where there is no contact."""
+    """Return the measured violations, NaN for missing answers."""
     violations = np.full(shape, np.nan)
     for index, contact in result.contacts.items():
         violations[index] = contact.violation
@@ -183,7 +183,7 @@ def attempt(
     repeats: int = REPEATS,
     repeat_seconds: float = REPEAT_SECONDS,
 ) -> PeerResult:
-    """Solve once with given tolerances (m, k) of the peer's own kind; other arguments: `press`."""
+    """Solve once with given tolerances (m, k) of the peer; other arguments as in `press`."""
     stated, unit = _dimensionless(problem, tolerance)
     outcome = parent.run(
         f"comparisons.peers.run_{peer}:solve",
@@ -213,9 +213,9 @@ def attempt(
 
 
 def _dimensionless(problem: Problem, tolerance: np.ndarray) -> tuple[dict[str, Any], float]:
-    """Return the problem with E* = 1 and lengths near 1, and the unit of its pressures.
+    """Return the dimensionless problem (E* = 1, lengths near 1) and its unit of pressure.
 
-    Scales of length are powers of two; the pressure's unit follows from E* and the two.
+    The length scales are powers of two; they and E* give the unit of pressure.
     """
     operator, depths = problem.operator, problem.depths()
     side = 2.0 ** np.round(np.log2(operator.shape[0] * operator.spacing[0]))
@@ -241,7 +241,7 @@ def _dimensionless(problem: Problem, tolerance: np.ndarray) -> tuple[dict[str, A
 def _measured(
     problem: Problem, index: tuple[int, int], pressure: np.ndarray, iterations: int
 ) -> Contact | str:
-    """Return a peer's pressure as a Contact with its violation, or what is wrong with it."""
+    """Return a peer's pressure as a Contact with its violation, or the reason why it is invalid."""
     operator, gap = problem.operator, problem.gaps[index[0]]
     load = float(problem.loads[index[1]])
     tension = max(0.0, -float(pressure.min()))

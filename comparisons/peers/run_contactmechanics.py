@@ -1,11 +1,11 @@
-"""ContactMechanics in its own process: conjugate gradients of Polonsky & Keer (1999).
+"""ContactMechanics in a separate process: conjugate gradients of Polonsky & Keer (1999).
 
 ContactMechanics (https://github.com/ContactEngineering/ContactMechanics, MIT) takes a force or an
 offset, periodic or free. On the periodic half-space the stiffness of the mode q = 0 is set to zero,
 so that the mean displacement is zero as in our convention, and offset = penetration.
 
-It is started from the pressure it is given: from its own start it called an untouched surface
-converged (force, periodic), or cycled without end with every cell loaded (penetration, free).
+It starts from the given pressure. From its default start it accepted a surface without contact as
+converged (force, periodic), or cycled endlessly with every cell loaded (penetration, free).
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ class ContactMechanicsPeer:
         self.substrate = kind(self.shape, 1.0, self.size, **options)
 
     def surface(self, gap: np.ndarray) -> None:
-        """Take a new surface; cells that can never touch are masked."""
+        """Set a new surface; cells where contact is impossible are masked."""
         heights = -gap
         if not np.isfinite(gap).all():
             heights = np.ma.masked_array(np.where(np.isfinite(gap), heights, 0), np.isinf(gap))
@@ -52,7 +52,7 @@ class ContactMechanicsPeer:
         self.topography = self.Topography(heights, self.size, periodic=self.periodic)
 
     def step(self, load: float, tolerance: float, depth: float, start: np.ndarray) -> Step:
-        """Solve one load; its tolerances are absolute, of lengths and of forces on a cell."""
+        """Solve one load; the tolerances are absolute, for lengths and for forces on a cell."""
         force = float(start.sum()) * self.cell
         control = {"offset": self.mean_gap - load if self.control == "mean_gap" else load}
         if self.control == "force":

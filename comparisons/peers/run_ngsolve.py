@@ -1,11 +1,11 @@
-"""NGSolve on a single contact, in its own process: Netgen's tetrahedra of fourth order.
+"""NGSolve for single contacts in a separate process: tetrahedra of fourth order.
 
-A quarter ball of half-space, the mesh circle (ellipse) on the expected contact edge and small
-elements along it. Contact is a penalty at the integration points of the surface, stiff enough to
-count as rigid (its overlap is a share 1e-5 of the penetration), solved by an active set on those
-points with a direct factorisation each round. The outer boundary follows the Boussinesq field of
-the unknown total force (Johnson 1985, eq. 3.18); what that leaves out falls with the cube of the
-extent, and is 1e-5 of the force here.
+The mesh is a quarter ball of the half-space, with a circle (ellipse) on the expected contact edge
+and small elements along it. Contact is a penalty at the integration points of the surface, nearly
+rigid (overlap 1e-5 of the penetration), solved by an active set on those points with a direct
+factorisation per round. The outer boundary follows the Boussinesq field of the unknown total force
+(Johnson 1985, eq. 3.18); the remainder decreases with the cube of the extent, and is 1e-5 of the
+force here.
 
 Lengths are in contact radii, displacements in penetrations, and E* = 1.
 """
@@ -42,14 +42,16 @@ from ngsolve import (
 
 ORDER = 4
 EXTENT = 24.0
-# In units of E* over the contact radius: the overlap it leaves is a share of some 1e-5.
+# In units of E* over the contact radius; the relative overlap is about 1e-5.
 PENALTY = 1e5
-# Growth of elements beyond the contact: at 0.5 elongated contacts err by 5e-4, at 0.25 by 6e-5.
+# Growth of elements outside the contact; the error of elongated contacts is 5e-4 at 0.5, 6e-5 at
+# 0.25.
 GRADING = 0.3
-# Elements along the contact edge against those inside, per length: a sharp one is singular.
+# Elements per length along the contact edge relative to the inside; at sharp edges the pressure is
+# singular.
 EDGE, SHARP_EDGE = 2.5, 5.0
 MOST_ROUNDS = 40
-# Relative change of the answer in a round: single points at the edge may go on and off for ever.
+# Relative change of the answer in the last round; single points at the edge may switch forever.
 SETTLED = 1e-6
 PARTS = 4  # a quarter is meshed
 SURFACE = "inside|outside"
@@ -115,7 +117,7 @@ def _mesh(resolution: int, edge_density: float) -> Mesh:
 
 
 class _Model:
-    """Mesh, space and far field; they serve every load, because a half-space has no length."""
+    """Mesh, space and far field, common to all loads because a half-space has no length scale."""
 
     def __init__(
         self, resolution: int, edge: float, poisson_ratio: float, stretch: list[float]
@@ -132,7 +134,7 @@ class _Model:
         r = sqrt(x * x + y * y + z * z)
         across = z / r**3 - (1 - 2 * nu) / (r * (r + z))
         field = CF((x * across, y * across, z * z / r**3 + 2 * (1 - nu) / r))
-        # The field of the whole force; only a quarter of the body is here.
+        # The field of the total force; the model is a quarter of the body.
         self.far = GridFunction(self.space)
         far = self.mesh.Boundaries("far")
         self.far.Set(field / (4 * math.pi * self.shear), definedon=far)
@@ -143,7 +145,7 @@ class _Model:
         self.ring = self.mesh.BoundaryCF({"inside": 1.0}, default=0.0)
 
     def energy(self, u: Any, v: Any) -> Any:
-        """Return the elastic energy's bilinear form."""
+        """Return the bilinear form of the elastic energy."""
 
         def strain(w: Any) -> Any:
             return 0.5 * (Grad(w) + Grad(w).trans)
@@ -152,7 +154,7 @@ class _Model:
         return (elastic + self.lame * div(u) * div(v)) * dx
 
     def _stretch(self, stretch: list[float]) -> None:
-        """Turn circles into ellipses, less and less towards the far boundary."""
+        """Deform circles to ellipses, fading towards the far boundary."""
         r = sqrt(x * x + y * y + z * z)
         fade = IfPos(1 - r, 1.0, IfPos(EXTENT - r, (EXTENT - r) / (EXTENT - 1), 0.0))
         move = GridFunction(VectorH1(self.mesh, order=2))
@@ -160,7 +162,7 @@ class _Model:
         self.mesh.SetDeformation(move)
 
     def _test(self, value: Any, far: Any) -> Any:
-        """Return a virtual displacement along z on the surface, to weigh contact forces with."""
+        """Return a virtual displacement along z on the surface, to weight contact forces."""
         test = GridFunction(self.space)
         test.Set(CF((0, 0, value)), definedon=self.mesh.Boundaries(SURFACE))
         for dof, is_far in enumerate(self.space.GetDofs(far)):
@@ -170,7 +172,7 @@ class _Model:
 
 
 def _gap(shape: str, p: dict[str, Any], radius: float, depth: float) -> Any:
-    """Return the shape in contact radii and penetrations."""
+    """Return the shape with lengths in contact radii and heights in penetrations."""
     a, b = radius * x, radius * y
     r = sqrt(a * a + b * b)
     makers: dict[str, Callable[[], Any]] = {
@@ -198,11 +200,11 @@ def _step(model: _Model, problem: dict[str, Any], step: dict[str, float]) -> dic
         before, value = value, contact.round()
         if abs(value - before) <= SETTLED * abs(value):
             return contact.answer() | {"rounds": rounds, "reason": ""}
-    return {"rounds": rounds, "reason": f"the contact did not settle in {MOST_ROUNDS} rounds"}
+    return {"rounds": rounds, "reason": f"the contact did not converge in {MOST_ROUNDS} rounds"}
 
 
 class _Contact:
-    """One load: with a given set of touching points, force and penetration are linear."""
+    """One load; for a given set of contact points, force and penetration are related linearly."""
 
     def __init__(self, model: _Model, problem: dict[str, Any], step: dict[str, float]) -> None:
         self.model, self.load = model, step["load"]
@@ -212,9 +214,9 @@ class _Contact:
         self.now, self.depth = GridFunction(model.space), Parameter(1.0)
         self.first, self.force, self.stiffness = Parameter(1.0), 0.0, 0.0
         touching = IfPos(self.depth - gap - self.now[2], 1.0, 0.0)
-        if problem["shape"] in SHARP:  # nothing of a punch is beyond its edge
+        if problem["shape"] in SHARP:  # a punch ends at its edge
             touching = model.ring * touching
-        # Round one takes the inside of the expected edge.
+        # The first round assumes contact within the expected edge.
         self.active = PENALTY * IfPos(self.first - 0.5, model.ring, touching)
         surface = ds(SURFACE, bonus_intorder=2)
         energy = model.energy(u, v) + self.active * u[2] * v[2] * surface
@@ -223,7 +225,7 @@ class _Contact:
         self.shaped = LinearForm(self.active * gap * v[2] * surface)
 
     def round(self) -> float:
-        """Solve with the present set; return what the load leaves open, force or penetration."""
+        """Solve with the current set; return the unknown one of force and penetration."""
         model, uniform = self.model, self.model.tests[0].vec
         for form in (self.system, self.plain, self.shaped):
             form.Assemble()
@@ -244,7 +246,7 @@ class _Contact:
         return depth if self.by_force else self.force
 
     def answer(self) -> dict[str, float]:
-        """Return the quantities of the last round; the moments are those of the nodal forces."""
+        """Return the quantities of the last round, with moments of the nodal forces."""
         model = self.model
         forces = (model.elastic.mat * self.now.vec).Evaluate()
         total, second, fourth = (InnerProduct(forces, test.vec) for test in model.tests)

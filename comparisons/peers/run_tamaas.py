@@ -1,10 +1,10 @@
-"""Tamaas in its own process: projected conjugate gradients (Rey, Anciaux & Molinari 2017).
+"""Tamaas in a separate process: projected conjugate gradients (Rey, Anciaux & Molinari 2017).
 
 Tamaas (https://gitlab.com/tamaas/tamaas) is AGPL: it is installed by the user, imported in this
-process only, called through its public interface, and nothing of it is copied here.
+process only, and called through its public interface; none of its code is copied.
 
-It controls the mean pressure, or the mean gap on the periodic half-space; a penetration of the
-free half-space is found by a secant search in the force, every solve started from the last.
+It controls the mean pressure, or the mean gap on the periodic half-space; a penetration of the free
+half-space is reached by a secant search in the force, with warm starts.
 """
 
 from __future__ import annotations
@@ -16,9 +16,9 @@ import numpy as np
 from comparisons.peers.driver import Problem, Step, drive
 
 MOST_ITERATIONS = 10_000
-# Steps of the search for a penetration: four or five are usual.
+# Largest number of steps in the search for a penetration; four or five are typical.
 MOST_STEPS = 20
-_FREE = "dcfft"  # its name for the discrete convolution with Love's kernel
+_FREE = "dcfft"  # Tamaas' name of the discrete convolution with Love's kernel
 
 
 def solve(problem: Problem) -> dict[str, Any]:
@@ -43,7 +43,7 @@ class TamaasPeer:
             tamaas.ModelFactory.registerNonPeriodic(self.model, _FREE)
 
     def surface(self, gap: np.ndarray) -> None:
-        """Take a new surface; where it can never touch it lies far below."""
+        """Set a new surface; where contact is impossible, the gap is very large."""
         finite = np.isfinite(gap)
         self.gap = np.where(finite, gap, 10 * gap[finite].max() + 10)
 
@@ -57,7 +57,7 @@ class TamaasPeer:
         return self._at_penetration(load, tolerance, start)
 
     def _at_force(self, force: float, tolerance: float, start: np.ndarray) -> Step:
-        self.model.traction[:] = start  # rescaled to the wanted mean
+        self.model.traction[:] = start  # rescaled to the prescribed mean
         solver = self.tamaas.PolonskyKeerRey(self.model, -self.gap, tolerance)
         if self.free:
             solver.setIntegralOperator(_FREE)
@@ -69,7 +69,7 @@ class TamaasPeer:
         solver = self.tamaas.PolonskyKeerRey(self.model, -self.gap, tolerance, kind, kind)
         answer = self._finish(solver, mean, tolerance)
         if answer.pressure is not None:
-            # The gap is the unknown: where it is open, what is left of the pressure is residual.
+            # The gap is the unknown; where it is open, the remaining pressure is the residual.
             answer.pressure[np.array(self.model["gap"]).reshape(self.shape) > 0] = 0.0
         return answer
 
@@ -81,7 +81,7 @@ class TamaasPeer:
         return Step(np.array(self.model.traction))
 
     def _at_penetration(self, depth: float, tolerance: float, start: np.ndarray) -> Step:
-        """Search the force in logarithms, where F(d) is nearly straight."""
+        """Search for the force in logarithms, in which F(d) is nearly straight."""
         cell = self.size[0] * self.size[1] / start.size
         force, slope = start.sum() * cell, 1.5
         last: tuple[float, float] | None = None
@@ -97,10 +97,10 @@ class TamaasPeer:
                 slope = np.log(force / last[0]) / np.log(penetration / last[1])
             last = (force, penetration)
             force *= (depth / penetration) ** np.clip(slope, 0.5, 4.0)
-        return Step(None, reason=f"no force found with the penetration in {MOST_STEPS} solves")
+        return Step(None, reason=f"the penetration was not reached in {MOST_STEPS} solves")
 
     def _penetration(self) -> float:
-        """Return d: its displacements are measured from the approached body, u - d."""
+        """Return the penetration d; Tamaas' displacements are relative to the body, u - d."""
         displacement = np.zeros(self.shape)
         self.model.operators[_FREE](self.model.traction, displacement)
         return float((displacement - self.model.displacement).mean())

@@ -1,6 +1,6 @@
-"""Opens files of measured heights: tables, coordinates and TIFF here, instruments elsewhere.
+"""Opening of height maps: tables, coordinate lists, TIFF and instrument formats.
 
-Every file is weighed before it is read: what it unpacks to, and what its points need in memory.
+Before a file is read, its unpacked size and the memory of its points are checked.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ __all__ = [
     "open_map",
 ]
 
-# What is read whatever its size.
+# Bytes below which a file is always read.
 REMEDY = "save the heights as .npy, of which only the crop is read"
 
 
@@ -34,7 +34,7 @@ def open_map(path: Path, stated: Stated) -> MapFile:
     Raises
     ------
     MapError
-        With every problem of the file that can be seen without reading the heights.
+        Lists all problems of the file that are known without reading the heights.
     """
     if path.stat().st_size == 0:
         raise MapError(str(path), ["the file is empty"])

@@ -1,4 +1,4 @@
-"""What all formats of maps share: the opened file, its units, and what is refused unread."""
+"""Common parts of all map formats: the opened file, units, checks before reading."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ UNITS_PER_METRE = {
     "A": 1e10,
     "pm": 1e12,
 }
-# What the treatment of a map holds at its peak: heights, a copy, the fitted trend, the mask.
+# Arrays held at the peak of processing: heights, a copy, the fitted trend, the mask.
 _ARRAYS_IN_MEMORY = 4
 
 
@@ -40,7 +40,7 @@ class MapError(ValueError):
     source : str
         The file.
     problems : tuple of str
-        Everything that is wrong, one sentence each.
+        All problems, one sentence per problem.
     """
 
     def __init__(self, source: str, problems: list[str]) -> None:
@@ -54,18 +54,18 @@ class MapError(ValueError):
 
 @dataclass(frozen=True)
 class Stated:
-    """What the scene says about a file: whatever the file does not state itself.
+    """Properties of a file that the scene states because the file does not.
 
     Attributes
     ----------
     size : tuple of float, optional
         Side lengths of the whole file in metres.
     height_unit, lateral_unit : str, optional
-        Units of the heights, and of lengths along x and y that the file holds without a unit.
+        Units of heights and of lengths along x and y if the file does not state them.
     channel : str, optional
-        Channel of an instrument's file, page of a TIFF.
+        Channel of an instrument file, or page of a TIFF.
     window : tuple of int, optional
-        The crop (x0, y0, nx, ny), so that no more than it need be read.
+        The crop (x0, y0, nx, ny), to read no more than necessary.
     """
 
     size: Size | None = None
@@ -88,10 +88,10 @@ class MapFile:
     read : callable
         Heights of a window (x0, y0, nx, ny) in metres; undefined points are NaN.
     holes_marked : bool
-        Whether the format itself marks undefined points (instruments); in plain tables a NaN may
-        as well be a mistake.
+        Whether the format marks undefined points (instruments); in plain tables a NaN may be a
+        mistake.
     notes : tuple of str
-        What was chosen, in sentences for the report.
+        Choices made on reading, as sentences for the report.
     """
 
     shape: tuple[int, int]
@@ -104,7 +104,7 @@ class MapFile:
 def windows_of(
     heights: NDArray[Any], units_per_metre: float
 ) -> Callable[[Window], NDArray[np.float64]]:
-    """Return the `read` of a map whose heights are at hand, in memory or mapped into it."""
+    """Return the `read` function of a map in memory or mapped into memory."""
 
     def read(window: Window) -> NDArray[np.float64]:
         x0, y0, nx, ny = window
@@ -115,13 +115,13 @@ def windows_of(
 
 
 def shorten(error: BaseException, length: int = 200) -> str:
-    """Return an error's message on one line; readers put whole files into theirs."""
+    """Return the message of an error on one line; readers may quote whole files in it."""
     text = " ".join(str(error)[: 10 * length].split())
     return text if len(text) <= length else text[:length] + " ..."
 
 
 def shape_problems(shape: tuple[int, ...]) -> list[str]:
-    """Refuse what is no map: anything but two dimensions of at least two points."""
+    """Return the problems of an array that is not two-dimensional with at least 2 x 2 points."""
     if len(shape) != 2:
         return [f"a map has two dimensions, this array has shape {tuple(shape)}"]
     if min(shape) < 2:
@@ -130,7 +130,7 @@ def shape_problems(shape: tuple[int, ...]) -> list[str]:
 
 
 def memory_problems(points: int) -> list[str]:
-    """Refuse what would not fit into 80 % of the free memory, before it is read."""
+    """Return the problem of a map that needs more than 80 % of the free memory."""
     need = 8 * _ARRAYS_IN_MEMORY * points
     free = MEMORY_SHARE * free_memory()
     if need <= free:

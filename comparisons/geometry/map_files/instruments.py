@@ -1,4 +1,4 @@
-"""Instruments' formats, read by SurfaceTopography (optional extra ``topography``)."""
+"""Instrument formats, read by SurfaceTopography (optional extra ``topography``)."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ from comparisons.geometry.map_files.checks import (
 )
 from comparisons.geometry.silence import quiet
 
-# Instruments store signals in the shape of maps; some are even scaled to a length.
+# Instruments also store signals as maps; some are even scaled to a length.
 _NOT_HEIGHT = re.compile(
     r"phase|amplitude|deflection|error|current|voltage|potential|friction|adhesion|modulus"
     r"|stiffness|dissipation|indentation|intensity|image|input|frequency|mask|quality",
@@ -31,12 +31,12 @@ _NOT_HEIGHT = re.compile(
 
 
 def open_instrument(path: Path, stated: Stated) -> MapFile:
-    """Open a file of any format that SurfaceTopography knows.
+    """Open a file in any format of SurfaceTopography.
 
     Raises
     ------
     MapError
-        If no reader knows the file, or it states no unit or size and the scene neither.
+        If no reader recognises the file, or neither the file nor the scene states a unit or size.
     """
     reader = _reader(path)
     index, notes = _choose_channel(path, reader, stated.channel)
@@ -44,7 +44,8 @@ def open_instrument(path: Path, stated: Stated) -> MapFile:
     problems = shape_problems(tuple(info.nb_grid_pts))
     problems += memory_problems(int(np.prod(info.nb_grid_pts, dtype=object)))
     problems += _metadata_problems(info, stated)
-    # The reader labels lengths with one unit; where the file has none, each has its own.
+    # The reader labels all lengths with one unit; without it, heights and sides may have different
+    # units.
     per_metre = _per_metre(info, stated.height_unit)
     size = _side_lengths(info, stated)
     if problems or per_metre is None or size is None:
@@ -87,7 +88,7 @@ def _reader(path: Path) -> Any:
 
 
 def _unknown_format(path: Path, error: Exception) -> str:
-    """Say which formats were tried, and why the one that the suffix promises failed."""
+    """Return a message with the formats tried and the failure of the suffix's format."""
     import SurfaceTopography
 
     readers = SurfaceTopography.IO.readers
@@ -107,7 +108,7 @@ def _unknown_format(path: Path, error: Exception) -> str:
 
 
 def _is_height(info: Any) -> bool:
-    """Whether a channel holds heights: by its declared kind, its unit and its name."""
+    """Return whether a channel holds heights, by its declared type, unit and name."""
     kind = getattr(getattr(info, "data_kind", None), "name", "HEIGHT")
     return (
         info.dim == 2
@@ -118,7 +119,7 @@ def _is_height(info: Any) -> bool:
 
 
 def _choose_channel(path: Path, reader: Any, channel: str | None) -> tuple[int, tuple[str, ...]]:
-    """Return the index of the channel to read, and what was chosen in words."""
+    """Return the index of the channel to read, and a note on the choice."""
     channels = list(reader.channels)
     listing = ", ".join(f"{info.index} {info.name!r}" for info in channels)
     heights = [i for i, info in enumerate(channels) if _is_height(info)]
@@ -140,12 +141,12 @@ def _choose_channel(path: Path, reader: Any, channel: str | None) -> tuple[int, 
 
 
 def _per_metre(info: Any, stated: str | None) -> float | None:
-    """Return how many of the file's units, or else of a stated one, a metre has; None: unknown."""
+    """Return the units per metre, from the file or else as stated; None if unknown."""
     return UNITS_PER_METRE.get(info.unit or stated or "")
 
 
 def _side_lengths(info: Any, stated: Stated) -> Size | None:
-    """Return those of the file, or else the stated ones, in metres; None where they are unknown."""
+    """Return the side lengths in metres, from the file or else as stated; None if unknown."""
     if info.physical_sizes is None:
         return stated.size
     lateral, sides = _per_metre(info, stated.lateral_unit), tuple(info.physical_sizes)
@@ -155,10 +156,10 @@ def _side_lengths(info: Any, stated: Stated) -> Size | None:
 
 
 def _metadata_problems(info: Any, stated: Stated) -> list[str]:
-    """Say which of size and units are missing, and which the file has fixed already."""
+    """Return the problems with size and units: missing, or stated twice."""
     problems = []
     if info.unit is not None and info.unit not in UNITS_PER_METRE:
-        problems.append(f"its unit {info.unit!r} is not a length that is known here")
+        problems.append(f"its unit {info.unit!r} is not a supported unit of length")
     if info.unit is None and stated.height_unit is None:
         problems.append("the file states no unit: give height_unit")
     problems += [

@@ -1,4 +1,4 @@
-"""How a text writes its numbers: what separates them, and whether decimals follow a comma."""
+"""Number format of text files: delimiter and decimal sign."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from pathlib import Path
 
 from comparisons.geometry.map_files.checks import MapError
 
-# Characters from the beginning of a text that show how its numbers are written.
+# Characters at the beginning of a text from which the number format is determined.
 _SAMPLE = 65536
 _COMMA_NUMBER = re.compile(
     r"[+-]?(?:\d+(?:,\d*)?|,\d+)(?:[eE][+-]?\d+)?|[+-]?(?:nan|inf)", re.IGNORECASE
@@ -18,18 +18,18 @@ _COMMA_NUMBER = re.compile(
 
 @dataclass(frozen=True)
 class NumberLayout:
-    """How the numbers of a text are written.
+    """Number format of a text.
 
     Attributes
     ----------
     first : str
-        The first line that is no comment.
+        The first line that is not a comment.
     header : int
-        Lines before the first one that holds nothing but numbers.
+        Number of lines before the first one with numbers only.
     delimiter : str or None
-        What separates the numbers; None for blanks.
+        Separator of the numbers; None for blanks.
     decimal_comma : bool
-        Whether a comma stands in the place of the decimal point.
+        Whether the decimal sign is a comma.
     """
 
     encoding: str
@@ -39,7 +39,7 @@ class NumberLayout:
     decimal_comma: bool
 
     def fields(self, line: str) -> list[str]:
-        """Split a line into its numbers, written with decimal points."""
+        """Split a line into numbers with decimal points."""
         return self._pointed(line.split("#", 1)[0].strip()).split(self.delimiter)
 
     def lines(self, path: Path) -> Iterator[str]:
@@ -52,17 +52,17 @@ class NumberLayout:
 
 
 def layout_of(path: Path) -> NumberLayout:
-    """Return how the numbers of a text are written.
+    """Return the number format of a text.
 
-    Commas are decimal where something else separates the numbers (semicolons, tabs, blanks) and
-    all of them stand within numbers.
+    Commas are decimal signs if another mark separates the numbers (semicolons, tabs, blanks) and
+    all commas are within numbers.
 
     Raises
     ------
     MapError
-        If numbers have both points and commas, so that either may stand for thousands.
+        If numbers contain both points and commas, so that either may be a thousands separator.
     OSError, UnicodeError
-        If the file is no readable text.
+        If the file is not readable text.
     """
     encoding = encoding_of(path)
     with path.open(encoding=encoding) as file:
@@ -77,14 +77,14 @@ def layout_of(path: Path) -> NumberLayout:
 
 
 def encoding_of(path: Path) -> str:
-    """Return the encoding that a text's first bytes announce; UTF-8 where they do not."""
+    """Return the encoding marked by the first bytes of a text, UTF-8 by default."""
     with path.open("rb") as file:
         start = file.read(2)
     return "utf-16" if start in (b"\xff\xfe", b"\xfe\xff") else "utf-8-sig"
 
 
 def _separation(path: Path, lines: list[str]) -> tuple[str | None, bool]:
-    """Return the delimiter, and whether commas are decimal."""
+    """Return the delimiter, and whether commas are decimal signs."""
     numeric = [line for line in lines if line[0].isdigit() or line[0] in "+-.,;\t"]
     text = "\n".join(numeric or lines[:1])
     for mark in (";", "\t", None):
@@ -109,7 +109,7 @@ def _separation(path: Path, lines: list[str]) -> tuple[str | None, bool]:
 
 
 def _all_numbers(fields: list[str]) -> bool:
-    """Whether every field of a line is a number, and there is one."""
+    """Return whether a line has at least one field and all fields are numbers."""
     try:
         return bool([float(field) for field in fields])
     except ValueError:

@@ -30,12 +30,12 @@ TRIED = (
 
 
 def open_plain(path: Path, stated: Stated) -> MapFile:
-    """Open a plain table: its first index runs along x.
+    """Open a plain table, whose first index runs along x.
 
     Raises
     ------
     MapError
-        If size or unit are missing, or the file is no table of numbers.
+        If size or unit is missing, or the file is not a table of numbers.
     """
     if stated.size is None or stated.height_unit is None:
         raise MapError(str(path), ["a plain table needs size and height_unit"])
@@ -61,7 +61,7 @@ def _coordinate_problems(array: NDArray[Any]) -> list[str]:
 
 
 def _open_npy(path: Path, window: Window | None) -> NDArray[Any]:
-    """Map the file into memory after a look at its header: only the crop is ever read."""
+    """Map a .npy file into memory after checking its header; only the crop is read."""
     source = str(path)
     try:
         with path.open("rb") as file:

@@ -1,4 +1,4 @@
-"""TIFF images whose pixels are heights, as many programs save them; instruments' own TIFF apart."""
+"""TIFF images whose pixels are heights, except for instrument formats based on TIFF."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ from comparisons.geometry.map_files.checks import (
 from comparisons.geometry.silence import quiet
 
 SUFFIXES = (".tif", ".tiff")
-# Park Systems keeps heights in private tags beside a picture; this one marks its files.
+# Park Systems stores heights in private tags beside a picture; this tag marks its files.
 _PARK_SYSTEMS = 50432
 
 
 def is_plain_tiff(path: Path) -> bool:
-    """Whether a file is a TIFF image that no instrument's reader knows better."""
+    """Return whether a file is a TIFF image, but not of an instrument format."""
     with path.open("rb") as file:
         magic = file.read(4)
     if path.suffix.lower() not in SUFFIXES or magic[:2] not in (b"II", b"MM"):
@@ -41,7 +41,7 @@ def open_tiff(path: Path, stated: Stated) -> MapFile:
     Raises
     ------
     MapError
-        If size or unit are missing, or the page is a picture instead of a map.
+        If size or unit is missing, or the page is a picture instead of a map.
     """
     with quiet(), _opened(path) as image:
         pages = len(image.pages)
@@ -59,7 +59,7 @@ def open_tiff(path: Path, stated: Stated) -> MapFile:
         pixels = _pixels(path, page)
     assert stated.size is not None
     assert stated.height_unit is not None
-    # The first line of an image is its top.
+    # The first line of an image is at the top.
     heights = np.flip(pixels.T, axis=1)
     kind = "" if pixels.dtype.kind == "f" else f", whole numbers ({pixels.dtype}) taken as heights"
     position = f"page {number} of " if pages > 1 else ""
@@ -111,5 +111,5 @@ def _page_problems(page: Any) -> list[str]:
 def _pixels(path: Path, page: Any) -> NDArray[Any]:
     try:
         return np.asarray(page.asarray())
-    except Exception as error:  # the decoders of many compressions raise their own kinds
+    except Exception as error:  # decoders raise various types of exceptions
         raise MapError(str(path), [f"the pixels cannot be read ({shorten(error)})"]) from error

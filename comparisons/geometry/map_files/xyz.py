@@ -1,4 +1,4 @@
-"""Lists of x, y, z on a regular grid, one point a line: the coordinates are in the file."""
+"""Coordinate lists x, y, z of a regular grid, one point per line."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ from comparisons.geometry.map_files.checks import (
 from comparisons.geometry.map_files.numbers_in_text import NumberLayout, layout_of
 
 SUFFIX = ".xyz"
-# Bytes at the end of a file that show whether it is a list of three numbers a line.
+# Bytes at the end of a file from which a list with three numbers per line is recognised.
 _TAIL = 4096
-# Shares of a step: coordinates closer than the first are the same, rounded differently; those
-# farther from a regular grid than the second are on none.
+# Fractions of a step: coordinates closer than the first are equal up to rounding; those farther
+# from a regular grid than the second are not on it.
 _SAME, _OFF_GRID = 0.01, 0.1
-# A grid of which less is in the file is no grid: scattered points.
+# If the file contains a smaller fraction of a grid, its points count as scattered.
 _LEAST_SHARE = 0.5
 # Arrays of all points at the peak of reading: three columns, their order, two indices.
 _ARRAYS = 8
@@ -37,15 +37,15 @@ _UNIT_LINES = {
 
 
 def is_xyz(path: Path) -> bool:
-    """Whether a file is a list of x, y, z: by its suffix, or by its last line (text of any suffix).
+    """Return whether a file is a list of x, y, z, by its suffix or by the last line of a text.
 
-    The last line counts, as a header may come before the first.
+    The last line is used because the first may be a header.
     """
     if path.suffix.lower() == SUFFIX:
         return True
     with path.open("rb") as file:
         file.seek(max(0, path.stat().st_size - _TAIL))
-        # Text of two bytes a character has every other one zero.
+        # In text with two bytes per character, every other byte is zero.
         lines = file.read().replace(b"\0", b"").split(b"\n")
     last = next((line for line in reversed(lines) if line.strip()), b"")
     if len(last) > 200:
@@ -58,13 +58,13 @@ def open_xyz(path: Path, stated: Stated) -> MapFile:
     """Open a list of x, y, z.
 
     Units that the file does not state (``# Lateral units: µm``, ``# Value units: nm``, as Gwyddion
-    writes them) have to be given, for x and y apart from z: profilers commonly export micrometres
-    beside nanometres. Points of the grid that are not in the list are undefined.
+    writes them) must be given, separately for x, y and for z: profilers commonly export micrometres
+    beside nanometres. Grid points missing from the list are undefined.
 
     Raises
     ------
     MapError
-        If units are missing or the points lie on no regular grid.
+        If units are missing or the points are not on a regular grid.
     """
     try:
         layout = layout_of(path)
@@ -96,7 +96,7 @@ def open_xyz(path: Path, stated: Stated) -> MapFile:
 
 
 def _own_units(path: Path, layout: NumberLayout) -> dict[str, str]:
-    """Return the units that comments before the first number state."""
+    """Return the units stated in comments before the first number."""
     units = {}
     with path.open(encoding=layout.encoding) as file:
         for line, _ in zip(file, range(layout.header), strict=False):
@@ -146,7 +146,7 @@ def _columns(path: Path, layout: NumberLayout) -> NDArray[np.float64]:
 def _on_grid(
     path: Path, x: NDArray[np.float64], y: NDArray[np.float64], z: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], tuple[float, float]]:
-    """Return heights (nx, ny), NaN where the list has no point, and the cells' sides."""
+    """Return the heights (nx, ny), NaN for missing points, and the sides of a cell."""
     (across, column, even_x), (along, row, even_y) = _spaced(x), _spaced(y)
     problems = [
         f"{name} is not equally spaced: a map is a regular grid of points"
@@ -164,14 +164,14 @@ def _on_grid(
     place = column * shape[1] + row
     twice = int(len(place) - len(np.unique(place)))
     if twice:
-        raise MapError(str(path), [f"{twice} points have the x and y of another one"])
+        raise MapError(str(path), [f"{twice} points have the x and y of another point"])
     heights = np.full(shape[0] * shape[1], np.nan)
     heights[place] = z
     return heights.reshape(shape), (across, along)
 
 
 def _spaced(values: NDArray[np.float64]) -> tuple[float, NDArray[np.int64], bool]:
-    """Return the mean step of values, the nearest place of each, and whether steps are equal."""
+    """Return the mean step of values, their grid positions, and whether the steps are equal."""
     levels = np.unique(values)
     if len(levels) < 2:
         return 0.0, np.zeros(len(values), np.int64), True
@@ -184,7 +184,7 @@ def _spaced(values: NDArray[np.float64]) -> tuple[float, NDArray[np.int64], bool
 
 
 def holds_grid(x: NDArray[np.float64], y: NDArray[np.float64]) -> bool:
-    """Whether numbers are the coordinates of a complete regular grid, each point once."""
+    """Return whether numbers are the coordinates of a complete regular grid, each point once."""
     if not (np.isfinite(x).all() and np.isfinite(y).all()):
         return False
     columns, rows = len(np.unique(x)), len(np.unique(y))

@@ -112,7 +112,7 @@ def test_scattered_points_are_no_map(tmp_path):
 def test_a_few_lines_do_not_span_a_grid_of_gigabytes(tmp_path):
     """Whatever the suffix: steps of 1e-9 beside 1 need no grid of 1e9 points."""
     lines = "0 0 1\n1e-9 0 2\n1 0 3\n0 1 4\n1e-9 1 5\n1 1 6\n"
-    reason = "2 points have the x and y of another one"
+    reason = "2 points have the x and y of another point"
     for name in ("scan.xyz", "scan.asc", "scan"):
         (tmp_path / name).write_text(lines)
         assert reason in refusal(tmp_path / name, **UNITS)

@@ -270,9 +270,9 @@ def test_sides_that_do_not_join_are_named(store):
     wave, groove = np.cos(2 * np.pi * x / 16), np.where(x < 5, -1.0, 0.0)
     for heights in (wave, np.roll(wave, 3, axis=0), groove):
         notes = plain(store(heights), periodic=True).treatment
-        assert not any("called periodic" in each for each in notes)
+        assert not any("declared periodic" in each for each in notes)
     *_, note = plain(store(wave + x), periodic=True).treatment
-    assert note.startswith("called periodic, but along x the last line and the first differ by")
+    assert note.startswith("declared periodic, but along x the last line and the first differ by")
     *_, note = plain(store(wave + x)).treatment
     assert "periodic" not in note
 

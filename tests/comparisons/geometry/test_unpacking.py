@@ -78,7 +78,7 @@ def test_archive_that_lies_within_the_limit_is_damaged(tmp_path):
 def test_archive_in_another_compression_is_refused(tmp_path):
     """The library inflates bzip2 and LZMA without any bound."""
     path = archive(tmp_path / "map.zip", BOMB, zipfile.ZIP_LZMA)
-    assert "other means than deflate" in refused(path)
+    assert "not compressed by deflate" in refused(path)
 
 
 def test_xml_counts_as_what_a_parser_makes_of_it(tmp_path):
@@ -158,7 +158,7 @@ def test_filters_that_compress_twice_are_refused(tmp_path):
     with h5py.File(tmp_path / "map.h5", "w") as file:
         space = h5py.h5s.create_simple((10, 10))
         h5py.h5d.create(file.id, b"heights", h5py.h5t.IEEE_F64LE, space, plist)
-    assert "compressed by other means than gzip" in refused(tmp_path / "map.h5")
+    assert "not compressed by gzip" in refused(tmp_path / "map.h5")
 
 
 def test_tiff_that_declares_too_much(tmp_path):
