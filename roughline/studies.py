@@ -14,7 +14,7 @@ from comparisons.questions import study
 from comparisons.questions.campaign import Campaign, Watch
 from comparisons.results.decisions import judged_methods
 from comparisons.results.store import StudyRecord, load_study
-from comparisons.solving.executors import Done
+from comparisons.solving.jobs import Done
 from comparisons.solving.planning import Effort
 from comparisons.solving.plans import Source, plan_all
 from comparisons.tasks.task import Task

@@ -28,9 +28,10 @@ from comparisons.results.header import Header
 from comparisons.results.store import SceneRecord
 from comparisons.solving.answers import Answers
 from comparisons.solving.execution import THREADS
-from comparisons.solving.executors import Done, Executor, executor_for
+from comparisons.solving.executors import Executor, executor_for
 from comparisons.solving.forecast import Remaining
 from comparisons.solving.inquiries import Inquiries, Inquiry
+from comparisons.solving.jobs import Done
 from comparisons.solving.planning import Effort
 
 A = TypeVar("A")

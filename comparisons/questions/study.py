@@ -27,8 +27,8 @@ from comparisons.results.vtu import write_fields
 from comparisons.solving.answers import solve_job
 from comparisons.solving.compilation import compile_apart
 from comparisons.solving.execution import execute
-from comparisons.solving.executors import Done
 from comparisons.solving.inquiries import Inquiry
+from comparisons.solving.jobs import Done
 from comparisons.solving.planning import Plan
 from comparisons.tasks.archive import save_solution
 from comparisons.tasks.solution import REALISATIONS, Solution, Solved

@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from comparisons.errors import LostWorkError, ResultsError
 from comparisons.methods.registry import solver_of
 from comparisons.solving.execution import REPEATS, execute
-from comparisons.solving.executors.base import Done, Job
 from comparisons.solving.forecast import Kind
+from comparisons.solving.jobs import Archive, Done, Job
 from comparisons.solving.planning import Plan
 from comparisons.tasks.archive import load_solution, save_solution
 from comparisons.tasks.solution import REALISATIONS, Solution, Solved
@@ -19,27 +19,6 @@ from comparisons.tasks.task import Task
 
 # Quantities that every solve gives: claims that ask for different ones of them share it.
 ALWAYS = {"force", "penetration", "contact_area"}
-
-
-@dataclass(frozen=True)
-class Archive:
-    """How a folder keeps an answer.
-
-    Attributes
-    ----------
-    suffix : str
-    save : callable
-        ``save(path, answer)``, atomically.
-    load : callable
-        ``load(path)``; raises ResultsError for a torn file.
-    is_final : callable
-        Whether an answer of an earlier run is taken: what broke it may have been mended since.
-    """
-
-    suffix: str
-    save: Callable[[Path, Any], None]
-    load: Callable[[Path], Any]
-    is_final: Callable[[Any], bool]
 
 
 SOLUTION = Archive(

@@ -13,8 +13,9 @@ from typing import Generic, TypeVar
 
 from comparisons.errors import LostWorkError
 from comparisons.solving.answers import Answers, curve_job, value_of
-from comparisons.solving.executors.base import Done, Executor, Job, SerialExecutor
+from comparisons.solving.executors.base import Executor, SerialExecutor
 from comparisons.solving.forecast import Forecast, Remaining
+from comparisons.solving.jobs import Done, Job
 from comparisons.solving.planning import Plan
 from comparisons.tasks.solution import REALISATIONS, Solution, Solved
 

@@ -20,7 +20,8 @@ from comparisons.questions.study import solve_task
 from comparisons.scene.scene import make_scene
 from comparisons.solving.compilation import compile_apart
 from comparisons.solving.execution import execute
-from comparisons.solving.executors import Job, ProcessExecutor, executor_for
+from comparisons.solving.executors import ProcessExecutor, executor_for
+from comparisons.solving.jobs import Job
 from comparisons.solving.planning import plan_scene, task_of
 from comparisons.tasks.archive import save_solution
 from comparisons.tasks.solution import Solution

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from comparisons.questions.campaign import Campaign, Watch
     from comparisons.results.advice import Setting
     from comparisons.results.store import SceneRecord
-    from comparisons.solving.executors import Done
+    from comparisons.solving.jobs import Done
 
 R = TypeVar("R")
 # Seconds of a run before its speeds and errors are drawn, between drawings, and between plain

@@ -37,10 +37,10 @@ from comparisons.questions.experiments.base import Effort
 from comparisons.reasons import one_line
 from comparisons.results.folder import Layout
 from comparisons.results.header import Header
-from comparisons.solving.answers import Archive, value_of
-from comparisons.solving.executors import Job
+from comparisons.solving.answers import value_of
 from comparisons.solving.forecast import Kind
 from comparisons.solving.inquiries import Inquiry, answer_of
+from comparisons.solving.jobs import Archive, Job
 
 MEASUREMENTS = "measurements"
 COPIED = {"id", "text", "equation", "reading", "corrects", "method", "measure"}

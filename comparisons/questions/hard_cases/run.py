@@ -44,8 +44,8 @@ from comparisons.results.header import Header
 from comparisons.scene.scene import Scene
 from comparisons.solving.answers import solve_job
 from comparisons.solving.execution import execute
-from comparisons.solving.executors import Done, Job
 from comparisons.solving.inquiries import Inquiry, answer_of
+from comparisons.solving.jobs import Done, Job
 from comparisons.solving.planning import EXACT as EXACT_LEVELS
 from comparisons.solving.planning import Plan, plan_scene, refusal, single_resolution, task_of
 from comparisons.tasks.solution import REALISATIONS, Solution, Solved

@@ -7,10 +7,10 @@ job finds does not depend on the executor, on the number of workers, or on the o
 
 from __future__ import annotations
 
-from comparisons.solving.executors.base import Done, Executor, Job, SerialExecutor
+from comparisons.solving.executors.base import Executor, SerialExecutor
 from comparisons.solving.executors.local import ProcessExecutor
 
-__all__ = ["Done", "Executor", "Job", "ProcessExecutor", "SerialExecutor", "executor_for"]
+__all__ = ["Executor", "ProcessExecutor", "SerialExecutor", "executor_for"]
 
 
 def executor_for(workers: int = 1, scheduler: str | None = None) -> Executor:

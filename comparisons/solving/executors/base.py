@@ -6,63 +6,9 @@ import time
 from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from comparisons.solving.forecast import Kind
-
-if TYPE_CHECKING:
-    from comparisons.solving.answers import Archive
-
-
-@dataclass(frozen=True)
-class Job:
-    """One independent piece of work.
-
-    Attributes
-    ----------
-    key : str
-        Names it, and the file that keeps its answer: the same exactly when the answer is.
-    work : callable
-        A function of an importable module. What it needs comes in its arguments.
-    arguments : tuple
-        Picklable, unless the work is done in this process.
-    memory : float
-        Estimate of the peak memory in bytes that the work takes beyond what a process with all
-        packages has; 0 is "little".
-    kind : Kind
-        What its time depends on.
-    archive : Archive, optional
-        How a folder keeps its answer.
-    """
-
-    key: str
-    work: Callable[..., Any]
-    arguments: tuple[Any, ...] = ()
-    memory: float = 0.0
-    kind: Kind = field(default_factory=Kind)
-    archive: Archive | None = None
-
-
-@dataclass(frozen=True)
-class Done:
-    """The outcome of a job.
-
-    Attributes
-    ----------
-    job : Job
-    value : object
-        What the work returned.
-    seconds : float
-        Wall time of the work, where it was done.
-    lost : str
-        Why there is no value: the process that did the work was ended, again and again.
-    """
-
-    job: Job
-    value: Any = None
-    seconds: float = float("nan")
-    lost: str = ""
+from comparisons.solving.jobs import Done, Job
 
 
 class Executor(ABC):

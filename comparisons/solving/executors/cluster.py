@@ -21,8 +21,9 @@ from typing import TYPE_CHECKING, Any
 from comparisons.errors import InputError, LostWorkError
 from comparisons.machine import source_digest, versions
 from comparisons.methods.user.external import adopt, announced, digests
-from comparisons.solving.executors.base import Done, Executor, Job, timed
+from comparisons.solving.executors.base import Executor, timed
 from comparisons.solving.executors.local import PROCESS
+from comparisons.solving.jobs import Done, Job
 
 if TYPE_CHECKING:
     from distributed import Client, Future

@@ -22,7 +22,8 @@ from joblib.externals.loky.process_executor import ProcessPoolExecutor
 
 from comparisons.isolation.parent import ONE_THREAD
 from comparisons.machine import MEMORY_SHARE, free_memory
-from comparisons.solving.executors.base import Done, Executor, Job, timed
+from comparisons.solving.executors.base import Executor, timed
+from comparisons.solving.jobs import Done, Job
 
 # How often a job is tried whose process is ended.
 ATTEMPTS = 3

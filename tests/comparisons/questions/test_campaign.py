@@ -17,8 +17,9 @@ from comparisons.questions.hard_cases.run import HardCases
 from comparisons.questions.regression.measure import Measurements
 from comparisons.questions.study import Study
 from comparisons.solving import answers
-from comparisons.solving.executors import Done, SerialExecutor
+from comparisons.solving.executors import SerialExecutor
 from comparisons.solving.forecast import Remaining
+from comparisons.solving.jobs import Done
 from comparisons.solving.planning import plan_scene
 
 

@@ -16,7 +16,8 @@ import pytest
 from comparisons.errors import InputError, LostWorkError
 from comparisons.questions.study import Study
 from comparisons.results.store import RESULTS, load_study
-from comparisons.solving.executors import Job, executor_for
+from comparisons.solving.executors import executor_for
+from comparisons.solving.jobs import Job
 from comparisons.solving.planning import plan_scene
 
 CLOCK = ["seconds", "setup_seconds", "compile_seconds", "memory"]

@@ -12,7 +12,8 @@ import time
 import psutil
 import pytest
 
-from comparisons.solving.executors import Job, ProcessExecutor, SerialExecutor, executor_for
+from comparisons.solving.executors import ProcessExecutor, SerialExecutor, executor_for
+from comparisons.solving.jobs import Job
 
 GB = 1e9
 
