@@ -1,1 +1,1 @@
-"""What is asked: a study, claims, hard cases, calibration, regression, benchmarks."""
+"""The questions: study, claims, hard cases, calibration, regression, benchmarks."""

@@ -1,12 +1,12 @@
-"""Is the bar right? The uncertainty of references against their true error, on closed forms.
+"""Calibration of bars: the estimated uncertainty of references against their true error.
 
-Every reference is solved at many resolutions on shapes whose exact solution is known. From each
-series of resolutions comes a bar, as for any scene, and beside it stands the true error of the
-finest solution. A bar is right if it covers the error in 95 % of the cases without being far wider.
+Every reference is solved at many resolutions on shapes with a known exact solution. Every series of
+resolutions yields a bar, as for any scene, which is compared with the true error of the finest
+solution. Bars are right if they cover the error in 95 % of the cases without being far wider.
 
-The parameters of the estimator are fixed on half of the shapes (FITTING); the other half
-(REPORTED) has no part in that, and is what is reported. Both halves have smooth shapes, kinks and
-tips, flat punches with sharp edges, and ellipses.
+The parameters of the estimator are fitted to half of the shapes (FITTING); only the other half
+(REPORTED) is reported. Both halves have smooth shapes, kinks and tips, flat punches with sharp
+edges, and ellipses.
 """
 
 from __future__ import annotations
@@ -54,7 +54,7 @@ REPORTED: dict[str, dict[str, Any]] = {
     "cylinder": {"shape": "cylinder", "radius": 1.0},
     "flat ellipse 3 : 1": {"shape": "elliptic_punch", "semi_axes": [3.0, 1.0]},
 }
-# Series of resolutions as plans use them, and odd ones.
+# Series of resolutions, those of plans and others.
 SERIES: dict[str, tuple[tuple[int, ...], ...]] = {
     "bem_fft": ((8, 16, 32), (11, 22, 44), (16, 32, 64), (8, 11, 16), (16, 22, 32)),
     "bem_dense": ((4, 8, 16), (5, 10, 20), (5, 8, 12), (4, 6, 8)),
@@ -64,17 +64,17 @@ TABLE = "calibration.csv"
 QUANTITIES = ("force", "penetration", "contact_area", "stiffness")
 FLAT = ("cylinder", "elliptic_punch")
 LOADS = [0.02, 0.03, 0.05, 0.08]
-# What the fitting half must reach, over all its cases and for each of its shapes.
+# Required coverage of the fitting half, over all cases and for every shape.
 LEAST_COVERAGE, LEAST_COVERAGE_OF_A_SHAPE = 0.975, 0.9
 
 
 @dataclass(frozen=True)
 class Case:
-    """One bar beside the true error it must cover: a quantity of one series of resolutions.
+    """A bar and the true error that it must cover, for a quantity of one series of resolutions.
 
     `curves` (levels, steps) and `others` (steps), the bars of the other sources, allow the grid's
-    bar to be computed anew with another rule. Error and bar are the rms over the load steps.
-    `beyond` (steps) is the relative distance from the interval that a theorem gives, 0 inside.
+    bar to be recomputed with another rule. Error and bar are the rms over the load steps. `beyond`
+    (steps) is the relative distance from the proved interval, 0 inside.
     """
 
     half: str
@@ -91,7 +91,7 @@ class Case:
 
     @property
     def missed(self) -> bool | None:
-        """Whether the bar does not reach the proved interval; None where there is none."""
+        """Whether the bar misses the proved interval; None if there is no such interval."""
         return None if self.beyond is None else rms_and_maximum(self.beyond)[0] > self.bar
 
     @property
@@ -105,26 +105,26 @@ class Case:
         return rms_and_maximum(self.bars)[0]
 
     def with_rule(self, rule: Rule) -> Case:
-        """Return the case with the bar that another rule gives."""
+        """Return the case with the bar of another rule."""
         grid = grid_uncertainty(np.array(self.resolutions), self.curves, rule)
         return replace(self, bars=combined(grid, self.bars_beside_grid))
 
 
 @dataclass(frozen=True)
 class CalibrationRecord:
-    """Every bar with its true error; nothing of a run that was interrupted is written."""
+    """All bars with their true errors; an interrupted run writes nothing."""
 
     header: Header
     cases: list[Case]
 
 
 class Calibration(Campaign[list[Case], CalibrationRecord]):
-    """All shapes at all resolutions; calibration.csv is written anew."""
+    """The calibration of all shapes at all resolutions; replaces calibration.csv."""
 
     layout = Layout(TABLE)
 
     def inquiries(self) -> dict[str, Inquiry[list[Case]]]:
-        """Return an inquiry for each shape."""
+        """Return one inquiry per shape."""
         halves = {"fitting": FITTING, "reported": REPORTED}
         return {
             name: shape_cases(half, name, table)
@@ -133,7 +133,7 @@ class Calibration(Campaign[list[Case], CalibrationRecord]):
         }
 
     def answer(self, header: Header, answers: Mapping[str, list[Case]]) -> CalibrationRecord:
-        """Return the cases of the shapes that are done, in their order."""
+        """Return the cases of the completed shapes in order."""
         names = (*FITTING, *REPORTED)
         return CalibrationRecord(header, [case for n in names for case in answers.get(n, [])])
 
@@ -151,7 +151,7 @@ def shape_cases(
 ) -> Inquiry[list[Case]]:
     """Solve one shape under both controls; return its cases."""
     controls = ("penetration", "force")
-    # A mesh costs seconds; it is the same under force control.
+    # Meshes take seconds and are the same under force control.
     names = {c: [m for m in series if METHODS[m].grid or c == "penetration"] for c in controls}
     plans = [_plan(table, c, {name: series[name] for name in names[c]}) for c in controls]
     cases: list[Case] = []
@@ -166,7 +166,7 @@ def shape_cases(
 
 
 def _enclosed(plan: Plan) -> dict[str, np.ndarray]:
-    """Return the sides of the proved intervals, nothing where no theorem covers the scene."""
+    """Return the sides of the proved intervals, empty if no theorem covers the scene."""
     try:
         return enclosures(plan.scene, plan.loads)
     except Refused:
@@ -206,7 +206,7 @@ def _series(
     exact: dict[str, np.ndarray],
     flat: bool,
 ) -> Iterable[Case]:
-    """Yield a case for each quantity; the face of a punch has no area to be found."""
+    """Yield one case per quantity, without the area of flat punches, which is given."""
     references = truths(solved, control)
     if not references or not all(_complete(solution) for solution in solved.values()):
         return
@@ -236,9 +236,9 @@ def _complete(solution: Solution) -> bool:
 
 @dataclass(frozen=True)
 class Summary:
-    """How good a set of bars is.
+    """Quality of a set of bars.
 
-    coverage: share of the cases whose bar covers the true error; width: median of bar over error.
+    coverage: fraction of cases whose bar covers the true error; width: median of bar over error.
     """
 
     count: int
@@ -247,10 +247,10 @@ class Summary:
 
 
 def summary(cases: Iterable[Case]) -> Summary:
-    """Return coverage and median width."""
+    """Return the coverage and median width."""
     pairs = [(case.error, case.bar) for case in cases]
     errors, bars = (np.array(column) for column in zip(*pairs, strict=True))
-    # An error that is round-off is covered whatever the bar; it says nothing about widths.
+    # Round-off errors are covered by any bar and say nothing about widths.
     real = errors > 1e-13
     return Summary(
         count=len(pairs),
@@ -260,7 +260,7 @@ def summary(cases: Iterable[Case]) -> Summary:
 
 
 def candidates() -> list[Rule]:
-    """Return the rules that the fit chooses among."""
+    """Return the candidate rules of the fit."""
     return [
         replace(RULE, highest=highest, unsafe=unsafe)
         for highest, unsafe in product(
@@ -270,9 +270,9 @@ def candidates() -> list[Rule]:
 
 
 def fitted(cases: list[Case]) -> Rule | None:
-    """Return the narrowest rule that covers enough of the fitting half, None where none does.
+    """Return the narrowest rule that covers enough of the fitting half, or None.
 
-    Enough is LEAST_COVERAGE of all cases, and LEAST_COVERAGE_OF_A_SHAPE of each shape's.
+    Required are LEAST_COVERAGE of all cases and LEAST_COVERAGE_OF_A_SHAPE for every shape.
     """
     fitting = [case for case in cases if case.half == "fitting"]
     tried = {rule: [case.with_rule(rule) for case in fitting] for rule in candidates()}
@@ -281,7 +281,7 @@ def fitted(cases: list[Case]) -> Rule | None:
 
 
 def enough(fitting: list[Case]) -> bool:
-    """Tell whether bars cover what the fitting half demands, in total and shape by shape."""
+    """Return whether bars have the required coverage of the fitting half, overall and by shape."""
     shapes = {case.shape for case in fitting}
     worst = min(summary(c for c in fitting if c.shape == name).coverage for name in shapes)
     return summary(fitting).coverage >= LEAST_COVERAGE and worst >= LEAST_COVERAGE_OF_A_SHAPE

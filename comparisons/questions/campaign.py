@@ -1,15 +1,15 @@
-"""A campaign: a question that takes many solves, and the folder of its answer.
+"""A campaign: a question that needs many solves, and the folder of its answer.
 
-A study, claims, hard cases, a calibration and a check are campaigns. Each says only two things:
+A study, claims, hard cases, a calibration and a check are campaigns. Each defines only two things:
 
-- `inquiries`: generators of jobs (`comparisons.solving.inquiries`), one for each scene, claim, case
-  or shape. A job is picklable and hashed (`Job.key`), so it does not matter who does it, nor when.
-- `answer`: the record, from the header and from what the inquiries have returned so far.
+- `inquiries`: generators of jobs (`comparisons.solving.inquiries`), one per scene, claim, case or
+  shape. A job is picklable and hashed (`Job.key`), so any process can do it at any time.
+- `answer`: the record, built from the header and the answers of the inquiries so far.
 
-The rest is here, once. `run` opens the folder (`comparisons.results.folder`), takes from it what a
-killed run has left, hands the jobs to an executor, tells a watcher how far it is and how long the
-rest takes, and saves the record - also after an interrupt or when work is lost, before it raises.
-Answers are written by this process alone: workers need no common file system.
+This module contains everything else. `run` opens the folder (`comparisons.results.folder`), reuses
+the answers of a killed run, passes the jobs to an executor, reports progress and remaining time to
+a watcher, and saves the record, also after an interrupt or lost work, before it raises. Only this
+process writes answers, so workers need no common file system.
 """
 
 from __future__ import annotations
@@ -37,11 +37,11 @@ from comparisons.solving.planning import Effort
 A = TypeVar("A")
 R = TypeVar("R")
 Watch = Callable[["Campaign[Any, Any]", Done | None], None]
-ADVICE = "what was solved is kept: --resume goes on, --workers 1 needs less memory"
+ADVICE = "completed solves are kept: use --resume to continue, --workers 1 to save memory"
 
 
 class Options(TypedDict, total=False):
-    """What every campaign can be told; see `Campaign`."""
+    """Options of all campaigns, see `Campaign`."""
 
     command: str
     effort: Effort
@@ -58,19 +58,19 @@ class Campaign(ABC, Generic[A, R]):
     Parameters
     ----------
     directory : Path
-        Created when the run starts. A folder with results needs `resume` or `overwrite`; one
-        without solves to be kept is written anew. Nothing is written without a `layout`.
+        Created when the run starts. A folder with results needs `resume` or `overwrite`; a folder
+        without reusable solves is replaced. Nothing is written without a `layout`.
     command : str
         The command line, for the report.
     effort : {"quick", "full"}
     workers : int
-        Processes; each solves on one thread.
+        Number of processes, with one thread per process.
     resume, overwrite : bool
-        Go on with what is there; or start anew.
+        Continue from existing results, or replace them.
     executor : Executor, optional
-        Carries out the jobs; default: `workers` processes here.
+        Executes the jobs; default: `workers` local processes.
     watch : callable, optional
-        Called with the campaign and what was done last (None at the start).
+        Called with the campaign and the last job done (None at the start).
     """
 
     layout: ClassVar[Layout | None] = None
@@ -87,44 +87,44 @@ class Campaign(ABC, Generic[A, R]):
 
     @abstractmethod
     def inquiries(self) -> Mapping[str, Inquiry[A]]:
-        """Return what is asked, under names that differ."""
+        """Return the inquiries by unique names."""
 
     @abstractmethod
     def answer(self, header: Header, answers: Mapping[str, A]) -> R:
-        """Return the record of what is answered so far."""
+        """Return the record of the answers so far."""
 
     def save(self, record: R) -> None:
         """Write a record into the folder."""
 
     def seconds_before(self) -> float | None:
-        """Return the time of the run that is resumed, None where there is none."""
+        """Return the seconds of the resumed run, or None."""
         return None
 
     def received(self, done: Done) -> None:
-        """Take note of an answer, kept or new."""
+        """Register an answer, cached or new."""
 
     def so_far(self, done: Done) -> SceneRecord | None:
-        """Return what is solved so far of the scene of a job, None where there is no scene."""
+        """Return the record so far of the scene of a job, or None if there is no scene."""
         return None
 
     @property
     def counts(self) -> tuple[int, int]:
-        """How many jobs are done, and how many there are so far: refinements add some."""
+        """Number of completed jobs and of all jobs so far; refinements add jobs."""
         return self._inquiries.counts
 
     def remaining(self) -> Remaining:
-        """Return how long the rest takes, by the measured costs of like jobs."""
+        """Return the remaining time, estimated from the measured costs of similar jobs."""
         return self._inquiries.remaining()
 
     def run(self) -> R:
-        """Solve what is not solved yet, and return the record that is in the folder then.
+        """Run the remaining jobs, and return the record written to the folder.
 
         Raises
         ------
         ResultsError
-            If the folder is used and neither `resume` nor `overwrite` was said.
+            If the folder has results and neither `resume` nor `overwrite` is set.
         KeyboardInterrupt, LostWorkError
-            After writing what was done.
+            After writing the completed work.
         """
         started = time.perf_counter()
         executor = self.executor or executor_for(self.workers)
@@ -148,7 +148,7 @@ class Campaign(ABC, Generic[A, R]):
         return record
 
     def record(self, seconds: float, *, interrupted: bool = False) -> R:
-        """Return the record of what is answered so far, with its header."""
+        """Return the record of the answers so far, with its header."""
         header = Header(
             created=self._created,
             command=self.command,
@@ -161,14 +161,14 @@ class Campaign(ABC, Generic[A, R]):
         return self.answer(header, self._inquiries.answers)
 
     def _open(self) -> float:
-        """Make the folder ready; return the seconds of the run that is resumed."""
+        """Prepare the folder; return the seconds of the resumed run."""
         if self.layout is None:
             return 0.0
         spent = self.seconds_before() if self.resume else None
         anew = self.overwrite or not self.layout.answers
         open_folder(self.directory, self.layout, resume=self.resume, overwrite=anew)
         if spent is None and self.layout.answers:
-            # Killed before its end, a run leaves a folder that says so, and that is known as ours.
+            # The folder of a killed run is marked as incomplete and as written by roughline.
             self.save(self.record(0.0, interrupted=True))
         return spent or 0.0
 

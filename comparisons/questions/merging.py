@@ -1,4 +1,4 @@
-"""Runs of several machines merged into one: parts of the realisations, other methods or scenes."""
+"""Merging of runs from several machines: parts of the realisations, other methods or scenes."""
 
 from __future__ import annotations
 
@@ -24,17 +24,17 @@ from comparisons.tasks.archive import load_solution
 from comparisons.tasks.solution import Solution
 from comparisons.tasks.task import Task
 
-# Why a method was left out that another run may well have been asked for.
+# Reason for leaving out a method that another run may include.
 NOT_ASKED = "not asked for"
-# What may differ between the scenes of two runs: which methods solve them, and how finely.
+# Keys that may differ between the scenes of two runs: methods and resolutions.
 FREE = ("methods", "resolutions")
-NOT_REFINED = "full: merged runs are not refined; roughline run with --full --resume goes on"
+NOT_REFINED = "full: merged runs are not refined; continue with roughline run --full --resume"
 _Solve = tuple[str, str, int, tuple[int, ...]]
 
 
 @dataclass
 class _Merge:
-    """What was found in the runs, scene by scene, and all that speaks against merging them."""
+    """Solutions of the runs by scene, and all reasons against merging them."""
 
     plans: dict[str, list[Plan]] = field(default_factory=dict)
     solutions: dict[_Solve, tuple[str, Solution]] = field(default_factory=dict)
@@ -42,31 +42,31 @@ class _Merge:
 
 
 def merge(directories: Iterable[Path], out: Path, command: str = "", files: Path = Path()) -> Study:
-    """Write a results folder with everything that several runs have found.
+    """Write a results folder with the solutions of several runs.
 
-    The runs must have been made by this very roughline, with the packages that are here. A solve
-    that is in two runs must have the same values in both (to 1e-5, the tolerance of iterations).
+    The runs must be from the same version of roughline and of its packages as installed here. A
+    solve in two runs must have the same values in both (to 1e-5, the tolerance of iterations).
 
     Parameters
     ----------
     directories : iterable of Path
-        Folders that `roughline run` has written, complete or not.
+        Folders written by `roughline run`, complete or not.
     out : Path
-        A folder that does not exist, or is empty. It appears when all of it is written.
+        A new or empty folder. It appears once it is complete.
     command : str
         The command line, for the report.
     files : Path
-        Where the files are (maps, meshes) that the scenes name.
+        Folder of the files (maps, meshes) named in the scenes.
 
     Returns
     -------
     Study
-        Done; `lost` tells what none of the runs has.
+        The merged study; `lost` lists solves missing from all runs.
 
     Raises
     ------
     InputError
-        Listing everything that differs, or is not as it must be.
+        Lists all differences and errors.
     """
     if out.exists() and (not out.is_dir() or any(out.iterdir())):
         raise ResultsError(f"{out}: expected a new folder for the merged results")
@@ -91,7 +91,7 @@ def merge(directories: Iterable[Path], out: Path, command: str = "", files: Path
 
 
 def _unlike(runs: list[StudyRecord]) -> Iterator[str]:
-    """Yield what makes runs different as a whole."""
+    """Yield the differences between entire runs."""
     if len(runs) < 2:
         yield f"expected two runs or more, got {len(runs)}"
     places = [run.directory.resolve() for run in runs]
@@ -111,7 +111,7 @@ def _unlike(runs: list[StudyRecord]) -> Iterator[str]:
 
 
 def _gather(run: StudyRecord, files: Path, merged: _Merge) -> None:
-    """Read the plans of a run, and every solution of it that is there and whole."""
+    """Read the plans of a run and all its complete solutions."""
     for record in run.scenes:
         scene = parse_scene(record.text, f"{run.directory}: {record.name}", files.resolve())
         plan = plan_from(scene, record.plan, run.effort)  # type: ignore[arg-type]
@@ -120,7 +120,7 @@ def _gather(run: StudyRecord, files: Path, merged: _Merge) -> None:
             try:
                 solution = load_solution(run.directory / FIELDS / f"{task.key}.npz")
             except ResultsError:
-                continue  # in another run, or lost: told at the end
+                continue  # in another run, or lost, which is reported at the end
             _add(task, solution, str(run.directory), merged)
 
 
@@ -176,7 +176,7 @@ def _merged(name: str, plans: list[Plan], conflicts: list[str]) -> Plan | None:
 
 
 def _scene(name: str, scenes: list[Scene], conflicts: list[str]) -> Scene | None:
-    """Return the scene with what all of them compare; conflicts where they are not the same."""
+    """Return the scene with all compared quantities, and register conflicts between the scenes."""
     options: dict[str, Any] = {}
     for scene in scenes:
         same = _fixed(scene) == _fixed(scenes[0])
@@ -201,7 +201,7 @@ def _scene(name: str, scenes: list[Scene], conflicts: list[str]) -> Scene | None
 
 
 def _fixed(scene: Scene) -> dict[str, Any]:
-    """Return what of a scene must be the same in all runs."""
+    """Return the keys of a scene that must be the same in all runs."""
     return scene.model_dump(mode="json", exclude={"compare": set(FREE), "methods": True})
 
 
@@ -214,7 +214,7 @@ def _method(plans: list[MethodPlan]) -> MethodPlan:
 
 
 def _settled(plan: Plan, study: Study) -> Plan:
-    """Return the plan with what a whole run would say about the refinement of its truth."""
+    """Return the plan with the notes of a complete run on the refinement of its reference."""
     if any(study.solution(task) is None for task in plan.tasks):
         return plan
     try:
@@ -237,6 +237,6 @@ def _write(study: Study, merged: _Merge, runs: list[StudyRecord]) -> None:
         header = {key: getattr(run, key) for key in ("created", "command", "seconds", "machine")}
         parts += run.runs or [header]
     seconds = record.seconds + time.perf_counter() - started
-    # An interrupted run names the scenes that it had begun: there may have been more.
+    # An interrupted run lists only the scenes that it had started; there may be more.
     interrupted = any(run.interrupted for run in runs)
     save_study(replace(record, seconds=seconds, runs=tuple(parts), interrupted=interrupted))

@@ -1,4 +1,4 @@
-"""One scene, one method, one resolution: what ``roughline solve`` does."""
+"""Solution of one scene by one method at one resolution, for ``roughline solve``."""
 
 from __future__ import annotations
 
@@ -27,7 +27,7 @@ from comparisons.tasks.solution import Solution
 
 @dataclass(frozen=True)
 class SingleResult:
-    """A solution with its plan, ready to be written."""
+    """A solution with its plan, and the formats in which it is written."""
 
     plan: Plan
     method: str
@@ -42,14 +42,14 @@ class SingleResult:
 
     @property
     def reasons(self) -> list[str]:
-        """Why steps failed, each reason once."""
+        """The distinct reasons of failed steps."""
         return [
             f"{self.method} at resolution {self.resolution}: {reason}"
             for reason in dict.fromkeys(self.solution.reasons.values())
         ]
 
     def columns(self) -> dict[str, np.ndarray]:
-        """Return each quantity over the load steps: means, and standard errors of ensembles."""
+        """Return the quantities over the load steps: means, and standard errors of ensembles."""
         columns = {}
         curves = mean_curves(self.solution)
         for name, values in self.plan.loads.columns.items():
@@ -61,7 +61,7 @@ class SingleResult:
         return columns | dict(self.proved)
 
     def to_json(self) -> str:
-        """Return one JSON object, as the contract of the command line describes."""
+        """Return the solution as a JSON object, in the documented format of the command line."""
         solution = self.solution
         document: dict[str, Any] = {
             "scene": self.plan.scene.name,
@@ -84,7 +84,7 @@ class SingleResult:
         return json.dumps(plain(document), indent=1, allow_nan=False)
 
     def pressure(self) -> dict[str, np.ndarray] | None:
-        """Return the pressure at the last load: {r, p} of round contacts, else {x, y, p}."""
+        """Return the pressure at the last load: {r, p} for round contacts, else {x, y, p}."""
         fields, geometry = self.solution.fields, self.plan.geometry
         if "pressure" not in fields:
             return None
@@ -128,7 +128,7 @@ def solve_scene(
     Raises
     ------
     InputError
-        If the scene, the method or the resolution cannot be done; with the reason.
+        If the scene, the method or the resolution is refused, with the reason.
     """
     if method not in METHODS:
         raise InputError(f"--method: expected one of {', '.join(METHODS)}, got {method!r}")
@@ -137,7 +137,7 @@ def solve_scene(
     if with_fields and "pressure" not in scene.compare.quantities:
         changes["compare.quantities"] = [*scene.compare.quantities, "pressure"]
     if resolution is not None:
-        least = 2 if scene.body is None else 1  # 1 is a user's mesh as it is
+        least = 2 if scene.body is None else 1  # 1 is a user's original mesh
         if resolution < least and method != CLOSED_FORM:
             raise InputError(f"--resolution: expected at least {least}, got {resolution}")
         changes["compare.resolutions"] = [max(resolution, least)]
@@ -154,15 +154,16 @@ def solve_scene(
 
 
 def _chosen(plan: Plan, method: str, resolution: int | None) -> int:
-    """Return the resolution: as asked, else the one that aims at the scene's tolerance."""
+    """Return the resolution: as requested, else suited to the scene's tolerance."""
     (planned,) = [row for row in plan.methods if row.method == method]
     if not planned.supported:
         at = "" if resolution is None else f" at resolution {resolution}"
-        raise InputError(f"{plan.scene.name}: {method} cannot do this scene{at}: {planned.reason}")
+        cause = f"cannot solve this scene{at}: {planned.reason}"
+        raise InputError(f"{plan.scene.name}: {method} {cause}")
     return single_resolution(planned.resolutions, plan.geometry)
 
 
 def _largest(violation: np.ndarray) -> np.ndarray:
-    """Return the largest violation over realisations, NaN where a method has none."""
+    """Return the largest violation over realisations, NaN if the method has none."""
     filled = np.where(np.isnan(violation), -np.inf, violation).max(axis=0)
     return np.where(np.isfinite(filled), filled, np.nan)

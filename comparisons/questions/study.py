@@ -1,4 +1,4 @@
-"""A study: plans in, a results folder out. Killed, it resumes; interrupted, it keeps its work."""
+"""A study: plans solved into a results folder; completed work survives interrupts and kills."""
 
 from __future__ import annotations
 
@@ -34,13 +34,13 @@ from comparisons.tasks.archive import save_solution
 from comparisons.tasks.solution import REALISATIONS, Solution, Solved
 from comparisons.tasks.task import Task
 
-# A part of a study that several machines share: which one, of how many.
+# Part of a study divided among several machines: index and number of parts.
 Part = tuple[int, int]
 WHOLE: Part = (1, 1)
 
 
 class Study(Campaign[Plan, StudyRecord]):
-    """All plans of a run, and where the results go.
+    """All plans of a run, and the folder of its results.
 
     Parameters
     ----------
@@ -69,7 +69,7 @@ class Study(Campaign[Plan, StudyRecord]):
         self._begun = False
 
     def inquiries(self) -> dict[str, Inquiry[Plan]]:
-        """Return an inquiry for each plan: one whose tasks are done is refined beside the rest."""
+        """Return one inquiry per plan; completed plans are refined while others are solved."""
         self._begun = True
         part_keys = {task.key for task in self._own_tasks()}
         return {
@@ -77,7 +77,7 @@ class Study(Campaign[Plan, StudyRecord]):
         }
 
     def _solved(self, index: int, part_keys: set[str]) -> Inquiry[Plan]:
-        """Solve a plan, and refine its truth as far as full effort asks."""
+        """Solve a plan, and at full effort refine its reference."""
         plan = self.plans[index]
         yield [solve_job(task, solve_task) for task in plan.tasks if task.key in part_keys]
         if self.effort == "quick" or self._is_part:
@@ -93,12 +93,12 @@ class Study(Campaign[Plan, StudyRecord]):
             yield [solve_job(task, solve_task) for task in finer]
 
     def received(self, done: Done) -> None:
-        """Take a solution; a task whose process was killed again and again has none at any step."""
+        """Register a solution; repeatedly killed tasks have no answer at any step."""
         (task,) = done.job.arguments
         self._solutions[task.key] = Solution.lost(task, done.lost) if done.lost else done.value
 
     def answer(self, header: Header, answers: Mapping[str, Plan]) -> StudyRecord:
-        """Compare what is solved, and return it as it is written."""
+        """Compare the solutions so far, and return the record to be written."""
         begun = [
             plan
             for plan in self.plans
@@ -119,12 +119,12 @@ class Study(Campaign[Plan, StudyRecord]):
         save_study(record)
 
     def seconds_before(self) -> float | None:
-        """Return the time of the run that is resumed, and remember what it was merged from.
+        """Return the seconds of the resumed run, and keep the list of runs that it was merged from.
 
         Raises
         ------
         ResultsError
-            If it has scenes that would be dropped, or is damaged.
+            If the folder has scenes that would be dropped, or is damaged.
         """
         file = self.directory / STUDY
         if not file.exists():
@@ -137,14 +137,14 @@ class Study(Campaign[Plan, StudyRecord]):
         dropped = scenes - {plan.scene.name for plan in self.plans}
         if dropped:
             raise ResultsError(
-                f"{self.directory} has results of {', '.join(sorted(dropped))}: name these scenes "
-                "too, or choose another --out"
+                f"{self.directory} has results of {', '.join(sorted(dropped))}: include these "
+                "scenes, or choose another --out"
             )
         self._merged = tuple(document.get("runs", ()))
         return float(document["seconds"])
 
     def lost(self) -> list[tuple[Task, str]]:
-        """Return the planned solves that have no complete answer, with the first reason."""
+        """Return the planned solves without a complete answer, with the first reason."""
         missing = []
         for task in self._own_tasks():
             solution = self._solutions.get(task.key)
@@ -155,16 +155,16 @@ class Study(Campaign[Plan, StudyRecord]):
         return missing
 
     def so_far(self, done: Done) -> SceneRecord:
-        """Compare what is solved so far of the scene of a task."""
+        """Compare the solutions so far of the scene of a task."""
         (plan,) = [plan for plan in self.plans if plan.scene.name == done.job.kind.scene]
         return record_scene(plan, self.solved(plan))
 
     def solution(self, task: Task) -> Solution | None:
-        """Return what was found for a task, None where it is not done."""
+        """Return the solution of a task, or None if it is not done."""
         return self._solutions.get(task.key)
 
     def adopt(self, solutions: Iterable[tuple[Task, Solution]]) -> None:
-        """Take solutions from elsewhere for tasks of the plans, and write them into the folder."""
+        """Adopt existing solutions of planned tasks, and write them into the folder."""
         for task, solution in solutions:
             save_solution(self._path(task), solution)
             self._solutions[task.key] = solution
@@ -174,7 +174,7 @@ class Study(Campaign[Plan, StudyRecord]):
         return self.part[1] > 1
 
     def _own_tasks(self) -> Iterator[Task]:
-        """Yield the tasks of this part, each scene's in the order of its plan."""
+        """Yield the tasks of this part, in the order of the plan of every scene."""
         number, parts = self.part
         for index, task in enumerate(task for plan in self.plans for task in plan.tasks):
             if index % parts == number - 1:
@@ -184,7 +184,7 @@ class Study(Campaign[Plan, StudyRecord]):
         return self.directory / FIELDS / f"{task.key}.npz"
 
     def solved(self, plan: Plan) -> Solved:
-        """Return the solutions of a plan whose blocks of realisations are all done."""
+        """Return the solutions of a plan for which all blocks of realisations are done."""
         solved: Solved = {}
         for setting, tasks in plan.settings.items():
             blocks = [s for s in map(self.solution, tasks) if s is not None]
@@ -204,9 +204,9 @@ class Study(Campaign[Plan, StudyRecord]):
 
 
 def solve_task(task: Task) -> Solution:
-    """Solve a task with code from the cache, so that it does not matter who compiled it.
+    """Solve a task with cached code, so that the compiling process does not matter.
 
-    Fields are shown of the first surface only: those of other blocks need not travel.
+    Only fields of the first surface are shown, so those of other blocks are not transferred.
     """
     apart = compile_apart(task)
     solution = execute(task)

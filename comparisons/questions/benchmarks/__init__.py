@@ -1,4 +1,4 @@
-"""How fast the solvers are, measured against yardsticks in the same run: ``roughline bench``."""
+"""Speed of the solvers relative to yardsticks measured in the same run: ``roughline bench``."""
 
 from __future__ import annotations
 

@@ -1,10 +1,10 @@
-"""The FFT half-space solver's cost: the faster of two public codes is the yardstick.
+"""Cost of the FFT half-space solver, with the faster of two public codes as yardstick.
 
-Same input, one thread, one process each, and the same achieved violation of the contact
-conditions: ours as it comes from a tolerance of 1e-8, the peer's tolerance changed until its own is
-at most that and not much below. Set-up (kernel, model) is part of both times; compilation, imports
-and planned transforms of neither. Both start each load of a list from the load before. Times of one
-solver are processor times of its process (one thread): other work on the machine does not count.
+All codes get the same input, one thread and a separate process, and reach the same violation of the
+contact conditions: ours results from a tolerance of 1e-8, and the peer's tolerance is adjusted
+until its violation is at most the same and not much below. Times include set-up (kernel, model),
+but not compilation, imports and planning of transforms. Both codes start a load from the solution
+of the previous one. Processor times are used, which are independent of other load on the machine.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ TOLERANCE = 1e-8
 READINGS, PEER_READINGS = 3, 3
 PEER_SECONDS = 1800.0
 CUTOFFS = (16, 4)
-# Largest shares of the faster peer's time that are aimed at.
+# Targets: largest fractions of the faster peer's time.
 MODERATE, FEW, LARGE, SWEEP, HERTZ, CROPPED, PATCHES = (
     1 / 8,
     1 / 4,
@@ -44,13 +44,13 @@ A_MINUTE = 60.0
 
 
 def measure() -> list[Measurement]:
-    """Measure everything; some ten minutes, most of them the peers'."""
+    """Run all measurements; about ten minutes, mostly for the peers."""
     rows = [against_peers(case) for case in cases()]
     return [*rows, whole_study(), *bem_cost.rows()]
 
 
 def cases() -> list[Case]:
-    """Return the problems that the peers are given, too."""
+    """Return the problems that are also solved by the peers."""
     rough_cases = []
     for cutoff in CUTOFFS:
         rough_cases += [
@@ -79,11 +79,12 @@ def against_peers(case: Case) -> Measurement:
         reasons = [next(iter(peer.reasons.values()), "no answer") for peer in peers.values()]
         yardstick = "; ".join(reasons) or "no peer installed: pip install 'roughline[peers]'"
         return Measurement(case.name, statistics.median(ours), yardstick, None, None, case.target)
-    # Once more after the peers, so that both have seen the same machine.
+    # Measured again after the peers, so that both are measured under the same conditions.
     ours += interleaved(run, READINGS, time.process_time)["ours"]
     theirs = {peer: statistics.median(r.processor_seconds) for peer, r in answered.items()}
     faster = min(theirs, key=theirs.__getitem__)
-    # Readings of two processes have no neighbours: each of ours against the median of theirs.
+    # Readings from separate processes cannot be paired: ours are divided by the median of the
+    # peer's.
     return measurement(
         f"{case.name}, violation {reached:.0e}",
         ours,
@@ -94,7 +95,7 @@ def against_peers(case: Case) -> Measurement:
 
 
 def _peer(peer: str, case: Case, violation: float) -> press.PeerResult:
-    """Tune a peer's tolerance to the violation, then take its times."""
+    """Adjust a peer's tolerance to the violation, then measure its times."""
     problem, limits = case.problem(), Limits(PEER_SECONDS, MEMORY_SHARE * free_memory())
     tuned = press.press(peer, problem, violation, limits=limits, repeats=1, loosen=True)
     if tuned.reasons:
@@ -110,7 +111,7 @@ def _peer(peer: str, case: Case, violation: float) -> press.PeerResult:
 
 
 def whole_study() -> Measurement:
-    """Time the study of all surfaces on two processes as a user sees it, files included."""
+    """Time the study of all surfaces on two processes as a user runs it, including files."""
     scene = f"""
 name = "ensemble"
 [half_space]

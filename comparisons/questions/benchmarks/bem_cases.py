@@ -13,16 +13,16 @@ from reference.halfspace.solution import Press
 from reference.loads import Load
 
 HURST, SLOPE = 0.8, 0.1
-# Contact fractions that a load aims at, and how far beside is still the same regime.
+# Target contact fractions of loads, and the accepted deviation.
 MEDIUM, LIGHT = 0.225, 0.04
 _BESIDE = 0.1
 
 
 @dataclass(frozen=True)
 class Case:
-    """A problem that can be set up anew for every reading, because set-up is part of the work.
+    """A problem that is set up again for every reading, because set-up is part of the cost.
 
-    `target` is the largest share of the peer's time that is aimed at.
+    `target` is the largest acceptable fraction of the peer's time.
     """
 
     name: str
@@ -39,11 +39,11 @@ class Case:
         return kind(self.gaps.shape[1:], self.spacing, 1.0)
 
     def problem(self) -> Problem:
-        """Return what a peer is given."""
+        """Return the problem for a peer."""
         return Problem(self.operator(), self.gaps, self.control, self.loads)
 
     def solve(self, tolerance: float) -> np.ndarray:
-        """Solve everything with our own solver; return the violations (m, k)."""
+        """Solve all surfaces and loads with our own solver; return the violations (m, k)."""
         operator = self.operator()
         violations = []
         for gap in self.gaps:
@@ -55,7 +55,7 @@ class Case:
 
 
 def rough(points: int, cutoff: int, fraction: float, target: float | None) -> Case:
-    """Return a periodic self-affine surface at a load with the wanted fraction in contact."""
+    """Return a periodic self-affine surface at a load with the given contact fraction."""
     gap = _surface(points, cutoff)
     force, reached = _force_at(gap, fraction)
     name = f"periodic {points}^2, cutoff {cutoff} cells, {reached:.1%} contact"
@@ -63,7 +63,7 @@ def rough(points: int, cutoff: int, fraction: float, target: float | None) -> Ca
 
 
 def sweep(points: int, cutoff: int, steps: int, target: float | None) -> Case:
-    """Return the same surface under increasing forces up to the usual contact fraction."""
+    """Return the same surface under increasing forces up to the default contact fraction."""
     gap = _surface(points, cutoff)
     force, reached = _force_at(gap, MEDIUM)
     name = f"periodic {points}^2, cutoff {cutoff} cells, {steps} loads to {reached:.1%} contact"
@@ -72,12 +72,13 @@ def sweep(points: int, cutoff: int, steps: int, target: float | None) -> Case:
 
 
 def hertz(points: int, radius: int, target: float | None, *, cropped: bool) -> Case:
-    """Return a paraboloid whose contact has a radius of so many cells, amid a large free grid.
+    """Return a paraboloid on a large free grid, with the contact radius given in cells.
 
-    Cropped is the box of the geometric overlap (sqrt(2) contact radii): all that can touch.
+    If cropped, the grid is the box of the geometric overlap (sqrt(2) contact radii), which contains
+    the contact.
     """
     side = 2 * int(np.ceil(np.sqrt(2) * radius)) if cropped else points
-    # Off the grid's symmetry, as real surfaces are.
+    # Off-centre, because real surfaces lack the symmetry of the grid.
     x = np.arange(side) - side / 2 + 0.3
     gap = (x[:, None] ** 2 + x**2) / 2 / points
     force = 4 / 3 * (radius**3 / points)
@@ -87,7 +88,7 @@ def hertz(points: int, radius: int, target: float | None, *, cropped: bool) -> C
 
 
 def ensemble(count: int, points: int, loads: int, target: float | None) -> Case:
-    """Return free patches with all waves that the points resolve, forces up to half of E* A0 h'."""
+    """Return free patches with all resolved waves, and forces up to half of E* A0 h'."""
     gaps = np.array([_surface(points, 2, k) for k in range(count)])
     forces = SLOPE * np.geomspace(1e-3, 0.1, loads)
     name = f"{count} free {points}^2 patches x {loads} loads"
@@ -110,7 +111,7 @@ def _surface(points: int, cutoff: int, realisation: int = 0) -> np.ndarray:
 
 
 def _force_at(gap: np.ndarray, fraction: float) -> tuple[float, float]:
-    """Return a force with about the wanted fraction of cells in contact, and that fraction."""
+    """Return a force with about the given fraction of cells in contact, and the actual fraction."""
     operator = PeriodicOperator(gap.shape, _spacing(len(gap)), 1.0)
     force = fraction * SLOPE / 2  # A/A0 = 2 F/(E* A0 h')
     while True:

@@ -1,4 +1,4 @@
-"""What the FFT solver's time and memory go into: growth with N, share of FFTs, the peak."""
+"""Cost of the FFT solver: growth with N, fraction spent in FFTs, peak memory."""
 
 from __future__ import annotations
 
@@ -22,13 +22,13 @@ TOLERANCE = 1e-8
 
 
 def rows() -> list[Measurement]:
-    """Return the cost against N with its exponent, and the peak memory of the largest grid."""
+    """Return the rows: cost against N, its exponent, and peak memory of the largest grid."""
     costs = [_size(points) for points in SIZES]
     return [*costs, _growth([row.seconds for row in costs]), _memory()]
 
 
 def _size(points: int) -> Measurement:
-    """One solve against one pair of transforms of the same grid, and the share of all its own."""
+    """Return the cost of a solve relative to a pair of transforms, and its fraction in FFTs."""
     case = bem_cases.rough(points, CUTOFF, bem_cases.MEDIUM, None)
     tasks = {"solve": partial(case.solve, TOLERANCE), "transforms": partial(_transforms, points)}
     times = interleaved(tasks, 3, time.process_time)
@@ -49,10 +49,10 @@ def _transforms(points: int) -> np.ndarray:
 
 
 def fft_share(case: bem_cases.Case) -> float:
-    """Return the share of a solve's time that is spent inside transforms.
+    """Return the fraction of a solve's time spent in transforms.
 
-    The convolutions on the grid itself, as the solver counted them, times what one costs in either
-    precision; those of coarser grids, where the solve starts, are not counted.
+    It is the number of convolutions on the finest grid in either precision times their cost; the
+    coarser grids of the start are not counted.
     """
     operator, load = case.operator(), Load(case.control, float(case.loads[-1]))
     solve = partial(fft.solve, Press(operator, case.gaps[0]), load, tolerance=TOLERANCE)
@@ -78,7 +78,7 @@ def _growth(seconds: list[float]) -> Measurement:
 
 
 def _memory() -> Measurement:
-    """Peak memory of the largest periodic grid, in a process that does nothing else."""
+    """Return the peak memory of the largest periodic grid, measured in a separate process."""
     outcome = parent.run(f"{__name__}:largest", LARGEST, seconds=3600)
     name = f"peak memory of periodic {LARGEST}^2"
     if not outcome.ok:

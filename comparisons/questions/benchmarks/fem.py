@@ -1,9 +1,9 @@
-"""The finite-element reference's cost: one Pardiso factorisation of its matrix is the yardstick.
+"""Cost of the finite-element reference, with one Pardiso factorisation of its matrix as yardstick.
 
-The job is Hertz's paraboloid at thirty depths, each force known in closed form: mesh, assembly,
-condensation and all loads, on one thread, against the ordering and factorisation of the same
-matrix by MKL Pardiso (symmetric positive definite) in turns. Times are processor times of this
-process: other work on the machine does not count.
+The job is Hertz's paraboloid at thirty penetrations with closed-form forces: mesh, assembly,
+condensation and all loads, on one thread. The yardstick is the ordering and factorisation of the
+same matrix by MKL Pardiso (symmetric positive definite), measured in turns with the job. Processor
+times are used, which are independent of other load on the machine.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ READINGS = 5
 LEVELS = (2, 3, 4, 5, 6, 7, 8)
 PRESSURE_LEVEL = 6
 SIZES = (3, 4, 6, 8, 10, 12, 14)
-LARGEST_PARDISO = 150_000  # unknowns: beyond, the yardstick takes minutes
+LARGEST_PARDISO = 150_000  # largest number of unknowns; beyond it, the yardstick takes minutes
 BYTES_PER_UNKNOWN = 16_000
 NO_PARDISO = "no pypardiso: pip install 'roughline[fast]'"
 FACTORISATION = "one Pardiso factorisation of the same matrix"
@@ -45,14 +45,14 @@ PEER_LEVELS = (2, 3, 4, 6, 8, 12, 16)
 
 
 def measure() -> list[Measurement]:
-    """Measure everything; some minutes."""
+    """Run all measurements; takes minutes."""
     rows = [*hertz(2e-4), *hertz(2e-5), *accuracy(), order(), fixed_mesh(5e-4), multigrid()]
     return [*rows, against_peer("ngsolve"), *sizes()]
 
 
 @dataclass(frozen=True)
 class Job:
-    """What one whole run found."""
+    """Results of a complete job."""
 
     body: fem.CondensedBody
     errors: np.ndarray
@@ -61,7 +61,7 @@ class Job:
 
 
 def run(elements: int, solver: str = "nested_dissection") -> Job:
-    """Mesh, assemble, condense, and press to every depth on the mesh fitted to each contact."""
+    """Mesh, assemble, condense, and solve all depths on the mesh scaled to each contact."""
     body = fem.half_space_body(
         fem.RingMesh(1.0, elements=elements, edge=1.0), fem.Material(1.0, POISSON), solver=solver
     )
@@ -69,7 +69,7 @@ def run(elements: int, solver: str = "nested_dissection") -> Job:
 
 
 def run_fixed(elements: int) -> Job:
-    """Press on one mesh of straight lines, on which contact ends anywhere."""
+    """Solve on one mesh with straight lines, independent of the contact edge."""
     lines = np.linspace(0.0, 1.02, elements + 1)
     body = fem.half_space_body(
         fem.TensorMesh(lines, lines, symmetry="quarter", order=2, extent=2.0),
@@ -82,7 +82,7 @@ def run_fixed(elements: int) -> Job:
 
 
 def hertz(bound: float) -> list[Measurement]:
-    """Time the whole job and its parts at the coarsest mesh whose largest error is in the bound."""
+    """Time the job and its parts on the coarsest mesh with its largest error within the bound."""
     elements = next(n for n in LEVELS if _worst(n) <= bound)
     job = run(elements)
     title = f"Hertz, 30 depths, force within {bound:.0e} (found {_worst(elements):.1e}), "
@@ -101,7 +101,7 @@ def hertz(bound: float) -> list[Measurement]:
 
 
 def fixed_mesh(bound: float) -> Measurement:
-    """Time the job without scaling; the rms of the relative errors is within the bound."""
+    """Time the job without scaling, with the rms of the relative errors within the bound."""
     elements = next(n for n in range(6, 16) if _rms(run_fixed(n).errors) <= bound)
     job = run_fixed(elements)
     title = f"Hertz, 30 depths, fixed mesh, force rms within {bound:.0e} (found "
@@ -110,7 +110,7 @@ def fixed_mesh(bound: float) -> Measurement:
 
 
 def multigrid() -> Measurement:
-    """Time the path without factorisation against the one with Pardiso, at about 25k unknowns."""
+    """Time the multigrid solver against Pardiso at about 25 000 unknowns."""
     elements = PRESSURE_LEVEL
     direct = "pardiso" if pardiso.available() else "nested_dissection"
     tasks = {name: partial(run, elements, name) for name in ("multigrid", direct)}
@@ -123,7 +123,7 @@ def multigrid() -> Measurement:
 
 
 def accuracy() -> list[Measurement]:
-    """Peak pressure, its L2 norm and the contact radius, as shares of the errors allowed."""
+    """Return errors of peak pressure, L2 norm of pressure and contact radius over their bounds."""
     job = run(PRESSURE_LEVEL)
     body, step = job.last
     radius = np.hypot(*body.points.T)
@@ -150,7 +150,7 @@ def accuracy() -> list[Measurement]:
 
 
 def order() -> Measurement:
-    """Fit the order in elements per contact radius over the meshes up to six elements."""
+    """Fit the order of convergence in elements per contact radius, up to six elements."""
     levels = np.array([2, 3, 4, 6])
     errors = np.array([_worst(int(n)) for n in levels])
     rate = float(-np.polyfit(np.log(levels), np.log(errors), 1)[0])
@@ -166,7 +166,7 @@ def order() -> Measurement:
 
 
 def against_peer(peer: str) -> Measurement:
-    """Compare with an independent code at one depth and at most our error."""
+    """Compare with an independent code at one depth with at most our error."""
     ours = run(LEVELS[1])
     worst = float(np.abs(ours.errors).max())
     name = f"Hertz, one depth, error {worst:.1e}"
@@ -183,7 +183,7 @@ def against_peer(peer: str) -> Measurement:
 
 
 def sizes() -> list[Measurement]:
-    """Cost and memory against the number of unknowns, and the exponent of the cost."""
+    """Return cost and memory against the number of unknowns, and the exponent of the cost."""
     rows, seconds_by_unknowns = [], {}
     for elements in SIZES:
         free = free_memory()
@@ -223,7 +223,7 @@ def growth(seconds: dict[int, float]) -> Measurement:
 
 
 def _shares(jobs: list[Job]) -> dict[str, float]:
-    """Median share of each part in the whole job."""
+    """Return the median fractions of the parts in the job."""
     parts = [job.body.seconds | {"sweep": job.sweep_seconds} for job in jobs]
     return {
         name: statistics.median(timing[name] / sum(timing.values()) for timing in parts)
@@ -274,7 +274,7 @@ def _factorisation(job: Job) -> float:
 def _against_pardiso(
     title: str, task: Callable[[], Job], job: Job, target: float
 ) -> tuple[list[Measurement], list[Job]]:
-    """Time a job and Pardiso in turns; also return the jobs, which know their parts."""
+    """Time a job and Pardiso in turns; also return the jobs with the times of their parts."""
     jobs: list[Job] = []
     tasks: dict[str, Callable[[], object]] = {"job": lambda: jobs.append(task())}
     if not pardiso.available():
@@ -288,7 +288,7 @@ def _against_pardiso(
 
 
 def _peer_seconds(peer: str, bound: float) -> tuple[float, float, int] | str:
-    """Return time, error and unknowns of a peer's coarsest mesh with at most the given error."""
+    """Return time, error and unknowns of a peer's coarsest mesh within the given error."""
     scene = f"""
 name = "hertz"
 [half_space]
@@ -313,7 +313,7 @@ resolutions = {list(PEER_LEVELS)}
         start = time.process_time()
         task = task_of(plan, peer, level)
         solution = runner.run(solver_of(task), task)
-        # a peer in a process of its own reports its seconds; ours does not see them pass
+        # a peer measures its time itself, in its separate process
         timed = np.isfinite(solution.seconds)
         spent = solution.seconds if timed else time.process_time() - start
         if not solution.converged.all():
@@ -326,7 +326,7 @@ resolutions = {list(PEER_LEVELS)}
 
 
 def _peak_memory() -> float:
-    """Bytes of the largest resident set of this process so far (NaN where not kept)."""
+    """Return the peak resident memory of this process in bytes (NaN if unknown)."""
     try:
         import resource
     except ImportError:  # Windows

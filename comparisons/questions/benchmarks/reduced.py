@@ -1,4 +1,4 @@
-"""The reduced model's cost: that of ordering its input is the yardstick."""
+"""Cost of the reduced model, with the sorting of its input as yardstick."""
 
 from __future__ import annotations
 
@@ -25,16 +25,16 @@ SIZES = tuple(10**k for k in range(2, 8))
 EDGES = ("sub_cell", "nodal")
 SORT_TARGET, BATCH_TARGET, EXP_TARGET = 1.5, 3.0, 10.0
 SLIDING_LINES, SLIDING_POINTS, SLIDING_STEPS = 20, 1024, 4096
-_EXPONENT_FROM = 10**4  # below, the call itself costs as much as the line
+_EXPONENT_FROM = 10**4  # with fewer points, the call costs as much as the line
 
 
 def measure() -> list[Measurement]:
-    """Measure everything; a minute on one thread."""
+    """Run all measurements; about a minute on one thread."""
     return [*_long_line(0.8), *_long_line(0.3), *_batch(), *_single(), *_sizes(), *_sliding()]
 
 
 def rough_lines(count: int, points: int, hurst: float = 0.8) -> RoughLines:
-    """Self-affine lines with all waves the points resolve, rms height 1, dx = 1."""
+    """Return self-affine lines with all resolved waves, rms height 1, dx = 1."""
     mode = np.arange(1, (points - 1) // 2 + 1)
     power = mode ** (-1 - 2 * hurst)
     source = LineSpectrum(2 * np.pi * mode, power / (2 * power.sum()), 1.0)
@@ -42,7 +42,7 @@ def rough_lines(count: int, points: int, hurst: float = 0.8) -> RoughLines:
 
 
 def load_lists(lines: RoughLines, loads: int) -> list[Load]:
-    """Three decades of force up to about half a line in contact, and loads alike otherwise."""
+    """Return three decades of force up to about half contact, and equivalent other loads."""
     heights = lines.heights
     depth = float(np.mean(heights.max(axis=1) - heights.mean(axis=1)))
     ladder = np.geomspace(1e-3, 1, loads)
@@ -89,7 +89,7 @@ def _batch() -> list[Measurement]:
 
 
 def _single() -> list[Measurement]:
-    """One contact of 40 springs: what each scene of a single shape costs."""
+    """Return the cost of one contact of 40 springs, as in scenes of a single shape."""
     profile, loads = equivalents.paraboloid(1.0), np.geomspace(1e-3, 0.1, 7)
     heights = np.random.default_rng(0).normal(size=80)
     tasks = {
@@ -109,9 +109,9 @@ def _single() -> list[Measurement]:
 
 
 def _sliding() -> list[Measurement]:
-    """Problem 1 against one np.exp per point and step, from slow sliding to fast.
+    """Return the cost of Problem 1 relative to one np.exp per point and step, slow to fast sliding.
 
-    A tenth of the line is in contact at rest; with half of it, no target is set.
+    A tenth of the line is in contact at rest; for half of it, there is no target.
     """
     heights = rough_lines(SLIDING_LINES, SLIDING_POINTS).heights
     lines = RoughLines(1e-2 * heights, 1 / SLIDING_POINTS)
@@ -152,7 +152,7 @@ def _repeat(task: Callable[[], object], times: int) -> None:
 
 
 def _sizes() -> list[Measurement]:
-    """Cost against N, and its growth from 1e4 to 1e7 against that of N log N."""
+    """Return the cost against N, and its growth from 1e4 to 1e7 relative to N log N."""
     rows, seconds_by_points = [], {}
     for points in SIZES:
         line = rough_lines(1, points)

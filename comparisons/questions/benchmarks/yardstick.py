@@ -1,4 +1,4 @@
-"""Times as ratios: a task and its yardstick take turns on one thread, so both see the same load."""
+"""Relative times: task and yardstick take turns on one thread, under the same machine load."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from dataclasses import asdict, dataclass
 import numpy as np
 from threadpoolctl import threadpool_limits
 
-_LEAST_SECONDS = 2e-4  # shorter calls are repeated within one reading
+_LEAST_SECONDS = 2e-4  # seconds; shorter calls are repeated within a reading
 
 
 @dataclass(frozen=True)
@@ -21,17 +21,17 @@ class Measurement:
     Attributes
     ----------
     name : str
-        What was measured.
+        The measured task.
     seconds : float
         Median time of one call on warm code.
     yardstick : str
-        What it is compared with.
+        The yardstick.
     yardstick_seconds : float or None
-        Median time of that, readings taken in turns; None where there is none, or it has no time.
+        Median time of the yardstick, measured in turns; None without a yardstick or its time.
     ratio : float or None
         Median of the ratios of neighbouring readings; None without a yardstick.
     target : float or None
-        Largest ratio aimed at; None where the row is there for information.
+        Largest acceptable ratio; None if the row is for information.
     """
 
     name: str
@@ -58,10 +58,10 @@ def interleaved(
     repeats: int = 7,
     clock: Callable[[], float] = time.perf_counter,
 ) -> dict[str, list[float]]:
-    """Seconds per call of each task, `repeats` readings in turns after one unmeasured call each.
+    """Return seconds per call of the tasks: `repeats` readings in turns after an unmeasured call.
 
-    The first call compiles and fills caches; garbage is collected before, not during the readings.
-    With `time.process_time` as the clock other work on the machine does not count.
+    The first call compiles and fills caches. Garbage is collected before, not during the readings.
+    With `time.process_time` as the clock, other load on the machine does not count.
     """
     with threadpool_limits(limits=1):
         counts = {name: _calls(task) for name, task in tasks.items()}
@@ -100,7 +100,7 @@ def measurement(
 
 
 def vector_features() -> str:
-    """Name the processor's vector units that NumPy uses: its sorting depends on them."""
+    """Return the vector units that NumPy uses, on which the speed of sorting depends."""
     units = np.show_config(mode="dicts").get("SIMD Extensions", {})
     used = [*units.get("baseline", ()), *units.get("found", ())]
     return f"{', '.join(used) or 'none'} (NumPy {np.__version__})"

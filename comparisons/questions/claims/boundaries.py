@@ -1,4 +1,4 @@
-"""Where along a parameter a claim holds: a grid of points, then bisection of each boundary."""
+"""Search for the range of a parameter in which a claim holds: a grid, then bisection."""
 
 from __future__ import annotations
 
@@ -18,25 +18,25 @@ Measure = Callable[[float | None], Inquiry[Measurement]]
 
 @dataclass(frozen=True)
 class Point:
-    """A measurement and the word on it: "within", "outside", "not resolved" or "no result"."""
+    """A measurement and its verdict: "within", "outside", "not resolved" or "no result"."""
 
     measurement: Measurement
     word: str
 
     @property
     def parameter(self) -> float:
-        """Where it was measured; NaN where nothing varies."""
+        """The measured value of the parameter, NaN without a parameter."""
         value = self.measurement.parameter
         return float("nan") if value is None else value
 
 
 @dataclass(frozen=True)
 class Range:
-    """A stretch of the parameter over which every measured point is within the tolerance.
+    """An interval of the parameter with all measured points within the tolerance.
 
     low, high: the outermost points within. below, above: the next measured points, which are not
-    within (None at the end of what was tested): the boundary lies between, and their distance is
-    its resolution.
+    within (None at the end of the tested range). The boundary lies between them, and their distance
+    is its resolution.
     """
 
     low: float
@@ -48,16 +48,16 @@ class Range:
 def search(
     vary: Vary | None, tolerance: float, measure: Measure, bisections: int
 ) -> Inquiry[list[Point]]:
-    """Measure a claim over its grid, then halve all intervals in which a boundary must lie.
+    """Measure a claim over its grid, then bisect all intervals that contain a boundary.
 
-    That is an interval between within and outside, and one between two points outside whose
-    errors have opposite signs: the error passes zero there, and the claim holds around it. Where a
-    midpoint is not resolved, the boundary cannot be known better, and stays there.
+    These are intervals between a point within and one outside, and intervals between two points
+    outside with errors of opposite signs, because the error passes zero there and the claim holds
+    nearby. If a midpoint is not resolved, the bisection ends.
 
     Returns
     -------
     list of Point
-        In the order of the parameter.
+        Ordered by the parameter.
     """
 
     def at(values: Sequence[float | None]) -> Inquiry[list[Point]]:
@@ -87,14 +87,14 @@ def search(
 
 
 def _holds_boundary(low: Point, high: Point) -> bool:
-    """Tell whether the claim must begin or cease to hold between two neighbours."""
+    """Return whether a boundary must lie between two neighbours."""
     verdicts = {low.word, high.word}
     opposite = low.measurement.error * high.measurement.error < 0
     return verdicts == {WITHIN, OUTSIDE} or (verdicts == {OUTSIDE} and opposite)
 
 
 def grid(vary: Vary) -> list[float]:
-    """Return the first values of the parameter, its ends exactly."""
+    """Return the initial values of the parameter, with exact end points."""
     if vary.spacing == "log":
         inner = np.geomspace(vary.start, vary.end, vary.steps)[1:-1]
     else:
@@ -104,7 +104,7 @@ def grid(vary: Vary) -> list[float]:
 
 
 def _between(vary: Vary, low: float, high: float) -> float | None:
-    """Return the midpoint on the parameter's scale, None where two whole numbers have none."""
+    """Return the midpoint on the parameter's scale, or None between consecutive integers."""
     middle = float(np.sqrt(low) * np.sqrt(high)) if vary.spacing == "log" else 0.5 * (low + high)
     if not vary.is_integer:
         return middle
@@ -113,7 +113,7 @@ def _between(vary: Vary, low: float, high: float) -> float | None:
 
 
 def ranges_of(points: list[Point]) -> list[Range]:
-    """Return the stretches over which a claim holds (none where nothing varies)."""
+    """Return the intervals in which a claim holds (none without a parameter)."""
     stretches, start = [], 0
     for word, group in groupby(points, key=lambda point: point.word):
         members = list(group)

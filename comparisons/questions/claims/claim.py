@@ -1,8 +1,8 @@
-"""Claim files: a statement about the reduced model, made precise enough to be refuted.
+"""Claim files: precise, refutable statements about the reduced model.
 
-A claim names either a scene (what is compared, by which method, in which quantity) or an
-experiment, optionally a parameter along which the statement is tested, and a tolerance. The
-same statement may stand twice, literally as printed and as corrected: ``reading`` tells.
+A claim consists of either a scene (with a method and a quantity) or an experiment, optionally a
+parameter along which the statement is tested, and a tolerance. The same statement may occur twice,
+literally as printed and as corrected, which ``reading`` distinguishes.
 """
 
 from __future__ import annotations
@@ -34,9 +34,9 @@ from comparisons.scene.scene import load_scene
 from comparisons.scene.toml_files import read_toml
 from comparisons.scene.units import number_and_unit
 
-# What the equivalent diameter says about the contact area when the true stiffness is known.
+# The contact area that the equivalent diameter predicts from the true stiffness.
 AREA_FROM_STIFFNESS = "area_from_stiffness"
-# What a claim may be about: what a scene may ask for, and what follows from it.
+# Possible quantities of claims: those of scenes, and derived ones.
 CLAIMED = tuple(dict.fromkeys((*COMPARABLE, *FIELDS, AREA_FROM_STIFFNESS)))
 MEASURES = ("maximum", "rms", "last")
 RESOLUTION = "resolution"
@@ -44,7 +44,7 @@ MOST_STEPS = 200
 
 
 class ClaimError(InputError):
-    """Claim files are wrong; ``problems`` lists everything, one entry per file and key."""
+    """Invalid claim files; ``problems`` lists all errors, one entry per file and key."""
 
     def __init__(self, problems: list[str]) -> None:
         self.problems = problems
@@ -65,16 +65,16 @@ Names = Annotated[tuple[Name, ...], BeforeValidator(_listed), Field(min_length=1
 
 
 class Vary(_Table):
-    """A parameter and where along it the claim is tested first; the search goes on from there.
+    """A parameter and the initial grid of values for the search.
 
-    path: keys of the scene that get the value (``indenter.radius_x``; numbers index lists;
-    several keys get the same value), or ``resolution`` of the method judged; without meaning for
-    an experiment, whose parameter is its own.
-    name: the parameter in words, with its symbol; default: the path, or the experiment's.
-    unit: what the number is multiplied by before it stands in the scene ("10 mm").
-    integer: only whole numbers (points, terms, springs).
-    bisections: how often the grid interval that a boundary lies in is halved at full effort;
-    half as often at quick effort.
+    path: keys of the scene that get the value (``indenter.radius_x``; numbers index lists; several
+    keys get the same value), or ``resolution`` of the judged method; not used for experiments,
+    which define their parameter.
+    name: the parameter in words, with its symbol; default: the path, or the experiment's name.
+    unit: factor between the number and the value in the scene ("10 mm").
+    integer: whole numbers only (points, terms, springs).
+    bisections: number of bisections of a grid interval with a boundary at full effort; half as many
+    at quick effort.
     """
 
     path: Annotated[tuple[Name, ...], BeforeValidator(_listed)] = ()
@@ -111,11 +111,11 @@ class Vary(_Table):
         return self.integer or self.path == (RESOLUTION,)
 
     def halvings(self, effort: str) -> int:
-        """Return how often an interval is halved."""
+        """Return the number of bisections of an interval."""
         return self.bisections if effort == "full" else self.bisections // 2
 
     def value(self, number: float) -> Any:
-        """Return what stands in the scene for a number: a multiple of the unit, as text."""
+        """Return the value in the scene for a number: a multiple of the unit, as text."""
         if self.is_integer:
             return int(number)
         if not self.unit:
@@ -164,14 +164,14 @@ class Claim(_Table):
 
     @property
     def source(self) -> str | Path:
-        """The scene as load_scene takes it: a file beside the claim, or a built-in name."""
+        """The scene as an argument of `load_scene`: a file beside the claim, or a built-in name."""
         assert self.scene is not None
         beside = Path(self.directory) / self.scene
         return beside if beside.is_file() else self.scene
 
     @property
     def parameter(self) -> str:
-        """The varied parameter in words, "" where nothing is varied."""
+        """The varied parameter in words, "" if there is none."""
         if self.vary is None:
             return ""
         parameter = EXPERIMENTS[self.experiment].parameter if self.experiment else ""
@@ -179,14 +179,14 @@ class Claim(_Table):
 
 
 def about_method(claims: list[Claim], method: str) -> list[Claim]:
-    """Return the claims on scenes about the reduced model as claims about another method.
+    """Return the claims on scenes as claims about a method other than the reduced model.
 
-    Nothing is expected of it; claims that are experiments of their own are left out.
+    Nothing is expected of this method; claims with experiments are left out.
 
     Raises
     ------
     ClaimError
-        If there is no such method, or no claim that could be about it.
+        If there is no such method, or no claim applies to it.
     """
     if method not in METHODS:
         raise ClaimError([f"--method: expected one of {', '.join(METHODS)}, got {method!r}"])
@@ -201,12 +201,12 @@ def about_method(claims: list[Claim], method: str) -> list[Claim]:
 
 
 def load_claims(names: tuple[str, ...] = ()) -> list[Claim]:
-    """Read claim files, or built-in claims by their id; without names all, in the chapter's order.
+    """Read claim files, or built-in claims by id; by default all, in the chapter's order.
 
     Raises
     ------
     ClaimError
-        Listing every problem of all files.
+        Lists all problems of all files.
     """
     builtin_paths = builtin_claims()
     claims, problems = [], []
@@ -232,7 +232,7 @@ def load_claims(names: tuple[str, ...] = ()) -> list[Claim]:
 
 def _load(path: Path) -> Claim:
     if not path.is_file():
-        raise ClaimError([f"{path}: no such claim or file; `roughline list claims` names them"])
+        raise ClaimError([f"{path}: no such claim or file; see `roughline list claims`"])
     try:
         data = read_toml(path)
     except ValueError as error:
@@ -241,7 +241,7 @@ def _load(path: Path) -> Claim:
 
 
 def make_claim(data: dict[str, Any], source: str, directory: Path) -> Claim:
-    """Validate the table of a claim, listing all problems at once."""
+    """Return the claim of a table; errors list all problems at once."""
     problems = _problems(data)
     try:
         claim = Claim.model_validate({**data, "directory": str(directory)})
@@ -254,14 +254,14 @@ def make_claim(data: dict[str, Any], source: str, directory: Path) -> Claim:
 
 
 def _problems(data: dict[str, Any]) -> list[str]:
-    """Problems between keys: found even where single keys are wrong."""
+    """Return problems between keys, even if single keys are invalid."""
     problems = ["directory: unknown key"] if "directory" in data else []
     kinds = [key for key in ("scene", "experiment") if key in data]
     if len(kinds) != 1:
         came = " and ".join(kinds) or "none"
         return [*problems, f"expected exactly one of scene and experiment, got {came}"]
     if kinds == ["experiment"]:
-        # What is no text is named with the single keys.
+        # Values of other types are reported with the single keys.
         if isinstance(data["experiment"], str) and data["experiment"] not in EXPERIMENTS:
             experiments = ", ".join(EXPERIMENTS) or "none"
             problems.append(
@@ -277,7 +277,7 @@ def _problems(data: dict[str, Any]) -> list[str]:
 
 
 def _scene_problems(claim: Claim) -> list[str]:
-    """Problems of the scene itself, as the claim changes it, at both ends of the range."""
+    """Return the problems of the scene as modified by the claim, at both ends of the range."""
     if claim.scene is None:
         return []
     ends = (None,) if claim.vary is None else (claim.vary.start, claim.vary.end)
@@ -296,7 +296,7 @@ def _scene_problems(claim: Claim) -> list[str]:
 
 
 def overrides(claim: Claim, number: float | None) -> dict[str, Any]:
-    """Return the keys that a claim puts into its scene at a value of its parameter."""
+    """Return the keys that a claim sets in its scene at a value of its parameter."""
     changed = dict(claim.changes)
     if claim.vary is not None and number is not None:
         changed |= {key: claim.vary.value(number) for key in claim.vary.path if key != RESOLUTION}

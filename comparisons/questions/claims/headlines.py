@@ -1,4 +1,4 @@
-"""What the built-in claims say and in which order: light, for listing them runs nothing."""
+"""Headlines and order of the built-in claims, without importing any solver."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import tomllib
 from dataclasses import dataclass
 from pathlib import Path
 
-# Where the chapter's sections and figures stand among its equations.
+# Positions of the chapter's sections and figures among its equations.
 _PLACES = {
     "19.1.2": 1.5,
     "19.2 ": 8.5,
@@ -24,7 +24,7 @@ _PLACES = {
 
 @dataclass(frozen=True)
 class Headline:
-    """Name of a claim, its source, how that is read, and what it says."""
+    """Name, source, reading and statement of a claim."""
 
     id: str
     equation: str
@@ -33,7 +33,7 @@ class Headline:
 
 
 def builtin_claims() -> dict[str, Path]:
-    """Return the files of the built-in claims by their names."""
+    """Return the files of the built-in claims by name."""
     return {path.stem: path for path in sorted(Path(__file__).parent.glob("*.toml"))}
 
 
@@ -46,7 +46,7 @@ def headlines() -> list[Headline]:
 
 
 def chapter_order(equation: str, name: str) -> tuple[float, str]:
-    """Return what sorts claims as the chapter has them; those from elsewhere come last.
+    """Return the sort key of claims in the chapter's order; claims from other sources come last.
 
     >>> equations = ["Fig. 19.6", "(19.10)", "19.3, (5.30)", "mine", "(19.9), (19.11)", "19.2 (a)"]
     >>> sorted(equations, key=lambda equation: chapter_order(equation, "a"))

@@ -1,4 +1,4 @@
-"""What was found about claims, as claims.json keeps it: written whole, checked when read."""
+"""The record of judged claims in claims.json: written atomically, validated when read."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ RECORD = "claims.json"
 
 
 class PointRecord(Form):
-    """One measurement; None where there is no number."""
+    """A measurement; None for missing numbers."""
 
     parameter: float | None
     error: float | None
@@ -23,7 +23,7 @@ class PointRecord(Form):
 
 
 class RangeRecord(Form):
-    """A stretch over which the claim holds; see comparisons.questions.claims.boundaries.Range."""
+    """An interval in which the claim holds, see `comparisons.questions.claims.boundaries.Range`."""
 
     low: float
     high: float
@@ -32,7 +32,7 @@ class RangeRecord(Form):
 
 
 class ClaimRecord(Form):
-    """A claim with its verdict and everything it follows from."""
+    """A claim with its verdict and the underlying measurements."""
 
     id: str
     text: str
@@ -60,10 +60,9 @@ class ClaimRecord(Form):
 
     @property
     def differs(self) -> bool:
-        """Whether the verdict is another than the file expects.
+        """Whether the verdict differs from the expected one.
 
-        The wider bars of a quick run may leave open what a full one decides: that is no
-        difference.
+        A quick run with wider bars may leave a claim unresolved, which is not a difference.
         """
         if self.expected is None or self.verdict == self.expected:
             return False
@@ -71,7 +70,7 @@ class ClaimRecord(Form):
 
 
 class ClaimsRecord(Header):
-    """A whole run of claims."""
+    """A complete run of claims."""
 
     claims: list[ClaimRecord]
 
@@ -82,12 +81,12 @@ def save_claims(directory: Path, record: ClaimsRecord) -> None:
 
 
 def load_claims_record(path: Path) -> ClaimsRecord:
-    """Read the claims of a results folder, or of a file that `roughline claims --json` wrote.
+    """Read the claims of a results folder, or of a file written by `roughline claims --json`.
 
     Raises
     ------
     ResultsError
-        If there are none, or the file is not as it should be.
+        If there are none, or the file is invalid.
     """
     file = path / RECORD if path.is_dir() else path
     return read_record(ClaimsRecord, file, f"{file}: no claims were judged here")

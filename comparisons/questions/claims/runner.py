@@ -1,4 +1,4 @@
-"""Claims judged: each an inquiry of a campaign, which solves what several need only once."""
+"""A campaign that judges claims, one inquiry per claim; solves needed repeatedly run once."""
 
 from __future__ import annotations
 
@@ -45,12 +45,12 @@ from comparisons.solving.jobs import Archive, Job
 MEASUREMENTS = "measurements"
 COPIED = {"id", "text", "equation", "reading", "corrects", "method", "measure"}
 COPIED |= {"tolerance", "tolerance_from", "refuted_by", "expected"}
-# Bytes that an experiment is taken to need: grids of 1024 x 1024 and meshes of 1e5 unknowns.
+# Assumed memory of an experiment in bytes: grids of 1024 x 1024 and meshes of 1e5 unknowns.
 MEMORY = 1e9
 
 
 class ClaimRun(Campaign[ClaimRecord, ClaimsRecord]):
-    """All claims of a run, and where the results go.
+    """All claims of a run, and the folder of its results.
 
     Parameters
     ----------
@@ -72,11 +72,11 @@ class ClaimRun(Campaign[ClaimRecord, ClaimsRecord]):
         self.claims = claims
 
     def inquiries(self) -> dict[str, Inquiry[ClaimRecord]]:
-        """Return an inquiry for each claim."""
+        """Return one inquiry per claim."""
         return {claim.id: judged_claim(claim, self.effort) for claim in self.claims}
 
     def answer(self, header: Header, answers: Mapping[str, ClaimRecord]) -> ClaimsRecord:
-        """Return the claims that are judged, in their order."""
+        """Return the judged claims in order."""
         judged = [answers[claim.id] for claim in self.claims if claim.id in answers]
         return ClaimsRecord(**header.model_dump(), claims=judged)
 
@@ -85,19 +85,19 @@ class ClaimRun(Campaign[ClaimRecord, ClaimsRecord]):
         save_claims(self.directory, record)
 
     def seconds_before(self) -> float | None:
-        """Return the time of the run that is resumed."""
+        """Return the seconds of the resumed run."""
         if not (self.directory / RECORD).exists():
             return None
         return load_claims_record(self.directory).seconds
 
 
 def judge_claim(claim: Claim, effort: Effort) -> ClaimRecord:
-    """Measure a claim along its parameter, here, and return the verdict with its evidence."""
+    """Measure a claim along its parameter in this process; return the verdict and measurements."""
     return answer_of(judged_claim(claim, effort))
 
 
 def judged_claim(claim: Claim, effort: Effort) -> Inquiry[ClaimRecord]:
-    """Ask for what a claim needs; return the verdict with what it follows from."""
+    """Request the solves of a claim; return the verdict and measurements."""
 
     def measure(value: float | None) -> Inquiry[Measurement]:
         return _measured(claim, value, effort)
@@ -124,7 +124,7 @@ def judged_claim(claim: Claim, effort: Effort) -> Inquiry[ClaimRecord]:
 
 
 def _repeats(claim: Claim, effort: Effort) -> str:
-    """Return the command that judges the claim again."""
+    """Return the command that repeats the claim."""
     command = f"roughline claims {claim.id} --{effort}"
     sources = {method.name: method.origin.source for method in user_methods()}
     if claim.method not in sources:
@@ -135,7 +135,7 @@ def _repeats(claim: Claim, effort: Effort) -> str:
 
 
 def _measured(claim: Claim, value: float | None, effort: Effort) -> Inquiry[Measurement]:
-    """Measure; an error costs this point only."""
+    """Measure a point; an exception affects this point only."""
     if claim.experiment is not None:
         job = _experiment_job(claim, value, effort)
         done = yield [job]
@@ -143,13 +143,13 @@ def _measured(claim: Claim, value: float | None, effort: Effort) -> Inquiry[Meas
         return measurement
     checked: tuple[float | None, ...] = (None,)
     if claim.vary is not None:
-        # References check each other where the range begins; at full effort also at its end.
+        # References check each other at the beginning of the range; at full effort also at its end.
         checked = (claim.vary.start, claim.vary.end if effort == "full" else None)
     try:
         return (yield from measure_scene(claim, value, effort, independent=value in checked))
     except LostWorkError:
         raise
-    except Exception as error:  # one measurement must not end a run of an hour
+    except Exception as error:  # a failed measurement must not end a run of an hour
         return _no_result(value, error)
 
 
@@ -159,7 +159,7 @@ def _no_result(value: float | None, error: Exception) -> Measurement:
 
 
 def _experiment_job(claim: Claim, value: float | None, effort: Effort) -> Job:
-    """Return an experiment as a job, named by all that makes its measurement the same."""
+    """Return an experiment as a job with a key of everything that determines its result."""
     names = ("experiment", "parameters", "method", "quantity", "at", "measure", "tolerance")
     identity = {
         "claim": claim.model_dump(mode="json", include=set(names)),
@@ -182,7 +182,7 @@ def _experiment_job(claim: Claim, value: float | None, effort: Effort) -> Job:
 def measure_experiment(
     name: str, value: float | None, effort: Effort, parameters: dict[str, Any]
 ) -> Measurement:
-    """Measure one value of an experiment's parameter, and the time where it does not itself."""
+    """Run an experiment at a value of its parameter; measure its time if it does not itself."""
     started = time.perf_counter()
     try:
         measured = EXPERIMENTS[name].measure(value, effort, **parameters)
@@ -209,7 +209,7 @@ MEASUREMENT = Archive(
 
 
 def _subject(claim: Claim) -> str:
-    """Return what was measured, in words."""
+    """Return the measured quantity in words."""
     if claim.experiment is not None:
         return EXPERIMENTS[claim.experiment].title
     names = " and ".join(name.replace("_", " ") for name in claim.quantity)

@@ -1,4 +1,4 @@
-"""A claim measured on its scene: how far the judged method is off, and how well that is known."""
+"""Measurement of a claim on its scene: the error of the judged method, and its uncertainty."""
 
 from __future__ import annotations
 
@@ -27,11 +27,11 @@ from comparisons.solving.inquiries import Inquiry, curves
 from comparisons.solving.planning import MethodPlan, Plan, plan_scene, refusal
 from comparisons.tasks.solution import Solved
 
-# Seconds that one more refinement of the truth may take at full effort.
+# Largest time in seconds of a further refinement of the reference at full effort.
 REFINEMENT_BUDGET = 30.0
-# A source of the bar: what references differ by beyond their own bars.
+# A source of the bar: the disagreement of references beyond their bars.
 DISPUTE = "references disagree by"
-# What references aim at that only check a closed form.
+# Target accuracy of references that only check a closed form.
 CHECKING = 0.01
 MOST_SPRINGS = 20_000
 # Signed error, bar and details of one quantity.
@@ -51,12 +51,12 @@ def measure_scene(
     ----------
     claim : Claim
     value : float or None
-        The parameter.
+        Value of the parameter.
     effort : "quick" or "full"
-        Full refines the truth until its bar is a fifth of the tolerance.
+        Full effort refines the reference until its bar is a fifth of the tolerance.
     independent : bool
-        Solve with every 3-D method, so that references check each other; else the cheapest that
-        knows the truth.
+        Solve with all 3-D methods, so that references check each other; else with the cheapest
+        suitable reference.
 
     Raises
     ------
@@ -86,7 +86,7 @@ def measure_scene(
 
 
 def _deciding(measured: list[Measured], tolerance: float) -> Measured:
-    """Return the quantity that decides, as verdicts on scenes do."""
+    """Return the decisive quantity, as for verdicts on scenes."""
 
     def rank(measured: Measured) -> tuple[int, float, float]:
         decided = judged(measured[0], measured[1], tolerance)
@@ -98,8 +98,8 @@ def _deciding(measured: list[Measured], tolerance: float) -> Measured:
 def _plan(claim: Claim, value: float | None, effort: Effort, independent: bool) -> Plan:
     """Plan the judged method and the references that the measurement needs.
 
-    A closed form needs no fine grids beside it: they only check it. At quick effort what checks,
-    elements with friction beside the half-space, too, leaves out its finest grid.
+    Beside a closed form, coarse grids suffice as a check. At quick effort, methods that only check
+    (also finite elements with friction beside the half-space) omit their finest grid.
     """
     changed = overrides(claim, value)
     scene = load_scene(claim.source, changed)
@@ -110,7 +110,7 @@ def _plan(claim: Claim, value: float | None, effort: Effort, independent: bool) 
     if independent and (effort == "full" or not exact):
         methods += INDEPENDENT
     if scene.physics and not exact:
-        # Another grid may be the only half-space that knows the physics.
+        # Another grid method may be the only half-space with this physics.
         methods += [name for name in references() if METHODS[name].grid]
     if exact:
         changed["compare.tolerance"] = CHECKING
@@ -131,12 +131,12 @@ def _plan(claim: Claim, value: float | None, effort: Effort, independent: bool) 
 
 
 def _fixed(claim: Claim) -> bool:
-    """Tell whether the claim is about the judged method at one resolution."""
+    """Return whether the claim is about the judged method at one resolution."""
     return claim.vary is not None and claim.vary.path == (RESOLUTION,)
 
 
 def _coarser(planned: MethodPlan, checks: set[str]) -> MethodPlan:
-    """Leave out the finest of three grids of a method that only checks."""
+    """Omit the finest of three grids of a method that only checks."""
     fewer = planned.resolutions[:-1] if planned.method in checks else ()
     return replace(planned, resolutions=fewer) if len(fewer) > 1 else planned
 
@@ -146,7 +146,7 @@ def _with(planned: MethodPlan, claim: Claim, resolutions: tuple[int, ...]) -> Me
 
 
 def _truth_refined(plan: Plan, solved: Solved) -> Inquiry[tuple[Plan, Solved]]:
-    """Refine the truth as far as the tolerance asks and the time allows."""
+    """Refine the reference to the tolerance within the time limit."""
     solutions = dict(solved)
     for finer in refinements(plan, lambda _: solutions, REFINEMENT_BUDGET):
         plan = finer
@@ -155,7 +155,7 @@ def _truth_refined(plan: Plan, solved: Solved) -> Inquiry[tuple[Plan, Solved]]:
 
 
 def _springs_refined(claim: Claim, plan: Plan, solved: Solved) -> Inquiry[Solved]:
-    """Double the springs until they matter no more: the claim is about the model, not its sums."""
+    """Add springs until convergence: the claim is about the model, not its discretisation."""
     if METHODS[claim.method].dimension == 3 or not isinstance(plan.geometry, IndenterGeometry):
         return solved
     while True:
@@ -172,7 +172,7 @@ def _springs_refined(claim: Claim, plan: Plan, solved: Solved) -> Inquiry[Solved
 
 
 def _measured(claim: Claim, plan: Plan, solved: Solved, truth: Truth, name: str) -> Measured:
-    """Return signed error, bar and details of one quantity, at the judged method's finest level."""
+    """Return signed error, bar and details of a quantity at the judged method's finest level."""
     if name == AREA_FROM_STIFFNESS:
         return _area_from_stiffness(claim, plan, truth)
     levels = Levels.of(solved, claim.method)
@@ -201,7 +201,7 @@ def _pressure(
 
 
 def _area_from_stiffness(claim: Claim, plan: Plan, truth: Truth) -> Measured:
-    """Judge D = k/E* (19.13) read backwards: A = (pi/4) (k/E*)^2 against the true area."""
+    """Judge the inverse of D = k/E* (19.13): A = (pi/4) (k/E*)^2 against the true area."""
     modulus = plan.scene.effective_modulus
     area = np.pi / 4 * (truth.curves["stiffness"] / modulus) ** 2
     errors = area / truth.curves["contact_area"] - 1
@@ -210,7 +210,7 @@ def _area_from_stiffness(claim: Claim, plan: Plan, truth: Truth) -> Measured:
         "stiffness, twice": 2 * truth.bar("stiffness"),
         DISPUTE: 2 * truth.disputed("stiffness"),
     }
-    if not flat:  # the area of a face is known
+    if not flat:  # the area of a flat face is known
         parts["area"] = truth.bar("contact_area")
     return interval(claim, AREA_FROM_STIFFNESS, errors, parts)
 
@@ -218,13 +218,13 @@ def _area_from_stiffness(claim: Claim, plan: Plan, truth: Truth) -> Measured:
 def interval(
     claim: Claim, name: str, errors: np.ndarray, sources: dict[str, np.ndarray]
 ) -> Measured:
-    """Reduce errors with bars over the load steps to one signed error with its half-width.
+    """Reduce errors with bars over the load steps to one signed error with half-width.
 
-    The measure lies between two values whatever the true errors are inside their bars: the
-    maximum of |e| between max(|e| - u) and max(|e| + u), the rms between rms(e) -+ rms(u) by the
-    triangle inequality. Their middle and half distance are returned; where all bars are equal,
-    that is the measure itself and its bar. The sign is that of the largest error. A load step
-    without a value or a bar leaves the upper end unknown.
+    For any true errors within the bars u, the measure is bounded: the maximum of |e| by max(|e| -
+    u) and max(|e| + u), the rms by rms(e) -+ rms(u) from the triangle inequality. The midpoint and
+    half-width of this interval are returned; for equal bars these are the measure itself and its
+    bar. The sign is that of the largest error. A load step without a value or a bar leaves the
+    upper bound unknown.
     """
     bars = combined(*sources.values())
     finite = np.isfinite(errors) & np.isfinite(bars)

@@ -1,4 +1,4 @@
-"""The words on a claim, from the words on its points (`comparisons.judging.verdicts`)."""
+"""Verdicts on claims from the verdicts on their points (`comparisons.judging.verdicts`)."""
 
 from __future__ import annotations
 
@@ -12,12 +12,12 @@ VERDICTS = (HOLDS, FAILS, IN_A_RANGE, NOT_RESOLVED)
 
 
 def verdict_of(points: Iterable[str], effort: Effort = "full") -> str:
-    """Return the verdict on a claim from the words on all points that were measured.
+    """Return the verdict on a claim from the verdicts on all measured points.
 
-    One point outside refutes a claim that is stated for the whole range: it "holds in a range" if
-    another is within, else it "fails". Without any outside it "holds" if all are within, else it
-    is "not resolved". The wide bars of a quick effort may hide a range: what is outside wherever it
-    is resolved then "fails" only if no point is open.
+    One point outside refutes a claim about the whole range: it "holds in a range" if another point
+    is within, else it "fails". Without points outside it "holds" if all points are within, else it
+    is "not resolved". The wide bars of quick effort may hide a range, so a claim that is outside at
+    all resolved points then "fails" only if every point is resolved.
 
     >>> verdict_of(["within", "within"]), verdict_of(["within", "outside"])
     ('holds', 'holds in a range')

@@ -1,4 +1,4 @@
-"""Verdicts in words, made from what was measured and from nothing else."""
+"""Verdicts in words, derived from the measurements only."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from comparisons.questions.claims.verdicts import FAILS, HOLDS, IN_A_RANGE
 
 
 def sentence(claim: Claim, verdict: str, points: list[Point], ranges: list[Range]) -> str:
-    """Return what was found, with the numbers that decide.
+    """Return a sentence on the verdict with the decisive numbers.
 
     For example: "Within 1 % for R'/R'' from 1 to 1.96; outside from 2.04 on. Error there -1.0 %,
     and -16 % at 20."
@@ -55,7 +55,7 @@ def sentence(claim: Claim, verdict: str, points: list[Point], ranges: list[Range
 
 
 def value(parameter: float) -> str:
-    """Write a value of a parameter: four digits, without padding zeros.
+    """Return a value of a parameter as text: four digits, without padding zeros.
 
     >>> value(20.0), value(1.9641), value(1e-9)
     ('20', '1.964', '1×10⁻⁹')
@@ -81,7 +81,7 @@ def _size(point: Point) -> float:
 
 
 def _stretch(stretch: Range) -> str:
-    """Return a stretch with the points beyond it, which tell how well its ends are known."""
+    """Return an interval in words, with the next points beyond its ends."""
     low, high = value(stretch.low), value(stretch.high)
     text = f"at {low}" if stretch.low == stretch.high else f"from {low} to {high}"
     beyond = [value(end) for end in (stretch.below, stretch.above) if end is not None]
@@ -89,9 +89,9 @@ def _stretch(stretch: Range) -> str:
 
 
 def _sign_changes(points: list[Point]) -> str:
-    """Tell between which points beyond the tolerance the error passes zero, "" if it does not.
+    """Return the points outside between which the error changes sign, in words; "" if none.
 
-    What holds there holds where two faults cancel. Only signs that the bars leave no doubt of
+    There the claim holds because two errors cancel. Only signs that are certain within the bars
     count, and only between points that are not within.
     """
     sure = [
@@ -113,7 +113,7 @@ def _sign_changes(points: list[Point]) -> str:
 
 
 def _open(points: list[Point]) -> str:
-    """Return which points are not resolved, "" where all are."""
+    """Return the unresolved points in words, "" if there are none."""
     left = [p for p in points if p.word not in (WITHIN, OUTSIDE)]
     if not left:
         return ""

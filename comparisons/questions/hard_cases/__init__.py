@@ -1,1 +1,1 @@
-"""Hard cases: a catalogue of scenes that break solvers, with what each method must do there."""
+"""Hard cases: a catalogue of scenes that break solvers, with expected outcomes by method."""

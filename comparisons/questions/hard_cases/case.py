@@ -1,4 +1,4 @@
-"""What a hard case is: a scene, its truth, and what each method is expected to do with it."""
+"""A hard case: a scene, its reference, and the expected outcome of every method."""
 
 from __future__ import annotations
 
@@ -25,9 +25,9 @@ from comparisons.scene.scene import Scene, make_scene, override
 
 ACCURATE, DEGRADED, REFUSED, NOT_FOR = ("accurate", "degraded", "refused", "not for")
 OUTCOME_KEYS = ("accurate", "degraded", "refused", "not_for")
-# Larger errors are degraded ones.
+# Largest error of an accurate outcome; larger errors count as degraded.
 ACCURATE_TO = 0.01
-# The methods that every case expects something of; those of others are shown as they are.
+# Methods with expected outcomes in every case; outcomes of other methods are only shown.
 JUDGED = tuple(name for name, row in BUILT_IN.items() if not row.peer)
 
 Judged = Literal[JUDGED]  # type: ignore[valid-type]
@@ -54,17 +54,17 @@ MapName = Annotated[str, AfterValidator(_npy)]
 
 
 class Expected(Table):
-    """What one method does with one case: exactly one of the first four keys says it.
+    """Expected outcome of a method in a case, by exactly one of the first four keys.
 
-    accurate, degraded: a number, with the largest relative error over the load steps of the main
-    quantity (the force at equal penetration, the penetration at equal force; the first one compared
-    where the scene's physics has another axis) and, after it, that of the contact area, each
-    together with the bar of the truth. What is not given is not bounded: there is no truth for it.
-    refused: no number but a reason that contains this text.
-    not_for: the method was never meant for such a scene, for a reason that contains this text.
-    lost: load steps without an answer, counted from 0; all others have one.
+    accurate, degraded: largest relative error over the load steps, first of the main quantity (the
+    force at equal penetration, the penetration at equal force, or the first compared quantity for
+    other physics), then of the contact area, both including the bar of the reference. An omitted
+    error is not bounded, for lack of a reference.
+    refused: no number, for a reason that contains this text.
+    not_for: the method is not intended for such a scene, for a reason that contains this text.
+    lost: the load steps without an answer, counted from 0.
     text: part of the reason of the lost steps.
-    why: why a method degrades.
+    why: reason for a degraded outcome.
     """
 
     accurate: Bounds = ()
@@ -94,32 +94,33 @@ class Expected(Table):
 
     @property
     def kind(self) -> str:
-        """The outcome, as the tables show it."""
+        """The outcome as shown in tables."""
         return next(key for key in OUTCOME_KEYS if getattr(self, key)).replace("_", " ")
 
     @property
     def error(self) -> float:
-        """Largest relative error of the main quantity; NaN where there is no number."""
+        """Largest relative error of the main quantity, NaN without a number."""
         return (self.accurate or self.degraded or (nan,))[0]
 
     @property
     def area(self) -> float:
-        """Largest relative error of the contact area; NaN where it is not bounded."""
+        """Largest relative error of the contact area, NaN if unbounded."""
         return (*(self.accurate or self.degraded), nan, nan)[1]
 
     @property
     def reason(self) -> str:
-        """Part of the reason of a refusal, or of the lost steps."""
+        """Part of the reason of a refusal or of lost steps."""
         return self.refused or self.not_for or self.text
 
 
 class Truth(Table):
-    """What the methods are judged by: a method on several resolutions, or a formula.
+    """The reference: a method at several resolutions, or a formula.
 
-    method, resolutions: whose answer on the finest resolution counts; the differences of the
-    resolutions are its bar. With one resolution only the solver is in doubt, not the grid.
-    scene: keys, by path, in which the scene that it solves differs from that of the case.
-    formula: the answer itself, exact but for round-off; source: where it stands.
+    method, resolutions: the answer at the finest resolution counts; the differences between
+    resolutions give its bar. With a single resolution the bar covers the solver, not the grid.
+    scene: keys, by path, in which the scene of the reference differs from that of the case.
+    formula: the answer, exact up to round-off;
+    source: its origin.
     """
 
     method: Judged = "closed_form"
@@ -142,14 +143,14 @@ class HardCase(Table):
     """One entry of the catalogue.
 
     id, title: a slug and a heading.
-    hard: what is hard about it, in one sentence.
+    hard: the difficulty, in one sentence.
     scene: keys of the scene, by path; its name is the id.
-    maps: files that the scene names, and how their heights are made.
-    truth: by default the scene's closed form.
-    only: why methods without an expectation are not run; absent if all are.
-    expected: what each method does; of all of them, unless `only` is given.
-    resolutions: of methods; by default what ``roughline solve`` takes.
-    slow: methods that only ``--full`` runs: finite elements take seconds, the others milliseconds.
+    maps: files named in the scene, with recipes of their heights.
+    truth: the reference, by default the scene's closed form.
+    only: reason for not running methods without an expectation; absent if all are run.
+    expected: outcomes by method, for all methods unless `only` is given.
+    resolutions: by method; by default those of ``roughline solve``.
+    slow: methods run by ``--full`` only: finite elements take seconds, others milliseconds.
     """
 
     id: Annotated[str, Field(max_length=60)]
@@ -195,12 +196,12 @@ class HardCase(Table):
         return value
 
     def expects(self, method: str) -> Expected | None:
-        """Return what a method is to do; None where nothing is expected of it."""
+        """Return the expected outcome of a method, or None."""
         only = Expected(not_for=self.only) if self.only else None
         return self.expected.get(method, only)
 
     def scene_in(self, folder: Path, changes: dict[str, Any] | None = None) -> Scene:
-        """Return the scene, or one that differs from it, with its maps in a folder.
+        """Return the scene, optionally with changed keys, with its maps in a folder.
 
         Raises
         ------
@@ -212,6 +213,6 @@ class HardCase(Table):
         return make_scene(data, f"{self.id}.toml", folder)
 
     def write_maps(self, folder: Path) -> None:
-        """Write the maps that the scene names."""
+        """Write the maps named in the scene."""
         for name, recipe in self.maps.items():
             recipe.save(folder / name, self.maps)

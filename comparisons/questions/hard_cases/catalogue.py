@@ -1,4 +1,4 @@
-"""Files of hard cases: read, put together, and everything that is wrong listed at once."""
+"""Files of hard cases: reading, merging with baselines, and validation with all errors at once."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ from comparisons.scene.scene import SceneError, override
 from comparisons.scene.toml_files import read_toml
 
 FOLDER = Path(__file__).parent
-# A key of what is expected: of every method at once.
+# Key of an expectation that applies to all methods.
 ALL = "all"
 
 
 class HardCaseError(InputError):
-    """Files of hard cases are wrong; ``problems`` lists everything, one entry per key."""
+    """Invalid files of hard cases; ``problems`` lists all errors, one entry per key."""
 
     def __init__(self, problems: list[str]) -> None:
         self.problems = problems
@@ -36,10 +36,10 @@ class HardCaseError(InputError):
 class Family(Table):
     """A file of hard cases.
 
-    order: place of its cases among those of other files; by default the last.
-    like: the baseline of its cases that name none.
-    baselines: what cases have in common, by name; every file sees them.
-    cases: the keys of a `HardCase` by its id, and `like`: the baseline that they are put over.
+    order: position of its cases relative to other files; by default last.
+    like: the default baseline of its cases.
+    baselines: common keys of cases, by name; available to all files.
+    cases: the keys of a `HardCase` by its id, and `like`: the baseline that they override.
     """
 
     order: float = math.inf
@@ -49,7 +49,7 @@ class Family(Table):
 
 
 class Layer(NamedTuple):
-    """The keys of a case or a baseline, as its file has them, and where they stand."""
+    """The keys of a case or baseline as written in its file, and their location."""
 
     source: str
     keys: Mapping[str, Any]
@@ -57,7 +57,7 @@ class Layer(NamedTuple):
 
 @cache
 def catalogue() -> Mapping[str, HardCase]:
-    """Return the built-in hard cases by id, in the order of their families."""
+    """Return the built-in hard cases by id, ordered by family."""
     return {case.id: case for case in read_cases(builtin_files())}
 
 
@@ -67,12 +67,12 @@ def builtin_files() -> list[Path]:
 
 
 def load_cases(names: Iterable[str]) -> list[HardCase]:
-    """Return built-in cases by id, and all cases of a user's files.
+    """Return built-in cases by id, and all cases of user files.
 
     Raises
     ------
     HardCaseError
-        Listing every problem of all names and files.
+        Lists all problems of names and files.
     """
     builtin_cases, files, problems = catalogue(), [], []
     for name in names:
@@ -94,7 +94,7 @@ def load_cases(names: Iterable[str]) -> list[HardCase]:
 
 
 def read_cases(files: Iterable[Path], context_files: Iterable[Path] = ()) -> list[HardCase]:
-    """Return the cases of files; they see the baselines of other files, and share no id with them.
+    """Return the cases of files, which may use baselines of other files; ids must be unique.
 
     Raises
     ------
@@ -125,7 +125,7 @@ def read_cases(files: Iterable[Path], context_files: Iterable[Path] = ()) -> lis
 
 
 def _families(files: Iterable[Path], problems: list[str]) -> list[tuple[Path, Family]]:
-    """Read files, in their order; what is wrong with them joins the problems."""
+    """Return the families of files in order; errors are appended to the problems."""
     families = []
     for file in files:
         try:
@@ -138,7 +138,7 @@ def _families(files: Iterable[Path], problems: list[str]) -> list[tuple[Path, Fa
 
 
 def _lineage(layer: Layer, baselines: Mapping[str, Layer], problems: list[str]) -> list[Layer]:
-    """Return a case, what it is like, what that is like, and so on."""
+    """Return the chain of a case and its successive baselines."""
     lineage = [layer]
     while "like" in lineage[-1].keys:
         source, keys = lineage[-1]
@@ -155,7 +155,7 @@ def _lineage(layer: Layer, baselines: Mapping[str, Layer], problems: list[str]) 
 
 
 def _case(name: str, lineage: list[Layer], problems: list[str]) -> list[HardCase]:
-    """Return the case of these layers, or nothing if there are problems, which are told."""
+    """Return the merged case of these layers, or None and the problems."""
     keys: dict[str, Any] = {}
     for layer in reversed(lineage):
         keys = _put_over(keys, layer.keys)
@@ -175,7 +175,7 @@ def _case(name: str, lineage: list[Layer], problems: list[str]) -> list[HardCase
 
 
 def _owner(location: tuple[int | str, ...], lineage: list[Layer]) -> Layer:
-    """Return the layer that says what stands at a location; the case where none says it."""
+    """Return the layer that defines the value at a location, by default the case."""
     for layer in lineage:
         table: Any = layer.keys
         for key in location[:2]:
@@ -186,10 +186,10 @@ def _owner(location: tuple[int | str, ...], lineage: list[Layer]) -> Layer:
 
 
 def _put_over(base: Mapping[str, Any], keys: Mapping[str, Any]) -> dict[str, Any]:
-    """Put the keys of a case over those of what it is like.
+    """Merge the keys of a case over those of its baseline.
 
-    Those of its scene go by their paths, what it expects by method, its maps by file; all other
-    keys replace. What is no table is left to validation.
+    Scene keys are merged by path, expectations by method, maps by file; other keys replace. Values
+    that are not tables are left to validation.
     """
     merged = {**base, **keys}
     merged.pop("like", None)
@@ -212,7 +212,7 @@ def _maps(base: Mapping[str, Any], files: Mapping[str, Any]) -> dict[str, Any]:
 
 
 def _expected(base: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, Any]:
-    """Complete what is expected by the baseline's, unless that is another outcome."""
+    """Complete an expectation by that of the baseline, unless the outcome differs."""
     merged = dict.fromkeys(JUDGED, changes[ALL]) if ALL in changes else dict(base)
     for method, new in changes.items():
         old = merged.get(method)
@@ -226,7 +226,7 @@ def _expected(base: Mapping[str, Any], changes: Mapping[str, Any]) -> dict[str, 
 
 
 def _scene_problems(case: HardCase) -> list[str]:
-    """Problems of the scene, or of the one that the truth solves; expected refusals are none."""
+    """Return problems of the scene or the reference's scene, except for expected refusals."""
     with tempfile.TemporaryDirectory(prefix="roughline-") as folder:
         for name in case.maps:
             (Path(folder) / name).touch()
@@ -247,7 +247,7 @@ def _scene_problems(case: HardCase) -> list[str]:
 
 
 def _refusal_expected(case: HardCase, reason: str) -> bool:
-    """Tell whether no method is meant to see the scene, for this reason."""
+    """Return whether the scene itself is expected to be refused for this reason."""
     return all(
         expectation.kind == REFUSED and expectation.reason in reason
         for expectation in case.expected.values()

@@ -1,4 +1,4 @@
-"""Truths of hard cases that are formulas of the planned scene, exact but for round-off."""
+"""References of hard cases as formulas of the planned scene, exact up to round-off."""
 
 from __future__ import annotations
 
@@ -19,26 +19,26 @@ Curves = dict[str, np.ndarray]
 
 
 class Hertz(Table):
-    """A tip of this radius, which the scene samples by a map: F = 4/3 E* sqrt(R) d^1.5."""
+    """Hertz's solution for a tip that the scene samples by a map: F = 4/3 E* sqrt(R) d^1.5."""
 
     needs: ClassVar = ("surface", "loading.penetration")
 
     radius: Length
 
     def curves(self, plan: Plan) -> Curves:
-        """Return force and area pi R d at the depths of the scene."""
+        """Return the force and the area pi R d at the penetrations of the scene."""
         depth = plan.loads.values
         force = 4 / 3 * plan.scene.effective_modulus * np.sqrt(self.radius) * depth**1.5
         return {"force": force, "contact_area": np.pi * self.radius * depth}
 
 
 class Stuck(Table):
-    """u = F_x/(2 a G*) (Mindlin 1949): the whole circle of Hertz sticks."""
+    """u = F_x/(2 a G*) (Mindlin 1949): stick in the whole Hertzian contact."""
 
     needs: ClassVar = ("indenter.radius", "friction", "loading.tangential_force")
 
     def curves(self, plan: Plan) -> Curves:
-        """Return the displacement at the last normal force; a rim of 1e-7 slips at mu = 1e6."""
+        """Return the displacement at the last normal force; at mu = 1e6 a rim of 1e-7 slips."""
         normal = plan.loads.normal
         assert normal is not None
         scene = plan.scene
@@ -50,7 +50,7 @@ class Stuck(Table):
 
 
 class Creeping(Table):
-    """mu = (eta/G) v/R, eta = sum G_i tau_i: what slow sliding of rubber tends to in 3-D."""
+    """mu = (eta/G) v/R, eta = sum G_i tau_i: the 3-D limit of slow sliding on rubber."""
 
     needs: ClassVar = ("indenter.radius", "viscoelastic", "sliding")
 
@@ -70,7 +70,7 @@ class ClosedGap(Table):
     needs: ClassVar = ("surface",)
 
     def curves(self, plan: Plan) -> Curves:
-        """Return penetration and area of the first surface: nothing is left of the gap."""
+        """Return the penetration and area of the first surface with its gap closed."""
         from comparisons.geometry.prepare import RoughGeometry
 
         geometry = plan.geometry
@@ -82,7 +82,7 @@ class ClosedGap(Table):
 
 
 class Formula(Table):
-    """Exactly one of them: `constant` gives quantities that are the same at every step."""
+    """Exactly one formula; `constant` gives quantities that are equal at all steps."""
 
     constant: dict[Literal[COMPARABLE], float] | None = None  # type: ignore[valid-type]
     hertz: Hertz | None = None
@@ -99,7 +99,7 @@ class Formula(Table):
         return self
 
     def missing(self, scene: Scene) -> list[str]:
-        """Return the keys of a scene that the formula needs and that are not there."""
+        """Return the keys that the formula needs and the scene lacks."""
         (name,) = self.model_fields_set
         return [key for key in getattr(getattr(self, name), "needs", ()) if _at(scene, key) is None]
 
@@ -113,7 +113,7 @@ class Formula(Table):
 
 
 def _at(scene: Scene, path: str) -> Any:
-    """Return what stands at a dotted key of a scene, None where nothing does."""
+    """Return the value at a dotted key of a scene, or None."""
     table: Any = scene
     for key in path.split("."):
         table = getattr(table, key, None)

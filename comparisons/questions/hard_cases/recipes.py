@@ -1,4 +1,4 @@
-"""Maps of hard cases as recipes: what plain data cannot say, for a map has hundreds of heights."""
+"""Recipes of the maps in hard cases, which replace files with hundreds of heights."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ MAKERS = ("self_affine", "paraboloid", "checkerboard", "level")
 
 
 class Table(BaseModel):
-    """A table of a file of hard cases: unknown keys are wrong, and nothing changes later."""
+    """A table in a file of hard cases, immutable and without unknown keys."""
 
     model_config = ConfigDict(extra="forbid", frozen=True, populate_by_name=True)
 
 
 class SelfAffine(Table):
-    """A rough surface, as scenes make it: the first of reference.surfaces.self_affine."""
+    """A rough surface as in scenes: the first realisation of `reference.surfaces.self_affine`."""
 
     hurst: Annotated[Positive, Field(le=1)]
     rms_slope: Positive
@@ -30,27 +30,27 @@ class SelfAffine(Table):
 
 
 class Point(Table):
-    """One point has this height, in metres."""
+    """A replaced height at one point, in metres."""
 
     index: tuple[Seed, Seed]
     height: float
 
 
 class Recipe(Table):
-    """How a square map is made: from one of the first five keys, then changed in this order.
+    """Recipe of a square map: made by one of the first five keys, then modified in this order.
 
-    from: another map of the case, which is made from nothing; else points and side of the map and
+    from: another map of the case, which has no `from` itself; else points and side of the map and
     self_affine: a rough surface;
-    paraboloid: the radius of a tip in the middle, symmetric to the last digit;
-    checkerboard: neighbours are so far up and down in turn;
-    level: all points have this height, in metres.
-    factor: heights are multiplied by it.
-    noise: every height is off by a normal error of this relative size, drawn with the seed.
-    undefined: about this share of the points, drawn with the seed, has no height (NaN).
-    point: one height is replaced.
-    step: heights are rounded to multiples of it.
-    cut: what is higher is ground off, in metres.
-    precision: the type in which the heights are stored.
+    paraboloid: radius of a tip in the middle, symmetric to the last digit;
+    checkerboard: amplitude of alternating heights;
+    level: height of all points, in metres.
+    factor: factor of the heights.
+    noise: relative standard deviation of normal errors, drawn with the seed.
+    undefined: approximate fraction of points without height (NaN), drawn with the seed.
+    point: a height to be replaced.
+    step: quantisation of the heights.
+    cut: upper limit of heights, in metres.
+    precision: data type of the stored heights.
     """
 
     start: Annotated[str, Field(alias="from")] = ""
@@ -81,7 +81,7 @@ class Recipe(Table):
         return self
 
     def save(self, file: Path, maps: Mapping[str, Recipe]) -> None:
-        """Write the map; `maps` are the maps of the case by their names."""
+        """Write the map; `maps` contains the maps of the case by name."""
         np.save(file, self._heights(maps))
 
     def _heights(self, maps: Mapping[str, Recipe]) -> np.ndarray:

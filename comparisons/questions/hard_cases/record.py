@@ -1,4 +1,4 @@
-"""Outcomes of hard cases, and their files hard-cases.json and hard-cases.csv, checked when read."""
+"""Outcomes of hard cases, and the files hard-cases.json and hard-cases.csv, validated when read."""
 
 from __future__ import annotations
 
@@ -13,27 +13,27 @@ RECORD, TABLE = "hard-cases.json", "hard-cases.csv"
 
 
 class OutcomeRecord(Form):
-    """What one method did with one case; None where there is no number.
+    """Outcome of a method in a case; None for missing numbers.
 
     Attributes
     ----------
     case, title, method : str
     kind : str
-        "accurate", "degraded", "refused", "not for", or "lost" (no number where one was meant).
+        "accurate", "degraded", "refused", "not for", or "lost" (a number is missing unexpectedly).
     error, area_error, bar : float or None
         Largest relative errors over the load steps (main quantity, contact area) and the bar of the
-        truth at the main quantity.
+        reference for the main quantity.
     seconds : float or None
     resolution : int
-        0 where nothing was solved.
+        0 without a solve.
     reason : str
-        Why there is no number, or why steps are lost.
+        Reason for a missing number or lost steps.
     lost : list of int
         Load steps without an answer.
     expected : str
-        The expectation in words; "" where there is none (a method from outside).
+        The expectation in words; "" if there is none (a user-supplied method).
     deviation : str
-        How the outcome differs from the expectation; "" where it does not.
+        Difference of the outcome from the expectation in words; "" if there is none.
     """
 
     case: str
@@ -52,24 +52,24 @@ class OutcomeRecord(Form):
 
 
 class HardCasesRecord(Header):
-    """A whole run of hard cases."""
+    """A complete run of hard cases."""
 
     hard: dict[str, str]
     outcomes: list[OutcomeRecord]
 
     @property
     def methods(self) -> list[str]:
-        """The methods, in the order in which they were run."""
+        """The methods in order of execution."""
         return list(dict.fromkeys(outcome.method for outcome in self.outcomes))
 
     @property
     def deviations(self) -> list[OutcomeRecord]:
-        """What differs from the catalogue."""
+        """The deviations from the catalogue."""
         return [outcome for outcome in self.outcomes if outcome.deviation]
 
     @property
     def lost(self) -> list[OutcomeRecord]:
-        """Solves of methods from outside that came to nothing."""
+        """Failed solves of user-supplied methods."""
         return [
             outcome for outcome in self.outcomes if outcome.kind == "lost" and not outcome.expected
         ]
@@ -86,12 +86,12 @@ def save_record(directory: Path, record: HardCasesRecord) -> None:
 
 
 def load_record(directory: Path) -> HardCasesRecord:
-    """Read the outcomes of a folder back.
+    """Read the outcomes in a folder.
 
     Raises
     ------
     ResultsError
-        If there are none, or the file is not as it should be.
+        If there are none, or the file is invalid.
     """
     missing = f"{directory}: no hard cases were run here"
     return read_record(HardCasesRecord, directory / RECORD, missing)

@@ -1,4 +1,4 @@
-"""Hard cases run: one outcome for every method and case, whatever happens."""
+"""Execution of hard cases: always one outcome per method and case."""
 
 from __future__ import annotations
 
@@ -64,7 +64,7 @@ class _Truth:
 
 
 class HardCases(Campaign[list[OutcomeRecord], HardCasesRecord]):
-    """Hard cases, the methods that try them, and where the outcomes go; they are run anew.
+    """Hard cases, the methods to be tried, and the folder of outcomes, which are replaced.
 
     Parameters
     ----------
@@ -72,7 +72,7 @@ class HardCases(Campaign[list[OutcomeRecord], HardCasesRecord]):
     methods : sequence of str
     directory : Path
     **options
-        As in `Campaign`; without full effort, slow pairs are left out, and say so.
+        As in `Campaign`; without full effort, slow pairs are skipped with a note.
     """
 
     layout = Layout(RECORD, (TABLE, PAGE))
@@ -88,12 +88,12 @@ class HardCases(Campaign[list[OutcomeRecord], HardCasesRecord]):
         self.cases, self.methods = cases, methods
 
     def inquiries(self) -> dict[str, Inquiry[list[OutcomeRecord]]]:
-        """Return an inquiry for each case."""
+        """Return one inquiry per case."""
         full = self.effort == "full"
         return {case.id: outcomes(case, self.methods, full=full) for case in self.cases}
 
     def answer(self, header: Header, answers: Mapping[str, list[OutcomeRecord]]) -> HardCasesRecord:
-        """Return the outcomes of the cases that are done, in their order."""
+        """Return the outcomes of the completed cases in order."""
         return HardCasesRecord(
             **header.model_dump(),
             hard={case.id: case.hard for case in self.cases},
@@ -106,12 +106,12 @@ class HardCases(Campaign[list[OutcomeRecord], HardCasesRecord]):
 
 
 def run_case(case: HardCase, methods: Sequence[str], *, full: bool = True) -> list[OutcomeRecord]:
-    """Return what each of the methods does with a case, here and now."""
+    """Return the outcomes of the methods for a case, solved in this process."""
     return answer_of(outcomes(case, methods, full=full))
 
 
 def outcomes(case: HardCase, methods: Sequence[str], *, full: bool) -> Inquiry[list[OutcomeRecord]]:
-    """Ask for what judges a case, and for what each of the methods does with it."""
+    """Request the reference of a case and the solves of all methods; return the outcomes."""
     chosen = [name for name in methods if full or name not in case.slow]
     done = yield from _tried(case, chosen)
     return [
@@ -128,7 +128,7 @@ def _tried(case: HardCase, methods: Sequence[str]) -> Inquiry[dict[str, OutcomeR
         try:
             plan = _plan(case.scene_in(Path(folder)))
         except InputError as error:
-            # The door refuses before any method sees the scene.
+            # Validation refuses the scene before any method is tried.
             reason = str(error)
             return {name: _judged(case, name, kind=REFUSED, reason=reason) for name in methods}
         truth = _plan(case.scene_in(Path(folder), case.truth.scene)) if case.truth.scene else plan
@@ -148,7 +148,7 @@ def _tried(case: HardCase, methods: Sequence[str]) -> Inquiry[dict[str, OutcomeR
 
 
 def _trusted(case: HardCase, plan: Plan) -> dict[tuple[str, int], list[Job]]:
-    """Return the solves of the trusted method; none where it refuses the scene itself."""
+    """Return the solves of the trusted method, none if it refuses the scene."""
     name = case.truth.method
     if case.truth.formula is not None or isinstance(solver_for(name, plan.scene), Refusal):
         return {}
@@ -160,7 +160,7 @@ def _plan(scene: Scene) -> Plan:
 
 
 def _door(case: HardCase, plan: Plan, name: str) -> OutcomeRecord | int:
-    """Return the resolution of a method, or the outcome where it is not tried."""
+    """Return the resolution of a method, or the outcome if it is not tried."""
     if case.only and name not in case.expected:
         return _judged(case, name, kind=NOT_FOR, reason=case.only)
     (planned,) = [method for method in plan.methods if method.method == name]
@@ -179,19 +179,19 @@ def _door(case: HardCase, plan: Plan, name: str) -> OutcomeRecord | int:
 
 @dataclass(frozen=True)
 class Warned:
-    """A solution with the warnings of the numerics on the way: they are flaws, and are told."""
+    """A solution with the numerical warnings during its solve, which are reported as flaws."""
 
     solution: Solution
     warnings: tuple[str, ...] = ()
 
     @property
     def compile_seconds(self) -> float:
-        """Of the solution."""
+        """Compilation time of the solution."""
         return self.solution.compile_seconds
 
 
 def solve_warned(task: Task) -> Warned:
-    """Solve a task for its curves, and note what it warns of."""
+    """Solve a task for its curves, and record warnings."""
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("ignore")
         warnings.simplefilter("always", RuntimeWarning)
@@ -202,13 +202,13 @@ def solve_warned(task: Task) -> Warned:
 
 
 def _jobs(plan: Plan, name: str, resolution: int) -> list[Job]:
-    """Return the solves of a method, in blocks of realisations."""
+    """Return the solves of a method in blocks of realisations."""
     blocks = plan.blocks(name, resolution)
     return [solve_job(task_of(plan, name, resolution, block), solve_warned) for block in blocks]
 
 
 def _joined(jobs: Sequence[Job], done: Mapping[str, Done]) -> Warned:
-    """Return the solution of all blocks, and each warning once."""
+    """Return the joined solution of all blocks, and the distinct warnings."""
     parts = []
     for job in jobs:
         lost, value = done[job.key].lost, done[job.key].value
@@ -232,7 +232,7 @@ def _measured(
     common: dict[str, Any] = {"reason": reason, "lost": lost, "resolution": resolution}
     if not solution.converged.any():
         expected = case.expected.get(name)
-        # Whether the door or the solver refuses is no matter, if it says what the catalogue says.
+        # Either validation or the solver may refuse, if the reason matches the catalogue.
         as_expected = (
             expected is not None and expected.kind == REFUSED and expected.reason in reason
         )
@@ -250,9 +250,9 @@ def _measured(
 
 
 def main_quantity(plan: Plan) -> str:
-    """Return what a case is judged by: the other load, or what the physics of the scene is about.
+    """Return the main quantity of a case: the other load, or that of the scene's physics.
 
-    Along a path, in time or over speeds that is the first quantity that is compared.
+    For paths, histories and speed ranges it is the first compared quantity.
     """
     if not plan.loads.compares_itself:
         return plan.compared[0]
@@ -260,7 +260,7 @@ def main_quantity(plan: Plan) -> str:
 
 
 def _largest_error(truth: _Truth, solution: Solution, name: str) -> tuple[float, float]:
-    """Return the largest relative error over the answered steps, and the truth's bar there."""
+    """Return the largest relative error over the answered steps, and the reference's bar there."""
     curves = mean_curves(solution)
     if name not in curves or name not in truth.curves:
         return float("nan"), 0.0
@@ -272,19 +272,19 @@ def _largest_error(truth: _Truth, solution: Solution, name: str) -> tuple[float,
 
 
 def _truth(case: HardCase, plan: Plan, solved: Solved) -> _Truth:
-    """Return what the case is judged by: a formula, the closed form, or a trusted method.
+    """Return the reference of a case: a formula, the closed form, or a trusted method.
 
-    `plan` is that of the trusted method, `solved` what it has solved.
+    `plan` and `solved` are the plan and solutions of the trusted method.
     """
     truth = case.truth
     if truth.formula is not None:
         exact = truth.formula.curves(plan)
         return _Truth(exact, {name: np.full(len(v), EXACT) for name, v in exact.items()})
     trusted = next(iter(truths(solved, plan.loads.axis)), None)
-    if trusted is None:  # the trusted method refuses the scene, as others are expected to
+    if trusted is None:  # the trusted method refuses the scene, as expected of others
         return _Truth({}, {})
-    # All methods solve the same surfaces, so the scatter between surfaces is no error; and on the
-    # very same grid only the solver is in doubt.
+    # All methods solve the same surfaces, so the scatter between surfaces is not an error; on an
+    # identical grid, only the solvers differ.
     left_out = {ENSEMBLE, GRID} if len(truth.resolutions) == 1 else {ENSEMBLE}
     bars = {
         name: combined(
@@ -297,7 +297,7 @@ def _truth(case: HardCase, plan: Plan, solved: Solved) -> _Truth:
 
 
 def _judged(case: HardCase, name: str, **details: Any) -> OutcomeRecord:
-    """Return the outcome of a method beside what is expected of it."""
+    """Return the outcome of a method, compared with its expectation."""
     expectation = case.expects(name)
     if expectation is None:
         return _outcome(case, name, expected=PEER if METHODS[name].peer else "", **details)
@@ -313,7 +313,7 @@ def _outcome(case: HardCase, name: str, **details: Any) -> OutcomeRecord:
 
 
 def expectation_text(expectation: Expected) -> str:
-    """Return an expectation as the table shows it."""
+    """Return an expectation as shown in tables."""
     if expectation.kind in (REFUSED, NOT_FOR):
         return f"{expectation.kind}: {expectation.reason}"
     bounds = [f"error at most {relative(expectation.error)}"]
@@ -327,9 +327,9 @@ def expectation_text(expectation: Expected) -> str:
 
 
 def _deviation(outcome: dict[str, Any], expectation: Expected) -> str:
-    """Return in words how an outcome differs from what was expected, "" where it does not."""
+    """Return the deviation of an outcome from its expectation in words, "" if none."""
     kind, area, lost = outcome["kind"], outcome["area_error"], outcome["lost"]
-    allowed = {DEGRADED: (ACCURATE, DEGRADED)}  # better than expected is as expected
+    allowed = {DEGRADED: (ACCURATE, DEGRADED)}  # better than expected is no deviation
     if kind not in allowed.get(expectation.kind, (expectation.kind,)):
         return f"{kind} instead of {expectation.kind}"
     differences = []

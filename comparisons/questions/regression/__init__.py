@@ -1,4 +1,4 @@
-"""Regression of the reduced model: a snapshot of its curves and the truth's, kept and compared."""
+"""Regression of the reduced model: comparison with stored curves of model and references."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""A check: what is now against a baseline file, and the baseline renewed when that is meant."""
+"""Comparison of current results with a baseline file, and update of the baseline."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ def check_against(
     Raises
     ------
     InputError
-        If there is no baseline, it is damaged or another method's, or a scene is wrong.
+        If the baseline is missing, damaged or for another method, or a scene is invalid.
     """
     stored = _stored(path, method)
     return compare_snapshots(stored, take_snapshot(method, scenes, watch), tolerance)
@@ -40,14 +40,14 @@ def update_baseline(
     tolerance: float = MODEL_TOLERANCE,
     watch: Watch | None = None,
 ) -> list[Finding]:
-    """Solve scenes, find the drift against the baseline (if there is one), and store what is now.
+    """Solve scenes, compare them with any existing baseline, and store the current results.
 
-    Scenes of the baseline that were not solved stay in it as they were.
+    Other scenes of the baseline are kept unchanged.
 
     Raises
     ------
     InputError
-        As in `check_against`, except that a missing baseline is made.
+        As in `check_against`, except that a missing baseline is created.
     """
     stored = _stored(path, method) if path.exists() else None
     now = take_snapshot(method, scenes, watch)

@@ -1,4 +1,4 @@
-"""Two snapshots compared: who moved - the model, a reference, what they share, or the machine."""
+"""Comparison of two snapshots: changes of the model, a reference, shared code, or the machine."""
 
 from __future__ import annotations
 
@@ -11,30 +11,30 @@ from comparisons.formatting import number, relative
 from comparisons.questions.regression.snapshot import Curves, SceneSnapshot, Snapshot, Speed
 
 MODEL, REFERENCES, AGREEMENT, SPEED = "reduced model", "references", "agreement", "speed"
-# The model has no iterations: other processors and library versions change its last digits only.
+# The model does not iterate: processors and library versions change its last digits only.
 MODEL_TOLERANCE = 1e-9
-# References iterate to 1e-6 relative, and other machines stop elsewhere within that.
+# References iterate to 1e-6 relative, within which the results of machines differ.
 REFERENCE_TOLERANCE = 1e-5
-# Two curves moved alike if their factors agree to this share of the move.
+# Two curves changed equally if their factors agree to this fraction of the change.
 ALIKE = 0.1
-# Readings taken in turns scatter by some 20 %; a machine is called slower from a quarter on.
+# Readings in turns scatter by about 20 %; a machine counts as slower from 25 % on.
 SLOWER_MODEL, SLOWER_MACHINE = 2.0, 1.25
 
 
 @dataclass(frozen=True)
 class Finding:
-    """One line of a check.
+    """A line of a check.
 
     Attributes
     ----------
     scene, subject : str
-        Which scene, and which of the subjects above.
+        Name of the scene, and one of the subjects above.
     text : str
-        What was found, in words.
+        The finding in words.
     drifted : bool
-        Whether it makes the check fail.
+        Whether the check fails.
     notable : bool
-        Whether it is worth a line though it does not.
+        Whether the finding is shown although the check does not fail.
     """
 
     scene: str
@@ -46,14 +46,14 @@ class Finding:
 
 @dataclass(frozen=True)
 class Move:
-    """How one method's curves changed: factors new/old by quantity, and the largest change."""
+    """Change of a method's curves: factors new/old by quantity, and the largest change."""
 
     factors: dict[str, np.ndarray]
     lost: tuple[str, ...] = ()
     replanned: str = ""
 
     def largest(self) -> tuple[str, float]:
-        """Return the quantity that changed most, and its relative change with sign."""
+        """Return the quantity with the largest change, and its signed relative change."""
         changes = {
             name: float(values[np.argmax(np.abs(values - 1))] - 1)
             for name, values in self.factors.items()
@@ -62,7 +62,7 @@ class Move:
         return max(changes.items(), key=lambda item: abs(item[1]), default=("", 0.0))
 
     def moved(self, tolerance: float) -> bool:
-        """Whether anything changed by more than a tolerance, vanished, or is planned otherwise."""
+        """Return whether a curve changed beyond a tolerance, vanished, or has another plan."""
         return bool(self.lost or self.replanned) or abs(self.largest()[1]) > tolerance
 
     def text(self) -> str:
@@ -79,13 +79,13 @@ class Move:
 def compare_snapshots(
     stored: Snapshot, now: Snapshot, tolerance: float = MODEL_TOLERANCE
 ) -> list[Finding]:
-    """Compare what is with what was, scene by scene.
+    """Compare the current snapshot with the stored one, scene by scene.
 
     Parameters
     ----------
     stored, now : Snapshot
     tolerance : float
-        Relative change of the model that is not called a move.
+        Largest relative change of the model that counts as unchanged.
 
     Returns
     -------
@@ -180,7 +180,7 @@ def _move(before: Curves | None, now: Curves | None) -> Move:
 
 
 def _alike(model: Move, truth: Move) -> bool:
-    """Whether every common quantity moved by the same factor at every load."""
+    """Return whether all common quantities changed by the same factor at every load."""
     common = [name for name in model.factors if name in truth.factors]
     if not common or model.lost or truth.lost or model.replanned or truth.replanned:
         return False
@@ -226,5 +226,5 @@ def _list(names: list[str]) -> str:
 
 
 def _same_loads(before: list[float], now: list[float]) -> bool:
-    """Tell whether loads are the same but for the last digits of how a range is divided."""
+    """Return whether loads are equal up to rounding in the division of a range."""
     return len(before) == len(now) and bool(np.allclose(before, now, rtol=1e-12, atol=0))

@@ -1,4 +1,4 @@
-"""Findings as JUnit XML, which continuous integration servers read."""
+"""Findings as JUnit XML for continuous integration servers."""
 
 from __future__ import annotations
 

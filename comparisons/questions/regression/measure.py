@@ -1,4 +1,4 @@
-"""A snapshot taken: the model and its references solved once, their agreement, the model's time."""
+"""Measurement of a snapshot: curves of model and references, agreement, time of the model."""
 
 from __future__ import annotations
 
@@ -33,7 +33,7 @@ YARDSTICK = "np.argsort of 1e5 numbers"
 
 
 class Measurements(Campaign[SceneSnapshot, Snapshot]):
-    """Scenes solved by the judged method and the references; no folder is written.
+    """Campaign that solves scenes by the judged method and the references, without a folder.
 
     Parameters
     ----------
@@ -58,11 +58,11 @@ class Measurements(Campaign[SceneSnapshot, Snapshot]):
         self.plans = [_plan(source, method) for source in scenes]
 
     def inquiries(self) -> dict[str, Inquiry[SceneSnapshot]]:
-        """Return an inquiry for each scene."""
+        """Return one inquiry per scene."""
         return {plan.scene.name: _scene(plan, self.method) for plan in self.plans}
 
     def answer(self, header: Header, answers: Mapping[str, SceneSnapshot]) -> Snapshot:
-        """Return the scenes that are measured."""
+        """Return the snapshots of the measured scenes."""
         return Snapshot(
             method=self.method,
             created=header.created,
@@ -81,7 +81,7 @@ def take_snapshot(
     scenes: Iterable[str] = CHECK_SCENES,
     watch: Watch | None = None,
 ) -> Snapshot:
-    """Solve scenes with the judged method and the references, here.
+    """Solve scenes with the judged method and the references in this process.
 
     Raises
     ------
@@ -95,7 +95,7 @@ def _plan(source: str, method: str) -> Plan:
     changes: dict[str, object] = {"compare.methods": [*INDEPENDENT, method]}
     scene = load_scene(source, changes)
     if scene.surface is not None:
-        # Finite elements would take most of the time, for a patch of another scene.
+        # Finite elements would take most of the time, and solve a patch, which is another problem.
         changes["compare.methods"] = [GRID, method]
         changes["surface.realisations"] = REALISATIONS
         scene = load_scene(source, changes)
@@ -122,7 +122,7 @@ def _scene(plan: Plan, method: str) -> Inquiry[SceneSnapshot]:
 
 
 def _identity(scene: Scene) -> str:
-    """Return what tells one problem from another: all that its file says but names and methods."""
+    """Return the identity of a problem: its scene file without names and methods."""
     tables = scene.model_dump(
         mode="json", exclude_defaults=True, exclude={"name", "title", "compare", "methods"}
     )
@@ -146,7 +146,7 @@ def _curves(solved: Solved, method: str) -> Curves | None:
 
 
 def _agreement(references: list[Truth], quantities: tuple[str, ...]) -> tuple[list[str], list[str]]:
-    """Return who differs from whom by more than their bars, and who differs from all others."""
+    """Return pairs of references disagreeing beyond their bars, and those that differ from all."""
     differences: list[str] = []
     against: dict[str, set[str]] = {truth.method: set() for truth in references}
     for index, first in enumerate(references):
@@ -158,14 +158,14 @@ def _agreement(references: list[Truth], quantities: tuple[str, ...]) -> tuple[li
                 against[second.method].add(first.method)
     opponents = len(references) - 1
     alone = [name for name, foes in against.items() if opponents >= 2 and len(foes) == opponents]
-    # Where everyone differs from everyone, nobody is the odd one out.
+    # If all references disagree, none stands alone.
     return differences, alone if len(alone) == 1 else []
 
 
 def _speed(plan: Plan, method: str) -> Speed | None:
     """Time the finest task of the model in turns with the yardstick.
 
-    A method in a process of its own would be measured with the start of that process: it is not.
+    Methods in separate processes are not timed, because the start of the process would count.
     """
     tasks = [task for task in plan.tasks if task.method == method]
     if not tasks or METHODS[method].isolated:

@@ -1,4 +1,4 @@
-"""What is remembered of a model and its references: curves, agreement and speed, as JSON."""
+"""Snapshot of a model and its references as JSON: curves, agreement and speed."""
 
 from __future__ import annotations
 
@@ -21,13 +21,13 @@ class _Form(BaseModel):
 
 
 class Curves(_Form):
-    """One method's quantities over the loads, means over realisations; None where a step failed."""
+    """Quantities of a method over the loads, as means over realisations; None for failed steps."""
 
     resolution: int
     quantities: dict[str, Curve]
 
     def array(self, name: str) -> np.ndarray:
-        """Return a quantity as an array, NaN where there is none."""
+        """Return a quantity as an array, NaN for missing values."""
         return np.array([np.nan if v is None else v for v in self.quantities[name]])
 
 
@@ -40,10 +40,10 @@ class Speed(_Form):
 
 
 class SceneSnapshot(_Form):
-    """One scene: the judged model, the references by name, and how they agreed.
+    """One scene: the judged model, the references by name, and their agreement.
 
-    ``alone`` names the references that differ from all others while those agree among themselves.
-    ``scene`` tells one problem from another ("" in baselines that do not say).
+    ``alone`` lists references that differ from all others while those agree among themselves.
+    ``scene`` identifies the problem ("" in old baselines).
     """
 
     scene: str = ""
@@ -56,7 +56,7 @@ class SceneSnapshot(_Form):
 
 
 class Snapshot(_Form):
-    """All scenes of a check, with what they ran on."""
+    """All scenes of a check, with the machine and versions."""
 
     format: int = Field(default=1, ge=1, le=1)
     method: str
@@ -72,7 +72,7 @@ def load_baseline(path: Path) -> Snapshot:
     Raises
     ------
     InputError
-        If there is none, or it is damaged; with the first places that are wrong.
+        If it is missing or damaged, with the first invalid entries.
     """
     try:
         if path.stat().st_size > LARGEST_FILE:
@@ -91,5 +91,5 @@ def load_baseline(path: Path) -> Snapshot:
 
 
 def save_baseline(path: Path, snapshot: Snapshot) -> None:
-    """Write a baseline atomically, one scene's curve a line, so that version control shows it."""
+    """Write a baseline atomically, one curve per line for readable diffs."""
     write_named_text(path, snapshot.model_dump_json(indent=1) + "\n")

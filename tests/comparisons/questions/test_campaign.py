@@ -60,7 +60,7 @@ def test_claims_on_one_scene_share_its_solves(tmp_path, monkeypatch):
 
 def test_a_claim_whose_solve_is_lost_is_no_verdict_and_the_others_stand(tmp_path):
     claims = load_claims(("ellipsoid-force", "friction-law-force"))
-    with pytest.raises(LostWorkError, match="ellipsoid-force: killed\nwhat was solved is kept"):
+    with pytest.raises(LostWorkError, match="ellipsoid-force: killed\ncompleted solves are kept"):
         ClaimRun(claims, tmp_path / "out", executor=Losing("reduced")).run()
     record = load_claims_record(tmp_path / "out")
     assert record.interrupted

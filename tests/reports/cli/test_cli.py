@@ -195,7 +195,7 @@ def test_a_wrong_scene_is_one_clear_message_and_nothing_is_written(
         ),
         (
             ["solve", "paraboloid", "--method", "bem_fft", "--resolution", "500000"],
-            "bem_fft cannot do this scene at resolution 500000: needs about",
+            "bem_fft cannot solve this scene at resolution 500000: needs about",
         ),
         (["list", "wishes"], "list: expected one of scenes, methods, claims, hard-cases, got"),
         (["report", "nowhere"], "no results of roughline here"),
