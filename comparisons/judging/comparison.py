@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from dataclasses import dataclass
 from typing import Any
 
@@ -12,7 +13,7 @@ from comparisons.facts.quantities import CURVES, FIELDS, counterpart, main_axis
 from comparisons.judging.levels import Levels
 from comparisons.judging.metrics import rms_and_maximum
 from comparisons.judging.pressures import TruePressure, pressure_measures
-from comparisons.judging.proofs import bars_missed
+from comparisons.judging.proofs import Verification, verified
 from comparisons.judging.truth import Truth, choose_truth
 from comparisons.judging.uncertainty import combined
 from comparisons.judging.verdicts import judged
@@ -26,12 +27,12 @@ MOST_REALISATIONS = 450
 
 @dataclass(frozen=True)
 class Comparison:
-    """What was found for one scene, as tables; `missed` says which bars a proof contradicts."""
+    """What was found for one scene, as tables; with its bars held against what is proved."""
 
     truth: Truth | None
     rows: pd.DataFrame
     measures: pd.DataFrame
-    missed: tuple[str, ...] = ()
+    verification: Verification | None = None
 
 
 def compare(plan: Plan, solved: Solved, constants: dict[str, Any]) -> Comparison:
@@ -58,13 +59,14 @@ def compare(plan: Plan, solved: Solved, constants: dict[str, Any]) -> Comparison
         for planned in plan.methods
         if not planned.supported
     ]
-    missed: tuple[str, ...] = ()
+    verification = None
     if truth is not None and plan.scene.compare.proved:
+        started = time.perf_counter()
         sides = enclosures(plan.scene, plan.loads)
+        verification = verified(truth, sides, time.perf_counter() - started)
         for row in rows:
             if (row["method"], row["resolution"]) == (truth.method, truth.resolution):
                 row |= {name: float(values[int(row["step"])]) for name, values in sides.items()}
-        missed = bars_missed(truth, sides)
     measures = [
         row
         for method, resolution in solved
@@ -73,7 +75,7 @@ def compare(plan: Plan, solved: Solved, constants: dict[str, Any]) -> Comparison
     table = pd.DataFrame([constants | row for row in rows])
     last = [name for name in constants if name in table]
     table = table[[*(name for name in table if name not in constants), *last]]
-    return Comparison(truth, table, pd.DataFrame(measures), missed)
+    return Comparison(truth, table, pd.DataFrame(measures), verification)
 
 
 def _solution_rows(

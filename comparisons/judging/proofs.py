@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -27,21 +29,69 @@ def missed_by(
     return np.maximum(beyond, 0.0) / size
 
 
-def bars_missed(truth: Truth, sides: Mapping[str, np.ndarray]) -> tuple[str, ...]:
-    """Return a sentence for each quantity whose bar does not reach the proved interval.
+@dataclass(frozen=True)
+class Verification:
+    """All references of a scene, held against what theorems prove of it.
 
-    Such a bar is too narrow by a theorem, not by another estimate. An unknown bar misses nothing.
+    Attributes
+    ----------
+    bars : int
+        Known bars that have an interval beside them: of each reference, quantity and load step.
+    missed : tuple of str
+        A sentence for each reference and quantity whose bar does not reach the interval.
+    width : float
+        Largest relative width of the intervals.
+    seconds, truth_seconds : float
+        What the intervals took, and what the solve of the truth that they judge.
     """
-    sentences = []
+
+    bars: int
+    missed: tuple[str, ...]
+    width: float
+    seconds: float
+    truth_seconds: float
+
+    def document(self) -> dict[str, Any]:
+        """Return it as a record keeps it."""
+        return {
+            "bars": self.bars,
+            "missed": len(self.missed),
+            "width": self.width,
+            "seconds": self.seconds,
+            "truth_seconds": self.truth_seconds,
+        }
+
+
+def verified(truth: Truth, sides: Mapping[str, np.ndarray], seconds: float) -> Verification:
+    """Hold the bars of a truth and of its checks against the proved intervals.
+
+    A bar that does not reach its interval is too narrow by a theorem, not by another estimate. An
+    unknown bar misses nothing and is not counted.
+    """
+    bars, missed = 0, []
+    for reference in (truth, *truth.checks):
+        for name, bar, beyond in _held(reference, sides):
+            bars += int(np.isfinite(bar).sum())
+            if np.nanmax(beyond, initial=0.0) > 0:
+                step = int(np.nanargmax(beyond))
+                missed.append(
+                    f"The bar of {reference.label} in {quantity(name).label} misses the proved "
+                    f"interval by {relative(beyond[step])} at load step {step + 1}."
+                )
+    widths = [
+        np.max(upper / sides[name.replace("_upper", "_lower")] - 1)
+        for name, upper in sides.items()
+        if name.endswith("_upper")
+    ]
+    return Verification(bars, tuple(missed), float(max(widths)), seconds, truth.solution.seconds)
+
+
+def _held(
+    reference: Truth, sides: Mapping[str, np.ndarray]
+) -> Iterator[tuple[str, np.ndarray, np.ndarray]]:
+    """Yield the enclosed quantities of a reference: name, bar, and by how much it misses (k,)."""
     for name in ENCLOSED:
-        if name not in truth.curves or f"{name}_lower" not in sides:
-            continue
-        bar = truth.bar(name, truth.axis)
-        beyond = missed_by(truth.curves[name], bar, sides[f"{name}_lower"], sides[f"{name}_upper"])
-        if np.nanmax(beyond, initial=0.0) > 0:
-            step = int(np.nanargmax(beyond))
-            sentences.append(
-                f"The bar of {truth.label} in {quantity(name).label} misses the proved interval by "
-                f"{relative(beyond[step])} at load step {step + 1}."
-            )
-    return tuple(sentences)
+        if name in reference.curves and f"{name}_lower" in sides:
+            bar = reference.bar(name, reference.axis)
+            lower, upper = sides[f"{name}_lower"], sides[f"{name}_upper"]
+            yield name, bar, missed_by(reference.curves[name], bar, lower, upper)

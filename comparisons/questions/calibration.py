@@ -189,7 +189,8 @@ def _plan(
         "half_space": {"effective_modulus": 1.0},
         "indenter": table,
         "loading": {control: LOADS},
-        "compare": {"quantities": list(QUANTITIES)},
+        # the finest intervals that a scene asks for
+        "compare": {"quantities": list(QUANTITIES), "tolerance": 1e-3},
     }
     (plan, *_) = plan_scene(make_scene(data, "calibration", Path()))
     levels = {name: tuple(sorted(set(sum(all_levels, ())))) for name, all_levels in series.items()}

@@ -9,6 +9,7 @@ from typing import Any
 
 from comparisons.files import plain
 from comparisons.judging.comparison import compare, truth_bars
+from comparisons.judging.proofs import Verification
 from comparisons.judging.truth import Truth
 from comparisons.machine import versions, versions_text
 from comparisons.results.advice import advise
@@ -37,7 +38,7 @@ def record_scene(
         "machine": this_machine(),
     }
     result = compare(plan, solved, constants)
-    scene, truth = plan.scene, result.truth
+    scene, truth, verification = plan.scene, result.truth, result.verification
     quantities = plan.compared
     record = SceneRecord(
         name=scene.name,
@@ -48,9 +49,12 @@ def record_scene(
         quantities=quantities,
         tolerance=scene.compare.tolerance,
         plan=plan.document(),
-        reference={} if truth is None else _truth_document(plan, truth),
+        reference={} if truth is None else _truth_document(plan, truth, verification),
         answer="",
-        disagreements=() if truth is None else (*truth.disagreements(quantities), *result.missed),
+        disagreements=(
+            *(() if truth is None else truth.disagreements(quantities)),
+            *(() if verification is None else verification.missed),
+        ),
         rows=result.rows,
         measures=result.measures,
         fields=dict(fields or {}),
@@ -58,9 +62,10 @@ def record_scene(
     return replace(record, answer=advise(record).sentence)
 
 
-def _truth_document(plan: Plan, truth: Truth) -> dict[str, Any]:
+def _truth_document(plan: Plan, truth: Truth, verification: Verification | None) -> dict[str, Any]:
     quantities = plan.compared
-    return {
+    proved = {} if verification is None else {"proved": plain(verification.document())}
+    return proved | {
         "method": truth.method,
         "resolution": truth.resolution,
         "text": truth.sentence(quantities),

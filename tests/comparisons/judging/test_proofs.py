@@ -10,6 +10,7 @@ import pytest
 
 from comparisons.errors import InputError
 from comparisons.judging import proofs
+from comparisons.judging.truth import Truth
 from comparisons.questions.single import solve_scene
 from comparisons.results.record import record_scene
 from comparisons.scene.scene import make_scene
@@ -79,9 +80,44 @@ def test_a_report_draws_the_interval_and_says_which_bars_miss_it(monkeypatch):
     assert record.disagreements == ()
     truth = record.rows[record.rows["resolution"] == 32]
     assert np.isfinite(truth["force_lower"]).all()
+    # force, stiffness and energy of two load steps; what it took, and what the truth took
+    proved = record.reference["proved"]
+    assert (proved["bars"], proved["missed"]) == (6, 0)
+    assert 0 < proved["width"] < 2e-5
+    assert min(proved["seconds"], proved["truth_seconds"]) > 0
     figure = curve(record, "penetration", "force")
     assert figure is not None
     assert PROVED in [band.label for band in figure.bands]
+    assert "all 6 bars of references reach it" in figure.caption
     # a theorem about another ball: no bar reaches its interval
     monkeypatch.setattr(proofs, "missed_by", lambda value, *_: np.full(len(value), 0.01))
-    assert any("misses the proved interval by 1" in text for text in recorded().disagreements)
+    record = recorded()
+    assert any("misses the proved interval by 1" in text for text in record.disagreements)
+    assert "3 bars miss it" in curve(record, "penetration", "force").caption
+
+
+def test_every_reference_is_held_against_the_interval_not_only_the_best(monkeypatch):
+    scene = {**BALL, "compare": {**BALL["compare"], "methods": ["bem_fft", "closed_form"]}}
+    (plan,) = plan_scene(make_scene(scene, "ball", Path()))
+    grids = {("bem_fft", n): execute(task_of(plan, "bem_fft", n), 1) for n in (8, 16, 32)}
+    solved = {("closed_form", 1): execute(task_of(plan, "closed_form", 1), 1), **grids}
+    assert record_scene(plan, solved).reference["proved"]["bars"] == 12
+    # bars that are a thousandth of what they are: the grid's miss, the closed form's do not
+    narrow = Truth.bar
+    monkeypatch.setattr(Truth, "bar", lambda self, *at, **kind: 1e-3 * narrow(self, *at, **kind))
+    record = record_scene(plan, solved)
+    assert record.reference["method"] == "closed_form"
+    missed = [text for text in record.disagreements if "misses the proved interval" in text]
+    assert len(missed) == record.reference["proved"]["missed"] > 0
+    assert all("bem_fft 32" in text for text in missed)
+
+
+def test_an_interval_is_a_tenth_of_the_tolerance_and_narrower_for_a_sharper_one():
+    widths = []
+    for tolerance in (0.01, 0.002):
+        scene = {**BALL, "compare": {**BALL["compare"], "tolerance": tolerance}}
+        columns = solve_scene(scene, "closed_form").columns()
+        widths.append((columns["force_upper"] / columns["force_lower"] - 1).max())
+    # the third power of the cells, of which there are as many more as the tolerance's third root
+    assert widths[0] < 1e-3
+    assert 3 < widths[0] / widths[1] < 8

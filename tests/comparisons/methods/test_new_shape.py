@@ -38,7 +38,9 @@ class Wedge(Indenter):
 
 @pytest.fixture
 def scene():
-    return load_scene("paraboloid").model_copy(update={"indenter": Wedge()})
+    # of a shape of one's own no theorem of this repository proves anything
+    unproved = load_scene("paraboloid", {"compare.proved": False})
+    return unproved.model_copy(update={"indenter": Wedge()})
 
 
 @pytest.mark.parametrize(
