@@ -32,7 +32,7 @@ from comparisons.questions.experiments import (
 )
 from comparisons.questions.experiments.base import Experiment, Measurement
 
-# Each module of this package offers a tuple EXPERIMENTS; the modules are listed here.
+# Every module of this package defines a tuple EXPERIMENTS; this is the list of modules.
 _MODULES = (
     *(kernel, active_set, bodies, neighbours, impact),
     *(line_statistics, rough_area, reading_scan, stress_use, two_bodies, cost),

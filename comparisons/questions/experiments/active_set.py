@@ -1,4 +1,4 @@
-"""(19.5)-(19.8): the chapter's iteration ends without tension and overlap, and how soon."""
+"""(19.5)-(19.8): convergence of the chapter's iteration, without tension and overlap."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ def _start(
 def _rounds(
     surface: Surface, start: str, share: float, count: int
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return rounds and overlap over penetration of each patch; infinite where none was found."""
+    """Return the rounds and relative overlap of every patch, infinite without convergence."""
     operator = surface.operator()
     assert isinstance(operator, FreeOperator)
     rng = np.random.default_rng(np.random.SeedSequence(SEED, spawn_key=(3,)))
@@ -63,12 +63,13 @@ def _ends(
     runs: float = 200,
     limit: float = 1e-12,
 ) -> Finding:
-    """Share of rough patches whose iteration does not end properly within so many rounds.
+    """Measure the fraction of rough patches for which the iteration does not converge in `rounds`.
 
-    A patch is pressed until its geometric overlap covers the `share` of it. Properly: without
-    tension (the dense solver leaves none), the largest overlap below `limit` times the penetration,
-    within `rounds` rounds and before the solver's fallback to single changes, which the chapter
-    does not have. Bar: 95 % of Clopper and Pearson for a share of independent runs.
+    A patch is pressed until its geometric overlap covers the fraction `share`. Convergence means no
+    tension (guaranteed by the dense solver) and a largest overlap below `limit` times the
+    penetration, within `rounds` rounds and without the solver's fallback to single changes, which
+    the chapter lacks. The bar is the 95 % interval of Clopper and Pearson for a fraction of
+    independent runs.
     """
     one_of("start", start, *STARTS)
     above("rounds", rounds, 0)
@@ -97,7 +98,7 @@ def _ends(
 
 
 def _clopper_pearson(successes: int, trials: int) -> tuple[float, float]:
-    """95 % interval of a share; one-sided where nothing or everything happened."""
+    """Return the 95 % interval of a fraction; one-sided at 0 and 1."""
     interval = stats.binomtest(successes, trials).proportion_ci(
         0.90 if successes in (0, trials) else 0.95, method="exact"
     )

@@ -1,8 +1,8 @@
-"""Short-range adhesion of flat faces that are no discs, from contacts whose attraction has a range.
+"""Short-range adhesion of non-circular flat faces, as a limit of attraction with finite range.
 
-On a grid the attraction needs a zone of several cells, 0.8 E* w/sigma0^2 wide (Maugis 1992). Its
-pull-off force tends to that of short range in proportion to the zone, so that a few zones, each on
-as many cells, tell the limit without any calibrated edge: for a disc it is Kendall's (tested).
+On a grid the attraction needs a zone of several cells, 0.8 E* w/sigma0^2 wide (Maugis 1992). The
+pull-off force approaches that of short range in proportion to the zone, so a few zones with equally
+many cells give the limit without any calibrated edge: for a disc it is Kendall's (tested).
 """
 
 from __future__ import annotations
@@ -24,16 +24,16 @@ from reference.halfspace.cohesive_path import Ending, trace
 _ZONE = 6
 _GRIDS: dict[Effort, tuple[int, ...]] = {"quick": (12, 24), "full": (16, 32, 48)}
 _RAMP, _TOLERANCE = 0.3, 1e-6
-# The way ends where the force is this much above its lowest.
+# The path ends when the force exceeds its minimum by this factor.
 _RISEN = 0.05
 
 
 def _pull_off(effort: Effort, *, shape: str = "ellipse", aspect: float = 1.0) -> Finding:
-    """Pull-off force of the disc of equal area by the edge-stretch rule over the true one, - 1.
+    """Measure the pull-off force of the edge-stretch rule for the disc of equal area.
 
-    Sources of the bar, each with Roache's safety factor: the change of the limit from the two
-    coarser zones to the two finer ones (of two zones, half of what the limit adds to the finer);
-    and the change of the widest zone on twice as many cells.
+    Sources of the bar, with Roache's safety factors: the change of the limit from the two coarser
+    zones to the two finer ones (for two zones, half of the extrapolation), and the change of the
+    widest zone on twice as many cells.
     """
     one_of("shape", shape, "ellipse", "square")
     above("aspect", aspect, 0)
@@ -58,7 +58,7 @@ def _pull_off(effort: Effort, *, shape: str = "ellipse", aspect: float = 1.0) ->
 
 
 def _ratio(cells: int, zone: int, shape: str, aspect: float) -> float:
-    """Pull-off force over the rule's for the disc of the area of the cells; E* = w = 1."""
+    """Return the pull-off force over that of the rule for a disc of equal area; E* = w = 1."""
     operator, gap = _face(cells, shape, aspect)
     radius = float(np.sqrt(np.isfinite(gap).sum() * operator.cell_area / np.pi))
     strength = float(np.sqrt(0.8 / (zone * operator.spacing[0])))
@@ -70,13 +70,13 @@ def _ratio(cells: int, zone: int, shape: str, aspect: float) -> float:
         ending=Ending(risen=_RISEN),
     )
     side = path.pull_off()
-    assert side is not None  # the way has ended above its lowest force
+    assert side is not None  # the path has passed its minimum force
     rule = pull_off(Springs(equivalent_punch(np.pi * radius**2), 1.0), 1.0).before.force
     return side[1] / rule
 
 
 def _face(cells: int, shape: str, aspect: float) -> tuple[FreeOperator, np.ndarray]:
-    """Operator and gap, zero on the cells of a face of area pi and infinite beside it."""
+    """Return the operator and the gap, zero on the cells of a face of area pi, else infinite."""
     if shape == "square":
         count = 2 * round(0.5 * np.sqrt(np.pi) * cells)
         step = float(np.sqrt(np.pi)) / count

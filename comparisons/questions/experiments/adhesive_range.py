@@ -1,7 +1,7 @@
-"""The edge-stretch rule knows no range of attraction: how short it must be, by two laws of tension.
+"""Validity of the edge-stretch rule for attraction of finite range, by two laws of tension.
 
-A constant tension has Maugis' solution in closed form; one that falls exponentially, of the same
-strength and work of adhesion, is solved on grids.
+Constant tension has Maugis' closed-form solution; exponentially decreasing tension of the same
+strength and work of adhesion is solved on grids.
 """
 
 from __future__ import annotations
@@ -24,19 +24,19 @@ from reference.halfspace.cohesive_laws import exponential
 from reference.halfspace.cohesive_path import trace
 
 LAWS = ("constant", "exponential")
-# R = E* = w = 1: in Maugis' units one number is left. His equations are solved to 1e-12, and their
-# solution is minimised to 1e-9 of the radius: far less in the force, which is flat there.
+# R = E* = w = 1: in Maugis' units one parameter remains. His equations are solved to 1e-12, and the
+# force is minimised to 1e-9 of the radius, with a much smaller error of the minimum.
 _EXACT = 1e-10
-# Points across the grid, coarse and fine, and the parameters between which they resolve both the
-# zone of tension and all of its reach.
+# Points per side of the coarse and fine grid, and the limits of the parameter between which they
+# resolve and contain the zone of tension.
 _GRIDS: dict[Effort, tuple[int, int]] = {"quick": (32, 48), "full": (64, 96)}
 _RESOLVED = (0.3, 1.0)
-# The grid holds the tension down to exp(-8) of a surface that is drawn up by 1.2 units of depth.
+# The grid contains the tension down to exp(-8) for a surface pulled up by 1.2 units of depth.
 _TAIL, _RISE = 8.0, 1.2
 
 
 def _pull_off(effort: Effort, *, parameter: float = 1.0, law: str = "constant") -> Finding:
-    """Pull-off force of the rule over that of a tension of finite range, less one.
+    """Measure the relative error of the rule's pull-off force for a tension of finite range.
 
     ``"constant"``: out to a fixed gap (Maugis 1992). ``"exponential"``: sigma0 exp(-sigma0 h/w).
     """
@@ -60,7 +60,7 @@ def _pull_off(effort: Effort, *, parameter: float = 1.0, law: str = "constant") 
 
 @lru_cache(maxsize=64)
 def _on_grid(strength: float, points: int) -> float:
-    """Return the pull-off force by the exponential law on a grid off the axis."""
+    """Return the pull-off force by the exponential law on an off-centre grid."""
     law = exponential(1.0, 1.0 / strength)
     unit = (math.pi / (4 / 3)) ** (2 / 3)  # Maugis' unit of depth, ((pi w)^2 R/K^2)^(1/3)
     step = 2 * math.sqrt(2 * (_TAIL * law.reach + _RISE * unit)) / points

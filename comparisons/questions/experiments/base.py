@@ -1,8 +1,8 @@
-"""What an experiment is: a measurement of a statement that no single scene can decide.
+"""Experiments: measurements of statements that no single scene can decide.
 
-Far fields, impacts, ensembles against a theory, a kernel as printed: each is a small program
-that measures how far a statement is off, and how well it knows that. A claim file names it with
-``experiment = NAME`` where others name a scene.
+Far fields, impacts, ensembles against a theory, a kernel as printed: an experiment is a small
+program that measures the error of a statement and its uncertainty. A claim file refers to it by
+``experiment = NAME`` instead of a scene.
 """
 
 from __future__ import annotations
@@ -16,19 +16,19 @@ Effort = Literal["quick", "full"]
 
 @dataclass(frozen=True)
 class Measurement:
-    """One measured error of a statement.
+    """A measured error of a statement.
 
     Attributes
     ----------
     parameter : float or None
-        Where along the experiment's parameter it was measured; None where there is none.
+        Value of the experiment's parameter, None without a parameter.
     error : float
         Signed relative error of the statement.
     uncertainty : float
-        95 % half-width of `error`, all sources together: the true error lies in
+        95 % half-width of `error` from all sources: the true error lies in
         [|error| - uncertainty, |error| + uncertainty].
     details : dict
-        Whatever else a reader wants to see: numbers measured, parts of the uncertainty, words.
+        Additional information: measured numbers, parts of the uncertainty, text.
     seconds : float
         Time of the measurement.
     """
@@ -42,19 +42,19 @@ class Measurement:
 
 @dataclass(frozen=True)
 class Experiment:
-    """A measurement under a name, to be called at any value of its parameter.
+    """A named measurement as a function of its parameter.
 
     Attributes
     ----------
     name : str
-        Slug, as claim files write it.
+        Slug used in claim files.
     title : str
-        One sentence: what is measured.
+        The measured quantity, in one sentence.
     parameter : str
-        What is varied, in words with its symbol ("distance over diameter s/D"); "" where nothing.
+        The varied parameter in words, with its symbol ("distance over diameter s/D"); "" if none.
     measure : callable
-        ``measure(parameter_value, effort, **parameters) -> Measurement``; `parameters` are the
-        claim file's table of that name.
+        ``measure(parameter_value, effort, **parameters) -> Measurement``; `parameters` is the table
+        of that name in the claim file.
     """
 
     name: str

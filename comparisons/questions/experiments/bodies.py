@@ -1,4 +1,4 @@
-"""Section 19.3 (b) and (c): what is local in a contact of a finite body, and what is not.
+"""Section 19.3 (b) and (c): local and global effects in the contact of a finite body.
 
 A flat round punch of diameter D = 2a on a half-space, on a half-ball of radius R, or (in two
 dimensions) a strip of width D on a half-cylinder in plane strain.
@@ -14,15 +14,16 @@ from comparisons.questions.experiments.running import Finding, above, experiment
 from reference.closed_form import boussinesq, boussinesq_energy, cylinder
 from reference.fem.section import Kind, SectionContact, Support, press_section
 
-# So large in a that the half-ball is a half-space to 1e-6: k/(2 E* a) = 1 + 1.09 a/R.
+# Radius in units of a for which the half-ball equals a half-space to 1e-6: k/(2 E* a) = 1 + 1.09
+# a/R.
 _HALF_SPACE = 1e6
 
 
 def _far_field(effort: str, *, distance: float = 10.0, reading: str = "letter") -> Finding:
-    """(19.9) against u = (2 d/pi) arcsin(a/r) (Sneddon 1965; Johnson 1985, (3.38)), at r/D.
+    """Compare (19.9) with u = (2 d/pi) arcsin(a/r) (Sneddon 1965; Johnson 1985, (3.38)) at r/D.
 
-    ``"letter"``: u = D d/r; ``"corrected"``: Boussinesq's u of the punch's force in one point,
-    D d/(pi r), with the pi that the chapter leaves out. D = d = E* = 1.
+    ``"letter"``: u = D d/r; ``"corrected"``: Boussinesq's u for a point force equal to that of the
+    punch, D d/(pi r), with the pi that the chapter omits. D = d = E* = 1.
     """
     above("distance", distance, 0.5)
     one_of("reading", reading, "letter", "corrected")
@@ -31,7 +32,7 @@ def _far_field(effort: str, *, distance: float = 10.0, reading: str = "letter") 
         stated = 1 / distance
     else:
         stated = float(boussinesq(float(cylinder(0.5, 1.0).force(1.0)), distance, 1.0))
-    # the closed form is exact: only its rounding is a bar
+    # the closed form is exact up to rounding
     details: dict[str, float | str] = {"u/d stated": stated, "u/d": float(true)}
     return Finding(stated / true - 1, 1e-14, details)
 
@@ -58,9 +59,9 @@ def _pair(
     support: Support,
     radii: tuple[float, ...] = (),
 ) -> tuple[SectionContact, SectionContact]:
-    """Return the body on two meshes, the better one last.
+    """Return the body on two meshes, the finer one last.
 
-    The error falls as the fourth power, so their difference is far more than what is left.
+    The error decreases as the fourth power, so the difference far exceeds the remaining error.
     """
     finest = 16 if effort == "full" else 8
     one_of("kind", kind, "axisymmetric", "plane")
@@ -74,11 +75,11 @@ def _pair(
 def _energy_share(
     effort: str, *, distance: float = 1.0, poisson_ratio: float = 0.3, reading: str = "local"
 ) -> Finding:
-    """Share of the elastic energy farther than `distance` D from the punch, (19.10).
+    """Measure the fraction of elastic energy farther than `distance` D from the punch, (19.10).
 
     Statements: ``"local"``, it lies "in a volume with linear dimensions on the order of D", so the
-    share is the error; ``"letter"``, the integral (19.10) as printed, pi G D^2 d^2/r;
-    ``"corrected"``, that of Boussinesq's field.
+    fraction is the error; ``"letter"``, the integral (19.10) as printed, pi G D^2 d^2/r;
+    ``"corrected"``, the integral of Boussinesq's field.
     """
     above("distance", distance, 0.78)
     one_of("reading", reading, "local", "letter", "corrected")
@@ -86,7 +87,7 @@ def _energy_share(
     pair = _pair(effort, _HALF_SPACE, poisson_ratio, "axisymmetric", "fixed", (rho,))
     coarse, fine = (float(1 - body.energy[0]) for body in pair)
     bar = abs(fine - coarse) + 1 / _HALF_SPACE
-    # with a = d = E* = 1 the force is 2 and the whole energy is 1
+    # with a = d = E* = 1 the force is 2 and the total energy is 1
     stated = {
         "letter": np.pi * (1 - poisson_ratio) / 2 * 4 / rho,
         "corrected": float(boussinesq_energy(2.0, rho, 1.0, poisson_ratio)),
@@ -105,9 +106,9 @@ def _energy_share(
 def _body_size(
     effort: str, *, size: float = 10.0, poisson_ratio: float = 0.3, kind: Kind = "axisymmetric"
 ) -> Finding:
-    """Change of stiffness, and so of energy at equal depth, when a body of R = size D is 10 R.
+    """Measure the change of stiffness (and energy at equal depth) from R = size D to 10 R.
 
-    "The size and form of the macroscopic body is unimportant" in three dimensions, and not in two.
+    "The size and form of the macroscopic body is unimportant" in three dimensions, but not in two.
     """
     above("size", size, 1.99)
     pairs = [
@@ -125,7 +126,7 @@ def _body_size(
 
 
 def _logarithm(effort: str, *, size: float = 10.0, poisson_ratio: float = 0.3) -> Finding:
-    """In plane strain d E*/F grows by (2/pi) ln 10 when R does tenfold (Johnson 1985, 2.8)."""
+    """In plane strain d E*/F grows by (2/pi) ln 10 for tenfold R (Johnson 1985, 2.8)."""
     above("size", size, 1.99)
     pairs = [
         _pair(effort, factor * 2 * size, poisson_ratio, "plane", "fixed") for factor in (1.0, 10.0)
@@ -148,13 +149,13 @@ def _kinetic_energy(
     poisson_ratio: float = 0.3,
     kind: Kind = "axisymmetric",
 ) -> Finding:
-    """Kinetic energy of a body that moves at v0 while a punch holds its surface, at D/R = ratio.
+    """Measure the kinetic energy of a body at v0 with its surface held by a punch, D/R = ratio.
 
     The field is quasi-static, v = v0 - v0 u/d, with u of the half-space (frame ``"far"``, the
     chapter's: v0 is the velocity far away), of a half-ball whose round side moves at v0
-    (``"held"``), or of a free one that v0 is the centre of mass of (``"centre"``). Statements:
-    ``"rigid"`` K = m v0^2/2, ``"printed"`` times 1 - D/R (19.12), ``"linear"`` with the exact
-    coefficient (7 - 6 nu)/(2 pi (1 - nu)) of the half-space in place of one.
+    (``"held"``), or of a free half-ball whose centre of mass moves at v0 (``"centre"``).
+    Statements: ``"rigid"`` K = m v0^2/2, ``"printed"`` times 1 - D/R (19.12), ``"linear"`` with the
+    exact coefficient (7 - 6 nu)/(2 pi (1 - nu)) of the half-space in place of one.
     """
     one_of("frame", frame, "far", "held", "centre")
     one_of("reading", reading, "rigid", "printed", "linear")

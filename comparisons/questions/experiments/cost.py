@@ -1,7 +1,7 @@
-"""Section 19.1.2: finite elements are not practical for rough surfaces. Time and memory, measured.
+"""Section 19.1.2: time and memory of finite elements for rough surfaces.
 
-Every solver runs through the same clock as a study (`comparisons.solving.execution`), one
-thread, the same surfaces and loads, on grids of N x N points of ever finer spacing.
+All solvers are timed as in a study (`comparisons.solving.execution`), on one thread, with the same
+surfaces and loads, on grids of N x N points with decreasing spacing.
 """
 
 from __future__ import annotations
@@ -27,21 +27,21 @@ _RECIPE = {
     },
     "compare.quantities": ["penetration", "contact_area"],
 }  # fmt: skip
-# Finer grids of boundary elements are too near the truth's own to tell their error; on coarser
-# ones it is no power law: the shortest wave has four points on 16.
+# Finer grids of boundary elements are too close to the reference grid to show their error; on
+# coarser ones the error is not a power law: the shortest wave has four points on 16.
 _DOUBLED = (16, 32, 64)
 _GRIDS: dict[str, dict[str, tuple[int, ...]]] = {
     "quick": {"fem": (8, 16, 24), GRID: _DOUBLED, MODEL: _DOUBLED},
     "full": {"fem": (8, 16, 24, 32, 48), GRID: _DOUBLED, MODEL: _DOUBLED},
 }
 _TRUTH = 256
-# Peaks of the resident memory below a megabyte cannot be told from nothing, and count as one.
+# Increases of the resident memory below a megabyte are not resolved and count as one.
 LEAST_MEMORY = 1e6
 
 
 @dataclass(frozen=True)
 class Series:
-    """One method on ever finer grids: points per side, seconds and bytes a surface, rms error."""
+    """A method on refined grids: points per side, seconds and bytes per surface, rms error."""
 
     points: np.ndarray
     seconds: np.ndarray
@@ -51,23 +51,23 @@ class Series:
 
 @dataclass(frozen=True)
 class Law:
-    """Least squares of y = c N^p on logarithms, with the standard error of a prediction."""
+    """Least-squares fit of y = c N^p in logarithms, with the standard error of a prediction."""
 
     constant: float
     exponent: float
     scatter: float
 
     def at(self, points: float) -> float:
-        """Value at N points per side."""
+        """Return the value at N points per side."""
         return float(np.exp(self.constant + self.exponent * np.log(points)))
 
     def reaches(self, value: float) -> float:
-        """N at which the law has a value."""
+        """Return the N at which the law has a given value."""
         return float(np.exp((np.log(value) - self.constant) / self.exponent))
 
 
 def power_law(points: np.ndarray, values: np.ndarray) -> Law:
-    """Fit y = c N^p.
+    """Return the fit of y = c N^p.
 
     >>> law = power_law(np.array([1.0, 2.0, 4.0]), np.array([3.0, 12.0, 48.0]))
     >>> round(law.exponent, 12), round(law.at(8), 9)
@@ -82,7 +82,7 @@ def power_law(points: np.ndarray, values: np.ndarray) -> Law:
 
 @lru_cache(maxsize=8)
 def measure_series(method: str, effort: str) -> Series:
-    """Measure a method; errors are rms over surfaces and loads, against the finest grid."""
+    """Measure a method, with rms errors over surfaces and loads relative to the finest grid."""
     (plan, *_) = plan_scene(load_scene("rough-patch", _RECIPE))
     realisations = tuple(range(3))
 
@@ -113,12 +113,12 @@ def _cost(
     against: str = GRID,
     resource: str = "time",
 ) -> Finding:
-    """Time (or memory) of another method over that of finite elements, a surface and three loads.
+    """Measure time (or memory) relative to finite elements, for one surface and three loads.
 
-    At the grids where either reaches the rms `accuracy` of the penetration (laws c N^p of error and
-    cost, fitted), or with `points` at that number of points per side. The statement, made
-    measurable: beside finite elements the other method costs nothing. So the ratio is the error;
-    its bar is the scatter of the fits.
+    Compared at the grids on which either method reaches the rms `accuracy` of the penetration (from
+    fitted laws c N^p of error and cost), or at `points` per side. The measurable form of the
+    statement is that the cost of the other method is negligible, so the ratio is the error; its bar
+    is the scatter of the fits.
     """
     one_of("against", against, GRID, MODEL)
     one_of("resource", resource, "time", "memory")
@@ -138,7 +138,7 @@ def _cost(
             grids[name] = above("points", points, 1)
         else:
             error = power_law(runs.points, runs.errors)
-            # the coarsest grid measured is the cheapest that counts
+            # no grid coarser than the coarsest measured one is considered
             grids[name] = max(error.reaches(accuracy), float(runs.points[0]))
             scatter.append(cost[name].exponent * error.scatter / abs(error.exponent))
     share = cost[against].at(grids[against]) / cost["fem"].at(grids["fem"])

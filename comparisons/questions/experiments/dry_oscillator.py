@@ -1,4 +1,4 @@
-"""Coulomb's law itself beside (19.1): in steps of time as a set, and Den Hartog's oscillator."""
+"""Coulomb's law and (19.1): set-valued time stepping, Den Hartog's oscillator."""
 
 from __future__ import annotations
 
@@ -12,22 +12,22 @@ from reference.dynamics.event_driven import follow
 from reference.dynamics.friction_forms import dry_oscillator_amplitude
 from reference.dynamics.moreau_jean import march
 
-EXACT = 1e-12  # of formulas, and of the motion from event to event
+EXACT = 1e-12  # rounding of formulas, and of the event-driven motion
 # The oscillator m = k = P = 1 of `regularised-stick-slip`, which stops twice per period.
 _STOPPING = {"stiffness": 1.0, "amplitude": 1.0, "frequency": 0.4}
 _PERIODS, _LIMIT = 4, 0.9
-# One that never stops, and periods until its amplitude is steady.
+# An oscillator that never stops, and periods until its amplitude is steady.
 _SLIDING, _RATIO, _SETTLING = 0.6, 1.2, 100
 
 
 def _set_valued(
     effort: str, *, steps: float = 100.0, load: float = 0.5, quantity: str = "oscillator"
 ) -> Finding:
-    """Follow the set-valued law in steps of Moreau and Jean, `steps` to a period of the force.
+    """Measure the set-valued law in steps of Moreau and Jean, `steps` per period of the force.
 
     ``"oscillator"``: largest error of the position over four periods, over the largest position.
-    ``"rest"``: the way of a block that `load` < 1 pulls on friction 1 in as many steps of unit
-    length, over the way that it would go without friction.
+    ``"rest"``: the path of a block pulled by `load` < 1 against friction 1 in as many steps of unit
+    length, over its path without friction.
     """
     one_of("quantity", quantity, "oscillator", "rest")
     count = int(above("steps", steps, 2))
@@ -54,10 +54,11 @@ def _set_valued(
 def _amplitude(
     effort: str, *, speed_ratio: float = 100.0, friction: float = _SLIDING, ratio: float = _RATIO
 ) -> Finding:
-    """Amplitude under (19.1) over Den Hartog's, an oscillator m = k = P = 1 that does not stop.
+    """Measure the amplitude under (19.1) over Den Hartog's for m = k = P = 1 without stops.
 
-    `ratio`: frequency of the force over its own; V is the largest speed of a sinus of the true
-    amplitude. Sources of the bar: twice as many steps, and what the last periods still change.
+    `ratio`: frequency of the force over the natural frequency; V is the largest speed of a sinusoid
+    of the true amplitude. Sources of the bar: twice as many steps, and the change over the last
+    periods.
     """
     above("speed_ratio", speed_ratio, 0)
     true = dry_oscillator_amplitude(1.0, friction, 1.0, ratio)

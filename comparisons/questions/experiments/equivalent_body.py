@@ -1,4 +1,4 @@
-"""Which body a one-dimensional profile stands for: the transform of Popov and Hess, inverted."""
+"""The body represented by a one-dimensional profile: inverse of the transform of Popov and Hess."""
 
 from __future__ import annotations
 
@@ -9,20 +9,20 @@ from reduced.profiles import equivalents
 
 RULES = ("half_radius", "transform")
 _RADII = np.linspace(0.05, 1.0, 20)
-_QUADRATURE = 1e-11  # of the transform there and back, each to 1e-12
+_QUADRATURE = 1e-11  # of the transform and its inverse, both to 1e-12
 
 
 def _body(effort: str, *, exponent: float = 2.0, rule: str = "half_radius") -> Finding:
-    """Section of the body that the profile made from f = r^n stands for, over f, less one.
+    """Measure the relative error of the body represented by the profile made from f = r^n.
 
-    The largest over the radii up to one. ``"half_radius"``: the chapter's profile;
-    ``"transform"``: that of the general transform, by quadrature from the slope f' alone.
+    The largest error over radii up to one. ``"half_radius"``: the chapter's profile;
+    ``"transform"``: the profile of the general transform, by quadrature of the slope f'.
     """
     one_of("rule", rule, *RULES)
     above("exponent", exponent, 0)
     if rule == "half_radius":
         section = equivalents.power_law(exponent, 1.0).section
-        assert section is not None  # every shape has one, but for tables
+        assert section is not None  # all shapes except for tables have one
         profile = equivalents.half_radius(section)
     else:
         profile = equivalents.from_function(lambda r: exponent * r ** (exponent - 1), length=1.0)

@@ -12,7 +12,7 @@ from reference.dynamics import blocks as coulomb
 from reference.dynamics.event_driven import follow
 from reference.dynamics.friction_forms import stick_slip, stopping
 
-EXACT = 1e-12  # of formulas
+EXACT = 1e-12  # rounding of formulas
 QUANTITIES = ("rest", "force", "kinetic", "way")
 # The oscillator with m = k = P = 1 that sticks twice per period of its force.
 _DRIVEN = {"stiffness": 1.0, "amplitude": 1.0, "frequency": 0.4}
@@ -23,11 +23,11 @@ _CYCLES = 10
 def _block(
     effort: str, *, speed_ratio: float = 100.0, load: float = 0.5, quantity: str = "rest"
 ) -> Finding:
-    """One block, mass 1, friction limit 1, pulled by `load`, with sliding speeds of V = 1.
+    """Measure a block of mass 1 and friction limit 1, pulled by `load`, with sliding speed V = 1.
 
-    ``"rest"``: how fast it creeps, as a share of V. ``"force"``: the friction after the time of
-    1000 stops from V, against the load. ``"kinetic"``: the friction at V. ``"way"``: the way from V
-    to rest on the level.
+    ``"rest"``: creep speed over V. ``"force"``: the friction after the time of 1000 stops from V,
+    relative to the load. ``"kinetic"``: the friction at V. ``"way"``: the stopping distance from V
+    without load.
     """
     one_of("quantity", quantity, *QUANTITIES)
     v0 = 1 / above("speed_ratio", speed_ratio, 0)
@@ -47,7 +47,7 @@ def _block(
 
 
 def _way(v0: float, effort: str, details: dict[str, float | str]) -> Finding:
-    """Way to rest, stepped with twice as many steps for the bar; the tail ends in ten times v0."""
+    """Measure the stopping distance, with twice as many steps for the bar; it ends at 10 v0."""
     way = stopping(1.0, 1.0, 1.0)[1]
     errors = []
     for steps in (20_000, 40_000) if effort == "full" else (5000, 10_000):
@@ -64,7 +64,7 @@ def _way(v0: float, effort: str, details: dict[str, float | str]) -> Finding:
 
 
 def _stick_slip(effort: str, *, speed_ratio: float = 1e3, limit: float = 0.9) -> Finding:
-    """Den Hartog's oscillator with stops: largest error of the position over four periods.
+    """Measure Den Hartog's oscillator with stops: largest error of the position over four periods.
 
     Relative to the largest position; V is the largest speed of the true motion.
     """
@@ -94,9 +94,9 @@ def _stick_slip(effort: str, *, speed_ratio: float = 1e3, limit: float = 0.9) ->
 
 
 def _belt(effort: str, *, static: float = 1.2, speed_ratio: float = 1e3) -> Finding:
-    """Swing after ten cycles of a mass on a belt of speed V = 1, m = k = kinetic friction = 1.
+    """Measure the amplitude of a mass on a belt after ten cycles; V = m = k = kinetic friction = 1.
 
-    The truth is the closed cycle of stick and slip, the law knows the kinetic friction only.
+    The reference is the closed stick-slip cycle; the law contains only kinetic friction.
     """
     above("static", static, 0.999999)
     v0 = 1 / above("speed_ratio", speed_ratio, 0)
@@ -120,7 +120,7 @@ def _belt(effort: str, *, static: float = 1.2, speed_ratio: float = 1e3) -> Find
 
 
 def _step(effort: str, *, load: float = 0.0, scheme: str = "explicit_euler") -> Finding:
-    """Predicted largest stable step of a creeping block over the one found by bisection."""
+    """Measure the predicted largest stable step of a creeping block over that from bisection."""
     one_of("scheme", scheme, "explicit_euler", "semi_implicit_euler", "runge_kutta_4")
     v0 = 1e-3
     theory = stable_step(1.0, 1.0, v0, load, scheme)

@@ -1,4 +1,4 @@
-"""(19.30): under an oscillating depth a contact answers with the stiffness 2 a E*(omega)."""
+"""(19.30): the stiffness 2 a E*(omega) of a contact under oscillating penetration."""
 
 from __future__ import annotations
 
@@ -15,18 +15,19 @@ from reference.viscoelastic import GeneralisedMaxwell, press_in_time
 # Cells across the grid and steps per period, coarse and fine: their difference is the bar.
 _GRIDS = {"quick": ((32, 16), (64, 32)), "full": ((64, 32), (128, 64))}
 _PERIODS = 3
-_DEPTH = 0.01  # over the radius of the ball; forces are scaled, so the number does not matter
+_DEPTH = 0.01  # over the radius of the ball; forces are scaled, so the value is arbitrary
 _TO_REST = 60.0  # relaxation times before the oscillation begins
 
 
 def _harmonic(
     effort: str, *, amplitude: float = 0.01, frequency: float = 1.0, stiffening: float = 3.0
 ) -> Finding:
-    """Ball at rest on a standard solid, then oscillating with w tau = `frequency`.
+    """Measure a ball on a standard solid, first at rest, then oscillating with w tau = `frequency`.
 
-    `amplitude` is that of the depth over its mean, `stiffening` G_1/G_0. The truth is the force in
-    phase and out of phase of the 3-D half-space in time over the last of three periods (transient
-    exp(-t/tau) fitted along); the error is that of the complex stiffness, absolute over absolute.
+    `amplitude` is relative to the mean depth, `stiffening` is G_1/G_0. The reference is the
+    in-phase and out-of-phase force on the 3-D half-space over the last of three periods (with a
+    fitted transient exp(-t/tau)); the error is the relative error of the absolute complex
+    stiffness.
     """
     for name, value in (("frequency", frequency), ("stiffening", stiffening)):
         above(name, value, 0)
@@ -46,8 +47,9 @@ def _harmonic(
 def _stiffness(
     amplitude: float, frequency: float, stiffening: float, cells: int, steps: int
 ) -> complex:
-    """Fundamental of the force over that of the depth, on the half-space in time."""
-    reach = np.sqrt(_DEPTH * (1 + amplitude))  # of the contact at most, as sqrt(R d) of the springs
+    """Return the fundamental of the force over that of the depth on the 3-D half-space."""
+    # Largest contact radius, sqrt(R d) as for the springs.
+    reach = np.sqrt(_DEPTH * (1 + amplitude))
     x = (np.arange(cells) - cells / 2 + 0.5) * (2.1 * reach / cells)
     operator = FreeOperator((cells, cells), (2.1 * reach / cells,) * 2, 1.0)
     hold = np.concatenate([[0.0], np.geomspace(0.01, _TO_REST, 16)])

@@ -17,10 +17,10 @@ def _quasi_static(
     density_ratio: float = 1.0,
     elastic_sphere: bool = False,
 ) -> Finding:
-    """Hertz's quasi-static impact of a sphere at v/c0 against the one that sends out waves.
+    """Compare Hertz's quasi-static impact of a sphere at v/c0 with an impact that radiates waves.
 
-    ``"energy"``: the kinetic energy after the impact, which Hertz's theory keeps. The bar is what
-    the next order of the expansion (contact radius over wavelength) may change of the error.
+    ``"energy"``: the kinetic energy after the impact, which Hertz's theory conserves. The bar is
+    the effect of the next order of the expansion in contact radius over wavelength.
     """
     one_of("quantity", quantity, *QUANTITIES)
     above("density_ratio", density_ratio, 0)
@@ -32,7 +32,7 @@ def _quasi_static(
         "force": collision.force,
     }[quantity]
     error = 1 / true - 1
-    # the expansion's own number, or what its two forms differ by, whichever is larger
+    # the larger of the expansion parameter and the difference of its two forms
     orders = max(collision.slowness, weak_loss(collision.radiation) / collision.energy_lost - 1)
     details: dict[str, float | str] = {
         "energy radiated": collision.energy_lost,

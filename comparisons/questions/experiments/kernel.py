@@ -11,11 +11,11 @@ READINGS = ("letter", "bracket", "corrected")
 
 
 def printed_kernel(i: np.ndarray, j: np.ndarray, reading: str) -> np.ndarray:
-    """K of (19.3) for unit spacing and modulus, offsets i, j >= 0 in cells.
+    """Return K of (19.3) for unit spacing and modulus, offsets i, j >= 0 in cells.
 
     ``"letter"``: the chapter's two slips, the root sqrt(a^2+b^2) in the first term and the bracket
     that closes before the last two terms, so that these lack the factor dx/(pi E*).
-    ``"bracket"``: the bracket repaired. ``"corrected"``: the root as well, which is Love's formula.
+    ``"bracket"``: with the bracket corrected. ``"corrected"``: with both, Love's formula.
     """
     a, b, c, d = i + 0.5, i - 0.5, j + 0.5, j - 0.5
     root = np.hypot(a, d) if reading == "corrected" else np.hypot(a, b)
@@ -27,10 +27,10 @@ def printed_kernel(i: np.ndarray, j: np.ndarray, reading: str) -> np.ndarray:
 
 
 def _measure(effort: str, *, offset: int = 63, reading: str = "letter") -> Finding:
-    """Largest error over all pairs of cells up to `offset` apart in each direction.
+    """Measure the largest error for all pairs of cells up to `offset` apart in both directions.
 
-    The coefficients of one quadrant are all there are, by symmetry. Love's coefficients are good to
-    1e-13 (tests/reference/test_halfspace_kernels.py), which is the bar.
+    One quadrant suffices by symmetry. Love's coefficients are accurate to 1e-13
+    (tests/reference/test_halfspace_kernels.py), which is the bar.
     """
     one_of("reading", reading, *READINGS)
     reach = np.arange(int(above("offset", offset, -1)) + 1)

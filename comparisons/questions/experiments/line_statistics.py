@@ -1,4 +1,4 @@
-"""(19.26)-(19.28): what the rough line keeps of the surface's heights, slopes and curvatures."""
+"""(19.26)-(19.28): heights, slopes and curvatures of the rough line relative to the surface."""
 
 from __future__ import annotations
 
@@ -28,12 +28,12 @@ def _moments(
     shortest: float = 2.0,
     rule: str = "printed",
 ) -> Finding:
-    """Root mean squares of line and surface, (19.27) = (19.28) and footnote 7.
+    """Compare root mean squares of line and surface, (19.27) = (19.28) and footnote 7.
 
     ``"slope"`` is that of the full gradient, ``"section_slope"`` that of a measured profile;
     ``"curvature_product"`` is footnote 7, kappa^2 = kappa1 kappa2, ``"curvature_laplacian"`` what
-    is kept instead. Amplitudes are fixed, so nothing scatters: the bar is the rounding of sums of
-    `points`^2 terms. The surface's product is measured on a realisation, by its hessian.
+    is actually conserved. Amplitudes are fixed, so there is no scatter: the bar is the rounding of
+    sums of `points`^2 terms. The surface's product is measured from the Hessian of a realisation.
     """
     one_of("quantity", quantity, *MOMENTS)
     surface = Surface.of(points, hurst, roll_off, shortest, True)
@@ -71,7 +71,7 @@ _LEVELS = np.linspace(-6, 6, 1201)
 
 
 def _distributions(heights: np.ndarray) -> np.ndarray:
-    """Return the share of each row's heights below each level, shape (rows, levels)."""
+    """Return the fractions of heights below the levels, by row, shape (rows, levels)."""
     place = np.searchsorted(_LEVELS, heights)
     counts = [np.bincount(row, minlength=_LEVELS.size + 1)[:-1] for row in place]
     return np.cumsum(counts, axis=1) / heights.shape[1]
@@ -83,9 +83,9 @@ def _distance(first: np.ndarray, second: np.ndarray) -> float:
 
 @lru_cache(maxsize=8)
 def _height_samples(surface: Surface, count: int, rule: str) -> tuple[np.ndarray, np.ndarray]:
-    """Heights of surfaces and of lines, one row per realisation, in units of the surface's rms."""
+    """Return heights of surfaces and lines in units of the surface's rms, row by realisation."""
     maps = np.stack([surface.heights(k).ravel() for k in range(count)])
-    # every line point is worth many of the surface's: as many lines as make equal numbers
+    # as many lines as give the number of points of the surfaces
     lines = (
         ensemble.RandomLines(surface.line(rule), 2 * surface.points, 20 * count, seed=SEED)
         .draw()
@@ -104,7 +104,7 @@ def _distribution(
     rule: str = "rings",
     realisations: float = 450,
 ) -> Finding:
-    """Largest distance of the distribution functions of the heights of lines and surfaces.
+    """Measure the largest distance between the height distributions of lines and surfaces.
 
     The statistic of Kolmogorov and Smirnov. The bar is the 95 % quantile of the same distance
     between random halves of either ensemble, halves of whole realisations because the points of one
@@ -119,7 +119,7 @@ def _distribution(
     noise = []
     for _ in range(40):
         halves = [np.array_split(heights[rng.permutation(len(heights))], 2) for heights in shares]
-        # halves have twice the variance each: their distance is twice that of whole ensembles
+        # halves have twice the variance, so their distance is twice that of the complete ensembles
         of_maps, of_lines = (_distance(first, second) for first, second in halves)
         noise.append(0.5 * float(np.hypot(of_maps, of_lines)))
     details: dict[str, float | str] = {
@@ -133,7 +133,7 @@ def _distribution(
 
 @lru_cache(maxsize=32)
 def _surface_peaks(surface: Surface, count: int, factor: int) -> dict[str, np.ndarray]:
-    """Means over the summits of each of `count` realisations, on a grid `factor` times finer."""
+    """Return means over the summits of `count` realisations, on a grid `factor` times finer."""
     step = 1 / (surface.points * factor)
     rows = []
     for k in range(count):
@@ -145,7 +145,7 @@ def _surface_peaks(surface: Surface, count: int, factor: int) -> dict[str, np.nd
 
 @lru_cache(maxsize=32)
 def _line_peaks(surface: Surface, count: int, rule: str, factor: int) -> dict[str, np.ndarray]:
-    """Means over the maxima of each of `count` lines, `factor` times finer than they need be."""
+    """Return means over the maxima of `count` lines, `factor` times finer than necessary."""
     points = 2 * factor * surface.points
     lines = ensemble.RandomLines(surface.line(rule), points, count, seed=SEED).draw().heights
     wavenumber = 2 * np.pi * points * fft.rfftfreq(points)
@@ -168,11 +168,11 @@ def _peaks(
     quantity: str = "mean_radius",
     ratio: float = 0.5,
 ) -> Finding:
-    """Mean peak radius of the line over `ratio` times that of the surface ("exactly half").
+    """Compare the mean peak radius of the line with `ratio` times that of the surface ("half").
 
     Surface: the Gaussian radius 1/sqrt(kappa1 kappa2) of every summit, or the mean of (kappa1 +
     kappa2)/2; line: 1/|h''| of every maximum, or the mean of |h''|, which `ratio` then divides.
-    Bars: scatter of both, and what a grid twice as fine changes, at second order.
+    Bars: scatter of both, and the change on a grid twice as fine, at second order.
     """
     one_of("quantity", quantity, *PEAKS)
     above("ratio", ratio, 0)

@@ -10,10 +10,10 @@ from reference.halfspace.neighbours import array_force, pair_force
 
 
 def _independent(effort: str, *, distance: float = 10.0, per_side: float = 0) -> Finding:
-    """Sum of the forces of single flat punches over the true one, `distance` D apart, at equal d.
+    """Compare the sum of forces on isolated flat punches `distance` D apart with the true force.
 
-    Two punches by default, exactly; or a square array of per_side^2. In an array the bar is what
-    point forces leave out, measured on the pair.
+    At equal penetration, for two punches (exact) or a square array of per_side^2. The bar of arrays
+    is the error of point forces, measured for the pair.
     """
     above("distance", distance, 1)
     resolutions = np.array([4, 8, 16] if effort == "quick" else [5, 10, 20])

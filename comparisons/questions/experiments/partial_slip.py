@@ -1,4 +1,4 @@
-"""Springs that stick and slip (19.18), (19.19): the stick zone, and a normal load that changes."""
+"""Springs with stick and slip (19.18), (19.19): the stick zone, and a changing normal load."""
 
 from __future__ import annotations
 
@@ -21,12 +21,12 @@ from reference.halfspace.friction import FrictionalPress, sweep
 from reference.halfspace.traction import NormalAndTangential
 
 EXACT = 1e-12
-# Incompressible: pressing and shearing do not act on each other. E* = R = 1.
+# Incompressible: normal and tangential tractions are uncoupled. E* = R = 1.
 _POISSON, _SHEAR_MODULUS, _FRICTION = 0.5, 0.25, 0.5
 _MODULUS = tangential_modulus(_SHEAR_MODULUS, _POISSON)
-_DEPTH = 0.01  # over the radius of the ball; forces are scaled, so the number does not matter
-_SPRINGS = 2001  # so many that the springs' own error is far below that of any grid
-# Cells per contact radius and steps of the way, coarse and fine: their difference is the bar.
+_DEPTH = 0.01  # over the radius of the ball; forces are scaled, so the value is arbitrary
+_SPRINGS = 2001  # enough for a discretisation error far below that of any grid
+# Cells per contact radius and steps of the path, coarse and fine: their difference is the bar.
 _GRIDS: dict[Effort, tuple[tuple[int, int], ...]] = {
     "quick": ((8, 6), (16, 12)),
     "full": ((16, 16), (32, 32)),
@@ -34,9 +34,9 @@ _GRIDS: dict[Effort, tuple[tuple[int, int], ...]] = {
 
 
 def _stick_radius(effort: str, *, share: float = 0.5, exponent: float = 2.0) -> Finding:
-    """Half the length of the springs that stick over the stick radius; f = r^n, F_x = share mu F.
+    """Compare half the length of sticking springs with the stick radius; f = r^n, F_x = share mu F.
 
-    The truth is Cattaneo's and Mindlin's for n = 2, Jaeger's and Ciavarella's for every n.
+    The reference is Cattaneo's and Mindlin's for n = 2, Jaeger's and Ciavarella's for every n.
     """
     if not 0 < share < 1:
         raise ValueError(f"share must be between 0 and 1, not {share!r}")
@@ -69,15 +69,15 @@ def _stick_radius(effort: str, *, share: float = 0.5, exponent: float = 2.0) -> 
 
 
 def _way(final: float, reach: float, steps: int) -> tuple[np.ndarray, np.ndarray]:
-    """Depth and displacement: pressed in one step, then both change in proportion."""
+    """Return depth and displacement: normal loading in one step, then proportional changes."""
     part = np.linspace(0.0, 1.0, steps + 1)
-    limit = _FRICTION * _DEPTH / _MODULUS  # at which all slides under the first depth
+    limit = _FRICTION * _DEPTH / _MODULUS  # displacement of full sliding at the first depth
     return _DEPTH * (1 + (final - 1) * part), reach * limit * part
 
 
 @lru_cache(maxsize=64)
 def _true(final: float, reach: float, cells: int, steps: int) -> tuple[float, float]:
-    """Return normal and tangential force of the half-space at the end of the way."""
+    """Return the normal and tangential force on the half-space at the end of the path."""
     radius = float(np.sqrt(_DEPTH * max(final, 1.0)))
     spacing = float(np.sqrt(_DEPTH)) / cells
     count = 2 * int(np.ceil(1.1 * radius / spacing))
@@ -96,12 +96,12 @@ def _true(final: float, reach: float, cells: int, steps: int) -> tuple[float, fl
 
 
 def _changing_load(effort: Effort, *, final: float = 0.5, reach: float = 0.5) -> Finding:
-    """Tangential force over mu F of a ball that is pushed while its depth changes.
+    """Measure the tangential force over mu F on a ball displaced at changing depth.
 
-    It is pressed in, then pushed by `reach` times the way on which it would slide, while the depth
-    goes to `final` times what it was. The error is in parts of the largest friction force. Springs
-    take the way in one step, in which everything changes in proportion; the half-space in steps
-    which halve with the cells.
+    The ball is pressed in, then displaced by `reach` times the displacement of full sliding, while
+    the depth changes to `final` times its value. The error is relative to the largest friction
+    force. Springs take the path in one proportional step, the half-space in steps that halve with
+    the cells.
     """
     above("final", final, 0)
     above("reach", reach, 0)

@@ -1,4 +1,4 @@
-"""Section 19.7 as a whole: from the map of a surface to its contact, against that same surface."""
+"""Section 19.7 as a whole: the contact from the map of a surface, checked on the same surface."""
 
 from __future__ import annotations
 
@@ -16,13 +16,13 @@ from reduced.rough.surface_spectrum import measured
 
 VARIANTS = ("literal", "corrected")
 QUANTITIES = ("contact_area", "stress", "undefined")
-# Maps, each with lines of its own spectrum: a line's scatter is averaged before the maps'.
+# Maps, with lines of their spectra: the scatter of lines is averaged before that of maps.
 _COUNTS: dict[Effort, tuple[int, int]] = {"quick": (12, 20), "full": (60, 60)}
 
 
 @lru_cache(maxsize=512)
 def _calculated(surface: Surface, load: float, map_number: int, lines: int) -> dict[str, Procedure]:
-    """Carry out the procedure on one map, by the letter and as corrected; E* = A0 = h' = 1."""
+    """Return the procedure's results for a map, as printed and as corrected; E* = A0 = h' = 1."""
     spectrum = measured(surface.heights(map_number), 1.0, surface.periodic)
     procedures = side_by_side(spectrum, 1.0, load, Sampling(lines, seed=map_number))
     return dict(zip(VARIANTS, procedures, strict=True))
@@ -40,11 +40,11 @@ def _procedure(
     points: float = 64,
     periodic: bool = False,
 ) -> Finding:
-    """Compare what the procedure says of a map with what the half-space does, mean over maps.
+    """Compare the procedure with the half-space solution, as means over maps.
 
-    ``"contact_area"``: (19.29) over the area; ``"stress"``: mean of (19.37) where it has a value,
-    over the mean pressure of the true contact; ``"undefined"``: share of the contact in which it
-    has none. Sources of the bar: the scatter of the maps, and the grid.
+    ``"contact_area"``: (19.29) over the area; ``"stress"``: mean of (19.37) where it is defined,
+    over the mean pressure of the true contact; ``"undefined"``: fraction of the contact where it is
+    undefined. Sources of the bar: the scatter of the maps, and the grid.
     """
     one_of("variant", variant, *VARIANTS)
     one_of("quantity", quantity, *QUANTITIES)

@@ -1,4 +1,4 @@
-"""Statements against theorems: punches, pyramids and rough contacts whose truth is enclosed."""
+"""Statements compared with proved bounds: punches, pyramids and rough contacts."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ from reference.bounds.periodic import PeriodicSurface
 
 SHAPES = ("polygon", "rectangle", "l_shape", "right_isosceles", "disc")
 
-# Cells from the origin to the edge: of the upper bound, and of the lower one.
+# Cells from the origin to the edge, for the upper and the lower bound.
 _CELLS = {"quick": (6, 8), "full": (14, 18)}
 
-# Corners about points that see all of the outline: the L of three unit squares, and the right
-# triangle with a long side of 2 about the middle of its inscribed circle.
+# Corners relative to points from which the whole outline is visible: the L of three unit squares,
+# and the right triangle with a hypotenuse of 2 about the centre of its inscribed circle.
 _FIXED = {
     "l_shape": ((1.5, -0.5), (1.5, 0.5), (0.5, 0.5), (0.5, 1.5), (-0.5, 1.5), (-0.5, -0.5)),
     "right_isosceles": tuple(
@@ -32,7 +32,7 @@ _FIXED = {
 
 
 def corners_of(shape: str, sides: int, aspect: float) -> tuple[tuple[float, float], ...]:
-    """Corners of a face: regular polygons have the apothem 1, rectangles the width 1."""
+    """Return the corners of a face: regular polygons of apothem 1, rectangles of width 1."""
     if shape == "polygon":
         angles = [(2 * k + 1) * math.pi / sides for k in range(sides)]
         radius = 1 / math.cos(math.pi / sides)
@@ -49,7 +49,7 @@ def _area(shape: str, sides: int, aspect: float) -> float:
 
 @lru_cache(maxsize=64)
 def punch_stiffness(shape: str, sides: int, aspect: float, effort: str) -> Interval:
-    """Stiffness k/E* of a flat punch between proved bounds, for the sizes of `corners_of`."""
+    """Return proved bounds of the stiffness k/E* of a flat punch with the sizes of `corners_of`."""
     if shape == "disc":
         return axisymmetric.disc_stiffness(1.0, 1.0, cells=2 * _CELLS[effort][0])
     return punches.bounded(corners_of(shape, sides, aspect), _CELLS[effort])
@@ -58,7 +58,7 @@ def punch_stiffness(shape: str, sides: int, aspect: float, effort: str) -> Inter
 def _equal_area(
     effort: str, *, sides: int = 4, shape: str = "polygon", aspect: float = 1.0
 ) -> Finding:
-    """Stiffness by D = (4A/pi)^(1/2) over the true one; never positive (Polya & Szego 1951)."""
+    """Measure the error of k by D = (4A/pi)^(1/2), never positive (Polya & Szego 1951)."""
     one_of("shape", shape, *SHAPES)
     above("sides", sides, 2)
     above("aspect", aspect, 0)
@@ -77,12 +77,12 @@ def _equal_area(
 
 @lru_cache(maxsize=64)
 def pyramid_force(faces: int, effort: str) -> Interval:
-    """Force F/(E* d^2) of a regular pyramid of slope 1 between proved bounds."""
+    """Return proved bounds of the force F/(E* d^2) of a regular pyramid of slope 1."""
     return homogeneous.force(bodies.Pyramid(faces, 1.0), 1.0, 1.0, cells=_CELLS[effort])
 
 
 def _equal_cone(effort: str, *, faces: int = 4) -> Finding:
-    """Force of the cone that has the pyramid's area at every depth, over the pyramid's."""
+    """Compare the force of a pyramid with that of the cone of equal sectional areas."""
     above("faces", faces, 2)
     true = pyramid_force(int(faces), effort)
     # a section has the apothem d, the circle of its area the radius (n tan(pi/n)/pi)^(1/2) d; a
@@ -99,13 +99,13 @@ def _equal_cone(effort: str, *, faces: int = 4) -> Finding:
 
 
 def _judged(stated: float, true: Interval) -> tuple[float, float]:
-    """Error of a statement in the middle of what the interval allows, and half that range."""
+    """Return the midpoint and half-width of the errors that the interval permits."""
     most, least = stated / true.lower - 1, stated / true.upper - 1
     return 0.5 * (most + least), 0.5 * (most - least)
 
 
 def _heights(points: float, hurst: float) -> np.ndarray:
-    """One surface of side 1 and rms gradient 0.1."""
+    """Return a surface of side 1 and rms gradient 0.1."""
     spectrum = surfaces.SelfAffine(hurst=float(hurst), rms_slope=0.1)
     return surfaces.self_affine(int(points), 1.0, spectrum, seed=SEED, realisation=0)
 
@@ -113,7 +113,7 @@ def _heights(points: float, hurst: float) -> np.ndarray:
 def _grid_force(
     effort: str, *, depth: float = 2.0, points: int = 16, hurst: float = 0.8, finer: int = 4
 ) -> Finding:
-    """Force of the half-space solver on a rough patch's grid over that of the continuous surface.
+    """Measure the force of the half-space solver on a rough patch against the continuous surface.
 
     At a penetration of `depth` rms heights; the surface is the band-limited one through the points.
     """
@@ -131,7 +131,7 @@ def _grid_force(
 def _grid_penetration(
     effort: str, *, load: float = 0.03, points: int = 32, hurst: float = 0.8, finer: int = 8
 ) -> Finding:
-    """Penetration of the half-space solver's grid over that of the continuous periodic surface.
+    """Measure the penetration of the half-space solver against the continuous periodic surface.
 
     At a force of `load` E* A0 h', h' = 0.1.
     """

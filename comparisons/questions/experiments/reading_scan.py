@@ -1,7 +1,7 @@
-"""The best of many readings of Fig. 19.8: which spectrum and line length make the areas coincide.
+"""Best of many readings of Fig. 19.8: spectrum and line length for which the areas coincide.
 
-A search over readings finds the one that flatters the statement most. So the search is part of the
-experiment: all readings are tried on some surfaces, the best one is judged on others.
+A search over readings selects the one most favourable to the statement. Therefore all readings are
+tried on some surfaces, and the best one is judged on others.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ LINE_LENGTHS = (0.125, 0.25, 0.5, 1.0)
 LOADS = (0.001, 0.003, 0.01, 0.03, 0.1)
 Reading = tuple[float, float, float]
 READINGS: tuple[Reading, ...] = tuple(product(HURSTS, ROLL_OFFS, LINE_LENGTHS))
-# Surfaces and lines of the search; the surfaces are far from those of the judgement.
+# Surfaces and lines of the search; the surfaces differ from those of the judgement.
 _FIRST = 200_000
 _COUNTS: dict[Effort, tuple[int, int]] = {"quick": (8, 150), "full": (24, 450)}
 
@@ -56,8 +56,8 @@ def scan(points: int = 64, effort: Effort = "full") -> dict[Reading, np.ndarray]
 def best_reading(points: int = 64, by: str = "largest", effort: Effort = "full") -> Reading:
     """Return the reading whose error over `LOADS`, as a factor, is the smallest.
 
-    By the largest error over the loads, for curves that coincide everywhere; or by the median one,
-    for curves that coincide over a part of the loads and may part elsewhere.
+    By the largest error over the loads, if curves should coincide everywhere, or by the median one,
+    if they should coincide over a part of the loads.
     """
     middle = one_of("by", by, "largest", "median") == "median"
     size: Callable[[np.ndarray], np.floating] = np.median if middle else np.max

@@ -14,7 +14,7 @@ _EXACT = 1e-12
 
 
 def _series(effort: str, *, per_decade: float = 2.0) -> Finding:
-    """Largest relative error of G(w) by a series with `per_decade` relaxation times a decade."""
+    """Measure the largest relative error of G(w) by a series with `per_decade` times per decade."""
     above("per_decade", per_decade, 0)
     turns = (1j * _FREQUENCIES * _TIME) ** _FIRST
     true = _GLASSY - (_GLASSY - _RELAXED) / (1 + turns) ** _SECOND

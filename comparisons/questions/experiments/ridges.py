@@ -1,4 +1,4 @@
-"""A surface with a lay: parallel ridges, of which lines for isotropic roughness know nothing."""
+"""A surface with a lay: parallel ridges, unlike the isotropic roughness assumed for lines."""
 
 from __future__ import annotations
 
@@ -19,10 +19,10 @@ _MAP, _LINE = 16, 256  # points per ridge: of the map, and of the line on its co
 def _ridges(
     effort: str, *, load: float = 0.1, ridges: float = 8, quantity: str = "contact_area"
 ) -> Finding:
-    """Line made from a map of `ridges` waves over the wavy surface of Westergaard, - 1.
+    """Measure the error of a line made from a map of `ridges` waves against Westergaard's solution.
 
-    `load`: mean pressure over that of full contact. All lines of one wave are alike, and nothing
-    scatters; the bar is what twice as many points change.
+    `load`: mean pressure over that of full contact. All lines of one wave are equal, so there is no
+    scatter; the bar is the change for twice as many points.
     """
     one_of("quantity", quantity, *QUANTITIES)
     above("load", load, 0)
@@ -44,7 +44,7 @@ def _ridges(
 
 
 def _pressed(count: int, per_ridge: int, pressure: float) -> LineContact:
-    """Press the line of a map of so many ridges with the force of the map."""
+    """Return the contact of the line of a map of ridges under the force of the map."""
     points = _MAP * count
     height = np.cos(2 * np.pi * np.arange(points) / _MAP)[:, None] / count * np.ones(4)
     spectrum = line_of(measured(height, (1.0, 4 / points), periodic=True))

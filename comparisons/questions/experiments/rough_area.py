@@ -1,4 +1,4 @@
-"""Fig. 19.8 and what the chapter concludes from it: load curves of rough surfaces and of lines."""
+"""Fig. 19.8 and the chapter's conclusions: load curves of rough surfaces and lines."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from comparisons.questions.experiments.running import Finding, above, experiment
 from reference.closed_form.rough import bush_gibson_thomas_area, persson_area
 
 _THEORIES = {"persson": persson_area, "bush": bush_gibson_thomas_area}
-# Lines cost little: so many for each surface, and never fewer, so that surfaces set the bar.
+# Lines per surface and smallest number of lines; lines are cheap, so surfaces should limit the bar.
 _LINES_PER_SURFACE, _LEAST_LINES = 4, 450
 
 
@@ -39,7 +39,7 @@ def measure_area(
     line_points: float = 0,
     realisations: float = 450,
 ) -> Finding:
-    """Mean over lines (or a theory) over the mean over surfaces, at equal F/(E* A0 h')."""
+    """Compare the mean of lines (or a theory) with the mean of surfaces at equal F/(E* A0 h')."""
     _check(load, quantity, statement, line_length, realisations)
     surface = Surface.of(points, hurst, roll_off, shortest, periodic)
     count = int(realisations) if effort == "full" else min(int(realisations), 20)

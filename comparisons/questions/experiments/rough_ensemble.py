@@ -1,8 +1,8 @@
-"""Ensembles of rough surfaces and of the lines that stand for them, at one load.
+"""Ensembles of rough surfaces and of their equivalent lines, at one load.
 
 Lengths are in units of the side L, E* and the rms gradient h' are one: in the linear half-space
-problem every relative result depends on F/(E* A0 h') alone. Averages that several claims ask for
-are kept for the life of the process.
+problem every relative result depends on F/(E* A0 h') alone. Averages needed by several claims are
+cached within the process.
 """
 
 from __future__ import annotations
@@ -44,8 +44,8 @@ class Surface:
     hurst : float
         Hurst exponent H, C2D ~ q^(-2 (1 + H)).
     roll_off : float
-        L/lambda_l >= 1, the side over the longest wavelength of the power law; waves between are
-        a plateau. One: no plateau.
+        L/lambda_l >= 1, the side over the longest wavelength of the power law; longer waves form a
+        plateau. One for no plateau.
     shortest : float
         lambda_s/dx >= 2, the shortest wavelength over the spacing.
     periodic : bool
@@ -62,7 +62,7 @@ class Surface:
     def of(
         cls, points: float, hurst: float, roll_off: float, shortest: float, periodic: bool
     ) -> Surface:
-        """Check parameters that came from a claim file, where numbers are floats."""
+        """Return the surface for parameters of a claim file, where numbers are floats."""
         above("points", points, 3)
         above("roll_off", roll_off, 1 - 1e-12)
         above("shortest", shortest, 2 - 1e-12)
@@ -70,7 +70,7 @@ class Surface:
 
     @property
     def recipe(self) -> dict[str, float | None]:
-        """Keywords of both packages' synthesis."""
+        """Keyword arguments of the synthesis in both packages."""
         return {
             "hurst": self.hurst,
             "rms_slope": 1.0,
@@ -79,27 +79,27 @@ class Surface:
         }
 
     def heights(self, realisation: int, factor: int = 1) -> np.ndarray:
-        """Return a realisation on a grid `factor` times finer than its own."""
+        """Return a realisation on a grid refined by `factor`."""
         native = surfaces.self_affine(
             self.points, 1.0, surfaces.SelfAffine(**self.recipe), seed=SEED, realisation=realisation
         )
         return surfaces.refine(native, factor)
 
     def operator(self, factor: int = 1) -> HalfSpace:
-        """Return the half-space on that grid."""
+        """Return the half-space operator on that grid."""
         n = self.points * factor
         kind = PeriodicOperator if self.periodic else FreeOperator
         return kind((n, n), (1 / n, 1 / n), 1.0)
 
     def line(self, rule: str) -> line_spectrum.LineSpectrum:
-        """Return the spectrum of the line that stands for the surface."""
+        """Return the spectrum of the surface's equivalent line."""
         return line_spectrum.prescribed(self.points, 1.0, SelfAffine(**self.recipe), rule=rule)
 
 
 def press(
     operator: HalfSpace, heights: np.ndarray, load: float, stiffness: bool = False
 ) -> tuple[Contact, dict[str, float]]:
-    """Press one map with the force `load` (E* = A0 = 1); return the contact and its quantities."""
+    """Return the contact of a map under the force `load` (E* = A0 = 1), and its quantities."""
     contact = fft.solve(
         Press(operator, heights.max() - heights),
         reference_loads.Load("force", load),
@@ -131,19 +131,19 @@ def surface_samples(
 
 @dataclass(frozen=True)
 class Drawing:
-    """How lines are drawn from a surface of side L.
+    """Rules for drawing lines from a surface of side L.
 
     Attributes
     ----------
     rule : str
-        By which the spectrum of the line follows from that of the surface.
+        Relation between the spectra of line and surface.
     edges : str
-        Where their contacts end: see `reduced.rough.press.press`.
+        Treatment of contact edges, see `reduced.rough.press.press`.
     length : float
-        Of a line, over L.
+        Length of a line over L.
     points : int
-        Per L; by default two for each of the surface's, so that the modes in the corners of the
-        surface's spectrum are resolved.
+        Points per L; by default twice those of the surface, to resolve the modes in the corners of
+        its spectrum.
     """
 
     rule: str = "rings"
@@ -185,14 +185,14 @@ def line_samples(
 def truth(
     sample: Callable[[int, int], np.ndarray], grid: str, count: int, effort: str
 ) -> tuple[np.ndarray, float]:
-    """Return samples scaled to the best mean, and the grid's relative 95 % bar.
+    """Return samples scaled to the best mean, and the relative 95 % bar of the grid.
 
     ``sample(factor, number)`` are the values of the first `number` surfaces on grids `factor` times
-    finer than their own. With ``grid="native"`` the surface's own points are the truth, as in the
-    chapter, and nothing is added. ``"refined"`` continues the same realisations on grids two and
-    four times finer (a sixth and a thirtieth of them; their ratios scatter far less than the
-    values), and the bar is the last change times Roache's factor at first order, the order of
-    areas, with the scatter of the ratios. A quick effort stops at twice, with the factor for two
+    finer than their own. With ``grid="native"`` the surface is defined by its points, as in the
+    chapter, and the bar is zero. ``"refined"`` solves the same realisations on grids two and four
+    times finer (a sixth and a thirtieth of them, because ratios scatter far less than values); the
+    bar is the last change times Roache's factor at first order, the order of areas, with the
+    scatter of the ratios. Quick effort stops at the first refinement, with the factor for two
     grids.
     """
     one_of("grid", grid, "native", "refined")
@@ -217,7 +217,7 @@ def compare(
 ) -> tuple[float, float]:
     """Return mean(statement)/mean(true) - 1 and its 95 % half-width.
 
-    Both ensembles are independent; a statement of one value (a theory) has no scatter.
+    The ensembles are independent; a statement of one value (a theory) has no scatter.
     """
     stated = np.asarray(statement, dtype=float)
     mean, ratio = float(true.mean()), float(stated.mean() / true.mean())
@@ -226,6 +226,6 @@ def compare(
         for sample in (stated, true)
         if sample.size > 1
     ]
-    # the statement's own scatter is absolute, so that a statement of zero has a bar, too
+    # the scatter of the statement is absolute, so that a statement of zero has a bar
     stated_scatter, true_scatter = scatter if stated.size > 1 else (0.0, *scatter)
     return ratio - 1, float(combined(stated_scatter, ratio * true_scatter, ratio * grid_bar))

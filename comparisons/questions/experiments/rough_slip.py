@@ -1,8 +1,8 @@
-"""Partial slip of rough surfaces: lines on springs that stick and slip, against the half-space.
+"""Partial slip of rough surfaces: springs with stick and slip compared with the half-space.
 
-An ensemble of thousands of lines and of a thousand surfaces on their own points, as single
-displacements scatter by a quarter; what finer grids change is taken from some of the surfaces:
-their ratios scatter a hundred times less.
+Ensembles of thousands of lines and a thousand surfaces at their original resolution are needed,
+because displacements scatter by a quarter. The effect of finer grids is measured on some of the
+surfaces, because ratios scatter a hundred times less.
 """
 
 from __future__ import annotations
@@ -22,10 +22,10 @@ from reference.halfspace.cerruti import Compliance
 from reference.halfspace.friction import FrictionalPress, sweep
 from reference.halfspace.traction import NormalAndTangential
 
-# nu = 1/2: pressing and shearing do not act on each other, and the displacement is in proportion to
+# nu = 1/2: normal and tangential tractions are uncoupled, and the displacement is proportional to
 # mu. E* = A0 = h' = 1.
 _POISSON, _SHEAR_MODULUS, _FRICTION = 0.5, 0.25, 0.5
-# The tangential force grows in these parts.
+# Steps of the tangential force as fractions.
 _PARTS = np.array([1 / 3, 2 / 3, 1.0])
 _TOLERANCE = 1e-5
 _COUNTS: dict[Effort, tuple[int, int]] = {"quick": (36, 300), "full": (1200, 4000)}
@@ -33,7 +33,7 @@ _COUNTS: dict[Effort, tuple[int, int]] = {"quick": (36, 300), "full": (1200, 400
 
 @cache
 def _true(surface: Surface, load: float, share: float, realisation: int, factor: int) -> float:
-    """Tangential displacement of one surface at F_x = share mu F."""
+    """Return the tangential displacement of a surface at F_x = share mu F."""
     points = surface.points * factor
     compliance = Compliance.of(_SHEAR_MODULUS, _POISSON)
     body = NormalAndTangential((points,) * 2, (1 / points,) * 2, compliance)
@@ -46,7 +46,7 @@ def _true(surface: Surface, load: float, share: float, realisation: int, factor:
 
 
 def _stated(surface: Surface, load: float, share: float, count: int) -> np.ndarray:
-    """Tangential displacements of lines with the same spectrum."""
+    """Return the tangential displacements of lines with the same spectrum."""
     points = 4 * surface.points
     drawn = RandomLines(surface.line("rings"), points, count, seed=SEED).draw()
     friction = Friction(tangential_modulus(_SHEAR_MODULUS, _POISSON), _FRICTION)
@@ -56,7 +56,7 @@ def _stated(surface: Surface, load: float, share: float, count: int) -> np.ndarr
 
 
 def _slip(effort: Effort, *, share: float = 0.9, load: float = 0.02, points: float = 48) -> Finding:
-    """Mean displacement of lines over that of surfaces at F_x = share mu F, less one.
+    """Compare the mean displacements of lines and surfaces at F_x = share mu F.
 
     Surfaces with H = 0.8, waves of a half to an eighth of the side. Sources of the bar: the scatter
     of both ensembles, and the grid.

@@ -1,4 +1,4 @@
-"""Problem 1: rubber that slides over a rough surface, as printed, as corrected, and in 3-D."""
+"""Problem 1: rubber sliding on a rough surface, as printed, as corrected, and in 3-D."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from reference.viscoelastic.materials import GeneralisedMaxwell
 _POINTS, _LOAD = 512, 3e-3
 _QUANTITIES = ("friction", "work", "start")
 _RADIUS, _DEPTH = 1.0, 0.01
-_ROUNDING = 1e-9  # of the forces, each met to 1e-11
+_ROUNDING = 1e-9  # relative tolerance of forces is 1e-11
 
 
 def _rough_lines(count: int) -> RoughLines:
@@ -32,7 +32,7 @@ def _rough_lines(count: int) -> RoughLines:
 
 
 def _printed_run(line: RoughLines, number: float) -> PrintedSliding:
-    """Slide a line as printed, from contact at rest; the mean is that of the last period."""
+    """Return a line's sliding as printed, from static contact, averaged over the last period."""
     at_rest = press(line, 4.0, Load("force", _LOAD), edges="nodal").penetration.item()
     return slide_as_printed(
         line,
@@ -45,11 +45,11 @@ def _printed_run(line: RoughLines, number: float) -> PrintedSliding:
 
 
 def _printed(effort: str, *, number: float = 1.0, quantity: str = "friction") -> Finding:
-    """Measure the print over `number` = G dt/eta = dx/(v tau).
+    """Measure the printed algorithm at `number` = G dt/eta = dx/(v tau).
 
     ``"friction"``: its friction against the exact steady state. ``"work"``: the work of its forces
-    on the springs they move against the energy dissipated there. ``"start"``: the share of lines
-    that its start, 3 rms from the zero line, does not bring into contact.
+    on the moving springs against the dissipated energy. ``"start"``: the fraction of lines without
+    contact at its start, 3 rms from the zero line.
     """
     one_of("quantity", quantity, *_QUANTITIES)
     above("number", number, 0)
@@ -75,10 +75,11 @@ def _printed(effort: str, *, number: float = 1.0, quantity: str = "friction") ->
 
 
 def _corrected(effort: str, *, number: float = 1.0, quantity: str = "work") -> Finding:
-    """Measure the time loop as corrected over the same `number`, after three periods.
+    """Measure the corrected time loop at the same `number`, after three periods.
 
-    ``"work"``: the work of its forces against the energy that it dissipates, over the last period.
-    ``"friction"``: that of the last period against the exact steady state. The worst of the lines.
+    ``"work"``: the work of its forces against the dissipated energy, over the last period.
+    ``"friction"``: friction in the last period against the exact steady state. The worst line
+    counts.
     """
     one_of("quantity", quantity, "work", "friction")
     above("number", number, 0)
@@ -95,10 +96,10 @@ def _corrected(effort: str, *, number: float = 1.0, quantity: str = "work") -> F
 
 
 def _paraboloid(effort: str, *, way: float = 1.0, glassy: float = 0.0) -> Finding:
-    """Friction of a paraboloid on springs against that on the half-space, at equal force.
+    """Compare the friction of a paraboloid on springs and on the half-space at equal force.
 
-    `way`: retardation time times speed over the radius sqrt(R d) of a contact at rest as deep.
-    `glassy`: instantaneous over relaxed modulus of a standard solid; 0 for Kelvin-Voigt.
+    `way`: retardation time times speed over the radius sqrt(R d) of a static contact of equal
+    depth. `glassy`: instantaneous over relaxed modulus of a standard solid; 0 for Kelvin-Voigt.
     """
     speed = above("way", way, 0) * np.sqrt(_RADIUS * _DEPTH)
     if glassy and not glassy > 1:

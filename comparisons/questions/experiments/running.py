@@ -1,4 +1,4 @@
-"""From a function of named parameters to an `Experiment`: checks, the clock, the varied one."""
+"""Construction of an `Experiment` from a function: checks, timing, the varied parameter."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 from comparisons.errors import InputError
 from comparisons.questions.experiments.base import Effort, Experiment, Measurement
 
-# Counts of which more would take all memory or all day, whatever the experiment.
+# Upper limits of counts, against exhausted memory and endless runs.
 _MOST = {
     "points": 2048,
     "line_points": 10**6,
@@ -25,17 +25,16 @@ _MOST = {
 
 
 class Finding(NamedTuple):
-    """What the function of an experiment returns.
+    """Return value of an experiment's function.
 
     Attributes
     ----------
     error : float
-        Relative deviation of the statement from the truth: stated/true - 1, or a share that the
-        statement says is zero.
+        Relative error of the statement, stated/true - 1, or a fraction that should be zero.
     uncertainty : float
-        95 % half-width of the error's own bar.
+        95 % half-width of the error.
     details : dict
-        Measured numbers and words for the report.
+        Measured numbers and text for the report.
     """
 
     error: float
@@ -54,7 +53,7 @@ def experiment(name: str, title: str, parameter: str, along: str, run: Run) -> E
     name, title, parameter : str
         As for `Experiment`: a slug, a sentence, the varied parameter in words.
     along : str
-        The keyword that the varied value goes to; a claim file may choose another one with
+        Keyword argument of the varied value; a claim file may choose another one with
         ``parameters = { along = "..." }``.
     run : callable
         ``run(effort, **parameters) -> Finding``; all parameters are keywords with defaults.
@@ -116,7 +115,7 @@ def _unknown(parameters: list[str], names: Iterable[str]) -> Iterable[str]:
 
 
 def _of_other_types(defaults: dict[str, Any], arguments: dict[str, Any]) -> Iterable[str]:
-    """Say which values are no number, text or truth value like their defaults."""
+    """Return messages for values whose type differs from that of their defaults."""
     for name, value in arguments.items():
         default = defaults.get(name, value)
         if isinstance(default, bool):
@@ -131,7 +130,7 @@ def _of_other_types(defaults: dict[str, Any], arguments: dict[str, Any]) -> Iter
 
 
 def one_of(name: str, value: str, *choices: str) -> str:
-    """Return the value, or raise ValueError naming the choices."""
+    """Return the value, or raise ValueError with the choices."""
     if value not in choices:
         raise ValueError(f"{name} must be one of {', '.join(choices)}, not {value!r}")
     return value

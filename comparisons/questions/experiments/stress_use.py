@@ -1,4 +1,4 @@
-"""What section 19.6 is for: first yield, and the share of a rough contact above a hardness."""
+"""Uses of section 19.6: first yield, and the fraction of a rough contact above a hardness."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ RULES = ("own_curvature", "one_radius", "abel")
 
 
 def _largest(pressure: Callable[[np.ndarray], np.ndarray]) -> float:
-    """Largest value over the relative radii [0, 1): a scan, and a search around its best point."""
+    """Return the largest value over relative radii in [0, 1), by a scan and a local search."""
     scan = np.linspace(0.0, 1.0, 400, endpoint=False)
     values = pressure(scan)
     best = int(np.argmax(values))
@@ -52,12 +52,12 @@ def _first_yield(
     rule: str = "own_curvature",
     criterion: str = "pressure",
 ) -> Finding:
-    """Force at which the largest stress (19.37) reaches `limit` E*, over that of the true stress.
+    """Compare the forces at which the stress (19.37) and the true stress reach `limit` E*.
 
     Shapes: f = r^n of unit coefficient, the sphere and the rounded punch (flat to `edge`) of unit
-    radius. ``criterion="mises"``: the true first yield lies below the surface; the rule by its
-    letter compares sigma with the yield stress. For the paraboloid only (Johnson 1985, 4.2: on the
-    axis, nu = 0.3). The closed forms are exact to 1e-12, the search for the maximum to 1e-9.
+    radius. ``criterion="mises"``: true first yield occurs below the surface, while the rule
+    compares sigma with the yield stress. For the paraboloid only (Johnson 1985, 4.2: on the axis,
+    nu = 0.3). The closed forms are exact to 1e-12, the search for the maximum to 1e-9.
     """
     one_of("shape", shape, *_SHAPES)
     one_of("rule", rule, *RULES)
@@ -99,7 +99,7 @@ def _first_yield(
 
 
 def _largest_mises(poisson_ratio: float = 0.3) -> float:
-    """Largest |sigma_z - sigma_r|/p0 on the axis of Hertz's contact (Johnson 1985, (3.45))."""
+    """Return the largest |sigma_z - sigma_r|/p0 on the axis for Hertz (Johnson 1985, (3.45))."""
 
     def negative(z: float) -> float:
         along = -1 / (1 + z * z)
@@ -111,7 +111,7 @@ def _largest_mises(poisson_ratio: float = 0.3) -> float:
 
 @lru_cache(maxsize=16)
 def _pressures(surface: Surface, load: float, factor: int, count: int) -> list[np.ndarray]:
-    """Pressures of the cells in contact, one array for each realisation."""
+    """Return the pressures of the contact cells, one array per realisation."""
     operator = surface.operator(factor)
     pressed = (press(operator, surface.heights(k, factor), load)[0] for k in range(count))
     return [contact.pressure[contact.mask] for contact in pressed]
@@ -121,9 +121,9 @@ def _pressures(surface: Surface, load: float, factor: int, count: int) -> list[n
 def _stresses(
     surface: Surface, load: float, rule: str, points: int, count: int
 ) -> tuple[list[np.ndarray], np.ndarray]:
-    """Stress (19.37) of the springs in contact, one array for each line.
+    """Return the stress (19.37) of the springs in contact, one array per line.
 
-    And the share of the springs for which the rule has no real value; they carry none.
+    Also the fraction of springs without a real value, which count as unstressed.
     """
     random = ensemble.RandomLines(surface.line("rings"), points, count, seed=SEED)
     pressed = ensemble.press_ensemble(random, 1.0, Load("force", load), quantities=["penetration"])
@@ -136,7 +136,7 @@ def _stresses(
 
 
 def _shares(stresses: list[np.ndarray], hardness: float) -> np.ndarray:
-    """Share of each contact that is above the hardness."""
+    """Return the fractions of the contacts above the hardness."""
     return np.array([float(np.mean(in_contact > hardness)) for in_contact in stresses])
 
 
@@ -153,7 +153,7 @@ def _above_hardness(
     periodic: bool = False,
     realisations: float = 120,
 ) -> Finding:
-    """Share of the contact above `hardness` E* h': springs of lines over cells of surfaces."""
+    """Compare the contact fraction above `hardness` E* h' of springs with that of surface cells."""
     one_of("rule", rule, *regions.RULES)
     above("hardness", hardness, 0)
     above("load", load, 0)
@@ -167,7 +167,7 @@ def _above_hardness(
     true, grid_bar = truth(sample, "refined", count, effort)
     if true.mean() == 0:
         raise ValueError(f"no cell of any surface is above {hardness!r} E* h'")
-    # second differences need points: eight for each of the surface's
+    # second differences need eight times the points of the surface
     stresses, undefined = _stresses(surface, float(load), rule, 8 * surface.points, 4 * count)
     stated = _shares(stresses, hardness)
     error, bar = compare(stated, true, grid_bar)

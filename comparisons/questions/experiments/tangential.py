@@ -1,4 +1,4 @@
-"""(19.18): every contact that sticks has k_x/k_z = 2(1 - nu)/(2 - nu)."""
+"""(19.18): k_x/k_z = 2(1 - nu)/(2 - nu) for every sticking contact."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from reference.loads import Load
 from reference.surfaces import SelfAffine, self_affine
 
 SHAPES = ("ellipse", "rectangle", "triangle", "rough")
-# Side of the grid in half-widths of the contact.
+# Side of the grid in units of the contact half-width.
 _SIDE = 2.1
 
 
@@ -29,10 +29,10 @@ def _ratio(
     aspect: float = 1.0,
     direction: str = "x",
 ) -> Finding:
-    """Ratio of the springs over that of the half-space, without coupling, - 1.
+    """Compare the stiffness ratio of springs with that of the half-space without coupling.
 
-    `aspect` is length along x over width. Both stiffnesses are those of the same cells, so that
-    what the edge of a cell does to either falls out of the ratio. The bar is from three grids.
+    `aspect` is length along x over width. Both stiffnesses use the same cells, so that errors at
+    cell edges cancel in the ratio. The bar follows from three grids.
     """
     one_of("shape", shape, *SHAPES)
     one_of("direction", direction, "x", "y")
@@ -58,7 +58,7 @@ def _ratio(
 def _half_space(
     points: int, poisson_ratio: float, shape: str, aspect: float, direction: str
 ) -> float:
-    """k_x/k_z of the contact on a grid of cells."""
+    """Return k_x/k_z of the contact on a grid of cells."""
     step = _SIDE / points
     body = NormalAndTangential((points,) * 2, (step,) * 2, Compliance.of(1.0, poisson_ratio))
     mask = _contact(body, shape, aspect)
@@ -68,7 +68,7 @@ def _half_space(
 
 
 def _contact(body: NormalAndTangential, shape: str, aspect: float) -> np.ndarray:
-    """Cells of a contact of half-length one, or of half-width one where it is wider than long."""
+    """Return the cells of a contact of half-length one, or half-width one if wider than long."""
     if shape == "rough":
         return _rough_contact(body)
     points, step = body.shape[0], body.spacing[0]
@@ -83,7 +83,7 @@ def _contact(body: NormalAndTangential, shape: str, aspect: float) -> np.ndarray
 
 
 def _rough_contact(body: NormalAndTangential) -> np.ndarray:
-    """Contact of one rough patch (H = 0.8, waves of 1/2 to 1/16 of its side), F = 0.05 E* A0 h'."""
+    """Return the contact of a rough patch (H = 0.8, waves 1/2 to 1/16 of it), F = 0.05 E* A0 h'."""
     height = self_affine(
         body.shape[0],
         _SIDE,

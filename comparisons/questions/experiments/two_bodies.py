@@ -20,7 +20,7 @@ from reduced.rough import ensemble, line_spectrum
 from reduced.rough import press as rough_line
 from reduced.rough.lines import RoughLines
 
-# Realisations of the second body: far from those of the first.
+# First realisation of the second body, distinct from those of the first.
 _SECOND = 100_000
 _NAMES = tuple(name for name in QUANTITIES if name != "contact_area_raw")
 
@@ -29,7 +29,7 @@ _NAMES = tuple(name for name in QUANTITIES if name != "contact_area_raw")
 def _surfaces(
     first: Surface, second: Surface, correlation: float, load: float, factor: int, count: int
 ) -> dict[str, np.ndarray]:
-    """Quantities of pairs of surfaces: in the half-space problem only their sum enters."""
+    """Return quantities of pairs of surfaces; in the half-space problem only their sum matters."""
     operator = first.operator(factor)
     independent = np.sqrt(1 - correlation**2)
     rows = []
@@ -38,7 +38,7 @@ def _surfaces(
             first.heights(k, factor),
             second.heights(_SECOND + k, factor),
         )
-        # the second body's own roughness keeps its rms gradient whatever the correlation
+        # keeps the rms gradient of the second body for any correlation
         rows.append(
             press(
                 operator,
@@ -54,7 +54,7 @@ def _surfaces(
 def _lines(
     first: Surface, second: Surface, load: float, count: int, combined: bool
 ) -> dict[str, np.ndarray]:
-    """Quantities of pairs of lines, or of one line whose spectrum is the sum of theirs."""
+    """Return quantities of pairs of lines, or of one line with the sum of their spectra."""
     points = 2 * max(first.points, second.points)
     first_line, second_line = first.line("rings"), second.line("rings")
     if combined:
@@ -88,11 +88,12 @@ def _two_bodies(
     points: float = 64,
     realisations: float = 450,
 ) -> Finding:
-    """Two lines pressed together over one combined line, or over the two surfaces themselves.
+    """Compare two lines in contact with one combined line, or with the two surfaces.
 
     Both bodies have the rms gradient one; `load` is F/(E* A0 h') with h' = sqrt 2, that of their
     sum if they are independent. `correlation` (in [0, 1) or negative, for mating faces) makes the
-    second surface's heights c h1 + sqrt(1 - c^2) h2; lines have random phases and cannot know it.
+    second surface's heights c h1 + sqrt(1 - c^2) h2; lines have random phases, without any
+    correlation.
     """
     one_of("quantity", quantity, *_NAMES)
     one_of("against", against, "combined_line", "surfaces")

@@ -1,4 +1,4 @@
-"""Fig. 19.4: a rigid mass on the springs of its contact, in steps of time, against energy."""
+"""Fig. 19.4: a rigid mass on contact springs by time stepping, compared with energy integrals."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ from reference.dynamics.oscillator import (
     power_backbone,
 )
 
-EXACT = 1e-9  # of the quadratures and of Runge-Kutta's steps
+EXACT = 1e-9  # tolerance of quadratures and Runge-Kutta steps
 MODELS = ("springs", "linear", "second_order")
 # A ball with R = E* = m = 1 under F0 = 1/6: d0 = 1/4, k = 1, w0 = 1.
 _BALL, _LOAD, _STATIC = paraboloid(1.0, 1.0), 1 / 6, 0.25
@@ -32,16 +32,16 @@ _DAMPING, _PERIODS = 0.1, 80
 
 
 def _one_more(effort: str, coarse: int, fine: int) -> tuple[int, int]:
-    """Return numbers of steps, the second four times the first: full runs take more."""
+    """Return numbers of steps by factors of four, more at full effort."""
     steps = fine if effort == "full" else coarse
     return steps, 4 * steps
 
 
 def _free(effort: str, *, deepest: float = 1.5, model: str = "springs") -> Finding:
-    """Frequency of a ball's free vibration whose deepest point is `deepest` times the static one.
+    """Measure a ball's free vibration with deepest point `deepest` times the static penetration.
 
-    Beyond 1.842 the ball leaves the ground. ``"springs"``: half a period of the springs in steps,
-    from the deepest point to the highest; ``"linear"``: the resonance of small vibrations;
+    The ball loses contact beyond 1.842. ``"springs"``: half a period of time stepping, from the
+    deepest point to the highest; ``"linear"``: the resonance of small vibrations;
     ``"second_order"``: its softening with the square of the amplitude (Nayak 1972).
     """
     one_of("model", model, *MODELS)
@@ -68,7 +68,7 @@ def _free(effort: str, *, deepest: float = 1.5, model: str = "springs") -> Findi
 def _to_the_top(
     contact: SpringContact, deepest: float, period: float, steps: int
 ) -> tuple[float, float]:
-    """Return the time from the deepest point to the highest one, and where that is."""
+    """Return the time from the deepest point to the highest one, and its position."""
     step = 0.6 * period / steps
     mass = Mass(1.0, position=deepest * _STATIC)
     run = move(contact, mass, Stepping(step, steps), Push(_LOAD))
@@ -78,9 +78,9 @@ def _to_the_top(
 
 
 def _forced(effort: str, *, push: float = 0.1, model: str = "springs") -> Finding:
-    """Amplitude of a ball's vibration at its contact resonance, 5 % of critical damping.
+    """Measure a ball's amplitude at its contact resonance, with 5 % of critical damping.
 
-    `push`: amplitude of the force over the load. The truth is Runge-Kutta's on the closed form.
+    `push`: amplitude of the force over the load. The reference is Runge-Kutta on the closed form.
     """
     one_of("model", model, "springs", "linear")
     above("push", push, 0)
@@ -121,9 +121,9 @@ def _steady(push: float) -> Forced:
 
 
 def _impact(effort: str, *, exponent: float = 2.0) -> Finding:
-    """Course of an impact of f = r^n on its springs: largest error of the depth, over its largest.
+    """Measure an impact of f = r^n on springs: largest error of depth over the largest depth.
 
-    The truth is Hertz's and Deresiewicz's integral for every n, inverted.
+    The reference is the inverted integral of Hertz and Deresiewicz for every n.
     """
     above("exponent", exponent, 0)
     speed = 0.01
