@@ -204,6 +204,69 @@ def _refine_axis(values: NDArray[np.float64], factor: int, axis: int) -> NDArray
     return np.moveaxis(fine, 0, axis)
 
 
+def highest(height: ArrayLike) -> float:
+    """Highest value of the band-limited function through a periodic map.
+
+    The map's own maximum is lower, by a tenth of the rms height where the shortest wave has two
+    points (H = 0.5). Newton's iterations start from the highest points of a grid twice as fine.
+
+    Examples
+    --------
+    >>> x = (np.arange(8) + 0.3) / 8
+    >>> h = np.cos(2 * np.pi * x)[:, None] + np.cos(2 * np.pi * x)
+    >>> round(highest(h), 12)
+    2.0
+    """
+    height = np.asarray(height, dtype=float)
+    fine = refine(height, 2)
+    nearby = [np.roll(fine, (i, j), (0, 1)) for i in (-1, 0, 1) for j in (-1, 0, 1)]
+    peaks = np.flatnonzero((fine >= np.max(nearby, axis=0)).ravel())
+    starts = peaks[np.argsort(fine.ravel()[peaks])[-_STARTS:]]
+    places = np.column_stack(np.unravel_index(starts, fine.shape)) / fine.shape
+    modes = fft.fft2(height, norm="forward", workers=1)
+    return max(float(fine.max()), *(_climbed(modes, place) for place in places))
+
+
+# The highest points of the finer grid that the function's highest point is looked for from.
+_STARTS = 5
+
+
+def _climbed(modes: NDArray[np.complex128], place: NDArray[np.float64]) -> float:
+    """Value of a function at the stationary point near a place, in shares of the period."""
+    value = -np.inf
+    for _ in range(4):
+        (f, fx, fxx), (g, gy, gyy) = (
+            _waves(n, at) for n, at in zip(modes.shape, place, strict=True)
+        )
+        along = modes @ g
+        here = float((f @ along).real)
+        if here < value:  # a step too far: what was reached before is higher
+            return value
+        value = here
+        slope = np.array([(fx @ along).real, (f @ (modes @ gy)).real])
+        mixed = (fx @ (modes @ gy)).real
+        bend = np.array([[(fxx @ along).real, mixed], [mixed, (f @ (modes @ gyy)).real]])
+        if not np.linalg.det(bend) > 0:
+            return value
+        place = place - np.linalg.solve(bend, slope)
+    return value
+
+
+def _waves(points: int, at: float) -> tuple[NDArray[np.complex128], ...]:
+    """All modes of a real FFT's grid at a place, and their first and second derivatives."""
+    wave = 2 * np.pi * fft.fftfreq(points, 1 / points)
+    values = np.exp(1j * wave * at)
+    first, second = 1j * wave * values, -(wave**2) * values
+    if points % 2 == 0:  # the Nyquist component is split evenly between its two signs
+        half = points // 2
+        values[half], first[half], second[half] = (
+            np.cos(wave[half] * at),
+            -wave[half] * np.sin(wave[half] * at),
+            -(wave[half] ** 2) * np.cos(wave[half] * at),
+        )
+    return values, first, second
+
+
 def rms_gradient_spectral(height: ArrayLike, spacing: Pair) -> float:
     """Root mean square of the full gradient of a periodic map, sqrt(sum |q|^2 |B|^2) over modes.
 

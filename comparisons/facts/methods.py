@@ -66,7 +66,7 @@ BUILT_IN: dict[str, Method] = {
     "closed_form": Method("closed form", preference=0, exact=True),
     "reduced": Method("reduced model", dimension=1),
     "bem_dense": Method("dense BEM", preference=3, grid=True, growth=64.0),
-    "bem_fft": Method("FFT BEM", preference=1, grid=True),
+    "bem_fft": Method("FFT BEM", preference=1, grid=True, growth=4.7),
     "fem": Method("FEM", preference=2, growth=40.0),
     "tamaas": Method("Tamaas", origin="peer", isolated=True),
     "contactmechanics": Method("ContactMechanics", origin="peer", isolated=True),

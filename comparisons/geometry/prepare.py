@@ -14,7 +14,7 @@ from functools import cached_property
 from pathlib import Path
 
 import numpy as np
-from scipy.ndimage import zoom
+from scipy.ndimage import map_coordinates, zoom
 
 from comparisons.geometry.estimates import impact_contacts, largest_contact
 from comparisons.geometry.topography import MapError, read_map
@@ -57,6 +57,11 @@ class IndenterGeometry:
         return ""
 
 
+# The highest points of a measured patch around which the top of its splines is looked for, and how
+# many points around: what lies further away changes a spline by 1e-11.
+_TOPS, _AROUND = 4, 20
+
+
 @dataclass(frozen=True)
 class RoughGeometry:
     """A rough surface: heights (nx, ny) in metres, peaks towards the half-space."""
@@ -72,6 +77,7 @@ class RoughGeometry:
     _grids: dict[tuple[int, int], np.ndarray] = field(
         default_factory=dict, repr=False, compare=False
     )
+    _tops: dict[int, float] = field(default_factory=dict, repr=False, compare=False)
 
     def heights(self, realisation: int, resolution: int) -> np.ndarray:
         """Return the surface with `resolution` points along x.
@@ -101,9 +107,29 @@ class RoughGeometry:
             self._grids[key] = self._make(realisation, resolution)
         return self._grids[key]
 
+    def top(self, realisation: int) -> float:
+        """Return the highest point of the surface, which penetrations are counted from.
+
+        That of the function through the points, not of a grid: grids miss it by different amounts,
+        and penetrations on two of them would differ by that, more than by all else.
+        """
+        if realisation not in self._tops:
+            self._tops[realisation] = self._top(self._native(realisation))
+        return self._tops[realisation]
+
+    def _top(self, native: np.ndarray) -> float:
+        if self.recipe is not None or self.periodic:
+            return surfaces.highest(native)
+        around = np.pad(native, _AROUND, mode="symmetric")
+        highest = np.column_stack(
+            np.unravel_index(np.argsort(native, axis=None)[-_TOPS:], native.shape)
+        )
+        return max(_top_near(around, (int(i), int(j))) for i, j in highest)
+
     def forget(self) -> None:
-        """Drop the cached heights."""
+        """Drop the cached heights and tops."""
         self._grids.clear()
+        self._tops.clear()
 
     def _make(self, realisation: int, resolution: int) -> np.ndarray:
         native = self._native(realisation)
@@ -148,6 +174,14 @@ class RoughGeometry:
 
 
 Geometry = IndenterGeometry | RoughGeometry
+
+
+def _top_near(around: np.ndarray, place: tuple[int, int]) -> float:
+    """Return the highest value of cubic splines a cell around a point of a padded map."""
+    part = around[tuple(slice(k, k + 2 * _AROUND + 1) for k in place)]
+    steps = _AROUND + np.linspace(-1, 1, 19)
+    places = np.stack(np.meshgrid(steps, steps, indexing="ij"))
+    return float(map_coordinates(part, places, order=3, mode="reflect").max())
 
 
 def _spacing(size: tuple[float, float], heights: np.ndarray) -> tuple[float, float]:

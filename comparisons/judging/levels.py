@@ -9,7 +9,7 @@ import numpy as np
 from comparisons.facts.methods import GRID, METHODS
 from comparisons.judging.metrics import sizes_along_path
 from comparisons.judging.multilevel import Estimate, estimate, in_words
-from comparisons.judging.uncertainty import combined, grid_uncertainty
+from comparisons.judging.uncertainty import combined, grid_uncertainty, rough_uncertainty
 from comparisons.tasks.solution import Solution, Solved
 
 Curves = dict[str, np.ndarray]
@@ -125,6 +125,8 @@ class Levels:
         if not curves:
             return np.full(last.converged.shape[1], np.nan)
         series = np.array(list(curves.values()))
+        if last.rough and METHODS[self.method].grid:
+            return rough_uncertainty(np.array(list(curves)), series, name)
         sizes = sizes_along_path(series[-1]) if last.path else None
         return grid_uncertainty(np.array(list(curves)), series, sizes=sizes)
 

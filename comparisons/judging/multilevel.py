@@ -93,12 +93,13 @@ def estimate(values: Sequence[np.ndarray]) -> Estimate:
     ----------
     values : sequence of ndarray, shapes (n_l, k)
         A quantity on each grid, coarse to fine; row i of all of them is the same surface. NaN where
-        a solve was lost: the surface then takes part in no difference that needs it.
+        a solve was lost: the surface then takes part in no difference that needs it. Surfaces that
+        a coarser grid does not have count on no finer one.
 
     Raises
     ------
     ValueError
-        If there is no grid, or a finer grid has more surfaces than a coarser one.
+        If there is no grid.
 
     Examples
     --------
@@ -214,15 +215,15 @@ def within_budget(numbers: np.ndarray, cost: np.ndarray, budget: float) -> np.nd
     return scaled
 
 
-def in_words(numbers: Sequence[int], resolutions: Sequence[int]) -> str:
-    """Return how many surfaces were solved on which grid.
+def in_words(numbers: Sequence[int], resolutions: Sequence[int], noun: str = "surface") -> str:
+    """Return how many surfaces, or lines, were solved on which grid.
 
     >>> in_words([450, 38, 9], [64, 128, 256])
     '450 surfaces at 64, 38 at 128, 9 at 256'
     """
-    first, *finer = [f"{n} at {grid}" for n, grid in zip(numbers, resolutions, strict=True)]
-    plural = "surface" if numbers[0] == 1 else "surfaces"
-    return ", ".join([first.replace(" at", f" {plural} at", 1), *finer])
+    first, *rest = [f"{n} at {grid}" for n, grid in zip(numbers, resolutions, strict=True)]
+    plural = noun if numbers[0] == 1 else f"{noun}s"
+    return ", ".join([first.replace(" at", f" {plural} at", 1), *rest])
 
 
 def _terms(values: Sequence[np.ndarray]) -> list[np.ndarray]:
@@ -230,11 +231,9 @@ def _terms(values: Sequence[np.ndarray]) -> list[np.ndarray]:
     grids = [np.asarray(answers, dtype=float) for answers in values]
     if not grids:
         raise ValueError("a mean needs at least one grid")
-    sizes = [len(answers) for answers in grids]
-    if sizes != sorted(sizes, reverse=True):
-        raise ValueError(f"finer grids have the first surfaces of the coarser ones, not {sizes}")
     terms, below = [], np.zeros_like(grids[0])
-    for grid in grids:
+    for whole in grids:
+        grid = whole[: len(below)]
         terms.append(grid - below[: len(grid)])
         below = np.where(np.isfinite(grid).any(axis=0), grid, below[: len(grid)])
     return terms

@@ -60,4 +60,4 @@ def _over_budget(truth: Truth, budget: float) -> str:
 def _with(planned: MethodPlan, truth: Truth, resolution: int) -> MethodPlan:
     if planned.method != truth.method:
         return planned
-    return replace(planned, resolutions=(*planned.resolutions, resolution))
+    return planned.finer(resolution)

@@ -133,6 +133,9 @@ class Truth:
     def error_sources(self, judged: Levels, resolution: int, name: str, at: str) -> Sources:
         """Return the sources of the bar of a method's error in a quantity at equal `at`.
 
+        Errors are relative to the truth: what is not known of it, or of the method, counts in
+        e = value/truth - 1 times value/truth, five times where a method is wrong by 400 %.
+
         A 3-D method solves some of the truth's surfaces, and only the scatter of the differences on
         these is an uncertainty. A model on a line has lines of its own, and springs whose number
         matters at its finest resolution.
@@ -145,7 +148,10 @@ class Truth:
                 parts[SPRINGS] = np.nan_to_num(judged.discretisation(name), nan=0.0)
         elif not self.exact:
             parts[PAIRS] = judged.apart(name, resolution, self.levels, self.resolution)
-        return parts
+        if self.path:
+            return parts
+        ratio = np.abs(1 + self.errors(judged.curves(resolution), name, at))
+        return {key: part * np.where(np.isfinite(ratio), ratio, 1.0) for key, part in parts.items()}
 
     def known_to(self, name: str) -> float:
         """Return how well a quantity is known: the rms over the loads of its bar; NaN: unknown."""

@@ -120,6 +120,10 @@ class Solver(Generic[G]):
         """Return the resolutions that the scene's tolerance asks for, coarse to fine."""
         raise NotImplementedError
 
+    def block(self, resolution: int) -> int:
+        """Return how many surfaces are one task: few enough to resume, and to bound memory."""
+        return int(max(1, min(25, self.shared_cells / resolution**2)))
+
     def refusal(self, task: Task[G]) -> str:
         """Return why this resolution is out of reach ("" where it is not)."""
         return ""

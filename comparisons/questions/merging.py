@@ -210,7 +210,13 @@ def _method(plans: list[MethodPlan]) -> MethodPlan:
     if not done:
         return next((method for method in plans if method.reason != NOT_ASKED), plans[0])
     levels = tuple(sorted({n for method in done for n in method.resolutions}))
-    return replace(done[0], resolutions=levels)
+    numbers = {
+        level: number
+        for method in done
+        for level, number in zip(method.resolutions, method.numbers, strict=False)
+    }
+    counted = tuple(numbers[level] for level in levels) if set(numbers) == set(levels) else ()
+    return replace(done[0], resolutions=levels, numbers=counted)
 
 
 def _settled(plan: Plan, study: Study) -> Plan:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import Any, Unpack
 
 from comparisons.errors import ResultsError
+from comparisons.judging.ensembles import enlarged
 from comparisons.judging.refinement import refinements
 from comparisons.machine import source_digest
 from comparisons.questions.campaign import Campaign, Options
@@ -28,7 +29,7 @@ from comparisons.solving.answers import solve_job
 from comparisons.solving.compilation import compile_apart
 from comparisons.solving.execution import execute
 from comparisons.solving.inquiries import Inquiry
-from comparisons.solving.jobs import Done
+from comparisons.solving.jobs import Done, Job
 from comparisons.solving.planning import Plan
 from comparisons.tasks.archive import save_solution
 from comparisons.tasks.solution import REALISATIONS, Solution, Solved
@@ -67,19 +68,27 @@ class Study(Campaign[Plan, StudyRecord]):
         self._solutions: dict[str, Solution] = {}
         self._merged: tuple[dict[str, Any], ...] = ()
         self._begun = False
+        # Tasks of all parts that were seen so far, and those of this one.
+        self._asked: set[str] = set()
+        self._own: dict[str, Task] = {}
 
     def inquiries(self) -> dict[str, Inquiry[Plan]]:
         """Return one inquiry per plan; completed plans are refined while others are solved."""
         self._begun = True
-        part_keys = {task.key for task in self._own_tasks()}
-        return {
-            plan.scene.name: self._solved(index, part_keys) for index, plan in enumerate(self.plans)
-        }
+        names = [plan.scene.name for plan in self.plans]
+        return {name: self._solved(index) for index, name in enumerate(names)}
 
-    def _solved(self, index: int, part_keys: set[str]) -> Inquiry[Plan]:
-        """Solve a plan, and at full effort refine its reference."""
+    def _solved(self, index: int) -> Inquiry[Plan]:
+        """Solve a plan: its first surfaces, as many as these ask for, finer grids at full effort.
+
+        Every part of a study solves the first surfaces, so that all choose the same numbers.
+        """
         plan = self.plans[index]
-        yield [solve_job(task, solve_task) for task in plan.tasks if task.key in part_keys]
+        counted = {planned.method for planned in plan.methods if planned.numbers}
+        first = [task for task in plan.tasks if task.method in counted]
+        yield self._jobs(first + self._share([t for t in plan.tasks if t not in first]))
+        self.plans[index] = plan = enlarged(plan, self.solved(plan), self.effort)
+        yield self._jobs(self._share([t for t in plan.tasks if t.key not in self._asked]))
         if self.effort == "quick" or self._is_part:
             return plan
         steps = refinements(plan, self.solved)
@@ -89,8 +98,19 @@ class Study(Campaign[Plan, StudyRecord]):
             except StopIteration as end:
                 self.plans[index] = end.value
                 return self.plans[index]
-            finer = [t for t in self.plans[index].tasks if t.key not in self._solutions]
-            yield [solve_job(task, solve_task) for task in finer]
+            yield self._jobs([t for t in self.plans[index].tasks if t.key not in self._solutions])
+
+    def _share(self, tasks: list[Task]) -> list[Task]:
+        """Return which tasks are this part's; none of the others will be asked for here."""
+        self._asked.update(task.key for task in tasks)
+        number, parts = self.part
+        return tasks[number - 1 :: parts]
+
+    def _jobs(self, tasks: Iterable[Task]) -> list[Job]:
+        jobs = {task.key: task for task in tasks}
+        self._own.update(jobs)
+        self._asked.update(jobs)
+        return [solve_job(task, solve_task) for task in jobs.values()]
 
     def received(self, done: Done) -> None:
         """Register a solution; repeatedly killed tasks have no answer at any step."""
@@ -146,7 +166,8 @@ class Study(Campaign[Plan, StudyRecord]):
     def lost(self) -> list[tuple[Task, str]]:
         """Return the planned solves without a complete answer, with the first reason."""
         missing = []
-        for task in self._own_tasks():
+        everything = {task.key: task for plan in self.plans for task in plan.tasks}
+        for task in (self._own if self._begun else everything).values():
             solution = self._solutions.get(task.key)
             if solution is None:
                 missing.append((task, "not done"))
@@ -172,13 +193,6 @@ class Study(Campaign[Plan, StudyRecord]):
     @property
     def _is_part(self) -> bool:
         return self.part[1] > 1
-
-    def _own_tasks(self) -> Iterator[Task]:
-        """Yield the tasks of this part, in the order of the plan of every scene."""
-        number, parts = self.part
-        for index, task in enumerate(task for plan in self.plans for task in plan.tasks):
-            if index % parts == number - 1:
-                yield task
 
     def _path(self, task: Task) -> Path:
         return self.directory / FIELDS / f"{task.key}.npz"
@@ -209,8 +223,10 @@ def solve_task(task: Task) -> Solution:
     Only fields of the first surface are shown, so those of other blocks are not transferred.
     """
     apart = compile_apart(task)
-    solution = execute(task)
+    # The time of an ensemble is measured on its first surfaces again and again, on the rest once.
+    first = task.realisations[0] == 0
+    solution = execute(task) if first else execute(task, repeats=1)
     solution.compile_seconds += apart
-    if task.realisations[0] > 0:
+    if not first:
         solution.fields.clear()
     return solution

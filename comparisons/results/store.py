@@ -98,8 +98,9 @@ class SceneRecord:
     tolerance : float
         The relative error asked for.
     plan : dict
-        ``methods`` (list of {method, supported, reason, resolutions, modelled}), ``left_out``
-        (list of {what, why}), ``notes`` (list of str); ``switched_on`` (list of {what, how}).
+        ``methods`` (list of {method, supported, reason, resolutions, modelled, numbers}),
+        ``left_out`` (list of {what, why}), ``notes`` (list of str); ``switched_on`` (list of
+        {what, how}).
     reference : dict
         ``method``, ``resolution``, ``text`` (one sentence), ``uncertainty`` ({quantity: relative
         95 % half-width, rms over the load steps, or None where unknown}) and ``bars`` ({quantity

@@ -15,6 +15,7 @@ class _Method(Form):
     reason: str = ""
     resolutions: list[int] = Field(default=[])
     modelled: str = ""
+    numbers: list[int] = Field(default=[])
 
 
 class _LeftOut(Form):

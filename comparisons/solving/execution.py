@@ -147,6 +147,7 @@ def _prepare(task: Task) -> None:
     if isinstance(task.geometry, RoughGeometry) and METHODS[task.method].dimension == 3:
         for realisation in task.realisations:
             task.geometry.heights(realisation, task.resolution)
+            task.geometry.top(realisation)
 
 
 def _first(solve: Callable[[], Solution]) -> tuple[Solution, float, float]:

@@ -15,7 +15,7 @@ from typing import Any, Literal
 import numpy as np
 
 from comparisons.errors import InputError
-from comparisons.facts.methods import METHODS
+from comparisons.facts.methods import GRID, METHODS, MODEL, growth
 from comparisons.geometry.bodies import BodyGeometry, with_body
 from comparisons.geometry.plausibility import scene_notes
 from comparisons.geometry.prepare import Geometry, IndenterGeometry, RoughGeometry, prepare
@@ -34,9 +34,11 @@ from comparisons.tasks.task import Task
 Effort = Literal["quick", "full"]
 Crop = tuple[int, int, int, int]
 QUICK_REALISATIONS = 10
-# Realisations of one task: small enough to resume and to bound memory, large enough to share
-# the set-up of an operator.
-BLOCK = 25
+# Surfaces on each grid, coarse to fine, that a plan begins with: their scatter says how many are
+# needed (`judging.ensembles`). Of large surfaces, on which a solve costs more than DEAR of those on
+# 64 x 64 points, as few as tell a scatter.
+PILOTS, FEW_PILOTS = (50, 20, 10, 3), (8, 4, 3)
+DEAR = 20.0
 PATCH_POINTS = 16
 # Bytes below which the plan does not mention memory.
 WORTH_SAYING = 5e7
@@ -46,13 +48,25 @@ EXACT = (1,)
 
 @dataclass(frozen=True)
 class MethodPlan:
-    """The plan of one method for a scene, or the reason for a refusal."""
+    """The plan of one method for a scene, or the reason for a refusal.
+
+    Attributes
+    ----------
+    numbers : tuple of int
+        Surfaces or lines at each resolution, not increasing; empty: `Plan.realisations`.
+    """
 
     method: str
     supported: bool
     reason: str
     resolutions: tuple[int, ...] = ()
     modelled: str = ""
+    numbers: tuple[int, ...] = ()
+
+    def finer(self, resolution: int) -> MethodPlan:
+        """Return it with one more resolution, on as many surfaces as the finest one so far."""
+        numbers = (*self.numbers, self.numbers[-1]) if self.numbers else ()
+        return replace(self, resolutions=(*self.resolutions, resolution), numbers=numbers)
 
 
 @dataclass(frozen=True)
@@ -107,12 +121,20 @@ class Plan:
 
     def blocks(self, method: str, resolution: int = 1) -> list[tuple[int, ...]]:
         """Return the realisations of a method in blocks of one task each, smaller on fine grids."""
-        count = realisation_count(self.scene, method, self.realisations)
-        solver = solver_for(method, self.scene)
-        most = Solver.shared_cells if isinstance(solver, Refusal) else solver.shared_cells
-        shared = most / resolution**2
-        size = int(max(1, min(BLOCK, shared)))
+        count, size = self.number(method, resolution), self.block(method, resolution)
         return [tuple(range(k, min(k + size, count))) for k in range(0, count, size)]
+
+    def number(self, method: str, resolution: int) -> int:
+        """Return how many surfaces or lines a method solves at a resolution."""
+        for planned in self.methods:
+            if planned.method == method and planned.numbers and resolution in planned.resolutions:
+                return planned.numbers[planned.resolutions.index(resolution)]
+        return realisation_count(self.scene, method, self.realisations)
+
+    def block(self, method: str, resolution: int) -> int:
+        """Return how many surfaces or lines are one task: the same whatever their number."""
+        solver = solver_for(method, self.scene)
+        return 1 if isinstance(solver, Refusal) else solver.block(resolution)
 
     def document(self) -> dict[str, Any]:
         """Return the plan as plain data for study.json."""
@@ -124,6 +146,7 @@ class Plan:
                     "reason": m.reason,
                     "resolutions": list(m.resolutions),
                     "modelled": m.modelled,
+                    "numbers": list(m.numbers),
                 }
                 for m in self.methods
             ],
@@ -198,7 +221,8 @@ def realisation_count(scene: Scene, method: str, limit: int) -> int:
         return 1
     if isinstance(scene.surface, MeasuredMap) and METHODS[method].dimension == 3:
         return 1
-    return min(scene.surface.realisations, limit)
+    # What is compared surface by surface needs few of them: differences scatter little.
+    return min(scene.surface.realisations, limit if scene.physics else QUICK_REALISATIONS)
 
 
 def plan_from(scene: Scene, document: Mapping[str, Any], effort: Effort) -> Plan:
@@ -211,7 +235,7 @@ def plan_from(scene: Scene, document: Mapping[str, Any], effort: Effort) -> Plan
     """
     try:
         methods = tuple(
-            MethodPlan(**method | {"resolutions": tuple(method["resolutions"])})
+            MethodPlan(**method | {key: tuple(method[key]) for key in ("resolutions", "numbers")})
             for method in document["methods"]
         )
         omitted = tuple((entry["what"], entry["why"]) for entry in document["left_out"])
@@ -256,7 +280,7 @@ def _plan(scene: Scene, effort: Effort) -> Plan:
         else []
     )
     notes += scene_notes(scene, geometry)
-    if realisations < total:
+    if scene.physics and realisations < total:
         notes.append(f"quick: {realisations} of {total} realisations (--full runs all of them)")
     if scene.counter_body is not None:
         notes.append("both bodies are elastic: their compliances 1/E* add")
@@ -306,10 +330,39 @@ def _plan_method(draft: Plan, name: str) -> MethodPlan:
         return MethodPlan(name, False, dropped[0].partition(": ")[2])
     reason = solver.note if not dropped else "left out " + "; ".join(dropped)
     modelled = solver.model(draft.geometry)
-    need = max(solver.memory(_first_task(draft, name, n)) for n in feasible)
+    need = max(solver.memory(_first_task(draft, solver, n)) for n in feasible)
     if need > WORTH_SAYING:
         modelled += f"; about {need / 1e9:.1f} GB of memory"
-    return MethodPlan(name, True, reason, feasible, modelled)
+    return MethodPlan(name, True, reason, feasible, modelled, pilots(solver, feasible))
+
+
+def pilots(solver: Solver[Any], resolutions: tuple[int, ...]) -> tuple[int, ...]:
+    """Return how many surfaces or lines are solved before their scatter is known, whole tasks.
+
+    Empty where the number is not a matter of scatter: single contacts, single surfaces, physics
+    with ensembles of their own, methods that are compared with the leading grid in pairs.
+    """
+    scene, surface = solver.scene, solver.scene.surface
+    if surface is None or scene.physics or solver.name not in (GRID, MODEL):
+        return ()
+    blocks = [solver.block(n) for n in resolutions]
+    if solver.name == MODEL:
+        return tuple(blocks)
+    if isinstance(surface, MeasuredMap) or surface.realisations == 1:
+        return ()
+    dear = surface_cost(GRID, max(surface.points)) > DEAR
+    first = FEW_PILOTS if dear else PILOTS
+    numbers = (*first, *(first[-1:] * len(blocks)))
+    whole = (-(-n // block) * block for n, block in zip(numbers, blocks, strict=False))
+    return tuple(min(n, surface.realisations) for n in whole)
+
+
+def surface_cost(method: str, resolution: int) -> float:
+    """Return the cost of a surface, in solves of 64 x 64 points; measured once (`facts`).
+
+    Times measured in a run would give other numbers of surfaces, and other digits, in the next.
+    """
+    return float(growth(method) ** np.log2(resolution / 64))
 
 
 def single_resolution(planned: tuple[int, ...], geometry: Geometry) -> int:
@@ -321,8 +374,12 @@ def single_resolution(planned: tuple[int, ...], geometry: Geometry) -> int:
     return planned[0] if synthetic else planned[-1]
 
 
-def _first_task(draft: Plan, name: str, resolution: int) -> Task:
-    return task_of(draft, name, resolution, draft.blocks(name, resolution)[0])
+def _first_task(draft: Plan, solver: Solver[Any], resolution: int) -> Task:
+    """Return a whole task of a method: as many surfaces or lines as it holds at once."""
+    first = pilots(solver, (resolution,))
+    count = first[0] if first else realisation_count(draft.scene, solver.name, draft.realisations)
+    block = tuple(range(min(count, solver.block(resolution))))
+    return task_of(draft, solver.name, resolution, block)
 
 
 def refusal(draft: Plan, name: str, resolution: int) -> str:
@@ -339,7 +396,7 @@ def _refusal(draft: Plan, name: str, solver: Solver[Any], resolution: int) -> st
         problem = _grid_problem(geometry, resolution)
         if problem:
             return problem
-    task = _first_task(draft, name, resolution)
+    task = _first_task(draft, solver, resolution)
     try:
         refused = solver.refusal(task)
     except (ValueError, ArithmeticError) as error:

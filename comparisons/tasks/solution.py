@@ -10,6 +10,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import ArrayLike
 
+from comparisons.geometry.prepare import RoughGeometry
 from comparisons.reasons import one_line
 from comparisons.tasks.shown_loads import Fields, shown_steps
 from comparisons.tasks.task import Task
@@ -54,6 +55,9 @@ class Solution:
     path : bool
         Steps follow each other along a path or in time: errors and bars are then relative to the
         largest value along it, because single values pass zero.
+    rough : bool
+        A rough surface without physics: differences between grids scatter from surface to surface,
+        and converge with orders that were measured.
     step_fields : dict
         Load step -> function that returns the pressure of realisation 0 at it, for the steps of
         `shown_loads.shown_steps`; not part of the solve.
@@ -77,6 +81,7 @@ class Solution:
     truncation: float = 0.0
     exact: tuple[str, ...] = ()
     path: bool = False
+    rough: bool = False
     step_fields: dict[int, Callable[[], Fields]] = field(default_factory=dict)
     body_fields: Callable[[], Fields] | None = None
     seconds: float = float("nan")
@@ -95,6 +100,7 @@ class Solution:
             violation=np.full(task.shape, np.nan),
             unknowns=unknowns,
             path=task.loads.is_path,
+            rough=isinstance(task.geometry, RoughGeometry) and not task.scene.physics,
         )
 
     @classmethod

@@ -121,8 +121,8 @@ def run(
     option
         METHOD.KEY=VALUE, an option of a method; may be repeated.
     full
-        Solve every realisation and refine the reference to a fifth of the tolerance; --quick: at
-        most 10 realisations.
+        Refine the reference to a fifth of the tolerance, on as many surfaces as that needs;
+        --quick: no refinement, fewer surfaces.
     plan
         Print what would be modelled, what is left out and why, without solving.
     out

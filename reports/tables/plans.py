@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from comparisons import formatting as fmt
+from comparisons.judging.ensembles import ensemble_text
 from comparisons.results import selection
 from comparisons.results.store import SceneRecord
 from comparisons.solving.planning import Plan
@@ -20,6 +21,9 @@ def plan(planned: Plan) -> Table:
         levels = ", ".join(str(n) for n in method.resolutions) if method.supported else fmt.MISSING
         left_out = f" [{method.reason}]" if method.reason.startswith("left out") else ""
         modelled = method.modelled + left_out if method.supported else f"not run: {method.reason}"
+        ensemble = ensemble_text(method.method, method.numbers, method.resolutions)
+        if ensemble:
+            modelled += f"; to begin with, {ensemble}"
         rows.append((cells.method(method.method, method.method), levels, modelled))
     title = f"{planned.scene.heading} ({planned.scene.name})"
     return table(("method", "resolutions", "plan"), rows, title=title)
@@ -38,8 +42,13 @@ def plan_rows(scene: SceneRecord) -> list[dict[str, Any]]:
                 "method": method,
                 "label": look(method).label,
                 "supported": method not in refused,
-                "text": refused.get(method) or str(item.get("modelled") or ""),
+                "text": refused.get(method) or _modelled(method, item),
                 "resolutions": ", ".join(fmt.count(level) for level in levels),
             }
         )
     return rows
+
+
+def _modelled(method: str, item: dict[str, Any]) -> str:
+    ensemble = ensemble_text(method, item.get("numbers", []), item.get("resolutions", []))
+    return "; ".join(filter(None, [str(item.get("modelled") or ""), ensemble]))

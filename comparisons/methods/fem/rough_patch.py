@@ -66,7 +66,7 @@ class FemPatch(FemSolver[RoughGeometry]):
         loads: np.ndarray,
     ) -> Iterator[Step]:
         heights = task.geometry.heights(realisation, task.resolution)
-        gap = np.ravel(heights.max() - heights)
+        gap = np.ravel(max(task.geometry.top(realisation), heights.max()) - heights)
         for contact in self.press(task, body, gap, loads):
             mean_gap = float(np.mean(gap + contact.displacement) - contact.penetration)
             mean_plane = contact.penetration - float(gap.mean())

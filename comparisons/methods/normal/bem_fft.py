@@ -43,8 +43,9 @@ class BemFft(GridSolver[Operator]):
             finest = max(finest, 128)
         return finest // 4, finest // 2, finest
 
-    # 25 grids of 256 x 256; finer ones take seconds each, beside which a set-up is nothing.
-    shared_cells = 25 * 256**2
+    # 25 grids of 64 x 64, 5 of 256 x 256: finer ones take seconds each, beside which a set-up is
+    # nothing, and few of them are needed.
+    shared_cells = 5 * 256**2
 
     def memory(self, task: Task) -> float:
         """Bytes of the arrays and transforms of one grid."""

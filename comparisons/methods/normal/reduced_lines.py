@@ -62,6 +62,11 @@ class ReducedLines(Solver[RoughGeometry]):
         n = max(geometry.points)
         return (n, 2 * n, 4 * n)
 
+    def block(self, resolution: int) -> int:
+        """Return how many lines are one task: a million points."""
+        points = self.options.line_points or 2 * resolution * self.options.line_length
+        return int(np.clip(1_000_000 // points, 1, 1000))
+
     def refusal(self, task: Task[RoughGeometry]) -> str:
         """Refuse lines too coarse for their own shortest wave."""
         waves = highest_mode(task.geometry, self.options)

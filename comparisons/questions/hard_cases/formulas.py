@@ -77,7 +77,7 @@ class ClosedGap(Table):
         assert isinstance(geometry, RoughGeometry)
         heights = geometry.heights(0, geometry.points[0])
         steps = np.ones(len(plan.loads.values))
-        depth = float(heights.max() - heights.mean())
+        depth = geometry.top(0) - float(heights.mean())
         return {"penetration": depth * steps, "contact_area": geometry.area * steps}
 
 

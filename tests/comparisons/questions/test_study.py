@@ -49,11 +49,11 @@ def interrupt_after(monkeypatch, number):
     """Let a keyboard interrupt fall into the solve after `number` whole ones."""
     done = []
 
-    def stop(task):
+    def stop(task, **how):
         if len(done) == number:
             raise KeyboardInterrupt
         done.append(task)
-        return execute(task)
+        return execute(task, **how)
 
     monkeypatch.setattr(study_module, "execute", stop)
 
@@ -270,7 +270,7 @@ def test_an_interrupt_before_the_first_solve_leaves_a_readable_folder(ball, tmp_
 
 def test_an_interrupted_block_of_realisations_is_not_half_a_mean(rough, tmp_path, monkeypatch):
     """Two blocks of 25; with one of them, no mean of the ensemble is shown."""
-    many = rough(realisations=30, compare={"methods": ["reduced"], "resolutions": [64]})
+    many = rough(realisations=30, compare={"methods": ["bem_fft"], "resolutions": [16]})
     plans = plan_scene(many, "full")
     assert len(plans[0].tasks) == 2
     interrupt_after(monkeypatch, 1)

@@ -14,7 +14,6 @@ from comparisons.methods.registry import solver_of
 from comparisons.scene.scene import SceneError, load_scene
 from comparisons.solving.execution import execute
 from comparisons.solving.planning import (
-    BLOCK,
     PATCH_POINTS,
     QUICK_REALISATIONS,
     plan_scene,
@@ -143,9 +142,9 @@ def test_what_needs_too_much_memory_is_left_out_before_any_is_taken(scene, rough
 
 
 def test_memory_is_that_of_a_whole_block_of_realisations(rough, monkeypatch):
-    """25 lines are held at once: a task of one line would fit where the block does not."""
-    lines = rough(realisations=BLOCK, compare={"resolutions": [2**16]})
-    task = task_of(plan_scene(lines)[0], "reduced", 2**16, tuple(range(BLOCK)))
+    """7 lines of 2^17 points are held at once: one would fit where the block does not."""
+    lines = rough(compare={"resolutions": [2**16]})
+    task = task_of(plan_scene(lines)[0], "reduced", 2**16, tuple(range(7)))
     need = solver_of(task).memory(task)
     monkeypatch.setattr(psutil, "virtual_memory", lambda: SimpleNamespace(available=need))
     found = planned(lines, "reduced", "full")
@@ -190,10 +189,10 @@ def test_pressures_are_computed_only_if_asked_for(scene):
 
 
 def test_notes_on_the_half_space_and_on_realisations(rough):
-    many = rough(realisations=QUICK_REALISATIONS + 30)
-    (quick, *_), (full, *_) = plan_scene(many), plan_scene(many, "full")
+    sliding = load_scene("friction-rough")
+    (quick, *_), (full, *_) = plan_scene(sliding), plan_scene(sliding, "full")
     assert quick.realisations == QUICK_REALISATIONS
-    assert full.realisations == QUICK_REALISATIONS + 30
+    assert full.realisations == sliding.surface.realisations
     assert any("--full" in note for note in quick.notes)
     assert not any("--full" in note for note in full.notes)
     only_modulus = load_scene("rough-free")
@@ -203,18 +202,25 @@ def test_notes_on_the_half_space_and_on_realisations(rough):
 # --- tasks ----------------------------------------------------------------------------------
 
 
-def test_realisations_are_dealt_in_blocks_that_cover_them_once(rough):
-    (plan, *_) = plan_scene(rough(realisations=2 * BLOCK + 3), "full")
-    for method in ("reduced", "bem_fft"):
-        blocks = plan.blocks(method)
-        assert [k for block in blocks for k in block] == list(range(2 * BLOCK + 3))
-        assert max(len(block) for block in blocks) == BLOCK
+def test_first_surfaces_are_whole_tasks_that_cover_them_once(rough):
+    """Fifty at the surface's own points, fewer on finer grids; never more than the scene allows."""
+    (plan, *_) = plan_scene(rough(realisations=1000))
+    (grid,) = (each for each in plan.methods if each.method == "bem_fft")
+    assert grid.numbers == (50, 25, 25)
+    for resolution, number in zip(grid.resolutions, grid.numbers, strict=True):
+        blocks = plan.blocks("bem_fft", resolution)
+        assert [k for block in blocks for k in block] == list(range(number))
+        assert {len(block) for block in blocks} == {25}
+    (few, *_) = plan_scene(rough(realisations=30))
+    assert [len(block) for block in few.blocks("bem_fft", grid.resolutions[0])] == [25, 5]
 
 
-def test_on_a_map_only_lines_are_drawn(map_scene):
-    (plan, *_) = plan_scene(map_scene(realisations=30), "full")
-    assert sum(len(block) for block in plan.blocks("reduced")) == 30
-    assert plan.blocks("bem_fft") == [(0,)]
+def test_lines_are_as_many_as_one_task_holds_whatever_the_surfaces(rough, map_scene):
+    for scene in (rough(realisations=1), rough(realisations=1000), map_scene(realisations=30)):
+        (plan, *_) = plan_scene(scene)
+        (lines,) = (each for each in plan.methods if each.method == "reduced")
+        assert set(lines.numbers) == {1000}
+    assert plan.blocks("bem_fft", plan.geometry.points[0]) == [(0,)]
 
 
 def test_keys_tell_different_tasks_apart_and_equal_ones_not(scene, rough):
@@ -276,8 +282,8 @@ def test_length_and_points_of_a_line_are_what_the_options_say(rough):
 def test_streams_do_not_depend_on_the_blocks(rough, method):
     """Thirty realisations in blocks or one by one, bit for bit the same."""
     made = rough(realisations=30, points=8)
-    (plan, *_) = plan_scene(made, "full")
-    blocks = [plan.blocks(method), [(k,) for k in range(30)]]
+    (plan, *_) = plan_scene(made)
+    blocks = [[tuple(range(25)), tuple(range(25, 30))], [(k,) for k in range(30)]]
     together, singly = (
         np.concatenate(
             [
