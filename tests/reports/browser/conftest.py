@@ -8,6 +8,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from functools import partial
+from itertools import count
 from pathlib import Path
 
 import pytest
@@ -17,6 +18,7 @@ FLAGS += ["--enable-unsafe-swiftshader"]  # WebGL in software
 PATIENCE = 30.0  # seconds; a loaded machine is slow
 NAMES = ("chromium", "chromium-browser", "google-chrome")
 DESKTOP, PHONE = (1280, 800), (390, 844)
+COLOUR_RULES = ["color-contrast", "link-in-text-block"]  # of axe-core: all that a scheme can change
 
 
 @pytest.fixture(scope="session")
@@ -39,6 +41,7 @@ class Visit:
     page: object
     requests: list[str] = field(default_factory=list)
     complaints: list[str] = field(default_factory=list)
+    links: Iterator[int] = field(default_factory=count)
 
     def wait(self, condition: str) -> None:
         """Wait until an expression is true (the page's policy forbids playwright's own way)."""
@@ -46,6 +49,20 @@ class Visit:
         while not self.page.evaluate(condition):
             assert time.monotonic() < end, f"never came true: {condition}"
             time.sleep(0.02)
+
+    def follow(self, fragment: str) -> None:
+        """Follow a link to the same page: what was chosen before is forgotten."""
+        self.requests.clear()
+        self.complaints.clear()
+        fragment += ("&" if "?" in fragment else "?") + f"link={next(self.links)}"
+        self.page.evaluate("scrollTo({ top: 0, behavior: 'instant' })")
+        self.page.evaluate(
+            "fragment => new Promise(followed => {"
+            " addEventListener('hashchange', () => followed(), { once: true });"
+            " location.hash = fragment; })",
+            fragment,
+        )
+        self.settled()
 
     def settled(self) -> None:
         """Wait until all that is in sight is drawn."""
@@ -108,18 +125,50 @@ def visit(browser, report):
     return partial(visited, browser, report)
 
 
+@pytest.fixture(scope="module")
+def window(browser, report):
+    """Open the module's `report` once: a page takes seconds until its program runs."""
+    with visited(browser, report) as seen:
+        yield seen
+
+
+@pytest.fixture
+def followed(window):
+    """Follow a link in the window of the module; take `visit` for what a newcomer sees."""
+
+    def follow(fragment: str = "") -> Visit:
+        window.follow(fragment)
+        return window
+
+    return follow
+
+
 @pytest.fixture
 def serious_faults():
     """Return a function from a page to what is wrong for readers with disabilities."""
     return _serious_faults
 
 
-def _serious_faults(page) -> list[str]:
-    """Return what axe-core finds at least serious, a line for each rule and place."""
+@pytest.fixture
+def faults_in_the_dark():
+    """Return the same in dark colours; what does not hang on colours is not looked at again."""
+
+    def faults(page) -> list[str]:
+        page.emulate_media(color_scheme="dark")
+        return _serious_faults(page, COLOUR_RULES)
+
+    return faults
+
+
+def _serious_faults(page, rules: list[str] | None = None) -> list[str]:
+    """Return what axe-core finds at least serious, a line for each place and rule (default all)."""
     axe = pytest.importorskip("axe_playwright_python.sync_playwright")
     # What is drawn inside a plot is one image to a reader of the screen.
     context = {"exclude": [[".svg-container"]]}
-    found = axe.Axe().run(page, context=context).response["violations"]
+    options = {"resultTypes": ["violations"]}
+    if rules:
+        options["runOnly"] = {"type": "rule", "values": rules}
+    found = axe.Axe().run(page, context=context, options=options).response["violations"]
     return [
         f"{each['id']} ({each['impact']}): {node['html'][:160]}"
         for each in found

@@ -53,7 +53,7 @@ def test_the_summary_is_read_on_a_phone(visit):
                 assert row.locator(f"td[data-label='{cell}']").is_visible()
 
 
-def test_all_is_drawn_without_request_complaint_or_fault(visit, serious_faults):
+def test_all_is_drawn_without_request_complaint_or_fault(visit, serious_faults, faults_in_the_dark):
     with visit() as seen:
         seen.draw_all()
         page = seen.page
@@ -61,8 +61,7 @@ def test_all_is_drawn_without_request_complaint_or_fault(visit, serious_faults):
         assert canvases.count() > 100
         assert page.locator("[data-figure] .main-svg").count() >= canvases.count()
         assert serious_faults(page) == []
-        page.emulate_media(color_scheme="dark")
-        assert serious_faults(page) == []
+        assert faults_in_the_dark(page) == []
         assert seen.requests == []
         assert seen.complaints == []
 

@@ -50,7 +50,9 @@ def test_the_summary_stands_on_the_first_screen(visit, size):
 
 
 @pytest.mark.parametrize("size", [DESKTOP, pytest.param(PHONE, marks=pytest.mark.slow)])
-def test_all_is_drawn_without_request_complaint_or_fault(visit, serious_faults, size):
+def test_all_is_drawn_without_request_complaint_or_fault(
+    visit, serious_faults, faults_in_the_dark, size
+):
     """Every plot, nothing from the network, a silent console; axe-core content in both colours.
 
     Wide tables scroll in boxes of their own, never the page.
@@ -64,8 +66,7 @@ def test_all_is_drawn_without_request_complaint_or_fault(visit, serious_faults, 
         assert page.evaluate("document.documentElement.scrollWidth") <= size[0]
         assert serious_faults(page) == []
         if size == DESKTOP:
-            page.emulate_media(color_scheme="dark")
-            assert serious_faults(page) == []
+            assert faults_in_the_dark(page) == []
         assert seen.requests == []
         assert seen.complaints == []
 
@@ -75,48 +76,49 @@ def column(page, table, number):
     return [row.locator("td, th").nth(number).inner_text().strip() for row in cells]
 
 
-def test_tables_are_filtered_and_sorted_and_the_link_keeps_it(visit):
-    """State round trip: what one reader chose, another sees through the address."""
+def test_tables_are_filtered_and_sorted_and_the_link_keeps_it(followed, visit):
+    """State round trip: what one reader chose, another who comes anew sees through the address."""
     table = "scene-1-settings"
-    with visit() as seen:
-        page = seen.page
-        tools = page.locator(".table-tools", has=page.get_by_label("Filter rows: Cost and errors"))
-        box = tools.first.locator("input")
-        box.fill("bem")
-        assert set(column(page, table, 0)) == {"dense BEM", "FFT BEM"}
-        assert tools.first.locator(".count").inner_text() == "6 of 13 rows"
-        page.locator(f"#{table} thead button", has_text="N").first.click()
-        levels = [int(text) for text in column(page, table, 1)]
-        assert levels == sorted(levels)
-        page.locator(f"#{table} thead button", has_text="N").first.click()
-        levels = [int(text) for text in column(page, table, 1)]
-        assert levels == sorted(levels, reverse=True)
-        fragment = page.evaluate("location.hash")
-        before = column(page, table, 0), column(page, table, 1)
-    with visit(fragment=fragment) as seen:
+    seen = followed()
+    page = seen.page
+    tools = page.locator(".table-tools", has=page.get_by_label("Filter rows: Cost and errors"))
+    box = tools.first.locator("input")
+    box.fill("bem")
+    assert set(column(page, table, 0)) == {"dense BEM", "FFT BEM"}
+    assert tools.first.locator(".count").inner_text() == "6 of 13 rows"
+    page.locator(f"#{table} thead button", has_text="N").first.click()
+    levels = [int(text) for text in column(page, table, 1)]
+    assert levels == sorted(levels)
+    page.locator(f"#{table} thead button", has_text="N").first.click()
+    levels = [int(text) for text in column(page, table, 1)]
+    assert levels == sorted(levels, reverse=True)
+    fragment = page.evaluate("location.hash")
+    before = column(page, table, 0), column(page, table, 1)
+    with visit(fragment=f"{fragment}&load.scene-1=1") as seen:
         page = seen.page
         assert (column(page, table, 0), column(page, table, 1)) == before
+        assert page.locator("#scene-1 .load-slider input").first.input_value() == "1"
         head = page.locator(f"#{table} th[aria-sort]")
         assert head.get_attribute("aria-sort") == "descending"
         # The link leads to the scene that it was made in.
         assert abs(box_of(page, "#scene-1")["y"]) < 40
 
 
-def test_scene_and_quantity_are_chosen_and_linked(visit):
-    with visit() as seen:
-        page = seen.page
-        page.locator("select[name=scene]").select_option("scene-2")
-        page.locator("select[name=quantity]").select_option("contact_area")
-        assert not page.locator("#scene-1").is_visible()
-        fragment = page.evaluate("location.hash")
+def test_scene_and_quantity_are_chosen_and_linked(followed):
+    page = followed().page
+    page.locator("select[name=scene]").select_option("scene-2")
+    page.locator("select[name=quantity]").select_option("contact_area")
+    assert not page.locator("#scene-1").is_visible()
+    fragment = page.evaluate("location.hash")
     assert "scene=scene-2" in fragment
-    with visit(fragment=fragment) as seen:
-        page = seen.page
-        assert page.locator("select[name=scene]").input_value() == "scene-2"
-        shown = page.locator("figure[data-quantity]:visible")
-        assert shown.count() > 1
-        names = shown.evaluate_all("all => all.map(each => each.dataset.quantity)")
-        assert set(names) == {"contact_area"}
+    followed()
+    assert page.locator("#scene-1").is_visible()
+    followed(fragment)
+    assert page.locator("select[name=scene]").input_value() == "scene-2"
+    shown = page.locator("figure[data-quantity]:visible")
+    assert shown.count() > 1
+    names = shown.evaluate_all("all => all.map(each => each.dataset.quantity)")
+    assert set(names) == {"contact_area"}
 
 
 def test_a_hostile_address_changes_nothing(visit):
@@ -136,39 +138,40 @@ def sum_of_y(page, key):
     )
 
 
-def test_the_slider_moves_pressure_and_model_by_arrow_keys(visit):
+def test_the_slider_moves_pressure_and_model_by_arrow_keys(followed):
     """Hertz: the pressure's integral along r goes with a p0, with the depth d: d1/d6 = 1/10."""
-    with visit(fragment="#scene-1-pressure") as seen:
-        page = seen.page
-        slider = page.locator("#scene-1 .figure-group .load-slider input").first
-        last = sum_of_y(page, "scene-1-pressure-radial")
-        slider.focus()
-        for _ in range(5):
-            page.keyboard.press("ArrowLeft")
-        seen.settled()
-        assert slider.input_value() == "0"
-        assert slider.get_attribute("aria-valuetext") == (
-            "penetration depth 1.00\u202fµm (load 1 of 6)"
-        )
-        first = sum_of_y(page, "scene-1-pressure-radial")
-        assert first / last == pytest.approx(0.1, rel=0.1)
-        # The slider above the model's picture moves along: one load for the whole scene.
-        twin = page.locator("#scene-1 .picture-group .load-slider input").first
-        assert twin.input_value() == "0"
-        fragment = page.evaluate("location.hash")
-        assert "load.scene-1=0" in fragment
-    with visit(fragment=fragment) as seen:
-        page = seen.page
-        page.locator("[data-figure=scene-1-pressure-radial]").scroll_into_view_if_needed()
-        seen.settled()
-        assert sum_of_y(page, "scene-1-pressure-radial") == pytest.approx(first)
+    seen = followed("#scene-1-pressure")
+    page = seen.page
+    slider = page.locator("#scene-1 .figure-group .load-slider input").first
+    last = sum_of_y(page, "scene-1-pressure-radial")
+    slider.focus()
+    for _ in range(5):
+        page.keyboard.press("ArrowLeft")
+    seen.settled()
+    assert slider.input_value() == "0"
+    assert slider.get_attribute("aria-valuetext") == (
+        "penetration depth 1.00\u202fµm (load 1 of 6)"
+    )
+    first = sum_of_y(page, "scene-1-pressure-radial")
+    assert first / last == pytest.approx(0.1, rel=0.1)
+    # The slider above the model's picture moves along: one load for the whole scene.
+    twin = page.locator("#scene-1 .picture-group .load-slider input").first
+    assert twin.input_value() == "0"
+    fragment = page.evaluate("location.hash")
+    assert "load.scene-1=0" in fragment
+    followed("#scene-1-pressure")
+    assert sum_of_y(page, "scene-1-pressure-radial") == pytest.approx(last)
+    followed(fragment)
+    page.locator("[data-figure=scene-1-pressure-radial]").scroll_into_view_if_needed()
+    seen.settled()
+    assert sum_of_y(page, "scene-1-pressure-radial") == pytest.approx(first)
 
 
-def test_plots_are_saved_as_svg_and_png(visit, tmp_path):
-    with visit(fragment="#scene-1-curves") as seen:
-        drawing = seen.save("#scene-1 .figure-tools button:has-text('SVG')", tmp_path)
-        picture = seen.save("#scene-1 .figure-tools button:has-text('PNG')", tmp_path)
-        assert seen.complaints == []
+def test_plots_are_saved_as_svg_and_png(followed, tmp_path):
+    seen = followed("#scene-1-curves")
+    drawing = seen.save("#scene-1 .figure-tools button:has-text('SVG')", tmp_path)
+    picture = seen.save("#scene-1 .figure-tools button:has-text('PNG')", tmp_path)
+    assert seen.complaints == []
     root = ElementTree.fromstring(drawing.read_text(encoding="utf-8"))
     assert root.tag == "{http://www.w3.org/2000/svg}svg"
     text = " ".join(root.itertext())
@@ -179,13 +182,11 @@ def test_plots_are_saved_as_svg_and_png(visit, tmp_path):
     assert struct.unpack(">II", content[16:24]) == (1440, 960)
 
 
-def test_tables_are_saved_as_they_are_shown_with_every_digit(visit, study, tmp_path):
+def test_tables_are_saved_as_they_are_shown_with_every_digit(followed, study, tmp_path):
     """Filtered and sorted rows, numbers as stored, bars in columns of their own."""
-    with visit(
-        fragment="#scene-1?filter.scene-1-settings=reduced&sort.scene-1-settings=1d"
-    ) as seen:
-        name = "CSV of: Cost and errors of every setting"
-        path = seen.save(f"#scene-1 .table-tools button[aria-label='{name}']", tmp_path)
+    seen = followed("#scene-1?filter.scene-1-settings=reduced&sort.scene-1-settings=1d")
+    name = "CSV of: Cost and errors of every setting"
+    path = seen.save(f"#scene-1 .table-tools button[aria-label='{name}']", tmp_path)
     rows = list(csv.DictReader(io.StringIO(path.read_text(encoding="utf-8-sig"))))
     assert [row["N"] for row in rows] == ["40", "20", "10"]
     measures = study.scenes[0].measures
@@ -197,57 +198,57 @@ def test_tables_are_saved_as_they_are_shown_with_every_digit(visit, study, tmp_p
     assert "uncertainty of error of force" in rows[0]
 
 
-def test_text_of_strangers_is_no_formula_in_a_spreadsheet(visit, tmp_path):
-    with visit() as seen:
-        page = seen.page
-        page.evaluate("document.querySelector('#scene-1-plan-table tbody td').textContent = '=1+1'")
-        path = seen.save("#scene-1 button[aria-label='CSV of: Plan']", tmp_path)
+def test_text_of_strangers_is_no_formula_in_a_spreadsheet(followed, tmp_path):
+    seen = followed()
+    page = seen.page
+    page.evaluate("document.querySelector('#scene-1-plan-table tbody td').textContent = '=1+1'")
+    path = seen.save("#scene-1 button[aria-label='CSV of: Plan']", tmp_path)
     assert "'=1+1" in path.read_text(encoding="utf-8-sig")
 
 
-def test_a_view_turns_by_its_keys_and_only_one_is_live(visit):
-    with visit(fragment="#scene-1-picture") as seen:
-        page = seen.page
-        toggles = page.get_by_role("button", name="Rotate")
-        if not toggles.count():
-            pytest.skip("this browser has no WebGL")
-        assert toggles.count() == 2
-        toggles.first.click()
-        canvas = page.locator("[data-figure=scene-1-picture-view]")
-        live = "document.querySelector('[data-figure=scene-1-picture-view]')._fullLayout"
-        seen.wait(f"Boolean({live}?.scene?._scene)")
-        eye = f"{live}.scene._scene.getCamera().eye.x"
-        before = page.evaluate(eye)
-        canvas.press("ArrowRight")
-        seen.wait(f"Math.abs({eye} - {before}) > 0.05")
-        page.get_by_role("button", name="Rotate").last.click()
-        assert not canvas.is_visible()
-        assert page.locator("[data-figure=scene-2-picture-view]").is_visible()
-        # Drawing in software makes Chromium warn of slow reading; errors it must not report.
-        assert [text for text in seen.complaints if text.startswith("error")] == []
+def test_a_view_turns_by_its_keys_and_only_one_is_live(followed):
+    seen = followed("#scene-1-picture")
+    page = seen.page
+    toggles = page.get_by_role("button", name="Rotate")
+    if not toggles.count():
+        pytest.skip("this browser has no WebGL")
+    assert toggles.count() == 2
+    toggles.first.click()
+    canvas = page.locator("[data-figure=scene-1-picture-view]")
+    live = "document.querySelector('[data-figure=scene-1-picture-view]')._fullLayout"
+    seen.wait(f"Boolean({live}?.scene?._scene)")
+    eye = f"{live}.scene._scene.getCamera().eye.x"
+    before = page.evaluate(eye)
+    canvas.press("ArrowRight")
+    seen.wait(f"Math.abs({eye} - {before}) > 0.05")
+    page.get_by_role("button", name="Rotate").last.click()
+    assert not canvas.is_visible()
+    assert page.locator("[data-figure=scene-2-picture-view]").is_visible()
+    # Drawing in software makes Chromium warn of slow reading; errors it must not report.
+    assert [text for text in seen.complaints if text.startswith("error")] == []
 
 
-def test_the_keyboard_reaches_every_control(visit):
+def test_the_keyboard_reaches_every_control(followed):
     """By Tab alone: filter, CSV, headers, choices, slider, downloads, in the order of the page."""
-    with visit() as seen:
-        page = seen.page
-        reached = []
-        for _ in range(200):
-            page.keyboard.press("Tab")
-            reached.append(
-                page.evaluate(
-                    "(e => e.getAttribute('aria-label') || e.name || e.textContent)"
-                    "(document.activeElement)"
-                )
+    page = followed().page
+    page.locator("h1").click()  # from where Tab goes on
+    reached = []
+    for _ in range(200):
+        page.keyboard.press("Tab")
+        reached.append(
+            page.evaluate(
+                "(e => e.getAttribute('aria-label') || e.name || e.textContent)"
+                "(document.activeElement)"
             )
-            if any("SVG of:" in text for text in reached):
-                break
-        text = "\n".join(reached)
-        order = ["CSV of: Summary", "\nscene\n", "\nquantity\n", "SVG of:"]
-        places = [text.index(part) for part in order]
-        assert places == sorted(places)
-        slider = page.locator("#scene-1 .load-slider input").first
-        assert slider.evaluate("e => e.tabIndex") == 0
+        )
+        if any("SVG of:" in text for text in reached):
+            break
+    text = "\n".join(reached)
+    order = ["CSV of: Summary", "\nscene\n", "\nquantity\n", "SVG of:"]
+    places = [text.index(part) for part in order]
+    assert places == sorted(places)
+    slider = page.locator("#scene-1 .load-slider input").first
+    assert slider.evaluate("e => e.tabIndex") == 0
 
 
 def test_paper_gets_light_plots_and_no_controls(visit, tmp_path):
