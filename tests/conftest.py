@@ -9,12 +9,22 @@ import pytest
 from comparisons.facts.methods import METHODS
 from comparisons.methods.registry import SOLVERS
 from comparisons.methods.user.external import VARIABLE
+from comparisons.solving import execution
 
 
 @pytest.fixture(autouse=True)
 def _width(monkeypatch):
     """Print as wide as a terminal is by default, wherever the tests themselves run."""
     monkeypatch.setenv("COLUMNS", "80")
+
+
+@pytest.fixture(autouse=True)
+def _solve_once(monkeypatch):
+    """Solve once what a study solves three times for the median of its times: no test reads them.
+
+    tests/comparisons/solving/test_execution.py does, and sets its own number.
+    """
+    monkeypatch.setattr(execution, "REPEATS", 1)
 
 
 @pytest.fixture

@@ -9,7 +9,7 @@ from typing import Any
 
 from comparisons.errors import LostWorkError, ResultsError
 from comparisons.methods.registry import solver_of
-from comparisons.solving.execution import REPEATS, execute
+from comparisons.solving.execution import execute
 from comparisons.solving.forecast import Kind
 from comparisons.solving.jobs import Archive, Done, Job
 from comparisons.solving.planning import Plan
@@ -105,7 +105,7 @@ def value_of(done: Done) -> Any:
     return done.value
 
 
-def solve_plan(plan: Plan, repeats: int = REPEATS) -> Solved:
+def solve_plan(plan: Plan, repeats: int | None = None) -> Solved:
     """Solve every method and resolution of a plan here; blocks of realisations are joined.
 
     Nothing raises for physics: a step without an answer is NaN, with its reason.
@@ -113,7 +113,7 @@ def solve_plan(plan: Plan, repeats: int = REPEATS) -> Solved:
     Parameters
     ----------
     plan : Plan
-    repeats : int
+    repeats : int, optional
         Of short solves, for their times; one is enough where times do not matter.
 
     Examples
@@ -128,6 +128,6 @@ def solve_plan(plan: Plan, repeats: int = REPEATS) -> Solved:
     return {setting: solve_blocks(tasks, repeats) for setting, tasks in plan.settings.items()}
 
 
-def solve_blocks(tasks: Sequence[Task], repeats: int = REPEATS) -> Solution:
+def solve_blocks(tasks: Sequence[Task], repeats: int | None = None) -> Solution:
     """Solve the blocks of realisations of one method at one resolution as one solution."""
     return Solution.concat([execute(task, repeats) for task in tasks], axis=REALISATIONS)

@@ -39,16 +39,17 @@ _STATUS = Path("/proc/self/status")
 _compiled: dict[tuple[object, ...], float] = {}
 
 
-def execute(task: Task, repeats: int = REPEATS) -> Solution:
+def execute(task: Task, repeats: int | None = None) -> Solution:
     """Solve a task on one thread, with its times and its peak memory.
 
-    The time is the median of repeats on warm code, until `repeats` or one second; compilation is
-    counted apart. Memory is the rise of the process's peak during the first solve (Linux; NaN
-    elsewhere). A method that works in a process of its own measures all that there.
+    The time is the median of repeats on warm code, until `repeats` (default REPEATS) or one second;
+    compilation is counted apart. Memory is the rise of the process's peak during the first solve
+    (Linux; NaN elsewhere). A method that works in a process of its own measures all that there.
 
     A method that raises anything but a keyboard interrupt costs only its own rows: every step is
     marked as failed with the reason. So is a step that comes back with NaN or inf.
     """
+    most = REPEATS if repeats is None else repeats
     try:
         solver = solver_of(task)
         if METHODS[task.method].isolated:
@@ -62,7 +63,7 @@ def execute(task: Task, repeats: int = REPEATS) -> Solution:
             solution, seconds, memory = _first(lambda: _solve(solver, task))
             times, setups = [seconds], [solution.setup_seconds]
             answered = solution.converged.any()
-            while answered and len(times) < repeats and sum(times) < REPEAT_SECONDS:
+            while answered and len(times) < most and sum(times) < REPEAT_SECONDS:
                 start = time.perf_counter()
                 again = _solve(solver, task)
                 times.append(time.perf_counter() - start)

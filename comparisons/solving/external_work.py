@@ -49,14 +49,14 @@ def plan(source: str, name: str, scene: Scene) -> dict[str, Any]:
     }
 
 
-def solve(source: str, name: str, task: Task, repeats: int) -> dict[str, Any]:
+def solve(source: str, name: str, task: Task) -> dict[str, Any]:
     """Return the solution of a task, with its times taken here, on warm code."""
     method = _method(source, name)
     registry.add_class(method)
     refused = registry.solver_of(task).refusal(task)
     if refused:
         raise ValueError(refused)
-    return arrays_of(execute(task, repeats))
+    return arrays_of(execute(task))
 
 
 def _method(source: str, name: str) -> type[Solver[Any]]:

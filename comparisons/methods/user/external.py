@@ -159,7 +159,7 @@ class UserSolver(Solver[Geometry]):
 
     def solve(self, task: Task) -> Solution:
         """Solve in the method's own process, and check what comes back."""
-        outcome = self._method.ask("solve", task, 3, seconds=self._method.origin.seconds)
+        outcome = self._method.ask("solve", task, seconds=self._method.origin.seconds)
         if not outcome.ok:
             return Solution.lost(task, _failure(outcome))
         try:

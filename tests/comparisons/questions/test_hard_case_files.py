@@ -323,8 +323,7 @@ def test_a_tip_has_the_radius_that_is_said(heights):
     np.testing.assert_array_equal(tip, tip[::-1, ::-1].T)
 
 
-def test_a_case_of_a_file_is_run_like_the_built_in_ones(cases, monkeypatch):
-    monkeypatch.setattr("comparisons.solving.execution.REPEATS", 1)
+def test_a_case_of_a_file_is_run_like_the_built_in_ones(cases):
     (outcome,) = run_case(cases(DEEP)["deep"], ["reduced"])
     assert (outcome.kind, outcome.deviation) == ("accurate", "")
 
