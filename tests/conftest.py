@@ -18,13 +18,15 @@ def _width(monkeypatch):
     monkeypatch.setenv("COLUMNS", "80")
 
 
-@pytest.fixture(autouse=True)
-def _solve_once(monkeypatch):
+@pytest.fixture(autouse=True, scope="session")
+def _solve_once():
     """Solve once what a study solves three times for the median of its times: no test reads them.
 
     tests/comparisons/solving/test_execution.py does, and sets its own number.
     """
-    monkeypatch.setattr(execution, "REPEATS", 1)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(execution, "REPEATS", 1)
+        yield
 
 
 @pytest.fixture
