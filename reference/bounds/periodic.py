@@ -12,10 +12,9 @@ all its aliases. *Below*: for any displacement v of mean zero
     Pi >= -<v, K^-1 v>/2 + P A0 min (v + g)
 
 (Fenchel's inequality, as <p, v + g> >= P A0 min (v + g)). Here v is a trigonometric polynomial, so
-its energy is a sum over modes, and the minimum is bounded on small squares: value, slopes and
-curvatures at their middles, third derivatives by samples of twice the density that their degree
-asks for (Ehlich & Zeller 1964). The polynomial comes from a body that is raised wherever it would
-fall short, so that little is lost to the minimum.
+its energy is a sum over modes, and its minimum is bounded everywhere (`least_on_cells`). The
+polynomial comes from a body that is raised wherever it would fall short, so that little is lost to
+the minimum.
 """
 
 from __future__ import annotations
@@ -28,6 +27,7 @@ from scipy import fft as transforms
 
 from reference.bounds.heights import Waves
 from reference.bounds.interval import EPSILON, Interval
+from reference.bounds.polynomials import least_on_cells
 from reference.halfspace import Contact, PeriodicOperator, fft
 from reference.halfspace.kernels import cell_energies, wavenumbers
 from reference.halfspace.solution import Press
@@ -35,11 +35,10 @@ from reference.loads import Load
 
 Array = NDArray[np.float64]
 
-_SQUARES = ((-0.25, -0.25), (-0.25, 0.25), (0.25, -0.25), (0.25, 0.25))
 _ROUNDS = 4
 # Steps of the mean pressure, relative to it, of the penetration's two difference quotients: their
-# errors, of second and of first order, against the width of the energies over the step.
-_STEPS = 0.1, 0.045
+# errors, both of second order, against the width of the energies over the step.
+_STEPS = 0.1, 0.12
 
 
 class PeriodicSurface:
@@ -78,15 +77,19 @@ class PeriodicSurface:
     def penetration(self, mean_pressure: float, effective_modulus: float) -> Interval:
         """Penetration at a mean pressure.
 
-        It grows with the pressure, so it is not above its mean over [P, P + h], which is a
-        difference quotient of Pi. The contact area grows, too (Barber 1974), and the stiffness
-        with it, so the penetration is concave and not below its mean over [P - h, P + h].
+        It grows with the pressure, and so does the contact area (Barber 1974) and with it the
+        stiffness; so the penetration d is concave. It is not below its mean over [P - h, P + h],
+        and not above what its means M1 over [P, P + h] and M2 over [P + h, P + 2 h] extrapolate,
+        (3 M1 - M2)/2: that holds for constants and for min(P, c) with any c, of which all growing
+        concave functions consist. The means are difference quotients of Pi.
         """
         _check(mean_pressure, effective_modulus)
         P = mean_pressure / effective_modulus
-        less, more, beyond = P * (1 - _STEPS[0]), P * (1 + _STEPS[0]), P * (1 + _STEPS[1])
+        less, more = P * (1 - _STEPS[0]), P * (1 + _STEPS[0])
         lower = (self._below(more) - self._above(less)) / (more - less)
-        upper = (self._above(beyond) - self._below(P)) / (beyond - P)
+        step = _STEPS[1] * P
+        at_once, beyond = self._below(P), self._below(P + 2 * step)
+        upper = (2 * self._above(P + step) - 1.5 * at_once - 0.5 * beyond) / step
         return Interval(lower * (1 - 8 * EPSILON), upper * (1 + 8 * EPSILON))
 
     def _press(self, gap: Array) -> Press:
@@ -136,11 +139,10 @@ class PeriodicSurface:
             gap = self.gap - raised
             contact = fft.solve(self._press(gap), Load("force", P * self.area))
             modes = transforms.rfft2(contact.displacement, norm="forward")
-            least = self.least_sum(modes)
+            least = self.least_sum(modes, contact.pressure)
             best = max(best, self.bound_of(modes, float(least.min()), P))
             # where the sum is least, and by how much below its mean under the pressure
-            level = (least * contact.pressure).sum() / contact.pressure.sum()
-            raised += np.maximum(level - least, 0.0)
+            raised += np.maximum(_mean_under(contact.pressure, least) - least, 0.0)
         return best
 
     def bound_of(self, modes: NDArray[np.complex128], least: float, P: float) -> float:
@@ -150,44 +152,21 @@ class PeriodicSurface:
         noise = 64 * EPSILON * math.log2(self.grid[0] * self.grid[1])
         return float(P * least - stored * (1 + noise) - noise * P * np.ptp(self.gap))
 
-    def least_sum(self, modes: NDArray[np.complex128]) -> Array:
+    def least_sum(self, modes: NDArray[np.complex128], pressure: Array) -> Array:
         """Lower bound of v + g on each cell, v the polynomial with the given modes.
 
-        The modes at half the sampling frequency must be zero; they are set to zero here.
+        The modes at half the sampling frequency must be zero; they are set to zero here. The bound
+        is sharp where v + g lies below its mean under a pressure.
         """
         _drop_half(modes, self.grid)
         total = modes - transforms.rfft2(self.top - self.gap, norm="forward")
-        half = tuple(0.25 * step for step in self.spacing)
-        least = np.full(self.grid, math.inf)
-        third = np.zeros(4)
-        for shift in _SQUARES:
-            at = {order: self._derivative(total, order, shift) for order in _ORDERS}
-            bend = 0.5 * np.minimum(at[2, 0], 0.0) * half[0] ** 2
-            bend += 0.5 * np.minimum(at[0, 2], 0.0) * half[1] ** 2
-            bend -= np.abs(at[1, 1]) * half[0] * half[1]
-            sway = np.abs(at[1, 0]) * half[0] + np.abs(at[0, 1]) * half[1]
-            least = np.minimum(least, at[0, 0] - sway + bend)
-            third = np.maximum(third, [np.abs(at[o]).max() for o in _ORDERS if sum(o) == 3])
-        # samples twice as dense as the degree asks for: 1/cos(pi/4) in each direction
-        weights = (
-            half[0] ** 3,
-            3 * half[0] ** 2 * half[1],
-            3 * half[0] * half[1] ** 2,
-            half[1] ** 3,
-        )
-        rest = 2 * float(third @ weights) / 6
-        return self.top + least - rest - 64 * EPSILON * np.ptp(self.gap)
-
-    def _derivative(
-        self, modes: NDArray[np.complex128], order: tuple[int, int], shift: tuple[float, float]
-    ) -> Array:
-        qx, qy = wavenumbers(self.grid, self.spacing)
-        x = (1j * qx) ** order[0] * np.exp(1j * qx * self.spacing[0] * shift[0])
-        y = (1j * qy) ** order[1] * np.exp(1j * qy * self.spacing[1] * shift[1])
-        return transforms.irfft2(modes * x * y, self.grid, norm="forward")
+        ceiling = _mean_under(pressure, transforms.irfft2(total, self.grid, norm="forward"))
+        least = least_on_cells(total, self.spacing, self.grid, ceiling)
+        return self.top + least - 64 * EPSILON * np.ptp(self.gap)
 
 
-_ORDERS = tuple((m, n) for m in range(4) for n in range(4) if m + n <= 3)
+def _mean_under(pressure: Array, field: Array) -> float:
+    return float((field * pressure).sum() / pressure.sum())
 
 
 def _drop_half(modes: NDArray[np.complex128], grid: tuple[int, int]) -> None:

@@ -9,6 +9,7 @@ from reference import closed_form, surfaces
 from reference.bounds.heights import Waves
 from reference.bounds.patches import Patch
 from reference.bounds.periodic import PeriodicSurface
+from reference.bounds.polynomials import least_on_cells
 from reference.bounds.potentials import GridPotential
 from reference.halfspace.kernels import cell_energies, love, periodic
 
@@ -120,6 +121,48 @@ def test_westergaards_wave_is_enclosed(share):
     assert exact in stored
     assert stored.width < 2e-2
     assert float(wave.penetration(mean)) in surface.penetration(mean, 1.0)
+
+
+def _sine_waves(points, rng):
+    """Modes of a random trigonometric polynomial, none at half the sampling frequency."""
+    modes = np.fft.rfft2(rng.standard_normal((points, points)), norm="forward")
+    modes[points // 2] = modes[:, points // 2] = 0.0
+    return modes
+
+
+def test_a_trigonometric_polynomial_is_nowhere_below_the_bounds_of_its_cells():
+    # waves down to two cells, the hardest there are: sampled 16 times finer none goes below
+    rng = np.random.default_rng(5)
+    points, finer = 12, 16
+    modes = _sine_waves(points, rng)
+    padded = np.zeros((finer * points, finer * points // 2 + 1), dtype=complex)
+    padded[: points // 2, : points // 2 + 1] = modes[: points // 2]
+    padded[-points // 2 :, : points // 2 + 1] = modes[points // 2 :]
+    fine = np.fft.irfft2(padded, norm="forward")
+    # cells lie about the points: roll half a cell so that their samples are neighbours
+    moved = np.roll(fine, (finer // 2, finer // 2), axis=(0, 1))
+    sampled = moved.reshape(points, finer, points, finer).min(axis=(1, 3))
+    size = np.abs(fine).max()
+    for ceiling in (-np.inf, np.inf):
+        bound = least_on_cells(modes, (0.3, 0.3), (points, points), ceiling)
+        assert (bound <= sampled).all()
+    # the sharp one is close to the least sample, although a cell is half of the shortest wave
+    assert (bound > sampled - 0.15 * size).all()
+
+
+def test_a_minimum_that_is_only_sampled_proves_a_falsehood():
+    # the displacement that meets the body in the middles of the cells falls short between them;
+    # with the least of its samples the formula exceeds the exact energy, with the bound it does not
+    wave = closed_form.westergaard(0.01, 1.0, 1.0)
+    mean = 0.1 * wave.full_contact_pressure
+    exact = wave.full_contact_pressure * 0.01 * 0.1**2 * (0.75 - 0.5 * np.log(0.1))
+    surface = PeriodicSurface(_wave(8), (1.0, 0.5), 4)
+    contact = surface.on_grid(mean)
+    modes = np.fft.rfft2(contact.displacement, norm="forward")
+    proved = surface.least_sum(modes, contact.pressure).min()
+    sampled = (np.fft.irfft2(modes, surface.grid, norm="forward") + surface.gap).min()
+    assert surface.bound_of(modes, float(sampled), mean) > exact
+    assert surface.bound_of(modes, float(proved), mean) < exact
 
 
 def test_bounds_of_the_energy_converge_with_the_cells():
