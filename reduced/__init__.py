@@ -2,17 +2,17 @@
 
 - `profiles`: three-dimensional shapes as equivalent one-dimensional profiles (exact transform,
   Gaussian radius, equal area, and the chapter's half-radius rule as printed);
-- `springs`: a single contact, all loads at once (`indent`); the pressure that its springs stand
-  for, exact and as printed (`stress`);
-- `rough`: spectra of surfaces and lines and the rules from one to the other, rough lines on springs
+- `springs`: a single contact, all loads at once (`indent`); the pressure from the spring forces,
+  exact and as printed (`stress`);
+- `rough`: spectra of surfaces and lines and the rules between them, rough lines on springs
   (`press`), the contacts of one line (`regions`), many realisations (`ensemble`), section 19.7
   from a map to its contact (`procedure`);
-- `friction`: springs that stick and slip, on loading and on any path;
+- `friction`: springs with stick and slip, for loading and for any path;
 - `adhesion`: the edge-stretch rule along a path, with snap-in, pull-off and losses;
 - `memory`: materials (Kelvin-Voigt, Maxwell, standard solid, Prony series), any history of depth or
   force on their springs, impacts;
-- `rubber`: a rough line that slides over them, steady, in time, and as printed;
+- `rubber`: a rough line sliding over viscoelastic springs: steady state, in time, and as printed;
 - `motion`: the continuous friction law (19.1), a rigid mass on a contact (Fig. 19.4).
 
-Arrays and numbers in consistent units go in and come out; nothing here knows of files or scenes.
+Inputs and outputs are arrays and numbers in consistent units; the package uses no files or scenes.
 """

@@ -1,4 +1,4 @@
-"""Checks of arguments, shared by the package: every check lists what is wrong, in words."""
+"""Checks of arguments, shared by the package; every check returns a list of error messages."""
 
 from __future__ import annotations
 
@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 
 def positive_faults(**values: object) -> list[str]:
-    """Name the values that are not finite, positive numbers.
+    """Return a message for every value that is not finite and positive.
 
     Examples
     --------
@@ -25,7 +25,7 @@ def positive_faults(**values: object) -> list[str]:
 
 
 def nonnegative_faults(**values: object) -> list[str]:
-    """Name the values that are not finite numbers of at least zero.
+    """Return a message for every value that is not finite and >= 0.
 
     Examples
     --------
@@ -40,7 +40,7 @@ def nonnegative_faults(**values: object) -> list[str]:
 
 
 def finite_faults(**values: object) -> list[str]:
-    """Name the values that are not finite numbers.
+    """Return a message for every value that is not finite.
 
     Examples
     --------
@@ -55,7 +55,7 @@ def finite_faults(**values: object) -> list[str]:
 
 
 def increasing_faults(**lists: ArrayLike) -> list[str]:
-    """Name the lists that are not finite, positive and strictly increasing.
+    """Return a message for every list that is not finite, positive and strictly increasing.
 
     Examples
     --------
@@ -73,13 +73,13 @@ def increasing_faults(**lists: ArrayLike) -> list[str]:
 
 
 def poisson_faults(poisson_ratio: object) -> list[str]:
-    """Say so if a Poisson's ratio is not that of a stable isotropic solid."""
+    """Return a message if Poisson's ratio is not that of a stable isotropic solid."""
     good = _is_number(poisson_ratio) and -1 < poisson_ratio <= 0.5
     return [] if good else [f"poisson_ratio must lie in (-1, 0.5], got {poisson_ratio!r}"]
 
 
 def count_faults(least: int = 1, **values: object) -> list[str]:
-    """Name the values that are not whole numbers of at least `least`.
+    """Return a message for every value that is not an integer >= `least`.
 
     Examples
     --------
@@ -94,7 +94,7 @@ def count_faults(least: int = 1, **values: object) -> list[str]:
 
 
 def choice_faults(name: str, value: object, choices: Collection[str]) -> list[str]:
-    """Say so if a value is none of the known ones.
+    """Return a message if a value is not among the choices.
 
     Examples
     --------
@@ -106,7 +106,7 @@ def choice_faults(name: str, value: object, choices: Collection[str]) -> list[st
 
 
 def refuse(wrong: list[str]) -> None:
-    """Raise one ValueError for everything wrong, if anything is."""
+    """Raise one ValueError with all messages, if there are any."""
     if wrong:
         raise ValueError("; ".join(wrong))
 

@@ -1,4 +1,4 @@
-"""What is prescribed to a contact: a path of values, or loads that increase."""
+"""Prescribed loads of a contact: a path of values, or increasing loads."""
 
 from __future__ import annotations
 
@@ -15,19 +15,19 @@ EDGES = ("sub_cell", "nodal")
 
 @dataclass(frozen=True, eq=False, init=False)
 class LoadPath:
-    """Values that one prescribed quantity passes in order, of any sign.
+    """Successive values of one prescribed quantity, of any sign.
 
     Parameters
     ----------
     control : str
-        What is prescribed: ``"penetration"``, ``"force"``, ``"tangential_displacement"``, ...
+        The prescribed quantity: ``"penetration"``, ``"force"``, ``"tangential_displacement"``, ...
     values : array_like, shape (k,)
-        Finite; a number is a path of one point.
+        Finite values; a number is a path of one point.
 
     Raises
     ------
     ValueError
-        If the values are no list of finite numbers.
+        If the values are not a list of finite numbers.
 
     Examples
     --------
@@ -44,7 +44,7 @@ class LoadPath:
         refuse(self._faults(values))
 
     def one_of(self, *controls: str) -> str:
-        """Return what is prescribed, or refuse it if it is none of these."""
+        """Return the control, or raise an error if it is not among these."""
         refuse(choice_faults("control", self.control, controls))
         return self.control
 
@@ -57,12 +57,12 @@ class LoadPath:
 
 
 class Load(LoadPath):
-    """Loads of a contact that is pressed on: positive, strictly increasing.
+    """Increasing loads of a contact: positive, strictly increasing.
 
     Parameters
     ----------
     control : {"penetration", "force", "mean_gap"}
-        What is prescribed; a single contact has no mean gap.
+        The prescribed quantity; a single contact has no mean gap.
     values : array_like, shape (k,)
 
     Raises
@@ -77,7 +77,7 @@ class Load(LoadPath):
     """
 
     def single(self) -> float:
-        """Return the value of a load that stays, of which there is one."""
+        """Return the value of a constant load; raise an error if there are several."""
         if self.values.size != 1:
             raise ValueError(f"{self.control} must be one value, got {self.values}")
         return float(self.values[0])

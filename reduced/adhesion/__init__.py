@@ -1,1 +1,1 @@
-"""Springs whose edges hold (Hess' rule)."""
+"""Adhesive springs (Hess' rule)."""

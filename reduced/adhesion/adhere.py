@@ -1,9 +1,9 @@
 """Adhesive contact on springs: the edge-stretch rule along a path of loads, with its jumps.
 
-The outermost springs hold to the stretch l(a) = sqrt(2 pi a w/E*) (Hess 2011; Popov & Hess 2015,
-ch. 4): with the exact equivalent profile this is the theory of Johnson, Kendall & Roberts (1971)
-for every axisymmetric body with a compact contact, and for the flat punch Kendall's (1971). The
-rule stands for adhesion of a short range; nothing acts across a gap.
+The outermost springs adhere up to the stretch l(a) = sqrt(2 pi a w/E*) (Hess 2011; Popov & Hess
+2015, ch. 4): with the exact equivalent profile this is the theory of Johnson, Kendall & Roberts
+(1971) for every axisymmetric body with a compact contact, and for the flat punch Kendall's (1971).
+The rule describes short-range adhesion; nothing acts across a gap.
 """
 
 from __future__ import annotations
@@ -28,12 +28,12 @@ class Adhesion:
     Attributes
     ----------
     penetration, force, contact_radius, elastic_energy : ndarray
-        d, F, a and the energy of the springs; F < 0 pulls. Energy U - pi w a^2 is the free one.
+        d, F, a and the energy of the springs; F < 0 pulls. The free energy is U - pi w a^2.
     dissipated : ndarray
         Energy lost in all jumps so far.
     holds : ndarray of bool
-        False where nothing can be in equilibrium with the load: a pulling force after pull-off.
-        Force and penetration are zero there.
+        False if no equilibrium with the load exists: a tensile force after pull-off. Force and
+        penetration are then zero.
     events : tuple of Event
         In the order of the path.
     spacing : float
@@ -51,24 +51,24 @@ class Adhesion:
 
 
 def adhere(springs: Springs, work: float, path: LoadPath) -> Adhesion:
-    """Lead an adhesive body along a path of penetrations or forces, starting out of contact.
+    """Solve an adhesive contact along a path of penetrations or forces, starting out of contact.
 
     Springs of stiffness E* dx stand at x = +-(i + offset) dx; between them the profile is the
     monotone cubic of `springs.indent.indent`, and the contact ends at any a between springs where
 
         d = g(a) - l(a),   l = sqrt(2 pi a w/E*),   F = 2 E* int_0^a (d - g(x)) dx.
 
-    The contact grows where its edge is stretched less than l(a), shrinks where more, and jumps
-    where that equilibrium ends: at the extremes of d(a) under penetration control, of F(a) under
-    force control. First touch is at d = 0, F = 0. On the cubics these are found to rounding, so
-    that the error of events is that of the cubics: zero for parabola, cone, cubic and flat punch,
-    dx^4 for other smooth profiles.
+    The contact grows if the stretch at its edge is below l(a), shrinks if it is above, and jumps
+    where this equilibrium ends: at the extrema of d(a) under penetration control, of F(a) under
+    force control. First touch is at d = 0, F = 0. The extrema of the cubics are computed to
+    rounding, so that the error of events is that of the cubics: zero for parabola, cone, cubic and
+    flat punch, dx^4 for other smooth profiles.
 
     Parameters
     ----------
     springs : Springs
-        The profile, and the springs under it, with ``edges="sub_cell"``; `per_radius` counts at the
-        largest contact of the path.
+        The profile and its springs, with ``edges="sub_cell"``; `per_radius` refers to the largest
+        contact of the path.
     work : float
         Work of adhesion w per area, energy/length^2.
     path : LoadPath
@@ -81,7 +81,7 @@ def adhere(springs: Springs, work: float, path: LoadPath) -> Adhesion:
     Raises
     ------
     ValueError
-        Listing every argument that is wrong.
+        Lists all invalid arguments.
     ConvergenceError
         If the profile is not monotone.
 
@@ -103,12 +103,12 @@ def adhere(springs: Springs, work: float, path: LoadPath) -> Adhesion:
 
 
 def pull_off(springs: Springs, work: float, control: str = "force") -> Event:
-    """Draw a body off that was laid down at zero load: the last event of the way.
+    """Return the pull-off event of a body placed on the surface at zero load.
 
     Parameters
     ----------
     springs, work
-        As for `adhere`; `per_radius` counts at the contact radius under zero load.
+        As for `adhere`; `per_radius` refers to the contact radius at zero load.
     control : {"force", "penetration"}
         What is prescribed.
 
@@ -124,9 +124,9 @@ def pull_off(springs: Springs, work: float, control: str = "force") -> Event:
 
 
 def _body(springs: Springs, work: float, control: str) -> Body:
-    """Return what is pressed on, or one ValueError for everything wrong."""
+    """Return the body, or raise one ValueError for all invalid arguments."""
     wrong = positive_faults(work=work) + choice_faults("control", control, tuple(_CONTROLS))
     if springs.edges != "sub_cell":
-        wrong.append(f"edges must be 'sub_cell' where springs adhere, got {springs.edges!r}")
+        wrong.append(f"edges must be 'sub_cell' for adhesive springs, got {springs.edges!r}")
     refuse(wrong)
     return Body(springs.profile, springs.effective_modulus, work, _CONTROLS[control])

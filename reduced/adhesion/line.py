@@ -1,16 +1,16 @@
-"""An adhesive half line: monotone pieces of its load over its contact radius, and the way along it.
+"""An adhesive half line: monotone pieces of load over contact radius, and motion along them.
 
-Springs out to a are held; the outermost lets go at the stretch l(a) = sqrt(t a), t = 2 pi w/E*.
+Springs up to a adhere; the outermost detaches at the stretch l(a) = sqrt(t a), t = 2 pi w/E*.
 With G(a) = int_0^a g dx the contact is in equilibrium at
 
     d = g(a) - l(a)             (penetration control),
     F/(2 E*) = a d - G(a)       (force control),
 
-and grows where the load given is larger than this *characteristic load* of its radius, shrinks
-where it is smaller: for both controls the derivative of the free energy, E* (d - g)^2 - 2 pi w a,
-has that sign. Folds of the characteristic are where a g'(a)^2 = t/4 and 9 t/4. On cubics both they
-and the extremes of a g'^2 between them are found to rounding, so that the half line falls into
-pieces on which the characteristic is monotone; nothing can hide between springs.
+and grows if the given load is above this *characteristic load* of its radius, shrinks if it is
+below: for both controls the derivative of the free energy, E* (d - g)^2 - 2 pi w a, has that sign.
+Folds of the characteristic are where a g'(a)^2 = t/4 and 9 t/4. On cubics the folds and the extrema
+of a g'^2 between them are computed to rounding, which divides the half line into pieces with
+monotone characteristic; no event between springs is missed.
 """
 
 from __future__ import annotations
@@ -35,10 +35,10 @@ _EPSILON = float(np.finfo(float).eps)
 
 
 class Pieces(NamedTuple):
-    """Stretches of a half line on which the characteristic load is monotone, from the axis out.
+    """Pieces of a half line with monotone characteristic load, from the axis outwards.
 
-    `cell`, `begin`, `stop` (n,): the cubic each lies on, and its ends there, in [0, 1]; `radius`,
-    `load` (n + 1,): contact radius and characteristic load at their ends.
+    `cell`, `begin`, `stop` (n,): the cubic of every piece, and its ends on the cubic in [0, 1];
+    `radius`, `load` (n + 1,): contact radius and characteristic load at the ends.
     """
 
     cell: np.ndarray
@@ -49,10 +49,10 @@ class Pieces(NamedTuple):
 
 
 def half_line(profile: Profile, spacing: float, offset: float, largest: float) -> Half:
-    """Springs at (i + offset) dx out to some beyond `largest`; the other half is its mirror image.
+    """Return springs at (i + offset) dx to beyond `largest`; the other half is the mirror image.
 
-    Behind the tip and every breakpoint b the profile may rise as a broken power of x - b, which
-    cubics hold badly where folds are sought: knots at b + 4 dx/2^(k/2) are added there.
+    Beyond the tip and every breakpoint b the profile may rise as a fractional power of x - b, which
+    cubics approximate poorly near folds: knots at b + 4 dx/2^(k/2) are added there.
     """
     steps = 4 * spacing * 0.5 ** (np.arange(_GRADES) / 2)
     marks = np.array([0.0, *(b for b in profile.breakpoints if b < largest)])
@@ -64,7 +64,7 @@ def half_line(profile: Profile, spacing: float, offset: float, largest: float) -
 
 @njit(cache=True)
 def evaluate(half, cell, s):
-    """Contact radius a, g, int_0^a g dx, int_0^a g^2 dx and g' at the place s of a cell."""
+    """Return a, g, int_0^a g dx, int_0^a g^2 dx and g' at position s in a cell."""
     width = half.x[cell + 1] - half.x[cell]
     base, height = half.heights[cell], half.heights[cell + 1] - half.heights[cell]
     value, slope = rise_and_slope(half.start[cell], half.end[cell], s)
@@ -76,9 +76,9 @@ def evaluate(half, cell, s):
 
 @njit(cache=True)
 def characteristic(half, stretch, control, cell, s):
-    """Penetration d or reduced force F/(2 E*) at which the contact ends at s, and its slope in a.
+    """Return d or F/(2 E*) at which the contact ends at s, and its derivative in a.
 
-    Without the slope's infinite value on the axis, where l(a) begins as a root: zero there.
+    On the axis, where l(a) begins as a square root, the infinite derivative is replaced by zero.
     """
     a, g, first, _, slope = evaluate(half, cell, s)
     edge = np.sqrt(stretch * a)
@@ -90,7 +90,7 @@ def characteristic(half, stretch, control, cell, s):
 
 @njit(cache=True)
 def _fold_function(half, cell, s):
-    """Evaluate a g'(a)^2."""
+    """Return a g'(a)^2."""
     width = half.x[cell + 1] - half.x[cell]
     height = half.heights[cell + 1] - half.heights[cell]
     _, slope = rise_and_slope(half.start[cell], half.end[cell], s)
@@ -99,7 +99,7 @@ def _fold_function(half, cell, s):
 
 @njit(cache=True)
 def _extremes(half, cell):
-    """Places in (0, 1) where a g'^2 turns, 2 a g'' + g' = 0: roots of a quadratic, in order."""
+    """Return the extrema of a g'^2 in (0, 1), ordered roots of 2 a g'' + g' = 0."""
     m0, m1 = half.start[cell], half.end[cell]
     c2, c3 = 3.0 - 2.0 * m0 - m1, m0 + m1 - 2.0
     away = half.x[cell] / (half.x[cell + 1] - half.x[cell])
@@ -117,7 +117,7 @@ def _extremes(half, cell):
 
 @njit(cache=True)
 def _fold_place(half, cell, level, low, high):
-    """Place between low and high, where a g'^2 is monotone, at which it passes the level."""
+    """Return the position at which a g'^2, monotone from low to high, equals the level."""
     rising = _fold_function(half, cell, high) > level
     for _ in range(_STEPS):
         middle = 0.5 * (low + high)
@@ -132,7 +132,7 @@ def _fold_place(half, cell, level, low, high):
 
 @njit(cache=True)
 def cut(half, stretch, control):
-    """Cut the half line where the characteristic load turns.
+    """Return the half line divided at the extrema of the characteristic load.
 
     Returns
     -------
@@ -140,7 +140,7 @@ def cut(half, stretch, control):
     """
     cells = half.x.size - 1
     level = FOLD_LEVEL[control] * stretch
-    cell, begin, stop = [0], [0.0], [0.0]  # numba wants typed lists: the first is dropped below
+    cell, begin, stop = [0], [0.0], [0.0]  # typed lists for numba: first entry dropped below
     for i in range(cells):
         marks = [0.0]
         for place in _extremes(half, i):
@@ -171,7 +171,7 @@ def cut(half, stretch, control):
 
 @njit(cache=True)
 def place_on(half, stretch, control, pieces, k, load):
-    """Place on piece k at which the characteristic is `load`: Newton inside a bracket."""
+    """Return the position on piece k with characteristic `load`, by bracketed Newton steps."""
     cell, low, high = pieces.cell[k], pieces.begin[k], pieces.stop[k]
     width = half.x[cell + 1] - half.x[cell]
     rising = pieces.load[k + 1] > pieces.load[k]
@@ -193,10 +193,10 @@ def place_on(half, stretch, control, pieces, k, load):
 
 @njit(cache=True)
 def advance(pieces, k, load):
-    """Next stop of a growing contact on piece k: (piece it stops on, whether a fold stops it).
+    """Return the next stop of a growing contact from piece k: (piece, whether it is a fold).
 
-    It stops on the piece where the characteristic reaches the load, or at the end of the one that
-    ends in a fold below the load; the number of pieces is returned if the line ends first.
+    It stops on the piece where the characteristic reaches the load, or at the end of a piece with a
+    fold below the load; the number of pieces is returned if the line ends first.
     """
     count = pieces.cell.size
     while k < count:
@@ -211,9 +211,9 @@ def advance(pieces, k, load):
 
 @njit(cache=True)
 def retreat(pieces, k, load):
-    """Next stop of a shrinking contact beyond node k: (piece, whether a fold stops it).
+    """Return the next stop of a shrinking contact from node k: (piece, whether it is a fold).
 
-    The piece begins at a load of at most `load`, or in a fold; -1 if there is none to the axis.
+    The piece begins at a load of at most `load`, or in a fold; -1 if there is none up to the axis.
     """
     while k >= 0:
         if pieces.load[k] <= load:
@@ -226,7 +226,7 @@ def retreat(pieces, k, load):
 
 @njit(cache=True)
 def next_stable(pieces, k, load):
-    """First piece from k on that ends at `load` or more, or the number of pieces."""
+    """Return the first piece from k on that ends at `load` or above, or the number of pieces."""
     while k < pieces.cell.size and pieces.load[k + 1] < load:
         k += 1
     return k
@@ -234,7 +234,7 @@ def next_stable(pieces, k, load):
 
 @njit(cache=True)
 def last_stable(pieces, k, load):
-    """Last piece before node k that begins at a load of at most `load`; -1 if there is none."""
+    """Return the last piece before node k that begins at a load of at most `load`, or -1."""
     k -= 1
     while k >= 0 and pieces.load[k] > load:
         k -= 1

@@ -1,4 +1,4 @@
-"""An adhesive contact on its way: springs, where it ends now, its jumps and what they lose."""
+"""An adhesive contact along its path: springs, current edge, jumps and dissipation."""
 
 from __future__ import annotations
 
@@ -15,13 +15,13 @@ from reduced.springs.line import Springs
 
 _ROUNDS = 200
 _SETTLED = 1e-3
-_NOTHING = 2.0**-100  # of the profile's length, which is arbitrary for a cone
+_NOTHING = 2.0**-100  # fraction of the profile's length, which is arbitrary for a cone
 _EXTENSIONS = 60
 
 
 @dataclass(frozen=True)
 class State:
-    """One state of the contact: d, F, a and the elastic energy; a = 0 where nothing touches."""
+    """A state of the contact: d, F, a and the elastic energy; a = 0 without contact."""
 
     penetration: float
     force: float
@@ -31,21 +31,22 @@ class State:
 
 @dataclass(frozen=True)
 class Event:
-    """A jump of the contact at a load between two of the list, or at one of them.
+    """A jump of the contact, at or between loads of the path.
 
     Attributes
     ----------
     kind : {"snap_in", "pull_off", "jump"}
-        Contact out of nothing, loss of the contact, or a jump between two contact radii.
+        Formation of contact, loss of contact, or a jump between two contact radii.
     step : int
-        Number of the load on the way to which it happened.
+        Index of the load towards which it happened.
     before, after : State
-        The two ends of the jump. After a pull-off under force control the penetration is the one
-        at which the surfaces part, see `dissipated`.
+        The states before and after the jump. After a pull-off under force control the penetration
+        is that at which the surfaces separate, see `dissipated`.
     dissipated : float
         Free energy lost in the jump: U - pi w a^2 at given penetration, U - pi w a^2 - F d at given
-        force. No equilibrium follows a pull-off under force control: counted is what contact and
-        force give away until the surfaces part, at the depth of pull-off under penetration control.
+        force. Under force control no equilibrium follows a pull-off; the energy released by contact
+        and force until the surfaces separate, at the pull-off depth of penetration control, is
+        counted.
     """
 
     kind: str
@@ -57,7 +58,7 @@ class Event:
 
 @dataclass(frozen=True)
 class Body:
-    """What is pressed on, and what is prescribed."""
+    """The body and the controlled quantity."""
 
     profile: Profile
     modulus: float
@@ -66,21 +67,21 @@ class Body:
 
     @property
     def surface(self) -> float:
-        """Pi w/E*: the surface energy of a contact is this times a^2, in units of E*."""
+        """Return pi w/E*; times a^2 it is the surface energy of a contact in units of E*."""
         return np.pi * self.work / self.modulus
 
     @property
     def stretch(self) -> float:
-        """l(a)^2/a = 2 pi w/E*."""
+        """Return l(a)^2/a = 2 pi w/E*."""
         return 2 * self.surface
 
 
 class _LineEndsError(Exception):
-    """The contact grew beyond the springs that were laid."""
+    """The contact grew beyond the existing springs."""
 
 
 def walk(body: Body, loads: np.ndarray, springs: Springs) -> Walk:
-    """Lay springs as far as the contact will reach and lead it along the loads."""
+    """Create enough springs for the contact and follow it along the loads."""
     reach = _largest_radius(body, float(loads.max()))
     spacing = reach / springs.per_radius if springs.spacing is None else springs.spacing
     for _ in range(_EXTENSIONS):
@@ -93,25 +94,25 @@ def walk(body: Body, loads: np.ndarray, springs: Springs) -> Walk:
             reach *= 1.25
         else:
             return way
-    raise ConvergenceError("the contact grows without end: the profile is too flat", [reach])
+    raise ConvergenceError("the contact grows without limit: the profile is too flat", [reach])
 
 
 class Walk:
-    """The contact on its way: springs, where it ends now, and what happened before."""
+    """The contact along its path: springs, current edge, and past events."""
 
     def __init__(self, body: Body, spacing: float, offset: float, reach: float) -> None:
         self.body, self.spacing = body, spacing
         self.half = adhesive_line.half_line(body.profile, spacing, offset, reach)
         self.pieces = adhesive_line.cut(self.half, body.stretch, body.control)
         self.sharp = bool(self.half.x[-1] == body.profile.edge)
-        self.piece, self.place = -1, 0.0  # piece -1: no contact; their number: at the sharp edge
+        self.piece, self.place = -1, 0.0  # piece -1: no contact; number of pieces: sharp edge
         self.events: list[Event] = []
         self.dissipated = 0.0
         self.record: list[tuple[tuple[float, ...], float, bool]] = []
 
     def to(self, load: float) -> None:
-        """Move to the next load and note the state there."""
-        # the characteristic of the penetration is d, of the force F/(2 E*)
+        """Move to the next load and record the state."""
+        # the characteristic is d for penetration, F/(2 E*) for force
         goal = load if self.body.control == PENETRATION else load / (2 * self.body.modulus)
         if self.piece < 0 and goal >= 0:
             self._touch()
@@ -124,7 +125,7 @@ class Walk:
         self.record.append((astuple(state), self.dissipated, holds))
 
     def _touch(self) -> None:
-        """Begin at the axis; where contact spreads at zero load, that is a jump."""
+        """Start at the axis; if contact spreads at zero load, that is a jump."""
         self.piece, self.place = 0, 0.0
         if self.pieces.load[1] < self.pieces.load[0]:
             self._jump("snap_in", State(0.0, 0.0, 0.0, 0.0), outwards=0, goal=0.0)
@@ -158,12 +159,12 @@ class Walk:
             fold = self.piece >= 0
 
     def _jump(self, kind: str, before: State, outwards: int, goal: float) -> None:
-        """Settle on the next stable radius beyond a node at the load `goal`."""
+        """Move to the next stable radius beyond a node at the load `goal`."""
         self._settle(adhesive_line.next_stable(self.pieces, outwards, goal), goal)
         self._note(kind, before, goal)
 
     def _settle(self, piece: int, goal: float) -> None:
-        """End the contact where the characteristic of this piece is the goal."""
+        """Set the edge where the characteristic of this piece is the goal."""
         if piece == self.pieces.cell.size and not self.sharp:
             raise _LineEndsError
         self.piece, self.place = piece, 1.0
@@ -176,7 +177,7 @@ class Walk:
         return self.piece == self.pieces.cell.size
 
     def _load(self) -> float:
-        """Characteristic load of the contact as it ends now."""
+        """Return the characteristic load of the current contact."""
         if self._at_edge:
             return self.pieces.load[-1]
         cell = self.pieces.cell[self.piece]
@@ -184,7 +185,7 @@ class Walk:
         return adhesive_line.characteristic(*line, cell, self.place)[0]
 
     def _state(self, goal: float) -> State:
-        """State of the contact as it ends now, the characteristic of the control being `goal`."""
+        """Return the state of the current contact at the characteristic load `goal`."""
         goal = float(goal)
         if self.piece < 0:
             return State(goal if self.body.control == PENETRATION else 0.0, 0.0, 0.0, 0.0)
@@ -208,7 +209,7 @@ class Walk:
         )
 
     def _note(self, kind: str, before: State, level: float) -> None:
-        """Note the jump from `before` to where the contact ends now."""
+        """Record the jump from `before` to the current contact."""
         after = self._state(level)
         if kind == "pull_off" and self.body.control == FORCE:
             after = State(self._parting_depth(before.contact_radius), 0.0, 0.0, 0.0)
@@ -223,16 +224,16 @@ class Walk:
         return state.elastic_energy - self.body.modulus * self.body.surface * area
 
     def _parting_depth(self, radius: float) -> float:
-        """Smallest penetration at which a contact of at most this radius holds."""
+        """Return the smallest penetration at which a contact of at most this radius is stable."""
         pieces = adhesive_line.cut(self.half, self.body.stretch, PENETRATION)
         return float(pieces.load[pieces.radius <= radius].min())
 
 
 def _largest_radius(body: Body, top: float) -> float:
-    """Contact radius at the largest load of the path, for the spacing of the springs.
+    """Return the contact radius at the largest load of the path, for the spacing of the springs.
 
-    The smallest a with g(a) = d + l(a), or the same for the force: a -> g^-1(d + l(a)) climbs to it
-    from any radius below. Close to a fold it climbs slowly and is stopped short.
+    The smallest a with g(a) = d + l(a), or the same for the force: the iteration a -> g^-1(d +
+    l(a)) increases to it from any smaller radius. Close to a fold it is slow and ends early.
     """
     radius = body.profile.length * 2.0**-20
     top = max(top, 0.0)

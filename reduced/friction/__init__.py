@@ -1,1 +1,1 @@
-"""Springs that stick and slip."""
+"""Springs with stick and slip."""

@@ -1,14 +1,14 @@
-"""Tangential contact with Coulomb friction: springs 4G/(2 - nu) that stick and slip one by one.
+"""Tangential contact with Coulomb friction: independent springs 4G/(2 - nu) with stick and slip.
 
 Each spring has the tangential stiffness G* dx with G* = 4 G/(2 - nu) (19.18) and slips where its
 force would exceed mu times its normal force (19.19; Popov & Hess 2015, sec. 5.2). Here the normal
-load stays while any path of tangential force or displacement is followed; `stick_slip` follows
-paths on which the penetration changes as well.
+load is constant along any path of tangential force or displacement; `stick_slip` also permits
+changes of the penetration.
 
-What the model leaves out: the coupling of normal and tangential displacements, unless the two
+The model neglects the coupling of normal and tangential displacements, unless the two
 bodies are elastically similar (Dundurs' second constant zero; a rigid body on an incompressible
-one), and slip across the direction of the load, which the friction law of a half-space has for
-nu > 0. With both left out it is exact for every body of revolution (Jaeger 1995).
+one), and slip transverse to the load, which occurs on a half-space for nu > 0. Apart from both
+effects it is exact for every body of revolution (Jaeger 1995).
 """
 
 from __future__ import annotations
@@ -27,27 +27,27 @@ from reduced.springs.indent import indent
 from reduced.springs.line import Springs
 
 CONTROLS = ("tangential_displacement", "tangential_force")
-_SPENT = 8 * np.finfo(float).eps  # a force that the friction carries but for rounding
+_SPENT = 8 * np.finfo(float).eps  # tolerance for forces at the friction limit
 
 
 @dataclass(frozen=True)
 class TangentialPath:
-    """Answer along a tangential path at constant normal load.
+    """Response along a tangential path at constant normal load.
 
     Arrays have shape (k,) for a single contact and (m, k) for m lines; `penetration` and `force`
-    one dimension less.
+    have one dimension less.
 
     Attributes
     ----------
     penetration, force : float or ndarray
-        The normal load that stays.
+        The constant normal load.
     tangential_force, tangential_displacement : ndarray
         F_x and the displacement u of the rigid indenter against the undeformed half-space.
     stick_length : ndarray
-        Length of the springs that follow the indenter as the path arrives; half of it is the stick
-        radius of a single contact.
+        Length of the sticking springs on arrival at the point; half of it is the stick radius of a
+        single contact.
     stiffness : ndarray
-        dF_x/du as the path arrives, G* times `stick_length`.
+        dF_x/du on arrival at the point, G* times `stick_length`.
     dissipation : ndarray
         Energy lost to friction since the start of the path.
     """
@@ -88,10 +88,10 @@ class Friction:
 
 @dataclass(frozen=True)
 class _Levels:
-    """Normal law N = F/E* of one row of springs, at the load that stays and at smaller ones.
+    """Normal law N = F/E* of one row of springs, at the constant load and below.
 
     `at("penetration", levels)` returns penetration, force/E*, contact length and energy/E* at
-    increasing positive levels, of which the last is always the load that stays.
+    increasing positive levels, of which the last is always the constant load.
     """
 
     penetration: float
@@ -99,7 +99,7 @@ class _Levels:
     at: Callable[[str, np.ndarray], tuple[np.ndarray, ...]]
 
     def respond(self, kind: str, levels: np.ndarray) -> np.ndarray:
-        """Penetration, force/E*, length, energy/E* at any levels up to the load, shape (4, m)."""
+        """Return penetration, force/E*, length, energy/E* at levels up to the load, (4, m)."""
         top = self.penetration if kind == "penetration" else self.force
         distinct, place = np.unique(np.append(np.clip(levels, 0.0, top), top), return_inverse=True)
         loaded = distinct > 0
@@ -109,7 +109,7 @@ class _Levels:
 
 
 def tangential_modulus(shear_modulus: float, poisson_ratio: float) -> float:
-    """G* = 4 G/(2 - nu), stiffness of the tangential springs over their distance (19.18).
+    """Return G* = 4 G/(2 - nu), the stiffness of tangential springs per length (19.18).
 
     Two bodies: 1/G* = (2 - nu1)/(4 G1) + (2 - nu2)/(4 G2) (Popov & Hess 2015, eq. (5.2)).
 
@@ -128,7 +128,7 @@ def tangential_modulus(shear_modulus: float, poisson_ratio: float) -> float:
 
 
 def stiffness_ratio(poisson_ratio: float) -> float:
-    """k_x/k_z = G*/E* = 2(1 - nu)/(2 - nu) of every contact that sticks (19.18, Mindlin 1949).
+    """Return k_x/k_z = G*/E* = 2(1 - nu)/(2 - nu) of a sticking contact (19.18, Mindlin 1949).
 
     >>> round(stiffness_ratio(0.5), 12)
     0.666666666667
@@ -138,11 +138,11 @@ def stiffness_ratio(poisson_ratio: float) -> float:
 
 
 def slide(springs: Springs, friction: Friction, load: Load, path: LoadPath) -> TangentialPath:
-    """Load a single contact tangentially, along any path, under a constant normal load.
+    """Solve a single contact along any tangential path at constant normal load.
 
-    The springs are those of `springs.indent.indent`, sub-cell edges included; the border of stick
-    lies where one of its levels lies, inside a cell, so that tangential force and stick radius
-    converge as the normal force and radius do: dx^4 for smooth profiles ("nodal": dx^2 and dx).
+    The springs are those of `springs.indent.indent`, sub-cell edges included; the stick boundary is
+    also inside a cell, so that tangential force and stick radius converge like the normal force and
+    radius: dx^4 for smooth profiles ("nodal": dx^2 and dx).
 
     Parameters
     ----------
@@ -151,10 +151,10 @@ def slide(springs: Springs, friction: Friction, load: Load, path: LoadPath) -> T
     friction : Friction
         G* and mu.
     load : Load
-        Penetration or force, one value: reached before the path begins, without tangential force.
+        Penetration or force, one value, applied before the path begins, without tangential force.
     path : LoadPath
-        Values of ``"tangential_displacement"`` or ``"tangential_force"`` that the path passes, in
-        order, any sign, shape (k,); between them it is monotone.
+        Values of ``"tangential_displacement"`` or ``"tangential_force"`` along the path, in order,
+        any sign, shape (k,); monotone in between.
 
     Returns
     -------
@@ -163,14 +163,14 @@ def slide(springs: Springs, friction: Friction, load: Load, path: LoadPath) -> T
     Raises
     ------
     ValueError
-        If the load is not one value; a tangential force above mu F has no equilibrium.
+        If the load is not a single value, or a tangential force exceeds mu F.
     ConvergenceError
         If a force could not be inverted.
 
     Notes
     -----
-    Under force control the displacement is the difference of two penetrations: a force of 1e-12 mu
-    F leaves it four digits.
+    Under force control the displacement is the difference of two penetrations: for a force of 1e-12
+    mu F four digits remain.
 
     Examples
     --------
@@ -206,7 +206,7 @@ def slide_lines(
     *,
     edges: str = "sub_cell",
 ) -> TangentialPath:
-    """Load rough lines tangentially, along any path, under a constant normal load.
+    """Solve rough lines along any tangential path at constant normal load.
 
     The springs are those of `rough.press.press`: with ``"sub_cell"`` the line is straight between
     its points, and edges of contact and of stick are exact for that line.
@@ -216,7 +216,7 @@ def slide_lines(
     lines, effective_modulus, edges
         As for `rough.press.press`.
     friction, load, path
-        As for `slide`, the same for every line; the load is that of each line.
+        As for `slide`, equal for all lines; the load is that of one line.
 
     Returns
     -------
@@ -255,7 +255,7 @@ def slide_lines(
 
 
 def _follow(levels: _Levels, path: LoadPath, E: float, friction: Friction) -> list[np.ndarray]:
-    """F_x, u, stick length, stiffness and dissipation at the points of a path of one row."""
+    """Return F_x, u, stick length, stiffness and dissipation along the path of one row."""
     mu, G = friction.coefficient, friction.tangential_modulus
     if path.control == "tangential_displacement":
         branch, force = _by_displacement(levels, path.values * (G / (mu * E)))
@@ -275,7 +275,7 @@ def _follow(levels: _Levels, path: LoadPath, E: float, friction: Friction) -> li
 
 
 def _by_displacement(levels: _Levels, path: np.ndarray) -> tuple[Branches, np.ndarray]:
-    """Branches of a path in w, and T at their nodes: phi(w) = N(d) - N(d - w)."""
+    """Return the branches of a path in w, and T at their nodes: phi(w) = N(d) - N(d - w)."""
     branch = branches(path)
     way = branch.reach
     stuck_force = levels.respond("penetration", levels.penetration - np.abs(way))[1]
@@ -283,7 +283,7 @@ def _by_displacement(levels: _Levels, path: np.ndarray) -> tuple[Branches, np.nd
 
 
 def _by_force(levels: _Levels, path: np.ndarray) -> Branches:
-    """Branches in w of a path in T: w = d - d(N - T), the inverse of phi."""
+    """Return the branches in w of a path in T: w = d - d(N - T), the inverse of phi."""
     if np.any(np.abs(path) > levels.force * (1 + _SPENT)):
         worst = np.max(np.abs(path)) / levels.force
         raise ValueError(
@@ -298,10 +298,10 @@ def _by_force(levels: _Levels, path: np.ndarray) -> Branches:
 
 
 def _dissipated(levels: _Levels, way: np.ndarray) -> np.ndarray:
-    """Loss of the first loading to w, over (mu E*)^2/G*: int over w_i < w of w_i (w - w_i) dx.
+    """Return the loss over (mu E*)^2/G* of loading to w: int over w_i < w of w_i (w - w_i) dx.
 
-    With U the energy of the normal law, w [N(d) + N(d - w)] - 2 [U(d) - U(d - w)], which beyond
-    w = d grows with N(d): sliding.
+    With U the energy of the normal law it is w [N(d) + N(d - w)] - 2 [U(d) - U(d - w)], which
+    beyond w = d (sliding) grows with N(d).
     """
     depth = levels.penetration
     within = np.minimum(way, depth)

@@ -1,11 +1,12 @@
-"""Memory of springs with dry friction at a constant normal load: the branches of a loading path.
+"""Memory of springs with dry friction at constant normal load: the branches of a loading path.
 
-Every spring sticks until its friction is used up and keeps what it had: a stop operator with the
-threshold w(x) = d - g(x). A row of them is a Prandtl-Ishlinskii model, known whole by its first
-loading curve phi: after a reversal every spring needs twice its threshold, so that the force
-departs from the turning point by 2 phi(half the way) (Masing 1926); a loop that closes is
-forgotten, and the curve it interrupted goes on (Madelung's rules; Visintin, *Differential Models of
-Hysteresis*, 1994, sec. III). The same holds with force and displacement exchanged: phi rises.
+Every spring sticks up to its friction limit and then keeps this force: a stop operator with the
+threshold w(x) = d - g(x). A row of springs is a Prandtl-Ishlinskii model, determined by its first
+loading curve phi: after a reversal every spring needs twice its threshold, so the force changes
+from the turning point by 2 phi(half the displacement) (Masing 1926); a closed loop is forgotten,
+and the interrupted curve continues (Madelung's rules; Visintin, *Differential Models of
+Hysteresis*, 1994, sec. III). The same holds with force and displacement exchanged, because phi
+increases.
 
 In the units of this module displacement is w = G* u/(mu E*) and force T = F_x/(mu E*), so that
 phi(w) = N(d) - N(d - w) with N = F/E* the normal law of the same springs (Jaeger 1995; Ciavarella
@@ -21,16 +22,16 @@ import numpy as np
 
 @dataclass(frozen=True)
 class Branches:
-    """A path cut into stretches that each follow one branch; arrays over the m nodes.
+    """A path divided into parts that follow one branch; arrays over the m nodes.
 
     Attributes
     ----------
     value : ndarray, shape (m,)
-        The path with the points inserted at which loops close.
+        The path with inserted points at which loops close.
     start : ndarray of int, shape (m,)
-        Node at which the branch that leads to this node began; -1 for the first loading.
+        First node of the branch that leads to this node; -1 for the first loading.
     given : ndarray of int, shape (k,)
-        Nodes of the points of the path itself.
+        Nodes of the original points of the path.
     """
 
     value: np.ndarray
@@ -39,17 +40,17 @@ class Branches:
 
     @property
     def factor(self) -> np.ndarray:
-        """1 on the first loading, 2 (Masing) on every other branch."""
+        """1 for the first loading, 2 (Masing) for all other branches."""
         return np.where(self.start < 0, 1.0, 2.0)
 
     @property
     def reach(self) -> np.ndarray:
-        """Signed way from the start of each branch to its node, over the branch's factor."""
+        """Signed distance from the start of the branch to the node, over the branch's factor."""
         return self._way(self.value)
 
     @property
     def reach_before(self) -> np.ndarray:
-        """The same for the node before, which lies on the branch, too."""
+        """The same for the preceding node, which is on the same branch."""
         return self._way(np.concatenate([[0.0], self.value[:-1]]))
 
     def _way(self, value: np.ndarray) -> np.ndarray:
@@ -58,12 +59,12 @@ class Branches:
 
 
 def branches(path: np.ndarray) -> Branches:
-    """Follow a path of force or displacement from zero and find the branch of each point.
+    """Return the branches of a path of force or displacement from zero.
 
     Parameters
     ----------
     path : ndarray, shape (k,)
-        Values at the end of each monotone stretch (or at any points on the way).
+        Values at the turning points (or at any points in between).
 
     Examples
     --------
@@ -76,7 +77,7 @@ def branches(path: np.ndarray) -> Branches:
     value: list[float] = []
     start: list[int] = []
     points: list[int] = []
-    turns: list[int] = []  # nodes where the open loops began, oldest first
+    turns: list[int] = []  # first nodes of the open loops, oldest first
 
     def at(node: int) -> float:
         return value[node] if node >= 0 else 0.0
@@ -87,7 +88,7 @@ def branches(path: np.ndarray) -> Branches:
         if np.sign(goal - last) * np.sign(last - origin) < 0:  # products of values may underflow
             turns.append(len(value) - 1)
         while turns:
-            # the first loop closes where the first loading of the other sign takes over
+            # the first loop closes where the first loading of the other sign continues
             close = at(turns[-2]) if len(turns) > 1 else -at(turns[0])
             if abs(goal - at(turns[-1])) <= abs(close - at(turns[-1])):
                 break
@@ -101,13 +102,13 @@ def branches(path: np.ndarray) -> Branches:
 
 
 def accumulate(branch: Branches, gain: np.ndarray) -> np.ndarray:
-    """Answer at every node: where its branch began plus factor times what the branch gained.
+    """Return the response at every node: that at the start of its branch plus factor times gain.
 
     Parameters
     ----------
     branch : Branches
     gain : ndarray, shape (m,)
-        Signed first-loading answer to `branch.reach`.
+        Signed first-loading response to `branch.reach`.
     """
     answer = np.zeros(branch.value.size + 1)
     for node, (start, step) in enumerate(zip(branch.start, branch.factor * gain, strict=True)):

@@ -1,18 +1,18 @@
 """Springs with friction on any path of penetration and tangential displacement, event by event.
 
-The gap is straight between the points of the line, and so is everything that follows from it: the
-bounds of friction +-(d - g), and the tangential force of springs that stuck or slipped together. A
-step of the path moves d and u in proportion. On the way a spring that touches starts without
-tangential force, one that reaches its bound stays on it, one that leaves forgets; as rates are
-constant, the end of the step tells it all:
+The gap is linear between the points of the line, and so are the friction bounds +-(d - g) and the
+tangential forces of springs that stick or slip together. A step of the path changes d and u in
+proportion. During the step a spring that makes contact starts without tangential force, one that
+reaches its bound stays on it, and one that loses contact forgets its force. As rates are constant,
+the end of the step determines the result:
 
     t -> clip(t + v, -w, w)                   springs in contact throughout, w = d - g at the end,
-    t  = clip(v (d - g)/(d - d_before), -w, w)    springs touched on the way,
+    t  = clip(v (d - g)/(d - d_before), -w, w)    springs touched in the step,
 
-with v = G* u/(mu E*) the increment and t = f_x/(mu E* dx). Where a border of contact or slip falls
-between two points, a knot is set there, so the forces are those of the straight line to rounding
-and converge as dx^2 to those of the curve behind it. Knots inside one slipping or free stretch are
-dropped again: their number stays bounded by the borders that the path has left in memory.
+with v = G* u/(mu E*) the increment and t = f_x/(mu E* dx). Where a boundary of contact or slip is
+between two points, a knot is inserted, so the forces are exact for the piecewise linear gap and
+converge as dx^2 for a curved one. Knots inside a slipping or free part are removed, so their number
+is bounded by the boundaries in the memory of the path.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from reduced.loads import LoadPath
 
 @dataclass(frozen=True)
 class LinePath:
-    """Answer at the points of a path; all arrays have shape (k,).
+    """Response at the points of a path; all arrays have shape (k,).
 
     Attributes
     ----------
@@ -38,11 +38,11 @@ class LinePath:
     force, tangential_force : ndarray
         F and F_x.
     contact_length, stick_length : ndarray
-        Length in contact, and of it the part whose springs are within their bounds.
+        Length in contact, and the part of it with springs below their bounds.
     elastic_energy : ndarray
         Energy of all springs, normal and tangential.
     knots : ndarray of int
-        Points that the state needed.
+        Number of points of the state.
     """
 
     penetration: np.ndarray
@@ -57,7 +57,7 @@ class LinePath:
 
 @dataclass
 class _State:
-    """Knots: place, gap, tangential force t, and whether the knot is a point of the line."""
+    """Knots: position, gap, tangential force t, and whether the knot is a point of the line."""
 
     place: np.ndarray
     gap: np.ndarray
@@ -65,12 +65,12 @@ class _State:
     is_point: np.ndarray
 
     def split_at(self, level: float) -> None:
-        """Set knots where the gap passes a level, with exactly that gap."""
+        """Insert knots where the gap crosses a level, with exactly that gap."""
         new = self.split(self.gap - level)
         self.gap[new] = level
 
     def split(self, zero: np.ndarray) -> np.ndarray:
-        """Set knots where a function given at the knots, straight between them, is zero.
+        """Insert knots where a piecewise linear function, given at the knots, is zero.
 
         Returns their indices.
         """
@@ -85,20 +85,20 @@ class _State:
         return first + 1 + np.arange(first.size)
 
     def keep(self, needed: np.ndarray) -> None:
-        """Drop all other knots."""
+        """Remove all other knots."""
         for name in ("place", "gap", "traction", "is_point"):
             setattr(self, name, getattr(self, name)[needed])
 
 
 @dataclass(frozen=True)
 class StickingLine:
-    """A gap over springs that stick and slip.
+    """A gap over springs with stick and slip.
 
     Parameters
     ----------
     gap : ndarray, shape (n,)
-        Gap over the springs before the first touch: a profile's height at the springs, or the
-        depth of a rough line below its highest peak; finite, n >= 2.
+        Gap over the springs at first touch: a profile's height at the springs, or the depth of a
+        rough line below its highest peak; finite, n >= 2.
     spacing : float
         dx.
     effective_modulus : float
@@ -106,8 +106,8 @@ class StickingLine:
     friction : Friction
         G* and Coulomb's mu.
     periodic : bool
-        Whether the last point is the first one's neighbour; a free line ends half a cell beyond
-        its outer points, level with them.
+        Whether the last point is a neighbour of the first; a free line ends half a cell beyond its
+        outer points, at constant height.
 
     Raises
     ------
@@ -144,11 +144,11 @@ class StickingLine:
         Raises
         ------
         ValueError
-            If they are not finite lists of one length.
+            If they are not finite lists of equal length.
 
         Examples
         --------
-        A flat punch, pressed and shifted at once with u G* < mu d E*: everything sticks.
+        A flat punch, pressed and shifted simultaneously with u G* < mu d E*: full stick.
 
         >>> flat = StickingLine(np.zeros(4), 0.5, 1.0, Friction(0.8, 0.5)).follow([1.0], [0.5])
         >>> flat.force, flat.tangential_force
@@ -180,7 +180,7 @@ class StickingLine:
 
 
 def _start(gap: np.ndarray, periodic: bool) -> _State:
-    """Knots of the untouched line, places in cells."""
+    """Return the knots of the line out of contact, with positions in cells."""
     place = np.arange(gap.size, dtype=float)
     if periodic:
         place, gap = np.append(place, gap.size), np.append(gap, gap[0])
@@ -191,7 +191,7 @@ def _start(gap: np.ndarray, periodic: bool) -> _State:
 
 
 def _advance(state: _State, before: float, d: float, step: float) -> None:
-    """Move to penetration d and by v = step, and leave the new tangential forces in the state."""
+    """Move to penetration d and by v = step, and update the tangential forces of the state."""
     state.split_at(before)
     state.split_at(d)
     trial = _trial(state, before, d, step)
@@ -206,7 +206,7 @@ def _advance(state: _State, before: float, d: float, step: float) -> None:
 
 
 def _trial(state: _State, before: float, d: float, step: float) -> np.ndarray:
-    """Tangential force of every spring if none slipped on the step."""
+    """Return the tangential forces if no spring slipped in the step."""
     if d <= before:
         return state.traction + step
     share = np.where(state.gap >= before, (d - state.gap) / (d - before), 1.0)
@@ -214,7 +214,7 @@ def _trial(state: _State, before: float, d: float, step: float) -> np.ndarray:
 
 
 def _sums(state: _State, d: float) -> tuple[float, ...]:
-    """Integrals over the line in cells: w, t, contact and stick length, and both energies."""
+    """Return integrals over the line in cells: w, t, contact and stick length, energies."""
     width, traction = np.maximum(d - state.gap, 0.0), state.traction
     cell = np.diff(state.place)
     open_ends = (width[:-1] > 0) | (width[1:] > 0)
@@ -231,11 +231,11 @@ def _sums(state: _State, d: float) -> tuple[float, ...]:
 
 
 def _integral(values: np.ndarray, cell: np.ndarray) -> float:
-    """Integral of a function that is straight between the knots."""
+    """Return the integral of a function that is linear between the knots."""
     return float(np.sum((values[:-1] + values[1:]) / 2 * cell))
 
 
 def _square(values: np.ndarray, cell: np.ndarray) -> float:
-    """Integral of its square."""
+    """Return the integral of its square."""
     first, last = values[:-1], values[1:]
     return float(np.sum((first * first + first * last + last * last) / 3 * cell))

@@ -1,1 +1,1 @@
-"""Springs that relax: materials, histories of load, impacts."""
+"""Viscoelastic springs: materials, histories of load, impacts."""

@@ -1,7 +1,7 @@
 """Impact of a rigid mass on viscoelastic springs (19.3): the coefficient of restitution.
 
-The contact has no mass of its own and answers at once (19.3 (a)), so the system is m d'' = -F with
-F the force of the row of springs, whatever has happened before.
+The contact has no mass and responds instantly (19.3 (a)), so the equation of motion is m d'' = -F
+with F the force of the row of springs, including their history.
 """
 
 from __future__ import annotations
@@ -20,18 +20,18 @@ from reduced.springs.indent import indent
 from reduced.springs.line import Springs
 
 _ITERATIONS = 60
-_LONGEST = 200  # elastic contact times that a body may stay
+_LONGEST = 200  # longest contact in units of the elastic contact time
 _ROUNDING = 4 * np.finfo(float).eps
 
 
 @dataclass(frozen=True)
 class Impact:
-    """Motion of the body from first touch to the loss of contact.
+    """Motion of the body from first touch to loss of contact.
 
     Attributes
     ----------
     restitution : float
-        Speed after over speed before.
+        Ratio of the speeds after and before.
     duration : float
         Time in contact.
     time, penetration, velocity, force : ndarray, shape (k,)
@@ -47,22 +47,22 @@ class Impact:
 
 
 def impact(springs: RelaxingSprings, mass: float, velocity: float, steps: int = 200) -> Impact:
-    """Let a body of a mass hit the springs at a speed, without weight.
+    """Solve the impact of a rigid mass on springs, without weight.
 
-    Per step the depth is linear, so that the springs are exact, with the slope V that the force in
-    the middle of the step asks for, m (2 V - 2 v) = -F dt (implicit midpoint rule: second order,
-    stable at any step, also against a parallel dashpot). The last step ends where the last spring
-    leaves.
+    In a step the depth is linear with the velocity V, so that the springs are exact; V follows from
+    the force in the middle of the step, m (2 V - 2 v) = -F dt (implicit midpoint rule: second
+    order, stable at any step, also with a parallel dashpot). The last step ends when the last
+    spring loses contact.
 
     Parameters
     ----------
     springs : RelaxingSprings
-        The profile, and the springs under it; `per_radius` counts at the depth estimated from the
+        The profile, and the springs under it; `per_radius` refers to the depth estimated from the
         energy.
     mass, velocity : float
         m and the speed v > 0 at first touch, far below that of sound.
     steps : int
-        Steps in three times that depth over v, about the duration of an elastic impact.
+        Number of steps in three times that depth over v, about the duration of an elastic impact.
 
     Returns
     -------
@@ -73,7 +73,7 @@ def impact(springs: RelaxingSprings, mass: float, velocity: float, steps: int = 
     ValueError
         Listing everything wrong.
     ConvergenceError
-        If the body does not come back in 200 times the elastic duration.
+        If the body does not rebound within 200 times the elastic duration.
 
     Examples
     --------
@@ -104,7 +104,7 @@ class _Flight:
         self.path = [(0.0, 0.0, velocity, 0.0)]
 
     def step(self, duration: float) -> bool:
-        """Go on by one step, or by the part of it to the loss of contact; return if it is lost."""
+        """Advance by one step, or to the loss of contact; return whether contact is lost."""
         slope = self._slope(duration)
         lost = self._lost(slope, duration)
         if lost:
@@ -112,7 +112,7 @@ class _Flight:
             slope = self._slope(duration)
         force, length, _ = self._row.go(self._row.depth + slope * duration, duration)
         self.velocity = 2 * slope - self.velocity
-        # the row felt the mean velocity of the step, its dashpots now feel the one at its end
+        # the row was loaded at the mean velocity of the step; its dashpots now have that at its end
         force += self._law.viscosity * length * (self.velocity - slope)
         self.path.append((self._row.time, self._row.depth, self.velocity, 0.0 if lost else force))
         return lost
@@ -122,7 +122,7 @@ class _Flight:
         return slope < 0 and length == 0
 
     def _last_duration(self, duration: float) -> float:
-        """Longest step that still ends in contact, by halving."""
+        """Return the longest step that still ends in contact, by bisection."""
         low, high = 0.0, duration
         for _ in range(_ITERATIONS):
             middle = (low + high) / 2
@@ -133,7 +133,7 @@ class _Flight:
         return high
 
     def _slope(self, duration: float) -> float:
-        """Mean velocity of a step: Newton's method on 2 m (V - v) + dt F(V), which rises with V."""
+        """Return the mean velocity of a step, by Newton's method on 2 m (V - v) + dt F(V)."""
         law, half = self._law, duration / 2
         stiffness = law.long_term + float(law.advance(half)[1].sum())
         slope, history = self.velocity, []
@@ -142,7 +142,7 @@ class _Flight:
             force, length, _ = self._row.trial(self._row.depth + slope * half, half)
             excess = slope - self.velocity + force * half / self._mass
             low, high = (slope, high) if excess < 0 else (low, slope)
-            # d(force)/dV: springs follow the depth V dt/2, dashpots V itself
+            # d(force)/dV: springs follow the depth V dt/2, dashpots V
             rise = length * (stiffness * half + law.viscosity) * half / self._mass
             change = -excess / (1 + rise)
             if not low <= slope + change <= high:
@@ -157,7 +157,7 @@ class _Flight:
 
 
 def _estimate_depth(profile: Profile, law: Prony, mass: float, velocity: float) -> float:
-    """Depth at which springs have taken the energy, with the modulus of a ramp as long as d/v."""
+    """Return the depth that stores the energy, with the modulus of a ramp of duration d/v."""
 
     def work(depth: float) -> float:
         time = depth / velocity

@@ -1,11 +1,11 @@
-"""Viscoelastic indentation on springs: any history of depth or of force, exact in time.
+"""Viscoelastic indentation on springs: any history of depth or force, exact in time.
 
 Every spring of the line follows (19.31), f = dx int E*(t - t') d(delta)/dt' dt' with
-E* = 2 G/(1 - nu) (19.30), on its own: it is touched when the body reaches it, is left when its
-force would turn to tension, recovers freely, and may be touched again. For a body of revolution
-whose contact is a circle this is not an approximation: the transform that makes E* dx springs of
-an elastic half-space (Popov & Hess 2015) acts on space only, so it holds for every history; while
-the contact grows it gives Lee and Radok (1960), through unloading Ting (1968).
+E* = 2 G/(1 - nu) (19.30), independently: it makes contact when the body reaches it, loses contact
+when its force would become tensile, recovers freely, and may be touched again. For a body of
+revolution with circular contact this is exact: the transform from an elastic half-space to springs
+E* dx (Popov & Hess 2015) acts on space only, so it holds for every history. For growing contact it
+gives Lee and Radok (1960), for unloading Ting (1968).
 """
 
 from __future__ import annotations
@@ -27,18 +27,18 @@ from reduced.springs.line import Springs
 CONTROLS = ("penetration", "force")
 _ITERATIONS = 100
 _ROUNDING = 4 * np.finfo(float).eps
-_STALLED = 1e-12  # below, a residual that no longer falls is the rounding of the sums
+_STALLED = 1e-12  # below this, a residual that stops decreasing is rounding of the sums
 
 
 @dataclass(frozen=True)
 class History:
-    """Contact at each instant; all arrays have shape (k,).
+    """Contact at k instants; all arrays have shape (k,).
 
     Attributes
     ----------
     time, penetration, force, contact_radius : ndarray
-        The force at an instant belongs to the velocity before it (they differ with a parallel
-        dashpot only). Where a time comes twice, the second entry is after the jump.
+        The force at an instant is that for the velocity before it (relevant only with a parallel
+        dashpot). If a time occurs twice, the second entry is after the jump.
     contact_length : ndarray
         Length of the line in contact: 2 a unless the contact is a ring.
     spacing : float
@@ -60,10 +60,10 @@ def harmonic_stiffness(
     *,
     poisson_ratio: float = 0.5,
 ) -> np.ndarray:
-    """Complex stiffness of a contact of constant size: 2 a E*(w), springs of (19.30) side by side.
+    """Return the complex stiffness 2 a E*(w) of a contact of constant size (19.30).
 
     Real part: force in phase with the depth; imaginary part over w: damping. It holds for a flat
-    punch, and for others at amplitudes so small that the contact radius keeps its value.
+    punch, and for other shapes at amplitudes too small to change the contact radius.
 
     Parameters
     ----------
@@ -72,7 +72,7 @@ def harmonic_stiffness(
     contact_radius, frequency : float or ndarray
         a > 0 and angular frequency w >= 0; they broadcast.
     poisson_ratio : float
-        1/2 is rubber.
+        1/2 for rubber.
 
     Returns
     -------
@@ -96,23 +96,23 @@ def harmonic_stiffness(
 
 
 def indent_in_time(springs: RelaxingSprings, time: ArrayLike, path: LoadPath) -> History:
-    """Press a body of revolution into a viscoelastic half-space along a history.
+    """Solve the indentation of a viscoelastic half-space along a history.
 
-    Before the first time nothing touches. Depth or force is linear between the times; a time given
-    twice is a jump, and so is a first value that is not zero. Under prescribed depth each spring is
-    exact at any step, releases and returns included, so that only dx is left to converge (as dx^2).
-    Under prescribed force the depth is what is linear in each step: its error falls as dt^2, with
-    the force met at the ends of steps, or in their middles if a parallel dashpot hides jumps of
-    the velocity. (With a dashpot and a curved body the depth starts as t^(2/3), so the times
-    should be graded: `graded_times`.)
+    There is no contact before the first time. Depth or force is linear between the times; a
+    repeated time is a jump, and so is a non-zero first value. Under prescribed depth every spring
+    is exact for any step, including loss and return of contact, so that only dx has to converge (as
+    dx^2). Under prescribed force the depth is linear in every step, with an error of dt^2; the
+    force is met at the ends of steps, or in the middle if a parallel dashpot hides jumps of the
+    velocity. (With a dashpot and a curved body the depth starts as t^(2/3), so the times should be
+    graded: `graded_times`.)
 
     Parameters
     ----------
     springs : RelaxingSprings
-        The profile, and the springs under it; under force `per_radius` counts at the largest depth
-        that the history could reach if the contact never shrank.
+        The profile, and the springs under it; under force `per_radius` refers to the largest depth
+        of the history for a contact that never shrinks.
     time : array_like, shape (k,)
-        Not decreasing.
+        Non-decreasing.
     path : LoadPath
         ``"penetration"`` of any sign, or ``"force"``, positive (the first may be 0), at the times.
 
@@ -123,10 +123,10 @@ def indent_in_time(springs: RelaxingSprings, time: ArrayLike, path: LoadPath) ->
     Raises
     ------
     ValueError
-        Listing everything wrong. A jump of the depth, or of the force from nothing, against a
-        parallel dashpot is: it would need an infinite force, or has no depth to start from.
+        Lists all invalid arguments, including, with a parallel dashpot, jumps of the depth
+        (infinite force) and of the force from zero (undefined initial depth).
     ConvergenceError
-        If no depth carries a prescribed force.
+        If a prescribed force cannot be reached.
 
     Examples
     --------
@@ -150,7 +150,7 @@ def indent_in_time(springs: RelaxingSprings, time: ArrayLike, path: LoadPath) ->
 
 
 def graded_times(duration: float, steps: int, exponent: float = 3.0) -> np.ndarray:
-    """Return T (k/n)^p, k = 0 ... n: fine at the start, where creep with a dashpot is singular.
+    """Return T (k/n)^p, k = 0 ... n, fine at the start, where creep with a dashpot is singular.
 
     Examples
     --------
@@ -183,16 +183,16 @@ def _times(springs: RelaxingSprings, time: ArrayLike, path: LoadPath) -> np.ndar
 
 
 def _jumps(time: np.ndarray, penetration: np.ndarray) -> bool:
-    """Whether the depth of a body in touch jumps."""
+    """Return whether the depth jumps during contact."""
     change = np.diff(penetration, prepend=0.0)[np.diff(time, prepend=time[0]) == 0]
     before = np.concatenate([[0.0], penetration])[:-1][np.diff(time, prepend=time[0]) == 0]
     return bool(np.any((change != 0) & ((before > 0) | (before + change > 0))))
 
 
 def _reach(profile: Profile, law: Prony, time: np.ndarray, force: np.ndarray) -> float:
-    """Largest depth of the history if no spring ever left: A(d) = int J*(t - s) dF(s).
+    """Return the largest depth for a contact that never shrinks: A(d) = int J*(t - s) dF(s).
 
-    Steps of the force are put into the middles of theirs; it only sets the spacing.
+    Increments of the force act in the middle of the steps; the result only sets the spacing.
     """
     creep = law.creep()
     missing = np.zeros(creep.times.size)
@@ -221,8 +221,8 @@ def _follow_force(
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
     """Depth, force, contact radius and length at each time.
 
-    A parallel dashpot passes a jump of the force on to the velocity, so there the force is met in
-    the middle of a step, where the velocity of the step is known to second order.
+    With a parallel dashpot a jump of the force is a jump of the velocity, so the force is met in
+    the middle of a step, where the velocity is accurate to second order.
     """
     place = 0.5 if law.viscosity > 0 else 1.0
     steps, before, rate = [], force[0], 0.0
@@ -244,7 +244,7 @@ def _follow_force(
 def _depth_under(
     row: SpringRow, profile: Profile, law: Prony, target: float, duration: float, guess: float
 ) -> float:
-    """Depth after a time at which the row carries a force: Newton's method in a bracket."""
+    """Return the depth after a time at which the row carries a force, by bracketed Newton steps."""
     stiffness = law.long_term + float(law.advance(duration)[1].sum())
     if law.viscosity > 0:
         stiffness += law.viscosity / duration

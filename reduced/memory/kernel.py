@@ -1,19 +1,18 @@
 """One step in time of a row of unilateral viscoelastic springs, exact for a linear depth.
 
-Each spring is, apart from the others, in contact (its deflection is d - g, its force f >= 0) or
-free (f = 0, its end recovers below the body). Within a step the depth d is linear in time, so a
-spring in contact is a sum of exponentials of the relaxation times tau, a free one of the
-retardation times lambda; it leaves at the root of f and returns at the root of its gap, both found
-inside the step. What the ends of a step do not betray (a spring that would leave and return
-within one) is not looked for.
+Every spring is independently in contact (deflection d - g, force f >= 0) or free (f = 0, recovering
+below the body). Within a step the depth d is linear in time, so a spring in contact is a sum of
+exponentials of the relaxation times tau, a free one of the retardation times lambda; it loses
+contact at the root of f and returns at the root of its gap, both inside the step. Events that are
+not visible at the ends of a step (loss and return of contact within one step) are not detected.
 
-State of a spring in contact: the arms' stresses s_j. Free: the modes w_k of its recovery and what
-stays for good in a fluid. They are the same state (partial fractions of G and J):
+State of a spring in contact: the arms' stresses s_j. Free: the modes w_k of its recovery and the
+permanent deflection of a fluid. Both describe the same state (partial fractions of G and J):
 
     w_k = J_k [G_inf u + sum_j s_j tau_j/(tau_j - lambda_k)],
     s_j = sum_k w_k G_j tau_j/(tau_j - lambda_k)      at f = 0.
 
-Times inside a step are shares of it, 0 to 1.
+Times inside a step are fractions of it, 0 to 1.
 """
 
 from __future__ import annotations
@@ -30,7 +29,7 @@ _HALVINGS = 80
 
 
 class Law(NamedTuple):
-    """Material of the springs, per unit of their spacing."""
+    """Material of the springs per unit spacing."""
 
     long_term: float
     moduli: np.ndarray
@@ -45,9 +44,9 @@ class Law(NamedTuple):
 class Row(NamedTuple):
     """State of all springs, and of the cells between neighbours.
 
-    `edge` is where a contact ends inside a cell, as a share of the cell's difference in height,
-    counted from the spring in contact; `fall` by how much the force per length fell over the whole
-    cell when the edge last advanced.
+    `edge` is the position of the contact edge in a cell, as a fraction of the cell's height
+    difference from the spring in contact; `fall` is the decrease of the force per length over the
+    whole cell when the edge last advanced.
     """
 
     touching: np.ndarray
@@ -61,7 +60,7 @@ class Row(NamedTuple):
 
 
 class Spring(NamedTuple):
-    """State of one spring between two of its events, `height` the profile over it."""
+    """State of one spring between two events; `height` is the profile at the spring."""
 
     touching: bool
     height: float
@@ -72,10 +71,10 @@ class Spring(NamedTuple):
 
 
 class Step(NamedTuple):
-    """Linear motion of the body over one step; a jump has no duration.
+    """Linear motion of the body in one step; a jump has zero duration.
 
-    `decay`, `rise` of the arms and `fade` of the modes belong to the whole step: most springs need
-    no other.
+    `decay`, `rise` of the arms and `fade` of the modes are for the whole step, which suffices for
+    most springs.
     """
 
     start: float
@@ -87,7 +86,7 @@ class Step(NamedTuple):
 
 
 def law_of(material: Prony) -> Law:
-    """Springs of a material, with its creep."""
+    """Return the law of springs of a material, with its creep."""
     creep = material.creep()
     apart = material.times[:, None] - creep.times
     spread = np.divide(material.times[:, None], apart, out=np.zeros(apart.shape), where=apart != 0)
@@ -104,7 +103,7 @@ def law_of(material: Prony) -> Law:
 
 
 def fresh_row(springs: int, law: Law) -> Row:
-    """Row of springs that nothing has touched yet."""
+    """Return a row of springs without history."""
     return Row(
         np.zeros(springs, dtype=np.bool_),
         np.zeros(springs),
@@ -119,14 +118,14 @@ def fresh_row(springs: int, law: Law) -> Row:
 
 @njit(cache=True)
 def _held_arm(stress, modulus, ratio, change):
-    """Stress of an arm after a linear strain `change` over `ratio` = time/tau."""
+    """Return the stress of an arm after a linear strain `change` over `ratio` = time/tau."""
     gain = -np.expm1(-ratio) / ratio if ratio > 0 else 1.0
     return stress * np.exp(-ratio) + modulus * gain * change
 
 
 @njit(cache=True)
 def _make_step(law, start, change, duration):
-    """Return a step with the exponentials that all springs share."""
+    """Return a step with the exponentials common to all springs."""
     decay, rise = np.empty(law.times.size), np.empty(law.times.size)
     for j in range(law.times.size):
         ratio = duration / law.times[j]
@@ -137,7 +136,7 @@ def _make_step(law, start, change, duration):
 
 @njit(cache=True)
 def _held_force(law, step, deflection, arms, share):
-    """Force per length of a spring held since the start of its time, after a share of the step."""
+    """Return the force per length of a spring in contact after a fraction of the step."""
     change = step.change * share
     force = law.long_term * (deflection + change)
     if step.duration > 0:
@@ -150,7 +149,7 @@ def _held_force(law, step, deflection, arms, share):
 
 @njit(cache=True)
 def _free_deflection(law, step, modes, permanent, share):
-    """Deflection of a spring that has been free for a share of the step."""
+    """Return the deflection of a spring that has been free for a fraction of the step."""
     deflection = permanent
     for k in range(law.retardations.size):
         deflection += modes[k] * np.exp(-share * step.duration / law.retardations[k])
@@ -159,7 +158,7 @@ def _free_deflection(law, step, modes, permanent, share):
 
 @njit(cache=True)
 def _signed(law, step, spring, begin, share):
-    """Force of a held spring or gap of a free one, `share` of the step after `begin`."""
+    """Return the force of a held spring or gap of a free one, `share` of the step after `begin`."""
     if spring.touching:
         return _held_force(law, step, spring.deflection, spring.arms, share)
     depth = step.start + step.change * (begin + share)
@@ -170,7 +169,7 @@ def _signed(law, step, spring, begin, share):
 
 @njit(cache=True)
 def _root(law, step, spring, begin):
-    """Last share after `begin` with force or gap >= 0, by halving: they end below 0."""
+    """Return the last fraction after `begin` with force or gap >= 0, by bisection."""
     low, high = 0.0, 1.0 - begin
     for _ in range(_HALVINGS):
         middle = 0.5 * (low + high)
@@ -185,7 +184,7 @@ def _root(law, step, spring, begin):
 
 @njit(cache=True)
 def _hold(law, step, arms, share):
-    """Carry the arms of a held spring over a share of the step."""
+    """Advance the arms of a held spring by a fraction of the step."""
     for j in range(law.times.size):
         ratio = share * step.duration / law.times[j]
         arms[j] = _held_arm(arms[j], law.moduli[j], ratio, step.change * share)
@@ -193,7 +192,7 @@ def _hold(law, step, arms, share):
 
 @njit(cache=True)
 def _let_go(law, deflection, arms, modes):
-    """Turn the arms of a spring that leaves into modes of recovery; return what stays for good."""
+    """Convert the arms of a released spring to recovery modes; return the permanent deflection."""
     permanent = deflection
     for k in range(modes.size):
         total = law.long_term * deflection
@@ -207,14 +206,14 @@ def _let_go(law, deflection, arms, modes):
 
 @njit(cache=True)
 def _recover(law, step, modes, share):
-    """Carry the modes of a free spring over a share of the step."""
+    """Advance the modes of a free spring by a fraction of the step."""
     for k in range(modes.size):
         modes[k] *= np.exp(-share * step.duration / law.retardations[k])
 
 
 @njit(cache=True)
 def _catch(law, arms, modes):
-    """Turn modes of recovery into the arms of a spring that is touched."""
+    """Convert modes of recovery to the arms of a spring that makes contact."""
     for j in range(arms.size):
         total = 0.0
         for k in range(modes.size):
@@ -225,9 +224,9 @@ def _catch(law, arms, modes):
 
 @njit(cache=True)
 def _carry_quiet(law, step, heights, old, new):
-    """Carry all springs that neither leave nor are touched over a step; mark the others.
+    """Advance all springs without an event by one step; mark the others.
 
-    One loop, because a call with these tuples costs more than a spring.
+    A single loop, because a call with these tuples costs more than a spring.
     """
     end = step.start + step.change
     rim = law.viscosity * (step.change / step.duration) if step.duration > 0 else 0.0
@@ -261,9 +260,9 @@ def _carry_quiet(law, step, heights, old, new):
 
 @njit(cache=True)
 def _move_spring(law, step, height, row, i):
-    """Carry spring i of a row over a step; return (last event, its force when it left).
+    """Advance spring i of a row by a step; return (last event, force at loss of contact).
 
-    The event is the share of the step at which it left or was touched, -1 without any.
+    The event is the fraction of the step at which contact was lost or made, or -1.
     """
     arms, modes = row.arms[i], row.modes[i]
     touching, deflection, permanent = row.touching[i], row.deflection[i], row.permanent[i]
@@ -303,21 +302,22 @@ def _move_spring(law, step, height, row, i):
 
 @njit(cache=True)
 def _gap(law, step, height, row, i, share):
-    """Gap of a spring that is free since the start of the step."""
+    """Return the gap of a spring that has been free since the start of the step."""
     depth = step.start + step.change * share
     return height + _free_deflection(law, step, row.modes[i], row.permanent[i], share) - depth
 
 
 @njit(cache=True)
 def _place_edge(law, step, heights, rows, marks, cell):
-    """Find where the contact ends between a held and a free spring; store edge and fall.
+    """Compute the contact edge between a held and a free spring; store edge and fall.
 
-    `rows` are the states before and after, `marks` the last events of the springs and the forces
-    with which they left.
+    `rows` are the states before and after, `marks` the last events of the springs and their forces
+    at loss of contact.
 
-    The gap is taken linear in height from the edge to the free spring while it closes, and the
-    force falls to zero as steeply as when the edge last advanced while it opens. Both are exact for
-    the first loading of elastic springs, and err by the square of the spacing otherwise.
+    While the cell closes, the gap is assumed linear in height from the edge to the free spring;
+    while it opens, the force decreases to zero with the slope at the last advance of the edge. Both
+    are exact for the first loading of elastic springs, and otherwise have an error of the square of
+    the spacing.
     """
     (old, new), (events, left) = rows, marks
     pressed = cell if new.touching[cell] else cell + 1
@@ -354,7 +354,7 @@ def _place_edge(law, step, heights, rows, marks, cell):
 
 @njit(cache=True)
 def advance(law, heights, old, new, way):
-    """Carry a row of springs over one step in which the depth goes linearly from start to end.
+    """Advance a row of springs by one step with a linear change of depth.
 
     Parameters
     ----------
@@ -362,7 +362,7 @@ def advance(law, heights, old, new, way):
     heights : ndarray, shape (n,)
         Profile g at the springs.
     old, new : Row
-        State before, left as it is, and after.
+        State before (unchanged) and after the step.
     way : tuple of float
         Depths at start and end, and dt >= 0; 0 is a jump.
     """

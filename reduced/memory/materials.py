@@ -1,10 +1,10 @@
-"""Linear viscoelastic materials in shear, all in the one form that the springs need.
+"""Linear viscoelastic materials in shear, in the common form used by the springs.
 
 Every model of springs and dashpots is a relaxation function
 
     G(t) = G_inf + sum_i G_i exp(-t/tau_i) + eta delta(t)
 
-(Prony series, with a Newtonian dashpot beside it; Ferry 1980, ch. 3; Tschoegl 1989): Kelvin-Voigt
+(Prony series with a parallel Newtonian dashpot; Ferry 1980, ch. 3; Tschoegl 1989): Kelvin-Voigt
 has no arm, Maxwell has one and G_inf = 0, the standard solid one and G_inf > 0. Springs of the
 reduced model follow G(t - t') in (19.31) with the factor 4 of (19.30), or 2/(1 - nu).
 """
@@ -20,8 +20,8 @@ from scipy.optimize import nnls
 
 from reduced.arguments import poisson_faults, positive_faults, refuse
 
-_HALVINGS = 200  # an interval of logarithms is down to rounding after some 60
-_ROUNDING = 1e-12  # share of a datum that least squares cannot tell from nothing
+_HALVINGS = 200  # an interval in logarithms reaches rounding after about 60 bisections
+_ROUNDING = 1e-12  # fraction of a datum that least squares cannot resolve
 
 
 @dataclass(frozen=True)
@@ -44,7 +44,7 @@ class Creep:
     times: np.ndarray
 
     def compliance(self, time: float | np.ndarray) -> np.ndarray:
-        """J(t) for t >= 0, any shape."""
+        """Return J(t) for t >= 0, any shape."""
         t = _times(time)
         delayed = -self.compliances * np.expm1(-t[..., None] / self.times)
         return self.instantaneous + t * self.fluidity + delayed.sum(axis=-1)
@@ -54,17 +54,17 @@ class Creep:
 class Prony:
     """Relaxation function G(t) = G_inf + sum_i G_i exp(-t/tau_i) + eta delta(t) in shear.
 
-    Make one with `prony`, `kelvin_voigt`, `standard_solid` or `fit`; these sort the
-    arms, join equal times and drop arms of no modulus.
+    Make one with `prony`, `kelvin_voigt`, `standard_solid` or `fit`; these sort the arms, merge
+    equal times and drop arms with zero modulus.
 
     Attributes
     ----------
     long_term : float
         G_inf >= 0; 0 for fluids.
     moduli, times : ndarray, shape (m,)
-        G_i > 0 and relaxation times tau_i > 0, longest first, no two alike.
+        G_i > 0 and relaxation times tau_i > 0, longest first, all distinct.
     viscosity : float
-        eta >= 0 of a dashpot parallel to everything.
+        eta >= 0 of a parallel dashpot.
     """
 
     long_term: float
@@ -74,16 +74,16 @@ class Prony:
 
     @property
     def glassy(self) -> float:
-        """G_inf + sum G_i, the modulus of fast loading apart from the parallel dashpot."""
+        """G_inf + sum G_i, the modulus of fast loading without the parallel dashpot."""
         return self.long_term + float(self.moduli.sum())
 
     @property
     def steady_viscosity(self) -> float:
-        """Sum of G_i tau_i plus eta: stress per rate of slow flow beyond that of G_inf."""
+        """Sum of G_i tau_i plus eta: stress per rate of slow flow in addition to G_inf."""
         return float((self.moduli * self.times).sum()) + self.viscosity
 
     def relaxation(self, time: float | np.ndarray) -> np.ndarray:
-        """G(t) for t > 0 (the pulse of the parallel dashpot is over), any shape.
+        """Return G(t) for t > 0 (without the pulse of the parallel dashpot), any shape.
 
         Examples
         --------
@@ -94,7 +94,7 @@ class Prony:
         return self.long_term + (self.moduli * np.exp(-t[..., None] / self.times)).sum(axis=-1)
 
     def complex_modulus(self, frequency: float | np.ndarray) -> np.ndarray:
-        """G'(w) + i G''(w) = G_inf + sum_i G_i i w tau_i/(1 + i w tau_i) + i w eta.
+        """Return G'(w) + i G''(w) = G_inf + sum_i G_i i w tau_i/(1 + i w tau_i) + i w eta.
 
         Parameters
         ----------
@@ -114,7 +114,7 @@ class Prony:
         return storage + 1j * loss
 
     def advance(self, step: float | np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Exact update of the arms over a time in which the strain is linear.
+        """Return the exact update of the arms over a time with linear strain.
 
         The stress of arm i goes from s_i to decay_i s_i + gain_i dgamma, with
         decay_i = exp(-dt/tau_i), gain_i = G_i (tau_i/dt) (1 - exp(-dt/tau_i)), for any dt > 0
@@ -143,11 +143,12 @@ class Prony:
         )
 
     def creep(self) -> Creep:
-        """Exact creep function of the material: retardation times and their compliances.
+        """Return the exact creep function of the material: retardation times and compliances.
 
-        J^(s) = 1/(s Q(s)) with Q(s) = G_inf + sum_i G_i s tau_i/(1 + s tau_i) + eta s. The zeros
-        s = -1/lambda of Q are real and lie one by one between the -1/tau_i (Gross 1953), one below
-        all for a solid, one above with a parallel dashpot; J_i = lambda_i/Q'(-1/lambda_i).
+        J^(s) = 1/(s Q(s)) with Q(s) = G_inf + sum_i G_i s tau_i/(1 + s tau_i) + eta s. The zeros s
+        = -1/lambda of Q are real and interlace with the -1/tau_i (Gross 1953); a solid has one rate
+        1/lambda below all 1/tau_i, a parallel dashpot adds one above all; J_i =
+        lambda_i/Q'(-1/lambda_i).
 
         Examples
         --------
@@ -157,7 +158,7 @@ class Prony:
         """
         rates = self._retardation_rates()
         spread = 1 - rates[:, None] * self.times
-        with np.errstate(divide="ignore"):  # a zero on its pole belongs to an arm of no weight
+        with np.errstate(divide="ignore"):  # zero on its pole: an arm of negligible weight
             slope = (self.moduli * self.times / spread**2).sum(axis=-1) + self.viscosity
         return Creep(
             instantaneous=0.0 if self.viscosity > 0 else 1 / self.glassy,
@@ -167,9 +168,9 @@ class Prony:
         )
 
     def _retardation_rates(self) -> np.ndarray:
-        """Zeros x of Q(-x), ascending, by halving in log x between the poles 1/tau_i.
+        """Return the zeros x of Q(-x), ascending, by bisection in log x between the poles 1/tau_i.
 
-        Rates are taken relative to the end of their interval, so units cost no digit.
+        Rates are relative to the end of their interval, so no digits are lost to units.
         """
         ends = [*(1 / self.times)]
         slow, fast = self.long_term > 0, self.viscosity > 0
@@ -184,13 +185,13 @@ class Prony:
         inner, outer = np.zeros(low.size), width
         for _ in range(_HALVINGS):
             middle = (inner + outer) / 2
-            # Q(-x) falls through each interval, from its lower pole to its upper one.
+            # Q(-x) decreases in every interval, from the lower to the upper pole.
             above = self._at_minus(low * np.exp(middle)) > 0
             inner, outer = np.where(above, middle, inner), np.where(above, outer, middle)
         return low * np.exp((inner + outer) / 2)
 
     def _at_minus(self, rate: np.ndarray) -> np.ndarray:
-        """Q(-x): the modulus at the real negative frequency -x."""
+        """Return Q(-x), the modulus at the real negative frequency -x."""
         turns = rate[:, None] * self.times
         with np.errstate(divide="ignore"):
             arms = (self.moduli * turns / (turns - 1)).sum(axis=-1)
@@ -204,21 +205,21 @@ def prony(
     *,
     viscosity: float = 0.0,
 ) -> Prony:
-    """Prony series of any arms: sorted, equal times joined, arms of no modulus left out.
+    """Return a Prony series with sorted arms, merged equal times, and no arms of zero modulus.
 
     Parameters
     ----------
     long_term : float
         G_inf >= 0.
     moduli, times : sequence of float
-        G_i >= 0 and tau_i > 0, equally many.
+        G_i >= 0 and tau_i > 0, in equal number.
     viscosity : float
         eta >= 0 of a parallel dashpot.
 
     Raises
     ------
     ValueError
-        Listing everything wrong; a material that resists nothing is.
+        Lists all invalid arguments; also if all moduli and the viscosity are zero.
 
     Examples
     --------
@@ -246,13 +247,13 @@ def prony(
 
 
 def contact_modulus(material: Prony, poisson_ratio: float = 0.5) -> Prony:
-    """E*(t) = 2 G(t)/(1 - nu) for one Poisson's ratio at all times; 4 G for rubber (19.30)."""
+    """Return E*(t) = 2 G(t)/(1 - nu) for a constant Poisson's ratio; 4 G for rubber (19.30)."""
     refuse(poisson_faults(poisson_ratio))
     return material.scaled(2 / (1 - poisson_ratio))
 
 
 def kelvin_voigt(shear_modulus: float, viscosity: float) -> Prony:
-    """Spring and dashpot side by side, G(w) = G + i w eta: the chapter's rubber in Problem 1."""
+    """Return a spring and dashpot in parallel, G(w) = G + i w eta, the rubber of Problem 1."""
     refuse(positive_faults(shear_modulus=shear_modulus, viscosity=viscosity))
     return prony(shear_modulus, viscosity=viscosity)
 
@@ -264,7 +265,7 @@ def standard_solid(
     *,
     relaxation_time: float | None = None,
 ) -> Prony:
-    """Spring G_inf beside a Maxwell arm (Zener 1948), G(t) = G_inf + G_1 exp(-t/tau).
+    """Return a spring parallel to a Maxwell arm (Zener 1948), G(t) = G_inf + G_1 exp(-t/tau).
 
     Exactly one of the arm's viscosity eta and relaxation time tau = eta/G_1 is given.
     """
@@ -274,7 +275,7 @@ def standard_solid(
 
 
 def _arm_time(modulus: float, viscosity: float | None, time: float | None) -> float:
-    """Relaxation time of a Maxwell arm from the one of the two that was given."""
+    """Return the relaxation time of a Maxwell arm, as given or from the viscosity."""
     if (viscosity is None) == (time is None):
         raise ValueError("give exactly one of viscosity and relaxation_time")
     if time is not None:
@@ -313,11 +314,11 @@ def fit(
     solid: bool = True,
     dashpot: bool = False,
 ) -> Fit:
-    """Fit G'(w), G''(w) by a Prony series with coefficients >= 0 (Baumgaertel & Winter 1989).
+    """Return a fit of G'(w), G''(w) by a Prony series with G_i >= 0 (Baumgaertel & Winter 1989).
 
     Least squares of (G_fit - G)/|G| over real and imaginary parts at fixed relaxation times, by
-    the non-negative algorithm of Lawson & Hanson (1974): the result can be no other than a passive
-    material, and needs no regularisation. Arms that do not help get no modulus and drop out.
+    the non-negative algorithm of Lawson & Hanson (1974): the result is always a passive material
+    and needs no regularisation. Arms that do not improve the fit are dropped.
 
     Parameters
     ----------
@@ -326,14 +327,14 @@ def fit(
     modulus : array_like of complex, shape (k,)
         G' + i G'', neither of them negative.
     times : array_like, optional
-        Relaxation times; default: `per_decade` a decade over [1/w_max, 1/w_min].
+        Relaxation times; default: `per_decade` per decade over [1/w_max, 1/w_min].
     solid, dashpot : bool
-        Whether G_inf, and a parallel dashpot, may carry.
+        Whether to include G_inf and a parallel dashpot.
 
     Raises
     ------
     ValueError
-        Listing everything wrong with the data.
+        Lists all errors in the data.
 
     Examples
     --------
@@ -351,7 +352,7 @@ def fit(
         raise ValueError(f"times must be a list of positive numbers, got {times!r}")
     turns = w[:, None] * tau
     columns = [turns * (turns + 1j) / (1 + turns * turns)]
-    # each unknown in units of a modulus: the dashpot as its stress at the fastest measurement
+    # all unknowns in units of modulus: the dashpot by its stress at the highest frequency
     columns.append(np.full((w.size, int(solid)), 1.0 + 0j))
     columns.append(1j * np.repeat(w[:, None] / w.max(), int(dashpot), axis=1))
     matrix, weight = np.hstack(columns), 1 / np.abs(data)
@@ -359,7 +360,7 @@ def fit(
     relative = matrix * (unit * weight)[:, None]
     goal = np.concatenate([(data * weight).real, (data * weight).imag])
     coefficients = nnls(np.vstack([relative.real, relative.imag]), goal)[0]
-    # What moves no datum by more than rounding does was found by rounding.
+    # Coefficients that change the data by less than rounding are rounding errors.
     coefficients = unit * np.where(
         np.abs(relative * coefficients).max(axis=0) > _ROUNDING, coefficients, 0.0
     )
@@ -373,7 +374,7 @@ def fit(
 
 
 def _checked_data(frequency: ArrayLike, modulus: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
-    """Frequencies and complex moduli, or one ValueError for everything wrong."""
+    """Return frequencies and complex moduli, or raise one ValueError with all errors."""
     w, data = np.asarray(frequency, dtype=float), np.asarray(modulus, dtype=complex)
     wrong = []
     if w.ndim != 1 or w.size == 0 or w.shape != data.shape:
@@ -391,13 +392,13 @@ def _checked_data(frequency: ArrayLike, modulus: ArrayLike) -> tuple[np.ndarray,
 
 
 def _default_times(w: np.ndarray, per_decade: float) -> np.ndarray:
-    """Relaxation times over the measured range, evenly in the logarithm."""
+    """Return relaxation times over the measured range, evenly spaced in the logarithm."""
     decades = np.log10(w.max() / w.min())
     return np.geomspace(1 / w.max(), 1 / w.min(), max(1, round(per_decade * decades) + 1))
 
 
 def _times(time: float | np.ndarray) -> np.ndarray:
-    """Return times as an array, or ValueError: the functions know no time before 0."""
+    """Return times as an array; raise ValueError for negative times."""
     t = np.asarray(time, dtype=float)
     if not (np.isfinite(t).all() and (t >= 0).all()):
         raise ValueError(f"times must be finite and >= 0, got {time!r}")

@@ -1,9 +1,10 @@
-"""A row of viscoelastic springs under an equivalent profile: its places, its force, its growth.
+"""A row of viscoelastic springs under an equivalent profile: positions, force, growth.
 
 Springs stand at x = 0, dx, 2 dx, ..., at the breakpoints of the profile and at its sharp edge; the
-line is symmetric and only its right half is kept. Between neighbours the force per length is taken
-linear in the height g, as it is for an elastic spring: then the force of the whole line is exact
-for elastic springs under a paraboloid or a cone at any spacing, and errs by dx^2 for others.
+line is symmetric and only its right half is kept. Between neighbours the force per length is
+assumed linear in the height g, as for elastic springs: the force of the whole line is then exact
+for elastic springs under a paraboloid or a cone at any spacing, and has an error of dx^2 for
+others.
 """
 
 from __future__ import annotations
@@ -19,15 +20,15 @@ from reduced.memory.materials import Prony, contact_modulus
 from reduced.profiles.section import Profile
 from reduced.springs.line import row_faults
 
-_LEAST, _MOST = 0.25, 0.75  # middle heights of cells that a monotone parabola can pass
+_LEAST, _MOST = 0.25, 0.75  # relative middle heights of cells for which the parabola is monotone
 
 
 @njit(cache=True)
 def _along(middle, level):
-    """Share of a cell's width at which its height has risen by a share `level`.
+    """Return the fraction of a cell's width at which its height has risen by the fraction `level`.
 
-    Within a cell the height is the parabola through both ends and the middle, where that is
-    monotone; else a power of the distance from the flatter end (exact at the tip of c x^n).
+    Within a cell the height is the parabola through both ends and the middle, if it is monotone,
+    else a power of the distance from the flatter end (exact at the tip of c x^n).
     """
     if level <= 0 or level >= 1:
         return min(max(level, 0.0), 1.0)
@@ -41,7 +42,7 @@ def _along(middle, level):
 
 @njit(cache=True)
 def _risen(middle, share):
-    """Integrals of the relative height and of its square over a share of a cell, see `_along`."""
+    """Return integrals of relative height and its square over a part of a cell, see `_along`."""
     if middle <= 0:
         return 0.0, 0.0
     if middle >= 1:
@@ -62,7 +63,7 @@ def _risen(middle, share):
 
 @njit(cache=True)
 def _bend(heights, force, i, j, k):
-    """Second divided difference of the force over the height; 0 where heights coincide."""
+    """Return the second divided difference of the force over the height; 0 for equal heights."""
     low, high = heights[j] - heights[i], heights[k] - heights[j]
     if low == 0 or high == 0:
         return 0.0
@@ -72,9 +73,10 @@ def _bend(heights, force, i, j, k):
 
 @njit(cache=True)
 def _whole_cell(heights, middle, touching, force, i):
-    """Mean force per length of a cell with both springs in contact: cubic in the height.
+    """Return the mean force per length of a cell with both springs in contact, cubic in the height.
 
-    Linear, less the bend that the neighbours show (mean of both sides, where both are in contact).
+    It is the linear value less the curvature from the neighbours (mean of both sides if in
+    contact).
     """
     once, twice = _risen(middle, 1.0)
     before = i > 0 and touching[i - 1]
@@ -92,7 +94,7 @@ def _whole_cell(heights, middle, touching, force, i):
 
 @njit(cache=True)
 def _part_cell(middle, edge, rim, inward, pressed_force):
-    """Mean force of a cell and share of its width in contact: linear to the rim's force."""
+    """Return the mean force of a cell and its fraction in contact, linear to the edge."""
     share = _along(middle, edge if inward else 1 - edge)
     once = _risen(middle, share)[0]
     if not inward:
@@ -103,9 +105,9 @@ def _part_cell(middle, edge, rim, inward, pressed_force):
 
 @njit(cache=True)
 def _sub_cell(line, row, rim):
-    """Force of the right half, its contact length and where its contact ends farthest out.
+    """Return force, contact length and outermost contact edge of the right half.
 
-    `line` are the places of the springs, the profile's heights there, and their middle heights.
+    `line` contains the positions of the springs, the profile's heights there, and middle heights.
     """
     (places, heights, middles), touching, force = line, row.touching, row.force
     total, length, radius = 0.0, 0.0, 0.0
@@ -135,13 +137,13 @@ class RelaxingSprings:
     material : Prony
         Shear modulus in time.
     poisson_ratio : float
-        Constant in time; 1/2 is rubber.
+        Constant in time; 1/2 for rubber.
     per_radius : int
         Springs per contact radius at the largest depth.
     spacing : float, optional
-        dx itself, in place of `per_radius`.
+        dx, instead of `per_radius`.
     edges : {"sub_cell", "nodal"}
-        Contacts end inside cells, or are whole springs of one dx each at (i + 1/2) dx as printed.
+        Contact edges inside cells, or whole springs at (i + 1/2) dx as printed.
 
     Raises
     ------
@@ -162,11 +164,11 @@ class RelaxingSprings:
 
     @property
     def modulus(self) -> Prony:
-        """E*(t)."""
+        """The contact modulus E*(t)."""
         return contact_modulus(self.material, self.poisson_ratio)
 
     def lay(self, depth: float) -> SpringRow:
-        """Lay springs for a largest depth; deeper, more are added at the same distance."""
+        """Return a row of springs for a largest depth; at larger depths springs are added."""
         spacing = self.spacing
         if spacing is None:
             spacing = float(self.profile.contact_radius(max(depth, 0.0))) / self.per_radius
@@ -181,11 +183,11 @@ class SpringRow:
     ----------
     profile : Profile
     law : Law
-        Springs per length: moduli E*(t) (19.30).
+        Law per length, with moduli E*(t) (19.30).
     spacing : float
         dx.
     edges : {"sub_cell", "nodal"}
-        Contacts that end inside a cell, or sums over whole springs at (i + 1/2) dx.
+        Contact edges inside a cell, or sums over whole springs at (i + 1/2) dx.
     """
 
     def __init__(self, profile: Profile, law: Law, spacing: float, edges: str) -> None:
@@ -198,9 +200,9 @@ class SpringRow:
         self._trial = fresh_row(self._places.size, law)
 
     def trial(self, depth: float, duration: float) -> tuple[float, float, float]:
-        """Try a step: force, contact length and contact radius at a depth after a time.
+        """Return force, contact length and contact radius of a trial step to a depth.
 
-        The velocity is constant on the way; a duration of 0 is a jump. Nothing is kept.
+        The velocity is constant; a duration of 0 is a jump. The state is not changed.
         """
         self._grow(depth)
         way = (float(self.depth), float(depth), float(duration))
@@ -209,7 +211,7 @@ class SpringRow:
         return self._totals(self._trial, speed)
 
     def go(self, depth: float, duration: float) -> tuple[float, float, float]:
-        """Take a step, and return what `trial` returns."""
+        """Take a step; return the same as `trial`."""
         answer = self.trial(depth, duration)
         self._row, self._trial = self._trial, self._row
         self.depth, self.time = depth, self.time + duration
@@ -237,7 +239,7 @@ class SpringRow:
             new[: old.shape[0]] = old
 
     def _place(self, reach: float) -> None:
-        """Put springs from the axis to `reach` or the profile's edge; they never move again."""
+        """Place springs from the axis to `reach` or the profile's edge; they remain fixed."""
         count = int(np.ceil(reach / self._spacing)) + 1
         nodal = self._edges == "nodal"
         places = self._spacing * (np.arange(count) + 0.5 * nodal)

@@ -1,1 +1,1 @@
-"""Rigid masses on springs, and under the continuous friction law."""
+"""Rigid masses on springs, and blocks with the continuous friction law."""

@@ -2,7 +2,7 @@
 
     m_i v_i' = f_i + P_i cos(W t) - (K x)_i - (C v)_i - (2/pi) L_i arctan((v_i - V_i)/v0),  x' = v
 
-with L = mu F_N of each block and V the speed of what it slides on (a belt; 0 for the ground).
+with L = mu F_N of a block and V the speed of its support (a belt; 0 for the ground).
 """
 
 from __future__ import annotations
@@ -19,9 +19,9 @@ from reduced.errors import ConvergenceError
 from reduced.motion.stepping import Stepping
 
 _EXPLICIT = {"explicit_euler": 0, "semi_implicit_euler": 1, "runge_kutta_4": 2}
-_IMPLICIT = {"implicit_euler": 1.0, "implicit_midpoint": 0.5}  # where in the step u is taken
+_IMPLICIT = {"implicit_euler": 1.0, "implicit_midpoint": 0.5}  # position of u in the step
 SCHEMES = (*_EXPLICIT, *_IMPLICIT)
-"""Explicit ones need `friction_law.stable_step`; implicit ones take any step."""
+"""Explicit schemes need `friction_law.stable_step`; implicit ones permit any step."""
 
 _EPSILON = float(np.finfo(float).eps)
 _SWEEPS = 10_000
@@ -43,7 +43,7 @@ class System(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Blocks:
-    """n rigid blocks, from numbers (one block, or the same for all) and arrays.
+    """n rigid blocks, given by arrays or by numbers (one block, or equal values for all).
 
     A block on a slope is ``Blocks(m, mu * m * g * cos(a), load=m * g * sin(a))``, an oscillator on
     a belt ``Blocks(m, limit, stiffness=k, belt=V)``.
@@ -62,7 +62,8 @@ class Blocks:
     Raises
     ------
     ValueError
-        Listing what is not finite, not positive (mass, limit) or not symmetric (matrices).
+        Lists values that are not finite or positive (mass, limit), and matrices that are not
+        symmetric.
     """
 
     mass: ArrayLike
@@ -94,7 +95,7 @@ class Blocks:
         refuse(wrong)
 
     def arrays(self) -> System:
-        """Return all of them as arrays."""
+        """Return the system as full arrays."""
         vectors = self.mass, self.load, self.amplitude, self.belt, self.limit
         size = max(np.size(value) for value in vectors)
         mass, load, amplitude, belt, limit = (
@@ -119,7 +120,7 @@ class Motion:
     position, velocity : ndarray, shape (k, n)
         x and v.
     evaluations : int
-        Evaluations of the law (19.1) per block, those of the implicit solver included: the cost.
+        Evaluations of the law (19.1) per block, including those of the implicit solver; the cost.
     """
 
     time: np.ndarray
@@ -137,14 +138,14 @@ def integrate(
     position: ArrayLike = 0.0,
     velocity: ArrayLike = 0.0,
 ) -> Motion:
-    """Step the blocks under the regularised law.
+    """Integrate the motion of blocks under the regularised law.
 
     - ``"explicit_euler"``, ``"semi_implicit_euler"`` (the new velocity moves the block),
-      ``"runge_kutta_4"``: stable below `friction_law.stable_step` only. Beyond it nothing blows up,
-      for the friction is bounded: the velocity jumps between +v and -v at every step.
+      ``"runge_kutta_4"``: stable below `friction_law.stable_step` only. Beyond it the motion stays
+      bounded, like the friction, but the velocity jumps between +v and -v at every step.
     - ``"implicit_euler"``, ``"implicit_midpoint"``: the friction of the new (mean) velocity; any
       step is stable. Each step is a strictly convex problem, solved block by block to round-off;
-      for v0 -> 0 it becomes the step of Moreau and Jean for Coulomb's own law.
+      for v0 -> 0 it becomes the step of Moreau and Jean for Coulomb's law.
 
     Every operation is homogeneous and every tolerance relative, so units do not matter.
 
@@ -154,18 +155,18 @@ def integrate(
     characteristic_speed : float
         v0 of (19.1).
     stepping : Stepping
-        Length and number of the steps, and which of them are recorded.
+        Length and number of the steps, and the recorded ones.
     scheme : str
         See above.
     position, velocity : array_like, shape (n,)
-        At t = 0.
+        Values at t = 0.
 
     Raises
     ------
     ValueError
-        Listing every argument that is wrong.
+        Lists all invalid arguments.
     ConvergenceError
-        If the velocities of an implicit step do not settle, or are not finite.
+        If the velocities of an implicit step do not converge, or are not finite.
 
     Examples
     --------
@@ -197,7 +198,7 @@ def integrate(
 
 @njit(cache=True)
 def _acceleration(t, x, v, law, out):
-    """Acceleration of every block; one evaluation of the law each."""
+    """Return the accelerations of the blocks; one evaluation of the law per block."""
     (mass, load, amplitude, frequency, stiffness, damping, belt, limit), v0 = law
     swing = np.cos(frequency * t)
     for i in range(mass.size):
@@ -240,7 +241,7 @@ def _explicit(scheme, law, start, clock, records):
 def _implicit(theta, law, start, clock, records):
     """Run m (u - v)/(theta h) = force(t + theta h, x + theta h u, u), u the velocity at theta.
 
-    Returns the evaluations of the law and the step at which the velocities did not settle, or -1.
+    Returns the evaluations of the law and the step at which the velocities did not converge, or -1.
     """
     (mass, load, amplitude, frequency, stiffness, damping, belt, limit), v0 = law
     (x, v), (h, steps, stride) = start, clock
@@ -269,9 +270,9 @@ def _implicit(theta, law, start, clock, records):
 
 @njit(cache=True)
 def _solve(matrix, right, impulse, belt, v0, u):
-    """Gauss and Seidel's sweeps for A u + (2/pi) h L arctan((u - V)/v0) = b; each block exactly.
+    """Solve A u + (2/pi) h L arctan((u - V)/v0) = b by Gauss-Seidel sweeps with exact block solves.
 
-    The problem is the minimum of a strictly convex function, on which such sweeps converge.
+    The solution minimises a strictly convex function, for which such sweeps converge.
     Returns evaluations of the law, or -1.
     """
     n, evaluations = right.size, 0
@@ -296,8 +297,9 @@ def _solve(matrix, right, impulse, belt, v0, u):
 def _slip(a, b, c, v0):
     """Solve a w + (2/pi) b arctan(w/v0) = c for w, and count the evaluations.
 
-    For c > 0 the left side is concave in w > 0: Newton's method rises to the root from any w below
-    it, such as (c - b)/a and that of the tangent at w = 0; it ends where rounding stops the rise.
+    For c > 0 the left side is concave in w > 0: Newton's method increases to the root from any
+    smaller w, such as (c - b)/a and the root of the tangent at w = 0; it ends when rounding stops
+    the increase.
     """
     goal = abs(c)
     w = max((goal - b) / a, goal / (a + 2.0 / np.pi * b / v0))

@@ -1,4 +1,4 @@
-"""The contact of Fig. 19.4: springs that carry a rigid mass, as force and energy of a depth."""
+"""The contact of Fig. 19.4: force and energy of springs under a rigid mass."""
 
 from __future__ import annotations
 
@@ -13,12 +13,12 @@ from reduced.profiles.section import Profile
 from reduced.springs.line import NodalLine, SmoothLine, Springs
 
 _MARGIN = 1.01
-_LEAST, _MOST = 1e-150, 1e150  # beyond, energies leave the range of floating point
+_LEAST, _MOST = 1e-150, 1e150  # beyond this, energies exceed the range of floating point
 
 
 @dataclass(frozen=True)
 class SpringContact:
-    """A profile on springs of stiffness E* dx (19.14); build it with `spring_contact`.
+    """A profile on springs of stiffness E* dx (19.14), constructed by `spring_contact`.
 
     Attributes
     ----------
@@ -27,7 +27,7 @@ class SpringContact:
     effective_modulus : float
         E*.
     deepest : float
-        Penetration for which the springs were laid out; deeper, the line goes on as its last cell.
+        Penetration for which the springs were created; beyond it, the last cell is continued.
     """
 
     line: SmoothLine | NodalLine
@@ -46,12 +46,12 @@ class SpringContact:
 
 
 def spring_contact(springs: Springs, deepest: float) -> SpringContact:
-    """Lay springs under a profile for penetrations up to `deepest`.
+    """Return a profile on springs for penetrations up to `deepest`.
 
     Parameters
     ----------
     springs : Springs
-        The profile, and the springs under it; `per_radius` counts at the largest penetration.
+        The profile and its springs; `per_radius` refers to the largest penetration.
     deepest : float
         Largest penetration of the motion; `impact_depth` estimates that of an impact.
 
@@ -71,23 +71,23 @@ def spring_contact(springs: Springs, deepest: float) -> SpringContact:
 def impact_depth(
     profile: Profile, effective_modulus: float, kinetic_energy: float, load: float = 0.0
 ) -> float:
-    """Return a penetration at most 1 % beyond that at which the springs have stopped the mass.
+    """Return a penetration at most 1 % beyond that at which the springs stop the mass.
 
-    On few springs: it only lays out those of the motion itself.
+    It uses few springs and only sizes the springs for the motion.
 
     Parameters
     ----------
     profile, effective_modulus
         g(x) and E*.
     kinetic_energy : float
-        m v^2/2 at first touch; 0 where the load alone moves the mass.
+        m v^2/2 at first touch; 0 if only the load moves the mass.
     load : float
-        Constant force that presses the mass on (its weight), >= 0.
+        Constant force on the mass (its weight), >= 0.
 
     Raises
     ------
     ConvergenceError
-        If no depth that a floating-point number can hold is enough.
+        If no finite depth is enough.
     """
     wrong = positive_faults(effective_modulus=effective_modulus)
     if not (min(kinetic_energy, load) >= 0 and 0 < kinetic_energy + load < np.inf):

@@ -1,8 +1,8 @@
-"""A rigid mass on a reduced contact (Fig. 19.4) in steps of time: impact, bounce, vibration.
+"""A rigid mass on a reduced contact (Fig. 19.4) by time stepping: impact, bounce, vibration.
 
     m x'' = f(t) + P cos(W t) - c x' - F(x),   x the penetration (negative: in flight, F = 0)
 
-F is the force of the springs (19.14) under the profile, contact edges inside the cells.
+F is the force of the springs (19.14) under the profile, with sub-cell contact edges.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from reduced.springs.line import SmoothLine
 
 SCHEMES = ("verlet", "yoshida", "energy")
 _CUBE_ROOT = 2.0 ** (1 / 3)
-# Verlet's steps of a fourth-order step (Yoshida 1990).
+# Verlet steps of a fourth-order step (Yoshida 1990).
 _YOSHIDA = (1 / (2 - _CUBE_ROOT), -_CUBE_ROOT / (2 - _CUBE_ROOT), 1 / (2 - _CUBE_ROOT))
 _NODES, _WEIGHTS = (tuple(map(float, part)) for part in gauss_legendre(4))
 _EPSILON = float(np.finfo(float).eps)
@@ -45,11 +45,11 @@ class Motion:
     time, position, velocity : ndarray
         t, x, x'.
     force, energy : ndarray
-        Of the contact at x: force, and elastic energy of the springs.
+        Contact force and elastic energy of the springs at x.
     evaluations : int
-        Evaluations of the contact's law.
+        Evaluations of the contact law.
     pull : float
-        f/m, which brings a mass in flight back.
+        f/m, the acceleration in flight.
     """
 
     time: np.ndarray
@@ -61,7 +61,7 @@ class Motion:
     pull: float
 
     def at(self, times: ArrayLike) -> tuple[np.ndarray, np.ndarray]:
-        """Return position and velocity at any times, by Hermite's cubics between the records.
+        """Return position and velocity at any times, by Hermite cubics between the records.
 
         Raises
         ------
@@ -82,10 +82,10 @@ class Motion:
         return position, (v[k] + s * (2 * square + 3 * s * cube)) / h
 
     def release(self) -> tuple[float, float]:
-        """Return time and velocity at which the mass first leaves the contact it was in.
+        """Return time and velocity at the first loss of contact.
 
-        By the flight under the constant load back from the first record outside. Harmonic load and
-        damping are not taken into account within that one interval.
+        They follow from the flight under the constant load, backwards from the first record out of
+        contact. Harmonic load and damping are neglected within that interval.
 
         Raises
         ------
@@ -105,7 +105,7 @@ class Motion:
 
 @dataclass(frozen=True)
 class Mass:
-    """A rigid mass, and where it starts.
+    """A rigid mass with its initial state.
 
     Parameters
     ----------
@@ -130,15 +130,15 @@ class Mass:
 
 @dataclass(frozen=True)
 class Push:
-    """Force on a mass in time: constant, harmonic and piecewise linear parts.
+    """Force on a mass over time: constant, harmonic and piecewise linear parts.
 
     Parameters
     ----------
     load, amplitude, frequency : float
         f, P, W of f + P cos(W t).
     history : tuple of array_like, shape (j,)
-        Increasing times and the force there, added to the load: linear in between, constant
-        outside. The energy is kept where it is constant.
+        Increasing times and forces, added to the load: linear in between, constant outside. Energy
+        is conserved while the force is constant.
     """
 
     load: float = 0.0
@@ -173,15 +173,15 @@ def move(
     push: Push = AT_REST,
     scheme: str = "energy",
 ) -> Motion:
-    """Step a mass on a contact.
+    """Integrate the motion of a mass on a contact.
 
     - ``"verlet"``: kick, drift, kick; explicit, symplectic, second order; stable for h w < 2, w the
       largest frequency sqrt(F'(x)/m) of the motion.
-    - ``"yoshida"``: three of them, one backwards: fourth order where F is smooth. At first touch it
-      is not; see docs/friction-and-impact.md for the order that is left.
+    - ``"yoshida"``: three Verlet steps, one backwards: fourth order if F is smooth. At first touch
+      it is not; see docs/friction-and-impact.md for the resulting order.
     - ``"energy"``: implicit, m (v+ - v)/h = f - (U(x+) - U(x))/(x+ - x) with x+ - x = h (v + v+)/2:
-      second order, stable for any step, and it keeps m v^2/2 + U - f x to round-off (Gonzalez
-      1996): whatever the step, an elastic impact gives back its energy.
+      second order, stable for any step, and conserves m v^2/2 + U - f x to round-off (Gonzalez
+      1996), so that an elastic impact has no loss at any step.
 
     Damping acts by its exact factor exp(-c h/(2 m)) before and after each step. Every operation is
     homogeneous and every tolerance relative, so units do not matter.
@@ -201,9 +201,9 @@ def move(
     Raises
     ------
     ValueError
-        If the edges are not those of cells, or the scheme is unknown.
+        If the edges are not ``"sub_cell"``, or the scheme is unknown.
     ConvergenceError
-        If an implicit step finds no position, or a number is not finite.
+        If an implicit step has no solution, or a number is not finite.
 
     Examples
     --------
@@ -270,7 +270,7 @@ def _push(t, pushed):
 
 @njit(cache=True)
 def _move(contact, scheme, body, pushed, clock, records):
-    """Fill the records; evaluations of the law, and the step that failed or -1."""
+    """Fill the records; return the evaluations of the law, and the failed step or -1."""
     (implicit, parts), (mass, damping), (step, stride) = scheme, body, clock
     x, v = records[0, 0], records[1, 0]
     out = np.empty((3, 1))
@@ -308,8 +308,8 @@ def _move(contact, scheme, body, pushed, clock, records):
 def _implicit_position(contact, mass, push, state, h, out):
     """Solve y = x + h v + h^2/(2 m) (push - mean force between x and y); evaluations, or -1.
 
-    The mean force rises with y, so that the left side less the right one does, with a slope of at
-    least 1: Newton's method inside a bracket that shrinks.
+    The mean force increases with y, so the difference of both sides has a slope of at least 1:
+    Newton's method inside a shrinking bracket.
     """
     x, v = state
     free = x + h * v + 0.5 * h * h / mass * push
@@ -329,7 +329,8 @@ def _implicit_position(contact, mass, push, state, h, out):
         else:
             low = y
         new = y - excess / (1.0 + gain * slope)
-        # The excess itself is known to a rounding or two of its terms: closer, steps may alternate.
+        # The residual is accurate to a rounding or two of its terms; below this, steps may
+        # alternate.
         if abs(new - y) <= 4.0 * _EPSILON * scale:
             return new, used
         y = new if low <= new <= high else 0.5 * (low + high)
@@ -338,9 +339,9 @@ def _implicit_position(contact, mass, push, state, h, out):
 
 @njit(cache=True)
 def _mean_force(contact, x, y, start_energy, out):
-    """Mean of F between x and y, its derivative in y, and evaluations of the law.
+    """Return the mean of F between x and y, its derivative in y, and evaluations of the law.
 
-    (U(y) - U(x))/(y - x), whose digits cancel where y is close to x; there by Gauss's rule.
+    The mean is (U(y) - U(x))/(y - x); close to x, where digits cancel, a Gauss rule is used.
     """
     _law(contact, y, out)
     stiffness, force, energy = out[0, 0], out[1, 0], out[2, 0]

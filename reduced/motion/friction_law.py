@@ -1,6 +1,6 @@
-"""Coulomb's law made a function of the velocity (19.1), and what follows from it alone.
+"""Coulomb's law as a function of velocity (19.1), and its direct consequences.
 
-(19.1) takes F_R = (2/pi) mu F_N arctan(v/v0) for the friction of a contact that slides at v, with a
+(19.1) takes F_R = (2/pi) mu F_N arctan(v/v0) for the friction of a contact sliding at v, with a
 characteristic speed v0 that "must be chosen so that it is significantly smaller than the
 characteristic sliding velocity of the system". Under any load below mu F_N the contact creeps.
 """
@@ -51,7 +51,8 @@ def friction(
 def creep_speed(load: ArrayLike, limit: float | np.ndarray, characteristic_speed: float):
     """Return the steady speed v0 tan(pi F/(2 mu F_N)) under a load below the limit.
 
-    The inverse of (19.1): where Coulomb's law rests, the regularised one creeps for ever.
+    The inverse of (19.1): under loads at which Coulomb's law predicts rest, the regularised law
+    creeps.
 
     Raises
     ------
@@ -69,9 +70,9 @@ def creep_speed(load: ArrayLike, limit: float | np.ndarray, characteristic_speed
 
 
 def missing_friction(speed: ArrayLike, characteristic_speed: float) -> np.ndarray:
-    """Return the share of mu F_N that (19.1) lacks at a sliding speed: (2/pi) arctan(v0/v).
+    """Return the fraction of mu F_N missing in (19.1) at a sliding speed: (2/pi) arctan(v0/v).
 
-    It falls only as v0/v: 1 % needs v > 64 v0, 0.1 % needs v > 640 v0.
+    It decreases only as v0/v: 1 % needs v > 64 v0, 0.1 % needs v > 640 v0.
 
     Examples
     --------
@@ -89,7 +90,7 @@ def stable_step(
     load: float = 0.0,
     scheme: str = "explicit_euler",
 ) -> float:
-    """Return the largest stable explicit step of a single mass that creeps under a load.
+    """Return the largest stable explicit step of a single mass creeping under a load.
 
     Linearised about the creep, m v' = -F_R'(v) v with F_R' = (2/pi) (mu F_N/v0) cos^2(pi F/(2 mu
     F_N)); Euler's step is stable for h F_R'/m < 2, that is h < pi m v0/(mu F_N) at rest. A spring

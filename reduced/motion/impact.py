@@ -1,4 +1,4 @@
-"""Impact of a rigid mass on a reduced contact (Fig. 19.4), by energy: no steps in time."""
+"""Impact of a rigid mass on a reduced contact (Fig. 19.4) from energy, without time stepping."""
 
 from __future__ import annotations
 
@@ -16,11 +16,11 @@ from reduced.springs.line import Springs
 
 _ITERATIONS = 200
 _NODES = 48
-_NEAR = 0.02  # share of the depth before the turning point where differences of energy lose digits
+_NEAR = 0.02  # fraction of the depth in which energy differences lose digits
 
 
 class Law(Protocol):
-    """Whatever answers force, energy and stiffness of penetrations, like `SpringContact`."""
+    """A contact law with force, energy and stiffness of penetrations, like `SpringContact`."""
 
     def respond(self, penetration: ArrayLike) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return force, energy, stiffness of an array of penetrations."""
@@ -33,13 +33,13 @@ class Impact:
     Attributes
     ----------
     velocity : ndarray
-        Before the impact.
+        Velocity before the impact.
     duration : ndarray
         Time in contact.
     penetration, force : ndarray
         Largest penetration and largest force.
     restitution : ndarray
-        Ratio of the speeds after and before: 1, for the springs give back what they took.
+        Ratio of the speeds after and before: 1, because the springs conserve energy.
     """
 
     velocity: np.ndarray
@@ -50,12 +50,12 @@ class Impact:
 
 
 def strike(springs: Springs, mass: float, velocity: ArrayLike, load: float = 0.0) -> Impact:
-    """Let a rigid mass with a profile strike springs: m x'' = f - F(x).
+    """Solve the impact of a rigid mass with a profile on springs: m x'' = f - F(x).
 
     Parameters
     ----------
     springs : Springs
-        The profile, and the springs under it, laid out for the largest velocity.
+        The profile and its springs, sized for the largest velocity.
     mass : float
         m.
     velocity : array_like, shape (k,)
@@ -86,10 +86,10 @@ def strike(springs: Springs, mass: float, velocity: ArrayLike, load: float = 0.0
 def rebound(
     law: Law, mass: float, velocity: ArrayLike, deepest: float, load: float = 0.0
 ) -> Impact:
-    """Let a mass strike any conservative contact law.
+    """Solve the impact of a mass on any conservative contact law.
 
     The largest penetration d solves U(d) - f d = m v^2/2; the time is 2 int_0^d dx/w with
-    m w^2/2 = U(d) - U(x) - f (d - x), taken over x = d sin^2(t), where nothing is singular.
+    m w^2/2 = U(d) - U(x) - f (d - x), integrated over x = d sin^2(t), without singularities.
 
     Parameters
     ----------
@@ -98,7 +98,7 @@ def rebound(
     mass : float
     velocity : array_like, shape (k,)
     deepest : float
-        A penetration near the largest one: where the search begins.
+        A penetration near the largest one, to start the search.
     load : float
         f.
     """
@@ -120,7 +120,7 @@ def rebound(
 def _released(
     law: Law, depth: np.ndarray, x: np.ndarray, approach: np.ndarray, load: float
 ) -> np.ndarray:
-    """U(d) - U(x) - f (d - x): near d as the integral of the force, so that no digit is lost."""
+    """Return U(d) - U(x) - f (d - x), near d as an integral of the force to keep its digits."""
     c, weights = gauss_legendre(8)
     mean = law.respond(x[..., None] + approach[..., None] * c)[0] @ weights
     far = law.respond(depth)[1] - law.respond(x)[1]
@@ -141,7 +141,7 @@ def _turning_points(law: Law, energy: np.ndarray, deepest: float, load: float) -
         step = (stored - load * d - energy) / (force - load)
         history.append(float(np.max(np.abs(step) / d)))
         d = d - step
-        # quadratic convergence; then rounding may hold the step at some last places
+        # quadratic convergence, until rounding limits the step
         if history[-1] <= 4 * np.finfo(float).eps or (
             history[-1] < 1e-13 and len(history) > 1 and history[-1] >= history[-2]
         ):

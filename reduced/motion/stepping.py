@@ -11,16 +11,16 @@ from reduced.arguments import count_faults, positive_faults, refuse
 
 @dataclass(frozen=True)
 class Stepping:
-    """Steps of one length, of which some are recorded.
+    """Equal time steps, of which some are recorded.
 
     Parameters
     ----------
     step : float
         Length h.
     steps : int
-        Their number, a multiple of `stride`.
+        Number of steps, a multiple of `stride`.
     stride : int
-        Record each so many steps.
+        Number of steps between records.
 
     Raises
     ------
@@ -45,7 +45,7 @@ class Stepping:
 
     @property
     def records(self) -> int:
-        """Number of records, that of the start included."""
+        """Number of records, including the start."""
         return int(self.steps // self.stride) + 1
 
     @property

@@ -3,8 +3,8 @@
 The rule that is exact for every axisymmetric section f(r) with a circular contact is the MDR (Abel)
 transform g(x) = x int_0^x f'(r)/sqrt(x^2 - r^2) dr (Popov & Hess 2015; Galin 1946, Sneddon 1965).
 The chapter's "half the radius of curvature" (19.17) is its special case for the parabola and the
-cylinder; applied to every other shape, as the chapter's sentence after (19.17) invites, it is
-`half_radius` and is wrong by a factor that the suite measures (pi/4 for the cone).
+cylinder; applied to other shapes, as the sentence after (19.17) suggests, it is `half_radius` and
+is wrong by a factor measured by this suite (pi/4 for the cone).
 """
 
 from __future__ import annotations
@@ -67,8 +67,8 @@ def paraboloid(radius: float) -> Profile:
 def sphere(radius: float) -> Profile:
     """Sphere f = R - sqrt(R^2 - r^2): g = (x/2) ln((R + x)/(R - x)) (Segedin 1957).
 
-    The height is infinite from x = R on: however deep, the contact radius stays below R. The
-    linear theory behind it asks for a << R.
+    The height is infinite from x = R on, so the contact radius is always below R. The underlying
+    linear theory requires a << R.
     """
     refuse(positive_faults(radius=radius))
 
@@ -127,7 +127,7 @@ def power_law(exponent: float, coefficient: float) -> Profile:
     Parameters
     ----------
     exponent : float
-        n > 0. Below 1 the tip is a spike and the springs converge only as dx^(1+n).
+        n > 0. Below 1 the tip is a cusp and the springs converge only as dx^(1+n).
     coefficient : float
         c, in units of length^(1-n).
     """
@@ -136,7 +136,7 @@ def power_law(exponent: float, coefficient: float) -> Profile:
     kappa = np.sqrt(np.pi) / 2 * n / poch(n / 2, 0.5)
     section = _power_section("power_law", n, coefficient, _power_length(n, coefficient))
     curve = _power_section("power_law", n, kappa * coefficient, section.length)
-    # The root is taken of a length in units of a power of two: it sees no other units.
+    # The root is taken of a length scaled by a power of two, independent of units.
     unit = 2.0 ** round(np.log2(section.length))
     scaled = kappa * (coefficient * unit ** (n - 1))
 
@@ -215,20 +215,20 @@ def ellipsoid(radius_x: float, radius_y: float) -> Profile:
 def equivalent_punch(area: float) -> Profile:
     """Circular punch of the same area for any flat punch: D = (4 A/pi)^(1/2).
 
-    The chapter claims a stiffness within 3 % for squares and triangles; the square needs a factor
-    1.0212 on the stiffness of this punch.
+    The chapter claims a stiffness within 3 % for squares and triangles; the square is stiffer than
+    this punch by a factor of 1.0212.
     """
     refuse(positive_faults(area=area))
     return replace(cylinder(float(np.sqrt(area / np.pi))), name="equivalent_punch")
 
 
 def half_radius(section: Section) -> Profile:
-    """Apply the chapter's own rule to every shape: the section with half its radius of curvature.
+    """Return the profile by the chapter's rule: the section with half its radius of curvature.
 
     g(x) = 2 f(x), since halving the radius of curvature doubles f''. Exact for the paraboloid and
     the cylinder only ((19.17) and the sentence after it); for the power law n the exact factor is
-    kappa_n, so the cone's d at equal a is 4/pi times too large. Kept apart so that it can be tested
-    as printed.
+    kappa_n, so the cone's d at equal a is 4/pi times too large. A separate function, so that the
+    rule can be tested as printed.
 
     Parameters
     ----------
@@ -255,7 +255,7 @@ def half_radius(section: Section) -> Profile:
 
 
 def _power_section(name: str, n: float, c: float, length: float) -> Section:
-    """Cross-section c r^n with its derivatives, which may be infinite at the tip."""
+    """Return the cross-section c r^n with its derivatives, which may be infinite at the tip."""
 
     def scaled_power(r: np.ndarray, factor: float, exponent: float) -> np.ndarray:
         if factor == 0 or exponent == 0:
@@ -273,19 +273,19 @@ def _power_section(name: str, n: float, c: float, length: float) -> Section:
 
 
 def _power_length(n: float, c: float) -> float:
-    """Length at which c r^n has height r; the power law has no other (and the cone none)."""
+    """Return the length at which c r^n has height r, the only length scale (the cone has none)."""
     logarithm = 0.0 if n == 1 else np.log(c) / (1 - n)
     return float(np.exp(np.clip(logarithm, -200, 200)))
 
 
 def _below(x: np.ndarray, radius: float, function) -> np.ndarray:
-    """function(x/radius) for x < radius, inf beyond."""
+    """Return function(x/radius) for x < radius, inf beyond."""
     t = np.asarray(x, dtype=float) / radius
     return np.where(t < 1, function(np.where(t < 1, t, 0.0)), np.inf)
 
 
 def _beyond(x: np.ndarray, b: float) -> np.ndarray:
-    """sqrt(x^2 - b^2) without cancellation, 0 for x <= b."""
+    """Return sqrt(x^2 - b^2) without cancellation, 0 for x <= b."""
     return np.sqrt(np.maximum(np.asarray(x, dtype=float) - b, 0.0) * (x + b))
 
 
@@ -299,5 +299,5 @@ def _t_minus_arctan(t: np.ndarray) -> np.ndarray:
 
 
 def _inverse_cosine(r: np.ndarray, a: float) -> np.ndarray:
-    """Calculate arcosh(a/r) with its digits where r comes close to a; large, not inf, at r = 0."""
+    """Return arcosh(a/r), accurate for r close to a; large, not inf, at r = 0."""
     return np.arcsinh(np.sqrt((a - r) * (a + r)) / np.maximum(r, np.finfo(float).tiny * a))

@@ -1,8 +1,7 @@
-"""Quadrature between singular ends: the double-exponential rule on many panels at once.
+"""Quadrature with singular end points: the double-exponential rule on many panels at once.
 
-`scipy.integrate.tanhsinh` is the same rule and as accurate; it was tried, and its millisecond of
-overhead for each call made the reduced model's solves of a sphere or a power law two to three
-times as long.
+`scipy.integrate.tanhsinh` implements the same rule with the same accuracy, but its overhead of a
+millisecond per call made solves of a sphere or a power law take two to three times as long.
 """
 
 from __future__ import annotations
@@ -20,10 +19,10 @@ _RANGE = 4.0  # the first node is 5e-38 from the end: enough for an inverse squa
 
 @cache
 def double_exponential(level: int) -> tuple[np.ndarray, np.ndarray]:
-    """Nodes and weights of the tanh-sinh rule on (0, 1) with step 2^-level.
+    """Return nodes and weights of the tanh-sinh rule on (0, 1) with step 2^-level.
 
     Nodes cluster at both ends fast enough for any integrable algebraic or logarithmic singularity
-    there (Takahasi & Mori 1974). The even nodes are the rule of the level before.
+    there (Takahasi & Mori 1974). The even nodes are those of the previous level.
 
     Examples
     --------
@@ -40,7 +39,7 @@ def double_exponential(level: int) -> tuple[np.ndarray, np.ndarray]:
 
 @cache
 def gauss_legendre(order: int) -> tuple[np.ndarray, np.ndarray]:
-    """Nodes and weights of the Gauss-Legendre rule on (0, 1)."""
+    """Return nodes and weights of the Gauss-Legendre rule on (0, 1)."""
     nodes, weights = np.polynomial.legendre.leggauss(order)
     return (nodes + 1) / 2, weights / 2
 
@@ -51,17 +50,17 @@ def integrate_panels(
     upper: np.ndarray,
     tolerance: float = 1e-13,
 ) -> np.ndarray:
-    """Integrate a function over adjoining panels, with singularities at panel ends allowed.
+    """Integrate a function over adjacent panels, with possible singularities at panel ends.
 
     Parameters
     ----------
     function : callable
-        function(t, row): t of shape (k, panels, nodes), row of shape (k, 1, 1) the row's number.
+        function(t, row): t of shape (k, panels, nodes), row of shape (k, 1, 1) the row numbers.
     lower, upper : ndarray, shape (k, panels)
         Ends of the panels; a panel with upper <= lower contributes nothing.
     tolerance : float
         Relative to the integral of the absolute value. Halving the step squares the error of the
-        rule, so a step is accepted when it moves the result by less than the square root.
+        rule, so a step is accepted if it changes the result by less than the square root.
 
     Returns
     -------
@@ -70,7 +69,7 @@ def integrate_panels(
     Raises
     ------
     ConvergenceError
-        If the finest rule still moves the result: an unmarked breakpoint in the function.
+        If the finest rule still changes the result, because of an unmarked breakpoint.
     """
     width = np.maximum(upper - lower, 0.0)[..., None]
     row = np.arange(lower.shape[0])[:, None, None]

@@ -1,4 +1,4 @@
-"""What a curve is to the reduced model: height, slope, curvature, and where it ends."""
+"""Sections and profiles of the reduced model: height, slope, curvature, sharp edge."""
 
 from __future__ import annotations
 
@@ -21,17 +21,17 @@ class Section:
     Attributes
     ----------
     name : str
-        What the body is called in tables.
+        Name of the body in tables.
     height, slope : callable
         f(r) and f'(r) on arrays, r >= 0.
     curvature : callable or None
-        f''(r); None where nobody knows it.
+        f''(r); None if unknown.
     length : float
-        A length of the body (radius, flat radius, ...), used only to start searches.
+        A typical length of the body (radius, flat radius, ...), used only to start searches.
     breakpoints : tuple of float
-        Radii r > 0 at which a derivative of f jumps (a flat that ends, the nodes of a table).
+        Radii r > 0 at which a derivative of f jumps (edges of flats, nodes of a table).
     edge : float
-        Radius at which the body ends in a sharp edge, inf if it does not.
+        Radius at which the body ends in a sharp edge, or inf.
     """
 
     name: str
@@ -47,18 +47,18 @@ class Section:
 class Profile(Section):
     """Equivalent one-dimensional profile g(x), x >= 0, of a three-dimensional body.
 
-    The springs of stiffness E* dx (19.14) see this curve: contact radius and force are those of
-    the body, d = g(a) and F = 2 E* int_0^a (d - g(x)) dx (Popov & Hess 2015, ch. 3; Sneddon 1965).
-    Lengths in consistent units; `height`, `slope`, `curvature` are g, g', g''.
+    With springs of stiffness E* dx (19.14) it has the contact radius and force of the body, d =
+    g(a) and F = 2 E* int_0^a (d - g(x)) dx (Popov & Hess 2015, ch. 3; Sneddon 1965). Lengths in
+    consistent units; `height`, `slope`, `curvature` are g, g', g''.
 
     Attributes
     ----------
     inverse : callable or None
-        Closed form of a(d) with g(a) = d, before the edge caps it.
+        Closed form of a(d) with g(a) = d, without the limit by a sharp edge.
     abel_integral : callable or None
         Closed form of int_r^a g'(x)/sqrt(x^2 - r^2) dx as a function (r, a), for `stress.abel`.
     section : Section or None
-        The body's own cross-section f(r), where it is known; `half_radius` works on it.
+        The cross-section f(r) of the body, if known, as needed by `half_radius`.
     """
 
     inverse: Curve | None = None
@@ -66,7 +66,7 @@ class Profile(Section):
     section: Section | None = None
 
     def contact_radius(self, penetration: float | np.ndarray) -> np.ndarray:
-        """Contact radius a(d), the x at which g(x) = d, at most the sharp edge.
+        """Return the contact radius a(d), the x at which g(x) = d, at most the sharp edge.
 
         Parameters
         ----------
@@ -76,7 +76,7 @@ class Profile(Section):
         Returns
         -------
         ndarray
-            Contact radius, same shape, to the last digits; 0 for d = 0.
+            Contact radius of the same shape, to rounding; 0 for d = 0.
 
         Raises
         ------
@@ -101,9 +101,9 @@ def invert(
 ) -> np.ndarray:
     """Solve function(x) = value for nondecreasing `function` with function(0) = 0.
 
-    Newton's method in the logarithms (exact for a power law) inside a bracket that it can only
-    shrink; where a step leaves the bracket or is not half the step before, the interval is halved.
-    Everything is relative, so the units do not matter.
+    Newton's method in logarithms (exact for a power law) inside a shrinking bracket; if a step
+    leaves the bracket or is more than half of the previous step, the interval is bisected. All
+    operations are relative, so the units do not matter.
 
     Parameters
     ----------
@@ -112,9 +112,9 @@ def invert(
     value : ndarray, shape (k,)
         Values >= 0; zero returns zero.
     length : float
-        Where the search for a bracket starts.
+        Start of the search for a bracket.
     end : float
-        Largest x; returned where even function(end) < value.
+        Largest x, returned if function(end) < value.
 
     Returns
     -------
@@ -137,7 +137,7 @@ def invert(
         low, high = lower[active], upper[active]
         step = _newton_in_logarithms(at, f, derivative(at), goal)
         moved = np.abs(step - at)
-        # Two units in the last place, and no longer fewer: that is all rounding lets through.
+        # Two units in the last place without further decrease are the limit of rounding.
         settled = (moved <= _EPSILON * at) | ((moved <= 8 * _EPSILON * at) & (moved > 0.5 * last))
         halve = ~((step >= low) & (step <= high)) | ((moved > 0.5 * last) & ~settled)
         step = np.where(halve, 0.5 * (low + high), step)
@@ -151,7 +151,7 @@ def invert(
 def _newton_in_logarithms(
     x: np.ndarray, f: np.ndarray, slope: np.ndarray, goal: np.ndarray
 ) -> np.ndarray:
-    """Newton's step for log f against log x; nan where it does not exist."""
+    """Return Newton's step for log f against log x; nan if it does not exist."""
     good = (f > 0) & (slope > 0) & np.isfinite(slope) & np.isfinite(f)
     safe_f, safe_slope = np.where(good, f, 1.0), np.where(good, slope, 1.0)
     exponent = safe_f / (x * safe_slope)
@@ -161,7 +161,7 @@ def _newton_in_logarithms(
 def _bracket(
     function: Curve, value: np.ndarray, length: float, end: float
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Lower and upper bounds of the roots, by doubling or halving from `length`."""
+    """Return lower and upper bounds of the roots, by doubling or halving from `length`."""
     upper = np.full(value.shape, float(min(length, end)))
     for _ in range(_ITERATIONS):
         short = (function(upper) < value) & (upper < end)

@@ -14,14 +14,14 @@ from reduced.profiles.section import Profile, Section
 # Gauss rules for cubics in sin(t), exact to rounding over a quarter turn and over a narrow segment.
 _WIDE, _NARROW = gauss_legendre(10), gauss_legendre(5)
 _NARROW_TURN = 0.15  # radians: the fifth rule's error is (0.15/2)^10/10!, and some
-_SAMPLES = 12  # per segment, where the profile is checked to be monotone
+_SAMPLES = 12  # samples per segment in the check for monotonicity
 
 
 def tabulated(r: np.ndarray, f: np.ndarray, interpolation: str = "pchip") -> Profile:
-    """Equivalent profile of an axisymmetric body given as a table, with a sharp edge at its end.
+    """Return the equivalent profile of a tabulated axisymmetric body, with a sharp edge at its end.
 
     Segments are polynomials; with r = x sin(t) their Abel integrals are trigonometric polynomials,
-    which a Gauss rule per segment sums to rounding without the cancellation of the primitives.
+    which a Gauss rule per segment integrates to rounding, without the cancellation of primitives.
 
     Parameters
     ----------
@@ -38,9 +38,9 @@ def tabulated(r: np.ndarray, f: np.ndarray, interpolation: str = "pchip") -> Pro
     Raises
     ------
     ValueError
-        Listing everything wrong with the table; also if the equivalent profile falls somewhere (a
-        hollow body, or a flank that flattens out quickly): the contact would be a ring there, and
-        a line of independent springs holds for compact contacts only.
+        Lists all errors in the table; also if the equivalent profile decreases somewhere (a hollow
+        body, or a flank that flattens out quickly), because the contact would be a ring, and
+        independent springs are valid for compact contacts only.
 
     Examples
     --------
@@ -57,7 +57,7 @@ def tabulated(r: np.ndarray, f: np.ndarray, interpolation: str = "pchip") -> Pro
 
 
 def _check_table(r: np.ndarray, f: np.ndarray, interpolation: str) -> None:
-    """Raise one ValueError with everything wrong."""
+    """Raise one ValueError with all errors in the table."""
     wrong = choice_faults("interpolation", interpolation, ("pchip", "linear"))
     if r.ndim != 1 or f.shape != r.shape or r.size < 2:
         wrong.append(f"r and f must be 1-D of equal length >= 2, got {r.shape} and {f.shape}")
@@ -79,14 +79,14 @@ def _check_table(r: np.ndarray, f: np.ndarray, interpolation: str) -> None:
 
 
 def _interpolant(r: np.ndarray, f: np.ndarray, interpolation: str) -> PPoly:
-    """Piecewise polynomial through the table."""
+    """Return the piecewise polynomial through the table."""
     if interpolation == "pchip" and r.size > 2:
         return PchipInterpolator(r, f)
     return PPoly(np.array([np.diff(f) / np.diff(r), f[:-1]]), r)
 
 
 def _profile(curve: PPoly, r: np.ndarray) -> Profile:
-    """Profile from f, with m = (r f')' and the jumps of f' and m at the nodes."""
+    """Return the profile of f, with m = (r f')' and the jumps of f' and m at the nodes."""
     slope, second, third = curve.derivative(), curve.derivative(2), curve.derivative(3)
     end, nodes, length = float(r[-1]), r[1:-1], float(r[-1])
     slope_jump, moment_jump = _jumps(slope, second, nodes)
@@ -134,24 +134,23 @@ def _profile(curve: PPoly, r: np.ndarray) -> Profile:
 
 
 def _jumps(slope: PPoly, second: PPoly, nodes: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Jumps of f' and of m = f' + r f'' at the inner nodes, from the two adjoining polynomials."""
+    """Return the jumps of f' and m = f' + r f'' at the inner nodes of the polynomials."""
     if not nodes.size:
         return nodes, nodes
     before = [PPoly(p.c[:, :-1], p.x[:-1]) for p in (slope, second)]
     left = [p(np.nextafter(nodes, 0)) for p in before]
     right = [slope(nodes), second(nodes)]
     jump = right[0] - left[0]
-    # pchip slopes are continuous by construction; the difference is rounding, not a kink.
+    # Slopes of pchip are continuous by construction; differences are rounding, not kinks.
     jump[np.abs(jump) <= 1e-12 * np.abs(right[0])] = 0.0
     return jump, jump + nodes * (right[1] - left[1])
 
 
 def _transform(functions: list[PPoly], x: np.ndarray, r: np.ndarray, power: int = 0) -> np.ndarray:
-    """Integrals of function(x sin t) sin(t)^power over a quarter turn, one per function.
+    """Return integrals of function(x sin t) sin(t)^power over a quarter turn, one per function.
 
-    Each is returned with one more factor sin(t) than the one before it: that is how the slope of
-    the section, its second derivative times r and its third times r^2 enter the derivatives of the
-    transform.
+    The power increases by one from function to function, as the slope of the section, its second
+    derivative times r and its third times r^2 enter the derivatives of the transform.
     """
     degree = max(len(function.c) for function in functions)
     coefficients = np.zeros((len(functions), r.size - 1, degree))
@@ -165,13 +164,13 @@ def _transform(functions: list[PPoly], x: np.ndarray, r: np.ndarray, power: int 
 
 @njit(cache=True, error_model="numpy")
 def _quarter_turns(x, r, coefficients, power, rules, totals):
-    """Add up the integrals segment by segment, by a rule that is exact to rounding on each."""
+    """Return the integrals, summed over segments by a rule that is exact to rounding."""
     count, segments, degree = coefficients.shape
     wide, narrow = rules
     for i in range(x.size):
         begin = 0.0
         for j in range(segments):
-            # The angle at which x sin(t) leaves the segment, with its digits where they meet.
+            # The angle at which x sin(t) leaves the segment, accurate near the node.
             end = np.pi / 2
             if r[j + 1] < x[i]:
                 end = np.arctan2(r[j + 1], np.sqrt((x[i] - r[j + 1]) * (x[i] + r[j + 1])))
@@ -193,7 +192,7 @@ def _quarter_turns(x, r, coefficients, power, rules, totals):
 
 
 def _per_node(x: np.ndarray, nodes: np.ndarray, function) -> np.ndarray:
-    """function(x, b, sqrt(x^2 - b^2)) for every x and every node b < x, 0 for the others."""
+    """Return function(x, b, sqrt(x^2 - b^2)) for every x and node b < x, 0 for other nodes."""
     x = np.asarray(x, dtype=float)[..., None]
     square = np.maximum(x - nodes, 0.0) * (x + nodes)
     root = np.sqrt(np.where(square > 0, square, 1.0))
@@ -201,7 +200,7 @@ def _per_node(x: np.ndarray, nodes: np.ndarray, function) -> np.ndarray:
 
 
 def _refuse_hollow(profile: Profile, r: np.ndarray) -> None:
-    """Raise if g falls anywhere, seen on samples that crowd behind every node."""
+    """Raise ValueError if g decreases anywhere, on samples that cluster behind the nodes."""
     inside = (np.arange(1, _SAMPLES + 1) / _SAMPLES) ** 3
     x = (r[:-1, None] + np.diff(r)[:, None] * inside).ravel()
     g = np.concatenate([[0.0], profile.height(x)])
@@ -218,10 +217,10 @@ def _refuse_hollow(profile: Profile, r: np.ndarray) -> None:
 def _pressure_integral(
     s: float, a: float, slope: PPoly, second: PPoly, r: np.ndarray, slope_jump: np.ndarray
 ) -> float:
-    """Integral of g'(x)/sqrt(x^2 - s^2) from s to a, with the order of integrations exchanged.
+    """Return the integral of g'(x)/sqrt(x^2 - s^2) from s to a, with exchanged integrations.
 
-    g'(x) = int_0^x m(t)/sqrt(x^2 - t^2) dt turns it into int_0^a m(t) K(t, s) dt with an elliptic
-    kernel that is only logarithmically singular at t = s.
+    g'(x) = int_0^x m(t)/sqrt(x^2 - t^2) dt transforms it to int_0^a m(t) K(t, s) dt with an
+    elliptic kernel, logarithmically singular at t = s.
     """
     nodes, weights = double_exponential(4)
     ends = np.unique(np.concatenate([r[r < a], [a], [s] if s > 0 else []]))
@@ -235,7 +234,7 @@ def _pressure_integral(
         for c in polynomial.c:
             values = values * offset + c[segment][:, None]
         moment = moment + factor * values
-    # Distance to s from the panel's own end, so that it keeps its digits where t comes close.
+    # Distance to s from the panel's end, accurate for t close to s.
     apart = np.where(lower >= s, lower - s + width * nodes, s - t)
     total = float((moment * _kernel(t, s, a, apart) * width * weights).sum())
     inner = r[1:-1]
@@ -247,7 +246,7 @@ def _pressure_integral(
 
 
 def _kernel(t: np.ndarray, s: float, a: float, apart: np.ndarray) -> np.ndarray:
-    """Integral of 1/sqrt((x^2 - t^2)(x^2 - s^2)) from max(t, s) to a, as Carlson's R_F."""
+    """Return int 1/sqrt((x^2 - t^2)(x^2 - s^2)) dx from max(t, s) to a by Carlson's R_F."""
     larger, smaller = np.maximum(t, s), np.minimum(t, s)
     outer = (a - larger) * (a + larger)
     between = np.maximum(apart, 1e-30 * larger) * (t + s)

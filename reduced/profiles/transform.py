@@ -1,14 +1,14 @@
 """Equivalent profile of any axisymmetric body, by the MDR (Abel) transform of its section.
 
-With r = x sin(t) the transform and its derivatives lose their singular kernel:
+With r = x sin(t) the transform and its derivatives have no singular kernel:
 
     g(x)   = x int_0^(pi/2) f'(r) dt
     g'(x)  =   int_0^(pi/2) m(r) dt + sum_b [f']_b b / sqrt(x^2 - b^2),   m = (r f')' = f' + r f''
     g''(x) =   int_0^(pi/2) m'(r) sin(t) dt + sum_b { [m]_b b / (x sqrt(x^2 - b^2))
                                                      - [f']_b b x / (x^2 - b^2)^(3/2) }
 
-where [.]_b is a jump at the breakpoint b < x (Popov & Hess 2015, ch. 3). Integrals run panel by
-panel between the breakpoints, so a kink costs no digits.
+where [.]_b is a jump at the breakpoint b < x (Popov & Hess 2015, ch. 3). Integrals are taken
+between the breakpoints, so kinks cause no loss of accuracy.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ from reduced.profiles.quadrature import integrate_panels
 from reduced.profiles.section import Curve, Profile
 
 _STENCIL = np.array([672.0, -168.0, 32.0, -3.0]) / 840.0  # eighth-order first derivative
-_STENCIL_STEP = 0.02  # of the distance to the nearest breakpoint: truncation near 1e-11
+_STENCIL_STEP = 0.02  # fraction of the distance to the nearest breakpoint: truncation near 1e-11
 
 
 def from_function(
@@ -39,12 +39,12 @@ def from_function(
     f_prime : callable
         f'(r) >= 0 on arrays; it may jump at breakpoints and be singular (integrably) there or at 0.
     length : float
-        A typical radius of the body: where searches for the contact radius start.
+        A typical radius of the body, to start searches for the contact radius.
     breakpoints : tuple of float
-        Every r > 0 at which a derivative of f jumps.
+        All r > 0 at which a derivative of f jumps.
     f_second : callable, optional
-        f''(r). Without it an eighth-order difference of f' is used (about 1e-11 relative); the
-        stencil reaches 8 % of the distance to the nearest breakpoint or edge beyond a point.
+        f''(r). By default an eighth-order difference of f' is used (about 1e-11 relative), with a
+        stencil of 8 % of the distance to the nearest breakpoint or edge.
     edge : float
         Radius at which the body ends in a sharp edge.
     name : str
@@ -55,7 +55,7 @@ def from_function(
     ValueError
         If length, breakpoints or edge are not positive.
     ConvergenceError
-        If the quadrature meets a kink that is not among the breakpoints.
+        If f' has a kink that is not among the breakpoints.
 
     Examples
     --------
@@ -94,13 +94,12 @@ def from_function(
 
 
 def inverse_transform(profile: Profile, r: np.ndarray) -> np.ndarray:
-    """Cross-section f(r) of the axisymmetric body behind an equivalent profile.
+    """Return the cross-section f(r) of the axisymmetric body with a given equivalent profile.
 
     f(r) = (2/pi) int_0^r g(x)/sqrt(r^2 - x^2) dx = (2/pi) int_0^(pi/2) g(r sin t) dt
 
-    (Popov & Hess 2015, ch. 3; the Abel inversion of the transform). It needs nothing but g, so
-    it also tells which body a profile stands for that came from another rule, such as half the
-    radius or the Gaussian radius.
+    (Popov & Hess 2015, ch. 3; the Abel inversion of the transform). It needs only g, so it also
+    applies to profiles from other rules, such as half the radius or the Gaussian radius.
 
     Parameters
     ----------
@@ -119,7 +118,7 @@ def inverse_transform(profile: Profile, r: np.ndarray) -> np.ndarray:
     ValueError
         If a radius is negative or not finite.
     ConvergenceError
-        If the quadrature meets a kink that is not among the profile's breakpoints.
+        If g has a kink that is not among the profile's breakpoints.
 
     Examples
     --------
@@ -139,7 +138,7 @@ def inverse_transform(profile: Profile, r: np.ndarray) -> np.ndarray:
 
 
 def _transform(function: Curve, x: np.ndarray, marks: np.ndarray) -> np.ndarray:
-    """Integral of function(x sin t), t from 0 to pi/2, between breakpoints; 0 at x = 0."""
+    """Return int_0^(pi/2) function(x sin t) dt between breakpoints; 0 at x = 0."""
     safe = np.where(x > 0, x, 1.0)
     inner = np.arcsin(np.minimum(marks / safe[:, None], 1.0))
     ends = np.column_stack([np.zeros(x.size), inner, np.full(x.size, np.pi / 2)])
@@ -151,21 +150,21 @@ def _transform(function: Curve, x: np.ndarray, marks: np.ndarray) -> np.ndarray:
 
 
 def _kink(x: np.ndarray, b: float) -> np.ndarray:
-    """b/sqrt(x^2 - b^2) beyond the kink at b, 0 before and on it."""
+    """Return b/sqrt(x^2 - b^2) beyond the kink at b, else 0."""
     square = np.maximum(x - b, 0.0) * (x + b)
     return np.where(square > 0, b / np.sqrt(np.where(square > 0, square, 1.0)), 0.0)
 
 
 def _jump(function: Curve, b: float) -> float:
-    """Jump of a function at b, from its one-sided neighbours in floating point."""
+    """Return the jump of a function at b, from the adjacent floating-point numbers."""
     sides = np.array([b * (1 - 1e-15), b * (1 + 1e-15)])
     before, after = np.asarray(function(sides), dtype=float)
-    # Smooth functions differ by rounding here, which must not pass for a kink.
+    # For smooth functions the difference is rounding, not a kink.
     return 0.0 if abs(after - before) <= 1e-13 * max(abs(before), abs(after)) else after - before
 
 
 def _relative_difference(function: Curve, nodes: np.ndarray) -> Curve:
-    """Differentiate by central differences with a step relative to the nearest breakpoint."""
+    """Return the derivative by central differences with steps relative to the breakpoints."""
 
     def derivative(x: np.ndarray) -> np.ndarray:
         x = np.asarray(x, dtype=float)

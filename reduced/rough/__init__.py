@@ -1,1 +1,1 @@
-"""Rough lines on springs: their spectra, the walk down their heights, ensembles."""
+"""Rough lines on springs: spectra, contacts at all loads, ensembles."""

@@ -1,4 +1,4 @@
-"""Many realisations of a rough line: statistics by load, reproducible and in bounded memory."""
+"""Ensembles of rough lines: statistics by load, reproducible and with bounded memory."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ QUANTITIES = tuple(field.name for field in fields(LineContact))
 LEVELS = (0.05, 0.25, 0.5, 0.75, 0.95)
 """Levels of the quantiles."""
 
-_MEMORY = 2**26  # bytes of lines that one worker holds at a time
+_MEMORY = 2**26  # bytes of lines per worker
 
 
 @dataclass(frozen=True)
@@ -28,7 +28,7 @@ class Statistics:
     Attributes
     ----------
     mean, standard_error : ndarray, shape (k,)
-        Mean, and its standard error s/sqrt(m) (0 for a single realisation, which has none).
+        Mean, and its standard error s/sqrt(m) (0 for a single realisation).
     quantiles : ndarray, shape (levels, k)
         Quantiles at `LEVELS`.
     """
@@ -40,12 +40,12 @@ class Statistics:
 
 @dataclass(frozen=True)
 class Ensemble:
-    """Load curves of all realisations; ``ensemble["contact_area"]`` are their statistics.
+    """Load curves of all realisations, with statistics ``ensemble["contact_area"]``.
 
     Attributes
     ----------
     samples : dict of str to ndarray, shape (m, k)
-        Every realisation's curve of every quantity asked for; fields of `press.LineContact`.
+        Curves of all realisations by quantity, as in `press.LineContact`.
     """
 
     samples: dict[str, np.ndarray]
@@ -60,15 +60,15 @@ class Ensemble:
 
 
 def stream(seed: int, line: int) -> np.random.Generator:
-    """Random stream of line k: one child of the seed per line, whoever asks and in what order."""
+    """Return the random stream of line k, a child of the seed independent of the order of calls."""
     return np.random.default_rng(np.random.SeedSequence(seed, spawn_key=(1, line)))
 
 
 @dataclass(frozen=True)
 class RandomLines:
-    """Realisations of a rough line by number: line k draws from a child of the seed of its own.
+    """Numbered realisations of a rough line; line k has its own child of the seed.
 
-    So line k is the same line in every ensemble, whoever asks and in what order.
+    Line k is therefore the same in every ensemble and any order.
 
     Parameters
     ----------
@@ -81,7 +81,7 @@ class RandomLines:
     seed : int
         Line k draws from ``SeedSequence(seed, spawn_key=(1, k))``.
     length : float, optional
-        Period of the lines, the spectrum's own without it.
+        Period of the lines; default: that of the spectrum.
 
     Raises
     ------
@@ -99,7 +99,7 @@ class RandomLines:
         refuse(count_faults(realisations=self.count))
 
     def draw(self, numbers: Iterable[int] | None = None) -> RoughLines:
-        """Return the lines of these numbers, all without any; they are periodic."""
+        """Return the periodic lines with these numbers, by default all."""
         chosen = range(self.count) if numbers is None else numbers
         heights = [
             synthesise(self.spectrum, self.points, stream(self.seed, k), length=self.length)
@@ -111,7 +111,7 @@ class RandomLines:
 
 @dataclass(frozen=True)
 class Sampling:
-    """How many lines are drawn for a surface, and by how many threads.
+    """Number of lines per surface, seed and threads.
 
     Parameters
     ----------
@@ -119,12 +119,12 @@ class Sampling:
     seed : int
         As for `RandomLines`.
     workers : int
-        Threads; nothing depends on them.
+        Number of threads, without effect on the result.
 
     Raises
     ------
     ValueError
-        Listing everything wrong.
+        Lists all invalid arguments.
     """
 
     realisations: int = 100
@@ -135,7 +135,7 @@ class Sampling:
         refuse(count_faults(realisations=self.realisations, workers=self.workers))
 
     def lines(self, spectrum: LineSpectrum, points: int) -> RandomLines:
-        """Lines of a spectrum of at least so many points, enough for its highest mode.
+        """Return lines of a spectrum with at least the given points, enough for its highest mode.
 
         Raises
         ------
@@ -143,8 +143,8 @@ class Sampling:
             If the spectrum has no power.
         """
         if not np.any(spectrum.power > 0):
-            raise ValueError("the map is level: it has no power to make a line of")
-        # Corner modes lie beyond the map's own Nyquist wavenumber.
+            raise ValueError("the map is flat: its spectrum has no power")
+        # Corner modes are beyond the map's Nyquist wavenumber.
         points = max(points, 2 * int(np.flatnonzero(spectrum.power > 0)[-1] + 1) + 2)
         return RandomLines(spectrum, points, self.realisations, self.seed)
 
@@ -161,10 +161,10 @@ def press_ensemble(
     quantities: Sequence[str] = QUANTITIES,
     workers: int = 1,
 ) -> Ensemble:
-    """Press many realisations of a rough line.
+    """Solve the contact of many realisations of a rough line.
 
-    Lines are made and pressed in blocks of at most 64 MiB per worker; what grows with the number of
-    realisations are the curves asked for, 8 bytes a number. Nothing depends on workers or blocks.
+    Lines are processed in blocks of at most 64 MiB per worker; only the requested curves grow with
+    the number of realisations. The result is independent of workers and blocks.
 
     Parameters
     ----------
@@ -210,7 +210,7 @@ def press_ensemble(
     if workers == 1:
         parts = [press_block(block) for block in blocks]
     else:
-        # More blocks than workers need: results do not depend on how lines are grouped.
+        # More blocks than workers, for balance; results do not depend on the grouping.
         blocks = list(_blocks(lines.count, min(len(blocks[0]), -(-lines.count // workers))))
         with ThreadPoolExecutor(workers) as pool:
             parts = list(pool.map(press_block, blocks))

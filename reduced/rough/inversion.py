@@ -1,12 +1,12 @@
-"""Rough lines pressed to penetrations, forces or mean gaps, one line after the other.
+"""Contact of rough lines at given penetrations, forces or mean gaps, line by line.
 
 In units of E* dx and of dx the force Phi(d) of a line is convex with slope l(d), the contact
-length. A prescribed force asks for Phi(d) = F. A prescribed mean gap asks the same of the line
-turned upside down: what is open is in contact there, so n times the mean gap is its force, and no
-digits are lost near full contact. Short lines are ordered, which gives the roots at once. Long ones
-start from sums on two ladders of levels, a coarse one and a fine one around the roots, and go on
-with Newton's method, which on a convex function comes down to the root from the side where it is
-positive. One walk along the line then measures the contacts.
+length. A prescribed force requires Phi(d) = F. A prescribed mean gap is a prescribed force on the
+line turned upside down, whose contacts are the open parts: n times the mean gap is its force, and
+no digits are lost near full contact. Short lines are sorted, which gives the roots directly. Long
+lines start from sums on two ladders of levels, a coarse one and a fine one around the roots, and
+continue with Newton's method, which converges monotonically on a convex function. One walk along
+the line then measures the contacts.
 """
 
 from __future__ import annotations
@@ -26,18 +26,18 @@ from reduced.rough.walk import walk
 PENETRATION, FORCE, MEAN_GAP = range(3)
 PENETRATIONS, FORCES, AREAS, LENGTHS, LONGESTS, GAPS, ENERGIES, STIFFNESSES = range(8)
 FIELDS = 8
-CONVERGED = 1e-12  # relative step; rounding of Phi keeps it from reaching the last digit
+CONVERGED = 1e-12  # relative step, limited by rounding of Phi
 _FINISHED, _AGREED = 5e-14, 1e-13
-# Steps after which the next is as good as none: third order where cells are cut, else second. As a
-# rule; the walk finds out.
+# Steps after which the next would be negligible: third order with cut cells, else second. The walk
+# verifies this.
 _PROMISING_CUT, _PROMISING_WHOLE = 1e-5, 1e-7
 _COARSE, _LADDER = 16, 64
 _NEWTON = 100
-_BOLD = 8  # steps that also use the rate of the contact length; Newton's own converge for certain
+_BOLD = 8  # steps that also use the rate of the contact length; plain Newton steps always converge
 
 
 class Target(NamedTuple):
-    """What the lines are pressed to.
+    """The prescribed loads of the lines.
 
     Attributes
     ----------
@@ -52,7 +52,7 @@ class Target(NamedTuple):
 
 
 class Results(NamedTuple):
-    """Where the results of all lines go.
+    """Arrays for the results of all lines.
 
     Attributes
     ----------
@@ -80,17 +80,17 @@ def press_lines(
     ends: Ends,
     results: Results,
 ) -> np.ndarray:
-    """Press lines one after the other; returns the last relative step of each inversion.
+    """Solve lines one by one; return the last relative steps of the inversions.
 
     Parameters
     ----------
     heights : ndarray, shape (all, n)
         Heights, positive towards the half-space.
     orders : ndarray, shape (m, n) or (m, 0)
-        Indices that put the heights of m lines in increasing order, for lines to be inverted that
-        way; empty for others.
+        Indices that sort the heights of m lines in increasing order, or empty for inversion without
+        sorting.
     first : int
-        The first of these m lines.
+        Index of the first of these m lines.
     target : Wanted
     ends : Ends
     results : Results
@@ -137,7 +137,7 @@ def press_lines(
 
 @njit(cache=True, error_model="numpy")
 def _mismatch(contact, forces, d):
-    """Largest relative step that Newton's method would still take, by the walk's own force."""
+    """Return the largest further relative step of Newton's method, by the force of the walk."""
     largest = 0.0
     for j in range(d.size):
         excess = abs(contact[j, line_walk.FORCE] - forces[j])
@@ -147,7 +147,7 @@ def _mismatch(contact, forces, d):
 
 @njit(cache=True)
 def _settle(d, range_of_heights, turned):
-    """Turn the line back if it was turned; neighbours that changed places by rounding are one."""
+    """Turn an inverted line back; levels that swapped by rounding are merged."""
     k = d.size
     if turned:
         for j in range(k // 2):
@@ -160,7 +160,7 @@ def _settle(d, range_of_heights, turned):
 
 @njit(cache=True)
 def _write(row, d, contact, line, turned, results):
-    """Put the results of one line in their places, those of mean gaps the other way round.
+    """Store the results of one line, in reverse order for mean gaps.
 
     `line` are its number of points and its mean depth.
     """
@@ -170,7 +170,7 @@ def _write(row, d, contact, line, turned, results):
     for j in range(k):
         to = k - 1 - j if turned else j
         force, length = contact[j, line_walk.FORCE], contact[j, line_walk.LENGTH]
-        # In full contact only rounding would be left.
+        # In full contact only rounding would remain.
         gap = 0.0 if length >= n else max(mean - d[j] + force / n, 0.0)
         fields[PENETRATIONS, row, to] = units[PENETRATIONS] * d[j]
         fields[FORCES, row, to] = units[FORCES] * force
@@ -183,9 +183,9 @@ def _write(row, d, contact, line, turned, results):
         counts[row, to] = int(contact[j, line_walk.COUNT])
 
 
-@njit(cache=True, fastmath={"nnan", "nsz"})  # heights are finite: lets extremes be vectorised
+@njit(cache=True, fastmath={"nnan", "nsz"})  # heights are finite, so extrema can be vectorised
 def _extremes_and_mean(line):
-    """Lowest and highest point and the mean, summed in blocks: long sums keep their digits."""
+    """Return minimum, maximum and mean, summed in blocks to limit rounding."""
     lowest = highest = line[0]
     for h in line:
         lowest = h if h < lowest else lowest
@@ -208,9 +208,9 @@ def _extremes_and_mean(line):
 
 @njit(cache=True, error_model="numpy")
 def refine(depth, goals, mean, ends, enough, d):
-    """Newton's method from penetrations d until its relative steps are `enough`.
+    """Refine penetrations d by Newton's method until the relative steps are `enough`.
 
-    The first steps take the force as quadratic, as it is between two knots, the others as linear.
+    The first steps assume a quadratic force, as between two knots, the others a linear one.
     `mean` is the mean depth: Phi lies between n (d - mean) and n d. Returns the largest last step.
     """
     n, k = depth.size, goals.size
@@ -243,7 +243,7 @@ def refine(depth, goals, mean, ends, enough, d):
 
 @njit(cache=True)
 def _insertion_sort(loads, d):
-    """Order loads by penetration: they nearly are."""
+    """Sort loads by penetration, in which they are nearly ordered."""
     for i in range(1, loads.size):
         load, j = loads[i], i
         while j > 0 and d[loads[j - 1]] > d[load]:
@@ -254,16 +254,16 @@ def _insertion_sort(loads, d):
 
 @njit(cache=True, error_model="numpy")
 def first_guess(depth, goals, mean, ends, guess):
-    """Penetrations near the roots, interpolated between the rungs of a ladder of levels.
+    """Return penetrations near the roots, interpolated between the levels of a ladder.
 
-    A cubic through the force and its slope on two rungs, in logarithms since the force is nearly a
-    power of d, leaves Newton's method two or three steps.
+    With a cubic through force and slope at two levels, in logarithms because the force is nearly a
+    power of d, Newton's method needs two or three steps.
     """
     n = depth.size
     sums = np.empty((max(_COARSE, _LADDER) + 1, line_sums.ROOM))
     rungs = _rungs(goals[0] / n, goals[-1] / n + mean, _COARSE)
     add_up(depth, rungs, ends, sums)
-    # Closer rungs where the roots are.
+    # A finer ladder around the roots.
     first, last = 0, _COARSE - 1
     while first < _COARSE - 2 and sums[first + 1, line_sums.FORCE] < goals[0]:
         first += 1
@@ -286,8 +286,8 @@ def first_guess(depth, goals, mean, ends, guess):
 
 @njit(cache=True)
 def _rungs(bottom, top, count):
-    """Rungs in geometric progression."""
-    # Only ratios enter logarithms, so that other units of length give the same digits.
+    """Return levels in geometric progression."""
+    # Logarithms are of ratios only, so the digits are independent of the unit of length.
     rungs = bottom * np.exp(np.log(top / bottom) * np.arange(count) / (count - 1))
     rungs[-1] = top
     return rungs
@@ -295,10 +295,10 @@ def _rungs(bottom, top, count):
 
 @njit(cache=True, error_model="numpy")
 def _cubic(part, secant, begin, end):
-    """Inverse of a monotone function across a cell of width 1, by a cubic Hermite polynomial.
+    """Return the inverse of a monotone function on a unit cell, by a cubic Hermite polynomial.
 
-    `part` is the share of the rise, `secant` the mean slope, `begin` and `end` the slopes at the
-    ends; inverse slopes beyond three times the mean would let the cubic turn back.
+    `part` is the fraction of the rise, `secant` the mean slope, `begin` and `end` the slopes at the
+    ends; inverse slopes are limited to three times the mean to keep the cubic monotone.
     """
     start = min(secant / begin, 3.0)
     stop = min(secant / end, 3.0)

@@ -1,10 +1,9 @@
-"""Penetrations of one short rough line from its ordered heights: piecewise quadratic, so exact.
+"""Exact penetrations of a short rough line from its sorted heights (piecewise quadratic force).
 
 Between two neighbouring depths of the line the set of cells cut by the surface does not change:
 the contact length grows at a constant rate (or not at all for nodal sums) and the force is
-quadratic (linear) in d. One pass over the ordered depths meets all loads. The rates of cells that
-differ in slope by orders of magnitude are added and taken away again; a compensated sum keeps their
-digits, and everything else only grows.
+quadratic (linear) in d. One pass over the sorted depths covers all loads. Rates of cells with very
+different slopes are added and subtracted in a compensated sum; all other sums only increase.
 """
 
 from __future__ import annotations
@@ -24,21 +23,21 @@ def roots(
     ends: Ends,
     depths: np.ndarray,
 ) -> None:
-    """Penetrations d at which the force over E* dx equals each goal.
+    """Compute the penetrations d at which the force over E* dx equals the goals.
 
     Parameters
     ----------
     depth : ndarray, shape (n,)
         Depths below the highest peak, >= 0.
     order : ndarray, shape (n,)
-        Indices that put them in increasing order, or in decreasing order if not `rising`.
+        Indices that sort the depths in increasing order, or in decreasing order if not `rising`.
     rising : bool
-        Which of both.
+        Whether the order is increasing.
     goals : ndarray, shape (k,)
         Increasing forces.
     ends : Ends
     depths : ndarray, shape (k,)
-        Is filled with the penetrations.
+        Output: the penetrations.
     """
     n = depth.size
     sub_cell, periodic = ends
@@ -57,7 +56,7 @@ def roots(
             force, y = next_force, depth[point]
             length += grown
             before, after = rises[point], rises[point + 1]
-            if not sub_cell or after == np.inf:  # a whole spring; the flat cell behind a point
+            if not sub_cell or after == np.inf:  # a whole spring, or the flat cell behind a point
                 length, after = length + 1.0, 0.0
             if before == np.inf:
                 before = 0.0
@@ -74,7 +73,7 @@ def roots(
 
 @njit(cache=True)
 def _add(total, carry, term):
-    """Sum with the digits that rounding cut off kept apart (Knuth's two-sum)."""
+    """Return the sum and its rounding error (Knuth's two-sum)."""
     result = total + term
     back = result - total
     return result, carry + ((total - (result - back)) + (term - back))
@@ -82,9 +81,9 @@ def _add(total, carry, term):
 
 @njit(cache=True, error_model="numpy")
 def _inverse_rises(depth, sub_cell, periodic):
-    """Inverse rise of the cell before each point and of the last one behind; inf where it is flat.
+    """Return the inverse rises of the cells before the points and of the last cell; inf if flat.
 
-    Zero where no cell is ever cut: with whole springs, and beyond free ends.
+    Zero if cells are never cut: with whole springs, and beyond free ends.
     """
     n = depth.size
     out = np.zeros(n + 1)

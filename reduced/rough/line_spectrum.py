@@ -1,14 +1,14 @@
-"""Power spectra of surfaces and of the rough lines that stand for them.
+"""Power spectra of surfaces and of their equivalent rough lines.
 
 Conventions of the chapter (19.22)-(19.25): a line is h(x) = sum_q B(q) exp(i (q x + phi)) over
 positive and negative q, so <h^2> = 2 sum_k B_k^2 over the positive modes q_k = 2 pi k/L.
 
-The rule of the chapter is C1D(q) = pi q C2D(q) (19.26). In the continuum it keeps <h^2>
-((19.27) = (19.28)) and with it <h'^2>_1D = <|grad h|^2> and <h''^2>_1D = <(laplacian h)^2>; the
+The rule of the chapter is C1D(q) = pi q C2D(q) (19.26). In the continuum it conserves <h^2>
+((19.27) = (19.28)) and therefore <h'^2>_1D = <|grad h|^2> and <h''^2>_1D = <(laplacian h)^2>; the
 chapter's footnote 7 speaks of the product of the principal curvatures, whose mean is zero. On a
-finite surface it does not: C1D of a power law sampled at the modes inflates the rms height by
-4-10 %, and C2D averaged over rings, as the chapter's Problem 1 says, lowers it as much. The sum
-over each ring of modes, B1D(k)^2 = (1/2) sum_ring |B2D|^2, keeps <h^2> exactly; it is the default.
+finite surface it does not: C1D of a power law sampled at the modes increases the rms height by 4-10
+%, and C2D averaged over rings, as in the chapter's Problem 1, decreases it as much. The sum over
+rings of modes, B1D(k)^2 = (1/2) sum_ring |B2D|^2, conserves <h^2> exactly and is the default.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ class LineSpectrum:
     wavenumber : ndarray, shape (m,)
         q_k = 2 pi k/length, k = 1 ... m, in radians per unit length.
     power : ndarray, shape (m,)
-        B1D(q_k)^2, the squared amplitude of one of the pair +-q_k: <h^2> = 2 sum power.
+        B1D(q_k)^2, the squared amplitude of one mode of the pair +-q_k: <h^2> = 2 sum power.
     length : float
         Period L of the line.
     """
@@ -55,12 +55,12 @@ class LineSpectrum:
 
     @property
     def rms_slope(self) -> float:
-        """Root mean square slope sqrt<h'^2>, the full gradient of the surface behind the line."""
+        """Root mean square slope sqrt<h'^2>, equal to the full gradient of the surface."""
         return self._moment(1)
 
     @property
     def rms_curvature(self) -> float:
-        """Root mean square curvature sqrt<h''^2>, the laplacian of the surface behind the line."""
+        """Root mean square curvature sqrt<h''^2>, equal to the Laplacian of the surface."""
         return self._moment(2)
 
     @property
@@ -74,14 +74,14 @@ class LineSpectrum:
 
 @dataclass(frozen=True)
 class SumRules:
-    """What a rule keeps of the surface: root mean squares of surface and line, and their ratios.
+    """Root mean squares of surface and line under a rule, and their ratios.
 
     Attributes
     ----------
     surface, line : ndarray, shape (3,)
-        Height, slope (surface: full gradient) and curvature (surface: laplacian).
+        Height, slope (surface: full gradient) and curvature (surface: Laplacian).
     ratio : ndarray, shape (3,)
-        Line over surface: one where the rule keeps the quantity, as the continuum does with all.
+        Line over surface: one for conserved quantities; in the continuum all are.
     """
 
     surface: np.ndarray
@@ -112,30 +112,30 @@ def sum_rules(surface: SurfaceSpectrum, line: LineSpectrum) -> SumRules:
 
 
 def line_of(surface: SurfaceSpectrum, rule: str = "rings") -> LineSpectrum:
-    """Line spectrum of a surface.
+    """Return the line spectrum of a surface.
 
     Parameters
     ----------
     surface : SurfaceSpectrum
         Measured or prescribed.
     rule : {"rings", "split", "printed"}
-        - ``"rings"``: B1D(k)^2 = (1/2) sum over ring k of |B2D|^2, ring k holding the modes nearest
-          to q_k = 2 pi k/L, half of it where it lies midway between two. <h^2> is kept exactly,
-          the slope but for the rounding of |q|.
+        - ``"rings"``: B1D(k)^2 = (1/2) sum over ring k of |B2D|^2, ring k containing the modes
+          nearest to q_k = 2 pi k/L, modes midway between two rings counting half. <h^2> is
+          conserved exactly, the slope up to the rounding of |q|.
         - ``"split"``: each mode is shared between its two neighbours k <= |q| L/2 pi < k + 1 so
-          that <h^2> and <|grad h|^2> are both kept exactly; the curvature comes out high by
-          O(1/k^2). Not in the chapter.
+          that <h^2> and <|grad h|^2> are both conserved exactly; the curvature is high by O(1/k^2).
+          Not in the chapter.
         - ``"printed"``: C1D = pi q C2D (19.26) with the ring average of C2D (Problem 1, steps 3 and
-          4), sampled at the modes below the Nyquist wavenumber of the coarser direction, where
-          rings cease to be complete. <h^2> is not kept: a ring of k holds not 2 pi k modes but 8
-          for k = 1, and a steep spectrum varies across it.
+          4), sampled at the modes below the Nyquist wavenumber of the coarser direction, beyond
+          which rings are incomplete. <h^2> is not conserved: ring 1 has 8 modes instead of 2 pi,
+          and a steep spectrum varies across it.
 
     Returns
     -------
     LineSpectrum
-        On the longer side L: with the shorter side's wider rings, modes along the longer side would
-        fall into the mean and be lost. Rings count all modes, also those in the corners beyond the
-        Nyquist wavenumber of one direction.
+        With the longer side L as period: with the wider rings of the shorter side, modes along the
+        longer side would be lost in the mean. Rings include all modes, also those in the corners
+        beyond the Nyquist wavenumber of one direction.
 
     Raises
     ------
@@ -151,7 +151,7 @@ def line_of(surface: SurfaceSpectrum, rule: str = "rings") -> LineSpectrum:
         power = surface.ring_sums(surface.power / 2)
     else:
         place, half = surface.place.ravel(), surface.power.ravel() / 2
-        # Rounding must not put a mode that lies on q_k into the cell below.
+        # Rounding must not move a mode at q_k to the cell below.
         below = np.maximum(np.floor(place * (1 + ROUNDING)), 1.0)
         share = np.clip((place - below) * (place + below) / (2 * below + 1), 0.0, 1.0)
         index, count = below.astype(np.int64), int(below.max()) + 2
@@ -167,18 +167,18 @@ def prescribed(
     roughness: SelfAffine,
     rule: str = "rings",
 ) -> LineSpectrum:
-    """Line spectrum of a synthetic self-affine surface, from its parameters alone.
+    """Return the line spectrum of a synthetic self-affine surface from its parameters.
 
     The surface has fixed amplitudes B2D, see `surface_spectrum.self_affine`. Its rms slope is the
-    rms of the full gradient summed over its modes; the line's own differs by what the rings round
-    off (2 % low for 64 points without roll-off, where a mode (1, 1) counts as ring 1).
+    rms of the full gradient summed over its modes; that of the line differs by the rounding to
+    rings (2 % low for 64 points without roll-off, where mode (1, 1) counts as ring 1).
 
     Parameters
     ----------
     points, size, roughness
         As for `surface_spectrum.self_affine`.
     rule : {"rings", "split", "printed"}
-        As for `line_of`; but C1D = pi q C2D is sampled from the power law itself.
+        As for `line_of`, but C1D = pi q C2D is sampled from the power law.
 
     Returns
     -------
@@ -187,7 +187,7 @@ def prescribed(
     Raises
     ------
     ValueError
-        Listing everything wrong, also if no mode is left between the cutoffs.
+        Lists all invalid arguments; also if there is no mode between the cutoffs.
     """
     refuse(choice_faults("rule", rule, RULES))
     surface = self_affine(points, size, roughness)
@@ -195,7 +195,7 @@ def prescribed(
         return line_of(surface, rule)
     law = roughness.law(Grid(points, size))
     mode = np.arange(1, surface.whole_rings + 1)
-    # The law's factor, from all modes of the surface: the sum of a constant times the law.
+    # The factor of the law, from the sum over all modes of the surface.
     variance = law(surface.magnitude)[surface.power > 0].sum()
     density = law(2 * np.pi / surface.length * mode) * (surface.density.sum() / variance)
     return _sample_rule(density, mode, surface.length)
@@ -207,22 +207,22 @@ def synthesise(
     rng: np.random.Generator | None = None,
     length: float | None = None,
 ) -> np.ndarray:
-    """One realisation of a rough line: fixed amplitudes, random phases (19.24).
+    """Return a realisation of a rough line: fixed amplitudes, random phases (19.24).
 
     Parameters
     ----------
     spectrum : LineSpectrum
         Amplitudes.
     points : int, optional
-        Points of the line, more than twice the highest mode that carries power; the smallest such
-        even number with a fast transform without it.
+        Points of the line, more than twice the highest mode with power; default: the smallest such
+        even number with a fast transform.
     rng : numpy.random.Generator
-        Source of the phases; one uniform number per mode, lowest mode first, so that lines with
-        more points from an equal generator are the same line, better resolved.
+        Source of the phases; one uniform number per mode, lowest mode first, so that more points
+        from an equal generator resolve the same line better.
     length : float, optional
-        Period of the line, the spectrum's own without it. On another length the density C1D is
-        kept and integrated over the new modes, so <h^2> is kept too (on a shorter line less the
-        waves that do not fit into it).
+        Period of the line; default: that of the spectrum. For another length the density C1D is
+        kept and integrated over the new modes, which also conserves <h^2> (on a shorter line except
+        for the waves that do not fit).
 
     Returns
     -------
@@ -253,10 +253,10 @@ def synthesise(
 
 
 def resample(spectrum: LineSpectrum, length: float) -> LineSpectrum:
-    """Spectrum with the same density C1D on a line of another length.
+    """Return a spectrum with the same density C1D on a line of another length.
 
     C1D is constant over the band of width 2 pi/L around each mode and is integrated over the bands
-    of the new modes. Power in waves longer than the new line's lowest band is left out.
+    of the new modes. Power in waves longer than the lowest band of the new line is omitted.
     """
     refuse(positive_faults(length=length))
     count = spectrum.power.size
@@ -270,6 +270,6 @@ def resample(spectrum: LineSpectrum, length: float) -> LineSpectrum:
 
 
 def _sample_rule(density: np.ndarray, mode: np.ndarray, length: float) -> LineSpectrum:
-    """C1D = pi q C2D (19.26) sampled at the modes, with (19.25)."""
+    """Return C1D = pi q C2D (19.26) sampled at the modes, with (19.25)."""
     wavenumber = 2 * np.pi / length * mode
     return LineSpectrum(wavenumber, 2 * np.pi / length * (np.pi * wavenumber * density), length)

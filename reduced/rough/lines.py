@@ -1,4 +1,4 @@
-"""Rough lines as heights at even distances."""
+"""Rough lines as equally spaced heights."""
 
 from __future__ import annotations
 
@@ -19,16 +19,16 @@ class RoughLines:
     Parameters
     ----------
     heights : ndarray, shape (m, n) or (n,)
-        Positive towards the half-space, n >= 2; (1, n) is made of a single line.
+        Positive towards the half-space, n >= 2; a single line becomes (1, n).
     spacing : float
         dx.
     periodic : bool
-        Whether each line continues itself.
+        Whether the lines are periodic.
 
     Raises
     ------
     ValueError
-        Listing every argument that is wrong.
+        Lists all invalid arguments.
 
     Examples
     --------
@@ -52,32 +52,32 @@ class RoughLines:
 
     @property
     def length(self) -> float:
-        """Length of each line."""
+        """Length of the lines."""
         return self.heights.shape[1] * self.spacing
 
     def __len__(self) -> int:
         return len(self.heights)
 
     def __getitem__(self, row: int) -> RoughLines:
-        """One of the lines."""
+        """Return one of the lines."""
         return RoughLines(self.heights[row], self.spacing, self.periodic)
 
     def single(self) -> np.ndarray:
-        """Heights of the line if there is one, shape (n,)."""
+        """Return the heights of a single line, shape (n,); raise an error if there are several."""
         if len(self.heights) != 1:
             raise ValueError(f"give one line, got {len(self.heights)}")
         return self.heights[0]
 
 
 class Ends(NamedTuple):
-    """Where contacts and lines end.
+    """Treatment of the ends of contacts and lines.
 
     Attributes
     ----------
     sub_cell : bool
-        Linear line between points and contacts that end inside cells; False: whole springs.
+        Linear between points with contact edges inside cells; False: whole springs.
     periodic : bool
-        Whether the last point is the first point's neighbour.
+        Whether the last point is a neighbour of the first.
     """
 
     sub_cell: bool

@@ -19,8 +19,8 @@ CONTROLS = {
     "force": inversion.FORCE,
     "mean_gap": inversion.MEAN_GAP,
 }
-_SHORT = 1024  # points up to which ordering a line is cheaper than a ladder of levels
-_BLOCK = 2**15  # points: 450 lines of 64 points are one block, long lines a block each
+_SHORT = 1024  # points up to which sorting a line is cheaper than a ladder of levels
+_BLOCK = 2**15  # points per block, or one long line
 
 
 @dataclass(frozen=True)
@@ -30,12 +30,12 @@ class LineContact:
     Attributes
     ----------
     penetration : ndarray
-        Approach d after first touch of the line's own highest peak; below zero where a prescribed
-        mean gap leaves the line out of contact.
+        Approach d after first touch of the highest peak of the line; negative if a prescribed mean
+        gap leaves the line out of contact.
     force : ndarray
         F = E* int (h - z)_+ dx on the whole line, springs of stiffness E* dx (19.14).
     contact_area : ndarray
-        A = (pi/4) sum l_j^2 over the connected contacts (19.29); (pi/4) L^2 when they are one.
+        A = (pi/4) sum l_j^2 over the connected contacts (19.29); (pi/4) L^2 for full contact.
     contact_length : ndarray
         sum l_j.
     contact_count : ndarray of int
@@ -69,17 +69,17 @@ def press(
     edges: str = "sub_cell",
     threads: int = 1,
 ) -> LineContact:
-    """Press rigid rough lines onto independent springs, all loads in a few walks along the line.
+    """Solve the contact of rigid rough lines on independent springs, all loads together.
 
-    With ``edges="sub_cell"`` the line is straight between its points and a contact ends where it
-    meets the surface; ``"nodal"`` takes the chapter's sums over whole springs with h_i > z. A load
-    in force or mean gap is inverted exactly: both discrete laws are convex and piecewise quadratic
-    (linear) in d, so Newton's method ends on the root.
+    With ``edges="sub_cell"`` the line is linear between its points and a contact ends where it
+    meets the surface; ``"nodal"`` uses the chapter's sums over whole springs with h_i > z. Forces
+    and mean gaps are inverted exactly: both discrete laws are convex and piecewise quadratic
+    (linear) in d, so Newton's method reaches the root.
 
     A contact across the seam of a periodic line is one contact. A free line of n points is n dx
-    long, half a cell beyond its outer points, where its contacts end sharply. Every operation is
+    long, half a cell beyond its outer points, where contacts end. Every operation is
     homogeneous in heights, spacing and modulus, every tolerance relative: units do not matter.
-    What exceeds floating point (energies, at loads beyond 1e150) comes out as inf, at these loads.
+    Values beyond the range of floating point (energies at loads above 1e150) are inf.
 
     Parameters
     ----------
@@ -87,12 +87,12 @@ def press(
     effective_modulus : float
         E*.
     load : Load
-        Forces on the line, penetrations or mean gaps, shape (k,), the same for every line. A mean
-        gap larger than that of the line at first touch leaves it out of contact.
+        Forces on the line, penetrations or mean gaps, shape (k,), equal for all lines. A mean gap
+        above that at first touch leaves a line out of contact.
     edges : {"sub_cell", "nodal"}
         The discrete law.
     threads : int
-        Threads that share the lines of a batch; the result does not depend on it.
+        Number of threads, without effect on the result.
 
     Returns
     -------
@@ -142,7 +142,7 @@ def press(
 
 
 def _for_blocks(work: Callable[[slice], None], shape: tuple[int, int], threads: int) -> None:
-    """Hand blocks of rows to threads, each small enough to stay in the cache."""
+    """Distribute blocks of rows, small enough for the cache, to threads."""
     rows = max(1, _BLOCK // shape[1])
     blocks = [slice(begin, min(begin + rows, shape[0])) for begin in range(0, shape[0], rows)]
     if threads == 1 or len(blocks) == 1:

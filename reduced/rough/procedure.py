@@ -16,12 +16,12 @@ from reduced.rough.surface_spectrum import RadialAverage, SurfaceSpectrum
 
 @dataclass(frozen=True)
 class Variant:
-    """How the procedure is carried out.
+    """A variant of the procedure.
 
     Attributes
     ----------
     name : str
-        What tables call it.
+        Name in tables.
     spectrum : str
         Rule from two to one dimension, see `line_spectrum.line_of`.
     edges : str
@@ -43,7 +43,7 @@ LITERAL = Variant("literal", "printed", "nodal", "own_curvature", 1)
 """As printed: ring averages with (19.26), nodal sums on the map's own spacing, (19.37) with R_i."""
 
 CORRECTED = Variant("corrected", "rings", "sub_cell", "one_radius", 8)
-"""Ring sums that keep <h^2>, a resolved line with sub-cell edges, one radius per contact."""
+"""Ring sums that conserve <h^2>, a resolved line with sub-cell edges, one radius per contact."""
 
 
 @dataclass(frozen=True)
@@ -53,20 +53,20 @@ class Procedure:
     Attributes
     ----------
     variant : Variant
-        How it was done.
+        The variant.
     surface, radial, line, sums : SurfaceSpectrum, RadialAverage, LineSpectrum, SumRules
-        Steps 2 and 3: the spectrum of the map, its radial average, the line's spectrum, and what
-        the rule kept.
+        Steps 2 and 3: the spectrum of the map, its radial average, the line's spectrum, and the sum
+        rules.
     ensemble : Ensemble
         Step 7: force, area, length, ... of all lines at all loads.
     contact_sizes : tuple of ndarray, one per load
         Lengths l_j of all contacts of all lines: their distribution.
     pressures : tuple of ndarray, one per load
-        Stresses at all points in contact of all lines where the rule has a real value.
+        Stresses at all contact points of all lines at which the rule has a real value.
     undefined_share : ndarray, shape (k,)
-        Share of the points in contact where it has none.
+        Fraction of contact points at which it has none.
     mean_pressure : ndarray, shape (k,)
-        F/A, the mean over the lines.
+        F/A, as a mean over the lines.
     """
 
     variant: Variant
@@ -99,15 +99,15 @@ def calculate(
     Parameters
     ----------
     surface : SurfaceSpectrum
-        Of the prepared map, `surface_spectrum.measured`.
+        Spectrum of the prepared map, `surface_spectrum.measured`.
     effective_modulus : float
         E*.
     force : array_like, shape (k,)
         Forces on the map: positive, strictly increasing.
     variant : Variant
-        `LITERAL`, `CORRECTED` or your own.
+        `LITERAL`, `CORRECTED` or another one.
     sampling : Sampling
-        How many lines are drawn.
+        Number of lines and seed.
 
     Returns
     -------
@@ -116,7 +116,7 @@ def calculate(
     Raises
     ------
     ValueError
-        If an argument is out of range, or the map is level.
+        If an argument is out of range, or the map is flat.
     ConvergenceError
         If a load could not be inverted.
 
@@ -153,7 +153,7 @@ def side_by_side(
     force: ArrayLike,
     sampling: Sampling = HUNDRED,
 ) -> tuple[Procedure, Procedure]:
-    """Return the literal text and the corrected variant on the same map, `calculate` for each."""
+    """Return the results of `calculate` on the same map, as printed and as corrected."""
     literal, corrected = (
         calculate(surface, effective_modulus, force, variant, sampling)
         for variant in (LITERAL, CORRECTED)
@@ -164,7 +164,7 @@ def side_by_side(
 def _distributions(
     lines: RandomLines, penetrations: np.ndarray, effective_modulus: float, variant: Variant
 ) -> tuple[tuple[np.ndarray, ...], tuple[np.ndarray, ...], np.ndarray]:
-    """Contact lengths and stresses of all lines, pooled by load, and the undefined shares."""
+    """Return contact lengths and stresses of all lines by load, and the undefined fractions."""
     steps = penetrations.shape[1]
     sizes: list[list[np.ndarray]] = [[] for _ in range(steps)]
     pressures: list[list[np.ndarray]] = [[] for _ in range(steps)]

@@ -1,4 +1,4 @@
-"""The connected contacts of one rough line at one depth, and the local stress rule on them."""
+"""Connected contacts of a rough line at one depth, and the local stress rule."""
 
 from __future__ import annotations
 
@@ -20,11 +20,11 @@ class Regions:
     Attributes
     ----------
     lengths : ndarray, shape (regions,)
-        Lengths l_j; (pi/4) l_j^2 is each region's share of the area (19.29).
+        Lengths l_j; (pi/4) l_j^2 is the area of a region (19.29).
     points : ndarray of int, shape (m,)
         Indices of the points in contact.
     region : ndarray of int, shape (m,)
-        Region of each of these points.
+        Regions of these points.
     deflection : ndarray, shape (m,)
         Spring deflections delta there.
     """
@@ -42,13 +42,13 @@ class LineStress:
     Attributes
     ----------
     pressure : ndarray, shape (m,)
-        Stress where the rule has a real value, else 0.
+        Stress if the rule has a real value, else 0.
     valid : ndarray of bool, shape (m,)
-        Where it has one.
+        Whether the rule has a real value.
     undefined_share : float
-        Share of the points in contact where it has none; 0 without contact.
+        Fraction of contact points without a real value; 0 without contact.
     regions : Regions
-        The contact itself.
+        The contact regions.
     """
 
     pressure: np.ndarray
@@ -58,17 +58,17 @@ class LineStress:
 
 
 def regions(line: RoughLines, penetration: float, *, edges: str = "sub_cell") -> Regions:
-    """Find the connected contacts of a line, as `rough.press.press` counts them.
+    """Return the connected contacts of a line, as counted by `rough.press.press`.
 
     Parameters
     ----------
     line : RoughLines
-        A single one.
+        A single line.
     penetration : float
         d after first touch of the highest point; d <= 0 is no contact.
     edges : {"sub_cell", "nodal"}
-        Whether contacts end where the straight line between points meets the surface, or half a
-        cell beyond the last spring.
+        Contacts end where the linear interpolant meets the surface, or half a cell beyond the last
+        spring.
 
     Returns
     -------
@@ -94,7 +94,7 @@ def regions(line: RoughLines, penetration: float, *, edges: str = "sub_cell") ->
     touching = delta > 0
     if touching.all():
         return Regions(np.array([n * spacing]), np.arange(n), np.zeros(n, int), delta)
-    # Walk from a point out of contact, so that no contact of a periodic line is cut.
+    # Start from a point out of contact, so that no contact of a periodic line is divided.
     start = int(np.argmin(touching)) if periodic else 0
     order = np.roll(np.arange(n), -start)
     inside = touching[order]
@@ -117,7 +117,7 @@ def line_stress(
     rule: str = "own_curvature",
     edges: str = "sub_cell",
 ) -> LineStress:
-    """Stress on a rough line by the chapter's rule (19.37), sigma = E* sqrt(2 delta/R1)/pi.
+    """Return the stress on a rough line by (19.37), sigma = E* sqrt(2 delta/R1)/pi.
 
     Parameters
     ----------
@@ -127,9 +127,9 @@ def line_stress(
         E*.
     rule : {"own_curvature", "one_radius"}
         R1 = -1/h'' at the point, by second differences: without a real value where the line is
-        straight or hollow, which on rough lines is a large part of the contact, and at the ends of
-        a free line. Or one radius per region, that of the parabola of the same length and depth,
-        R1 = l^2/(8 delta_max), which always has a value.
+        straight or concave, which on rough lines is a large part of the contact, and at the ends of
+        a free line. Or one radius per region, that of the parabola of the same length and depth, R1
+        = l^2/(8 delta_max), which is always defined.
 
     Returns
     -------
@@ -162,7 +162,7 @@ def line_stress(
 def _reach(
     delta: np.ndarray, ends: np.ndarray, step: int, edges: str, periodic: bool
 ) -> np.ndarray:
-    """How far contacts reach beyond their outermost points, in cells."""
+    """Return how far contacts extend beyond their outermost points, in cells."""
     n = delta.size
     beyond = ends + step
     off_line = (beyond < 0) | (beyond >= n)
@@ -174,7 +174,7 @@ def _reach(
 
 
 def _curvature(line: RoughLines) -> np.ndarray:
-    """-h'' by second differences; 0 (no radius) at the ends of a free line."""
+    """Return -h'' by second differences; 0 (no radius) at the ends of a free line."""
     h, spacing = line.single(), line.spacing
     second = (2 * h - np.roll(h, 1) - np.roll(h, -1)) / spacing / spacing
     if not line.periodic:

@@ -1,7 +1,7 @@
-"""Force, contact length and its rate of growth at many levels of one rough line, nothing else.
+"""Force, contact length and its rate of growth at many levels of a rough line.
 
-What inverting a load asks for again and again. Contacts need not be told apart here, so the edges
-of a cell are added up without looking back, the levels that cut a cell in one go.
+These sums are needed repeatedly to invert a load. Contacts need not be distinguished, so all levels
+that cut a cell are added in one step.
 """
 
 from __future__ import annotations
@@ -12,22 +12,22 @@ from numba import njit
 from reduced.rough.lines import Ends
 
 FORCE, LENGTH, RATE = range(3)
-_CELLS, _TOTAL = 3, 4  # whole cells, and their mean heights, that no shallower level has
+_CELLS, _TOTAL = 3, 4  # whole cells and their mean heights, counted at the shallowest level
 ROOM = 5
 
 
 @njit(cache=True, error_model="numpy")
 def add_up(depth: np.ndarray, levels: np.ndarray, ends: Ends, out: np.ndarray) -> None:
-    """Force Phi, its slope l and the slope's rate l' at every level.
+    """Compute the force Phi, its slope l and the rate l' of the slope at every level.
 
     Parameters
     ----------
     depth, levels, ends
         As for `walk.walk`.
     out : ndarray, shape (k + 1, ROOM)
-        The first three numbers of each of the first k rows are filled with: force over E* dx,
-        contact length over dx, and the rate at which the length grows with the penetration (0 for
-        whole springs); the rest is room to work in.
+        Output in the first three numbers of the first k rows: force over E* dx,
+        contact length over dx, and the rate of growth of the length with penetration (0 for whole
+        springs); the rest is workspace.
     """
     out[: levels.size + 1] = 0.0
     if ends.sub_cell:
@@ -44,7 +44,7 @@ def add_up(depth: np.ndarray, levels: np.ndarray, ends: Ends, out: np.ndarray) -
 
 @njit(cache=True)
 def _whole_springs(depth, levels, out):
-    """Add each spring to the shallowest level that presses it."""
+    """Add every spring to the shallowest level at which it is in contact."""
     k, level = levels.size, 0
     lower, upper = -np.inf, levels[0]
     count = total = 0.0
@@ -68,9 +68,9 @@ def _whole_springs(depth, levels, out):
 
 @njit(cache=True, error_model="numpy")
 def _cut_cells(depth, levels, periodic, out):
-    """Add each cell to the shallowest level that presses all of it, and to all that cut it."""
+    """Add every cell to the shallowest level fully in contact, and to all that cut it."""
     n, k = depth.size, levels.size
-    # The walk starts with the cell across the seam; at a free end half a flat cell stands there.
+    # The walk starts with the cell across the seam, or half a flat cell at a free end.
     y = depth[n - 1]
     level = np.searchsorted(levels, y, side="right")
     if not periodic:

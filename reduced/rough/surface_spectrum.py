@@ -1,4 +1,4 @@
-"""Power spectra of surfaces, measured or prescribed: the input of the two-to-one-dimensional rule.
+"""Power spectra of surfaces, measured or prescribed: the input of the rules for lines.
 
 A surface is h(x) = sum_q B2D(q) exp(i (q x + phi)) over all modes of its rectangle (19.22), with
 C2D = Lx Ly/(2 pi)^2 |B2D|^2 (19.23), so that <h^2> = sum |B2D|^2.
@@ -15,15 +15,15 @@ from numpy.typing import ArrayLike
 
 from reduced.arguments import count_faults, positive_faults, refuse
 
-# Relative rounding of |q| L/(2 pi): what lies this near to a limit lies on it. Sides come from
+# Relative rounding of |q| L/(2 pi): modes this close to a limit count as on it. Sides come from
 # files, some in single precision (6e-8). On a square the modes next to a limit k + 1/2 are 1/(8 k)
-# away from it: outside of this up to ring 1100.
+# away from it, which exceeds this up to ring 1100.
 ROUNDING = 1e-7
 
 
 @dataclass(frozen=True)
 class RadialAverage:
-    """C2D over circles: mean, number and spread of the modes in each ring.
+    """C2D over circles: mean, number and spread of the modes by ring.
 
     Attributes
     ----------
@@ -32,10 +32,10 @@ class RadialAverage:
     density : ndarray, shape (m,)
         Mean of C2D over the ring; 0 for an empty ring.
     count : ndarray, shape (m,)
-        Modes in the ring; those midway between two rings count half in each.
+        Modes in the ring; those midway between two rings count half in both.
     spread : ndarray, shape (m,)
-        Standard deviation of C2D within the ring: about the mean itself for a measured map (a
-        periodogram does not average out), the anisotropy and the width of the ring otherwise.
+        Standard deviation of C2D within the ring: about the mean for a measured map (a periodogram
+        does not average out), otherwise due to the anisotropy and the width of the ring.
     """
 
     wavenumber: np.ndarray
@@ -51,7 +51,7 @@ class SurfaceSpectrum:
     Attributes
     ----------
     power : ndarray, shape (nx, ny)
-        |B2D|^2 of every mode, in the order of the FFT; the mean has none.
+        |B2D|^2 of every mode, in the order of the FFT; zero for the mean.
     size : (float, float)
         Sides Lx, Ly.
     """
@@ -86,29 +86,29 @@ class SurfaceSpectrum:
 
     @property
     def rms_curvature(self) -> float:
-        """Root mean square of the laplacian, sqrt<(lap h)^2>."""
+        """Root mean square of the Laplacian, sqrt<(lap h)^2>."""
         return self._moment(2)
 
     @property
     def whole_rings(self) -> int:
-        """Number of rings below the Nyquist wavenumber of the coarser direction: complete ones."""
+        """Number of complete rings, below the Nyquist wavenumber of the coarser direction."""
         pairs = zip(self.power.shape, self.size, strict=True)
         ends = (n / 2 * self.length / side * (1 - ROUNDING) for n, side in pairs)
         return min(int(np.ceil(end)) for end in ends) - 1
 
     @property
     def place(self) -> np.ndarray:
-        """|q| L/(2 pi) of every mode: its place among the rings 1, 2, ... of the longer side."""
+        """|q| L/(2 pi) of every mode: its position among the rings 1, 2, ... of the longer side."""
         return self.magnitude * (self.length / (2 * np.pi))
 
     @property
     def rings(self) -> np.ndarray:
-        """Two rings of every mode, each of which it counts half in: the nearest one twice.
+        """Return two rings per mode, in which it counts half; usually both are the nearest one.
 
-        A mode midway between two rings is as near to both. There are such modes where the sides are
-        as an odd number to an even one (at 3 : 2 every odd wave along the shorter side), and none
-        on a square, where (|q| L/2 pi)^2 is a whole number. Midway is told to `ROUNDING`, far
-        above the error of |q|, so that no ring hangs on how a side was rounded.
+        Modes midway between two rings belong to both. They occur if the ratio of the sides is odd
+        to even (at 3 : 2 every odd wave along the shorter side), but not on a square, where (|q|
+        L/2 pi)^2 is an integer. Midway is decided to `ROUNDING`, far above the error of |q|, so
+        that no ring depends on the rounding of a side.
 
         Returns
         -------
@@ -121,14 +121,14 @@ class SurfaceSpectrum:
         return np.stack([inner, inner + midway])
 
     def ring_sums(self, values: np.ndarray) -> np.ndarray:
-        """Sum values of the modes over rings 0, 1, 2, ...; (2, nx ny) gives `rings` one each."""
+        """Return sums of values over rings 0, 1, 2, ...; values (2, nx ny) match `rings`."""
         rings = self.rings
         count = int(rings.max()) + 1
         inner, outer = np.broadcast_to(values.reshape(-1, rings.shape[1]), rings.shape)
         return 0.5 * (np.bincount(rings[0], inner, count) + np.bincount(rings[1], outer, count))
 
     def radial_average(self) -> RadialAverage:
-        """C2D averaged over rings of width 2 pi/L (step 3 of the chapter's Problem 1).
+        """Return C2D averaged over rings of width 2 pi/L (step 3 of the chapter's Problem 1).
 
         Examples
         --------
@@ -152,7 +152,7 @@ class SurfaceSpectrum:
 def measured(
     height: np.ndarray, size: float | tuple[float, float], periodic: bool = False
 ) -> SurfaceSpectrum:
-    """Power spectrum of a height map.
+    """Return the power spectrum of a height map.
 
     Parameters
     ----------
@@ -161,7 +161,7 @@ def measured(
     size : float or (float, float)
         Sides Lx, Ly.
     periodic : bool
-        True for a map that continues itself. False (a measured map) applies a Hann window in both
+        True for a periodic map. False (a measured map) applies a Hann window in both
         directions, removes the windowed mean and rescales the result to the <h^2> of the map, so
         that the jump between opposite sides does not fill the spectrum.
 
@@ -195,19 +195,19 @@ def measured(
 class SelfAffine:
     """Self-affine roughness: C2D ~ q^-power for q_l <= q <= q_s, a plateau below q_l.
 
-    q_l = 2 pi/long_cutoff and q_s = 2 pi/short_cutoff; nothing lies beyond q_s. Cutoffs are circles
-    in q, and a mode on a circle is kept.
+    q_l = 2 pi/long_cutoff and q_s = 2 pi/short_cutoff; C2D is zero beyond q_s. Cutoffs are circles
+    in q, and modes on a circle are kept.
 
     Parameters
     ----------
     hurst, power : float
-        Exactly one: H with power = 2 (1 + H), or the exponent of C2D itself.
+        Exactly one: H with power = 2 (1 + H), or the exponent of C2D.
     rms_slope, rms_height : float
         Exactly one, positive: the rms of the full gradient, or of the height.
     long_cutoff : float, optional
-        Roll-off wavelength; without it the power law goes down to the longest mode.
+        Roll-off wavelength; by default the power law extends to the longest mode.
     short_cutoff : float, optional
-        Shortest wavelength; two cells (of the coarser direction) without it.
+        Shortest wavelength; default: two cells (of the coarser direction).
 
     Raises
     ------
@@ -239,7 +239,7 @@ class SelfAffine:
         refuse(wrong)
 
     def law(self, grid: Grid) -> Callable[[np.ndarray], np.ndarray]:
-        """Return the power law as a function of q, up to its factor."""
+        """Return the power law as a function of q, up to a factor."""
         if self.hurst is not None:
             exponent = 2 * (1 + float(self.hurst))
         else:
@@ -248,7 +248,7 @@ class SelfAffine:
         high = 2 * np.pi / (self.short_cutoff or 2 * grid.cell)
 
         def law(q: np.ndarray) -> np.ndarray:
-            # The circle itself belongs to the spectrum, whatever the rounding of |q|.
+            # The circle belongs to the spectrum, independent of the rounding of |q|.
             resolved = (q > 0) & (q <= high * (1 + 1e-10))
             rise = np.maximum(np.where(resolved, q, high), low) / high
             return np.where(resolved, rise**-exponent, 0.0)
@@ -296,7 +296,7 @@ class Grid:
 def self_affine(
     points: int | tuple[int, int], size: float | tuple[float, float], roughness: SelfAffine
 ) -> SurfaceSpectrum:
-    """Prescribed spectrum of a synthetic self-affine surface, self-conjugate Nyquist modes zero.
+    """Return the spectrum of a synthetic self-affine surface, with zero Nyquist modes.
 
     Parameters
     ----------
@@ -329,7 +329,7 @@ def self_affine(
 
 
 def _hann(h: np.ndarray) -> np.ndarray:
-    """Map times the Hann window, mean removed, rescaled to the mean square of the map."""
+    """Return the map times the Hann window, without mean, rescaled to the map's mean square."""
     x, y = (np.sin(np.pi * (np.arange(n) + 0.5) / n) ** 2 for n in h.shape)
     window = x[:, None] * y
     windowed = window * (h - np.sum(window * h) / np.sum(window))
@@ -338,13 +338,13 @@ def _hann(h: np.ndarray) -> np.ndarray:
 
 
 def _magnitude(shape: tuple[int, ...], sides: tuple[float, float]) -> np.ndarray:
-    """|q| of every mode of a map, in the order of the FFT."""
+    """Return |q| of every mode of a map, in the order of the FFT."""
     qx, qy = (2 * np.pi * np.fft.fftfreq(n, side / n) for n, side in zip(shape, sides, strict=True))
     return np.hypot(qx[:, None], qy)
 
 
 def _pair(value: ArrayLike, name: str) -> tuple:
-    """Turn a number into a pair, or leave a pair."""
+    """Return a pair from a number or a pair."""
     if np.shape(value) not in ((), (1,), (2,)):
         raise ValueError(f"{name} must be one number or two, got {value!r}")
     return tuple(np.broadcast_to(np.asarray(value), 2).tolist())

@@ -1,12 +1,11 @@
 """One walk along a rough line for all contact levels at once.
 
 The line is given by its depths y_i >= 0 below its highest peak, the levels by increasing
-penetrations d_k: point i is in contact at level k when y_i < d_k. Walking from point to point, the
-number of levels that leave a point out of contact changes only where the line crosses a level, and
-every crossing is one edge of one contact. So a walk costs one step per point and one per contact
-edge, and needs no sorting; what lies fully inside a contact is added once, at the shallowest level
-that contains it, and summed over levels at the end. Nothing is subtracted that was added before, so
-no digits are lost to running sums.
+penetrations d_k: point i is in contact at level k if y_i < d_k. From point to point, the number of
+levels without contact changes only where the line crosses a level, and every crossing is an edge of
+a contact. A walk therefore costs one step per point and one per contact edge, and needs no sorting;
+cells fully inside a contact are added once, at the shallowest level that contains them, and summed
+over levels at the end. Sums are never subtracted, so no digits are lost.
 
 Lengths are in units of the spacing. Free lines end half a cell beyond their outer points.
 """
@@ -19,8 +18,8 @@ from numba import njit
 from reduced.rough.lines import Ends
 
 FORCE, LENGTH, SQUARES, COUNT, LONGEST, ENERGY = range(6)
-# Per level: where the open contact begins, how far it reaches beyond that point, and the number,
-# heights and squares of the whole cells that no shallower level has.
+# Per level: the beginning of the current contact, its extent beyond that point, and the number,
+# heights and squares of the whole cells counted at this level.
 _BEGIN, _REACH, _CELLS, _TOTAL, _SQUARE = range(6, 11)
 ROOM = 11
 
@@ -33,22 +32,22 @@ def walk(
     ends: Ends,
     out: np.ndarray,
 ) -> None:
-    """Measures of the contact at every level.
+    """Compute the measures of the contact at every level.
 
     Parameters
     ----------
     depth : ndarray, shape (n,)
         Depths below the highest peak, >= 0.
     start : int
-        Index of the deepest point of a periodic line (no contact short of the full one passes it);
+        Index of the deepest point of a periodic line (in contact only at full contact);
         0 for a free line.
     levels : ndarray, shape (k,)
-        Penetrations that do not decrease.
+        Non-decreasing penetrations.
     ends : Ends
     out : ndarray, shape (k + 1, ROOM)
-        The first six numbers of each of the first k rows are filled with: force over E* dx, contact
+        Output in the first six numbers of the first k rows: force over E* dx, contact
         length, sum of squared contact lengths, number of contacts, longest contact (lengths in dx),
-        energy over E* dx. What one edge needs lies side by side; the rest is room to work in.
+        energy over E* dx. Values for one edge are adjacent; the rest is workspace.
     """
     n, k = depth.size, levels.size
     sub_cell, periodic = ends
@@ -72,17 +71,17 @@ def walk(
 
 @njit(cache=True, error_model="numpy")
 def _stretch(depth, way, level, levels, sub_cell, out):
-    """Walk on from the point before the first to the points first ... stop - 1.
+    """Walk from the point before the first over the points first ... stop - 1.
 
-    `way` are first, stop, and the index whose place on the walk is zero; `level` is the number of
-    levels that leave the point before the first out of contact; returns that of the last one.
+    `way` contains first, stop, and the index at the start of the walk; `level` is the number of
+    levels without contact at the point before the first; returns that of the last one.
     """
     first, stop, origin = way
     k, y = levels.size, depth[first - 1]
     cross = 1.0 if sub_cell else 0.0
     lower = levels[level - 1] if level > 0 else -np.inf
     upper = levels[level] if level < k else np.inf
-    count = total = square = 0.0  # of the whole cells since the last crossing
+    count = total = square = 0.0  # sums of the whole cells since the last crossing
     for i in range(first, stop):
         z = depth[i]
         if z < lower or z >= upper:
@@ -123,9 +122,9 @@ def _stretch(depth, way, level, levels, sub_cell, out):
 
 @njit(cache=True, error_model="numpy")
 def _edge_cell(out, level, deflection, drop, sub_cell):
-    """Add the cell that holds a contact edge; returns how far the contact reaches into it.
+    """Add the cell with a contact edge; return the extent of the contact in it.
 
-    `deflection` is that of the cell's point in contact, `drop` the height difference in the cell.
+    `deflection` is that of the point in contact, `drop` the height difference in the cell.
     """
     if not sub_cell:
         return _end_half_cell(out, level, deflection)
@@ -145,7 +144,7 @@ def _end_half_cell(out, level, deflection):
 
 @njit(cache=True)
 def _close(out, level, length):
-    """Count a finished contact."""
+    """Register a complete contact."""
     out[level, LENGTH] += length
     out[level, SQUARES] += length * length
     out[level, COUNT] += 1.0

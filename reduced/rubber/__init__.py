@@ -1,1 +1,1 @@
-"""A rough line that slides over relaxing springs."""
+"""A rough line sliding over viscoelastic springs."""

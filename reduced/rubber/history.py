@@ -1,20 +1,20 @@
-"""Problem 1 of the chapter, corrected: a rough line slid step by step under Kelvin-Voigt springs.
+"""Problem 1 of the chapter, corrected: time stepping of a rough line under Kelvin-Voigt springs.
 
-What the print leaves open or gets wrong (`sliding_printed` does it literally), and what is done:
+Gaps and errors of the print (`printed` follows it literally), and their corrections:
 
-- Step 10 starts with no springs in contact if the line is nowhere 3 rms high, its forces lack dx,
-  and z_i is not said: here the line is pressed on at rest, at equilibrium of the relaxed springs.
-- Step 11 ties dt to dx/v, step 12 relaxes by an explicit step, unstable for G dt/eta > 2 and hence
-  in slow sliding: here relaxation is exact and a step is of any length.
-- Free springs are relaxed towards the level but not moved with it: here w = z - Z0 relaxes.
-- The level is shifted for the springs that were in contact before the shift, which then pull or
-  overlap: here the contact set is that of the new level, and the force of the step is met exactly.
-  N = 0, a division by zero there, is no special case.
-- Step 13 multiplies by the line's central difference, which is not the slope along which the
-  spring moves: here the work of the contact forces over the way.
+- Step 10 starts without contact if no point is 3 rms high, its forces lack dx, and z_i is
+  undefined: here the line is pressed on at rest, in equilibrium with the relaxed springs.
+- Step 11 sets dt = dx/v, step 12 relaxes by an explicit step, unstable for G dt/eta > 2 and hence
+  in slow sliding: here relaxation is exact for steps of any length.
+- Free springs relax towards the level but do not move with it: here w = z - Z0 relaxes.
+- The level is shifted for the springs in contact before the shift, which then pull or overlap: here
+  the contact set is that of the new level, and the force of the step is met exactly. N = 0, a
+  division by zero in the print, is not a special case.
+- Step 13 multiplies by the line's central difference, which is not the slope along which the spring
+  moves: here the work of the contact forces over the distance.
 
-The force is imposed on the mean over the step. Over a step of one cell that mean is an integral
-over the cell, so the state this tends to is that of `steady.slide` on the same line.
+The mean over the step equals the prescribed force. For steps of one cell the mean is an integral
+over the cell, so the limiting state is that of `steady.slide` on the same line.
 """
 
 from __future__ import annotations
@@ -43,17 +43,17 @@ class SlidingHistory:
     Attributes
     ----------
     distance : ndarray, shape (k,)
-        Way slid at the end of each step.
+        Sliding distance at the end of the steps.
     level : ndarray
-        Z0 during the step, from the zero of the heights.
+        Z0 during the step, relative to the zero of the heights.
     force, tangential_force : ndarray
-        Means over the step; F_x is the work over the way.
+        Means over the step; F_x is the work over the distance.
     contact_count : ndarray of int
         Springs in contact at the end of the step.
     contact_length : ndarray
         Mean over the step of dx times the number in contact.
     dissipation : ndarray
-        Energy dissipated in the step while the line slides (a shift of the level takes its own).
+        Energy dissipated in the step by sliding (without shifts of the level).
     stored : ndarray
         Elastic energy at the end of the step.
     period, spacing : float
@@ -72,23 +72,23 @@ class SlidingHistory:
     spacing: float
 
     def last(self, way: float | None = None) -> slice:
-        """Return the steps of the last way, one period of the line by default."""
+        """Return the steps of the last distance, by default one period of the line."""
         way = self.period if way is None else way
         return slice(
             int(np.searchsorted(self.distance, self.distance[-1] - way * (1 - 1e-9))), None
         )
 
     def friction_coefficient(self, way: float | None = None) -> np.ndarray:
-        """Mean of F_x over mean of F over the last way (steps 13 and 14), shape (m,)."""
+        """Return the mean F_x over the mean F in the last distance (steps 13, 14), shape (m,)."""
         part = self.last(way)
         return self.tangential_force[:, part].mean(axis=1) / self.force[:, part].mean(axis=1)
 
     def energy_error(self) -> np.ndarray:
-        """(work - dissipation)/dissipation over the last period, shape (m,).
+        """Return (work - dissipation)/dissipation over the last period, shape (m,).
 
-        Energy stored is the same at its ends once the state is steady. Only steps of whole cells
-        have a steady state: within a cell few springs carry, and the level follows them up and
-        down, which dissipates on its own, to an extent that vanishes with dx.
+        In a steady state the stored energy is equal at both ends. Only steps of whole cells have a
+        steady state: within a cell few springs carry the load and the level follows them up and
+        down, which causes additional dissipation that vanishes with dx.
         """
         part, cells = self.last(), self.distance[0] / self.spacing
         steps = self.distance.size - part.start
@@ -112,20 +112,20 @@ def slide_in_time(
     steps: int,
     step_length: float | None = None,
 ) -> SlidingHistory:
-    """Press periodic lines on a Kelvin-Voigt foundation and slide them, Problem 1 as corrected.
+    """Solve the sliding of periodic lines on a Kelvin-Voigt foundation, Problem 1 as corrected.
 
     Parameters
     ----------
     lines : RoughLines
-        Periodic; the spring at x sees h(x + v t).
+        Periodic lines; the spring at x is under h(x + v t).
     material : Prony
         `materials.kelvin_voigt`: G and eta of (19.30) with f = 4 dx (G w + eta dw/dt).
     speed, force : float
-        v and the force on each line.
+        v and the force on every line.
     steps : int
         Number of steps.
     step_length : float, optional
-        v dt, any length; dx without it.
+        v dt, of any length; default: dx.
 
     Returns
     -------
@@ -134,7 +134,7 @@ def slide_in_time(
     Raises
     ------
     ValueError
-        Listing every argument that is wrong.
+        Lists all invalid arguments.
     ConvergenceError
         If the force of a step could not be met.
 
@@ -153,7 +153,7 @@ def slide_in_time(
     m, n = heights.shape
     relaxed = _SPRING * material.long_term
     at_rest = press(lines, relaxed, Load("force", force), edges="nodal").penetration[:, 0]
-    # counted from the highest point, where the level is near: it keeps its digits under light loads
+    # relative to the highest point, close to the level, which keeps digits under light loads
     tops = heights.max(axis=1)
     unit = relaxed * spacing
     memory = speed * (material.viscosity / material.long_term)

@@ -1,13 +1,13 @@
-"""One spring drawn under a rough line at constant speed and level: its exact path, cell by cell.
+"""Exact history of one spring under a rough line at constant speed and level, cell by cell.
 
-In steady sliding every spring goes through the same history, so one of them, drawn once under the
-line, is the whole contact. Between its points the line is straight. In contact the arms of the
-material follow a linear deflection exactly; a free spring relaxes in its retardation modes, each a
-plain exponential; contacts begin and end inside the cells. (A force that dips below zero and
-recovers within one cell is not looked for; with one arm, or none, it cannot happen.)
+In steady sliding every spring goes through the same history, so one spring that passes under the
+line once represents the whole contact. The line is linear between its points. In contact the arms
+of the material follow a linear deflection exactly; a free spring relaxes in its retardation modes,
+which are exponentials; contacts begin and end inside the cells. (A force that becomes negative and
+recovers within one cell is not detected; with at most one arm this cannot happen.)
 
-All times are lengths here, times speed: v tau_k of the arms, v lambda_m of the modes, and v eta of
-a dashpot beside them. Forces are per length of line and without the factor 4 of (19.30).
+All times are multiplied by the speed to lengths: v tau_k of the arms, v lambda_m of the modes, and
+v eta of a parallel dashpot. Forces are per length of line, without the factor 4 of (19.30).
 """
 
 from __future__ import annotations
@@ -33,7 +33,7 @@ class Rubber(NamedTuple):
     arms, lengths : ndarray, shape (k,)
         Moduli G_k and relaxation lengths v tau_k.
     modes : ndarray, shape (m,)
-        Retardation lengths v lambda_m, m = k, or k + 1 with a dashpot beside the arms.
+        Retardation lengths v lambda_m, m = k, or k + 1 with a parallel dashpot.
     matrix, inverse : ndarray, shape (m, m)
         From the amplitudes of the modes of a free spring to the deflections q_k of the arms'
         dashpots (and w in the last row, with a dashpot), and back.
@@ -50,26 +50,26 @@ class Rubber(NamedTuple):
 
 @njit(cache=True)
 def draw(line, level, step, touching, rubber, state):
-    """Draw a spring under the line: integrals over the line, and the spring's state at its end.
+    """Move a spring under the line; return integrals over the line, and the spring's final state.
 
     Parameters
     ----------
     line : ndarray, shape (n,)
-        Heights in the order in which they pass.
+        Heights in the order of passage.
     level, step : float
         Z0 of the rubber's undisturbed surface, and dx.
     touching : bool
-        Whether the spring begins in contact.
+        Whether the spring is initially in contact.
     rubber : Rubber
     state : ndarray, shape (m,)
-        q_k of a spring in contact (a last place not used), or amplitudes of modes of a free one.
+        q_k of a spring in contact (the last entry may be unused), or mode amplitudes of a free one.
 
     Returns
     -------
     sums : ndarray, shape (6,)
-        Integrals of the force and of its work on the line's slope, the energy dissipated (what a
-        spring stores when it is let go but not when it is met again is lost), the lengths of the
-        contacts, their squares, and their number. A contact across the seam is one.
+        Integrals of the force and of its work on the line's slope, the energy dissipated (including
+        the loss of stored energy between release and renewed contact), the lengths of the contacts,
+        their squares, and their number. A contact across the seam is one.
     touching : bool
         Whether the spring ends in contact.
     """
@@ -117,7 +117,7 @@ def _add_contact(sums, length):
 
 @njit(cache=True)
 def _free_place(state, modes, s):
-    """Deflection and its rate of a free spring after a way s."""
+    """Return the deflection and its rate of a free spring after a distance s."""
     place, rate = 0.0, 0.0
     for j in range(modes.size):
         now = state[j] * np.exp(-s / modes[j])
@@ -128,9 +128,9 @@ def _free_place(state, modes, s):
 
 @njit(cache=True)
 def _entry(state, modes, decays, height, rate, step):
-    """Way to the point where the line meets a free spring, or twice the step if it does not.
+    """Return the distance to contact of the line with a free spring, or twice the step if none.
 
-    The clearance is convex (all amplitudes are >= 0): Newton's steps from a point before the first
+    The clearance is convex (all amplitudes are >= 0): Newton iterates from a point before the first
     zero stay before it.
     """
     end = 0.0
@@ -140,8 +140,8 @@ def _entry(state, modes, decays, height, rate, step):
         if rate >= 0.0 or not _dips(state, modes, height, rate, step):
             return 2 * step
     elif rate <= 0.0 and height + rate * step <= 0.0:
-        return 2 * step  # both relaxed to nothing, at or below the level
-    # where the line rises through the level the spring, never below it, is not met yet
+        return 2 * step  # both fully relaxed, at or below the level
+    # where the line rises through the level, the spring, never below it, is not yet in contact
     at = min(-height / rate, step) if rate > 0.0 and height < 0.0 else 0.0
     for _ in range(_ROUNDS):
         place, fall = _free_place(state, modes, at)
@@ -157,7 +157,7 @@ def _entry(state, modes, decays, height, rate, step):
 
 @njit(cache=True)
 def _dips(state, modes, height, rate, step):
-    """Whether the clearance, positive at both ends of the cell, is negative between them."""
+    """Return whether the clearance, positive at both ends of the cell, is negative in between."""
     low, high = 0.0, step
     if _free_place(state, modes, low)[1] >= rate or _free_place(state, modes, high)[1] <= rate:
         return False
@@ -175,7 +175,7 @@ def _dips(state, modes, height, rate, step):
 
 @njit(cache=True)
 def _factors(way, lengths, factors):
-    """exp(-x), phi_1 = (1 - exp(-x))/x and phi_2 = (1 - phi_1)/x at x = way/length of each arm."""
+    """Compute exp(-x), phi_1 = (1 - exp(-x))/x and phi_2 = (1 - phi_1)/x at x = distance/length."""
     for j in range(lengths.size):
         x = way / lengths[j]
         factors[0, j] = np.exp(-x)
@@ -188,9 +188,9 @@ def _factors(way, lengths, factors):
 
 @njit(cache=True)
 def _force(state, ramp, way, rubber, factors):
-    """Force after a way in contact; leaves the factors of this way.
+    """Return the force after a distance in contact; also store the factors of this distance.
 
-    `ramp` are the height above the level where the way begins, and its slope.
+    `ramp` contains the initial height above the level and the slope.
     """
     (height, rate), arms = ramp, rubber.arms
     _factors(way, rubber.lengths, factors)
@@ -202,7 +202,7 @@ def _force(state, ramp, way, rubber, factors):
 
 @njit(cache=True)
 def _contact_part(state, ramp, remaining, rubber, factors):
-    """Part of the way in contact: all of it, or up to where the force ends."""
+    """Return the distance in contact: all of it, or up to zero force."""
     if _force(state, ramp, remaining, rubber, factors) >= 0.0:
         return remaining
     if _force(state, ramp, 0.0, rubber, factors) <= 0.0:
@@ -223,7 +223,7 @@ def _contact_part(state, ramp, remaining, rubber, factors):
 
 @njit(cache=True)
 def _follow(state, ramp, way, rubber, factors, sums):
-    """Follow the line over a way in contact: the integral of the force; losses are added up."""
+    """Follow the line over a distance in contact; return the integral of the force, add losses."""
     height, rate = ramp
     solid, wet, arms, lengths = rubber.solid, rubber.wet, rubber.arms, rubber.lengths
     pull = solid * way * (height + rate * way / 2) + wet * rate * way
@@ -233,7 +233,7 @@ def _follow(state, ramp, way, rubber, factors, sums):
         decay, phi_1, phi_2 = factors[0, j], factors[1, j], factors[2, j]
         pull += arms[j] * way * (begin * phi_1 + rate * way * phi_2)
         steady = rate * lengths[j]
-        if x < 0.5:  # Gauss points where the closed form would cancel
+        if x < 0.5:  # Gauss points, where the closed form suffers cancellation
             square = 0.0
             for p in range(_NODES.size):
                 u = x * (1 + _NODES[p]) / 2
@@ -250,7 +250,7 @@ def _follow(state, ramp, way, rubber, factors, sums):
 
 @njit(cache=True)
 def _stored(state, height, solid, arms):
-    """Elastic energy of a spring in contact."""
+    """Return the elastic energy of a spring in contact."""
     energy = solid * height * height
     for j in range(arms.size):
         energy += arms[j] * (height - state[j]) ** 2
@@ -259,14 +259,14 @@ def _stored(state, height, solid, arms):
 
 @njit(cache=True)
 def _to_arms(state, modes, matrix, way):
-    """Deflections of the arms' dashpots after a free way, in place of the amplitudes."""
+    """Replace the amplitudes by the deflections of the arms' dashpots after a free distance."""
     amplitude = state * np.exp(-way / modes)
     state[:] = matrix @ amplitude
 
 
 @njit(cache=True)
 def _to_modes(state, modes, inverse, height, arms, way):
-    """Amplitudes of the modes a way after release, in place of the arms' deflections."""
+    """Replace the arms' deflections by mode amplitudes at a distance after release."""
     if modes.size > arms:
         state[arms] = height
     state[:] = (inverse @ state) * np.exp(-way / modes)

@@ -1,7 +1,7 @@
 """Problem 1 of the chapter as printed, steps 7 to 14, with its flaws.
 
-`sliding_history` is the corrected one and lists them. Nothing is repaired here: the point of this
-module is to show what the print does. Where it leaves a choice open, the choice is stated.
+`history` is the corrected version and lists the flaws. Nothing is corrected here, as this module
+shows the behaviour of the printed algorithm. Where the print is ambiguous, the choice is stated.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ from reduced.rough.lines import RoughLines
 from reduced.rubber.steady import kelvin_voigt_faults
 
 _SPRING = 4.0  # (19.30) at nu = 1/2
-_ESCAPED = 2.0**20  # a spring or level this many times the line's range away is not coming back
+_ESCAPED = 2.0**20  # diverged beyond this many ranges of the line
 OUTCOMES = ("completed", "no contact", "diverged")
 _COMPLETED, _NO_CONTACT, _DIVERGED = range(3)
 _FRICTION, _CONJUGATE, _LEVEL, _COUNT, _NEGATIVE = range(5)
@@ -26,26 +26,27 @@ _FRICTION, _CONJUGATE, _LEVEL, _COUNT, _NEGATIVE = range(5)
 
 @dataclass(frozen=True)
 class PrintedSliding:
-    """What the printed scheme did, up to where it ended; arrays have shape (steps done,).
+    """Results of the printed scheme up to its end; arrays have shape (steps done,).
 
     Attributes
     ----------
     outcome : {"completed", "no contact", "diverged"}
-        "no contact": N = 0, by which step 12 divides. "diverged": a spring or the level is 2^20
+        "no contact": N = 0, the divisor in step 12. "diverged": a spring or the level is 2^20
         times the line's range away.
     tangential_force : ndarray
         F_x of step 13, forces times the central difference.
     conjugate_force : ndarray
-        The same forces times dz/dx of their springs: the work they do, over the way.
+        The same forces times dz/dx of their springs: their work over the distance.
     level : ndarray
         Z0.
     contact_count : ndarray of int
         N.
     tensile_count : ndarray of int
-        How many of them pull once the level is shifted: the contact set belongs to the old level.
+        Springs in tension after the shift of the level, because the contact set is that of the old
+        level.
     relaxation_number : float
         G dt/eta = dx/(v tau) of the explicit relaxation: free springs overshoot the level above 1
-        and grow without bound above 2.
+        and diverge above 2.
     force : float
         F_N, met by construction.
     """
@@ -60,12 +61,12 @@ class PrintedSliding:
     force: float
 
     def friction_coefficient(self, steps: int | None = None) -> float:
-        """Step 14: mean of F_x/F_N over the last steps; the print takes all, the transient too.
+        """Return step 14: mean of F_x/F_N over the last steps; the print includes the transient.
 
         Raises
         ------
         ConvergenceError
-            If no step was done.
+            If no step was completed.
         """
         part = self.tangential_force[-steps:] if steps else self.tangential_force
         if part.size == 0:
@@ -84,18 +85,18 @@ def slide_as_printed(
     steps: int,
     level: float | None = None,
 ) -> PrintedSliding:
-    """Slide one rough line under Kelvin-Voigt springs by the letter of Problem 1.
+    """Solve the sliding of a rough line under Kelvin-Voigt springs as printed in Problem 1.
 
-    Step 10: Z0 = 3 times the rms height without `level`; z_i = h_i where h_i >= Z0 and, which is
-    not said, z_i = Z0 elsewhere. Step 11: dt = dx/v. Step 12: points with h_i >= z_i join, those in
-    contact stay while their force is positive, the others relax by one explicit step towards the
-    level where it was; then the level is shifted for the points in contact. Step 13 takes the
-    forces after the shift, which add up to F_N, and the line's central difference.
+    Step 10: Z0 = 3 times the rms height by default; z_i = h_i where h_i >= Z0 and (not stated in
+    the print) z_i = Z0 elsewhere. Step 11: dt = dx/v. Step 12: points with h_i >= z_i join, those
+    in contact remain while their force is positive, the others relax by one explicit step towards
+    the old level; then the level is shifted for the points in contact. Step 13 takes the forces
+    after the shift, which add up to F_N, and the line's central difference.
 
     Parameters
     ----------
     line : RoughLines
-        A single periodic line, heights from its mean.
+        A single periodic line, heights relative to its mean.
     material : Prony
         `materials.kelvin_voigt`: G and eta.
     speed, force : float
@@ -103,7 +104,7 @@ def slide_as_printed(
     steps : int
         Number of steps.
     level : float, optional
-        Another Z0 to begin with: on a line that is nowhere 3 rms high nothing is in contact.
+        Initial Z0 instead of 3 rms, above which many lines have no point.
 
     Returns
     -------

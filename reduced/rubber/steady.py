@@ -1,9 +1,9 @@
-"""Steady sliding of a rough rigid line under viscoelastic springs: friction from the steady state.
+"""Steady sliding of a rough rigid line under viscoelastic springs.
 
-Problem 1 of the chapter moves the line step by step until nothing changes any more. What it
-tends to can be had at once: at constant level Z0 all springs go through the same history, one after
-the other, so that one spring drawn under the line (`one_spring`) is the whole contact, and the
-level follows from the force, which falls monotonically with it. `sliding_history` is the time loop.
+Problem 1 of the chapter moves the line step by step until the state is steady. The steady state can
+be computed directly: at constant level Z0 all springs have the same history, one after the other,
+so that one spring passing under the line (`one_spring`) represents the whole contact. The level
+follows from the force, which decreases monotonically with it. `history` is the time loop.
 
 Per unit length of line a spring of the reduced model carries (19.30), (19.31)
 
@@ -34,7 +34,7 @@ CONTROLS = ("force", "penetration")
 
 _SPRING = 4.0  # (19.30) at nu = 1/2
 _PERIODS = 60
-_TINY = 2.0**-46  # what a period may leave of a change of the state, relative to the deflection
+_TINY = 2.0**-46  # largest change of the state over a period, relative to the deflection
 
 
 @dataclass(frozen=True)
@@ -56,7 +56,7 @@ class SteadySliding:
     dissipation : ndarray
         Energy that the material dissipates over one period, summed from its dashpots.
     energy_error : ndarray
-        (F_x L - dissipation)/dissipation, what the balance is violated by.
+        (F_x L - dissipation)/dissipation, the error of the energy balance.
     """
 
     friction_coefficient: np.ndarray
@@ -71,25 +71,24 @@ class SteadySliding:
 
 
 def slide(lines: RoughLines, material: Prony, speed: ArrayLike, load: LoadPath) -> SteadySliding:
-    """Slide rigid lines under a viscoelastic foundation until nothing changes: steady friction.
+    """Return the steady sliding of rigid lines under a viscoelastic foundation.
 
-    The line is straight between its points; everything else is exact (`one_spring`), for every
-    speed and spacing. The level is found by bracketing: the force falls with it. Over one period
-    the arms carry nothing in the mean, so that the mean deflection of a periodic line is
-    F/(4 G_inf L) at any speed.
+    The line is linear between its points; everything else is exact (`one_spring`) at any speed and
+    spacing. The level is bracketed, as the force decreases with it. Over a period the mean force of
+    the arms is zero, so the mean deflection of a periodic line is F/(4 G_inf L) at any speed.
 
     Parameters
     ----------
     lines : RoughLines
-        Heights in the order in which a point of the rubber meets them. A free line is met by rubber
-        at rest; its contact has to lie inside it.
+        Heights in the order in which a point of the rubber passes them. A free line meets rubber at
+        rest; its contact must be inside the line.
     material : Prony
-        In shear, with G_inf > 0 (a fluid sinks until nothing is left to carry); nu = 1/2.
+        Shear modulus with G_inf > 0 (a fluid cannot carry a steady load); nu = 1/2.
     speed : array_like, shape (k,) or float
         v > 0, any order.
     load : LoadPath
         ``"force"`` F > 0 on the line, or ``"penetration"``, the depth of its highest point below
-        the level of the rubber: one value for all speeds or one for each.
+        the level of the rubber: one value for all speeds, or one per speed.
 
     Returns
     -------
@@ -98,7 +97,7 @@ def slide(lines: RoughLines, material: Prony, speed: ArrayLike, load: LoadPath) 
     Raises
     ------
     ValueError
-        Listing every argument that is wrong.
+        Lists all invalid arguments.
     ConvergenceError
         If a force could not be met, or the contact of a free line reaches its end.
 
@@ -142,7 +141,7 @@ def slide(lines: RoughLines, material: Prony, speed: ArrayLike, load: LoadPath) 
 
 @dataclass(frozen=True)
 class _Line:
-    """One line at one speed: all that `one_spring.draw` needs but level and state."""
+    """One line at one speed: the input of `one_spring.draw` except level and state."""
 
     path: np.ndarray
     step: float
@@ -152,7 +151,7 @@ class _Line:
 
     @classmethod
     def of(cls, lines: RoughLines, row: int, material: Prony, speed: float) -> _Line:
-        """Return a line from its highest point, and the material at a speed."""
+        """Return a line starting at its highest point, with the material at a speed."""
         line = lines.heights[row]
         peak = int(np.argmax(line))
         path = line - line[peak]
@@ -163,18 +162,18 @@ class _Line:
 
     @property
     def points(self) -> int:
-        """Points of the line."""
+        """Number of points of the line."""
         return self.path.size - 1 if self.periodic else self.path.size
 
     def draw(self, depth: float, state: np.ndarray) -> tuple[np.ndarray, bool]:
-        """Integrals over the line at a depth of its highest point; `state` is advanced."""
+        """Return integrals over the line at a depth of its highest point; advance `state`."""
         return one_spring.draw(self.path, -depth, self.step, self.periodic, self.rubber, state)
 
     def settled(self, depth: float) -> np.ndarray:
-        """Integrals over one period of the steady state, or over the whole of a free line.
+        """Return integrals over one period of the steady state, or over a free line.
 
-        The highest point is always in contact, so the state is that of the arms there. The map of
-        a period is piecewise linear in it: Newton's steps end on the fixed point.
+        The highest point is always in contact, so the state is that of the arms there. The map of a
+        period is piecewise linear, so Newton's method reaches the fixed point.
         """
         arms, size = self.rubber.arms.size, self.rubber.modes.size
         if not self.periodic:
@@ -212,7 +211,7 @@ class _Line:
 
 
 def _steady(body_line: _Line, load: float, forced: bool) -> tuple[float, np.ndarray]:
-    """Depth of the highest point and integrals of one line at one speed and load."""
+    """Return depth of the highest point and integrals of one line at one speed and load."""
     if not forced:
         return load, body_line.settled(load)
     long_term, path = body_line.material.long_term, body_line.path
@@ -224,7 +223,7 @@ def _steady(body_line: _Line, load: float, forced: bool) -> tuple[float, np.ndar
     if body_line.periodic:
         # mean deflection F/(4 G_inf L), and w >= h - Z0 everywhere
         deepest = goal / (long_term * body_line.points * body_line.step) - path[:-1].mean()
-        deepest *= 1 + 2.0**-40  # at full contact this is the root, but for rounding
+        deepest *= 1 + 2.0**-40  # at full contact this is the root up to rounding
     else:
         deepest = _deep_enough(excess, path, goal / long_term, body_line.step)
     precision = 4 * np.finfo(float).eps
@@ -235,7 +234,7 @@ def _steady(body_line: _Line, load: float, forced: bool) -> tuple[float, np.ndar
 def _deep_enough(
     excess: Callable[[float], float], path: np.ndarray, deflection: float, spacing: float
 ) -> float:
-    """Depth at which a free line carries more than the force: doubled from a single spring's."""
+    """Return a depth at which a free line exceeds the force, by doubling from a single spring."""
     end = -float(path[[0, -1]].max())
     depth = min(deflection / spacing, end / 1024)
     while depth < end and excess(depth) < 0:
@@ -261,7 +260,7 @@ def _rubber(material: Prony, speed: float) -> Rubber:
 
 
 def _check(material: Prony, speeds: np.ndarray, load: LoadPath) -> None:
-    """Raise one ValueError for everything wrong."""
+    """Raise one ValueError with all invalid arguments."""
     wrong = solid_faults(material)
     for name, values in (("speed", speeds), (load.control, load.values)):
         if not np.all(values > 0):
@@ -272,17 +271,17 @@ def _check(material: Prony, speeds: np.ndarray, load: LoadPath) -> None:
 
 
 def solid_faults(material: Prony) -> list[str]:
-    """Say so if the material cannot carry a load at rest, or dissipates nothing."""
+    """Return messages if the material cannot carry a static load, or has no dissipation."""
     wrong = []
     if not material.long_term > 0:
-        wrong.append("material must be a solid, G_inf > 0: a fluid sinks without end")
+        wrong.append("material must be a solid, G_inf > 0: a fluid sinks without limit")
     if not material.steady_viscosity > 0:
         wrong.append("material must have a dashpot: an elastic foundation has no friction")
     return wrong
 
 
 def kelvin_voigt_faults(material: Prony) -> list[str]:
-    """Say so if a material is more than a spring and a dashpot side by side."""
+    """Return a message if a material is not a spring and a dashpot in parallel."""
     if material.long_term > 0 and material.viscosity > 0 and material.moduli.size == 0:
         return []
-    return ["material must be a spring and a dashpot side by side (Kelvin-Voigt), no arms"]
+    return ["material must be a spring and a dashpot in parallel (Kelvin-Voigt), without arms"]

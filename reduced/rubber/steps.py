@@ -1,13 +1,13 @@
 """Time steps of a rough line under Kelvin-Voigt springs.
 
-A spring is w = z - Z0 long and never shorter than free relaxation leaves it: w is the running
-maximum of the line's height above the level, each value forgotten as exp(-t/tau). Between two
-points of the line contacts begin and end at places that are found exactly, so that a step may be
-of any length. Times are lengths v t, the relaxation length is l = v tau, and forces are per
-4 G dx; then a spring in contact carries g + l dg/ds, g = h - Z0.
+A spring has the length w = z - Z0, at least that of free relaxation: w is the running maximum of
+the line's height above the level, with values decaying as exp(-t/tau). Contacts begin and end at
+exactly computed positions between the points of the line, so a step may have any length. Times are
+lengths v t, the relaxation length is l = v tau, and forces are per 4 G dx; then a spring in contact
+carries g + l dg/ds, g = h - Z0.
 
-Most springs are free and stay so: one sweep relaxes all and sorts out the few that the line can
-reach; only these take part in the search for the level.
+Most springs remain free: one sweep relaxes all springs and selects the few within reach of the
+line, which alone enter the search for the level.
 """
 
 from __future__ import annotations
@@ -18,27 +18,27 @@ from numba import njit
 IMPULSE, SLOPE, WORK, LOSS, LENGTH, COUNT = range(6)
 SUMS = 6
 _NEWTON = 100
-_BALANCE = 1e-12  # relative residual of the force; rounding leaves some 1e-14
-_FINEST = 2.0**-50  # a level, relative to the range of the line: heights are rounded to this
-_ROUNDING = 1e-14  # error of a meeting place, relative to the step
+_BALANCE = 1e-12  # relative residual of the force; rounding is about 1e-14
+_FINEST = 2.0**-50  # tolerance of the level over the line's range: rounding of heights
+_ROUNDING = 1e-14  # error of a contact position, relative to the step
 
 
 @njit(cache=True)
 def march(line, lengths, goal, level, springs, rows):
-    """Take all steps of one line; returns how many met the force.
+    """Take all steps of one line; return the number of steps that met the force.
 
     Parameters
     ----------
     line : ndarray, shape (2 n + 1,)
-        Heights of a periodic line, twice over.
+        Heights of a periodic line, repeated once.
     lengths : tuple of float
         dx, length of a step, and l.
     goal, level : float
-        Impulse of each step, and level to start from.
+        Impulse per step, and initial level.
     springs : ndarray, shape (n,)
-        Their deflections w in the beginning, changed.
+        Initial deflections w, overwritten.
     rows : ndarray, shape (8, steps)
-        Takes the sums of each step, its level, and what the springs store in the end.
+        Output: sums of the steps, levels, and finally stored energy.
     """
     n, (spacing, way, memory) = springs.size, lengths
     moved, sums, cells = np.empty(n), np.empty(SUMS), way / spacing
@@ -65,17 +65,18 @@ def march(line, lengths, goal, level, springs, rows):
 
 @njit(cache=True)
 def _balance(place, goal, level, finest, state, room):
-    """Find the level at which the springs carry the goal over a step, and move them.
+    """Compute the level at which the springs carry the goal over a step, and move them.
 
     The impulse of a step is convex and decreasing in the level: w is a maximum of functions linear
-    in it, and the impulse a sum of values of w with positive weights. Newton's steps from where it
-    exceeds the goal therefore end on the root; one from where it falls short leads there. Without
-    a contact in the whole step the highest point is set on the surface first.
+    in it, and the impulse a sum of values of w with positive weights. Newton's method from above
+    the goal therefore reaches the root; from below, one step leads above. Without contact in the
+    whole step, the highest point is first placed on the surface.
 
-    `state` are the springs before and after, `room` is for mask, chosen springs and sums.
+    `state` are the springs before and after, `room` is workspace for the mask, selected springs and
+    sums.
 
-    Returns the level and how many springs were moved for it (those the line could reach), -1 if
-    the force was not met.
+    Returns the level and the number of moved springs (those within reach), or -1 if the force was
+    not met.
     """
     line, _, spacing, begin, way, memory = place
     (springs, moved), (mask, chosen, sums) = state, room
@@ -109,9 +110,9 @@ def _squares(springs):
 
 @njit(cache=True)
 def _choose(place, floor, springs, moved, mask, chosen):
-    """Relax all springs freely and list those that a line above the floor can reach.
+    """Relax all springs freely, and list those within reach of a line above the floor.
 
-    A step beyond one cell may reach any.
+    A step longer than a cell may reach any spring.
     """
     _, upper, spacing, begin, way, memory = place
     n = springs.size
@@ -140,10 +141,10 @@ def _reached(upper, floor, decay, springs, moved, mask):
 
 @njit(cache=True)
 def _advance(place, level, springs, moved, chosen, sums):
-    """Move the line one step under the chosen springs at a level; all others stay free.
+    """Move the line by one step under the selected springs at a level; all others stay free.
 
-    The level is set at the start of the step: springs in contact follow it (their dashpots take an
-    impulse l per shift), free ones are carried along, unless the line reaches them.
+    The level is set at the start of the step: springs in contact follow it (with an impulse l per
+    shift on their dashpots), free ones move along unless the line reaches them.
     """
     line, _, spacing, begin, way, memory = place
     sums[:] = 0.0
@@ -159,9 +160,9 @@ def _advance(place, level, springs, moved, chosen, sums):
 
 @njit(cache=True)
 def _cell(line, cut, level, state, chosen, sums):
-    """Move the chosen springs within a cell of the line.
+    """Move the selected springs within a cell of the line.
 
-    `cut` are the places in the cell from and to which, dx and l; `state` the springs before and
+    `cut` contains initial and final position in the cell, dx and l; `state` the springs before and
     after.
     """
     (start, stop, spacing, memory), (springs, moved) = cut, state
@@ -207,7 +208,7 @@ def _cell(line, cut, level, state, chosen, sums):
 
 @njit(cache=True)
 def _contact(low, high, rate, way, memory):
-    """Way in contact from a height `low` above the level on, and the deflection in the end."""
+    """Return the contact distance from height `low` above the level, and the final deflection."""
     if low + memory * rate <= 0.0:
         return 0.0, low * np.exp(-way / memory)
     if high + memory * rate >= 0.0:
@@ -219,11 +220,11 @@ def _contact(low, high, rate, way, memory):
 
 @njit(cache=True)
 def _meeting(w, ramp, way, memory, decay):
-    """Way to where a free spring is met by the line, or more than there is.
+    """Return the distance to contact with a free spring, or more than available.
 
-    `ramp` are the heights of the line above the level before and after, and its slope.
+    `ramp` contains the heights of the line above the level before and after, and its slope.
 
-    The clearance w exp(-s/l) - low - rate s is convex: Newton's steps from before its first zero
+    The clearance w exp(-s/l) - low - rate s is convex: Newton iterates from before its first zero
     stay before it.
     """
     low, high, rate = ramp
@@ -236,7 +237,7 @@ def _meeting(w, ramp, way, memory, decay):
         if fall <= 0.0:
             return at
         step = (place - low - rate * at) / fall
-        # the step is exact but for the curvature of the exponential, place/l^2
+        # the step is exact up to the curvature of the exponential, place/l^2
         if not step > 0.0 or place * step * step <= _ROUNDING * way * memory * memory * fall:
             return at + step
         at += step
@@ -245,9 +246,9 @@ def _meeting(w, ramp, way, memory, decay):
 
 @njit(cache=True)
 def _grazes(w, low, high, rate, memory):
-    """Whether the line meets a spring inside the cell and lets it go again.
+    """Return whether the line makes and loses contact with a spring inside the cell.
 
-    The largest value of g exp(s/l) is where the force would be zero.
+    The maximum of g exp(s/l) is at zero force.
     """
     if low + memory * rate <= 0.0 or high + memory * rate >= 0.0:
         return False
@@ -257,7 +258,7 @@ def _grazes(w, low, high, rate, memory):
 
 @njit(cache=True)
 def _touch(line, end, relaxation, springs):
-    """Level at which the line, after a step that ends at `end`, first reaches a spring."""
+    """Return the level at which the line first reaches a spring in a step that ends at `end`."""
     decay, highest = np.exp(-relaxation), -np.inf
     n, cell = springs.size, int(np.floor(end))
     first, part = cell % n, end - cell

@@ -1,1 +1,1 @@
-"""A single contact on independent springs, and the stress that they stand for."""
+"""A single contact on independent springs, and its surface stress."""

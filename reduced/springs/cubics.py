@@ -1,6 +1,6 @@
 """A half line of monotone cubics on springs: contact edge, force and energy, exact per cell.
 
-On a cell of width w and rise v, with s the place in it from 0 to 1, the height is
+On a cell of width w and rise v, with the position s from 0 to 1, the height is
 g = g_0 + v s (m_0 + s (3 - 2 m_0 - m_1 + s (m_0 + m_1 - 2))), m_0 and m_1 the slopes at its ends in
 units of v/w, at most 3: then the cubic is monotone (Fritsch & Carlson 1980).
 """
@@ -42,7 +42,7 @@ class Half(NamedTuple):
 
 
 def half_line(x: np.ndarray, heights: np.ndarray, slopes: np.ndarray) -> Half:
-    """Join knots x, from x = 0 outwards, with g and g' there, all of shape (n,), by cubics."""
+    """Return cubics through knots x, from x = 0 outwards, with g and g' there, all (n,)."""
     return Half(x, heights, *_moments(x, heights, slopes))
 
 
@@ -50,7 +50,7 @@ def half_line(x: np.ndarray, heights: np.ndarray, slopes: np.ndarray) -> Half:
 def _moments(
     x: np.ndarray, heights: np.ndarray, slopes: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """End slopes m_0, m_1 of the cells, and int g dx and int g^2 dx from 0 to every knot."""
+    """Return end slopes m_0, m_1 of the cells, and int g dx and int g^2 dx from 0 to every knot."""
     n = x.size
     start, end = np.zeros(n - 1), np.zeros(n - 1)
     first, second = np.zeros(n), np.zeros(n)
@@ -77,7 +77,7 @@ def respond(half: Half, d: np.ndarray, out: np.ndarray) -> None:
     out : ndarray, shape (3, k)
         Length, force, energy.
     """
-    x, heights, starts, ends, first, second = half  # looked up once, not for every load
+    x, heights, starts, ends, first, second = half  # read once, not for every load
     last = starts.size - 1
     for k in range(d.size):
         cell = min(np.searchsorted(heights, d[k]) - 1, last)
@@ -95,14 +95,14 @@ def respond(half: Half, d: np.ndarray, out: np.ndarray) -> None:
 
 @njit(cache=True)
 def rise_and_slope(m0, m1, s):
-    """Rise above the cell's start in units of its full rise, and its derivative, at s."""
+    """Return the relative rise in the cell and its derivative at s."""
     c2, c3 = 3.0 - 2.0 * m0 - m1, m0 + m1 - 2.0
     return s * (m0 + s * (c2 + s * c3)), m0 + s * (2.0 * c2 + s * 3.0 * c3)
 
 
 @njit(cache=True)
 def _locate(m0, m1, goal):
-    """Place of the contact edge inside the cell, in [0, 1], by Newton inside a bracket."""
+    """Return the position of the contact edge in the cell, in [0, 1], by bracketed Newton steps."""
     low, high, s = 0.0, 1.0, goal
     for _ in range(_EDGE_STEPS):
         value, slope = rise_and_slope(m0, m1, s)
@@ -120,7 +120,7 @@ def _locate(m0, m1, goal):
 
 @njit(cache=True)
 def part_moments(base, rise, width, m0, m1, part):
-    """Integrals of height and height squared over the first part of a cell; exact."""
+    """Return exact integrals of height and its square over the first part of a cell."""
     area = squares = 0.0
     for k in range(len(_NODES)):
         value, _ = rise_and_slope(m0, m1, part * _NODES[k])

@@ -1,4 +1,4 @@
-"""Indentation of a row of independent springs by an equivalent profile, all loads at once."""
+"""Indentation of independent springs by an equivalent profile, all loads at once."""
 
 from __future__ import annotations
 
@@ -44,11 +44,10 @@ class Indentation:
 
 
 def indent(springs: Springs, load: Load) -> Indentation:
-    """Press a profile onto springs, to all loads at once.
+    """Solve the contact of a profile on springs, for all loads at once.
 
-    Under a prescribed force the same discrete law is inverted, not its continuum limit. Every
-    operation is homogeneous in length and modulus and every tolerance relative, so units do not
-    matter.
+    A prescribed force is met by the discrete law, not by its continuum limit. Every operation is
+    homogeneous in length and modulus and every tolerance relative, so units do not matter.
 
     Parameters
     ----------
@@ -95,9 +94,9 @@ def indent(springs: Springs, load: Load) -> Indentation:
 
 
 def continuum_radius(profile: Profile, reduced_force: float) -> float:
-    """Contact radius a with 2 int_0^a (g(a) - g(x)) dx = F/E*, for the spacing of the springs.
+    """Return a with 2 int_0^a (g(a) - g(x)) dx = F/E*, for the spacing of the springs.
 
-    To rounding for profiles with up to three breakpoints; of the many of a table a few will do.
+    Exact to rounding for up to three breakpoints; of a table only a few breakpoints are used.
     """
     stride = max(1, -(-len(profile.breakpoints) // 3))
     marks = np.array([0.0, *profile.breakpoints[::stride]])
@@ -122,10 +121,10 @@ def continuum_radius(profile: Profile, reduced_force: float) -> float:
 
 
 def _invert(line: SmoothLine | NodalLine, goal: np.ndarray) -> np.ndarray:
-    """Penetrations at which the line carries F/E* = goal.
+    """Return the penetrations at which the line carries F/E* = goal.
 
     F(d) is convex with slope equal to the contact length, so Newton's method from the deep side
-    comes down monotonically; it stops where rounding stops the descent.
+    decreases monotonically; it ends when rounding stops the decrease.
     """
     d = line.deep_start(goal)
     history = []

@@ -1,4 +1,4 @@
-"""A row of springs under a profile: smooth with sub-cell edges, or with the printed nodal sums."""
+"""A row of springs under a profile: smooth with sub-cell edges, or with nodal sums as printed."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ from reduced.loads import EDGES
 from reduced.profiles.section import Profile
 from reduced.springs.cubics import Half, half_line, respond
 
-_MARGIN = 4  # springs beyond the largest contact radius, for inverted loads
+_MARGIN = 4  # extra springs beyond the largest contact radius, for inverted loads
 _WALL_STEPS = 80
 
 
@@ -22,11 +22,11 @@ class Springs:
     dx is the contact radius at the largest load over `per_radius`, or `spacing`. Two discrete laws:
 
     - ``"sub_cell"``: between springs the profile is the monotone cubic through the heights and
-      slopes at the springs, at x = 0 and at the profile's own breakpoints, and the contact ends
-      where that curve meets the surface, inside a cell. Interior springs then weigh E* dx each, as
-      printed; all corrections sit in the edge cells. Force and radius converge as dx^4 for smooth
-      profiles, parabola, cone and flat punch are exact for any alignment of the springs.
-      (A profile ~ x^n near its tip or behind a breakpoint limits the order to n + 1.)
+      slopes at the springs, at x = 0 and at the profile's breakpoints, and the contact ends where
+      that curve meets the surface, inside a cell. Interior springs have the stiffness E* dx, as
+      printed; only edge cells are corrected. Force and radius converge as dx^4 for smooth profiles;
+      parabola, cone and flat punch are exact for any alignment of the springs. (A profile ~ x^n
+      near its tip or behind a breakpoint limits the order to n + 1.)
     - ``"nodal"``: the chapter's sums, F = E* dx sum (d - g_i) over springs with g_i < d, and
       a = dx/2 times their number: dx^2 in F and dx in a.
 
@@ -39,16 +39,16 @@ class Springs:
     per_radius : int
         Springs per contact radius at the largest load, >= 1.
     spacing : float, optional
-        dx itself, in place of `per_radius`; at most the contact radius at the largest load.
+        dx, instead of `per_radius`; at most the contact radius at the largest load.
     edges : {"sub_cell", "nodal"}
         The discrete law.
     offset : float
-        Place of the first spring right of the axis, in [0, 1) spacings.
+        Position of the first spring right of the axis, in [0, 1) spacings.
 
     Raises
     ------
     ValueError
-        Listing every argument that is wrong.
+        Lists all invalid arguments.
     """
 
     profile: Profile
@@ -64,7 +64,7 @@ class Springs:
         refuse(wrong)
 
     def lay(self, largest: float) -> NodalLine | SmoothLine:
-        """Lay the springs out to a contact radius, and some beyond."""
+        """Return springs up to a contact radius, and some beyond."""
         spacing = largest / self.per_radius if self.spacing is None else self.spacing
         if spacing > largest:
             raise ValueError(
@@ -77,25 +77,25 @@ class Springs:
 def row_faults(
     per_radius: int, spacing: float | None = None, edges: str = "sub_cell", offset: float = 0.5
 ) -> list[str]:
-    """Name what is wrong with how a row of springs is laid out."""
+    """Return messages for invalid parameters of a row of springs."""
     wrong = [] if spacing is None else positive_faults(spacing=spacing)
     wrong += count_faults(per_radius=per_radius) + choice_faults("edges", edges, EDGES)
     return wrong if 0 <= offset < 1 else [*wrong, f"offset must be in [0, 1), got {offset!r}"]
 
 
 class NodalLine:
-    """Springs at (i + offset) dx and nothing between them: the chapter's sums.
+    """Springs at (i + offset) dx without interpolation, for the chapter's sums.
 
-    A spring counts as in contact when g(x_i) < d, not when it is merely touched.
+    A spring is in contact if g(x_i) < d, not if it is only touched.
 
     Parameters
     ----------
     profile : Profile
         Equivalent profile.
     spacing, offset : float
-        dx, and the place of the first spring right of the axis in units of dx.
+        dx, and the position of the first spring right of the axis in units of dx.
     largest : float
-        Contact radius at the largest load; a few springs more are kept.
+        Contact radius at the largest load; a few more springs are kept.
     """
 
     def __init__(self, profile: Profile, spacing: float, offset: float, largest: float) -> None:
@@ -129,9 +129,9 @@ class NodalLine:
 
 
 class SmoothLine:
-    """Springs joined by the monotone cubic through heights and slopes: edges inside the cells.
+    """Springs joined by the monotone cubic through heights and slopes, with edges inside cells.
 
-    The two halves of the line see the springs at different places.
+    The springs of the two halves of the line are at different positions.
     """
 
     def __init__(self, profile: Profile, spacing: float, offset: float, largest: float) -> None:
@@ -170,7 +170,7 @@ class SmoothLine:
 
 
 def _springs(spacing: float, offset: float, largest: float) -> np.ndarray:
-    """Positions (i + offset) dx from the axis outwards, some beyond the largest contact."""
+    """Return positions (i + offset) dx from the axis outwards to beyond the largest contact."""
     count = round(largest / spacing) + _MARGIN
     return (np.arange(count) + offset) * spacing
 
@@ -178,7 +178,7 @@ def _springs(spacing: float, offset: float, largest: float) -> np.ndarray:
 def _knots(
     profile: Profile, springs: list[np.ndarray], largest: float
 ) -> list[tuple[np.ndarray, np.ndarray, np.ndarray]]:
-    """Knots of both half lines with heights and slopes: axis, springs, breakpoints, sharp edge."""
+    """Return knots of both halves with g and g': axis, springs, breakpoints, sharp edge."""
     places = [_places(profile, half) for half in springs]
     both = np.concatenate(places)
     heights = profile.height(both)
@@ -194,7 +194,7 @@ def _knots(
 
 
 def _places(profile: Profile, springs: np.ndarray) -> np.ndarray:
-    """Knots of a half line."""
+    """Return the knots of a half line."""
     x = springs if springs[0] == 0 else np.concatenate([[0.0], springs])
     marks = [b for b in profile.breakpoints if b < springs[-1]]
     if profile.edge <= springs[-1]:
@@ -203,7 +203,7 @@ def _places(profile: Profile, springs: np.ndarray) -> np.ndarray:
 
 
 def _stop_before_wall(profile: Profile, x: np.ndarray, largest: float) -> np.ndarray:
-    """Knots up to one beyond the largest contact, for a height that becomes infinite (a sphere)."""
+    """Return knots to one beyond the largest contact, for unbounded heights (a sphere)."""
     beyond = max(largest, x[-1])
     step = largest
     for _ in range(_WALL_STEPS):

@@ -1,4 +1,4 @@
-"""From spring forces to surface pressure: the exact Abel inversion and the chapter's local rule."""
+"""Surface pressure from spring forces: the exact Abel inversion and the chapter's local rule."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from reduced.profiles.section import Profile
 def abel(
     profile: Profile, effective_modulus: float, penetration: float, r: np.ndarray
 ) -> np.ndarray:
-    """Pressure under an axisymmetric body, exact for every profile.
+    """Return the pressure under an axisymmetric body, exact for every profile.
 
     p(r) = (E*/pi) [ int_r^a g'(x)/sqrt(x^2 - r^2) dx + (d - g(a))/sqrt(a^2 - r^2) ]
 
@@ -41,7 +41,7 @@ def abel(
     ------
     ValueError
         If an argument is out of range, or the pressure is unbounded at a requested radius (the tip
-        of a cone, a kink of a table): ask beside it.
+        of a cone, a kink of a table).
     ConvergenceError
         If the quadrature fails.
 
@@ -80,19 +80,19 @@ def local_rule(
     r: np.ndarray,
     spacing: float = 1.0,
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Pressure by the chapter's local rule (19.37), sigma = f sqrt(2)/(pi dx sqrt(delta R1)).
+    """Return the pressure by the local rule (19.37), sigma = f sqrt(2)/(pi dx sqrt(delta R1)).
 
     f = E* dx delta is the spring force, delta = d - g(r) its deflection and R1 = 1/g''(r) the
     radius of curvature of the one-dimensional profile at the spring. Exact for the paraboloid only;
-    for f ~ r^4 it gives 0.18 of the pressure at r = 0.05 a and 1.7 times it at 0.9 a. Where the
-    profile is straight, hollow or has no curvature the rule says nothing.
+    for f ~ r^4 it gives 0.18 of the pressure at r = 0.05 a and 1.7 times it at 0.9 a. The rule is
+    undefined where the profile is straight or concave or its curvature is unknown.
 
     Parameters
     ----------
     profile, effective_modulus, penetration, r
         As for `abel`.
     spacing : float
-        dx; it cancels, and is kept to show the rule as printed.
+        dx; it cancels, and is included to show the rule as printed.
 
     Returns
     -------
@@ -124,15 +124,15 @@ def local_rule(
 def one_radius_rule(
     profile: Profile, effective_modulus: float, penetration: float, r: np.ndarray
 ) -> np.ndarray:
-    """Pressure by (19.37) with one radius for the whole contact, R1 = a^2/(2 d).
+    """Return the pressure by (19.37) with one radius for the whole contact, R1 = a^2/(2 d).
 
     R1 is that of the parabola with the contact radius and the depth of this contact ((19.15)
-    turned round). The rule then has a real value everywhere in the contact, is exact for the
-    paraboloid, and gives the flat punch its mean pressure 2 E* d/(pi a), evenly; the chapter leaves
-    open which radius is meant where the curvature varies.
+    inverted). The rule then has a real value everywhere in the contact, is exact for the
+    paraboloid, and for the flat punch gives the uniform mean pressure 2 E* d/(pi a); the chapter
+    does not say which radius applies if the curvature varies.
 
     Parameters, errors
-        As for `abel`; the tip of a cone is no exception here.
+        As for `abel`, except that the tip of a cone is no error.
 
     Returns
     -------
@@ -156,7 +156,7 @@ def one_radius_rule(
 def _check(
     profile: Profile, effective_modulus: float, penetration: float, r: np.ndarray
 ) -> tuple[np.ndarray, float]:
-    """Radii as an array and the contact radius, or one ValueError for everything wrong."""
+    """Return radii and contact radius, or raise one ValueError with all invalid arguments."""
     r = np.asarray(r, dtype=float)
     wrong = positive_faults(effective_modulus=effective_modulus, penetration=penetration)
     if not (np.all(np.isfinite(r)) and np.all(r >= 0)):
@@ -166,7 +166,7 @@ def _check(
 
 
 def _bounded_at_tip(profile: Profile, r: np.ndarray) -> np.ndarray:
-    """Where the pressure is bounded as far as the tip decides: p(0) needs g'(0) = 0."""
+    """Return where the pressure is bounded at the tip: p(0) requires g'(0) = 0."""
     return (r > 0) | (profile.slope(np.zeros(r.shape)) == 0)
 
 
@@ -176,7 +176,8 @@ def _abel_integral(profile: Profile, r: np.ndarray, a: float) -> np.ndarray:
     ends = np.sqrt(np.maximum(marks - r[:, None], 0.0) * (marks + r[:, None]))
 
     def integrand(w: np.ndarray, row: np.ndarray) -> np.ndarray:
-        # Rounding must not lift x over a, where the profile may end; nor w = 0 at r = 0 divide.
+        # Rounding must not move x beyond a, where the profile may end, and w = 0 at r = 0 must not
+        # divide.
         x = np.clip(np.hypot(r[row], w), np.finfo(float).tiny * a, a)
         return profile.slope(x) / x
 
