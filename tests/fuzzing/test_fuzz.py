@@ -27,7 +27,7 @@ def run(cases: int, tmp_path: Path) -> subprocess.CompletedProcess[str]:
 
 
 def test_mutated_input_ends_in_an_answer_or_one_clear_error(tmp_path):
-    done = run(40, tmp_path)
+    done = run(20, tmp_path)
     assert done.returncode == 0, done.stderr
     assert "0 faults" in done.stdout
 

@@ -42,6 +42,7 @@ GAPS = {
     "rounded_punch": lambda r: max(r - 0.5, 0.0) ** 2 / 2.6,
 }
 DEPTH = 0.31
+NODES, WEIGHTS = np.polynomial.legendre.leggauss(300)
 every_shape = pytest.mark.parametrize("shape", SHAPES)
 axisymmetric = pytest.mark.parametrize("shape", GAPS)
 
@@ -68,20 +69,16 @@ def breaks(shape: str, a: float) -> list[float]:
 
 
 def radial_integral(integrand, radii: list[float]) -> float:
-    """Integrate over [0, a] piece by piece, end-point singularities removed by x = sin(q)^2."""
+    """Integrate over [0, a] piece by piece, roots at the ends removed by x = sin(q)^2.
+
+    Of a logarithm at an end, 300 points of Gauss leave about 1e-10.
+    """
+    q = math.pi / 4 * (1 + NODES)
+    weights = math.pi / 2 * WEIGHTS * np.sin(q) * np.cos(q)
 
     def piece(low: float, high: float) -> float:
-        width = high - low
-        return quad(
-            lambda q: (
-                integrand(low + width * math.sin(q) ** 2) * (2 * width * math.sin(q) * math.cos(q))
-            ),
-            0,
-            math.pi / 2,
-            epsabs=0,
-            epsrel=1e-11,
-            limit=400,
-        )[0]
+        values = integrand(low + (high - low) * np.sin(q) ** 2)
+        return float((high - low) * (weights @ values))
 
     return sum(piece(low, high) for low, high in pairwise(radii))
 
@@ -93,9 +90,9 @@ def test_pressure_carries_the_force(shape):
     half_x, half_y = form.semi_axes(DEPTH)
     angles = np.linspace(0, 2 * np.pi, 7)[:-1] + 0.2
 
-    def ring(rho: float) -> float:
-        p = form.pressure(half_x * rho * np.cos(angles), half_y * rho * np.sin(angles), DEPTH)
-        return 2 * math.pi * rho * float(np.mean(p))
+    def ring(rho):
+        x, y = half_x * np.outer(rho, np.cos(angles)), half_y * np.outer(rho, np.sin(angles))
+        return 2 * math.pi * rho * form.pressure(x, y, DEPTH).mean(axis=1)
 
     radii = [radius / half_x for radius in breaks(shape, half_x)]
     force = half_x * half_y * radial_integral(ring, radii)
@@ -144,9 +141,9 @@ def test_pressed_surface_follows_the_indenter(shape, fraction):
     a = float(form.contact_radius(DEPTH))
     r = fraction * a
 
-    def ring(s: float) -> float:
-        mean = arithmetic_geometric_mean(r + s, abs(r - s)) if r != s else math.inf
-        return 2 / E_STAR * s * float(form.pressure(s, 0.0, DEPTH)) / mean
+    def ring(s):
+        mean = arithmetic_geometric_mean(r + s, abs(r - s))
+        return 2 / E_STAR * s * form.pressure(s, 0.0 * s, DEPTH) / mean
 
     radii = sorted({*breaks(shape, a), r})
     deflection = radial_integral(ring, radii)
@@ -154,10 +151,10 @@ def test_pressed_surface_follows_the_indenter(shape, fraction):
     assert deflection == pytest.approx(DEPTH - GAPS[shape](r), rel=1e-7)
 
 
-def arithmetic_geometric_mean(x: float, y: float) -> float:
+def arithmetic_geometric_mean(x, y):
     """Return M(x, y); K(m) = pi/(2 M(1, sqrt(1-m)))."""
     for _ in range(40):
-        x, y = (x + y) / 2, math.sqrt(x * y)
+        x, y = (x + y) / 2, np.sqrt(x * y)
     return x
 
 

@@ -101,7 +101,7 @@ def test_power_laws_from_cone_to_fourth_power(nu, exponent):
     assert abs(force_error(fitted_body(nu), exponent)) < 2e-4
 
 
-@pytest.mark.parametrize("nu", [0.3, 0.49, 0.4999])
+@pytest.mark.parametrize("nu", [0.3, 0.4999])
 def test_hertz_force_converges_with_fourth_order(nu):
     """Errors at 2, 3, 4, 6 elements per radius; the fit must reach the promised 3.5.
 
@@ -154,8 +154,7 @@ def test_square_punch_with_mesh_lines_on_its_edge():
     assert 0.0 < step.stiffness / disc / 1.0212 - 1.0 < 8e-3
 
 
-@pytest.mark.parametrize("nu", [0.0, 0.49])
-@pytest.mark.parametrize("ratio", [4.0, 25.0])
+@pytest.mark.parametrize(("ratio", "nu"), [(4.0, 0.0), (25.0, 0.49)])
 def test_ellipsoid_force_and_area(ratio, nu):
     """R'/R'' = 4 and 25 against Hertz (Johnson 1985, eqs. 4.26-4.32): 7e-5 and up to 3.1e-4."""
     half_x, half_y = ellipsoid(ratio, 1.0, 1.0).semi_axes(1.0)

@@ -7,7 +7,6 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from numpy.testing import assert_allclose
-from scipy.integrate import quad
 
 from reference.errors import ConvergenceError
 from reference.halfspace import fft
@@ -21,6 +20,7 @@ from reference.sliding.operators import Travelling
 from reference.sliding.studies import GridStudy, paraboloid
 from reference.viscoelastic.materials import GeneralisedMaxwell
 
+NODES, WEIGHTS = np.polynomial.legendre.leggauss(80)
 KELVIN = GeneralisedMaxwell.kelvin_voigt(0.25, 0.25)  # E* = 1, tau = 1
 ZENER = GeneralisedMaxwell.standard(0.25, 2.5, 0.1)
 
@@ -36,19 +36,19 @@ def grid(cells, half_width):
 @pytest.mark.parametrize("reach", [0.05, 0.7, 5.0, 300.0])
 @pytest.mark.parametrize("place", [(0, 0), (-1, 0), (3, 5), (-9, 1), (9, 0)])
 def test_travelling_kernel_is_the_average_of_what_lies_ahead(reach, place):
-    """Against adaptive quadrature of Love's coefficient, split where an edge of the cell passes."""
+    """Against the integral of Love's coefficient, split where an edge of the cell passes.
+
+    With x = sin(q)^2 the logarithms at the edges are smooth enough for 80 points of Gauss: 1e-10.
+    """
     table = kernels.travelling((10, 6), (1.0, 1.0), KELVIN, reach)
     ends = {0.0, *np.arange(0.5, 20), *(reach * np.array([0.1, 1, 3, 10, 20, 46.0]))}
     ends = sorted(end for end in ends if end <= 46 * reach)
     i, j = place
 
-    def integrand(s):
-        return np.exp(-s / reach) / reach * elastic.love(i + s, j, (1.0, 1.0), 1.0).item()
-
-    exact = sum(
-        quad(integrand, a, b, epsabs=0, epsrel=1e-11, limit=100)[0]
-        for a, b in itertools.pairwise(ends)
-    )
+    low, high = np.array(list(itertools.pairwise(ends))).T[:, :, None]
+    s = low + (high - low) * np.sin(np.pi / 4 * (1 + NODES)) ** 2
+    weights = np.pi / 4 * (high - low) * WEIGHTS * np.cos(np.pi / 2 * NODES)
+    exact = (weights * np.exp(-s / reach) / reach * elastic.love(i + s, j, (1.0, 1.0), 1.0)).sum()
     assert_allclose(table[9 + i, j], exact, rtol=5e-8)
 
 

@@ -35,6 +35,7 @@ POISSON = 0.3
 READINGS = 5
 LEVELS = (2, 3, 4, 5, 6, 7, 8)
 PRESSURE_LEVEL = 6
+ORDER_LEVELS = (2, 3, 4, 6)
 SIZES = (3, 4, 6, 8, 10, 12, 14)
 LARGEST_PARDISO = 150_000  # largest number of unknowns; beyond it, the yardstick takes minutes
 BYTES_PER_UNKNOWN = 16_000
@@ -150,11 +151,11 @@ def accuracy() -> list[Measurement]:
 
 
 def order() -> Measurement:
-    """Fit the order of convergence in elements per contact radius, up to six elements."""
-    levels = np.array([2, 3, 4, 6])
+    """Fit the order of convergence in elements per contact radius, at ORDER_LEVELS."""
+    levels = np.array(ORDER_LEVELS)
     errors = np.array([_worst(int(n)) for n in levels])
     rate = float(-np.polyfit(np.log(levels), np.log(errors), 1)[0])
-    seconds = sum(run(6).body.seconds.values())
+    seconds = sum(run(ORDER_LEVELS[-1]).body.seconds.values())
     return Measurement(
         f"Hertz force: observed order {rate:.2f} from {levels[0]} to {levels[-1]} elements",
         seconds,

@@ -185,7 +185,10 @@ def test_the_finite_element_job_is_hertz_at_thirty_depths():
     assert sum(shares.values()) == pytest.approx(1.0)
 
 
-def test_pressure_peak_and_radius_rows_are_shares_of_the_errors_allowed():
+def test_pressure_peak_and_radius_rows_are_shares_of_the_errors_allowed(monkeypatch):
+    """On meshes of up to four elements per radius; tests/reference/test_fem_contact.py has six."""
+    monkeypatch.setattr(fem_benchmark, "PRESSURE_LEVEL", 4)
+    monkeypatch.setattr(fem_benchmark, "ORDER_LEVELS", (2, 3, 4))
     rows = fem_benchmark.accuracy()
     assert [row.met for row in rows] == [True, True, True]
     assert fem_benchmark.order().met

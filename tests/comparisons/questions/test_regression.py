@@ -3,10 +3,7 @@
 from __future__ import annotations
 
 import json
-import subprocess
-import sys
 from dataclasses import replace
-from pathlib import Path
 from xml.etree import ElementTree as Xml
 
 import pytest
@@ -31,9 +28,9 @@ from comparisons.questions.regression.measure import _identity
 from comparisons.questions.regression.snapshot import Speed
 from comparisons.scene.scene import Scene, load_scene
 from reference.halfspace import kernels
+from reports.cli.cli import run_command
 
 FAULT = 1.002
-ROOT = Path(__file__).resolve().parents[3]
 
 
 @pytest.fixture(scope="module")
@@ -206,7 +203,7 @@ def test_this_version_is_its_own_baseline():
     assert not drifted, drifted
 
 
-def test_the_command_exits_with_one_on_drift(before, tmp_path):
+def test_the_command_ends_with_one_on_drift(before, tmp_path, capsys):
     path = tmp_path / "baseline.json"
     scene = before.scenes["paraboloid"]
     force = [2 * value for value in scene.model.quantities["force"]]
@@ -215,8 +212,6 @@ def test_the_command_exits_with_one_on_drift(before, tmp_path):
     )
     changed = scene.model_copy(update={"model": curves})
     save_baseline(path, before.model_copy(update={"scenes": {"paraboloid": changed}}))
-    command = [sys.executable, "-m", "reports", "check", "paraboloid", "--baseline", str(path)]
-    ran = subprocess.run(command, capture_output=True, text=True, cwd=ROOT, check=False)
-    assert ran.returncode == 1
-    assert "the reduced model moved" in ran.stdout
+    assert run_command(["check", "paraboloid", "--baseline", str(path)]) == 1
+    assert "the reduced model moved" in capsys.readouterr().out
     assert load_baseline(path).scenes["paraboloid"].model.quantities["force"] == force
