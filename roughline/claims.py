@@ -77,7 +77,7 @@ class ClaimVerdict:
         return single(figure)
 
     def __repr__(self) -> str:
-        return f"{self.record.id}: {self.verdict}. {self.sentence}"
+        return f"{self.record.id}: {self.verdict}. {self.record.finding}"
 
     def _repr_html_(self) -> str:
         points = self.record.points
@@ -85,7 +85,7 @@ class ClaimVerdict:
         return notebook.block(
             f"{self.record.id}, {self.record.equation}",
             self.record.text,
-            notebook.badge(self.verdict) + f" {self.sentence}",
+            notebook.badge(self.verdict) + f" {self.record.finding}",
             *self.record.disagreements,
             notebook.table(measured),
             notebook.more(len(points) - MOST_ROWS, "measurements"),

@@ -131,7 +131,7 @@ def test_the_stored_run_is_about_the_claims_as_their_files_state_them():
     assert all(claim.expected for claim in files.values())
     for told in load_claims_record(ROOT / "docs" / "claims.json").claims:
         claim = files[told.id]
-        stated = ("text", "equation", "reading", "tolerance", "refuted_by")
+        stated = ("text", "equation", "reading", "tolerance", "refuted_by", "theorem")
         assert {key: getattr(told, key) for key in stated} == claim.model_dump(include=set(stated))
         assert (told.effort, told.verdict) == ("full", claim.expected)
 

@@ -100,7 +100,7 @@ def readme_row(claim: ClaimRecord) -> tuple[str, ...]:
 def short_row(claim: ClaimRecord) -> tuple[str, ...]:
     """Return what docs/findings.md says of a claim."""
     text = claim.text + (" *(as corrected)*" if claim.reading == "corrected" else "")
-    return (claim.equation, text, f"**{claim.verdict}**", claim.sentence, f"`{claim.id}`")
+    return (claim.equation, text, f"**{claim.verdict}**", claim.finding, f"`{claim.id}`")
 
 
 def long_row(claim: ClaimRecord) -> tuple[str, ...]:
@@ -108,7 +108,7 @@ def long_row(claim: ClaimRecord) -> tuple[str, ...]:
     return (
         *(claim.id, claim.equation, claim.reading, claim.text),
         f"{tolerance(claim.tolerance)}{' (chapter)' if claim.tolerance_from == 'chapter' else ''}",
-        *(f"**{claim.verdict}**", largest(claim), claim.sentence),
+        *(f"**{claim.verdict}**", largest(claim), claim.finding),
     )
 
 

@@ -17,7 +17,7 @@ def claims(record: ClaimsRecord) -> Table:
     for claim in record.claims:
         expected = f", expected {claim.expected}" if claim.differs else ""
         word = cells.verdict(claim.verdict, text=f"{claim.verdict}{expected}")
-        rows.append((claim.id, claim.equation, word, claim.sentence))
+        rows.append((claim.id, claim.equation, word, claim.finding))
     heads = ("claim", "equation", "verdict", "finding")
     strong = frozenset(place for place, claim in enumerate(record.claims) if claim.differs)
     return table(heads, rows, title=f"Claims, {record.effort}", strong=strong)

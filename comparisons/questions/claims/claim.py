@@ -144,6 +144,7 @@ class Claim(_Table):
     tolerance: Positive
     tolerance_from: Literal["chapter", "ours"] = "ours"
     refuted_by: Prose
+    theorem: Annotated[str, Field(max_length=500)] = ""
     expected: Literal[VERDICTS] | None = None  # type: ignore[valid-type]
     directory: str = Field(default=".", exclude=True)
 

@@ -48,6 +48,7 @@ class ClaimRecord(Form):
     tolerance: float
     tolerance_from: str = "ours"
     refuted_by: str
+    theorem: str = ""
     expected: str | None
     verdict: str
     sentence: str
@@ -57,6 +58,11 @@ class ClaimRecord(Form):
     command: str
     seconds: float
     effort: str
+
+    @property
+    def finding(self) -> str:
+        """The verdict in one sentence, and what of the claim needs no measurement."""
+        return f"{self.sentence} {self.theorem}".rstrip()
 
     @property
     def differs(self) -> bool:

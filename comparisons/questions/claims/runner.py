@@ -44,7 +44,7 @@ from comparisons.solving.jobs import Archive, Job
 
 MEASUREMENTS = "measurements"
 COPIED = {"id", "text", "equation", "reading", "corrects", "method", "measure"}
-COPIED |= {"tolerance", "tolerance_from", "refuted_by", "expected"}
+COPIED |= {"tolerance", "tolerance_from", "refuted_by", "theorem", "expected"}
 # Assumed memory of an experiment in bytes: grids of 1024 x 1024 and meshes of 1e5 unknowns.
 MEMORY = 1e9
 

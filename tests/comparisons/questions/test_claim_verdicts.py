@@ -21,6 +21,7 @@ from comparisons.questions.claims.scenes import _deciding, _plan, interval, meas
 from comparisons.questions.claims.verdicts import FAILS, HOLDS, IN_A_RANGE, verdict_of
 from comparisons.questions.experiments import EXPERIMENTS, Experiment, Measurement
 from comparisons.solving.inquiries import answer_of
+from roughline.claims import ClaimVerdict
 
 TOLERANCE = 0.01
 
@@ -195,6 +196,20 @@ def test_the_words_come_from_the_numbers(monkeypatch):
         monkeypatch, lambda x, effort: Measurement(None, 0.03, 0.001), vary=None
     )
     assert judge_claim(single, "quick").sentence == ("Error 3.0 ± 0.10\u202f%: outside 1\u202f%.")
+
+
+def test_what_holds_by_theorem_is_said_behind_the_numbers(monkeypatch):
+    theorem = "Its sign holds by theorem."
+    claim = experiment_claim(
+        monkeypatch,
+        lambda x, effort: Measurement(None, -0.002, 0.001),
+        vary=None,
+        theorem=theorem,
+    )
+    record = judge_claim(claim, "quick")
+    assert theorem not in record.sentence
+    assert record.finding == f"{record.sentence} {theorem}"
+    assert record.finding in repr(ClaimVerdict(record))
 
 
 def test_a_measurement_that_raises_costs_its_own_point(monkeypatch):
