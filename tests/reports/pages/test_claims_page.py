@@ -17,11 +17,11 @@ from reports.plots.claim import evidence
 from reports.plots.interactive import spec
 
 CLAIM = """
-id = "square"
-text = "A square punch is a circle of equal area <script>alert(1)</script>."
+id = "narrow"
+text = "A narrow ellipsoid is a ball of the Gaussian radius <script>alert(1)</script>."
 equation = "(5.13)"
-scene = "square-punch"
-quantity = "stiffness"
+scene = "ellipsoid-5"
+quantity = "force"
 tolerance = {tolerance}
 refuted_by = "A stiffness that errs more."
 expected = "holds"
@@ -32,10 +32,10 @@ expected = "holds"
 def judged(tmp_path_factory):
     """One claim that holds in a range, and one from a file that does not hold as expected."""
     root = tmp_path_factory.mktemp("claims")
-    (root / "square.toml").write_text(CLAIM.format(tolerance=0.005))
+    (root / "narrow.toml").write_text(CLAIM.format(tolerance=0.005))
     code = run_command(
         [
-            *("claims", "ellipsoid-force", str(root / "square.toml"), "--quick"),
+            *("claims", "ellipsoid-force", str(root / "narrow.toml"), "--quick"),
             *("--out", str(root / "out"), "--json", str(root / "copy.json"), "--workers", "1"),
         ]
     )
@@ -43,7 +43,7 @@ def judged(tmp_path_factory):
 
 
 def test_a_verdict_that_differs_from_the_expected_one_is_exit_code_1(judged):
-    """The square's stiffness factor is 1.0212: 0.5 % is not kept, as the file expects."""
+    """At radii of 5:1 the force errs by -5.1 %: 0.5 % is not kept, as the file expects."""
     code, root = judged
     assert code == 1
     record = load_claims_record(root / "out")

@@ -20,6 +20,8 @@ from reference.halfspace.solution import Press
 from reference.loads import Load
 from reports.tables.documents import markdown
 
+ROOT = Path(__file__).parents[4]
+
 
 def measure(name, value=None, effort="quick", **parameters):
     return EXPERIMENTS[name].measure(value, effort, **parameters)
@@ -205,7 +207,7 @@ def test_theories_bracket_the_periodic_surface():
 def test_the_best_reading_is_the_best_of_all_and_judged_on_other_surfaces(monkeypatch):
     """A scan of few surfaces on a coarse grid; the judgement is that of the reading alone."""
     monkeypatch.setattr(reading_scan, "HURSTS", (0.3, 0.8))
-    monkeypatch.setitem(reading_scan._COUNTS, "quick", (3, 450))
+    monkeypatch.setitem(reading_scan._COUNTS, "quick", (2, 150))
     reading_scan.scan.cache_clear()
     tried = reading_scan.scan(32, "quick")
     worst = {reading: np.abs(np.log1p(errors)).max() for reading, errors in tried.items()}
@@ -341,20 +343,30 @@ def test_quick_verdicts_are_those_of_the_full_run_or_open():
     assert differs == []
 
 
-def test_the_tables_of_the_page_stand_as_their_script_makes_them(monkeypatch):
-    """Every marker has its table; the quick one is made anew and compared as it stands."""
-    root = Path(__file__).parents[4]
-    spec = importlib.util.spec_from_file_location(
-        "experiment_tables", root / "docs" / "examples" / "experiment_tables.py"
-    )
+@pytest.fixture
+def tables():
+    """Return the script that makes the tables of the page, by which they are named."""
+    path = ROOT / "docs" / "examples" / "experiment_tables.py"
+    spec = importlib.util.spec_from_file_location(path.stem, path)
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
-    page = (root / "docs" / "experiments.md").read_text(encoding="utf-8")
-    for name in module.TABLES:
-        (block,) = re.findall(f"<!-- table: {name} -->\n(.*?)\n<!-- end -->", page, re.DOTALL)
-        assert len(block.splitlines()) > 3
-        if name == "constants":
-            assert markdown(module.constants()) == block
-    monkeypatch.setattr(module, "LOADS", (0.01,))
-    rows = module.readings(realisations=3, effort="quick")
-    assert len(rows) == 1 + len(module.READINGS)
+    return module
+
+
+def on_the_page(name):
+    page = (ROOT / "docs" / "experiments.md").read_text(encoding="utf-8")
+    (block,) = re.findall(f"<!-- table: {name} -->\n(.*?)\n<!-- end -->", page, re.DOTALL)
+    return block
+
+
+def test_every_table_of_the_script_stands_on_the_page(tables, monkeypatch):
+    """And its readings are those that the experiment knows."""
+    assert all(len(on_the_page(name).splitlines()) > 3 for name in tables.TABLES)
+    monkeypatch.setattr(tables, "LOADS", (0.01,))
+    rows = tables.readings(realisations=3, effort="quick")
+    assert len(rows) == 1 + len(tables.READINGS)
+
+
+@pytest.mark.slow
+def test_the_constants_on_the_page_are_those_that_its_script_makes(tables):
+    assert markdown(tables.constants()) == on_the_page("constants")
