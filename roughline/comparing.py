@@ -9,6 +9,7 @@ import pandas as pd
 
 from comparisons import formatting as fmt
 from comparisons.errors import InputError
+from comparisons.judging.proofs import in_words
 from comparisons.results import selection
 from comparisons.results.advice import Setting, advise
 from comparisons.results.decisions import Verdict, asked_in_vain, judged_methods, verdicts, worst
@@ -57,6 +58,15 @@ class Comparison:
     def reference(self) -> str:
         """The reference and its uncertainty."""
         return str(self.record.reference.get("text", "there is none"))
+
+    @property
+    def proved(self) -> str:
+        """What theorems say of the truth where the scene asks (`compare.proved`), else nothing.
+
+        The sides are columns of `steps`, in the rows of the reference: ``force_lower`` and so on.
+        """
+        proved = self.record.reference.get("proved")
+        return f"Proved: {in_words(proved)}" if proved else ""
 
     @property
     def disagreements(self) -> tuple[str, ...]:
@@ -137,7 +147,8 @@ class Comparison:
         finest = measures[
             measures["resolution"] == measures.groupby("method")["resolution"].transform("max")
         ]
-        return "\n".join([*lines, self.answer, finest.to_string(index=False)])
+        lines += [self.answer, *([self.proved] if self.proved else [])]
+        return "\n".join([*lines, finest.to_string(index=False)])
 
     def _repr_html_(self) -> str:
         tolerance = fmt.tolerance(self.record.tolerance)
@@ -145,6 +156,7 @@ class Comparison:
             f"{self.record.title} ({self.name}), asked: {tolerance}",
             *self.disagreements,
             self.answer,
+            *([self.proved] if self.proved else []),
             notebook.table(methods_table(self.record)),
             *self.lost,
         )

@@ -10,7 +10,7 @@ import numpy as np
 
 from comparisons.facts.quantities import quantity
 from comparisons.facts.quantities.proved import ENCLOSED
-from comparisons.formatting import relative
+from comparisons.formatting import duration, relative
 from comparisons.judging.truth import Truth
 
 
@@ -60,6 +60,19 @@ class Verification:
             "seconds": self.seconds,
             "truth_seconds": self.truth_seconds,
         }
+
+
+def in_words(proved: Mapping[str, Any] | None) -> str:
+    """Say of a document how wide the intervals are, how many bars reach them, what it all took."""
+    text = "interval in which the truth lies by theorem"
+    if not proved:
+        return f"{text}."
+    bars, missed = proved["bars"], proved["missed"]
+    reached = f"all {bars} bars of references reach it" if not missed else f"{missed} bars miss it"
+    return (
+        f"{text}, at most {relative(proved['width'])} wide; {reached}. It took "
+        f"{duration(proved['seconds'])}, the truth {duration(proved['truth_seconds'])}."
+    )
 
 
 def verified(truth: Truth, sides: Mapping[str, np.ndarray], seconds: float) -> Verification:

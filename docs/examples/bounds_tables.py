@@ -1,12 +1,13 @@
 """Make the tables of docs/bounds.md: enclosures, their width, their cost.
 
-Run from the repository's root (half an hour on one core, most of it the rough patches); the tables
-between the markers of the page are written anew::
+Run from the repository's root (half an hour on one core, most of it the rough contacts); the tables
+between the markers of the page are written anew, and docs/problem-sheet.csv::
 
     python docs/examples/bounds_tables.py               # or only some: round order punches
 """
 
 # %%
+import csv
 import math
 import sys
 import time
@@ -28,6 +29,9 @@ from reference.loads import Load
 from reports.tables.documents import rewrite
 
 PAGE = Path(__file__).resolve().parents[1] / "bounds.md"
+# The problem sheet as data: one row per problem and quantity, its interval rounded outwards.
+SHEET_FILE = PAGE.with_name("problem-sheet.csv")
+COLUMNS = ("problem", "definition", "quantity", "not below", "not above", "seconds")
 
 
 def timed(work: Callable[[], Interval]) -> tuple[Interval, float]:
@@ -40,6 +44,30 @@ def timed(work: Callable[[], Interval]) -> tuple[Interval, float]:
 def below(value: float) -> str:
     """Write a relative distance."""
     return f"{value:.1e}"
+
+
+def outwards(bounds: Interval, digits: int) -> tuple[str, str]:
+    """Write an interval with so many digits, never narrower than it is."""
+    unit = 10.0**-digits
+    lower, upper = math.floor(bounds.lower / unit) * unit, math.ceil(bounds.upper / unit) * unit
+    return f"{lower:.{digits}f}", f"{upper:.{digits}f}"
+
+
+def keep(problem: str, definition: str, quantity: str, bounds: Interval, seconds: float) -> None:
+    """Write an interval of the problem sheet to its file, in place of one that is wider."""
+    rows = {}
+    if SHEET_FILE.exists():
+        with SHEET_FILE.open(newline="", encoding="utf-8") as file:
+            rows = {(row["problem"], row["quantity"]): row for row in csv.DictReader(file)}
+    cells = (problem, definition, quantity, *outwards(bounds, 6), f"{seconds:.0f}")
+    row = dict(zip(COLUMNS, cells, strict=True))
+    before = rows.get((problem, quantity), row)
+    if bounds.upper - bounds.lower <= float(before["not above"]) - float(before["not below"]):
+        rows[problem, quantity] = row
+    with SHEET_FILE.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.DictWriter(file, COLUMNS, lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(rows.values())
 
 
 def grid_seconds(gap: Callable[[np.ndarray, np.ndarray], np.ndarray], depth: float) -> float:
@@ -198,12 +226,14 @@ def pyramids() -> list[list[str]]:
         body = bodies.Pyramid(faces, slope)
         homogeneous.force.__globals__["_coarse_outline"].cache_clear()
         pressed, seconds = timed(lambda b=body: homogeneous.force(b, 1.0, 1.0, cells=(12, 18)))
+        angle = math.degrees(math.atan(1 / slope))
+        shape = f"regular pyramid, rigid, no friction: {faces} faces at {angle:.2f} deg to the axis"
+        keep(name, shape, "F/(E* d^2)", pressed, seconds)
         cone_force = 2 / math.pi * math.sqrt(faces * math.tan(math.pi / faces) / math.pi) / slope
         rows.append(
             [
                 name,
-                f"{pressed.lower:.4f}",
-                f"{pressed.upper:.4f}",
+                *outwards(pressed, 4),
                 below(pressed.width),
                 f"{100 * (cone_force / pressed.middle - 1):+.2f} %",
                 f"{100 * (body.punch_force() / pressed.middle - 1):+.2f} %",
@@ -226,6 +256,7 @@ SHEET = {
     "L of three squares": ("l_shape", 0, 1.0),
     "right isosceles triangle": ("right_isosceles", 0, 1.0),
 }
+STIFFNESS, FLAT = "k/(2 E* (A/pi)^(1/2))", "rigid flat punch without friction, area A"
 
 
 def sheet() -> list[list[str]]:
@@ -236,11 +267,12 @@ def sheet() -> list[list[str]]:
             lambda s=shape, n=sides, a=aspect: proved.punch_stiffness.__wrapped__(s, n, a, "full")
         )
         circle = punches.equal_area_stiffness(proved._area(shape, sides, aspect))
+        factor = bounds * (1 / circle)
+        keep(name, FLAT, STIFFNESS, factor, seconds)
         rows.append(
             [
                 name,
-                f"{bounds.lower / circle:.5f}",
-                f"{bounds.upper / circle:.5f}",
+                *outwards(factor, 5),
                 below(bounds.width),
                 f"{seconds:.0f}",
             ]
@@ -254,18 +286,23 @@ def finest() -> list[list[str]]:
     for name, sides in (("square", 4), ("equilateral triangle", 3)):
         corners = proved.corners_of("polygon", sides, 1.0)
         circle = punches.equal_area_stiffness(sides * math.tan(math.pi / sides))
+        lower = upper = last = 0.0
         for cells in (16, 24, 32):
             fine = outlines.polygon(corners, cells, punches.PRESSURE_EXPONENT)
             started = time.perf_counter()
             lower = punches.stiffness_below(fine, cells)
             seconds = time.perf_counter() - started
-            rows.append([name, "below", str(cells), f"{lower / circle:.6f}", f"{seconds:.0f}"])
+            last = seconds
+            shown, _ = outwards(Interval(lower / circle, lower / circle), 6)
+            rows.append([name, "below", str(cells), shown, f"{seconds:.0f}"])
         for cells in (12, 16, 24):
             coarse = outlines.polygon(corners, cells // 2, punches.DISPLACEMENT_AROUND)
             started = time.perf_counter()
             upper = punches.stiffness_above(coarse, cells)
             seconds = time.perf_counter() - started
-            rows.append([name, "above", str(cells), f"{upper / circle:.6f}", f"{seconds:.0f}"])
+            _, shown = outwards(Interval(upper / circle, upper / circle), 6)
+            rows.append([name, "above", str(cells), shown, f"{seconds:.0f}"])
+        keep(name, FLAT, STIFFNESS, Interval(lower / circle, upper / circle), last + seconds)
     return rows
 
 

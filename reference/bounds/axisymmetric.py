@@ -11,6 +11,7 @@ import math
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.optimize import brentq
 
 from reference.bounds.barber import best_circle
 from reference.bounds.discs import Discs
@@ -102,6 +103,45 @@ def force(
     lower = _energy_below(profile, less, best_circle(profile, less).radius, cells)
     mean = above((above(upper) - below(lower)) / (more - less), 4)
     return effective_modulus * Interval(circle.force, mean)
+
+
+def penetration(
+    profile: Profile, load: float, effective_modulus: float, *, cells: int = CELLS
+) -> Interval:
+    """Penetration at a force between proved bounds.
+
+    Not above any d whose best circle carries the force. And as F is convex and starts at zero,
+    F(t d) <= t F(d) for t < 1: not below t d where t is the force over the upper bound of F(d).
+
+    Raises
+    ------
+    ValueError
+        For a force or modulus that is not positive and finite.
+
+    Examples
+    --------
+    >>> from reference.bounds.profiles import Sphere
+    >>> hertz = (0.75 * 1e-6) ** (2 / 3)
+    >>> depth = penetration(Sphere(1.0), 1e-6, 1.0)
+    >>> round(depth.middle / hertz, 3), depth.width < 1e-4
+    (1.0, True)
+    """
+    _check(load, effective_modulus, cells)
+    area = load / effective_modulus
+
+    def excess(log_depth: float) -> float:
+        return best_circle(profile, math.exp(log_depth)).force / area - 1
+
+    low = high = 0.5 * math.log(area)
+    while excess(low) > 0:
+        low -= 1.0
+    while excess(high) < 0:
+        high += 1.0
+    deep = math.exp(brentq(excess, low, high, rtol=1e-10)) if low < high else math.exp(high)
+    while best_circle(profile, deep).force < area:
+        deep *= 1 + 1e-9
+    share = area / force(profile, deep, 1.0, cells=cells).upper
+    return Interval(below(min(share, 1.0) * deep, 8), deep)
 
 
 def disc_stiffness(radius: float, effective_modulus: float, *, cells: int = CELLS) -> Interval:

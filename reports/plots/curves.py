@@ -16,6 +16,7 @@ from comparisons import formatting as fmt
 from comparisons.facts.methods import METHODS
 from comparisons.facts.quantities import NORMAL, quantity
 from comparisons.judging.metrics import sizes_along_path
+from comparisons.judging.proofs import in_words
 from comparisons.questions.single import SingleResult
 from comparisons.results import selection
 from comparisons.results.store import SceneRecord
@@ -195,27 +196,13 @@ def _caption(scene: SceneRecord, name: str) -> str:
             f"{fmt.relative(bar)}{hidden}."
         )
     if f"{name}_lower" in scene.rows:
-        parts.append(_proved(scene))
+        parts.append(f"Solid band: {in_words(scene.reference.get('proved'))}")
     if any(_is_ensemble(scene, method) for method in selection.methods(scene)):
         parts.append(
             "Lines: means over the realisations, with one standard error; faint bands: 5 % to "
             "95 % of the realisations (for 3-D solvers, those of the reference)."
         )
     return " ".join(parts)
-
-
-def _proved(scene: SceneRecord) -> str:
-    """Say what the theorems enclose, how many bars reach it, and what it took."""
-    text = "Solid band: interval in which the truth lies by theorem"
-    proved = scene.reference.get("proved")
-    if not proved:
-        return f"{text}."
-    bars, missed = proved["bars"], proved["missed"]
-    held = f"all {bars} bars of references reach it" if not missed else f"{missed} bars miss it"
-    return (
-        f"{text}, at most {fmt.relative(proved['width'])} wide; {held}. It took "
-        f"{fmt.duration(proved['seconds'])}, the truth {fmt.duration(proved['truth_seconds'])}."
-    )
 
 
 def _is_ensemble(scene: SceneRecord, method: str) -> bool:

@@ -39,15 +39,14 @@ class Proof:
         ``force(penetration) -> Interval``, in SI units.
     stiffness : callable or None
         dF/dd at a penetration; None where the theorems say nothing sharp about it.
-    penetration : callable or None
-        At a force; None where the body has a length, so that the bounds of the force at other
-        penetrations would be needed.
+    penetration : callable
+        At a force.
     """
 
     force: At
     energy: At
+    penetration: At
     stiffness: At | None = None
-    penetration: At | None = None
 
 
 def enclosures(scene: Scene, loads: AbsoluteLoads) -> dict[str, np.ndarray]:
@@ -63,7 +62,7 @@ def enclosures(scene: Scene, loads: AbsoluteLoads) -> dict[str, np.ndarray]:
     Raises
     ------
     Refused
-        As `proof_of`, and for forces on a body whose penetration is not enclosed.
+        As `proof_of`, and for other loads than a penetration or a force.
     """
     proof = check_enclosed(scene, loads)
     if loads.control == "penetration":
@@ -74,7 +73,6 @@ def enclosures(scene: Scene, loads: AbsoluteLoads) -> dict[str, np.ndarray]:
         }
         intervals = {name: [at(float(d)) for d in loads.values] for name, at in known.items() if at}
     else:
-        assert proof.penetration is not None
         depths = [proof.penetration(float(force)) for force in loads.values]
         intervals = {"penetration": depths}
         for name, at in (("energy", proof.energy), ("stiffness", proof.stiffness)):
@@ -91,8 +89,7 @@ def enclosures(scene: Scene, loads: AbsoluteLoads) -> dict[str, np.ndarray]:
 def check_enclosed(scene: Scene, loads: AbsoluteLoads) -> Proof:
     """Return the proof of a scene under its loads; raise `Refused` as `enclosures` does."""
     proof = proof_of(scene)
-    able = {"penetration": True, "force": proof.penetration is not None}
-    if not able.get(loads.control, False) or loads.is_path:
+    if loads.control not in ("penetration", "force") or loads.is_path:
         raise Refused(f"the theorems enclose nothing of this body at a prescribed {loads.control}")
     return proof
 
@@ -132,6 +129,7 @@ def _proof(indenter: indenters.Indenter, modulus: float, finer: float) -> Proof:
         return Proof(
             lambda d: axisymmetric.force(profile, d, modulus, cells=cells),
             lambda d: axisymmetric.energy(profile, d, modulus, cells=cells),
+            penetration=lambda load: axisymmetric.penetration(profile, load, modulus, cells=cells),
         )
     if profile is not None:
         return _scaling(profile.degree or 1.0, lambda: _round_energy(profile, cells), modulus)

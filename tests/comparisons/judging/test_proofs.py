@@ -8,17 +8,19 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+import roughline
 from comparisons.errors import InputError
 from comparisons.judging import proofs
 from comparisons.judging.truth import Truth
 from comparisons.questions.single import solve_scene
 from comparisons.results.record import record_scene
-from comparisons.scene.scene import make_scene
+from comparisons.scene.scene import load_scene, make_scene
 from comparisons.solving.execution import execute
 from comparisons.solving.planning import plan_scene, task_of
 from reference import closed_form
 from reports.plots.curves import PROVED, curve
 
+BLOCK = Path(__file__).parents[3] / "docs" / "examples" / "block.toml"
 BALL = {
     "name": "ball",
     "half_space": {"effective_modulus": "1 GPa"},
@@ -61,11 +63,35 @@ def test_of_a_prescribed_force_the_penetration_is_enclosed():
     assert "force_lower" not in columns
 
 
+def test_of_a_body_with_a_length_of_its_own_the_penetration_is_enclosed_too():
+    # at half the load of a sphere's a/R = 0.5: F = E* R^2 ((1 + s^2)/2 ln((1+s)/(1-s)) - s),
+    # d = (a/2) ln((1+s)/(1-s)) with s = a/R (Sneddon 1965)
+    sphere = closed_form.sphere(1e-3, 1e9)
+    depth = np.array([1e-5, 2e-4])
+    force = sphere.force(depth)
+    scene = {
+        **BALL,
+        "indenter": {"shape": "sphere", "radius": "1 mm"},
+        "loading": {"force": list(force)},
+    }
+    columns = solve_scene(scene, "closed_form").columns()
+    assert (columns["penetration_lower"] <= depth).all()
+    assert (columns["penetration_upper"] >= depth).all()
+    assert (columns["penetration_upper"] / columns["penetration_lower"] - 1 < 3e-4).all()
+    assert (columns["energy_lower"] <= sphere.energy(depth)).all()
+
+
+# From its centroid, in the gap, most sides are not seen from inside.
+HORSESHOE = [[0, 0], [5, 0], [5, 5], [4, 5], [4, 1], [1, 1], [1, 5], [0, 5]]
+
+
 @pytest.mark.parametrize(
     ("tables", "reason"),
     [
         ({"adhesion": {"work": "0.05 J/m^2"}, "compare": {"quantities": ["force"]}}, "friction"),
         ({"indenter": {"shape": "elliptic_punch", "semi_axes": ["1 mm", "2 mm"]}}, "no bound"),
+        ({"indenter": {"shape": "power_law", "exponent": 0.5, "coefficient": 0.1}}, "convex"),
+        ({"indenter": {"shape": "polygon_punch", "vertices": HORSESHOE}}, "about their centroid"),
     ],
 )
 def test_what_no_theorem_covers_is_refused_before_anything_is_solved(tables, reason):
@@ -73,6 +99,20 @@ def test_what_no_theorem_covers_is_refused_before_anything_is_solved(tables, rea
     scene["compare"] = {**BALL["compare"], **tables.get("compare", {})}
     with pytest.raises(InputError, match=reason):
         solve_scene(scene, "bem_fft", 8)
+
+
+@pytest.mark.parametrize(
+    ("scene", "reason"),
+    [
+        ("rough-patch", "of rough surfaces only the experiments"),
+        ("friction-steel", "without friction, adhesion or memory"),
+        ("rubber-ball", "without friction, adhesion or memory"),
+        (BLOCK, "for a half-space, and the \\[body\\] is finite"),
+    ],
+)
+def test_theorems_refuse_scenes_with_their_reason(scene, reason):
+    with pytest.raises(InputError, match=f"compare.proved: .*{reason}"):
+        plan_scene(load_scene(scene, {"compare.proved": True}))
 
 
 def test_a_report_draws_the_interval_and_says_which_bars_miss_it(monkeypatch):
@@ -121,3 +161,13 @@ def test_an_interval_is_a_tenth_of_the_tolerance_and_narrower_for_a_sharper_one(
     # the third power of the cells, of which there are as many more as the tolerance's third root
     assert widths[0] < 1e-3
     assert 3 < widths[0] / widths[1] < 8
+
+
+def test_a_notebook_says_what_is_proved_and_has_the_sides():
+    comparison = roughline.compare("cylinder", "closed_form", "reduced", quantities=["force"])
+    assert "lies by theorem" in comparison.proved
+    assert comparison.proved in repr(comparison)
+    assert "lies by theorem" in comparison._repr_html_()
+    steps = comparison.steps()
+    sides = steps.loc[steps["method"] == "closed_form", ["force_lower", "force", "force_upper"]]
+    assert (np.diff(sides.to_numpy(dtype=float), axis=1) >= 0).all()

@@ -2,14 +2,24 @@
 
 from __future__ import annotations
 
+import csv
+import math
+from pathlib import Path
+
 import pytest
 
 from comparisons.methods.normal.proved import proof_of
 from comparisons.methods.solver import Refused
 from comparisons.questions.experiments import EXPERIMENTS
-from comparisons.questions.experiments.proved import _CELLS, SHAPES
+from comparisons.questions.experiments.proved import (
+    _CELLS,
+    SHAPES,
+    punch_stiffness,
+    pyramid_force,
+)
 from comparisons.scene.scene import Scene
 from reference import closed_form
+from reference.bounds.punches import equal_area_stiffness
 
 
 def scene(**tables):
@@ -91,3 +101,19 @@ def test_grids_of_rough_contacts_are_judged_by_bounds():
     assert abs(force.error) < force.uncertainty < 0.2
     depth = EXPERIMENTS["rough-penetration-on-grid"].measure(0.03, "quick", points=8)
     assert abs(depth.error) < depth.uncertainty < 0.3
+
+
+def test_the_problem_sheet_lies_within_coarser_intervals():
+    # two enclosures of one number overlap; those of a few cells hold the sheet's
+    file = Path(__file__).parents[4] / "docs" / "problem-sheet.csv"
+    with file.open(newline="", encoding="utf-8") as lines:
+        sheet = {row["problem"]: row for row in csv.DictReader(lines)}
+    circle = equal_area_stiffness(4.0)
+    coarse = {
+        "square": punch_stiffness("polygon", 4, 1.0, "quick") * (1 / circle),
+        "Vickers": pyramid_force(4, "quick") * math.tan(math.radians(68)),
+    }
+    for name, interval in coarse.items():
+        sides = [float(sheet[name][side]) for side in ("not below", "not above")]
+        assert interval.lower < sides[0] < sides[1] < interval.upper
+        assert sides[1] / sides[0] - 1 < 2e-4
