@@ -32,6 +32,8 @@ ATTEMPTS = 3
 PROCESS = 4e8
 # Seconds between looks whether the process that handed out the work still lives.
 _LOOK = 0.5
+# Seconds that handing over the work may take at most, should loky's thread be gone.
+_HAND_OVER = 1.0
 _SIGNAL = re.compile(r"SIG[A-Z0-9]+|EXIT\(\d+\)")
 
 
@@ -70,8 +72,21 @@ class ProcessExecutor(Executor):
                         yield done
         finally:
             if self._running:
-                self._running.clear()
-                self._pool().shutdown(wait=True, kill_workers=True)
+                self._end()
+
+    def _end(self) -> None:
+        """End the processes in the middle of their work.
+
+        loky forgets what it was given and then looks for what it has not handed to a process yet: a
+        KeyError in its thread. So first all is handed over, which takes it milliseconds.
+        """
+        end = time.monotonic() + _HAND_OVER
+        while time.monotonic() < end and not all(
+            future.running() or future.done() for future in self._running
+        ):
+            time.sleep(0.001)
+        self._running.clear()
+        self._pool().shutdown(wait=True, kill_workers=True)
 
     def _pool(self) -> ProcessPoolExecutor:
         """Return the processes; new ones where they were broken, or know other methods."""

@@ -12,7 +12,7 @@ import time
 import psutil
 import pytest
 
-from comparisons.solving.executors import ProcessExecutor, SerialExecutor, executor_for
+from comparisons.solving.executors import ProcessExecutor, SerialExecutor, executor_for, local
 from comparisons.solving.jobs import Job
 
 GB = 1e9
@@ -140,6 +140,21 @@ def test_processes_end_when_the_work_is_left_in_the_middle():
     while psutil.pid_exists(pid) and time.time() < deadline:
         time.sleep(0.05)
     assert not psutil.pid_exists(pid)
+
+
+@pytest.mark.filterwarnings("error::pytest.PytestUnhandledThreadExceptionWarning")
+def test_an_interrupt_right_after_work_was_given_leaves_no_error_behind(monkeypatch):
+    """Processes wait for work here, and the thread that hands it to them has not looked yet."""
+    collected(ProcessExecutor(2), [Job("first", pow, (2, 2))])
+
+    def interrupted(*arguments, **options):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(local, "wait", interrupted)
+    executor = ProcessExecutor(2)
+    executor.add(Job(str(k), pow, (k, 2)) for k in range(2))
+    with pytest.raises(KeyboardInterrupt):
+        list(executor.finished())
 
 
 def test_one_worker_needs_no_other_process():
