@@ -1,4 +1,4 @@
-"""Checks of arguments, shared by the rooms of the reference: faults in words, all at once."""
+"""Checks of arguments, shared by the reference package; every check returns error messages."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import numpy as np
 
 
 def positive_faults(**values: float) -> list[str]:
-    """Name the numbers that are not positive and finite.
+    """Return a message for every number that is not positive and finite.
 
     Examples
     --------
@@ -23,7 +23,7 @@ def positive_faults(**values: float) -> list[str]:
 
 
 def finite_faults(**values: float) -> list[str]:
-    """Name the numbers that are not finite."""
+    """Return a message for every number that is not finite."""
     return [
         f"{name} must be finite, not {value!r}"
         for name, value in values.items()
@@ -32,7 +32,7 @@ def finite_faults(**values: float) -> list[str]:
 
 
 def count_faults(least: int, **values: float) -> list[str]:
-    """Name the numbers that are no integers of at least `least`."""
+    """Return a message for every number that is not an integer of at least `least`."""
     return [
         f"{name} must be an integer of at least {least}, not {value!r}"
         for name, value in values.items()
@@ -41,7 +41,7 @@ def count_faults(least: int, **values: float) -> list[str]:
 
 
 def choice_faults(name: str, value: object, known: Collection[object]) -> list[str]:
-    """Say so if a value is none of the known ones.
+    """Return a message if a value is not among the choices.
 
     Examples
     --------
@@ -53,6 +53,6 @@ def choice_faults(name: str, value: object, known: Collection[object]) -> list[s
 
 
 def refuse(faults: list[str]) -> None:
-    """Raise one ValueError for all faults, if there are any."""
+    """Raise one ValueError with all faults, if there are any."""
     if faults:
         raise ValueError("; ".join(faults))

@@ -1,4 +1,4 @@
-"""How a solver of this package says that it did not converge."""
+"""The error of solvers in this package that do not converge."""
 
 from __future__ import annotations
 
@@ -6,14 +6,14 @@ from collections.abc import Sequence
 
 
 class ConvergenceError(RuntimeError):
-    """A solver stopped without an answer it can stand by.
+    """A solver stopped without a reliable answer.
 
     Parameters
     ----------
     reason : str
-        What happened, in words a user can act on.
+        The cause, in words that help the user.
     history : sequence of float, optional
-        The convergence measure of each iteration, so that a report can show where it stalled.
+        The convergence measure by iteration, for reports.
     """
 
     def __init__(self, reason: str, history: Sequence[float] = ()) -> None:

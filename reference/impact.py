@@ -1,7 +1,7 @@
-"""Impact of a rigid sphere on a half-space, with the waves that it sends out.
+"""Impact of a rigid sphere on a half-space, with radiated waves.
 
-As long as the contact is small against the waves, a force F(t) in it moves its surface by the
-static displacement less a term that knows nothing of the size of the contact,
+For contacts much smaller than the wavelength, a force F(t) displaces the surface by the static
+displacement less a term that is independent of the contact size,
 
     x = delta(F) - beta dF/dt,   beta = I(nu)/(2 pi G c_s),
 
@@ -26,15 +26,15 @@ from reference.errors import ConvergenceError
 def radiation_number(poisson_ratio: float) -> float:
     r"""Return I(nu) of beta = I/(2 pi G c_s).
 
-    From Lamb's problem (Phil. Trans. R. Soc. A 203 (1904) 1) in the Laplace domain, where nothing
-    is singular: under a point force F exp(s t) the surface moves by
+    From Lamb's problem (Phil. Trans. R. Soc. A 203 (1904) 1) in the Laplace domain, without
+    singularities: under a point force F exp(s t) the surface displacement is
 
         u = F/(2 pi G) int k a(k)/R(k) J0(k r) dk * (s/c_s),  a^2 = k^2 + g^2,  b^2 = k^2 + 1,
         R = (2 k^2 + 1)^2 - 4 k^2 a b,  g = c_s/c_p,
 
     k in units of s/c_s. The integrand tends to 1 - nu, the static solution F (1 - nu)/(2 pi G r);
-    I = int_0^inf (1 - nu - k a/R) dk is what is missing at r = 0. R is rationalised, so that
-    nothing cancels. The power radiated by an oscillating force, (1/2) beta omega^2 F^2, is that of
+    I = int_0^inf (1 - nu - k a/R) dk is the difference at r = 0. R is rationalised to avoid
+    cancellation. The power radiated by an oscillating force, (1/2) beta omega^2 F^2, is that of
     Miller and Pursey (Proc. R. Soc. A 233 (1955) 55): 67 % of it in Rayleigh waves at nu = 1/4.
 
     Parameters
@@ -57,15 +57,15 @@ def radiation_number(poisson_ratio: float) -> float:
         return 1 - poisson_ratio - k * a * sum_of_both / product
 
     near = quad(missing, 0, 1, epsabs=0, epsrel=1e-11)[0]
-    # k = 1/t: the integrand falls as 1/k^2
+    # k = 1/t: the integrand decreases as 1/k^2
     far = quad(lambda t: missing(1 / t) / t**2, 1e-5, 1, epsabs=0, epsrel=1e-9, limit=200)[0]
     return near + far + missing(1e5) * 1e5
 
 
 def rayleigh_share(poisson_ratio: float) -> float:
-    """Return the share of the radiated power that goes into Rayleigh waves.
+    """Return the fraction of the radiated power in Rayleigh waves.
 
-    The residue of Lamb's integrand at the Rayleigh pole over the whole, `radiation_number`.
+    It is the residue of Lamb's integrand at the Rayleigh pole over `radiation_number`.
     """
     _check_ratio(poisson_ratio)
     g2 = _speed_ratio(poisson_ratio)
@@ -81,7 +81,7 @@ def rayleigh_share(poisson_ratio: float) -> float:
 
 
 def _speed_ratio(poisson_ratio: float) -> float:
-    """(c_s/c_p)^2."""
+    """Return (c_s/c_p)^2."""
     return (1 - 2 * poisson_ratio) / (2 * (1 - poisson_ratio))
 
 
@@ -92,21 +92,21 @@ def _check_ratio(poisson_ratio: float) -> None:
 
 @dataclass(frozen=True)
 class Impact:
-    """Impact with radiation over the same without, Hertz's (Johnson 1985, 11.4).
+    """Impact with radiation relative to Hertz's impact without (Johnson 1985, 11.4).
 
     Attributes
     ----------
     radiation : float
-        e = beta F_max v/delta_max^2, all of Hertz's impact: the only number that matters.
+        e = beta F_max v/delta_max^2, with values of Hertz's impact: the only parameter.
     energy_lost : float
-        Share of the kinetic energy that is radiated.
+        Radiated fraction of the kinetic energy.
     restitution : float
         Ratio of the speeds after and before.
     duration, force : float
         Time in contact and largest force over those of Hertz's impact.
     slowness : float
-        Largest contact radius over the way of a shear wave in the time delta_max/v: the terms left
-        out are of this order, relative to the ones kept.
+        Largest contact radius over the path of a shear wave in the time delta_max/v, the relative
+        order of the neglected terms.
     """
 
     radiation: float
@@ -123,19 +123,19 @@ def impact(
     density_ratio: float = 1.0,
     elastic_sphere: bool = False,
 ) -> Impact:
-    """Let a sphere hit an elastic half-space.
+    """Return the impact of a sphere on an elastic half-space.
 
     Parameters
     ----------
     speed : float
-        v/c0, the speed before over c0 = sqrt(E/rho) of the half-space; in (0, 0.2].
+        v/c0, the initial speed over c0 = sqrt(E/rho) of the half-space; in (0, 0.2].
     poisson_ratio : float
         In [0, 1/2].
     density_ratio : float
         Density of the sphere over that of the half-space.
     elastic_sphere : bool
-        A sphere with the moduli of the half-space in place of a rigid one; its own vibrations are
-        left out (Rayleigh 1906: they take little, its waves run to and fro many times).
+        A sphere with the moduli of the half-space instead of a rigid one; its vibrations are
+        neglected (Rayleigh 1906: they take little energy).
 
     Raises
     ------
@@ -189,11 +189,11 @@ def weak_loss(radiation: float) -> float:
 
 
 def _motion(radiation: float) -> tuple[float, float, float]:
-    """Integrate x'' = -(5/4) f, f = (x + e d(x^(3/2))/dt)^(3/2): rebound, duration, largest force.
+    """Integrate x'' = -(5/4) f, f = (x + e d(x^(3/2))/dt)^(3/2), until the rebound.
 
     In units of Hertz's largest depth, force and the time delta_max/v. The rate of the force is
-    taken from x, to the order that the expansion has anyway: kept as it stands, x = f^(2/3) - e f'
-    has runaway solutions, like every radiation reaction.
+    expressed by x, to the order of the expansion, because x = f^(2/3) - e f' has runaway solutions,
+    like every radiation reaction.
     """
 
     def force(x: float, velocity: float) -> float:
@@ -217,6 +217,6 @@ def _motion(radiation: float) -> tuple[float, float, float]:
         events=parting,
     )
     if solution.status != 1:
-        raise ConvergenceError(f"the sphere did not part from the half-space: {solution.message}")
+        raise ConvergenceError(f"the sphere stayed in contact: {solution.message}")
     peak = max(force(*state) for state in solution.y.T)
     return -float(solution.y[1, -1]), float(solution.t[-1]), peak

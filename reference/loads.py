@@ -1,4 +1,4 @@
-"""What is prescribed to a contact: a path of values, one in time, or loads that increase."""
+"""Prescribed loads of a contact: a path of values, a history in time, or increasing loads."""
 
 from __future__ import annotations
 
@@ -10,19 +10,19 @@ from numpy.typing import ArrayLike, NDArray
 
 @dataclass(frozen=True, eq=False, init=False)
 class LoadPath:
-    """Values that one prescribed quantity passes in order, of any sign.
+    """Successive values of one prescribed quantity, of any sign.
 
     Parameters
     ----------
     control : str
-        What is prescribed: ``"penetration"``, ``"force"``, ``"tangential_force"``, ...
+        The prescribed quantity: ``"penetration"``, ``"force"``, ``"tangential_force"``, ...
     values : array_like, shape (k,)
-        Finite; a number is a path of one point.
+        Finite values; a number is a path of one point.
 
     Raises
     ------
     ValueError
-        If the values are no list of finite numbers.
+        If the values are not a list of finite numbers.
     """
 
     control: str
@@ -36,19 +36,19 @@ class LoadPath:
             raise ValueError(f"{control} must be {fault}")
 
     def one_of(self, *controls: str) -> str:
-        """Return what is prescribed, or refuse it if it is none of these."""
+        """Return the control, or raise an error if it is not among these."""
         if self.control not in controls:
             raise ValueError(f"control must be one of {', '.join(controls)}, not {self.control!r}")
         return self.control
 
     def single(self) -> float:
-        """Return the value of a load of which there is one."""
+        """Return the value of a single load; raise an error if there are several."""
         if self.values.size != 1:
             raise ValueError(f"{self.control} must be one number; use sweep for a list")
         return float(self.values[0])
 
     def positive(self) -> NDArray[np.float64]:
-        """Return the values of what presses, or refuse them if one does not."""
+        """Return the values, or raise an error if one is not positive."""
         if not (self.values > 0).all():
             raise ValueError(f"{self.control} must be positive, not {self.values}")
         return self.values
@@ -60,9 +60,10 @@ class LoadPath:
 
 
 class Load(LoadPath):
-    """Loads of a contact that is pressed on: positive, strictly increasing.
+    """Increasing loads of a contact: positive, strictly increasing.
 
-    A zero mean gap is full contact, which does not set the force, and is refused like any zero.
+    A zero mean gap is full contact, which does not determine the force, and is refused like any
+    zero.
 
     Parameters
     ----------
@@ -98,12 +99,12 @@ class History(LoadPath):
     ----------
     control : {"penetration", "force"}
     time, values : array_like, shape (k,)
-        Finite, of one length; times increase.
+        Finite, of equal length, with increasing times.
 
     Raises
     ------
     ValueError
-        Listing what is wrong with times and values.
+        Lists all errors in times and values.
     """
 
     time: NDArray[np.float64]

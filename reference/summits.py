@@ -1,4 +1,4 @@
-"""Summits of a periodic height map: where they are and how they are curved."""
+"""Summits of a periodic height map: positions and curvatures."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ class Summits(NamedTuple):
 
 
 def hessian(height: ArrayLike, spacing: Pair) -> tuple[NDArray[np.float64], ...]:
-    """Second derivatives (hxx, hyy, hxy) of a periodic map, exact for band-limited ones.
+    """Return second derivatives (hxx, hyy, hxy) of a periodic map, exact for band-limited ones.
 
     Spectral: h^ times -qx^2, -qy^2, -qx qy. The Nyquist component has no mixed derivative.
 
@@ -51,11 +51,11 @@ def hessian(height: ArrayLike, spacing: Pair) -> tuple[NDArray[np.float64], ...]
 
 
 def summits(height: ArrayLike, spacing: Pair) -> Summits:
-    """Find the local maxima of a periodic map, higher than their eight neighbours.
+    """Return the local maxima of a periodic map, higher than their eight neighbours.
 
-    Curvatures are the eigenvalues of minus the hessian at the grid point, which differ from those
-    at the summit itself by O(dx^2): refine the map until they settle. Points that are no summit of
-    the band-limited surface (the smaller curvature not positive) are left out.
+    Curvatures are the eigenvalues of minus the Hessian at the grid point, which differ from those
+    at the summit by O(dx^2): refine the map until they converge. Points that are not summits of the
+    band-limited surface (smaller curvature not positive) are omitted.
 
     Examples
     --------

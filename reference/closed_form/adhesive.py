@@ -1,13 +1,13 @@
-"""Short-range adhesion of axisymmetric bodies: Johnson, Kendall & Roberts, Kendall, and kin.
+"""Short-range adhesion of axisymmetric bodies: Johnson, Kendall & Roberts, Kendall, and others.
 
-A contact of radius a is the one without adhesion, d0(a) and F0(a), less a flat punch that is pulled
-by l(a) = sqrt(2 pi a w/E*) (Johnson 1958; Johnson, Kendall & Roberts 1971; for any body of
+A contact of radius a is the sum of that without adhesion, d0(a) and F0(a), and a flat punch pulled
+up by l(a) = sqrt(2 pi a w/E*) (Johnson 1958; Johnson, Kendall & Roberts 1971; for any body of
 revolution Maugis & Barquins 1983):
 
     d = d0(a) - sqrt(2 pi a w/E*),   F = F0(a) - sqrt(8 pi E* w a^3).
 
-As dF0 = 2 E* a dd0 without adhesion, the contact is lost where sqrt(a) d0'(a) has fallen to
-3 sqrt(pi w/(2 E*)) under force control, and to a third of that under penetration control.
+As dF0 = 2 E* a dd0 without adhesion, the contact is lost when sqrt(a) d0'(a) has decreased to 3
+sqrt(pi w/(2 E*)) under force control, and to a third of that under penetration control.
 """
 
 from __future__ import annotations
@@ -45,10 +45,10 @@ class AdhesivePath:
     Attributes
     ----------
     contact_radius, penetration, force : ndarray
-        Zero radius and force where nothing touches; zero penetration where a pulling force is
-        prescribed that nothing holds.
+        Zero radius and force without contact; zero penetration if a prescribed tensile force has no
+        equilibrium.
     largest_pull : float
-        Largest pull on the way, also between two loads of the list; zero if there was none.
+        Largest tensile force along the path, also between loads; zero if there was none.
     """
 
     contact_radius: Array
@@ -64,15 +64,15 @@ class AdhesiveForm:
     Attributes
     ----------
     name, source : str
-        The shape and where its solution is from.
+        The shape and the source of its solution.
     effective_modulus, work : float
         E* and the work of adhesion w.
     depth, load, rate : callable
         d0(a), F0(a) and d0'(a) of the contact without adhesion.
     smallest, largest : float
-        Contact radii between which d0 rises and the equilibria are.
+        Limits of the contact radii with increasing d0, between which equilibria exist.
     scale : float
-        A length to start searches from.
+        A length to start searches.
     """
 
     name: str
@@ -87,19 +87,19 @@ class AdhesiveForm:
     scale: float
 
     def penetration(self, radius: ArrayLike) -> Array:
-        """Return d(a), stable under penetration control where it rises."""
+        """Return d(a), stable under penetration control where it increases."""
         a = self._checked(radius)
         return self.depth(a) - np.sqrt(2 * np.pi * self.work / self.effective_modulus * a)
 
     def force(self, radius: ArrayLike) -> Array:
-        """Return F(a), stable under force control where it rises."""
+        """Return F(a), stable under force control where it increases."""
         a = self._checked(radius)
         return self.load(a) - np.sqrt(
             8 * np.pi * (self.effective_modulus * a) * (self.work * a * a)
         )
 
     def pull_off(self, control: str = "force") -> float:
-        """Return the contact radius at which the contact is lost as the prescribed load falls."""
+        """Return the contact radius at which the contact is lost under decreasing load."""
         if control not in ("force", "penetration"):
             raise ValueError(f"control must be 'force' or 'penetration', not {control!r}")
         if self.smallest == self.largest:
@@ -116,10 +116,10 @@ class AdhesiveForm:
         return self._root(lambda a: float(law(a)))
 
     def follow(self, control: str, loads: ArrayLike) -> AdhesivePath:
-        """Walk a path of penetrations or forces of either sign, from out of contact.
+        """Return the contact along a path of penetrations or forces of either sign.
 
-        Contact begins at first touch, d = 0 or F = 0, and ends where the load falls below the fold
-        of `pull_off`; between, it is the stable equilibrium.
+        Contact begins at first touch, d = 0 or F = 0, and ends when the load decreases below the
+        fold of `pull_off`; in between, it is the stable equilibrium.
         """
         strongest, lost = self.pull_off("force"), self.pull_off(control)
         law = self.force if control == "force" else self.penetration
@@ -151,7 +151,7 @@ class AdhesiveForm:
         return float(brentq(lambda a: float(law(a)) - load, lost, high, xtol=1e-300, rtol=8.9e-16))
 
     def _state(self, control: str, load: float, radius: float) -> tuple[float, float, float]:
-        """Return a, d and F; a punch with a sharp edge carries more than its equilibrium."""
+        """Return a, d and F; a punch with a sharp edge can carry more than its equilibrium load."""
         if radius == 0:
             return 0.0, load if control == "penetration" else 0.0, 0.0
         if self.smallest < self.largest:
@@ -172,7 +172,7 @@ class AdhesiveForm:
         while function(low) > 0 and low > self.smallest:
             low = max(low / 2, self.smallest)
         while function(high) < 0:
-            # from below towards a largest radius that cannot be reached itself
+            # from below towards a largest radius that is excluded
             high = min(2 * high, 0.5 * (high + self.largest))
         return float(brentq(function, low, high, xtol=1e-300, rtol=8.9e-16))
 
@@ -215,8 +215,8 @@ def power_law(
 ) -> AdhesiveForm:
     """Power law f = c r^n, n > 1/2 (Zheng & Yu, Langmuir 23 (2007) 6075).
 
-    d0 = kappa_n c a^n, F0 = 2 E* n/(n+1) kappa_n c a^(n+1); below n = 1/2 adhesion does not hold
-    the tip: d(a) rises from a = 0 on.
+    d0 = kappa_n c a^n, F0 = 2 E* n/(n+1) kappa_n c a^(n+1); below n = 1/2 adhesion cannot hold the
+    tip: d(a) increases from a = 0 on.
     """
     return _power("power_law", "Zheng & Yu 2007", exponent, coefficient, locals())
 

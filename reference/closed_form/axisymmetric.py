@@ -40,7 +40,7 @@ def paraboloid(radius: float, effective_modulus: float) -> ClosedForm:
         return np.sqrt(R * d)
 
     def penetration(F: Array) -> Array:
-        # d^3 = (3F/(4E*))^2 / R; the division in the middle keeps the product in range.
+        # d^3 = (3F/(4E*))^2 / R; the division between the factors avoids overflow.
         area = 0.75 * (F / E)
         return np.cbrt(area / R * area)
 
@@ -58,7 +58,8 @@ def paraboloid(radius: float, effective_modulus: float) -> ClosedForm:
     ).closed_form()
 
 
-# tanh(14) = 1 - 1.4e-12: beyond, the contact radius is R to the accuracy of the pressures.
+# tanh(14) = 1 - 1.4e-12: beyond this, the contact radius equals R within the accuracy of the
+# pressures.
 _SPHERE_LIMIT = 14.0
 
 
@@ -73,7 +74,7 @@ def sphere(radius: float, effective_modulus: float) -> ClosedForm:
     p(r) = (E*/pi) [ (R/w) artanh(v/w) + int_r^a artanh(x/R)/sqrt(x^2 - r^2) dx ]
 
     with v^2 = a^2 - r^2 and w^2 = R^2 - r^2, the integral by Gauss quadrature after x^2 = r^2 +
-    w^2 tanh(t)^2, which takes out both the root at r and the logarithm at R (relative accuracy
+    w^2 tanh(t)^2, which removes both the root at r and the logarithm at R (relative accuracy
     1e-13).
 
     Parameters
@@ -84,7 +85,7 @@ def sphere(radius: float, effective_modulus: float) -> ClosedForm:
     Raises
     ------
     ValueError
-        For bad parameters, and by the functions where the contact would reach the radius of the
+        For invalid parameters, and by the functions if the contact would reach the radius of the
         sphere (d > 14 R, where 1 - a/R is below 2e-12).
 
     Examples
@@ -147,7 +148,7 @@ def _sphere_pressure(rho: Array, b: Array) -> Array:
 
     def integrand(t: Array) -> Array:
         x = np.hypot(r, w * np.tanh(t))
-        # artanh(x) from 1 - x^2 = w^2 sech(t)^2, which stays exact as x tends to 1.
+        # artanh(x) from 1 - x^2 = w^2 sech(t)^2, which remains exact as x tends to 1.
         return np.arcsinh(x * np.cosh(t) / w) / x * w / np.cosh(t) ** 2
 
     return top / w + gauss(integrand, 0 * top, top, nodes=64)
@@ -206,10 +207,10 @@ def power_law(exponent: float, coefficient: float, effective_modulus: float) -> 
 
     p(r) = (E*/pi) n (d/a) int_{r/a}^1 y^(n-1)/sqrt(y^2 - (r/a)^2) dy.
 
-    With y = (r/a) cosh(t) the integrand is y^(n-1) dt, positive and analytic: Gauss quadrature
-    over the part that counts gives 13 digits for all n and r, where the equivalent
-    hypergeometric function loses them by cancellation at large n. On the axis the integral is
-    1/(n-1), infinite for n <= 1.
+    With y = (r/a) cosh(t) the integrand is y^(n-1) dt, positive and analytic: Gauss quadrature over
+    the significant part gives 13 digits for all n and r, whereas the equivalent hypergeometric
+    function loses digits by cancellation at large n. On the axis the integral is 1/(n-1), infinite
+    for n <= 1.
 
     Parameters
     ----------
@@ -237,14 +238,14 @@ def power_law(exponent: float, coefficient: float, effective_modulus: float) -> 
     kappa = 0.5 * math.sqrt(math.pi) * n / poch(0.5 * n, 0.5)
     lever = 2 * E * n / (n + 1)
     # Roots are taken of lengths in units of a power of two near the length of the shape, so that
-    # units that differ by powers of two give the same digits.
+    # the digits are the same for units that differ by powers of two.
     power = math.log2(c) / (1 - n) if n != 1 else 0.0
-    power = round(max(-1000.0, min(power, 1000.0)))  # where n is nearly 1 it is beyond all floats
+    power = round(max(-1000.0, min(power, 1000.0)))  # for n close to 1 it exceeds all floats
     unit = 2.0**power
     mantissa, exponent_of_two = math.frexp(c)
-    # c unit^(n-1), whose second factor alone may be beyond all floats.
+    # c unit^(n-1), whose second factor alone may exceed all floats.
     scaled = kappa * mantissa * 2.0 ** (exponent_of_two + power * (n - 1))
-    reach = scaled ** (1 / n)  # apart from d, as it may be 1e+-300 for large n
+    reach = scaled ** (1 / n)  # separate from d, as it may be 1e+-300 for large n
 
     def contact_radius(d: Array) -> Array:
         return unit * ((d / unit) ** (1 / n) / reach)
@@ -272,7 +273,7 @@ def _power_law_integral(rho: Array, n: float) -> Array:
     off_axis = rho > 0
     q = np.where(off_axis, rho, 0.5)
     top = np.arcsinh(np.sqrt((1 - q) * (1 + q)) / q)
-    # For n > 1 the integrand falls from its value 1 at the top; below 1e-18 it is left out.
+    # For n > 1 the integrand decreases from 1 at the upper limit; values below 1e-18 are omitted.
     threshold = 10.0 ** (-18 / (n - 1)) if n > 1 else 0.0
     bottom = np.arccosh(np.maximum(1.0, threshold / q))
     integral = gauss(lambda t: (q * np.cosh(t)) ** (n - 1), bottom, top, nodes=64)

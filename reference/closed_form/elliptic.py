@@ -21,8 +21,8 @@ def ellipsoid(radius_x: float, radius_y: float, effective_modulus: float) -> Clo
     a^2 = (2/3) R1 d R_D(0,k^2,1)/R_F(0,k^2,1)
 
     (Hertz 1881; Johnson 1985, section 4.2, whose K - E and (a/b)^2 E - K are
-    written here as Carlson's integrals, DLMF 19.25.1: nothing cancels near the circle, nor for
-    the slenderest ellipse).
+    written here as Carlson's integrals, DLMF 19.25.1: no cancellation near the circle, or for
+    slender ellipses).
 
     Parameters
     ----------
@@ -103,8 +103,8 @@ def elliptic_punch(semi_axis_x: float, semi_axis_y: float, effective_modulus: fl
 
     With a >= b and m = 1 - b^2/a^2:  F = pi E* a d/K(m),
     p = F/(2 pi a b sqrt(1 - x^2/a^2 - y^2/b^2)),  U = F d/2
-    (Green & Sneddon 1950; Johnson 1985, section 3.5). Against the
-    circle of equal area the punch is stiffer by pi sqrt(a/b)/(2 K(m)).
+    (Green & Sneddon 1950; Johnson 1985, section 3.5). The punch is stiffer than the circle of equal
+    area by the factor pi sqrt(a/b)/(2 K(m)).
 
     Parameters
     ----------

@@ -1,4 +1,4 @@
-"""What every closed form answers, and the checks that are the same for all of them."""
+"""The common interface of all closed forms, and their common checks."""
 
 from __future__ import annotations
 
@@ -31,10 +31,10 @@ class ClosedForm:
     force : callable
         Normal force of a penetration d.
     penetration : callable
-        Penetration of a force: the inverse of ``force``, to the last digits.
+        Penetration of a force: the inverse of ``force``, to rounding.
     contact_area, contact_radius, semi_axes : callable
-        Of a penetration: area; radius (None where the contact is not a circle); half-lengths of
-        the contact along x and y, as a pair.
+        Functions of a penetration: area; radius (None if the contact is not a circle); half-lengths
+        of the contact along x and y, as a pair.
     stiffness : callable
         dF/dd on the fixed contact set, 2 E* a for a circle. It equals the slope of ``force``.
     energy : callable
@@ -43,10 +43,10 @@ class ClosedForm:
         ``pressure(x, y, d)`` at points relative to the axis of the shape, broadcast against each
         other; zero outside the contact and +inf exactly on a singular edge or tip.
     singular_at : {"edge", "centre", None}
-        Where the pressure is infinite, if anywhere. The force is finite in every case.
+        Location of infinite pressure, if any. The force is always finite.
     singular_edge : tuple of float or None
-        Semi-axes along x and y of the ellipse on which the pressure is infinite: a comparison of
-        pressures leaves out the points near it, see ``relative_radius``.
+        Semi-axes along x and y of the ellipse on which the pressure is infinite: comparisons of
+        pressures omit points near it, see ``relative_radius``.
     """
 
     name: str
@@ -92,7 +92,7 @@ def require_positive(shape: str, **parameters: float) -> None:
 
 
 def checked_load(name: str, value: ArrayLike, limit: float = math.inf, reason: str = "") -> Array:
-    """Return a load as float64, or raise ValueError: it must be finite, >= 0 and below a limit."""
+    """Return a load as float64; raise ValueError unless it is finite, >= 0 and below a limit."""
     load = np.asarray(value)
     if load.dtype.kind not in "iuf":
         raise ValueError(f"{name} must be real numbers, not {value!r}")
@@ -107,22 +107,22 @@ def checked_load(name: str, value: ArrayLike, limit: float = math.inf, reason: s
 
 @dataclass(frozen=True)
 class Formulas:
-    """Bare formulas of arrays, made into a `ClosedForm` that checks what it is given.
+    """Array formulas, and their conversion to a `ClosedForm` with checks of arguments.
 
     Parameters
     ----------
     name, source, singular_at, singular_edge
-        As of `ClosedForm`.
+        As for `ClosedForm`.
     force, semi_axes, stiffness, energy : callable
-        Of the penetration.
+        Functions of the penetration.
     penetration : callable
-        Of the force.
+        Function of the force.
     pressure : callable
-        Of the relative radius rho in [0, 1] and the penetration, as flat arrays of points inside
-        the contact: no formula has to look after its own outside.
+        Function of the relative radius rho in [0, 1] and the penetration, as flat arrays of points
+        inside the contact only.
     axisymmetric : bool
     penetration_limit : float
-        The formulas hold up to here, for the reason `limit_reason`.
+        Largest penetration for which the formulas hold, for the reason `limit_reason`.
     """
 
     name: str
@@ -140,7 +140,7 @@ class Formulas:
     limit_reason: str = ""
 
     def closed_form(self) -> ClosedForm:
-        """Return the formulas as functions of numbers and arrays that refuse what is no load."""
+        """Return the formulas as functions of numbers and arrays that refuse invalid loads."""
         return ClosedForm(
             name=self.name,
             source=self.source,
@@ -180,6 +180,6 @@ class Formulas:
         np.hypot(scaled_x, scaled_y, out=rho, where=loaded)
         inside = rho <= 1
         result = np.zeros(d.shape)
-        with np.errstate(divide="ignore"):  # infinite on a singular edge or tip, as promised
+        with np.errstate(divide="ignore"):  # infinite on a singular edge or tip, as documented
             result[inside] = self.pressure(rho[inside], d[inside])
         return result[()]

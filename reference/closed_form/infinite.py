@@ -1,4 +1,4 @@
-"""Checks without a single contact: the point force and the wavy half-plane."""
+"""Closed forms for the point force and the wavy half-plane."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ def boussinesq(force: float, distance: ArrayLike, effective_modulus: float) -> A
     Raises
     ------
     ValueError
-        For values that are not finite and positive; r = 0 is the force's own point.
+        For values that are not finite and positive; r = 0 is the point of the force.
 
     Examples
     --------
@@ -49,8 +49,8 @@ def boussinesq_energy(
 
     U = s F^2/(2 E* r) with s = (2/3 + 5 nu/3 - 2 nu^2 + (1 - 2 nu)^2 ln 2)/(pi (1 - nu)): the
     energy density of Boussinesq's field (Johnson 1985, (3.18) and (3.19)) integrated over the
-    half-space outside a hemisphere. So a flat punch of diameter D keeps the share s D/r of its
-    energy E* D d^2/2 farther than r, for r >> D.
+    half-space outside a hemisphere. For r >> D, a flat punch of diameter D therefore has the
+    fraction s D/r of its energy E* D d^2/2 farther than r.
 
     Parameters
     ----------
@@ -93,13 +93,13 @@ class WavyForm:
     source : str
         The primary source.
     full_contact_pressure : float
-        Mean pressure at which the surfaces touch everywhere.
+        Mean pressure of full contact.
     contact_fraction : callable
-        A/A0 of a mean pressure.
+        A/A0 as a function of the mean pressure.
     penetration : callable
         Approach after first touch with the mean surface displacement zero.
     mean_gap : callable
-        Mean distance of the surfaces: amplitude - penetration.
+        Mean gap of the surfaces: amplitude - penetration.
     pressure : callable
         ``pressure(x, mean_pressure)``, x from a crest.
     """
@@ -119,9 +119,9 @@ def westergaard(amplitude: float, wavelength: float, effective_modulus: float) -
     p(x) = (2 p cos(psi)/sin(psi_a)^2) sqrt(sin(psi_a)^2 - sin(psi)^2),  psi = pi x/l,
     penetration = D s (1 - ln s)
 
-    (Westergaard 1939; Johnson 1985, section 13.2). The penetration follows by
-    integrating the stiffness of the row of flat strips, dp/d(penetration) =
-    -pi E*/(2 l ln sin(psi_a)). In full contact the pressure is p + p* cos(2 psi).
+    (Westergaard 1939; Johnson 1985, section 13.2). The penetration follows from integration of the
+    stiffness of the row of flat strips, dp/d(penetration) = -pi E*/(2 l ln sin(psi_a)). In full
+    contact the pressure is p + p* cos(2 psi).
 
     Parameters
     ----------

@@ -1,7 +1,7 @@
-"""Adhesion of any range on a paraboloid: a constant tension out to a fixed gap.
+"""Adhesion of any range on a paraboloid: a constant tension up to a fixed gap.
 
 D. Maugis, J. Colloid Interface Sci. 150 (1992) 243: the tension sigma0 acts where the gap is below
-w/sigma0. One number decides, lambda = 2 sigma0 (R/(pi w K^2))^(1/3) with K = 4 E*/3: for large
+w/sigma0. The only parameter is lambda = 2 sigma0 (R/(pi w K^2))^(1/3) with K = 4 E*/3: for large
 lambda the contact is that of Johnson, Kendall & Roberts, for small lambda that of Derjaguin, Muller
 & Toporov (pull-off at -2 pi w R).
 """
@@ -31,13 +31,13 @@ def maugis_parameter(
 
 
 def strength_of(radius: float, effective_modulus: float, work: float, parameter: float) -> float:
-    """Return the tension sigma0 that gives a Maugis parameter."""
+    """Return the tension sigma0 for a Maugis parameter."""
     return parameter / maugis_parameter(radius, effective_modulus, work, 1.0)
 
 
 @dataclass(frozen=True)
 class MaugisForm:
-    """Equilibria of a paraboloid by contact radius a >= 0 (a = 0: held across the gap only).
+    """Equilibria of a paraboloid by contact radius a >= 0 (a = 0: attraction across the gap only).
 
     In Maugis' units, a in (pi w R^2/K)^(1/3), F in pi w R, d in (pi^2 w^2 R/K^2)^(1/3), with
     m = c/a for the edge of the tension, s = sqrt(m^2 - 1), q = arctan s:
@@ -71,7 +71,7 @@ class MaugisForm:
         return length, math.pi * w * R, length / R * length
 
     def tension_radius(self, contact_radius: ArrayLike) -> Array:
-        """Return c(a), out to which the tension acts."""
+        """Return c(a), the radius up to which the tension acts."""
         unit = self.units()[0]
         a = np.asarray(contact_radius, dtype=float) / unit
         if not (a >= 0).all():
@@ -93,7 +93,7 @@ class MaugisForm:
         return unit * (a**2 - 4 / 3 * self.parameter * s)
 
     def pull_off(self, control: str = "force") -> float:
-        """Return the contact radius of the lowest force or penetration, 0 if there is no fold."""
+        """Return the contact radius at minimum force or penetration, 0 if there is no fold."""
         law = {"force": self.force, "penetration": self.penetration}[control]
         length = self.units()[0]
         radii = length * np.linspace(0.0, 2.5, 251)
@@ -111,7 +111,7 @@ class MaugisForm:
         return c, s, np.arctan2(s, a)
 
     def _scaled_edge(self, a: float) -> float:
-        """Solve Maugis' condition for c = m a; it rises with c from 0 at c = a."""
+        """Solve Maugis' condition for c = m a; it increases with c from 0 at c = a."""
         strength = self.parameter
 
         def excess(c: float) -> float:

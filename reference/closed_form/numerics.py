@@ -22,7 +22,7 @@ def gauss(
 ) -> Array:
     """Integrate by Gauss-Legendre on equal panels, for arrays of limits.
 
-    Nodes are taken one at a time, so that a map of pressures needs memory for a few maps only.
+    Nodes are processed one by one, so that a map of pressures needs memory for a few maps only.
     """
     abscissae, weights = np.polynomial.legendre.leggauss(nodes)
     half = (upper - lower) / (2 * panels)
@@ -39,14 +39,14 @@ def solve_increasing(
 ) -> Array:
     """Solve function(t) = target for t >= 0 by Newton's method in logarithms, elementwise.
 
-    ``function`` returns value and derivative of a law that rises like some power of t, whose
-    exponent may drift: in logarithms it is then nearly straight, so that the step is right over
-    hundreds of orders of magnitude, and the last step loses no digit. A target of 0 gives 0.
+    ``function`` returns value and derivative of a law that increases like a power of t with slowly
+    varying exponent: in logarithms it is nearly straight, so that steps are accurate over hundreds
+    of orders of magnitude, and the last step loses no digits. A target of 0 gives 0.
 
     Raises
     ------
     ConvergenceError
-        After 60 steps; the history holds the largest relative change of each.
+        After 60 steps; the history contains the largest relative change of every step.
     """
     root = np.where(target > 0, guess, 1.0)
     aim = np.where(target > 0, target, function(np.ones(()))[0])
@@ -56,7 +56,7 @@ def solve_increasing(
         step = value / (root * derivative) * np.log1p((aim - value) / value)
         root = root * np.exp(step)
         history.append(float(np.max(np.abs(step), initial=0.0)))
-        # Quadratic convergence: after a step of 1e-9 only rounding is left.
+        # Quadratic convergence: after a step of 1e-9 only rounding remains.
         if history[-1] < 1e-9:
             return np.where(target > 0, root, 0.0)
     raise ConvergenceError("Newton's method for the contact radius did not settle", history)

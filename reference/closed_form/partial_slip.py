@@ -1,4 +1,4 @@
-"""Partial slip of a contact with friction from its normal solution, whole loading paths included.
+"""Partial slip of a frictional contact from its normal solution, for any loading path.
 
 Cattaneo (1938) and Mindlin (1949) for spheres, Jaeger (1995, 1998) and Ciavarella (1998) for every
 body of revolution: under a constant normal force the tangential tractions are mu times the
@@ -8,12 +8,12 @@ difference of two normal pressures of the same body,
 
 and the stick area is the contact area at d_c. Along a path with reversals the tractions are a sum
 of such terms, one per turning point still remembered, with twice the friction after the first: a
-reversal has to undo the slip first (Mindlin & Deresiewicz 1953).
+reversal must first undo the slip (Mindlin & Deresiewicz 1953).
 
 Exact within two assumptions: no coupling of normal and tangential displacement (elastically similar
 bodies, or nu = 1/2 on a rigid one), and friction that acts along x only; the true slip has a
-component along y for nu > 0. For nu = 0 without coupling the second is no assumption, and the
-superposition holds for every shape, rough ones included, since both operators are the same.
+component along y for nu > 0. For nu = 0 without coupling the second is exact, and the superposition
+holds for every shape, also rough ones, because both operators are equal.
 """
 
 from __future__ import annotations
@@ -26,24 +26,26 @@ from scipy.special import ellipe, ellipk
 
 from reference.closed_form.form import Array, ClosedForm, require_positive
 
-# A reversal this much smaller than the friction is lost in the rounding of the forces.
+# A reversal smaller than the friction by this factor is below the rounding of the forces.
 _ROUNDING = 16 * np.finfo(float).eps
 
 
 def stiffness_ratio(half_x: float, half_y: float, poisson_ratio: float) -> float:
-    """k_x/k_z of an elliptic contact that sticks, coupling left out (Mindlin 1949).
+    """Return k_x/k_z of a sticking elliptic contact without coupling (Mindlin 1949).
 
-    A traction ~ 1/sqrt(1 - (x/a)^2 - (y/b)^2) moves the ellipse as a whole. At its centre, in polar
-    coordinates, pressure and traction differ by the factor (1 - nu + nu cos^2)/(1 - nu) only, so
+    A traction ~ 1/sqrt(1 - (x/a)^2 - (y/b)^2) displaces the ellipse uniformly. At its centre, in
+    polar coordinates, pressure and traction differ by the factor (1 - nu + nu cos^2)/(1 - nu) only,
+    so
 
         k_x/k_z = (1 - nu)/(1 - nu + nu s),   s = <cos^2> = [K(m) - E(m)]/(m K(m)),
 
-    m = 1 - b^2/a^2 for a >= b, and the rest to 1 for a < b. A circle has s = 1/2: (19.18).
+    m = 1 - b^2/a^2 for a >= b; for a < b, s is one minus the value of the exchanged axes. A circle
+    has s = 1/2: (19.18).
 
     Parameters
     ----------
     half_x, half_y : float
-        Semi-axes a along the tangential force and b across it.
+        Semi-axes a along the tangential force and b transverse to it.
     poisson_ratio : float
         -1 < nu <= 1/2.
 
@@ -57,7 +59,7 @@ def stiffness_ratio(half_x: float, half_y: float, poisson_ratio: float) -> float
         raise ValueError(f"poisson_ratio must lie in (-1, 0.5], not {poisson_ratio!r}")
     short, long = sorted((half_x, half_y))
     m = (1 - short / long) * (1 + short / long)
-    # the difference K - E loses digits as m goes to 0: its series there
+    # series for small m, where K - E loses digits
     share = (ellipk(m) - ellipe(m)) / (m * ellipk(m)) if m > 1e-5 else 0.5 + m / 16
     along = float(share if half_x >= half_y else 1 - share)
     return (1 - poisson_ratio) / (1 - poisson_ratio + poisson_ratio * along)
@@ -73,12 +75,12 @@ class Layer:
 
 
 class PartialSlip:
-    """A contact under constant normal force with every tangential path.
+    """A contact under constant normal force and any tangential path.
 
     Parameters
     ----------
     form : ClosedForm
-        The normal contact; axisymmetric for the result to be more than an approximation.
+        The normal contact; the result is exact for axisymmetric ones only.
     penetration : float
         d, positive.
     friction : float
@@ -113,16 +115,16 @@ class PartialSlip:
 
     @property
     def limit(self) -> float:
-        """Tangential force mu F at which the whole contact slides."""
+        """Tangential force mu F of full sliding."""
         return self.friction * self.force
 
     @property
     def sliding_displacement(self) -> float:
-        """Displacement mu d E*/G* at which the last point slips on the first loading."""
+        """Displacement mu d E*/G* at which full sliding begins in first loading."""
         return self.friction * self.penetration / self.modulus_ratio
 
     def along(self, tangential_force: ArrayLike) -> PartialSlipPath:
-        """Follow a path of tangential forces.
+        """Return the response along a path of tangential forces.
 
         Parameters
         ----------
@@ -150,10 +152,10 @@ class PartialSlip:
         return PartialSlipPath(self, path, tuple(states))
 
     def _loaded(self, layers: tuple[Layer, ...], at: float, goal: float) -> tuple[Layer, ...]:
-        """Terms after a monotone change of the force from `at` to `goal`.
+        """Return the terms after a monotone change of the force from `at` to `goal`.
 
-        The new slip zone eats into the stick zone from its rim: older terms that lie wholly inside
-        the new slip zone are forgotten.
+        The new slip zone grows into the stick zone from its rim: older terms inside the new slip
+        zone are forgotten.
         """
         if abs(goal - at) <= _ROUNDING * self.limit:
             return layers
@@ -167,7 +169,7 @@ class PartialSlip:
             inner = max(self.force - missing / (factor * self.friction), 0.0)
             if not remaining or inner > remaining[-1].inner_force:
                 return (*remaining, Layer(sign, factor, inner))
-            # reaches further in than the last term: that one and the one before it are wiped out
+            # extends further in than the last term: that one and the one before are forgotten
             remaining.pop()
             if remaining and remaining[-1].sign == sign:
                 remaining.pop()
@@ -178,7 +180,7 @@ class PartialSlip:
 
 @dataclass(frozen=True)
 class PartialSlipPath:
-    """Exact answer along a path of tangential forces; arrays have shape (k,).
+    """Exact response along a path of tangential forces; arrays have shape (k,).
 
     Attributes
     ----------
@@ -210,7 +212,7 @@ class PartialSlipPath:
 
     @property
     def stick_radius(self) -> Array:
-        """Radius of the area that moves with the indenter as each point is reached."""
+        """Radius of the stick area on arrival at the points."""
         form = self.contact.form
         if form.contact_radius is None:
             raise ValueError(f"{form.name}: the stick area is no circle")
@@ -229,5 +231,5 @@ class PartialSlipPath:
         return total
 
     def _inner(self, layer: Layer) -> float:
-        """Penetration d_c whose contact area is the stick area of a term."""
+        """Return the penetration d_c whose contact area is the stick area of a term."""
         return float(self.contact.form.penetration(layer.inner_force))

@@ -55,8 +55,8 @@ def rounded_punch(flat_radius: float, edge_radius: float, effective_modulus: flo
     p(r) = (E*/(pi R)) int_max(b,r)^a (2 s - b arctan(s/b))/sqrt(x^2 - r^2) dx
 
     (Schubert 1942; Ejike 1981; Popov, Hess & Willert 2019, chapter 2, there in the angle
-    phi = arctan t, whose terms cancel while d << b^2/R; here all terms are positive). The
-    pressure integral is taken by Gauss quadrature in the logarithmic variable that removes the
+    phi = arctan t, whose terms cancel while d << b^2/R; here all terms are positive). The pressure
+    integral is evaluated by Gauss quadrature in a logarithmic variable that removes the
     near-singularity at r = b (relative accuracy 1e-12).
 
     Parameters
@@ -137,12 +137,12 @@ def _rounded_integral(rho: Array, t: Array) -> Array:
     """Return pi p R/(E* b) at r = rho a, lengths in units of b.
 
     In q, with s = e sinh(q) inside the flat and e cosh(q) outside, e^2 = |r^2 - 1|, both the root
-    at x = r and the one at x = b are gone and the integrand is (2 s - arctan s) s/x dq.
+    at x = r and the one at x = b vanish and the integrand is (2 s - arctan s) s/x dq.
     """
     a = np.hypot(1.0, t)
     r = rho * a
     flat = r < 1
-    # Below s = s0 lies less than 1e-17 of the integral; e below a thousandth of that is zero.
+    # Below s = s0 is less than 1e-17 of the integral; e below a thousandth of s0 counts as zero.
     s0 = 3e-9 * np.sqrt(t * np.minimum(t, 1.0))
     e = np.maximum(np.sqrt(np.abs(1 - r) * (1 + r)), 1e-3 * s0)
     reach = np.where(flat, t, np.sqrt((1 - rho) * (1 + rho)) * a)

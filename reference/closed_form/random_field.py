@@ -44,10 +44,10 @@ class Peaks:
 
 
 def line_peaks(slope_moment: float, curvature_moment: float) -> Peaks:
-    """Maxima of a stationary Gaussian line with <h'^2> = m2 and <h''^2> = m4.
+    """Return averages over the maxima of a Gaussian line with <h'^2> = m2 and <h''^2> = m4.
 
-    By the Kac-Rice formula the curvature k of maxima has the density k exp(-k^2/(2 m4))/m4
-    whatever the spectrum: mean sqrt(pi m4/2), mean of 1/k the same number over m4.
+    By the Kac-Rice formula the curvature k of maxima has the density k exp(-k^2/(2 m4))/m4 for any
+    spectrum: mean sqrt(pi m4/2), mean of 1/k the same number over m4.
 
     Examples
     --------
@@ -66,7 +66,7 @@ def line_peaks(slope_moment: float, curvature_moment: float) -> Peaks:
 
 
 def surface_peaks(slope_moment: float, curvature_moment: float) -> Peaks:
-    """Summits of an isotropic Gaussian surface with the moments m2, m4 of its sections.
+    """Return averages over the summits of an isotropic Gaussian surface with moments m2, m4.
 
     At a stationary point s = kappa1 + kappa2 is normal with variance (8/3) m4 and t = kappa1 -
     kappa2 >= 0 is Rayleigh with parameter (4/3) m4, independent of s and of the gradient; summits
@@ -92,7 +92,7 @@ def surface_peaks(slope_moment: float, curvature_moment: float) -> Peaks:
 
 @lru_cache(maxsize=1)
 def _unit_summits() -> tuple[float, ...]:
-    """Averages for m4 = 1: (k1 + k2)/2, k1 k2 and 1/sqrt(k1 k2)."""
+    """Return averages for m4 = 1: (k1 + k2)/2, k1 k2 and 1/sqrt(k1 k2)."""
     count = _summit_average(lambda total, gauss: np.ones_like(gauss))
     quantities: tuple[Quantity, ...] = (
         lambda total, gauss: total / 2,
@@ -103,7 +103,7 @@ def _unit_summits() -> tuple[float, ...]:
 
 
 def _summit_average(quantity: Quantity) -> float:
-    """Integral over the summits of a field with m4 = 1, of a quantity of (s, kappa1 kappa2).
+    """Return the integral of a function of (s, kappa1 kappa2) over the summits for m4 = 1.
 
     t = s sin(angle), so that kappa1 kappa2 = (s cos(angle))^2/4.
     """

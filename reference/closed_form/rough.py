@@ -1,4 +1,4 @@
-"""Theories of the real contact area of random surfaces, as functions of the relative load."""
+"""Theories of the real contact area of random surfaces as functions of the relative load."""
 
 from __future__ import annotations
 
@@ -19,8 +19,8 @@ def persson_area(relative_load: ArrayLike) -> Any:
     """Return A/A0 = erf(sqrt(2) p/(E* h')) of Persson's theory.
 
     B. N. J. Persson, J. Chem. Phys. 115 (2001) 3840: A/A0 = erf(p/(2 sqrt G)) with
-    G = (pi/4) E*^2 int q^3 C2D dq = (E* h')^2/8. Exact in full contact, a diffusion
-    approximation below; A = sqrt(8/pi) F/(E* h') at small loads. Stationary random surfaces much
+    G = (pi/4) E*^2 int q^3 C2D dq = (E* h')^2/8. Exact for full contact, otherwise a diffusion
+    approximation; A = sqrt(8/pi) F/(E* h') at small loads. For stationary random surfaces much
     larger than their roll-off wavelength.
 
     Parameters
@@ -50,7 +50,7 @@ def bush_gibson_thomas_area(relative_load: ArrayLike) -> Any:
     Parameters
     ----------
     relative_load : array_like
-        F/(E* A0 h'), not negative. An asymptote: meaningless where it exceeds one.
+        F/(E* A0 h'), not negative. An asymptote, meaningless if it exceeds one.
 
     Raises
     ------

@@ -1,9 +1,9 @@
-"""Rigid blocks under Coulomb's law as it is: a force of any size up to the limit while at rest.
+"""Rigid blocks under Coulomb's set-valued law, with any friction force up to the limit at rest.
 
     M v' = f + P cos(W t) - K x - C v + R,   x' = v,   w = v - V,
     R_i = -sign(w_i) mu_k F_N where the block slides,  |R_i| <= mu_s F_N where it sticks (w_i = 0),
 
-with V the constant speed of what each block slides on (Coulomb 1785; Den Hartog 1931).
+with V the constant speed of the support of a block (Coulomb 1785; Den Hartog 1931).
 """
 
 from __future__ import annotations
@@ -35,14 +35,14 @@ class System(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Blocks:
-    """n rigid blocks, from numbers (one block, or the same for all) and arrays.
+    """n rigid blocks, given by arrays or by numbers (one block, or equal values for all).
 
     Parameters
     ----------
     mass : array_like, shape (n,)
         m, positive.
     kinetic, static : array_like, shape (n,)
-        mu_k F_N and mu_s F_N; static friction is the kinetic one if not given.
+        mu_k F_N and mu_s F_N; static friction equals the kinetic one by default.
     stiffness, damping : array_like
         K and C: numbers, or symmetric (n, n).
     load, amplitude, belt : array_like, shape (n,)
@@ -53,7 +53,7 @@ class Blocks:
     Raises
     ------
     ValueError
-        Listing every argument that is wrong.
+        Lists all invalid arguments.
 
     Examples
     --------
@@ -90,7 +90,7 @@ class Blocks:
         refuse(faults)
 
     def arrays(self) -> System:
-        """Return all of them as arrays."""
+        """Return the system as full arrays."""
         static_friction = self.kinetic if self.static is None else self.static
         columns = self.mass, self.load, self.amplitude, self.belt, self.kinetic, static_friction
         size = max(np.size(value) for value in columns)
@@ -106,10 +106,10 @@ class Blocks:
 
 
 def natural_units(system: System, x: Array, v: Array, duration: float) -> tuple[float, ...]:
-    """Return units of mass, length and time, powers of two, that make all numbers of order one.
+    """Return units of mass, length and time (powers of two) that make all numbers of order one.
 
-    Time is that of the fastest oscillation or decay (the duration, where there is none), length the
-    largest of what the start, the belts and the forces move in that time.
+    The time is that of the fastest oscillation or decay (else the duration), the length the largest
+    displacement due to initial state, belts and forces in that time.
     """
     mass = float(system.mass.max())
     stiff = float((np.abs(system.stiffness).sum(axis=1) / system.mass).max())
@@ -142,7 +142,7 @@ def in_units(system: System, mass: float, length: float, time: float) -> System:
 
 
 def initial_state(system: System, position: ArrayLike, velocity: ArrayLike) -> tuple[Array, Array]:
-    """Return x and v at the start as arrays (n,), or raise ValueError."""
+    """Return initial x and v as arrays (n,), or raise ValueError."""
     x, v = (np.array(np.broadcast_to(y, system.mass.size), float) for y in (position, velocity))
     if not (np.isfinite(x).all() and np.isfinite(v).all()):
         raise ValueError(f"position and velocity must be finite, not {position!r}, {velocity!r}")

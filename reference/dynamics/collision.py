@@ -1,7 +1,7 @@
 """A rigid mass against an elastic half-space, quasi-static: closed forms and quadrature.
 
 m x'' = -F(x) from x = 0 at the velocity v; F is the static force of a penetration (Hertz 1881; the
-waves that this leaves out are in `reference.impact`).
+neglected waves are in `reference.impact`).
 """
 
 from __future__ import annotations
@@ -38,10 +38,9 @@ class Collision:
     duration : float
         Time in contact.
     penetration, force : float
-        Largest penetration, and the force there.
+        Largest penetration, and the corresponding force.
     bar : float
-        Relative uncertainty of the duration: round-off, that of the quadrature, or that of a
-        measured load curve.
+        Relative uncertainty of the duration, from round-off, quadrature, or a measured load curve.
     """
 
     duration: float
@@ -53,7 +52,7 @@ class Collision:
 def power_law_collision(
     exponent: float, coefficient: float, effective_modulus: float, mass: float, velocity: float
 ) -> Collision:
-    """Impact of a body with the section f = c r^n, in closed form.
+    """Return the impact of a body with the section f = c r^n, in closed form.
 
     The force is F = C x^((n+1)/n); with p = (2n+1)/n the energy gives x_m^p = p m v^2/(2 C) and the
     duration 2 (x_m/v) int_0^1 du/sqrt(1 - u^p) = 2 (x_m/v) B(1/p, 1/2)/p. For n = 2 the integral is
@@ -86,8 +85,8 @@ def power_law_collision(
 def power_law_motion(exponent: float, collision: Collision, times: ArrayLike) -> np.ndarray:
     """Return x(t) of that impact: u = x/x_m solves I(u^p; 1/p, 1/2) = 2 t/T.
 
-    I is the regularised incomplete beta function: Deresiewicz's integral, inverted. Times in
-    [0, T]; the second half mirrors the first.
+    I is the regularised incomplete beta function: Deresiewicz's integral, inverted. For times in
+    [0, T]; the second half is symmetric to the first.
     """
     t = np.asarray(times, float)
     if not ((t >= 0) & (t <= collision.duration)).all():
@@ -98,7 +97,7 @@ def power_law_motion(exponent: float, collision: Collision, times: ArrayLike) ->
 
 
 def collide(form: ClosedForm, mass: float, velocity: float) -> Collision:
-    """Impact of any body whose static contact is known in closed form, by quadrature.
+    """Return the impact of a body with a closed-form static contact, by quadrature.
 
     Examples
     --------
@@ -116,10 +115,10 @@ def collide(form: ClosedForm, mass: float, velocity: float) -> Collision:
 def collide_curve(
     penetration: ArrayLike, force: ArrayLike, mass: float, velocity: float, bar: float = 0.0
 ) -> Collision:
-    """Impact on a contact whose static load curve was computed at some penetrations.
+    """Return the impact on a contact with a computed static load curve.
 
     log F is interpolated against log d (monotone cubics), below the first point by the power law
-    through the first two; leaving out every second point tells how well.
+    through the first two; the error is estimated by leaving out every second point.
 
     Parameters
     ----------
@@ -128,8 +127,8 @@ def collide_curve(
     mass, velocity : float
         m and v.
     bar : float
-        Relative uncertainty of the forces; half of it goes into the duration (T ~ F^(-1/2) at
-        equal depth).
+        Relative uncertainty of the forces; half of it enters the duration (T ~ F^(-1/2) at equal
+        depth).
 
     Raises
     ------
@@ -149,7 +148,7 @@ def collide_curve(
 
 
 def _collide_points(d: np.ndarray, F: np.ndarray, mass: float, velocity: float) -> Collision:
-    """Impact on the interpolated curve, energies by integrating it."""
+    """Return the impact on the interpolated curve, with energies by integration."""
     unit, size = d[-1], F[-1]
     curve = PchipInterpolator(np.log(d / unit), np.log(F / size))
     start, slope = math.log(d[0] / unit), float(curve.derivative()(math.log(d[0] / unit)))
@@ -179,12 +178,12 @@ def _collide_points(d: np.ndarray, F: np.ndarray, mass: float, velocity: float) 
 
 
 def _stopping_depth(form: ClosedForm, kinetic: float) -> float:
-    """Solve U(d) = m v^2/2, first by halving and doubling; a shape may end (a sphere at its R)."""
+    """Solve U(d) = m v^2/2, first by halving and doubling; a shape may end (a sphere at R)."""
 
     def excess(d: float) -> float:
         try:
             return float(form.energy(d)) / kinetic - 1
-        except ValueError:  # deeper than the shape's theory goes
+        except ValueError:  # deeper than valid for the shape
             return math.inf
 
     low = 1.0
@@ -198,7 +197,7 @@ def _stopping_depth(form: ClosedForm, kinetic: float) -> float:
             break
         high *= 16
     if math.isinf(excess(high)):
-        # the deepest that the shape allows, by halving towards it
+        # the largest depth valid for the shape, by bisection
         inside = high / 16
         for _ in range(_HALVINGS):
             middle = 0.5 * (inside + high)
@@ -212,8 +211,8 @@ def _stopping_depth(form: ClosedForm, kinetic: float) -> float:
 def work(force: Curve, energy: Curve, low: ArrayLike, high: ArrayLike) -> NDArray[np.float64]:
     """Return the energy stored between two penetrations, without cancellation; elementwise.
 
-    As a difference of energies, or as an integral of the force (Gauss's rule with 8 nodes, over so
-    short a way that the force is smooth) where that would lose digits.
+    It is a difference of energies or, if digits would be lost, an integral of the force (8-point
+    Gauss rule over an interval short enough for the force to be smooth).
     """
     low, high = np.broadcast_arrays(np.asarray(low, float), np.asarray(high, float))
     way = high - low
@@ -228,10 +227,10 @@ def work(force: Curve, energy: Curve, low: ArrayLike, high: ArrayLike) -> NDArra
 def _by_quadrature(
     force: Curve, energy: Curve, mass: float, velocity: float, depth: float
 ) -> Collision:
-    """T = 2 int_0^d dx/w, m w^2/2 = U(d) - U(x), over x = d (1 - s^2): smooth at the turn.
+    """Return T = 2 int_0^d dx/w, m w^2/2 = U(d) - U(x), by x = d (1 - s^2), smooth at the turn.
 
-    First touch, s = 1, is a power of the shape's own: panels halve towards it. The bar is what
-    fewer nodes change.
+    At first touch, s = 1, the power law depends on the shape: panels halve towards it. The bar is
+    the change for fewer nodes.
     """
     ends = np.concatenate([[0.0], 1 - 0.5 ** np.arange(1, _PANELS), [1.0]])
 

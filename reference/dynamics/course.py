@@ -1,4 +1,4 @@
-"""The course in time of a mass on a contact: Runge and Kutta, stopped at every touch and knot."""
+"""Time history of a mass on a contact: Runge-Kutta, stopped at every touch and knot."""
 
 from __future__ import annotations
 
@@ -21,15 +21,15 @@ _MOST_TOUCHES = 10_000
 def through_touches(
     rates: Rates, start: float, end: float, state: Array, tolerance: float
 ) -> tuple[Pieces, Array]:
-    """Integrate y' = rates(t, y), y = (x, x'), anew from every zero of x.
+    """Integrate y' = rates(t, y), y = (x, x'), restarting at every zero of x.
 
-    At x = 0 the force of a contact begins, with a derivative that no smooth step follows. Numbers
-    are of order one: the tolerance is relative and absolute.
+    At x = 0 the contact force is not smooth. All numbers are of order one, so the tolerance is
+    relative and absolute.
 
     Returns
     -------
     tuple
-        Dense output as (start, end, function) one after the other, and the state at the end.
+        Dense output as a sequence of (start, end, function), and the final state.
 
     Raises
     ------
@@ -56,7 +56,7 @@ def through_touches(
         pieces.append((start, float(run.t[-1]), run.sol))
         start, state = float(run.t[-1]), run.y[:, -1]
         if run.status == 1:
-            # a hair beyond the surface, so that the same crossing is not met again
+            # slightly beyond the surface, so that the same crossing is not detected again
             state = np.array([np.copysign(tolerance, state[1]), state[1]])
     if start < end:
         raise ConvergenceError(f"the mass touched {_MOST_TOUCHES} times before the end", [start])
@@ -86,7 +86,7 @@ def course(
     Parameters
     ----------
     form : ClosedForm
-        The contact; nothing pulls for x < 0, where the mass flies.
+        The contact, without force in flight (x < 0).
     mass, velocity : float
         m > 0, v >= 0.
     times : array_like, shape (k,)
@@ -94,7 +94,7 @@ def course(
     history : tuple of array_like, shape (j,), optional
         Increasing times and the force f there, linear in between, constant outside.
     tolerance : float
-        Of the integrator, relative to the largest numbers of the motion.
+        Tolerance of the integrator, relative to the largest numbers of the motion.
 
     Raises
     ------
@@ -139,9 +139,9 @@ def course(
 def _units(
     form: ClosedForm, mass: float, velocity: float, end: float, force: float
 ) -> tuple[float, float]:
-    """Return a length and a time of the motion: the largest depth, and what it takes to get there.
+    """Return a length and a time of the motion: the largest depth, and the time to reach it.
 
-    The depth is that of a sudden force and of the velocity together, or of its halves.
+    The depth is the largest power of two at which the mass is not yet stopped.
     """
     if not (velocity > 0 or force > 0):
         raise ValueError("expected a velocity or a force that moves the mass")

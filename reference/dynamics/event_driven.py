@@ -1,8 +1,8 @@
 """Blocks with Coulomb friction, exact between the events: slip, stick, reversal.
 
-While no block changes between sticking and sliding the equations are linear with constant
-coefficients in z = (x, w, 1, cos(W t), sin(W t)): z' = A z and z(t) = exp(A t) z(0), whatever the
-frequencies, damping or resonance. What remains is to find when a phase ends: when a sliding speed
+While no block changes between stick and slip, the equations are linear with constant
+coefficients in z = (x, w, 1, cos(W t), sin(W t)): z' = A z and z(t) = exp(A t) z(0), for any
+frequencies, damping or resonance. Only the ends of phases have to be located: when a sliding speed
 reaches zero, or the force on a sticking block reaches its limit.
 """
 
@@ -27,21 +27,21 @@ from reference.dynamics.blocks import (
 )
 from reference.errors import ConvergenceError
 
-# Samples per shortest period: of a sum of harmonics, no two extrema are missed between two.
+# Samples per shortest period, enough not to miss two extrema of a sum of harmonics between samples.
 _SAMPLES = 32
-_ROUNDING = 16 * float(np.finfo(float).eps)  # of a sum, relative to the sum of its terms' sizes
-_DOUBLINGS = 10  # the first sample after an event lies so many halvings before the regular one
+_ROUNDING = 16 * float(np.finfo(float).eps)  # of a sum, relative to its absolute terms
+_DOUBLINGS = 10  # number of halvings of the regular step for the first sample after an event
 
 
 class Phase(NamedTuple):
-    """Time between two events.
+    """The phase between two events.
 
     Attributes
     ----------
     start : float
-        Time at which it begins, in the motion's unit of time.
+        Start time in the motion's unit of time.
     direction : ndarray of int, shape (n,)
-        0 where a block sticks, else the sign of its sliding velocity.
+        0 for a sticking block, else the sign of its sliding velocity.
     state : ndarray, shape (2n + 3,)
         z at the start.
     matrix : ndarray
@@ -61,9 +61,9 @@ class Motion:
     Attributes
     ----------
     phases : list of Phase
-        In the units of length and time below.
+        Phases in the units of length and time below.
     duration : float
-        Up to here the motion is known.
+        Duration of the computed motion.
     belt : ndarray, shape (n,)
         V.
     length, time : float
@@ -94,11 +94,11 @@ class Motion:
 
     @property
     def events(self) -> Array:
-        """Times at which a block begins to slide, to stick or turns back."""
+        """Return the times at which a block starts to slide, sticks or reverses."""
         return self.time * np.array([phase.start for phase in self.phases[1:]])
 
     def time_sticking(self, block: int = 0) -> float:
-        """Return the whole time for which a block sticks."""
+        """Return the total sticking time of a block."""
         starts = np.array([0.0, *self.events])
         sticks = np.array([phase.direction[block] == 0 for phase in self.phases])
         return float(np.diff([*starts, self.duration]) @ sticks)
@@ -112,11 +112,11 @@ def follow(
     velocity: ArrayLike = 0.0,
     most_events: int = 10_000,
 ) -> Motion:
-    """Follow the blocks from t = 0 to `duration`.
+    """Return the motion of the blocks from t = 0 to `duration`.
 
-    A block that comes to rest on its ground sticks if the force on it is at most mu_s F_N, else it
-    goes on in the direction of the force. Since the mass matrix is diagonal, blocks that stop at
-    the same time decide for themselves.
+    A block that comes to rest on its support sticks if the force on it is at most mu_s F_N, else it
+    moves in the direction of the force. Because the mass matrix is diagonal, blocks that stop at
+    the same time are independent.
 
     Parameters
     ----------
@@ -126,7 +126,7 @@ def follow(
     position, velocity : array_like, shape (n,)
         At t = 0.
     most_events : int
-        More raise ConvergenceError.
+        Limit of events; more raise ConvergenceError.
 
     Examples
     --------
@@ -149,7 +149,7 @@ def follow(
 def _phases(
     system: System, state: Array, direction: np.ndarray, duration: float, most_events: int
 ) -> list[Phase]:
-    """Go from event to event."""
+    """Return the phases from event to event."""
     slip = state[direction.size : 2 * direction.size]
     direction = _at_rest(system, direction, state, np.flatnonzero(slip == 0))
     starting = (slip == 0) & (direction != 0)
@@ -171,7 +171,7 @@ def _phases(
 
 
 def _force_rows(system: System) -> Array:
-    """Rows G with G z the force on each block without friction, at the ground's speed added."""
+    """Return rows G; G z is the force on the blocks without friction at the support's speed."""
     n = system.mass.size
     rows = np.zeros((n, 2 * n + 3))
     rows[:, :n], rows[:, n : 2 * n] = -system.stiffness, -system.damping
@@ -181,7 +181,7 @@ def _force_rows(system: System) -> Array:
 
 
 def _matrix(system: System, direction: np.ndarray) -> Array:
-    """Return A of the phase: x' = w + V; w' = 0 where a block sticks."""
+    """Return A of the phase: x' = w + V; w' = 0 for sticking blocks."""
     n = system.mass.size
     A = np.zeros((2 * n + 3,) * 2)
     A[:n, n : 2 * n], A[:n, 2 * n] = np.eye(n), system.belt
@@ -195,11 +195,11 @@ def _matrix(system: System, direction: np.ndarray) -> Array:
 def _at_rest(
     system: System, direction: np.ndarray, state: Array, resting: Sequence[int] | np.ndarray
 ) -> np.ndarray:
-    """Return the directions after the `resting` blocks came to rest: 0 where they stick.
+    """Return the directions after the `resting` blocks came to rest: 0 if they stick.
 
-    A force beyond the limit moves a block. One that is at the limit within its rounding moves it if
-    it would grow while the block sticks: so a block stays down that comes to rest at -mu_s F_N with
-    the belt easing the spring, and one that only touches rest slides on.
+    A force beyond the limit moves a block. A force at the limit within rounding moves it if the
+    force would grow during stick: a block that comes to rest at -mu_s F_N with the belt relaxing
+    the spring sticks, and one that only touches rest continues to slide.
     """
     chosen = direction.copy()
     chosen[resting] = 0
@@ -215,16 +215,16 @@ def _at_rest(
 
 
 class Guard(NamedTuple):
-    """A linear form that is positive as long as a phase lasts.
+    """A linear function of the state that is positive during a phase.
 
     Attributes
     ----------
     row : ndarray
-        row z is the sliding speed of the block, or what the force on it lacks to its limit.
+        row z is the sliding speed of the block, or the distance of its force from the limit.
     block : int
     sense : int
-        What the block does when row z falls below zero: -1, 1: it is torn off that way; 0: it comes
-        to rest.
+        Event when row z becomes negative: -1, 1: the block starts to slide in that direction; 0: it
+        comes to rest.
     """
 
     row: Array
@@ -233,7 +233,7 @@ class Guard(NamedTuple):
 
 
 def _guards(system: System, direction: np.ndarray) -> list[Guard]:
-    """Return what must stay positive: one speed, or two distances to the limit, a block."""
+    """Return the guards: one speed, or two distances to the limit, per block."""
     n = system.mass.size
     force = _force_rows(system)
     guards = []
@@ -249,18 +249,18 @@ def _guards(system: System, direction: np.ndarray) -> list[Guard]:
 
 
 class Event(NamedTuple):
-    """End of a phase.
+    """The end of a phase.
 
     Attributes
     ----------
     block, sense : int
-        As of the guard that fired.
+        As for the triggering guard.
     after : float
         Time since the start of the phase.
     state : ndarray
-        z, the speed of a block that comes to rest exactly zero.
+        z, with exactly zero speed of a block that comes to rest.
     starting : ndarray of bool, shape (n,)
-        Blocks whose sliding speed has not yet grown beyond its rounding.
+        Blocks whose sliding speed has not yet exceeded its rounding.
     """
 
     block: int
@@ -275,15 +275,15 @@ def _next_event(
 ) -> Event | None:
     """Return the first event within the time `remaining`, if there is one.
 
-    The speed of a block that has just begun to slide is zero, and its rounding has either sign: it
-    may not end a phase before it has become positive, in this phase or in a later one.
+    The speed of a block that has just started to slide is zero with rounding of either sign: it
+    cannot end a phase before it has become positive, in this or a later phase.
     """
     A, guards = phase.matrix, _guards(system, phase.direction)
     state, time, starting = phase.state, 0.0, starting.copy()
     regular = _regular_step(A, remaining)
     rows = np.array([guard.row for guard in guards])
-    # Rounding of a guard's value and rate: that of their terms in a regular step, however short the
-    # steps after an event are, with the states as large as they were so far in this phase.
+    # Rounding of a guard's value and rate: that of their terms in a regular step, even for short
+    # steps after an event, with the largest states so far in this phase.
     terms = np.abs(np.stack([rows, rows @ A], axis=1)) @ np.abs(expm(A * regular))
     sizes = np.abs(state)
     for step, propagator in _steps(A, regular, remaining):
@@ -301,7 +301,7 @@ def _next_event(
             _, block, sense = guards[k]
             state = _propagated(phase, after, state)
             if sense == 0:
-                state[starting.size + block] = 0.0  # up to rounding it is
+                state[starting.size + block] = 0.0  # zero up to rounding
             return Event(block, sense, time + after, state, starting)
         state = later
         for k, (row, block, sense) in enumerate(guards):
@@ -316,10 +316,10 @@ def _propagated(phase: Phase, time: float, state: Array) -> Array:
 
 
 def _sticking_exactly(phase: Phase, state: Array) -> Array:
-    """Put into a propagated state what is known without rounding.
+    """Set the components of a propagated state that are known exactly.
 
-    A row of zeros in A is one of the identity in exp(A t), but the linear solve behind it rounds,
-    each processor in its way: a block that sticks would have a speed, with a sign.
+    A zero row of A is a row of the identity in exp(A t), but the linear solve rounds differently on
+    every processor: a sticking block would have a speed of arbitrary sign.
     """
     n = phase.direction.size
     state[n : 2 * n][phase.direction == 0] = 0.0
@@ -339,14 +339,15 @@ def _regular_step(A: Array, remaining: float) -> float:
 def _steps(A: Array, regular: float, remaining: float) -> Iterator[tuple[float, Array]]:
     """Yield steps and their propagators up to `remaining`: doubling at first, then regular.
 
-    Each propagator is an exponential of its own: squaring the one before doubles its rounding.
+    Every propagator is computed as an exponential; squaring the previous one would double its
+    rounding.
     """
     step = regular * 2.0**-_DOUBLINGS
     propagator, time, first = expm(A * step), 0.0, True
     while time + step < remaining:
         yield step, propagator
         time += step
-        if not first and step < regular:  # the first is taken twice: 1, 1, 2, 4, ...
+        if not first and step < regular:  # the first step is repeated: 1, 1, 2, 4, ...
             step *= 2
             propagator = expm(A * step)
         first = False
@@ -364,11 +365,11 @@ class Stretch(NamedTuple):
 def _crossing(
     row: Array, phase: Phase, stretch: Stretch, rounding: Array, *, starting: bool
 ) -> float | None:
-    """Return the time within the stretch at which row z first falls below zero.
+    """Return the time in the interval at which row z first becomes negative.
 
-    Below zero is what exceeds the `rounding` of value and rate: a guard that touches zero does not
-    fire. One that is zero at the start fires there if it falls, after its maximum if it rises first
-    (or if the block is `starting`).
+    Negative means beyond the `rounding` of value and rate: a guard that touches zero does not
+    trigger. A guard that is zero initially triggers there if it decreases, or after its maximum if
+    it first increases (or if the block is `starting`).
     """
     state, step, after = stretch
     rate = row @ phase.matrix

@@ -17,19 +17,19 @@ def _positive(**values: float) -> None:
 
 
 def stopping(mass: float, friction: float, speed: float, load: float = 0.0) -> tuple[float, float]:
-    """Return time and distance to rest of a body that slides at a speed: m v/(R - F), v t/2.
+    """Return time and distance to rest of a sliding body: m v/(R - F), v t/2.
 
     Parameters
     ----------
     mass, friction, speed : float
         m, R = mu F_N and v, positive.
     load : float
-        Force F in the direction of motion, below R (the slope's pull m g sin a).
+        Force F in the direction of motion, below R (on a slope m g sin a).
 
     Raises
     ------
     ValueError
-        If an argument is not positive, or the load exceeds the friction: the body never stops.
+        If an argument is not positive, or the load exceeds the friction and the body never stops.
 
     Examples
     --------
@@ -52,9 +52,10 @@ class StickSlip:
     sticking, slipping : float
         Times; their sum is the period.
     jump : float
-        Distance between the largest and the smallest stretch of the spring while sticking.
+        Difference between the largest and the smallest elongation of the spring during stick.
     largest, smallest : float
-        Largest and smallest stretch of the whole cycle, the overshoot after tear-off included.
+        Largest and smallest elongation in the cycle, including the overshoot after the onset of
+        slip.
     """
 
     sticking: float
@@ -65,19 +66,19 @@ class StickSlip:
 
     @property
     def period(self) -> float:
-        """Sticking and slipping together."""
+        """Period, sticking plus slipping time."""
         return self.sticking + self.slipping
 
 
 def stick_slip(
     mass: float, stiffness: float, belt_speed: float, static: float, kinetic: float
 ) -> StickSlip:
-    """Return the limit cycle of a mass on a belt that moves at V, held by a spring.
+    """Return the limit cycle of a mass held by a spring on a belt moving at V.
 
-    With D = (F_s - F_k)/k, the block sticks while the spring stretches by 2 D, then swings about
-    F_k/k with amplitude sqrt(D^2 + (V/w)^2) for the time (2 pi - 2 arctan(D w/V))/w, after which
-    it moves with the belt again (Popov, Contact Mechanics and Friction, ch. 12; Den Hartog,
-    Mechanical Vibrations, ch. 7). For F_s = F_k nothing sticks.
+    With D = (F_s - F_k)/k, the block sticks while the spring elongates by 2 D, then oscillates
+    about F_k/k with amplitude sqrt(D^2 + (V/w)^2) for the time (2 pi - 2 arctan(D w/V))/w, then it
+    moves with the belt again (Popov, Contact Mechanics and Friction, ch. 12; Den Hartog, Mechanical
+    Vibrations, ch. 7). For F_s = F_k there is no stick.
 
     Parameters
     ----------
@@ -111,13 +112,14 @@ def dry_oscillator_amplitude(
     """Return the amplitude of an oscillator under P cos(W t) and Coulomb friction R, without stops.
 
     x0 = (P/k) sqrt(A^2 - (R/P)^2 B^2), A = 1/(1 - r^2), B = sin(pi/r)/(r (1 + cos(pi/r))), r the
-    ratio of W to the frequency of the oscillator (Den Hartog, Trans. ASME 53 (1931) APM-107). Valid
-    while the block does not stop within a half-period, which the caller checks.
+    ratio of W to the natural frequency (Den Hartog, Trans. ASME 53 (1931) APM-107). Valid if the
+    block does not stop within a half-period, which the caller checks.
 
     Raises
     ------
     ValueError
-        At resonance, and where the root is not real: friction holds the block for part of a period.
+        At resonance, and if the root is not real, because friction stops the block for part of a
+        period.
 
     Examples
     --------

@@ -1,15 +1,16 @@
 """Coulomb's set-valued law in fixed steps (Moreau 1988, Jean 1999).
 
-Events are not located; each step solves the law for its impulse. With the theta rule for the
+Events are not located; every step solves the law for its impulse. With the theta rule for the
 smooth forces,
 
     (M + h theta C + h^2 theta^2 K) v+ = M v - h (1 - theta) C v - h K (x + h theta (1 - theta) v)
                                          + h f(t + theta h) + p,
     x+ = x + h (theta v+ + (1 - theta) v),    -p in h mu F_N Sign(v+ - V)
 
-(Acary & Brogliato, Numerical Methods for Nonsmooth Dynamical Systems, 2008, chapter 10). An event
-may lie anywhere in a step: with theta = 1/2 the order is near 2 where the friction is continuous
-there (mu_s = mu_k), else 1. Unconditionally stable for theta >= 1/2; a block at rest rests exactly.
+(Acary & Brogliato, Numerical Methods for Nonsmooth Dynamical Systems, 2008, chapter 10). Events may
+occur anywhere in a step: with theta = 1/2 the order is near 2 if the friction is continuous at the
+event (mu_s = mu_k), else 1. Unconditionally stable for theta >= 1/2; a block at rest has exactly
+zero velocity.
 """
 
 from __future__ import annotations
@@ -54,9 +55,9 @@ def march(
     position: ArrayLike = 0.0,
     velocity: ArrayLike = 0.0,
 ) -> March:
-    """Step the blocks from t = 0.
+    """Integrate the motion of the blocks from t = 0.
 
-    A block that ended a step at rest holds up to mu_s F_N in the next one, any other mu_k F_N.
+    A block at rest at the end of a step resists up to mu_s F_N in the next one, others mu_k F_N.
 
     Parameters
     ----------
@@ -73,7 +74,7 @@ def march(
     ValueError
         For arguments out of range.
     ConvergenceError
-        If the impulses of a step do not settle, or a velocity is not finite.
+        If the impulses of a step do not converge, or a velocity is not finite.
 
     Examples
     --------
@@ -99,7 +100,7 @@ def march(
 
 @njit(cache=True)
 def _march(system, h, theta, records):
-    """Fill positions and velocities; evaluations, and the step that failed or -1."""
+    """Fill positions and velocities; return evaluations, and the failed step or -1."""
     mass, load, amplitude, belt, kinetic, static, stiffness, damping, frequency = system
     n, evaluations = mass.size, 0
     matrix = np.diag(mass) + h * theta * damping + (h * theta) ** 2 * stiffness
@@ -125,10 +126,10 @@ def _march(system, h, theta, records):
 
 @njit(cache=True)
 def _solve(matrix, free, bound, belt, v):
-    """Non-smooth Gauss-Seidel: each block's velocity by Coulomb's law, in turns, until they settle.
+    """Solve for the velocities under Coulomb's law by non-smooth Gauss-Seidel sweeps.
 
-    The problem is the minimum of a strictly convex function, on which such sweeps converge (Jean
-    1999). Returns evaluations of the law, or -1.
+    The solution minimises a strictly convex function, for which such sweeps converge (Jean 1999).
+    Returns evaluations of the law, or -1.
     """
     n = free.size
     for sweep in range(_SWEEPS):

@@ -1,4 +1,4 @@
-"""A rigid mass pressed on a contact: small and large vibrations, flight, forced motion.
+"""A rigid mass on a contact: small and large vibrations, flight, forced motion.
 
 m x'' = F0 + P cos(W t) - c x' - F(x), F the static force of the contact, zero in flight (x < 0),
 F0 the constant load with F(d0) = F0.
@@ -54,9 +54,9 @@ def power_backbone(exponent: float, relative_amplitude: float) -> float:
 
 
 def deepest_without_flight(form: ClosedForm, load: float) -> float:
-    """Return the penetration at which an undamped mass turns that only just keeps contact.
+    """Return the largest turning depth of an undamped mass without loss of contact.
 
-    U(d) = F0 d: from rest at first touch under its weight. 2.5^(2/3) d0 = 1.842 d0 for Hertz.
+    U(d) = F0 d, from rest at first touch under its weight. 2.5^(2/3) d0 = 1.842 d0 for Hertz.
     """
     require_positive("load", load=load)
     static = float(form.penetration(load))
@@ -77,7 +77,7 @@ def free_period(form: ClosedForm, mass: float, load: float, deepest: float) -> f
     mass, load : float
         m and F0.
     deepest : float
-        Above the static penetration d0.
+        Largest penetration, above the static one d0.
 
     Examples
     --------
@@ -103,15 +103,15 @@ def free_period(form: ClosedForm, mass: float, load: float, deepest: float) -> f
 
 
 def _released(form: ClosedForm, load: float, x: float, deepest: float) -> float:
-    """V(deepest) - V(x)."""
+    """Return V(deepest) - V(x)."""
     return float(work(form.force, form.energy, x, deepest)) - load * (deepest - x)
 
 
 def _passage(form: ClosedForm, mass: float, load: float, highest: float, deepest: float) -> float:
-    """Time from one turning point to the other.
+    """Return the time from one turning point to the other.
 
-    x = highest + way sin^2(t) in each half, with V released from the nearer end: regular at the
-    turns, and nothing cancels.
+    x = highest + way sin^2(t) in both halves, with the energy difference from the nearer end:
+    regular at the turning points, without cancellation.
     """
     way = deepest - highest
     jump = _released(form, load, highest, deepest)  # 0 without flight
@@ -167,9 +167,9 @@ class Forced:
     mean : float
         Mean of the largest and the smallest x.
     flight : float
-        Share of the period out of contact.
+        Fraction of the period out of contact.
     change : float
-        Relative change of the amplitude over the last periods: how steady it is.
+        Relative change of the amplitude over the last periods, a measure of steadiness.
     """
 
     amplitude: float
@@ -189,7 +189,7 @@ def forced_vibration(
     periods: int = 60,
     tolerance: float = 1e-10,
 ) -> Forced:
-    """Integrate until the vibration is steady: Runge-Kutta 8(5,3), stopped at every touch-down.
+    """Return the steady vibration by integration: Runge-Kutta 8(5,3), stopped at every touch.
 
     Parameters
     ----------
@@ -197,19 +197,19 @@ def forced_vibration(
     mass : Mass
     push : Push
     start : tuple of float, optional
-        x and x' at t = 0 (phase 0 of the force); at rest under the load if not given. That of the
-        neighbouring frequency follows a branch.
+        x and x' at t = 0 (phase 0 of the force); default: at rest under the load. Starting from the
+        state of a neighbouring frequency follows a branch.
     periods : int
-        Periods of the force; the last is measured, and compared with the one before.
+        Periods of the force; the last is measured and compared with the previous one.
     tolerance : float
-        Relative, of the integrator.
+        Relative tolerance of the integrator.
 
     Raises
     ------
     ConvergenceError
         If the integration fails.
     """
-    # in units of d0, 1/w0 and F0 m: the integrator's absolute tolerance then means something
+    # in units of d0, 1/w0 and m d0 w0^2, so that the absolute tolerance is meaningful
     static = float(form.penetration(push.load))
     w0 = contact_resonance(form, mass.mass, push.load)
     unit = mass.mass * static * w0**2
@@ -244,6 +244,6 @@ def forced_vibration(
 
 
 def _extremes(pieces: Pieces, start: float, end: float) -> tuple[float, float, float]:
-    """Smallest and largest x and the share of x < 0, from 2000 points of the dense output."""
+    """Return the minimum and maximum of x and the fraction of x < 0, from 2000 points."""
     x = sample(pieces, np.linspace(start, end, 2001))[0]
     return float(x.min()), float(x.max()), float((x < 0).mean())

@@ -1,4 +1,4 @@
-"""A linear-elastic half-space condensed once onto the points that may touch."""
+"""A linear-elastic half-space condensed onto its candidate contact points."""
 
 from __future__ import annotations
 
@@ -16,28 +16,28 @@ from reference.fem.nested_dissection import LinearSystem
 
 @dataclass(frozen=True, eq=False)
 class CondensedBody:
-    """A half-space known only through the flexibility between its candidate contact points.
+    """A half-space, reduced to the flexibility between its candidate contact points.
 
-    The body is linear, so one condensation serves every gap and every load. Numbers are kept for a
+    The body is linear, so one condensation serves every gap and every load. Scaled quantities have
     unit Young's modulus and lengths in units of `length`; the properties return consistent units.
 
     Attributes
     ----------
     length, youngs_modulus : float
-        The units in which the scaled quantities are kept.
+        The units of the scaled quantities.
     poisson_ratio : float
     scaled_points : (n, 2)
         Candidate positions on the surface / length.
     scaled_weights : (n,)
-        Area that belongs to each candidate / length^2 (of the meshed part).
+        Tributary area of the candidates / length^2 (of the meshed part).
     nodes : (n,)
-        Mesh node of each candidate.
+        Mesh nodes of the candidates.
     scaled_compliance : (n, n)
         Normal displacement at i for a unit normal force at j (meshed part), times E length.
     symmetry : int
-        Number of equal parts of which one is meshed: 4 with quarter symmetry, 2 with half.
+        Number of equal parts, one of which is meshed: 4 for quarter symmetry, 2 for half.
     offset : (2,)
-        What the mesh coordinates lack to `scaled_points` (the mesh is centred).
+        `scaled_points` minus the mesh coordinates (the mesh is centred).
     spacing_scaled : float
         Size of the surface elements in the contact / length.
     ring : float or None
@@ -45,9 +45,9 @@ class CondensedBody:
     stretch : (float, float)
         Semi-axes of the mesh ellipse over the radius of the circle.
     unknowns : int
-        Free displacements of the mesh and far-field unknowns.
+        Number of free displacements of the mesh and far-field unknowns.
     solver : str
-        What condensed the body.
+        The solver of the condensation.
     seconds : dict
         Time spent on "mesh", "assembly", "condensation".
     grid : GradedMesh
@@ -56,9 +56,9 @@ class CondensedBody:
     exterior : (k, k)
         Far-field stiffness.
     multigrid : MultigridFlexibility or None
-        In place of a condensation; `scaled_compliance` then has shape (0, 0).
+        Replaces the condensation; `scaled_compliance` then has shape (0, 0).
     nodal : CondensedBody or None
-        The body with its nodes as candidates, where the candidates are other points.
+        The body with its nodes as candidates, if the candidates are other points.
     interpolation : (n, nodes) or None
         Shape functions of those nodes at the candidates.
     """
@@ -87,7 +87,7 @@ class CondensedBody:
 
     @cached_property
     def flexibility(self) -> Flexibility:
-        """What the body answers to forces on its candidates, in scaled quantities."""
+        """Response of the body to forces on its candidates, in scaled quantities."""
         if self.multigrid is not None:
             return self.multigrid
         return DenseFlexibility(self.scaled_compliance, self.system, self.exterior)
@@ -119,7 +119,7 @@ class CondensedBody:
 
     @property
     def inside_ring(self) -> NDArray[np.bool_]:
-        """Which candidates (n,) lie within or on the mesh circle; none for a tensor body."""
+        """Mask (n,) of the candidates within or on the mesh circle; empty for a tensor body."""
         return self.scaled_radii <= (0.0 if self.ring is None else self.ring * (1.0 + 1e-9))
 
     @property
@@ -128,10 +128,10 @@ class CondensedBody:
         return self.youngs_modulus / (1.0 - self.poisson_ratio**2)
 
     def scaled(self, factor: float) -> CondensedBody:
-        """Return the same mesh `factor` times larger.
+        """Return the body with its mesh scaled by `factor`.
 
-        A half-space has no length, so nothing has to be solved again: compliances divide by the
-        factor.
+        A half-space has no length scale, so no new solution is needed: compliances are divided by
+        the factor.
         """
         if not (np.isfinite(factor) and factor > 0.0):
             raise ValueError(f"factor must be positive and finite, got {factor!r}")
@@ -144,7 +144,7 @@ class CondensedBody:
         Raises
         ------
         ValueError
-            If `reactions` does not have one finite value for each candidate.
+            If `reactions` does not have one finite value per candidate.
         """
         reactions = np.asarray(reactions, dtype=float)
         if reactions.shape != self.scaled_weights.shape or not np.isfinite(reactions).all():

@@ -1,7 +1,7 @@
-"""The kinds of cells a user's mesh may have, and what contact needs to know of them.
+"""Cell types of users' meshes, with their properties for contact.
 
-Nodes are numbered as scikit-fem does it; files number them as VTK does (meshio), and
-`CellKind.from_vtk` translates.
+Nodes are numbered as in scikit-fem; files use the order of VTK (meshio), which `CellKind.from_vtk`
+converts.
 """
 
 from __future__ import annotations
@@ -46,14 +46,14 @@ def _vtk_locations(corners: NDArray[np.int64], *groups: tuple[tuple[int, ...], .
 
 @dataclass(frozen=True, eq=False)
 class CellKind:
-    """One kind of cell.
+    """A cell type.
 
     Attributes
     ----------
     name : str
-        As meshio calls it.
+        Name in meshio.
     mesh : type
-        Its mesh class in scikit-fem.
+        Mesh class in scikit-fem.
     straight : type
         The mesh class of its straight-sided, linear version.
     vtk : (n, 3)
@@ -82,24 +82,24 @@ class CellKind:
 
     @property
     def corners(self) -> int:
-        """Number of corners; they come first."""
+        """Number of corners, which come first."""
         return 4 if self.simplex else 8
 
     @property
     def faces(self) -> list[list[int]]:
-        """Corners of each face, in cyclic order."""
+        """Corners of the faces, in cyclic order."""
         return [list(face) for face in self.mesh.elem.refdom.facets]
 
     @cached_property
     def face_nodes(self) -> list[NDArray[np.int64]]:
-        """All nodes of each face."""
+        """All nodes of the faces."""
         return [
             np.flatnonzero(self._on_face(self.locations, face)) for face in range(len(self.faces))
         ]
 
     @cached_property
     def from_vtk(self) -> NDArray[np.int64]:
-        """Place in VTK's order of each of our nodes."""
+        """Positions of our nodes in VTK's order."""
         return _nearest(self.vtk, self.locations)
 
     def shapes(self, points: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray]:
@@ -110,12 +110,12 @@ class CellKind:
 
     @property
     def gauss_points(self) -> NDArray[np.float64]:
-        """Points (m, 3) at which the full stiffness is integrated."""
+        """Integration points (m, 3) of the full stiffness."""
         rule = simplex_points(self.order) if self.simplex else gauss_points(self.order + 1)
         return rule[0].T
 
     def face_rule(self, face: int) -> tuple[NDArray[np.float64], NDArray, NDArray]:
-        """Integration points (m, 3) on a face, their weights (m,), its tangents (2, 3)."""
+        """Return integration points (m, 3) on a face, weights (m,), and tangents (2, 3)."""
         corners = self.locations[self.faces[face]]
         origin, across, along = corners[0], corners[1], corners[2 if self.simplex else -1]
         tangents = np.array([across - origin, along - origin])
@@ -129,7 +129,7 @@ class CellKind:
 
     @cached_property
     def children(self) -> NDArray[np.float64]:
-        """Origin and three axes (8, 4, 3) of the eight cells that this one is cut into."""
+        """Origin and three axes (8, 4, 3) of the eight child cells."""
         if not self.simplex:
             offsets = 0.5 * _CUBE
             axes = np.broadcast_to(0.5 * np.eye(3), (8, 3, 3))
@@ -141,12 +141,12 @@ class CellKind:
         return frames
 
     def in_child(self, child: int, points: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Where the reference points of a child lie in the whole cell."""
+        """Return the positions of reference points of a child in the parent cell."""
         return self.children[child, 0] + points @ self.children[child, 1:]
 
     @cached_property
     def child_faces(self) -> list[list[tuple[int, int]]]:
-        """For each face, the (child, face) pairs it is cut into."""
+        """The (child, face) pairs of every divided face."""
         return [
             [
                 (child, child_face)
@@ -160,7 +160,7 @@ class CellKind:
     def _on_face(self, points: NDArray[np.float64], face: int) -> NDArray[np.bool_]:
         first, second, third = self.locations[self.faces[face][:3]]
         normal = np.cross(second - first, third - first)
-        return np.abs((points - first) @ normal) < 1e-9  # reference cells have size one
+        return np.abs((points - first) @ normal) < 1e-9  # reference cells have unit size
 
 
 def _nearest(points: NDArray[np.float64], targets: NDArray[np.float64]) -> NDArray[np.int64]:

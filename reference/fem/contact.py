@@ -20,7 +20,7 @@ CONTROLS = ("penetration", "force")
 
 @dataclass(frozen=True, eq=False)
 class Contact:
-    """One converged load step; forces and energy of all symmetric parts together.
+    """One converged load step, with forces and energy of all symmetric parts.
 
     Attributes
     ----------
@@ -43,9 +43,9 @@ class Contact:
     iterations : int
     violation : float
         The larger of overlap outside the contact over penetration (from first touch of a point),
-        and tension inside it over mean pressure; with a penalty the overlap inside counts as well.
+        and tension inside over mean pressure; with a penalty also the overlap inside.
     history : list of int
-        Active points after each iteration.
+        Number of active points by iteration.
     """
 
     penetration: float
@@ -65,24 +65,24 @@ class Contact:
 
 @dataclass(frozen=True)
 class Enforcement:
-    """How contact is enforced on the candidates.
+    """Enforcement of contact on the candidates.
 
     Parameters
     ----------
     method : {"active_set", "penalty", "augmented_lagrangian"}
-        The primal-dual active set (Hintermüller, Ito & Kunisch 2002) is exact. "penalty" puts
-        nodal springs of stiffness eps per area between shape and body, an error of O(1/eps).
-        "augmented_lagrangian" repeats it with the force of the last solution until the overlap is
-        gone.
+        The primal-dual active set (Hintermüller, Ito & Kunisch 2002) is exact. "penalty" uses nodal
+        springs of stiffness eps per area between shape and body, with an error of O(1/eps).
+        "augmented_lagrangian" repeats it with the forces of the last solution until the overlap
+        vanishes.
     penalty : float
         ``eps h / E*`` with h the size of the surface elements.
     max_iterations : int
-        Rounds of the active set for each load.
+        Limit of active-set iterations per load.
 
     Raises
     ------
     ValueError
-        Listing everything wrong.
+        Lists all invalid arguments.
     """
 
     method: str = "active_set"
@@ -106,25 +106,24 @@ def press(
     *,
     start: ArrayLike | None = None,
 ) -> Iterator[Contact]:
-    """Press a rigid shape into the body, load by load.
+    """Solve the contact of a rigid shape with the body, load by load.
 
-    Linearised kinematics: where the shape touches, ``u = d - g`` at the undeformed position; where
-    it does not, ``u >= d - g`` and no force.
+    Linearised kinematics: ``u = d - g`` at the undeformed position in contact; ``u >= d - g`` and
+    no force elsewhere.
 
     Parameters
     ----------
     body : CondensedBody
     gap : (n,)
-        Initial gap of the rigid shape over `body.points`, from where the penetration counts; +inf
-        where it can never touch.
+        Initial gap of the rigid shape over `body.points`, relative to which the penetration is
+        measured; +inf where contact is impossible.
     load : LoadPath
         ``"penetration"`` or ``"force"`` on the whole contact (all symmetric parts), positive, in
-        any order: each step starts from the contact set of the one before.
+        any order; every step starts from the previous contact set.
     enforcement : Enforcement
         Exact by default.
     start : (n,) bool, optional
-        Contact set to begin with; by default (and if it is empty) all points that overlap
-        geometrically.
+        Initial contact set; by default (and if empty) all points with geometric overlap.
 
     Yields
     ------
@@ -133,10 +132,10 @@ def press(
     Raises
     ------
     ValueError
-        Before the first step, listing what is wrong with gap, start and enforcement, or for a load
-        that does not press.
+        Before the first step, with all errors in gap, start and enforcement, or for a load that is
+        not positive.
     ConvergenceError
-        From the step that does not converge, or whose numbers overflow.
+        On iteration, if a step does not converge or overflows.
     """
     problem = _Problem(body, np.asarray(gap, dtype=float), enforcement, start)
     if load.one_of(*CONTROLS) == "penetration":
@@ -170,7 +169,7 @@ class _Problem:
         refuse(faults)
         self.body, self.method, self.limit = body, method, enforcement.max_iterations
         self.possible = np.flatnonzero(np.isfinite(gap))
-        # depths count from first touch: a far-away shape must not cost the digits of the overlap
+        # depths are relative to first touch, so that a distant shape loses no digits of the overlap
         self.first_touch = float(gap[self.possible].min())
         self.gap = (gap[self.possible] - self.first_touch) / body.length
         self.start = self._starting_set(start)
@@ -189,7 +188,7 @@ class _Problem:
         active = self.start
         for value in values:
             depth = (value - self.first_touch) / self.body.length
-            if depth <= 0.0:  # first touch may lie between the points
+            if depth <= 0.0:  # first touch may be between the points
                 nothing = np.zeros(len(self.gap), dtype=bool)
                 yield self._contact(self._fixed(nothing, depth, self.gap), value, None)
                 continue
@@ -206,7 +205,7 @@ class _Problem:
             yield self._contact(step, penetration, value)
 
     def _reach(self, target: float, step: _Step) -> _Step:
-        """Newton on F(d), kept inside a bracket; exact when the set stays, F being linear then."""
+        """Return the depth for a force, by bracketed Newton steps."""
         low, high, iterations, history = 0.0, np.inf, 0, []
         for _ in range(self.limit):
             depth = step.depth + (target - step.reactions.sum()) / step.slope
@@ -229,7 +228,7 @@ class _Problem:
         )
 
     def _solve(self, depth: float, active: NDArray[np.bool_] | None) -> _Step:
-        """Active set at a given penetration."""
+        """Return the solution at a given penetration by active sets."""
         active = self.gap < depth if active is None else active
         offset = np.zeros_like(self.gap)
         step = self._settle(depth, active, offset)
@@ -264,7 +263,7 @@ class _Problem:
                 one_by_one, budget = True, budget + 10 * len(self.gap)
             visited.add(proposal.tobytes())
             if one_by_one:
-                # Murty's least-index pivoting: the compliance is positive definite, so it ends
+                # Murty's least-index pivoting, finite because the compliance is positive definite
                 change = np.flatnonzero(proposal != active)[0]
                 proposal = active.copy()
                 proposal[change] = ~active[change]
@@ -276,7 +275,7 @@ class _Problem:
         )
 
     def _fixed(self, active: NDArray[np.bool_], depth: float, offset: NDArray[np.float64]) -> _Step:
-        """Solve for forces and displacements if exactly the active points touch."""
+        """Return forces and displacements for contact at exactly the active points."""
         reactions = np.zeros_like(self.gap)
         everywhere, slope = np.zeros_like(self.body.scaled_weights), 0.0
         inside = np.flatnonzero(active)
@@ -303,8 +302,9 @@ class _Problem:
         return float(self._respond(inside, softness, np.ones((len(inside), 1)))[0].sum())
 
     def _next_set(self, step: _Step, offset: NDArray[np.float64]) -> NDArray[np.bool_]:
-        """Who should touch: pushing points stay, overlapping points join."""
-        # equality to rounding is no overlap: otherwise points exactly at the edge would chatter
+        """Return the next contact set: points in compression stay, overlapping points join."""
+        # equality to rounding is no overlap, as points exactly at the edge would alternate
+        # otherwise
         noise = 64 * np.finfo(float).eps * (abs(step.depth) + np.abs(self.gap))
         overlap = step.depth - self.gap - step.displacement + offset > noise
         return np.where(step.active, step.reactions > 0.0, overlap)

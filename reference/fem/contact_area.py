@@ -16,12 +16,12 @@ def best_area(
     *,
     sharp: bool,
 ) -> float:
-    """Best estimate of the contact area on a fixed mesh, all symmetric parts together.
+    """Return the best estimate of the total contact area on a fixed mesh.
 
-    - Exactly the nodes of the mesh circle touch and the shape is cut off there (`sharp`): the area
-      of the circle.
+    - Contact at exactly the nodes of the mesh circle, with the shape ending there (`sharp`): the
+      area of the circle.
     - One round or elliptic contact: from `contact_radius`.
-    - Else the tributary area of the active nodes, uncertain by half a node spacing all round.
+    - Else the tributary area of the active nodes, uncertain by half a node spacing along the edge.
     """
     raw = float(body.symmetry * body.weights[active].sum())
     if body.ring is None or not active.any():
@@ -33,10 +33,10 @@ def best_area(
 
 
 def fitted_area(body: CondensedBody, stiffness: float) -> float:
-    """Area of a smooth contact whose edge is on the mesh circle, or a node beside it.
+    """Return the area of a smooth contact with its edge on the mesh circle, or a node beside it.
 
     The area of the flat punch with the stiffness ``pi E* a / K(1 - b^2/a^2)`` (Johnson 1985) of
-    the contact set: nodes on the circle support a little beyond it, 0.2 % in the radius.
+    the contact set: nodes on the circle carry load slightly beyond it, 0.2 % of the radius.
     """
     minor, major = sorted(body.stretch)
     assert body.ring is not None, "only meshes with a ring are fitted"
@@ -52,7 +52,7 @@ def _ellipse(body: CondensedBody, radius: float) -> float:
 def contact_radius(
     body: CondensedBody, reactions: NDArray[np.float64], active: NDArray[np.bool_]
 ) -> float | None:
-    """Edge radius of a round contact from the moments of its pressure.
+    """Return the radius of a round contact from the moments of its pressure.
 
     With ``p = sqrt(a^2 - r^2) (c_0 + c_1 r^2)``, exact for a paraboloid (Hertz) and for
     ``f = c r^4`` (Johnson 1985, sec. 5.3), the force-weighted means of r^2 and r^4 give
@@ -62,9 +62,9 @@ def contact_radius(
     Returns
     -------
     float or None
-        Before stretching. None for a tensor body, and where the pressure is not of this form: the
-        contact is no full disc, or the result misses the active nodes by more than a spacing (cone,
-        flat punch).
+        Radius before stretching. None for a tensor body, and if the pressure is not of this form:
+        the contact is not a full disc, or the result differs from the active nodes by more than a
+        spacing (cone, flat punch).
     """
     if body.ring is None or not active.any():
         return None
@@ -78,15 +78,15 @@ def contact_radius(
 
 
 def radius_from_moments(radii: NDArray[np.float64], reactions: NDArray[np.float64]) -> float | None:
-    """`moment_radius` of nodal forces at the given radii."""
+    """Return `moment_radius` of nodal forces at the given radii."""
     second, fourth = (reactions @ radii**k / reactions.sum() for k in (2, 4))
     return moment_radius(second, fourth)
 
 
 def moment_radius(second: float, fourth: float) -> float | None:
-    """Radius of ``p = sqrt(a^2 - r^2) (c_0 + c_1 r^2)`` from its means of r^2 and r^4.
+    """Return the radius of ``p = sqrt(a^2 - r^2) (c_0 + c_1 r^2)`` from its means of r^2 and r^4.
 
-    None where they are not those of such a pressure.
+    None if such a pressure cannot have these means.
 
     Examples
     --------

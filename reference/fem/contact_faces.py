@@ -1,4 +1,4 @@
-"""The contact faces of a condensed body: quadrilaterals whose nodes are its candidates."""
+"""Contact faces of a condensed body: quadrilaterals with candidates as nodes."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from reference.fem.body import CondensedBody
 from reference.fem.elasticity import element_order
 from reference.fem.mesh import facet_quadrature
 
-# Share of a face that its nodes may lie beside the straight-sided one.
+# Largest deviation of nodes from the straight-sided face, as a fraction of its size.
 STRAIGHT = 1e-7
 _ELEMENTS = {1: ElementQuad1, 2: ElementQuad2}
 
@@ -26,7 +26,7 @@ class ContactFaces:
     Attributes
     ----------
     nodes : (m, 4) or (m, 9)
-        Candidates of the body.
+        Candidates of the body at the nodes.
     corners : (m, 4, 2)
         In cyclic order, as the reference square (0, 0), (1, 0), (1, 1), (0, 1).
     order : int
@@ -39,13 +39,13 @@ class ContactFaces:
 
     @classmethod
     def of(cls, body: CondensedBody, length: float) -> ContactFaces:
-        """Return the faces all of whose nodes are candidates, in units of `length`.
+        """Return the faces with candidates at all nodes, in units of `length`.
 
         Raises
         ------
         ValueError
-            For tetrahedra, and for faces with curved sides (those of `RingMesh`): overlaps are
-            cut along straight lines.
+            For tetrahedra, and for faces with curved sides (those of `RingMesh`), because overlaps
+            have straight sides.
         """
         mesh = body.grid.mesh
         if isinstance(mesh, MeshTet):
@@ -72,7 +72,7 @@ class ContactFaces:
     def local(self, face: NDArray[np.int64], points: NDArray[np.float64]) -> NDArray[np.float64]:
         """Return reference coordinates (k, ..., 2) of points (k, ..., 2) of faces (k,).
 
-        Newton on the bilinear map; one step where the face is a parallelogram.
+        By Newton's method on the bilinear map; one step for parallelograms.
         """
         flat = points.reshape(len(face), -1, 2)
         a, b, c, d = np.moveaxis(self.corners[face][:, :, None], 1, 0)

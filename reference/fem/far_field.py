@@ -1,7 +1,7 @@
-"""The rest of the half-space: Boussinesq fields outside the meshed region.
+"""The exterior of the half-space: Boussinesq fields outside the meshed region.
 
 Outside the mesh the displacement is a combination of a few exact solutions for point forces on the
-surface. They leave the surface traction-free and vanish at infinity, so the energy of the
+surface. These have a traction-free surface and vanish at infinity, so the energy of the
 unmeshed exterior is an integral over the common boundary, and mesh and exterior together are one
 Ritz approximation of the *whole* half-space: symmetric, positive definite, with an error in the
 compliance of higher order in (contact radius / mesh radius) than a prescribed far displacement.
@@ -19,7 +19,7 @@ from reference.fem.mesh import Planes, facet_quadrature
 def boussinesq(
     points: NDArray[np.float64], poisson_ratio: float
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Displacement and its gradient for a unit force at the origin, unit Young's modulus.
+    """Return displacement and its gradient for a unit force at the origin, unit Young's modulus.
 
     ``u = [-z grad(1/r) - (1 - 2 nu) grad ln(r + z) + (3 - 4 nu) e_z / r] / (4 pi mu)``, z and the
     force into the half-space (Boussinesq; Johnson 1985, eq. 3.18).
@@ -27,7 +27,7 @@ def boussinesq(
     Parameters
     ----------
     points : (..., 3)
-        Anywhere in the half-space but the origin.
+        Anywhere in the half-space except the origin.
 
     Returns
     -------
@@ -66,7 +66,7 @@ def _hessians(
     z: NDArray[np.float64],
     grad_phi: NDArray[np.float64],
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Second derivatives of 1/r and ln(r + z)."""
+    """Return second derivatives of 1/r and ln(r + z)."""
     outer = points[..., :, None] * points[..., None, :]
     r, z = r[..., None], z[..., None]
     hess_phi = 3.0 * outer / r**5 - np.eye(3) / r**3
@@ -77,7 +77,7 @@ def _hessians(
 
 
 def source_groups(half_x: float, half_y: float, planes: Planes) -> list[NDArray[np.float64]]:
-    """Positions of the point forces, one group (n, 2) for each far-field unknown.
+    """Return positions of the point forces, one group (n, 2) per far-field unknown.
 
     One force at the centre carries the load; the others, at a distance comparable with the loaded
     region, carry its first, second and (1, 1) mixed moments. Mirror images in planes of symmetry
@@ -93,7 +93,7 @@ def source_groups(half_x: float, half_y: float, planes: Planes) -> list[NDArray[
 def group_field(
     points: NDArray[np.float64], group: NDArray[np.float64], poisson_ratio: float
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """`boussinesq` for a unit force shared equally by the positions of a group."""
+    """Return `boussinesq` for a unit force divided equally among the positions of a group."""
     fields = [boussinesq(points - np.array([x, y, 0.0]), poisson_ratio) for x, y in group]
     displacement, gradient = fields[0][0] / len(group), fields[0][1] / len(group)
     for u, du in fields[1:]:
@@ -104,7 +104,7 @@ def group_field(
 def _dilatational_stress(
     points: NDArray[np.float64], group: NDArray[np.float64], poisson_ratio: float
 ) -> NDArray[np.float64]:
-    """``lambda div u = -nu z / (pi r^3)`` of the field of a group: finite for nu = 1/2, too."""
+    """``lambda div u = -nu z / (pi r^3)`` of a group; finite also for nu = 1/2."""
     total = np.zeros(points.shape[:-1])
     for x, y in group:
         radius = np.linalg.norm(points - np.array([x, y, 0.0]), axis=-1)
@@ -118,13 +118,13 @@ def exterior_stiffness(
     groups: list[NDArray[np.float64]],
     poisson_ratio: float,
 ) -> NDArray[np.float64]:
-    """Stiffness of the exterior on the far-field unknowns.
+    """Return the stiffness of the exterior on the far-field unknowns.
 
-    Twice the elastic energy outside, by Clapeyron's theorem ``-int t(u_k) . u_l dS`` over the
+    It is twice the elastic energy outside, by Clapeyron's theorem ``-int t(u_k) . u_l dS`` over the
     outer boundary, with the traction t on the outward normal of the mesh.
     """
     _, _, points, areas = facet_quadrature(mesh, facets, 5)
-    # the meshed region is convex and holds the origin: outward is away from it
+    # the meshed region is convex and contains the origin: outward is away from it
     areas = areas * np.sign((areas * points).sum(axis=-1))[..., None]
     shear = 0.5 / (1.0 + poisson_ratio)
     displacements, tractions = [], []

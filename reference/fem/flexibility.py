@@ -1,4 +1,4 @@
-"""What a body answers when some of its candidate contact points are pushed."""
+"""Response of a body to forces on its candidate contact points."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ from reference.fem.nested_dissection import Front, LinearSystem, Shift, condense
 
 
 class Flexibility(Protocol):
-    """All that contact needs to know of a body; scaled (unit Young's modulus, unit length)."""
+    """Flexibility of a body for contact, scaled (unit Young's modulus, unit length)."""
 
     def respond(
         self, inside: NDArray[np.int64], right: NDArray[np.float64], softness: NDArray[np.float64]
@@ -24,20 +24,21 @@ class Flexibility(Protocol):
         inside : (k,)
             Numbers of candidates.
         right : (k, m)
-            Several cases at once.
+            Right-hand sides of m cases.
         softness : (k,)
-            Of springs between the rigid shape and the body (penalty); zero for rigid contact.
+            Compliance of springs between the rigid shape and the body (penalty); zero for rigid
+            contact.
 
         Returns
         -------
         forces : (k, m)
         displacement : (n, m)
-            Of all candidates.
+            Displacements of all candidates.
         """
         ...
 
     def interior(self, reactions: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Displacements of all unknowns of the mesh under nodal forces (n,)."""
+        """Return displacements of all unknowns of the mesh under nodal forces (n,)."""
         ...
 
 
@@ -48,7 +49,7 @@ class DenseFlexibility:
     ----------
     compliance : (n, n)
     system, exterior
-        What was condensed, for the interior.
+        The condensed system, for the interior.
     """
 
     def __init__(
@@ -64,14 +65,14 @@ class DenseFlexibility:
     def respond(
         self, inside: NDArray[np.int64], right: NDArray[np.float64], softness: NDArray[np.float64]
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """See `Flexibility`: one Cholesky factorisation of the part of the compliance."""
+        """Solve as in `Flexibility`, by a Cholesky factorisation of part of the compliance."""
         matrix = self.compliance[np.ix_(inside, inside)]
         matrix[np.diag_indices(len(inside))] += softness
         forces = cho_solve(cho_factor(matrix, lower=True, overwrite_a=True), right)
         return forces, self.compliance[:, inside] @ forces
 
     def interior(self, reactions: NDArray[np.float64]) -> NDArray[np.float64]:
-        """See `Flexibility`: the elimination is repeated with its factors kept."""
+        """Solve as in `Flexibility`, by a repeated elimination that keeps its factors."""
         fronts: list[Front | Shift] = []
         condense(self.system, self.exterior, fronts)
         return expand(self.system, fronts, self.compliance @ reactions)

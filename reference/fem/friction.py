@@ -1,13 +1,13 @@
-"""Contact with Coulomb friction on nodes, node after node (Jourdan, Alart & Jean 1998).
+"""Contact with Coulomb friction, node by node (Jourdan, Alart & Jean 1998).
 
 With f the force of the rigid shape on a node and u its displacement, Signorini's and Coulomb's
-conditions on a step are the fixed points of
+conditions in a step are the fixed points of
 
     f_z <- max(0, f_z + (d - g - u_z)/C_zz),
     f_t <- the nearest within |f_t| <= mu f_z to f_t + (U - s_before - u_t)/C_tt,
 
-which a Gauss-Seidel sweep applies to one node after the other, with the newest forces of all
-others. Nothing of it is shared with the half-space solvers: it is a second opinion on them.
+which a Gauss-Seidel sweep applies node by node, with the latest forces of all others. It shares no
+code with the half-space solvers and is an independent check of them.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from reference.loads import LoadPath
 
 @dataclass(frozen=True, eq=False)
 class FrictionStep:
-    """One converged step; forces of both halves together.
+    """One converged step, with forces of both halves.
 
     Attributes
     ----------
@@ -39,7 +39,7 @@ class FrictionStep:
     sticking : (n,) bool
         Nodes in contact below their bound.
     error : float
-        Largest error of a displacement in the conditions, over the penetration.
+        Largest error of a displacement in the contact conditions, over the penetration.
     sweeps : int
     """
 
@@ -53,17 +53,17 @@ class FrictionStep:
     sweeps: int
 
 
-# Newton steps towards prescribed forces, their relative error, and the step of their slopes as a
-# share of the penetration.
+# Newton steps towards prescribed forces, their relative error, and the finite-difference step as a
+# fraction of the penetration.
 _NEWTON, _FORCE_ERROR, _SLOPE_STEP = 60, 1e-6, 1e-3
-# A step of Newton's method changes the penetration at most by this factor.
+# Largest factor of the penetration in a Newton step.
 _LARGEST_FACTOR = 2.0
 _NORMAL, _TANGENTIAL = ("penetration", "force"), ("tangential_displacement", "tangential_force")
 
 
 @dataclass(frozen=True, eq=False)
 class FrictionalPress:
-    """A rigid shape over a body, to be pressed on and moved along it.
+    """A rigid shape over a body for normal and tangential loads.
 
     Parameters
     ----------
@@ -76,7 +76,7 @@ class FrictionalPress:
     Raises
     ------
     ValueError
-        Listing what is wrong with gap and friction.
+        Lists all errors in gap and friction.
     """
 
     body: FrictionalBody
@@ -100,18 +100,18 @@ def follow(
     tolerance: float = 1e-7,
     max_sweeps: int = 20_000,
 ) -> Iterator[FrictionStep]:
-    """Follow a path of normal and tangential loads of a rigid shape.
+    """Solve a path of normal and tangential loads of a rigid shape.
 
     Parameters
     ----------
     press : FrictionalPress
     normal : LoadPath
-        ``"penetration"``, or ``"force"``, which is positive.
+        ``"penetration"`` or positive ``"force"``.
     tangential : LoadPath
-        ``"tangential_displacement"`` or ``"tangential_force"``, as long; a force below mu F. The
-        steps are walked in order; slip is counted over each of them (implicit Euler).
+        ``"tangential_displacement"`` or ``"tangential_force"``, of equal length; a force below mu
+        F. Slip is measured over whole steps (implicit Euler).
     tolerance : float
-        Bound of `FrictionStep.error`.
+        Largest `FrictionStep.error`.
     max_sweeps : int
 
     Yields
@@ -121,9 +121,9 @@ def follow(
     Raises
     ------
     ValueError
-        If the paths are of other quantities, or not of one length.
+        If the paths are of other quantities, or of different lengths.
     ConvergenceError
-        From the step whose sweeps do not converge, or whose forces do not exist.
+        On iteration, if the sweeps of a step do not converge or its forces are impossible.
     """
     kinds = normal.one_of(*_NORMAL), tangential.one_of(*_TANGENTIAL)
     if kinds[0] == "force":
@@ -134,7 +134,7 @@ def follow(
 
 
 class _Walk:
-    """The state between two steps: forces on the nodes, and where the shape is against them."""
+    """The state between two steps: nodal forces and relative position of the shape."""
 
     def __init__(
         self, press: FrictionalPress, kinds: tuple[str, str], tolerance: float, max_sweeps: int
@@ -144,12 +144,12 @@ class _Walk:
         count = len(press.gap)
         self.table = np.ascontiguousarray(press.body.compliance.reshape(3 * count, 3 * count))
         self.forces, self.position = np.zeros((count, 3)), np.zeros((count, 2))
-        # which of penetration and displacement are sought for a prescribed force
+        # whether penetration and displacement are unknown (prescribed forces)
         self.sought = np.array([kinds[0] == "force", kinds[1] == "tangential_force"])
         self.place = np.zeros(2)
 
     def step(self, loads: NDArray[np.float64]) -> FrictionStep:
-        """Solve one step and keep its state."""
+        """Solve one step and store its state."""
         place, forces, errors = self._balanced(loads)
         moved = (self.table @ forces.ravel()).reshape(-1, 3)
         self.position = np.column_stack([place[1] - moved[:, 0], -moved[:, 1]])
@@ -170,7 +170,7 @@ class _Walk:
     def _balanced(
         self, loads: NDArray[np.float64]
     ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-        """Find penetration and displacement that carry the loads, by Newton's method."""
+        """Return penetration and displacement for the loads, by Newton's method."""
         sought = np.flatnonzero(self.sought)
         place = np.where(self.sought, self.place, loads)
         if self.sought[0] and place[0] <= 0:
@@ -188,7 +188,7 @@ class _Walk:
                     f"the tangential force {loads[1]!r} is not below friction times the normal "
                     "force: full sliding"
                 )
-            # of the normal force: a tangential one may pass zero
+            # relative to the normal force, as a tangential one may be zero
             unit = np.array([1.0, self.friction])[sought] * normal
             history.append(float(np.abs(missing / unit).max()))
             if history[-1] <= _FORCE_ERROR:
@@ -203,7 +203,7 @@ class _Walk:
         missing: NDArray[np.float64],
         sought: NDArray[np.intp],
     ) -> NDArray[np.float64]:
-        """Take one step of Newton's method, slopes by differences."""
+        """Return the result of one Newton step, with slopes by differences."""
         slopes = np.empty((sought.size, sought.size))
         moved = _SLOPE_STEP * np.array([1.0, self.friction]) * abs(place[0])
         for column, sought_place in enumerate(sought):
@@ -220,7 +220,7 @@ class _Walk:
     def _solved(
         self, place: NDArray[np.float64]
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Return forces on the nodes at a place, and the errors of the sweeps."""
+        """Return nodal forces at a position of the shape, and the errors of the sweeps."""
         depth, shift = place
         aim = np.column_stack([shift - self.position[:, 0], -self.position[:, 1], depth - self.gap])
         forces, bound = self.forces.copy(), self.tolerance * abs(depth)
@@ -239,25 +239,25 @@ class _Walk:
         return forces, errors
 
     def _first_depth(self, force: float) -> float:
-        """Return the depth of a punch as wide as the candidates, where Newton's method starts."""
+        """Return the depth of a punch as wide as the candidates, to start Newton's method."""
         lift = float((self.table @ _even(self.gap.size)).reshape(-1, 3)[:, 2].mean())
         return force / 2 * lift
 
     @staticmethod
     def _totals(forces: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Return normal and tangential force of both halves."""
+        """Return the normal and tangential force of both halves."""
         return 2.0 * np.array([forces[:, 2].sum(), forces[:, 0].sum()])
 
 
 def _even(count: int) -> NDArray[np.float64]:
-    """Return normal forces on all nodes alike, of sum one."""
+    """Return equal normal forces on all nodes with sum one."""
     forces = np.zeros((count, 3))
     forces[:, 2] = 1 / count
     return forces.ravel()
 
 
 class _Nodes(NamedTuple):
-    """What the sweeps take of the nodes: their compliance, displacements aimed at, fixed ones."""
+    """Input of the sweeps: compliance of the nodes, target displacements, fixed nodes."""
 
     table: NDArray[np.float64]
     aim: NDArray[np.float64]
@@ -266,7 +266,7 @@ class _Nodes(NamedTuple):
 
 @njit(cache=True)
 def _sweeps(nodes, friction, forces, errors, tolerance):
-    """Sweep until no node asks for a change beyond the tolerance; the number of sweeps."""
+    """Sweep until all changes are below the tolerance; return the number of sweeps."""
     table, aim, fixed = nodes
     count = len(forces)
     flat = forces.reshape(-1)

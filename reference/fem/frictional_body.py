@@ -1,9 +1,8 @@
-"""A half-space of finite elements known through the flexibility of all three displacements.
+"""A half-space of finite elements, reduced to the flexibility of all three displacements.
 
-For contact with friction: what `body.CondensedBody` is for normal forces. Outside the mesh the
-displacement is that of the total force, Boussinesq's for its normal and Cerruti's for its
-tangential part, prescribed on the outer boundary; what higher moments leave there falls as
-(a/L)^2 and better.
+The counterpart of `body.CondensedBody` for contact with friction. The displacement of the total
+force, Boussinesq's for its normal and Cerruti's for its tangential part, is prescribed on the outer
+boundary; the error from higher moments decreases at least as (a/L)^2.
 """
 
 from __future__ import annotations
@@ -20,7 +19,7 @@ from reference.fem.elasticity import LARGEST_POISSON_RATIO, Material, stiffness_
 from reference.fem.far_field import boussinesq
 from reference.fem.mesh import GradedMesh, facet_nodes, growing_lines, ring_mesh
 
-# Contact candidates reach this far, in contact radii; the fine rings go there, too.
+# Extent of contact candidates and fine rings, in contact radii.
 _REACH = 1.25
 
 
@@ -33,10 +32,10 @@ class FrictionalBody:
     points : (n, 2)
         Candidate contact points.
     compliance : (n, 3, n, 3)
-        Displacement (x, y, z into the body) at the first point for a unit force at the second, the
-        far field that goes with it included; the mirrored half is loaded alike.
+        Displacement (x, y, z into the body) at the first point for a unit force at the second,
+        including its far field; the mirrored half is loaded equally.
     held : (n,) bool
-        Points on the plane of symmetry, which do not move across it.
+        Points on the plane of symmetry, which do not move normal to it.
     unknowns : int
     """
 
@@ -47,18 +46,19 @@ class FrictionalBody:
 
 
 def cerruti(points: NDArray[np.float64], poisson_ratio: float) -> NDArray[np.float64]:
-    """Displacement for a unit force along x at the origin of the surface, unit Young's modulus.
+    """Return the displacement for a unit force along x at the origin, unit Young's modulus.
 
     Cerruti 1882; Johnson 1985, eqs. (3.76).
 
     Parameters
     ----------
     points : (..., 3)
-        Anywhere in the half-space z >= 0 but the origin.
+        Anywhere in the half-space z >= 0 except the origin.
 
     Examples
     --------
-    On the surface, across the force, ``u_x = (1 - nu)/(2 pi G r)`` with ``G = E/(2 (1 + nu))``:
+    On the surface, transverse to the force, ``u_x = (1 - nu)/(2 pi G r)`` with ``G = E/(2 (1 +
+    nu))``:
 
     >>> u = cerruti(np.array([0.0, 2.0, 0.0]), 0.25)
     >>> round(float(u[0] * 2 * np.pi * 2.0), 12)
@@ -76,23 +76,23 @@ def cerruti(points: NDArray[np.float64], poisson_ratio: float) -> NDArray[np.flo
 def frictional_body(
     contact_radius: float, material: Material, *, elements: int = 4, extent: float = 5.0
 ) -> FrictionalBody:
-    """Build a half-space for one round contact with friction.
+    """Return a half-space for one round contact with friction.
 
     Parameters
     ----------
     contact_radius : float
-        The largest; candidates reach a quarter further.
+        Largest contact radius; candidates extend a quarter further.
     material : Material
         nu <= 0.4999.
     elements : int
-        27-node elements per contact radius, at least 2; each has two node spacings.
+        27-node elements (two node spacings) per contact radius, at least 2.
     extent : float
         Radius and depth of the mesh in contact radii, at least 2.
 
     Raises
     ------
     ValueError
-        For every argument out of range, with the value that came.
+        Lists all arguments out of range with their values.
     """
     faults = positive_faults(contact_radius=contact_radius) + count_faults(2, elements=elements)
     if material.incompressible:
@@ -115,7 +115,7 @@ def frictional_body(
 
 
 def _mesh(elements: int, extent: float) -> GradedMesh:
-    """Even rings out to the candidates' reach, growing ones beyond and with depth."""
+    """Return a mesh with even rings up to the candidates' extent, growing beyond and with depth."""
     cells = max(1, round(0.5 * elements))
     size, growth = 0.5 / cells, 1.0 + 1.2 / np.sqrt(elements)
     inside = np.linspace(0.5, 1.0, cells + 1)
@@ -129,7 +129,7 @@ def _mesh(elements: int, extent: float) -> GradedMesh:
 def _condensed(
     grid: GradedMesh, nodes: NDArray[np.int64], poisson_ratio: float
 ) -> tuple[NDArray[np.float64], int]:
-    """Compliance (n, 3, n, 3) for unit modulus and lengths of the mesh, and the unknowns."""
+    """Return compliance (n, 3, n, 3) for unit modulus and lengths of the mesh, and the unknowns."""
     mesh = grid.mesh
     stiffness = _assembled(grid, poisson_ratio)
     outer = facet_nodes(mesh, grid.outer)
@@ -168,7 +168,7 @@ def _condensed(
 
 
 def _assembled(grid: GradedMesh, poisson_ratio: float) -> sparse.csr_array:
-    """Stiffness matrix on all displacements, node by node."""
+    """Return the stiffness matrix on all displacements, node by node."""
     matrices = stiffness_matrices(grid.mesh, poisson_ratio, reduced_integration=True)
     elements = grid.mesh.dofs.element_dofs.T
     dofs = (3 * elements[:, :, None] + np.arange(3)).reshape(len(elements), -1)

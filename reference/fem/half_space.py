@@ -1,4 +1,4 @@
-"""Half-spaces of finite elements, condensed onto the points that may touch."""
+"""Half-spaces of finite elements, condensed onto their candidate contact points."""
 
 from __future__ import annotations
 
@@ -31,27 +31,27 @@ def half_space_body(
     reduced_integration: bool = True,
     solver: str = SOLVERS[0],
 ) -> CondensedBody:
-    """Condense a half-space onto the nodes of its surface that may touch.
+    """Return a half-space condensed onto its candidate surface nodes.
 
-    Outside the mesh are Boussinesq fields (see `reference.fem.far_field`).
+    The exterior consists of Boussinesq fields (see `reference.fem.far_field`).
 
     Parameters
     ----------
     mesh : RingMesh or TensorMesh
     material : Material
-        Beyond nu = 0.4999 in the mixed form of `reference.fem.mixed`.
+        Above nu = 0.4999 the mixed form of `reference.fem.mixed` is used.
     far_field : {"boussinesq", "fixed"}
         "fixed" clamps the outer boundary; for comparisons with published models only.
     reduced_integration : bool
         False shows locking.
     solver : {"nested_dissection", "pardiso", "multigrid"}
-        "pardiso" needs the optional package pypardiso and is no faster; "multigrid" condenses
-        nothing (see `reference.fem.multigrid`) and fits where a factorisation does not.
+        "pardiso" needs the optional package pypardiso and is no faster; "multigrid" does not
+        condense (see `reference.fem.multigrid`) and needs less memory than a factorisation.
 
     Raises
     ------
     ValueError
-        For every argument out of range, with the value that came.
+        Lists all arguments out of range with their values.
     """
     faults = choice_faults("far_field", far_field, ("boussinesq", "fixed"))
     refuse(faults + _solver_faults(solver, mesh, material))
@@ -95,7 +95,7 @@ def half_space_body(
 
 
 def _solver_faults(solver: str, mesh: RingMesh | TensorMesh, material: Material) -> list[str]:
-    """Name what the linear solver lacks, and what mesh and material do not take together."""
+    """Return messages for a missing solver, and for mesh and material that do not fit."""
     faults = choice_faults("solver", solver, SOLVERS)
     if solver == "pardiso" and not pardiso.available():
         faults.append(
@@ -125,7 +125,7 @@ def _matrices(
 def _compliance(
     system: LinearSystem, exterior: NDArray[np.float64], solver: str
 ) -> NDArray[np.float64]:
-    """Displacements of the retained unknowns for unit forces on them."""
+    """Return the displacements of the retained unknowns for unit forces on them."""
     if solver == "pardiso":
         stiffness = pardiso.condense(stiffness_matrix(system, exterior), system.retained)
     else:
@@ -137,7 +137,7 @@ def _compliance(
 def _places(
     grid: GradedMesh, system: LinearSystem
 ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Position and direction of each free unknown."""
+    """Return positions and directions of the free unknowns."""
     positions = np.zeros((system.first, 3))
     components = np.zeros(system.first, dtype=np.int64)
     elements = grid.mesh.dofs.element_dofs.T
@@ -152,7 +152,7 @@ def _places(
 def _candidates(
     grid: GradedMesh, candidate: Region
 ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-    """Surface nodes that may touch, ordered by x then y, and their tributary areas."""
+    """Return the candidate surface nodes, ordered by x then y, and their tributary areas."""
     mesh = grid.mesh
     numbers, shapes, _, areas = facet_quadrature(mesh, grid.surface, 3)
     shares = np.abs(areas[..., 2]) @ shapes.T
@@ -171,7 +171,7 @@ def _linear_system(
     groups: list[NDArray[np.float64]],
     poisson_ratio: float,
 ) -> LinearSystem:
-    """Give numbers to the free displacements, then to those that follow the far field."""
+    """Return the system, with boundary unknowns numbered after the free ones."""
     mesh = grid.mesh
     total = mesh.p.shape[1]
     fixed = np.zeros((total, 3), dtype=bool)
@@ -186,7 +186,7 @@ def _linear_system(
     free, following = number == 0, number == 1
     elements = mesh.dofs.element_dofs.T
     displacements = int(free.sum())
-    # in a mixed form the element matrices have rows for the mean stress, too
+    # in a mixed form the element matrices also have rows for the mean stress
     stresses = matrices.shape[1] > 3 * elements.shape[1]
     extra = np.arange(len(elements) * STRESSES * stresses).reshape(-1, STRESSES) + displacements
     first = displacements + extra.size

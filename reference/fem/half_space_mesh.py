@@ -30,7 +30,7 @@ SYMMETRIES = {
     "half_y": (False, True),
     "quarter": (True, True),
 }
-# Beyond them the elements are too distorted for a definite matrix in double precision.
+# Beyond these limits the elements are too distorted for a definite matrix in double precision.
 LARGEST_ASPECT, LARGEST_EXTENT = 100, 1000
 
 
@@ -41,15 +41,15 @@ class Meshed(NamedTuple):
     ----------
     grid : GradedMesh
     candidate : callable
-        Which surface nodes (x, y) may touch.
+        Function that selects candidate surface nodes (x, y).
     sources : (float, float)
         Distances in x and y of the outer point forces of the far field from the centre.
     length, spacing : float
         Unit of length, and size of the surface elements in the contact.
     offset : (2,)
-        What the mesh coordinates lack to positions (the mesh is centred).
+        Positions minus mesh coordinates (the mesh is centred).
     ring, stretch
-        As of `CondensedBody`.
+        As for `CondensedBody`.
     """
 
     grid: GradedMesh
@@ -72,17 +72,17 @@ class RingMesh:
     Parameters
     ----------
     contact_radius : float
-        Contact radius at the largest load; candidates reach 1.3 times as far.
+        Contact radius at the largest load; candidates extend to 1.3 times this radius.
     elements : int
-        Elements per contact radius (each has two node spacings).
+        Elements (two node spacings) per contact radius.
     symmetry : {"quarter", "half_x", "half_y", "none"}
-        "quarter" for gaps that are even in x and in y: a fourth of the work; "half_x" for gaps that
-        are even in x (only x >= 0 is meshed), "half_y" in y.
+        "quarter" for gaps even in x and y, with a quarter of the work; "half_x" for gaps even in x
+        (only x >= 0 is meshed), "half_y" in y.
     edge : float, optional
         Radius of a sharp edge or a kink of the indenter, at most `contact_radius`. The mesh has a
-        circle there, towards which the elements crowd.
+        circle there, towards which the elements are refined.
     sharp : bool
-        The edge is that of a flat punch: more rings, which crowd more.
+        Edge of a flat punch: more rings, with stronger refinement.
     stretch : (float, float)
         Factors on x and y: contact ellipse with semi-axes ``contact_radius * stretch``, up to
         1:100.
@@ -156,7 +156,7 @@ class RingMesh:
 def _candidate_reach(
     rings: NDArray[np.float64], stretch: tuple[float, float], extent: float
 ) -> NDArray[np.float64]:
-    """Half-axes of the mesh ellipse that lies 1.2 contact radii out, or next to it."""
+    """Return the semi-axes of the mesh ellipse at or next to 1.2 contact radii."""
     limit = rings[np.searchsorted(rings, 1.2 - 1e-9)]
     return stretched(np.diag([limit, limit]), np.asarray(stretch), extent).diagonal()
 
@@ -164,7 +164,7 @@ def _candidate_reach(
 def _even_rings(
     elements: int, extent: float, stretch: tuple[float, float]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], int]:
-    """Mesh circles and depths in contact radii, and the cells of the core; no edge to fit."""
+    """Return mesh circles and depths in contact radii, and core cells, without an edge."""
     cells = max(1, round(0.5 * elements))
     growth = 1.0 + 1.2 / np.sqrt(elements)
     inside = np.linspace(0.5, 1.0, cells + 1)
@@ -178,12 +178,13 @@ def _even_rings(
 def _edge_rings(
     elements: int, ring: float, sharp: bool, extent: float, stretch: tuple[float, float]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], int]:
-    """Mesh circles and depths in contact radii, and the cells of the core: contact ends at `ring`.
+    """Return mesh circles and depths in contact radii, and core cells, with an edge at `ring`.
 
-    Cells crowd towards the edge. Where the pressure vanishes like a root there, a size that goes
-    with the root of the distance gives fourth order in the number of cells; at a sharp edge, where
-    it is singular, with the power 3/4 (the last cell goes as count^-4 then, and the error with it).
-    A circular contact is smooth along the edge: there two cells per 45 degrees serve 1e-5.
+    Cells are refined towards the edge. If the pressure vanishes as a square root, cell sizes
+    proportional to the root of the distance give fourth order in the number of cells; at a sharp
+    edge, where it is singular, the power is 3/4 (the last cell and the error are then proportional
+    to count^-4). A circular contact is smooth along the edge, where two cells per 45 degrees
+    suffice for 1e-5.
     """
     exponent = 0.75 if sharp else 0.5
     cells = max(2, -(-elements // 4)) if sharp else -(-elements // 2)
@@ -191,7 +192,7 @@ def _edge_rings(
     inside = graded_lines(core, 1.0, elements if sharp else cells, exponent)
 
     def outward(reach: float) -> NDArray[np.float64]:
-        # as many cells for each factor of e as a mesh of radius 2.5 has
+        # as many cells per factor of e as in a mesh of radius 2.5
         count = round(1.5 * elements * np.log1p(reach) / np.log1p(1.5))
         return edge_lines(reach, count, exponent)
 
@@ -205,14 +206,14 @@ def _edge_rings(
 class TensorMesh:
     """A mesh with a rectangular grid of candidate contact points.
 
-    The grid lines go straight down; beyond the grid and with depth the cells grow.
+    Grid lines are vertical; cells grow beyond the grid and with depth.
 
     Parameters
     ----------
     x, y : (nx,), (ny,)
-        Strictly increasing mesh lines. All their crossings are candidates (and with ``order=2``
-        the mid-points too), in C order: index ``i * ny + j`` for ``(x_i, y_j)``. Towards a plane of
-        symmetry they start at 0.
+        Strictly increasing mesh lines. All crossings are candidates (with ``order=2`` also
+        mid-points), in C order: index ``i * ny + j`` for ``(x_i, y_j)``. On a plane of symmetry
+        they start at 0.
     symmetry : {"none", "half_x", "half_y", "quarter"}
         As of `RingMesh`.
     order : {1, 2}
@@ -220,7 +221,7 @@ class TensorMesh:
     extent : float
         Distance of the outer boundary from the centre, in half-widths of the grid.
     growth : float
-        Ratio of neighbouring cells outside the grid.
+        Ratio of neighbouring cell sizes outside the grid.
 
     Raises
     ------
@@ -259,7 +260,7 @@ class TensorMesh:
 
     @property
     def unknowns(self) -> int:
-        """Displacements of the mesh, counted without making it.
+        """Number of displacements of the mesh, without constructing it.
 
         Examples
         --------
@@ -289,7 +290,7 @@ class TensorMesh:
     def _scaled(
         self,
     ) -> tuple[NDArray[np.float64], NDArray[np.float64], float, NDArray[np.float64]]:
-        """Return the lines around their centre, the unit of length, and the centre in it."""
+        """Return the centred lines, the unit of length, and the original centre in this unit."""
         planes = SYMMETRIES[self.symmetry]
         length = 2.0 ** round(np.log2(_half_width(self.x, self.y, planes)))
         centre = [
@@ -301,7 +302,7 @@ class TensorMesh:
 
 
 def _half_width(x: NDArray[np.float64], y: NDArray[np.float64], planes: Planes) -> float:
-    """Larger half-width of the grid, with its mirror images."""
+    """Return the larger half-width of the grid, with its mirror images."""
     widths = [
         np.ptp(line) if plane else 0.5 * np.ptp(line)
         for line, plane in zip((x, y), planes, strict=True)
@@ -312,7 +313,7 @@ def _half_width(x: NDArray[np.float64], y: NDArray[np.float64], planes: Planes) 
 def _tensor_planes(
     x: NDArray[np.float64], y: NDArray[np.float64], planes: Planes, extent: float, growth: float
 ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Mesh planes in x, y and z of the grid (centred) and of the block around and below it."""
+    """Return the mesh planes in x, y and z of the centred grid and the surrounding block."""
     reach = extent * _half_width(x, y, planes)
     wide_x, wide_y = (
         _extended(line, reach, growth, plane) for line, plane in zip((x, y), planes, strict=True)
@@ -324,7 +325,7 @@ def _tensor_planes(
 def _extended(
     line: NDArray[np.float64], reach: float, growth: float, symmetric: bool
 ) -> NDArray[np.float64]:
-    """Grid lines with growing cells out to the boundary of the mesh."""
+    """Return grid lines with growing cells up to the boundary of the mesh."""
     right = growing_lines(line[-1], reach, growth * (line[-1] - line[-2]), growth)[1:]
     if symmetric:
         return np.concatenate([line, right])

@@ -1,8 +1,8 @@
-"""Hexahedral meshes of a piece of half-space, fine where the contact is.
+"""Hexahedral meshes of a part of a half-space, fine in the contact.
 
 z points into the half-space, the surface is z = 0. A mesh is built from lattices: every element is
-a 3 x 3 x 3 block of node numbers into one array of points, so curved rings carry their mid-nodes
-exactly, and the same blocks give trilinear (corners only) or 27-node triquadratic elements.
+a 3 x 3 x 3 block of node numbers into one array of points, so curved rings have exact mid-nodes,
+and the same blocks give trilinear (corners only) or 27-node triquadratic elements.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ Planes = tuple[bool, bool]
 
 @dataclass(frozen=True, eq=False)
 class GradedMesh:
-    """A mesh and the parts of its boundary.
+    """A mesh and parts of its boundary.
 
     Attributes
     ----------
@@ -28,9 +28,9 @@ class GradedMesh:
     surface : (k,)
         Facets at z = 0.
     outer : (l,)
-        Facets towards the unmeshed rest of the half-space.
+        Facets towards the unmeshed exterior of the half-space.
     planes : (bool, bool)
-        Whether x = 0, and y = 0, is a plane of symmetry, with only the positive side meshed.
+        Whether x = 0 and y = 0 are planes of symmetry, with only the positive side meshed.
     """
 
     mesh: MeshHex
@@ -40,19 +40,19 @@ class GradedMesh:
 
 
 def facet_nodes(mesh: MeshHex, facets: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Numbers of all nodes (corner, edge and face nodes) on the given facets."""
+    """Return numbers of all nodes (corner, edge and face nodes) on the given facets."""
     return np.asarray(mesh.dofs.get_facet_dofs(facets).flatten(), dtype=np.int64)
 
 
 def facet_quadrature(
     mesh: MeshHex, facets: NDArray[np.int64], per_direction: int
 ) -> tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
-    """Gauss points on facets.
+    """Return Gauss points on facets.
 
     Returns
     -------
     nodes : (facets, n)
-        Node numbers of each facet.
+        Node numbers of the facets.
     shapes : (n, points)
         Values of their shape functions.
     points : (facets, points, 3)
@@ -80,7 +80,7 @@ def facet_quadrature(
 
 
 def growing_lines(start: float, end: float, first: float, growth: float) -> NDArray[np.float64]:
-    """Lines from `start` to `end`, the first cell near `first`, each next one `growth` times wider.
+    """Return lines from `start` to `end`, with a first cell near `first`, growing by `growth`.
 
     Examples
     --------
@@ -95,17 +95,18 @@ def growing_lines(start: float, end: float, first: float, growth: float) -> NDAr
 def edge_lines(
     reach: float, count: int, exponent: float, far_exponent: float = 1.0
 ) -> NDArray[np.float64]:
-    """Lines from 0 to `reach` whose cells crowd towards 0 and grow beyond 1.
+    """Return lines from 0 to `reach` with cells refined towards 0 and growing beyond 1.
 
-    The size of a cell at t goes as ``t^exponent (1 + t)^(far_exponent - exponent)``: the first
-    power suits a field with a root or a singularity at 0, the second one that decays with 1 + t.
+    The cell size at t is proportional to ``t^exponent (1 + t)^(far_exponent - exponent)``: the
+    first power suits a field with a root or a singularity at 0, the second a field that decays with
+    1 + t.
 
     Examples
     --------
     >>> np.round(edge_lines(3.0, 4, 0.5), 3)
     array([0.   , 0.112, 0.5  , 1.337, 3.   ])
     """
-    # t = reach s^(1/(1 - exponent)) turns the integral of 1/size into a smooth one
+    # t = reach s^(1/(1 - exponent)) makes the integral of 1/size smooth
     s = np.linspace(0.0, 1.0, 4001)
     t = reach * s ** (1.0 / (1.0 - exponent))
     number = cumulative_simpson((1.0 + t) ** (exponent - far_exponent), x=s, initial=0.0)
@@ -114,9 +115,10 @@ def edge_lines(
 
 
 def graded_lines(start: float, end: float, count: int, exponent: float) -> NDArray[np.float64]:
-    """Lines from `start` to `end` that crowd towards `end`.
+    """Return lines from `start` to `end`, refined towards `end`.
 
-    The distance to `end` goes as ``(j/count)^(1/(1 - exponent))``; exponent 0 is uniform.
+    The distance to `end` is proportional to ``(j/count)^(1/(1 - exponent))``; exponent 0 is
+    uniform.
     """
     return end - (end - start) * np.linspace(1.0, 0.0, count + 1) ** (1.0 / (1.0 - exponent))
 
@@ -130,7 +132,7 @@ def ring_mesh(
     stretch: tuple[float, float] = (1.0, 1.0),
     planes: Planes = (True, True),
 ) -> GradedMesh:
-    """Mesh a cylinder with 27-node hexahedra: a square core, circular rings around it.
+    """Return a cylinder of 27-node hexahedra: a square core with circular rings.
 
     Parameters
     ----------
@@ -143,8 +145,8 @@ def ring_mesh(
     round_from : float
         Radius of the first true circle (one of `rings`).
     stretch : (float, float)
-        Factors on x and y that turn the circles up to radius 1 into ellipses; further out they
-        become round again, so that the outer boundary is equally far from every part of the load.
+        Factors on x and y that stretch circles up to radius 1 to ellipses; beyond, they become
+        round again, so that the outer boundary is equidistant from the load.
     planes : (bool, bool)
         Symmetry planes x = 0 and y = 0; with both, only the quadrant x, y >= 0 is meshed.
     """
@@ -168,7 +170,7 @@ def tensor_mesh(
     order: int,
     planes: Planes,
 ) -> GradedMesh:
-    """Mesh a box between the planes x, y, z; `order` 1 (8 nodes) or 2 (27 nodes)."""
+    """Return a mesh of a box with planes x, y, z; `order` 1 (8 nodes) or 2 (27 nodes)."""
     mesh = MeshHex.init_tensor(x, y, z)
     sides = [mesh.p[0] == x[-1], mesh.p[1] == y[-1]]
     sides += [mesh.p[axis] == line[0] for axis, line in enumerate((x, y)) if not planes[axis]]
@@ -180,7 +182,7 @@ def tensor_mesh(
 def _quadrant(
     rings: NDArray[np.float64], cells: int, round_from: float
 ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Points and 3 x 3 node blocks of a quarter disc: the core, and rings of two sectors."""
+    """Return points and 3 x 3 node blocks of a quarter disc: the core, and rings of two sectors."""
     core = rings[0]
     corner = 0.85 * core
     s = np.linspace(0.0, 1.0, 2 * cells + 1)
@@ -191,7 +193,7 @@ def _quadrant(
     angle = 0.25 * np.pi * s
     arc = np.stack([np.cos(angle), np.sin(angle)], axis=-1)
     radii = _with_midpoints(rings)
-    # from the square straight to the circle `round_from`, circles beyond it
+    # linear from the square to the circle `round_from`, circles beyond it
     fraction = np.clip((radii - rings[0]) / (round_from - rings[0]), 0.0, 1.0)[:, None, None]
     circle = arc * np.maximum(radii, round_from)[:, None, None]
     sector = (1.0 - fraction) * inner + fraction * circle
@@ -202,7 +204,7 @@ def _quadrant(
 def stretched(
     points: NDArray[np.float64], stretch: NDArray[np.float64], reach: float
 ) -> NDArray[np.float64]:
-    """Ellipses within radius 1, turning into circles at `reach`."""
+    """Return points stretched to ellipses within radius 1, and to circles at `reach`."""
     radius = np.hypot(points[:, 0], points[:, 1])
     rounding = np.clip((radius - 1.0) / (reach - 1.0), 0.0, 1.0)[:, None]
     return points * (stretch + (stretch.max() - stretch) * rounding)
@@ -211,7 +213,7 @@ def stretched(
 def _stacked(
     blocks: list[NDArray[np.float64]],
 ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """All lattice points in one array, and the 3 x 3 node numbers of every cell."""
+    """Return all lattice points in one array, and the 3 x 3 node numbers of every cell."""
     points, cells, start = [], [], 0
     for block in blocks:
         numbers = start + np.arange(block.shape[0] * block.shape[1]).reshape(block.shape[:2])
@@ -225,7 +227,7 @@ def _stacked(
 def _mirrored(
     points: NDArray[np.float64], cells: NDArray[np.int64], axis: int
 ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Both sides of a plane of symmetry (shared nodes still double)."""
+    """Return both sides of a plane of symmetry (with duplicate shared nodes)."""
     sign = np.where(np.arange(2) == axis, -1, 1)
     return np.concatenate([points, points * sign]), np.concatenate([cells, cells + len(points)])
 
@@ -233,8 +235,8 @@ def _mirrored(
 def _merged(
     points: NDArray[np.float64], cells: NDArray[np.int64]
 ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Join points that coincide."""
-    # lattices meet to rounding; 1e-9 is far above it and far below any cell
+    """Merge coincident points."""
+    # lattices match to rounding; 1e-9 is far above rounding and far below any cell size
     keys = np.round(points * 1e9).astype(np.int64)
     _, index, inverse = np.unique(keys, axis=0, return_index=True, return_inverse=True)
     points = np.where(np.abs(points) < 1e-12, 0.0, points)
@@ -251,7 +253,7 @@ def _with_midpoints(lines: NDArray[np.float64]) -> NDArray[np.float64]:
 def _extruded(
     points: NDArray[np.float64], cells: NDArray[np.int64], depths: NDArray[np.float64]
 ) -> MeshHex2:
-    """27-node hexahedra over plane 9-node cells."""
+    """Return 27-node hexahedra over plane 9-node cells."""
     z = _with_midpoints(depths)
     layer = len(points)
     nodes = np.concatenate([np.tile(points, (len(z), 1)), np.repeat(z, layer)[:, None]], axis=1)
@@ -261,7 +263,7 @@ def _extruded(
 
 
 def _triquadratic(nodes: NDArray[np.float64], blocks: NDArray[np.int64]) -> MeshHex2:
-    """Make a scikit-fem mesh whose elements have the given lattice points as nodes."""
+    """Return a scikit-fem mesh with the given lattice points as nodes of its elements."""
     i, j, k = (2 * ElementHex1.doflocs.T).astype(int)
     corners = blocks[:, i, j, k]
     used, t = np.unique(corners, return_inverse=True)
@@ -280,7 +282,7 @@ def _with_boundaries(
     depth: float,
     planes: Planes,
 ) -> GradedMesh:
-    """Find the surface and the outer facets from their corner nodes."""
+    """Return the mesh with surface and outer facets, identified by corner nodes."""
 
     def on(corners: NDArray[np.bool_]) -> NDArray[np.bool_]:
         return corners[mesh.facets].all(axis=0)

@@ -1,9 +1,9 @@
-"""Incompressible bodies: 27-node displacements with a linear mean stress in each element.
+"""Incompressible bodies: 27-node displacements with element-wise linear mean stress.
 
 ``int 2 mu eps(u) : eps(v) + s div v = f(v)`` and ``int t (div u - s / lambda) = 0`` for the mean
-stress s = lambda div u, discontinuous and linear in each element (Q2/P1; Boffi, Brezzi & Fortin
+stress s = lambda div u, discontinuous and element-wise linear (Q2/P1; Boffi, Brezzi & Fortin
 2013, *Mixed Finite Element Methods and Applications*, sec. 8.6.3: inf-sup stable, fourth order in
-the force as the compressible element). With 1/lambda = 0 the body is exactly incompressible.
+the force like the compressible element). With 1/lambda = 0 the body is exactly incompressible.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ GAUSS = 3
 
 
 def mixed_matrices(mesh: MeshHex2, poisson_ratio: float) -> NDArray[np.float64]:
-    """Symmetric indefinite matrices (elements, 81 + 4, 81 + 4) for a unit Young's modulus.
+    """Return symmetric indefinite matrices (elements, 81 + 4, 81 + 4) for unit Young's modulus.
 
     The displacements come first, component fastest, then the mean stresses.
     """
@@ -46,9 +46,9 @@ def mixed_matrices(mesh: MeshHex2, poisson_ratio: float) -> NDArray[np.float64]:
 
 
 def mean_stress_modes(mesh: MeshHex2, per_direction: int) -> NDArray[np.float64]:
-    """1 and the coordinates from the middle of the element over its size, at the Gauss points.
+    """Return 1 and the coordinates relative to centre and size of the element at the Gauss points.
 
-    Linear in space, not in the local coordinates: on distorted cells only that keeps the order.
+    Linear in space, not in local coordinates, which preserves the order on distorted cells.
 
     Returns
     -------

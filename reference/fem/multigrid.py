@@ -1,10 +1,9 @@
 """Contact without a factorisation: conjugate gradients and smoothed aggregation (pyamg).
 
-Nothing is condensed. A contact set is a set of prescribed displacements, and the few fields it
-needs are solved for one by one; every load whose right-hand side lies in the span of those already
-solved costs nothing. On a mesh that is fitted to the contact edge the set never changes, and all
-depths of a paraboloid take two solves (1 and r^2), so that a body too large to factorise still has
-its load curve.
+There is no condensation. A contact set is a set of prescribed displacements, and the few necessary
+fields are solved one by one; loads in the span of previous right-hand sides need no solve. On a
+mesh fitted to the contact edge the set never changes, and all depths of a paraboloid take two
+solves (1 and r^2), so load curves are possible for bodies too large to factorise.
 """
 
 from __future__ import annotations
@@ -18,19 +17,19 @@ from reference.errors import ConvergenceError
 from reference.fem.nested_dissection import LinearSystem
 from reference.fem.sparse import stiffness_matrix
 
-# Relative residual in the norm of the preconditioner. The force is stationary: its error goes with
-# the square of that of the fields.
+# Relative residual in the norm of the preconditioner. The force is stationary: its error is of the
+# order of the square of that of the fields.
 TOLERANCE = 2e-6
 LARGEST_COUNT = 1000
-IN_SPAN = 1e-7  # a right-hand side this near to a combination of solved ones is not solved again
+IN_SPAN = 1e-7  # a right-hand side this close to a combination of solved ones is not solved again
 
 
 class MultigridFlexibility:
     """Response of a body by preconditioned conjugate gradients.
 
     The preconditioner is one V-cycle of smoothed aggregation with the six rigid motions as
-    near-null space (Vaněk, Mandel & Brezina 1996), all connections counted as strong because the
-    stretched cells near the edge break the usual measure, and the exact inverse on the few
+    near-null space (Vaněk, Mandel & Brezina 1996), with all connections strong, because the
+    standard measure fails for the stretched cells near the edge, and the exact inverse on the few
     far-field unknowns.
 
     Parameters
@@ -38,9 +37,9 @@ class MultigridFlexibility:
     system, exterior
         As for `condense`.
     positions : (first, 3)
-        Place of each free unknown.
+        Positions of the free unknowns.
     components : (first,)
-        Its direction, 0 to 2.
+        Their directions, 0 to 2.
     """
 
     def __init__(
@@ -71,7 +70,7 @@ class MultigridFlexibility:
     def respond(
         self, inside: NDArray[np.int64], right: NDArray[np.float64], softness: NDArray[np.float64]
     ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """See `Flexibility`; rigid contact only.
+        """Solve as in `Flexibility`, for rigid contact only.
 
         Raises
         ------
@@ -84,18 +83,18 @@ class MultigridFlexibility:
         space = self.solved.get(inside.tobytes(), nothing)
         for column in right.T:
             space = self._with(inside, space, column)
-        self.solved = {inside.tobytes(): space}  # contact sets rarely come back
+        self.solved = {inside.tobytes(): space}  # contact sets rarely recur
         basis, fields = space
         weights = np.linalg.lstsq(basis, right, rcond=None)[0]
         images = self.matrix @ fields
         forces = images[self.system.retained[inside]]
-        # what is left of the residual acts on the fields: with it the components of the forces in
-        # the basis, the total among them, have only the square of the error of the fields
+        # with the work of the residual on the fields, the components of the forces in the basis,
+        # including the total, have only the square of the error of the fields
         forces = forces + basis @ (fields.T @ images - basis.T @ forces)
         return forces @ weights, fields[self.system.retained] @ weights
 
     def interior(self, reactions: NDArray[np.float64]) -> NDArray[np.float64]:
-        """See `Flexibility`: one more solve."""
+        """Solve as in `Flexibility`, with one more solve."""
         load = np.zeros(self.matrix.shape[0])
         load[self.system.retained] = reactions
         values = self._solve(load, np.ones(len(load), dtype=bool))
@@ -128,7 +127,7 @@ class MultigridFlexibility:
         return np.concatenate([self.cycle @ residual[:first], self.far @ residual[first:]])
 
     def _solve(self, load: NDArray[np.float64], free: NDArray[np.bool_]) -> NDArray[np.float64]:
-        """Conjugate gradients on the free unknowns, the others being zero (Saad 2003, alg. 9.1)."""
+        """Solve for the free unknowns by conjugate gradients, others zero (Saad 2003, alg. 9.1)."""
         values = np.zeros_like(load)
         residual = np.where(free, load, 0.0)
         upward = np.where(free, self._precondition(residual), 0.0)
@@ -153,7 +152,7 @@ class MultigridFlexibility:
 def rigid_motions(
     positions: NDArray[np.float64], components: NDArray[np.int64]
 ) -> NDArray[np.float64]:
-    """Three translations and three rotations at unknowns of the given place and direction."""
+    """Return three translations and rotations at unknowns of given positions and directions."""
     result = np.zeros((len(components), 6))
     result[np.arange(len(components)), components] = 1.0
     rotations = np.cross(np.eye(3)[:, None, :], positions[None])

@@ -1,11 +1,10 @@
 """Condensation onto a few unknowns by nested dissection with dense fronts.
 
-The elements are bisected recursively; on the way back up each pair of neighbouring groups is
-merged and the unknowns that no element outside the merged group touches are eliminated by a dense
-Cholesky factorisation (the multifrontal method: Duff & Reid 1983; George 1973 for the ordering).
-What is left at the top is the Schur complement on the retained unknowns. All the work is done by
-BLAS, so plain NumPy wheels reach the speed of a compiled sparse solver on these problems, and the
-Schur complement costs no right-hand sides.
+The elements are bisected recursively; on return, pairs of neighbouring groups are merged, and
+unknowns without elements outside the merged group are eliminated by a dense Cholesky factorisation
+(the multifrontal method: Duff & Reid 1983; George 1973 for the ordering). The result is the Schur
+complement on the retained unknowns. The work is done by BLAS, so plain NumPy wheels reach the speed
+of a compiled sparse solver on these problems, and the Schur complement needs no right-hand sides.
 """
 
 from __future__ import annotations
@@ -19,7 +18,7 @@ from numpy.typing import NDArray
 from scipy.linalg import cholesky, solve_triangular
 
 LEAF_UNKNOWNS = 600
-SMALLEST_PIVOT = 1e-9  # of a mean stress that is determined, against rounding of 1e-16
+SMALLEST_PIVOT = 1e-9  # relative pivot of a determined mean stress, against rounding of 1e-16
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,20 +29,19 @@ class LinearSystem:
     ----------
     matrices : (elements, size, size)
     unknowns : (elements, size)
-        Number of the unknown behind each row; -1 where the displacement is zero.
+        Number of the unknown of every row; -1 for zero displacements.
     boundary : (boundary unknowns, far-field unknowns)
         The displacement ``u[first + i] = boundary[i] @ q`` of the unknowns that follow far-field
-        unknowns q; they come last, from number `first`.
+        unknowns q, numbered last, from `first`.
     first : int
         Number of free unknowns.
     retained : (r,)
-        The free unknowns to condense onto.
+        The retained free unknowns.
     centres : (elements, 3)
         Element centres, for the bisection.
     mean_stresses : (elements, 4) or (0, 4)
-        Free unknowns that make the system indefinite: each element's mean stress (a constant and
-        three slopes) in a mixed form; they belong to one element each and are among its
-        `unknowns`.
+        Free unknowns that make the system indefinite: the mean stresses of elements (a constant and
+        three slopes) in a mixed form, which are among the `unknowns` of their element only.
     """
 
     matrices: NDArray[np.float64]
@@ -68,7 +66,7 @@ class Front:
 
 @dataclass(frozen=True, eq=False)
 class Shift:
-    """Change of unknowns: until here `shifted` stood for the difference to the unknown `base`."""
+    """Change of unknowns: before it, `shifted` was the difference from the unknown `base`."""
 
     base: int
     shifted: NDArray[np.int64]
@@ -77,7 +75,7 @@ class Shift:
 def condense(
     system: LinearSystem, exterior: NDArray[np.float64], fronts: list[Front | Shift] | None = None
 ) -> NDArray[np.float64]:
-    """Stiffness on the retained unknowns, shape (r, r), in the order of `system.retained`.
+    """Return the stiffness (r, r) on the retained unknowns, in the order of `system.retained`.
 
     Parameters
     ----------
@@ -85,13 +83,13 @@ def condense(
     exterior : (k, k)
         Stiffness of the unmeshed exterior on the far-field unknowns.
     fronts : list, optional
-        Collects the eliminations for `expand`; without it they are dropped as the tree is climbed,
-        which keeps the memory at that of the largest fronts.
+        Collects the eliminations for `expand`; by default they are dropped, which limits the memory
+        to that of the largest fronts.
 
     Raises
     ------
     numpy.linalg.LinAlgError
-        If the body is not held (a rigid motion is free).
+        If the body is not supported (a rigid motion is free).
     """
     dissection = _Dissection(system, fronts)
     remaining, matrix = dissection.reduce(np.arange(len(system.matrices)))
@@ -109,7 +107,7 @@ def condense(
 def expand(
     system: LinearSystem, fronts: list[Front | Shift], retained_values: NDArray[np.float64]
 ) -> NDArray[np.float64]:
-    """All displacements from those of the retained unknowns (no load on any other).
+    """Return all displacements from those of the retained unknowns, without other loads.
 
     Returns the values of the free unknowns followed by those of the boundary unknowns.
     """
@@ -128,7 +126,7 @@ def expand(
 
 
 class _Dissection:
-    """The recursion and what its levels share."""
+    """The recursion with its common data."""
 
     def __init__(self, system: LinearSystem, fronts: list[Front | Shift] | None) -> None:
         self.system = system
@@ -137,7 +135,7 @@ class _Dissection:
         self.multiplicity = np.zeros(total, dtype=np.int64)
         free = system.unknowns[(system.unknowns >= 0) & (system.unknowns < system.first)]
         self.multiplicity[: system.first] = np.bincount(free, minlength=system.first)
-        # one use that no group ever completes keeps these unknowns to the top
+        # one extra use, never completed by a group, keeps these unknowns to the top
         self.multiplicity[system.retained] += 1
         self.multiplicity[system.first :] = np.iinfo(np.int64).max
         self.indefinite = np.zeros(total, dtype=bool)
@@ -150,7 +148,7 @@ class _Dissection:
         self.leaf_elements = max(2, LEAF_UNKNOWNS // size)
 
     def reduce(self, elements: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-        """Unknowns shared with the rest, and the stiffness of the group on them."""
+        """Return the unknowns shared with other groups, and the stiffness of the group on them."""
         if len(elements) <= self.leaf_elements:
             return self._leaf(elements)
         left, right = self._bisect(elements)
@@ -159,7 +157,7 @@ class _Dissection:
         return self._merge(names, [first, second], elements, [left[0], right[0]])
 
     def _uses(self, elements: NDArray[np.int64], names: NDArray[np.int64]) -> NDArray[np.int64]:
-        """How many elements of the group use each named unknown."""
+        """Return the numbers of elements of the group that use the given unknowns."""
         unknowns = self.system.unknowns[elements].ravel()
         place = np.minimum(np.searchsorted(names, unknowns), len(names) - 1)
         return np.bincount(place[names[place] == unknowns], minlength=len(names))
@@ -171,9 +169,9 @@ class _Dissection:
         elements: NDArray[np.int64],
         firsts: list[int] | NDArray[np.int64],
     ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-        """Add the parts of a group, and eliminate what no element outside it touches.
+        """Add the parts of a group, and eliminate unknowns without elements outside it.
 
-        `firsts` are the first elements of the parts, whose constants stand for the mean stress of
+        `firsts` are the first elements of the parts, whose constants represent the mean stress of
         their part.
         """
         complete = self._uses(elements, names) == self.multiplicity[names]
@@ -185,7 +183,7 @@ class _Dissection:
         base = int(self.constants[elements[0]])
         constants = np.setdiff1d(self.constants[firsts], base)
         self._shift(names, matrix, base, constants)
-        # a group that is held all round carries any uniform mean stress: its base stays
+        # a group constrained on all sides carries any uniform mean stress: its base is kept
         finished = names[complete & (names != base)]
         kind = self.indefinite[finished]
         names, matrix = self.eliminate(names, matrix, np.isin(names, finished[~kind]))
@@ -195,7 +193,7 @@ class _Dissection:
         try:
             return self.eliminate(names, matrix, np.isin(names, waiting), sign=-1.0)
         except np.linalg.LinAlgError:
-            return names, matrix  # the parts do not touch yet: the next level will do
+            return names, matrix  # the parts are not connected yet: left to the next level
 
     def _shift(
         self,
@@ -204,7 +202,7 @@ class _Dissection:
         base: int,
         shifted: NDArray[np.int64],
     ) -> None:
-        """Let the constants of the parts stand for their differences to that of the group."""
+        """Replace the constants of the parts by their differences from that of the group."""
         if self.fronts is not None:
             self.fronts.append(Shift(base, shifted))
         place, places = np.searchsorted(names, base), np.searchsorted(names, shifted)
@@ -218,12 +216,12 @@ class _Dissection:
         complete: NDArray[np.bool_],
         sign: float = 1.0,
     ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-        """Schur complement after elimination of a block that is definite, of the given sign.
+        """Return the Schur complement after elimination of a definite block of the given sign.
 
         Raises
         ------
         numpy.linalg.LinAlgError
-            If it is not; nothing has been done then.
+            If it is not definite; nothing is changed then.
         """
         count = int(complete.sum())
         if count == 0:
@@ -252,7 +250,7 @@ class _Dissection:
         names = names[names >= 0]
         matrix = np.zeros((len(names) + 1, len(names) + 1))
         for element in elements:
-            # zero displacements (-1) are collected in the last row, which is dropped
+            # zero displacements (-1) are summed in the last row, which is dropped
             rows = np.searchsorted(names, system.unknowns[element])
             rows[system.unknowns[element] < 0] = len(names)
             _add(matrix, rows, system.matrices[element])
@@ -262,7 +260,7 @@ class _Dissection:
     def _follow_far_field(
         self, names: NDArray[np.int64], matrix: NDArray[np.float64]
     ) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
-        """Replace boundary unknowns by the far-field unknowns they follow."""
+        """Replace boundary unknowns by the far-field unknowns that they follow."""
         first, boundary = self.system.first, self.system.boundary
         free = int(np.searchsorted(names, first))
         if free == len(names) or boundary.shape[1] == 0:
@@ -278,7 +276,7 @@ class _Dissection:
         return np.concatenate([names[:free], first + np.arange(modes)]), result
 
     def _bisect(self, elements: NDArray[np.int64]) -> tuple[NDArray[np.int64], NDArray[np.int64]]:
-        """Split where the fewest unknowns are shared, sizes within 1:2."""
+        """Return a split with the fewest shared unknowns and sizes within 1:2."""
         best, halves = np.inf, None
         for key in self.keys:
             for part in self._cuts(key[elements]):
@@ -293,9 +291,9 @@ class _Dissection:
         return halves
 
     def _cuts(self, key: NDArray[np.float64]) -> Iterator[NDArray[np.bool_]]:
-        """Find the cut between layers nearest to the median."""
+        """Return the cut between layers nearest to the median."""
         ordered = np.sort(key)
-        # the second term: elements of one layer differ by rounding, which is no place to cut
+        # the second term prevents cuts within a layer, whose elements differ by rounding
         least = 1e-6 * (ordered[-1] - ordered[0]) + 1e-9 * np.abs(ordered[[0, -1]]).max()
         steps = np.diff(ordered) > least
         places = np.flatnonzero(steps) + 1
@@ -318,7 +316,7 @@ def _sum(
     parts: list[tuple[NDArray[np.int64], NDArray[np.float64]]],
     order: NDArray[np.int64],
 ) -> NDArray[np.float64]:
-    """Sum of the matrices of some parts, on the names taken in an order."""
+    """Return the sum of the matrices of parts, in a given order of unknowns."""
     place = np.empty(len(names), dtype=np.int64)
     place[order] = np.arange(len(names))
     matrix = np.zeros((len(names), len(names)))
@@ -329,7 +327,7 @@ def _sum(
 
 @njit(cache=True)
 def _add(matrix: NDArray[np.float64], rows: NDArray[np.int64], block: NDArray[np.float64]) -> None:
-    """Add a block to the given rows and columns: several times faster than fancy indexing."""
+    """Add a block to the given rows and columns, several times faster than fancy indexing."""
     for i in range(len(rows)):
         for j in range(len(rows)):
             matrix[rows[i], rows[j]] += block[i, j]

@@ -1,4 +1,4 @@
-"""Where the faces of two meshes overlap: convex polygons cut into triangles."""
+"""Overlaps of the faces of two meshes: convex polygons divided into triangles."""
 
 from __future__ import annotations
 
@@ -6,28 +6,28 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
-# Two convex quadrilaterals meet in at most eight corners.
+# The intersection of two convex quadrilaterals has at most eight corners.
 MOST_CORNERS = 8
-# A sliver of this share of a face is none: it would come from rounding at a shared edge.
+# Slivers below this fraction of a face are rounding at shared edges and are dropped.
 SLIVER = 1e-12
 
 
 def overlap_triangles(
     first: NDArray[np.float64], second: NDArray[np.float64]
 ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Cut the faces of two plane meshes against each other (Puso & Laursen 2004).
+    """Return the intersections of the faces of two plane meshes (Puso & Laursen 2004).
 
     Parameters
     ----------
     first, second : (m, 4, 2), (n, 4, 2)
-        Corners of convex quadrilaterals in cyclic order, either way round.
+        Corners of convex quadrilaterals in cyclic order of either sense.
 
     Returns
     -------
     triangles : (t, 3, 2)
-        Together they are the common area; none overlaps another.
+        Disjoint triangles that cover the common area.
     owners : (t, 2)
-        The faces of `first` and `second` that each lies in.
+        The faces of `first` and `second` that contain the triangles.
 
     Examples
     --------
@@ -50,7 +50,7 @@ def _turned(faces: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _close_pairs(first: NDArray[np.float64], second: NDArray[np.float64]) -> NDArray[np.int64]:
-    """Pairs whose bounding boxes overlap."""
+    """Return pairs with overlapping bounding boxes."""
     low = np.maximum(first.min(axis=1)[:, None], second.min(axis=1))
     high = np.minimum(first.max(axis=1)[:, None], second.max(axis=1))
     return np.argwhere((high > low).all(axis=-1))
@@ -83,7 +83,7 @@ def _cut(first, second, pairs):
 
 @numba.njit(cache=True)
 def _half_plane(polygon, corners, a, b, result):
-    """Keep what lies left of the line from a to b (Sutherland & Hodgman 1974)."""
+    """Clip polygons to the left of the line from a to b (Sutherland & Hodgman 1974)."""
     count = 0
     for k in range(corners):
         p, q = polygon[k], polygon[(k + 1) % corners]

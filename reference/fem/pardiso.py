@@ -1,4 +1,4 @@
-"""MKL Pardiso, where the optional package pypardiso is installed (the extra `fast`)."""
+"""MKL Pardiso, if the optional package pypardiso is installed (the extra `fast`)."""
 
 from __future__ import annotations
 
@@ -12,14 +12,14 @@ POSITIVE_DEFINITE = 2  # Pardiso's number for real symmetric positive definite m
 
 
 def available() -> bool:
-    """Whether pypardiso can be imported (it has wheels for 64-bit Intel and AMD only)."""
+    """Return whether pypardiso can be imported (wheels for 64-bit Intel and AMD only)."""
     return find_spec("pypardiso") is not None
 
 
 def factorise(matrix: sparse.csr_array) -> None:
     """Order and factorise a symmetric positive definite matrix, and drop the factor.
 
-    The yardstick of the benchmarks: what one sparse direct solution costs at least.
+    The yardstick of the benchmarks: the minimum cost of a sparse direct solution.
     """
     solver = _solver()
     solver.factorize(_upper(matrix))
@@ -27,19 +27,19 @@ def factorise(matrix: sparse.csr_array) -> None:
 
 
 def condense(matrix: sparse.csr_array, retained: NDArray[np.int64]) -> NDArray[np.float64]:
-    """Schur complement on the retained unknowns, in their order, from one factorisation."""
+    """Return the Schur complement on the retained unknowns, in order, from one factorisation."""
     solver = _solver()
     size = len(retained)
     solver.perm = np.zeros(matrix.shape[0], dtype=np.int32)
     solver.perm[retained] = 1
     # MKL reads its other settings only with the first one set; zeros elsewhere are its defaults,
-    # but for METIS ordering and no pivoting, which positive definite matrices do not need
+    # except for METIS ordering and no pivoting, which positive definite matrices do not need
     for place, value in ((1, 1), (2, 2), (10, 8), (36, 1)):
         solver.set_iparm(place, value)
     upper = _upper(matrix)
     solver._check_A(upper)
     solver.set_phase(12)
-    # asked for a Schur complement, the factorisation returns it in place of a solution
+    # for a Schur complement, the factorisation returns it instead of a solution
     complement = solver._call_pardiso(upper, np.zeros((size, size), order="F"))
     solver.free_memory(everything=True)
     order = np.argsort(np.argsort(retained))

@@ -1,4 +1,4 @@
-"""Contact at the Gauss points of the surface elements in place of their nodes."""
+"""Contact at the Gauss points of the surface elements instead of their nodes."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ def at_quadrature_points(body: CondensedBody, per_direction: int = 3) -> Condens
     With a penalty eps the pressure at a point is ``eps <d - g - u>`` and the nodal forces are its
     moments ``int N_i p dA`` (Wriggers 2006, *Computational Contact Mechanics*, sec. 9.1): in the
     terms of the points, ``(N C N^T + 1/(eps w)) R = d - g``, the problem that `press` solves. A
-    uniform pressure then gives exactly the consistent nodal forces, and gaps count inside the
-    elements, too. There are more points than nodes, so that rigid contact ("active_set") is not
-    defined: `press` takes "penalty" only, with the gap at the `points` of the result. Interior
-    fields and energies follow as from nodal contact (`recover`).
+    uniform pressure then gives exactly the consistent nodal forces, and gaps inside the elements
+    are considered. There are more points than nodes, so rigid contact ("active_set") is undefined:
+    `press` accepts "penalty" only, with the gap at the `points` of the result. Interior fields and
+    energies follow as for nodal contact (`recover`).
 
     Parameters
     ----------
     body : CondensedBody
-        With a condensed compliance, not multigrid.
+        A body with condensed compliance, not multigrid.
     per_direction : int
-        Gauss points in each direction of a surface element.
+        Gauss points per direction of a surface element.
 
     Raises
     ------

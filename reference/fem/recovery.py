@@ -1,4 +1,4 @@
-"""Displacements and stresses inside the body, for pictures and files."""
+"""Displacements and stresses inside the body, for plots and files."""
 
 from __future__ import annotations
 
@@ -52,10 +52,10 @@ class Fields:
 
 
 def recover(body: CondensedBody, reactions: ArrayLike) -> Fields:
-    """Displacement and stress at all mesh nodes for given nodal contact forces.
+    """Return displacement and stress at all mesh nodes for given nodal contact forces.
 
-    The elimination is repeated with its factors kept (as long as the first condensation, and the
-    memory of the factors). Stresses are taken at the reduced Gauss points, where they are most
+    The elimination is repeated, keeping its factors (at the cost of the first condensation, and the
+    memory of the factors). Stresses are evaluated at the reduced Gauss points, where they are most
     accurate (Barlow 1976), extrapolated to the nodes and averaged by volume.
 
     Parameters
@@ -67,7 +67,7 @@ def recover(body: CondensedBody, reactions: ArrayLike) -> Fields:
     Raises
     ------
     ValueError
-        If `reactions` does not have one finite value for each candidate.
+        If `reactions` does not have one finite value per candidate.
     """
     body, reactions = body.at_nodes(reactions)
     unit = body.youngs_modulus * body.length * body.length
@@ -87,7 +87,7 @@ def recover(body: CondensedBody, reactions: ArrayLike) -> Fields:
 
 
 def von_mises(stress: NDArray[np.float64]) -> NDArray[np.float64]:
-    """``sqrt(3 J2)`` of stresses (..., 6) in the order xx, yy, zz, yz, xz, xy.
+    """Return ``sqrt(3 J2)`` of stresses (..., 6) in the order xx, yy, zz, yz, xz, xy.
 
     Examples
     --------
@@ -100,7 +100,7 @@ def von_mises(stress: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def largest_shear(stress: NDArray[np.float64]) -> NDArray[np.float64]:
-    """``(s_1 - s_3)/2`` of stresses (..., 6) in the order xx, yy, zz, yz, xz, xy.
+    """Return ``(s_1 - s_3)/2`` of stresses (..., 6) in the order xx, yy, zz, yz, xz, xy.
 
     Examples
     --------
@@ -147,7 +147,7 @@ def _nodal_stress(
 
 
 def _extrapolation(mesh: MeshHex | MeshTet) -> NDArray[np.float64]:
-    """Values at the element nodes from those at the Gauss points (tensor Lagrange, or linear)."""
+    """Return values at element nodes from those at Gauss points (tensor Lagrange, or linear)."""
     locations = mesh.elem.doflocs
     if element_order(mesh) == 1:
         return np.ones((len(locations), 1))
@@ -167,7 +167,7 @@ def _barycentric(points: NDArray[np.float64]) -> NDArray[np.float64]:
 
 
 def _cells(mesh: MeshHex | MeshTet) -> NDArray[np.int64]:
-    """Every element, or the eight sub-cells of a 27-node one, as VTK cells of positive volume."""
+    """Return elements, or the eight sub-cells of 27-node ones, as VTK cells of positive volume."""
     if isinstance(mesh, MeshTet):
         cells, swapped = np.asarray(mesh.dofs.element_dofs[:4].T), [0, 2, 1, 3]
     else:

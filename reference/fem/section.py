@@ -1,10 +1,10 @@
-"""A finite body on a flat punch, in a half-section: axisymmetric, or in plane strain.
+"""A finite body under a flat punch, in a half-section: axisymmetric, or in plane strain.
 
-The punch of half-width a presses with depth d on the flat side of a half-ball (half-cylinder) of
+The punch of half-width a is pressed by d into the flat side of a half-ball (half-cylinder) of
 radius R. The mesh is confocal with the edges of the punch: x = a cosh(m) cos(n), z = a sinh(m)
-sin(n), with the punch at m = 0, the free surface at n = 0 and the axis at n = pi/2. That takes the
-square root out of the edge's singularity, and R enters as its logarithm: bodies of a million a are
-as cheap as small ones.
+sin(n), with the punch at m = 0, the free surface at n = 0 and the axis at n = pi/2. This removes
+the square-root singularity of the edge, and only the logarithm of R matters: bodies of R = 1e6 a
+are as cheap as small ones.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from reference.fem.elasticity import LARGEST_POISSON_RATIO
 Kind = Literal["axisymmetric", "plane"]
 Support = Literal["fixed", "inertia"]
 
-# From this coordinate m on the mesh lines are circles.
+# Beyond this coordinate m the mesh lines are circles.
 _CIRCLES = 1.0
 SMALLEST_CIRCLE = float(np.cosh(_CIRCLES))
 
@@ -44,12 +44,12 @@ class SectionContact:
     radii : ndarray, shape (m,)
         Radii rho/a around the centre of the punch, the last one R/a.
     energy : ndarray, shape (m,)
-        Share of the elastic energy F d/2 that lies within each of them.
+        Fraction of the elastic energy F d/2 within these radii.
     mean_displacement : ndarray, shape (m,)
-        Mean of u_z/d over the part of the body within each of them; u vanishes at the round side
-        ("fixed"), or its mean over the body does ("inertia").
+        Mean of u_z/d over the part of the body within these radii; u is zero at the round side
+        ("fixed"), or has zero mean over the body ("inertia").
     mean_square_displacement : ndarray, shape (m,)
-        Mean of |u|^2/d^2 there.
+        Mean of |u|^2/d^2 over the same parts.
     """
 
     radius: float
@@ -69,7 +69,7 @@ def press_section(
     radii: Sequence[float] = (),
     elements: int = 8,
 ) -> SectionContact:
-    """Press a flat frictionless punch into a finite body.
+    """Return the contact of a flat frictionless punch with a finite body.
 
     Parameters
     ----------
@@ -80,24 +80,24 @@ def press_section(
     kind : {"axisymmetric", "plane"}
         A half-ball, or a half-cylinder in plane strain.
     support : {"fixed", "inertia"}
-        The round side held (u = 0 there), so that d is the approach of punch and round side; or
-        free, the punch force balanced by the inertia of the uniformly accelerated body, so that
-        d is the approach of the punch and the centre of mass.
+        Either the round side is fixed (u = 0), so that d is the approach of punch and round side,
+        or it is free, with the punch force balanced by the inertia of the uniformly accelerated
+        body, so that d is the approach of punch and centre of mass.
     radii : sequence of float
-        Further radii rho/a in [1.55, R/a] within which averages are wanted; mesh lines pass there.
+        Additional radii rho/a of averages in [1.55, R/a], which are mesh lines.
     elements : int
         Elements from the axis to the free surface.
 
     Returns
     -------
     SectionContact
-        Errors fall as the fourth power of the element size: 4e-4 in the stiffness with 8 elements,
-        2e-5 with 16.
+        Errors decrease as the fourth power of the element size: 4e-4 of the stiffness for 8
+        elements, 2e-5 for 16.
 
     Raises
     ------
     ValueError
-        For every argument out of range, with the value that came.
+        Lists all arguments out of range with their values.
     """
     faults = choice_faults("kind", kind, ("axisymmetric", "plane"))
     faults += choice_faults("support", support, ("fixed", "inertia"))
@@ -126,7 +126,7 @@ def press_section(
 
     energy = within(lambda w: density(w["u"], w["u"], w))
     volume = within(lambda w: _measure(w.x, kind) + 0 * w.x[0])
-    # force and form leave out the angle around the axis, or the other half of the section
+    # force and form lack the angle around the axis, or the other half of the section
     return SectionContact(
         radius=float(radius),
         stiffness=(2 * np.pi if kind == "axisymmetric" else 2.0) * force,
@@ -139,7 +139,7 @@ def press_section(
 
 
 def _lines(arguments: NDArray[np.float64], elements: int) -> NDArray[np.float64]:
-    """Mesh lines in m: graded to the first circle, then even between the wanted radii."""
+    """Return mesh lines in m: graded to the first circle, then even between the requested radii."""
     marks = np.unique([_CIRCLES, *np.arccosh(arguments)])
     step = np.pi / 2 / elements
     parts = [
@@ -150,20 +150,20 @@ def _lines(arguments: NDArray[np.float64], elements: int) -> NDArray[np.float64]
 
 
 def _graded(elements: int) -> NDArray[np.float64]:
-    """Lines from 0 to 1 that crowd quadratically at 0, where the edge of the punch is.
+    """Return lines from 0 to 1, refined quadratically towards 0, the edge of the punch.
 
-    There the displacement is w f(arg w), w = m + i n, which no polynomial is; the error falls with
-    the square of the smallest element, so as the fourth power of `elements`.
+    At the edge the displacement is w f(arg w), w = m + i n, which is not polynomial; the error
+    decreases as the square of the smallest element, the fourth power of `elements`.
     """
     return np.linspace(0, 1, elements + 1) ** 2
 
 
 def _meshes(lines: NDArray[np.float64], elements: int) -> tuple[skfem.MeshQuad, skfem.MeshQuad2]:
-    """Make the mesh in (m, n), and the same mesh with curved quadratic elements in (x, z)."""
+    """Return the mesh in (m, n), and the same mesh with curved quadratic elements in (x, z)."""
     plain = skfem.MeshQuad.init_tensor(lines, np.pi / 2 * _graded(elements))
     curved = skfem.MeshQuad2.from_mesh(plain)
     m, n = curved.doflocs
-    # the ellipses pass over into circles with a continuous slope on either side
+    # the transition from ellipses to circles has a continuous slope on both sides
     share = np.minimum(m / _CIRCLES, 1.0) ** 2
     share *= 3 - 2 * np.minimum(m / _CIRCLES, 1.0)
     z = (np.sinh(m) + share * np.exp(-m)) * np.sin(n)  # cosh - sinh = exp(-m)
@@ -177,7 +177,7 @@ def _measure(x: NDArray[np.float64], kind: Kind) -> NDArray[np.float64] | float:
 
 
 def _energy_density(poisson_ratio: float, kind: Kind) -> Callable[..., Any]:
-    """Twice the strain energy density for E* = 1, times the circumference over 2 pi."""
+    """Return twice the strain energy density for E* = 1, times the circumference over 2 pi."""
     shear = (1 - poisson_ratio) / 2
     lame = 2 * shear * poisson_ratio / (1 - 2 * poisson_ratio)
 
@@ -205,7 +205,7 @@ def _vertical(basis: skfem.Basis) -> NDArray[np.float64]:
 def _solve(
     basis: skfem.Basis, plain: skfem.MeshQuad, stiffness: Any, mass: Any, support: Support
 ) -> tuple[NDArray[np.float64], float]:
-    """Displacements for d = 1, the support or the centre of mass at rest, and the punch force."""
+    """Return displacements for d = 1, support or centre of mass at rest, and the punch force."""
     lines = plain.p[0].min(), plain.p[0].max()
     face, round_side = (
         basis.get_dofs(plain.facets_satisfying(lambda x, at=at: np.isclose(x[0], at)))

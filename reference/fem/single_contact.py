@@ -1,8 +1,8 @@
-"""One contact at any load on one condensed body: the mesh grows and shrinks with the contact.
+"""One contact at any load on one condensed body: the mesh is scaled with the contact.
 
-A half-space has no length, so a mesh scaled by s has its compliance divided by s, and the mesh
-circle can be laid on the contact edge at every load without condensing again. The contact area is
-the one that carries the largest force at a given penetration (Barber 1974, *Int. J. Eng. Sci.* 12,
+A half-space has no length scale, so a mesh scaled by s has its compliance divided by s, and the
+mesh circle can be placed on the contact edge at every load without a new condensation. The contact
+area is that with the largest force at a given penetration (Barber 1974, *Int. J. Eng. Sci.* 12,
 813), which gives s; the active set on the scaled body then confirms or corrects it.
 """
 
@@ -36,37 +36,37 @@ def indent(
     *,
     points: str = "nodes",
 ) -> Iterator[tuple[CondensedBody, Contact]]:
-    """Press a shape with a single convex contact, the mesh fitted to the contact at each load.
+    """Solve a single convex contact, with the mesh fitted to the contact at every load.
 
     Parameters
     ----------
     body : CondensedBody
-        From a `RingMesh`, best with ``edge=contact_radius``; its size does not matter, but its
-        `stretch` fixes the aspect of the contact.
+        From a `RingMesh`, best with ``edge=contact_radius``; its size is arbitrary, but its
+        `stretch` determines the aspect ratio of the contact.
     shape : callable
-        Initial gap ``g(x, y)`` of arrays; +inf outside a sharp edge. Even in x
-        and in y on a quarter.
+        Initial gap ``g(x, y)`` of arrays; +inf outside a sharp edge. Even in x and y for a quarter.
     load : LoadPath
         ``"penetration"`` or ``"force"``, positive.
     enforcement : Enforcement
         As in `press`.
     points : {"nodes", "quadrature"}
-        Where the contact conditions hold; "quadrature" (`at_quadrature_points`) takes
-        the method "penalty".
+        Points of the contact conditions; "quadrature" (`at_quadrature_points`) needs the method
+        "penalty".
 
     Yields
     ------
     (CondensedBody, Contact)
-        The body at the size fitted to this load, whose `points` the nodal values belong to.
-        ``contact_area`` is that of the ellipse with the stiffness of the contact set, and where
-        that is the mesh circle ``pressure`` comes from a weighted projection (`RingPressure`).
+        The body scaled to this load, with its `points` for nodal values.
+        ``contact_area`` is that of the ellipse with the stiffness of the contact set; if that is
+        the mesh circle, ``pressure`` is a weighted projection (`RingPressure`).
 
     Raises
     ------
     ValueError
-        For wrong loads, a body without rings, or a shape that the symmetry of the mesh excludes.
+        For invalid loads, a body without rings, or a shape without the symmetry of the mesh.
     ConvergenceError
-        If no size of the mesh carries the load, or every size does: the shape does not rise.
+        If no size of the mesh carries the load, or every size does because the gap does not
+        increase.
 
     Examples
     --------
@@ -108,7 +108,7 @@ def _steps(
 
 
 class _Ring:
-    """Force and penetration if contact fills the mesh circle, as functions of the mesh size."""
+    """Force and penetration for contact within the mesh circle, as functions of the mesh size."""
 
     def __init__(self, body: CondensedBody, shape: Shape) -> None:
         inside = body.inside_ring
@@ -122,7 +122,7 @@ class _Ring:
         self.modulus = body.youngs_modulus * body.length
 
     def _check_symmetry(self) -> None:
-        """Refuse what the mesh of a part would silently mirror."""
+        """Raise an error for gaps without the symmetry of the mesh."""
         gap = self.gap(1.0)
         noise = 1e-9 * np.abs(gap[np.isfinite(gap)]).max(initial=0.0)
         for axis in np.flatnonzero(self.body.grid.planes):
@@ -136,12 +136,12 @@ class _Ring:
 
     @cached_property
     def projection(self) -> RingPressure:
-        """From nodal forces to pressure, for every size of the mesh."""
+        """Projection from nodal forces to pressure, for any size of the mesh."""
         return RingPressure(self.body, float(self.forces.sum()) * self.modulus)
 
     def gap(self, size: float, points: NDArray[np.float64] | None = None) -> NDArray[np.float64]:
         x, y = (self.points * size if points is None else points).T
-        with np.errstate(over="ignore", invalid="ignore"):  # far out a gap may overflow
+        with np.errstate(over="ignore", invalid="ignore"):  # gaps may overflow at large distances
             gaps = np.asarray(self.shape(x, y), dtype=float)
         if gaps.shape != x.shape:
             raise ValueError(f"shape must return one gap per point {x.shape}, got {gaps.shape}")
@@ -175,7 +175,7 @@ class _Ring:
         return min((2.0**minimum.x, edge), key=loss)
 
     def _bracket(self, loss: Callable[[float], float]) -> tuple[float, float]:
-        """Walk in factors of two to the lowest, from a size at which the gap is known."""
+        """Return a bracket of the minimum by factors of two, from a size with a finite gap."""
         powers = (p for k in range(200) for p in (k, -k) if self._finite(2.0**p))
         power = next(powers, None)
         if power is None:
@@ -195,7 +195,7 @@ class _Ring:
         return bool(np.isfinite(self.gap(size)).all())
 
     def _largest_finite(self, low: float, high: float) -> float:
-        """Largest size at which no point inside the circle lies beyond a sharp edge."""
+        """Return the largest size at which no point inside the circle is beyond a sharp edge."""
         if self._finite(high):
             return high
         while low < (middle := 0.5 * (low + high)) < high:

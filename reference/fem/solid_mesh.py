@@ -1,4 +1,4 @@
-"""A user's mesh of a body: cells of one kind, checked, refined, and its faces found."""
+"""A user's mesh of a body: cells of one type, with checks, refinement and faces."""
 
 from __future__ import annotations
 
@@ -13,15 +13,15 @@ from skfem import MeshHex, MeshTet
 
 from reference.fem.cells import CUBE_FACES, KINDS, CellKind
 
-# A Jacobian this small against the usual one is none.
+# Relative Jacobian that counts as zero.
 NO_VOLUME = 1e-9
 
 
 @dataclass(frozen=True, eq=False)
 class SolidMesh:
-    """Cells of one kind.
+    """A mesh with cells of one type.
 
-    A face is a pair (cell, local face); faces are arrays (k, 2) of them.
+    A face is a pair (cell, local face); arrays of faces have shape (k, 2).
 
     Attributes
     ----------
@@ -39,16 +39,15 @@ class SolidMesh:
     def from_vtk(
         cls, name: str, points: NDArray[np.float64], cells: NDArray[np.int64]
     ) -> SolidMesh:
-        """Take cells with VTK's numbering, as meshio has them.
+        """Return a mesh from cells in VTK's numbering, as in meshio.
 
-        ``hexahedron20`` become 27-node hexahedra: the corners of 20-node ones carry negative
-        weights on a face, so that no nodal contact pressure can be had from them. Points that no
-        cell uses are dropped.
+        ``hexahedron20`` become 27-node hexahedra: 20-node ones have negative weights at the corners
+        of faces, which prevents nodal contact pressures. Unused points are dropped.
 
         Raises
         ------
         ValueError
-            For a kind that is not supported.
+            For an unsupported cell type.
 
         Examples
         --------
@@ -75,23 +74,23 @@ class SolidMesh:
 
     @cached_property
     def face_corners(self) -> NDArray[np.int64]:
-        """Sorted corners (e, faces, 3 or 4) of every face."""
+        """Sorted corners (e, faces, 3 or 4) of all faces."""
         return np.sort(self.cells[:, np.array(self.kind.faces)], axis=-1)
 
     @cached_property
     def boundary_faces(self) -> NDArray[np.int64]:
-        """Faces (k, 2) that belong to one cell only."""
+        """Faces (k, 2) of one cell only."""
         corners = self.face_corners.reshape(-1, self.face_corners.shape[-1])
         _, first, counts = np.unique(corners, axis=0, return_index=True, return_counts=True)
         return np.stack(np.divmod(np.sort(first[counts == 1]), len(self.kind.faces)), axis=1)
 
     def faces_within(self, inside: NDArray[np.bool_]) -> NDArray[np.int64]:
-        """Boundary faces (k, 2) all of whose corners are among the marked nodes (n,)."""
+        """Return the boundary faces (k, 2) with all corners among the marked nodes (n,)."""
         cells, faces = self.boundary_faces.T
         return self.boundary_faces[inside[self.face_corners[cells, faces]].all(axis=1)]
 
     def nodes_of(self, faces: NDArray[np.int64]) -> NDArray[np.int64]:
-        """All nodes of the given faces, each once, in increasing order."""
+        """Return all distinct nodes of the given faces in increasing order."""
         parts = [
             self.cells[faces[faces[:, 1] == face, 0]][:, nodes].ravel()
             for face, nodes in enumerate(self.kind.face_nodes)
@@ -99,7 +98,7 @@ class SolidMesh:
         return np.unique(np.concatenate(parts))
 
     def inverted(self) -> NDArray[np.int64]:
-        """Cells whose Jacobian is negative at a node, or not positive at an integration point."""
+        """Return cells with a Jacobian < 0 at a node, or <= 0 at an integration point."""
         at_points = self._jacobians(self.kind.gauss_points)
         tiny = NO_VOLUME * np.median(np.abs(at_points))
         at_nodes = self._jacobians(self.kind.locations)
@@ -112,7 +111,7 @@ class SolidMesh:
         return np.linalg.det(gradient)
 
     def parts(self) -> int:
-        """Return the number of pieces that no face, edge or node connects."""
+        """Return the number of pieces that are not connected by a face, edge or node."""
         start = np.repeat(self.cells[:, :1], self.cells.shape[1], axis=1)
         pairs = (start.ravel(), self.cells.ravel())
         graph = coo_matrix((np.ones(self.cells.size), pairs), shape=(len(self.points),) * 2)
@@ -125,12 +124,12 @@ class SolidMesh:
     def face_integrals(
         self, faces: NDArray[np.int64]
     ) -> list[tuple[NDArray[np.int64], NDArray[np.float64], NDArray[np.float64]]]:
-        """Nodes, shape functions and outward area vectors at the integration points of faces.
+        """Return nodes, shape functions and outward area vectors at integration points of faces.
 
         Returns
         -------
         list of (nodes (k, n), shapes (n, m), areas (k, m, 3))
-            One entry for each local face that occurs; the areas include the weights.
+            One entry per occurring local face; the areas include the weights.
         """
         integrals = []
         for face in np.unique(faces[:, 1]):
@@ -147,9 +146,9 @@ class SolidMesh:
         return integrals
 
     def find(self, corners: NDArray[np.int64]) -> NDArray[np.int64]:
-        """Boundary faces (k, 2) with the given corners (m, 3 or 4); those of no face are left out.
+        """Return the boundary faces (k, 2) with the given corners (m, 3 or 4), if they exist.
 
-        Corners may stand in any order.
+        Corners may be in any order.
         """
         cells, faces = self.boundary_faces.T
         if corners.shape[1] != self.face_corners.shape[-1]:
@@ -161,24 +160,24 @@ class SolidMesh:
     def refined(
         self, *marked: NDArray[np.int64]
     ) -> tuple[SolidMesh, NDArray[np.int64], list[NDArray[np.int64]]]:
-        """Cut every cell into eight, along the curves of the mesh; marked faces follow.
+        """Return the mesh with cells divided into eight along its curves, and the marked faces.
 
-        Nodes of neighbours are recognised by what they interpolate (all weights are multiples of
-        1/512), not by their place, so that cracks stay open.
+        Nodes of neighbours are identified by their interpolation weights (multiples of 1/512), not
+        by position, so that cracks stay open.
 
         Returns
         -------
         SolidMesh
         numbers : (n,)
-            New number of each old node.
+            New numbers of the old nodes.
         list of (k, 2)
-            The marked faces, cut into four.
+            The marked faces, divided into four.
         """
         kind = self.kind
         places = np.concatenate([kind.in_child(child, kind.locations) for child in range(8)])
         weights = np.round(512.0 * kind.shapes(places)[0].T).astype(np.int64)
         keys = _keys(len(self.points))
-        names = keys[self.cells] @ weights.T  # wraps around: a hash
+        names = keys[self.cells] @ weights.T  # integer overflow is intended (a hash)
         distinct, first, numbers = np.unique(names.ravel(), return_index=True, return_inverse=True)
         cell, place = np.divmod(first, len(places))
         points = np.einsum("pn,pni->pi", weights[place] / 512.0, self.points[self.cells[cell]])
@@ -193,7 +192,7 @@ class SolidMesh:
         return np.stack([cells, pieces[..., 1]], axis=-1).reshape(-1, 2)
 
     def to_scikit(self) -> tuple[MeshHex | MeshTet, NDArray[np.int64]]:
-        """Return the mesh in scikit-fem, and its number (n,) for each of our nodes."""
+        """Return the mesh in scikit-fem, and its numbers (n,) of our nodes."""
         corners = self.corner_cells
         used, t = np.unique(corners, return_inverse=True)
         t = np.ascontiguousarray(t.reshape(corners.shape).T)
@@ -209,16 +208,16 @@ class SolidMesh:
 
 
 def _keys(count: int) -> NDArray[np.int64]:
-    """One random number per node: sums of them name sets of nodes, whatever their order."""
+    """Return random numbers per node, whose sums identify sets of nodes in any order."""
     return np.random.default_rng(0).integers(2**62, size=count, dtype=np.int64)
 
 
 def _with_middles(
     points: NDArray[np.float64], cells: NDArray[np.int64]
 ) -> tuple[NDArray[np.float64], NDArray[np.int64]]:
-    """Add to 20-node hexahedra the middles of faces and cells, by their own interpolation.
+    """Add the centres of faces and cells to 20-node hexahedra, by their interpolation.
 
-    In the middle of a face its corners weigh -1/4 and its edges 1/2; in the middle of the cell
+    At the centre of a face corners have the weight -1/4 and edges 1/2; at the centre of the cell
     -1/4 and 1/4.
     """
     middle_weights = np.concatenate([np.full(8, -0.25), np.full(12, 0.25)])

@@ -1,4 +1,4 @@
-"""The stiffness matrix of a body as one sparse matrix, for solvers that want it whole."""
+"""The stiffness matrix of a body as one sparse matrix."""
 
 from __future__ import annotations
 
@@ -10,9 +10,9 @@ from reference.fem.nested_dissection import LinearSystem
 
 
 def stiffness_matrix(system: LinearSystem, exterior: NDArray[np.float64]) -> sparse.csr_array:
-    """Symmetric matrix on the free unknowns and, after them, the far-field unknowns.
+    """Return the symmetric matrix on the free unknowns, followed by the far-field unknowns.
 
-    Boundary displacements are replaced by the far-field unknowns they follow.
+    Boundary displacements are replaced by the far-field unknowns that they follow.
 
     Parameters
     ----------

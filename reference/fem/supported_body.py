@@ -17,9 +17,9 @@ from reference.fem.mesh import GradedMesh
 from reference.fem.nested_dissection import LinearSystem, condense
 from reference.fem.solid_mesh import SolidMesh
 
-# Linear tetrahedra have one lambda per cell whatever the rule: they lock.
+# Linear tetrahedra have one lambda per cell in any rule, and lock.
 LARGEST_POISSON_LINEAR_TETRAHEDRA = 0.45
-# A corner of a ten-node tetrahedron carries nothing of a uniform pressure.
+# Under uniform pressure the corners of a ten-node tetrahedron carry no force.
 NO_WEIGHT = 1e-6
 RIGID_MOTIONS = (
     *("translation along x", "translation along y", "translation along z"),
@@ -29,21 +29,22 @@ RIGID_MOTIONS = (
 
 @dataclass(frozen=True, eq=False)
 class SupportedMesh:
-    """The mesh of a body that its supports hold.
+    """The mesh of a supported body.
 
     Parameters
     ----------
     solid : SolidMesh
         z points into the body, away from the indenter.
     surface : (k, 2)
-        Faces that may touch.
+        Candidate contact faces.
     fixed : (n, 3) bool
-        Which displacement components of the nodes are zero.
+        Zero displacement components of the nodes.
 
     Raises
     ------
     ValueError
-        If the supports leave a rigid motion free, naming it, or hold the contact surface.
+        If the supports leave a rigid motion free (named in the message), or hold the contact
+        surface.
     """
 
     solid: SolidMesh
@@ -69,10 +70,9 @@ def supported_body(
     symmetry: int = 1,
     nodes: NDArray[np.int64] | None = None,
 ) -> CondensedBody:
-    """Condense a supported body onto the normal displacements of its contact surface.
+    """Return a supported body condensed onto normal displacements of its contact surface.
 
-    Nothing is assumed about the far field: the body ends where its mesh ends, and only the
-    supports hold it.
+    There is no far field: the body ends with its mesh and is held by its supports only.
 
     Parameters
     ----------
@@ -80,9 +80,9 @@ def supported_body(
     material : Material
         nu <= 0.4999; at most 0.45 for linear tetrahedra, which lock.
     symmetry : int
-        Number of equal parts of which the mesh is one; it enters forces and areas.
+        Number of equal parts, one of which is meshed; it enters forces and areas.
     nodes : (c,), optional
-        The candidates: nodes that may touch, some or all of `contact_nodes`, the default.
+        Candidate nodes, some or (by default) all of `contact_nodes`.
 
     Returns
     -------
@@ -92,7 +92,7 @@ def supported_body(
     Raises
     ------
     ValueError
-        For a material that the elements cannot have.
+        For a material that the elements do not support.
     """
     mesh, surface, fixed = supported.solid, supported.surface, supported.fixed
     nu = material.poisson_ratio
@@ -141,10 +141,10 @@ def supported_body(
 
 
 def contact_nodes(mesh: SolidMesh, surface: NDArray[np.int64]) -> NDArray[np.int64]:
-    """Nodes of the surface that a contact force can act on, in the order of x, then y.
+    """Return the surface nodes that can carry contact forces, ordered by x, then y.
 
-    Those with a tributary area: all of them for hexahedra and linear tetrahedra, the middles of the
-    edges for ten-node tetrahedra, whose corners carry nothing of a uniform pressure.
+    These have a tributary area: all nodes of hexahedra and linear tetrahedra, the mid-edge nodes of
+    ten-node tetrahedra, whose corners carry no force under uniform pressure.
     """
     weights = _weights(mesh, surface)
     nodes = np.flatnonzero(weights > NO_WEIGHT * weights.max())
@@ -152,11 +152,11 @@ def contact_nodes(mesh: SolidMesh, surface: NDArray[np.int64]) -> NDArray[np.int
 
 
 def free_motions(points: NDArray[np.float64], fixed: NDArray[np.bool_]) -> list[str]:
-    """Names of the rigid motions that no support resists, empty where the body is held.
+    """Return the names of unsupported rigid motions, empty if the body is held.
 
     Examples
     --------
-    Held along z everywhere at the bottom, it can still slide and turn:
+    A body held along z at the bottom can still slide and rotate:
 
     >>> corners = np.array([[0.0, 0, 1], [1, 0, 1], [0, 1, 1]])
     >>> free_motions(corners, np.tile([False, False, True], (3, 1)))
@@ -179,7 +179,7 @@ def free_motions(points: NDArray[np.float64], fixed: NDArray[np.bool_]) -> list[
 
 
 def _weights(mesh: SolidMesh, surface: NDArray[np.int64]) -> NDArray[np.float64]:
-    """Consistent share (n,) of each node in the surface, projected along z."""
+    """Return the consistent tributary areas (n,) of the nodes, projected along z."""
     weights = np.zeros(len(mesh.points))
     for nodes, shapes, areas in mesh.face_integrals(surface):
         np.add.at(weights, nodes, np.abs(areas[..., 2]) @ shapes.T)

@@ -1,4 +1,4 @@
-"""Pressure from nodal forces, where the contact fills the mesh circle."""
+"""Pressure from nodal forces for a contact that fills the mesh circle."""
 
 from __future__ import annotations
 
@@ -11,24 +11,24 @@ from reference.fem.body import CondensedBody
 from reference.fem.contact_area import fitted_area
 from reference.fem.mesh import facet_quadrature
 
-GAUSS_POINTS = 6  # per direction: the root at the rim costs 1e-5 of the rim element's force
+GAUSS_POINTS = 6  # per direction; error by the root at the rim 1e-5 of its force
 
 
 class RingPressure:
     """Weighted projection of nodal forces onto ``p = q sqrt(1 - rho^2)``.
 
-    Nodal forces are the moments ``R_i = int N_i p dA`` of the pressure. A force over the area of
-    its node mixes values over an element, and nodal contact conditions on quadratic elements make
+    Nodal forces are the moments ``R_i = int N_i p dA`` of the pressure. Force over tributary area
+    mixes values over an element, and with nodal contact conditions on quadratic elements
     neighbouring forces alternate by some per cent. Solving ``int M_i M_j sqrt(1 - rho^2) dA q_j =
     sum_k M_i(x_k) R_k`` for a q that is bilinear between the corners of the elements (shape
-    functions M) averages over patches of elements without loss of force or first moments, and
-    takes the known root at the edge out of what is interpolated: for Hertz q is constant. Rho is
-    the radius over that of the contact, which reaches a little beyond the mesh circle.
+    functions M) averages over patches of elements, conserves force and first moments, and separates
+    the known root at the edge from the interpolation: for Hertz q is constant. Rho is the radius
+    over that of the contact, which is slightly larger than the mesh circle.
 
     Parameters
     ----------
     body : CondensedBody
-        Of any size: the projection depends on the mesh alone.
+        A body of any size, because the projection depends only on the mesh.
     stiffness : float
         dF/dd of the body with all nodes within the mesh circle in contact.
     """
@@ -64,7 +64,7 @@ class RingPressure:
         return np.asarray(np.sqrt(np.clip(1.0 - x**2 - y**2, 0.0, None)))
 
     def pressure(self, body: CondensedBody, reactions: NDArray[np.float64]) -> NDArray[np.float64]:
-        """Pressure at the candidates (n,) of the body, which may be scaled; zero outside."""
+        """Return the pressure at the candidates (n,) of the (scaled) body; zero outside."""
         result = np.zeros_like(reactions)
         moments = self.interpolation.T @ reactions[self.inside]
         smooth = self.interpolation @ cho_solve(self.factor, moments)
@@ -73,5 +73,5 @@ class RingPressure:
 
 
 def _bilinear(points: NDArray[np.float64]) -> NDArray[np.float64]:
-    """Values (4, points) of the bilinear shape functions on the unit square."""
+    """Return values (4, points) of the bilinear shape functions on the unit square."""
     return np.array([ElementQuad1().lbasis(points, i)[0] for i in range(4)])

@@ -1,10 +1,10 @@
 """Two deformable bodies in frictionless contact, by node-to-surface or mortar coupling.
 
 Both bodies are condensed onto the normal displacements of their contact nodes, so the pair is one
-symmetric compliance between contact pressures. What couples them decides how good the pressures
-are: the mortar weighs gap and traction over the faces of one body, exactly integrated over every
-overlap with a face of the other (Puso & Laursen 2004, *Comput. Methods Appl. Mech. Eng.* 193, 601),
-while node-to-surface contact collocates at nodes and fails the patch test.
+symmetric compliance between contact pressures. The coupling determines the quality of the
+pressures: the mortar method weights gap and traction over the faces of one body, with exact
+integrals over all overlaps with faces of the other (Puso & Laursen 2004, *Comput. Methods Appl.
+Mech. Eng.* 193, 601), while node-to-surface contact collocates at nodes and fails the patch test.
 """
 
 from __future__ import annotations
@@ -30,28 +30,28 @@ MULTIPLIERS = ("dual", "standard")
 Gap = Callable[[NDArray[np.float64], NDArray[np.float64]], NDArray[np.float64]]
 NO_OVERLAP = "the contact surfaces of the two bodies do not overlap"
 # Products of biquadratic functions have degree 8 on parallelograms; on other quadrilaterals they
-# are rational, and 12 integrates them to rounding.
+# are rational, for which degree 12 is exact to rounding.
 DEGREE = 12
 
 
 @dataclass(frozen=True, eq=False)
 class BodyPair:
-    """Two bodies and what couples them.
+    """Two coupled bodies.
 
     Attributes
     ----------
     slave, master : CondensedBody
-        Contact pressures live on the slave.
+        The bodies; contact pressures are defined on the slave.
     onto_slave, onto_master : (n, n_slave), (n, n_master) sparse
-        Nodal forces on each body for a unit force of each pressure unknown; transposed, the normal
-        displacements that it sees.
+        Nodal forces on the bodies for unit forces of the pressure unknowns; the transpose gives the
+        corresponding normal displacements.
     combined : CondensedBody
-        What `press` takes: the sum of the flexibilities between the pressure unknowns, in the
-        units of the slave.
+        Input of `press`: the sum of the flexibilities between the pressure unknowns, in the units
+        of the slave.
     points : (k, 2)
-        Where the initial gap is asked for.
+        Points of the initial gap.
     sampling : (n, k) sparse
-        Weighted gap of each unknown from the gap at `points`.
+        Weighted gaps of the unknowns from the gap at `points`.
     """
 
     slave: CondensedBody
@@ -63,12 +63,12 @@ class BodyPair:
     sampling: csr_matrix
 
     def press(self, gap: Gap, load: LoadPath) -> Iterator[Contact]:
-        """Press the bodies together, load by load.
+        """Solve the contact of the bodies, load by load.
 
         Parameters
         ----------
         gap : callable
-            Initial distance ``g(x, y)`` of the two surfaces, finite everywhere.
+            Initial gap ``g(x, y)`` of the two surfaces, finite everywhere.
         load : LoadPath
             As in `reference.fem.press`; penetration is the approach of points far from the contact
             (of the supports of finite bodies).
@@ -82,7 +82,7 @@ class BodyPair:
         return press(self.combined, weighted, load)
 
     def scaled(self, factor: float) -> BodyPair:
-        """Return the same pair of half-spaces `factor` times larger (see `CondensedBody`)."""
+        """Return the pair of half-spaces scaled by `factor` (see `CondensedBody`)."""
         return replace(
             self,
             slave=self.slave.scaled(factor),
@@ -92,7 +92,7 @@ class BodyPair:
         )
 
     def forces(self, contact: Contact) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-        """Nodal normal forces on the candidates of the slave and of the master."""
+        """Return nodal normal forces on the candidates of slave and master."""
         return self.onto_slave.T @ contact.reactions, self.onto_master.T @ contact.reactions
 
 
@@ -103,19 +103,19 @@ def couple(
     coupling: str = "mortar",
     multipliers: str = "dual",
 ) -> BodyPair:
-    """Couple two bodies whose contact surfaces lie face to face in the plane z = 0.
+    """Return a coupled pair of bodies with opposite contact surfaces in the plane z = 0.
 
     Parameters
     ----------
     slave, master : CondensedBody
-        Of hexahedra with straight-sided contact faces, each with z into itself; the same share of
-        a symmetric whole. The pressures live on the slave: take the finer or the softer one.
+        Bodies of hexahedra with straight-sided contact faces, z pointing into the respective body;
+        equal fractions of a symmetric whole. The finer or softer body should be the slave.
     coupling : {"mortar", "node_to_surface"}
-        "node_to_surface" holds the nodes of the slave above the faces of the master.
+        "node_to_surface" keeps the nodes of the slave above the faces of the master.
     multipliers : {"dual", "standard"}
         Pressure functions of the mortar: biorthogonal to the displacements of the slave, so that
-        each slave node carries its own pressure (Wohlmuth 2000, *SIAM J. Numer. Anal.* 38, 989),
-        or equal to them.
+        every slave node has its own pressure (Wohlmuth 2000, *SIAM J. Numer. Anal.* 38, 989), or
+        equal to them.
 
     Raises
     ------
@@ -141,7 +141,7 @@ def couple(
             f"{slave.symmetry} and one of {master.symmetry}"
         )
     refuse(faults)
-    # One unit of length for all the geometry, so that scenes in nm and m have the same digits.
+    # One unit of length for the whole geometry, so that scenes in nm and m have the same digits.
     ours, theirs = (ContactFaces.of(body, slave.length) for body in (slave, master))
     if coupling == "mortar":
         terms = _mortar(ours, theirs, len(slave.nodes), len(master.nodes), multipliers)
@@ -151,7 +151,7 @@ def couple(
 
 
 class _Terms(NamedTuple):
-    """Areas of the pressure unknowns, and what `BodyPair` says of each, before the division."""
+    """Areas of the pressure unknowns and the matrices of `BodyPair`, before the division."""
 
     weights: NDArray[np.float64]
     onto_slave: csr_matrix
@@ -161,7 +161,7 @@ class _Terms(NamedTuple):
 
 
 def _pair(slave: CondensedBody, master: CondensedBody, terms: _Terms) -> BodyPair:
-    """Drop the slave nodes that no face of the master faces, and sum the compliances."""
+    """Return the pair without slave nodes outside the master's faces, with summed compliances."""
     weights, onto_slave, onto_master, points, sampling = terms
     covered = np.flatnonzero(weights > 1e-9 * weights.max())
     divide = csr_matrix(
@@ -188,7 +188,7 @@ def _pair(slave: CondensedBody, master: CondensedBody, terms: _Terms) -> BodyPai
 def _mortar(
     slave: ContactFaces, master: ContactFaces, slave_count: int, master_count: int, multipliers: str
 ) -> _Terms:
-    """Integrals of the pressure functions times both displacements, over every overlap."""
+    """Return integrals of pressure functions times both displacements over all overlaps."""
     triangles, owners = overlap_triangles(slave.corners, master.corners)
     if not len(owners):
         raise ValueError(NO_OVERLAP)
@@ -228,7 +228,7 @@ def _dual(
     shapes: NDArray[np.float64],
     areas: NDArray[np.float64],
 ) -> NDArray[np.float64]:
-    """Matrix per triangle that turns its face's shape functions into biorthogonal ones.
+    """Return matrices per triangle from the shape functions of its face to biorthogonal ones.
 
     ``A = diag(int N_j) (int N_i N_j)^-1`` over the covered part of the face.
     """
@@ -268,7 +268,7 @@ def _scattered(
 def _node_to_surface(
     slave: ContactFaces, master: ContactFaces, body: CondensedBody, master_count: int
 ) -> _Terms:
-    """Every node of the slave on the face of the master that it is over."""
+    """Return the coupling of slave nodes with the master faces opposite to them."""
     slave_count = len(body.nodes)
     points = body.scaled_points
     face = _faces_at(master, points)
@@ -286,7 +286,7 @@ def _node_to_surface(
 
 
 def _faces_at(faces: ContactFaces, points: NDArray[np.float64]) -> NDArray[np.int64]:
-    """Return the number of a face over each point (k,), -1 where there is none."""
+    """Return the numbers of the faces at points (k,), -1 if there is none."""
     owners = np.full(len(points), -1)
     low, high = faces.corners.min(axis=1), faces.corners.max(axis=1)
     slack = 1e-9 * (high - low)

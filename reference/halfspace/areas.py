@@ -27,7 +27,7 @@ class Patches:
 
 
 def _checked(mask: ArrayLike, spacing: tuple[float, float]) -> NDArray[np.bool_]:
-    """Return the mask as booleans, or raise ValueError listing what is wrong."""
+    """Return the mask as booleans, or raise ValueError with all errors."""
     values = np.asarray(mask)
     faults = []
     if values.ndim != 2:
@@ -42,7 +42,7 @@ def _checked(mask: ArrayLike, spacing: tuple[float, float]) -> NDArray[np.bool_]
 
 
 def raw_area(mask: ArrayLike, spacing: tuple[float, float]) -> float:
-    """Area of the counted cells; it overestimates a rough contact by 25-35 % at low load.
+    """Return the area of the counted cells, 25-35 % too large for rough contacts at low load.
 
     >>> raw_area([[True, False], [True, True]], (1.0, 2.0))
     6.0
@@ -52,16 +52,16 @@ def raw_area(mask: ArrayLike, spacing: tuple[float, float]) -> float:
 
 
 def corrected_area(mask: ArrayLike, spacing: tuple[float, float], periodic: bool = False) -> float:
-    r"""Contact area with the perimeter correction of Yastrebov, Anciaux & Molinari.
+    r"""Return the contact area with the perimeter correction of Yastrebov, Anciaux & Molinari.
 
         A = A_cells - ((pi - 1 + ln 2)/24) S dx,
 
     S the perimeter counted along cell edges (V. A. Yastrebov, G. Anciaux and J.-F. Molinari,
-    Tribol. Int. 114 (2017) 161). On rectangular cells each edge counts with its length times the
-    cell size across it, so that S dx becomes (number of edges) dx dy. Edges on the rim of a free
-    patch are not counted: the contact ends exactly there, no cell is cut. A cell has at most four
-    edges, so the result is at least 0.52 of the raw area and never negative. Contacts whose outline
-    is given, like flat punches, are not overestimated by counting: do not correct them.
+    Tribol. Int. 114 (2017) 161). For rectangular cells an edge counts as its length times the cell
+    size transverse to it, so that S dx becomes (number of edges) dx dy. Edges on the rim of a free
+    patch are not counted, because the contact ends exactly there. A cell has at most four edges, so
+    the result is at least 0.52 of the raw area. Contacts with a given outline, like flat punches,
+    are not overestimated by counting and must not be corrected.
 
     Parameters
     ----------
@@ -70,7 +70,7 @@ def corrected_area(mask: ArrayLike, spacing: tuple[float, float], periodic: bool
     spacing : (float, float)
         Cell sides.
     periodic : bool
-        Whether opposite rims are neighbours.
+        Whether opposite rims are adjacent.
 
     Examples
     --------
@@ -91,14 +91,14 @@ def corrected_area(mask: ArrayLike, spacing: tuple[float, float], periodic: bool
 def patches(
     mask: ArrayLike, spacing: tuple[float, float] = (1.0, 1.0), periodic: bool = False
 ) -> Patches:
-    """Label connected contact patches; cells are neighbours across an edge, not a corner.
+    """Return the connected contact patches; cells are adjacent across an edge, not a corner.
 
     Parameters
     ----------
     mask : array_like of bool, shape (nx, ny)
         Cells in contact.
     spacing : (float, float)
-        Cell sides; without them the areas are numbers of cells.
+        Cell sides; by default the areas are numbers of cells.
     periodic : bool
         Whether patches continue across opposite rims.
 
@@ -116,23 +116,23 @@ def patches(
 
 
 def _join_seams(labels: NDArray[np.int_], count: int) -> tuple[NDArray[np.int_], int]:
-    """Merge labels that meet across opposite rims."""
+    """Merge labels that are adjacent across opposite rims."""
     first = np.concatenate([labels[0, :], labels[:, 0]])
     last = np.concatenate([labels[-1, :], labels[:, -1]])
     meet = (first > 0) & (last > 0)
     pairs = (np.ones(meet.sum()), (first[meet], last[meet]))
     graph = coo_array(pairs, shape=(count + 1, count + 1))
     _, component = connected_components(graph, directed=False)
-    # label 0, no contact, meets nothing and is the first component
+    # label 0 (no contact) has no neighbours and is the first component
     return component[labels], int(component.max())
 
 
 def contact_stiffness(operator: HalfSpace, mask: ArrayLike, tolerance: float = 1e-10) -> float:
-    """Stiffness dF/dd on a fixed contact set: the force that moves these cells by one.
+    """Return the stiffness dF/dd of a fixed contact set: the force per unit displacement.
 
     K_CC x = 1 on the contact cells, dF/dd = sum(x) cell area, by conjugate gradients. On the free
-    half-space this is the stiffness of the flat punch of the same outline; on a uniform grid it
-    errs by about -34 %/n, n cells across, and converges as O(1/n): extrapolate.
+    half-space this is the stiffness of the flat punch of the same outline; on a uniform grid its
+    error is about -34 %/n for n cells across, of order O(1/n), so it should be extrapolated.
 
     Parameters
     ----------
@@ -171,7 +171,7 @@ def contact_stiffness(operator: HalfSpace, mask: ArrayLike, tolerance: float = 1
 
 
 def elastic_energy(operator: HalfSpace, pressure: ArrayLike) -> float:
-    """Elastic energy stored by a pressure, 1/2 sum p u cell area (per period if periodic).
+    """Return the elastic energy of a pressure, 1/2 sum p u cell area (per period if periodic).
 
     >>> from reference.halfspace.operators import FreeOperator
     >>> K = FreeOperator((1, 1), (1.0, 1.0), 1.0)

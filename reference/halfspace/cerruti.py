@@ -7,9 +7,9 @@ for forces P along z and Q along x at the origin:
     u_y = Q/(2 pi G)  nu x y/r^3               - P (1 - 2 nu)/(4 pi G) y/r^2,
     u_z = P (1 - nu)/(2 pi G) /r               + Q (1 - 2 nu)/(4 pi G) x/r^2.
 
-Integrated over a cell exactly; the logarithms, roots and angles are rationalised so that nothing
-cancels, and from 16 cell sides on Gauss points take over, as for Love's coefficients (`kernels`).
-All quantities are in consistent units.
+Integrated over a cell exactly; logarithms, roots and angles are rationalised to avoid cancellation,
+and beyond 16 cell sides Gauss points are used, as for Love's coefficients (`kernels`). All
+quantities are in consistent units.
 """
 
 from __future__ import annotations
@@ -37,7 +37,7 @@ class Compliance:
     lateral : float
         c2 = nu/G.
     coupling : float
-        c3 = (1 - 2 nu)/(2 G). Over c1 it is Dundurs' second constant.
+        c3 = (1 - 2 nu)/(2 G). Divided by c1 it is Dundurs' second constant.
 
     Examples
     --------
@@ -52,7 +52,7 @@ class Compliance:
 
     @classmethod
     def of(cls, shear_modulus: float, poisson_ratio: float) -> Compliance:
-        """Return the constants of one elastic body against a rigid one.
+        """Return the constants of one elastic body in contact with a rigid one.
 
         Raises
         ------
@@ -91,7 +91,7 @@ class CellIntegrals(NamedTuple):
 
 
 def cell_integrals(i: ArrayLike, j: ArrayLike, spacing: tuple[float, float]) -> CellIntegrals:
-    """Integrals of Cerruti's terms over a cell, at a point i, j cells away from its centre.
+    """Return integrals of Cerruti's terms over a cell, at a point i, j cells from its centre.
 
     Parameters
     ----------
@@ -103,8 +103,9 @@ def cell_integrals(i: ArrayLike, j: ArrayLike, spacing: tuple[float, float]) -> 
     Returns
     -------
     CellIntegrals
-        The last three odd in the coordinates they are named after. Relative error below 1e-11 up
-        to 1e4 cells away (tested against 40 digits), against the largest of the two of its kind.
+        The last three are odd in the coordinates of their names. The error is below 1e-11 up to a
+        distance of 1e4 cells (tested against 40 digits), relative to the larger of the two
+        integrals of the same type.
 
     Examples
     --------
@@ -137,17 +138,17 @@ def _closed(x: Field, y: Field, dx: float, dy: float) -> list[Field]:
 
 
 def _mixed(x: Field, y: Field, dx: float, dy: float) -> Field:
-    """Double difference of -r: differences of roots by their squares."""
+    """Return the double difference of -r, with differences of roots from their squares."""
     a, b, c, d = x + dx / 2, x - dx / 2, y + dy / 2, y - dy / 2
     ac, ad, bc, bd = np.hypot(a, c), np.hypot(a, d), np.hypot(b, c), np.hypot(b, d)
     return 4 * x * y * dx * dy * (1 / (ac + bc) + 1 / (ad + bd)) / ((ac + ad) * (bc + bd))
 
 
 def _pull(x: Field, y: Field, dx: float, dy: float) -> Field:
-    """Integral of x/r^2: double difference of y ln r + x arctan(y/x)."""
+    """Return the integral of x/r^2, the double difference of y ln r + x arctan(y/x)."""
     a, b, c, d = x + dx / 2, x - dx / 2, y + dy / 2, y - dy / 2
     ad, bc, bd = a * a + d * d, b * b + c * c, b * b + d * d
-    # r = 0 at a corner does not occur: points are never on the corners of a cell of the grid
+    # r = 0 does not occur, as points are never on the corners of a cell
     upper, lower = np.log1p(2 * x * dx / bc), np.log1p(2 * x * dx / bd)
     twist = np.log1p(-4 * x * y * dx * dy / (bc * ad))
     logarithms = y * twist / 2 + dy / 4 * (upper + lower)
@@ -156,7 +157,7 @@ def _pull(x: Field, y: Field, dx: float, dy: float) -> Field:
 
 
 def _gauss(x: Field, y: Field, dx: float, dy: float) -> Field:
-    """4 x 4 Gauss points far away."""
+    """Return the integrals far away by 4 x 4 Gauss points."""
     nodes, weights = np.polynomial.legendre.leggauss(4)
     total = np.zeros((5, *x.shape))
     for node_x, weight_x in zip(nodes, weights, strict=True):
@@ -174,7 +175,7 @@ class Transfer(NamedTuple):
     """Fourier factors on the modes of `rfft2` of the (padded) grid.
 
     `xx`, `yy`, `xy` from tangential traction to tangential displacement (real); `x`, `y` from
-    tangential traction to normal displacement, and with the other sign from pressure to tangential
+    tangential traction to normal displacement, and with opposite sign from pressure to tangential
     displacement (imaginary parts).
     """
 
@@ -199,7 +200,7 @@ def free_transfer(
         ``table(quarter, sign_x, sign_y)``: transform of the coefficients whose values at offsets
         from zero on are `quarter`, even (1) or odd (-1) in x and y.
     shape, spacing
-        Of the grid.
+        Shape and spacing of the grid.
     compliance : Compliance
     """
     i, j = np.ix_(*(np.arange(n) for n in shape))
@@ -222,12 +223,12 @@ def periodic_transfer(
 
     u^ = [(c1 + c2) - c2 q q'/|q|^2] q^/|q| for the tangential tractions, -i c3 q_x/|q|^2 from
     them to u_z (the Fourier transforms of Cerruti's solution): band-limited tractions through the
-    cell values. Odd factors have no Nyquist mode on a real grid; it is left out.
+    cell values. Odd factors have no Nyquist mode on a real grid, where it is zero.
 
     Examples
     --------
     >>> made = periodic_transfer((8, 8), (1.0, 1.0), Compliance.of(1.0, 0.25))
-    >>> k = 2 * np.pi / 8  # along its own direction a wave sees 1 - nu, across it 1
+    >>> k = 2 * np.pi / 8  # the factor is 1 - nu along the wave, 1 transverse to it
     >>> [round(float(t[1, 0] * k), 12) for t in (made.xx, made.yy)]
     [0.75, 1.0]
     """

@@ -1,4 +1,4 @@
-"""Contact on the half-space with a cohesive law: Newton's method on the free operators.
+"""Contact on the half-space with a cohesive law, by Newton's method.
 
 Pressures p and gaps h = g - d + K p obey h = 0 where p >= -sigma(0), and p = -sigma(h) elsewhere.
 Linearised about an iterate, with k = -sigma'(h) and the residual r = p + sigma(h), the change of
@@ -11,9 +11,9 @@ With dp = omega z - r, omega = sqrt(k) outside the contact, this is the symmetri
 
     (1_outside - omega K omega) z = omega (h 1_contact - K r - dd),
 
-solved by MINRES: its conditioning knows neither the far cells, where k vanishes, nor the sign of
-the stiffness, so that unstable equilibria are found like stable ones. Which of them are stable the
-path tells: see `cohesive_path`.
+solved by MINRES: its conditioning depends neither on the far cells, where k vanishes, nor on the
+sign of the stiffness, so unstable equilibria are computed like stable ones. The path determines
+their stability, see `cohesive_path`.
 """
 
 from __future__ import annotations
@@ -34,8 +34,8 @@ from reference.loads import Load
 Field = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-_FORCING = 1e-3  # of MINRES relative to the residual of Newton's method
-_DIRECTION = 1e-10  # of the response to the penetration: close to a fold it is nearly singular
+_FORCING = 1e-3  # tolerance of MINRES relative to the residual of Newton's method
+_DIRECTION = 1e-10  # tolerance of the response to the penetration, nearly singular close to a fold
 _ROUNDS = 2000
 _LEAST_SHARE = 1e-3
 
@@ -49,15 +49,15 @@ class CohesiveContact:
     penetration, force : float
         d (negative before first touch) and F (negative when pulling).
     pressure : ndarray, shape (nx, ny)
-        Cell values; negative where the law pulls.
+        Cell values; negative in tension.
     gap : ndarray
         Remaining gap, zero in contact.
     mask : ndarray of bool
         Cells in contact.
     iterations : int
-        Steps of Newton's method.
+        Number of Newton steps.
     residual : float
-        Largest error of a gap, relative to the reach of the law, or of a tension, relative to its
+        Largest error of a gap relative to the reach of the law, or of a tension relative to its
         strength.
     """
 
@@ -77,9 +77,10 @@ class CohesiveProblem:
     ----------
     operator : FreeOperator or PeriodicOperator
         The grid must resolve the zone in which the tension falls: its width is about
-        0.8 E* w/sigma(0)^2 at the edge of a contact, two cells of it give some per cent.
+        0.8 E* w/sigma(0)^2 at the edge of a contact, two cells across it give errors of some per
+        cent.
     gap : array_like, shape (nx, ny)
-        Initial gap g >= 0; +inf where the body has no material.
+        Initial gap g >= 0; +inf outside the body.
     law : CohesiveLaw
     """
 
@@ -87,12 +88,12 @@ class CohesiveProblem:
         self.operator, self.law = operator, law
         gap = check_gap(operator, gap)
         self.solid = np.isfinite(gap)
-        # cells without material carry nothing; any finite gap will do
+        # cells without material carry no load; any finite gap will do
         self.initial_gap = np.where(self.solid, gap, 0.0)
         self.cell_compliance = float(operator.apply(_one_cell(operator.shape)).max())
 
     def start(self, penetration: float) -> Field:
-        """Pressures without adhesion."""
+        """Return the pressures without adhesion."""
         if penetration <= 0:
             return np.zeros(self.operator.shape)
         gap = np.where(self.solid, self.initial_gap, np.inf)
@@ -101,7 +102,7 @@ class CohesiveProblem:
         ).pressure
 
     def force(self, pressure: Field) -> float:
-        """Sum of the pressures times the area of a cell."""
+        """Return the sum of the pressures times the cell area."""
         return float(pressure.sum()) * self.operator.cell_area
 
     def at_penetration(
@@ -111,12 +112,12 @@ class CohesiveProblem:
         tolerance: float = 1e-8,
         max_iterations: int = 40,
     ) -> CohesiveContact:
-        """Find the equilibrium at a penetration to which Newton's method leads from the start.
+        """Return the equilibrium at a penetration that Newton's method reaches from the start.
 
         Raises
         ------
         ConvergenceError
-            If it leads nowhere: beyond a fold there is no equilibrium nearby.
+            If it does not converge; beyond a fold there is no equilibrium nearby.
         """
         Effort(tolerance, max_iterations)
         fixed = Constraint(1.0, 0.0, penetration)
@@ -125,7 +126,7 @@ class CohesiveProblem:
         return self.newton(start, penetration, fixed, tolerance, max_iterations)
 
     def _load_up(self, penetration: float, fixed: Constraint, max_iterations: int) -> Field:
-        """Pressures with nearly the whole tension, which is raised from none in easy steps."""
+        """Return pressures with nearly the full tension, which is increased from zero in steps."""
         pressure, share, step = self.start(penetration), 0.0, 0.25
         while share < 1.0:
             law = self.law.weakened(min(share + step, 1.0))
@@ -150,7 +151,7 @@ class CohesiveProblem:
         tolerance: float = 1e-8,
         max_iterations: int = 40,
     ) -> CohesiveContact:
-        """Find the equilibrium at a force; from a penetration and pressures close to it."""
+        """Return the equilibrium at a force, from a penetration and pressures close to it."""
         Effort(tolerance, max_iterations)
         fixed = Constraint(0.0, 1.0, force)
         return self.newton(start, penetration, fixed, tolerance, max_iterations)
@@ -163,7 +164,7 @@ class CohesiveProblem:
         tolerance: float,
         max_iterations: int,
     ) -> CohesiveContact:
-        """Iterate to an equilibrium on which the constraint holds."""
+        """Return an equilibrium that satisfies the constraint, by Newton's method."""
         history: list[float] = []
         for _ in range(max_iterations):
             state = _Linearised(self, pressure, penetration)
@@ -223,11 +224,11 @@ class Constraint:
     value: float
 
     def missing(self, penetration: float, force: float) -> float:
-        """Return what the left side lacks."""
+        """Return the value less the left side."""
         return self.value - self.of_penetration * penetration - self.of_force * force
 
     def unit(self, problem: CohesiveProblem) -> float:
-        """Measure of the left side: a reach of the law, and its strength on one cell."""
+        """Return the scale of the left side: the reach of the law, and its strength on one cell."""
         law = problem.law
         cell = law.strength * problem.operator.cell_area
         return abs(self.of_penetration) * law.reach + abs(self.of_force) * cell
@@ -246,7 +247,7 @@ class _Linearised:
         apart = solid & ~self.contact
         self.apart = apart
         self.residual = np.where(apart, residual, 0.0)
-        # in units of its own compliance a cell in contact counts like one outside
+        # in units of the cell compliance, cells in contact and outside have equal weight
         weight = np.where(
             apart, np.sqrt(law.softening(above)), 1 / np.sqrt(problem.cell_compliance)
         )
@@ -257,7 +258,7 @@ class _Linearised:
         )
 
     def change(self, depth: float, *, with_residual: bool) -> Field:
-        """Change of the pressures for a change of the penetration, with or without the residual."""
+        """Return the change of the pressures with the penetration, with or without the residual."""
         apply, weight = self.problem.operator.apply, self.weight
         right = np.full(weight.shape, -depth)
         if with_residual:
@@ -275,10 +276,10 @@ class _Linearised:
 
 
 def _solved(system: LinearOperator, right: Field, rtol: float) -> Field:
-    """Solve by MINRES with a right side of about unit size, by a power of two.
+    """Solve by MINRES with a right-hand side scaled to about one by a power of two.
 
-    SciPy adds the size of the right side to its estimate of the norm of the matrix and divides the
-    residual by it: a large right side, here a small unit of length, would end the iteration early.
+    SciPy adds the norm of the right-hand side to its estimate of the matrix norm and divides the
+    residual by it: a large right-hand side (a small unit of length) would end the iteration early.
     """
     size = float(np.linalg.norm(right))
     if size == 0:

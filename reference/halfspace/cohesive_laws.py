@@ -13,7 +13,7 @@ Field = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class CohesiveLaw:
-    """Tension sigma(h) >= 0 at gaps h >= 0, not rising; at h = 0 the surfaces are hard.
+    """Non-increasing tension sigma(h) >= 0 at gaps h >= 0; at h = 0 the surfaces are hard.
 
     Attributes
     ----------
@@ -36,7 +36,7 @@ class CohesiveLaw:
     softening: Callable[[Field], Field]
 
     def weakened(self, share: float) -> CohesiveLaw:
-        """Return the law with all tensions times a share; the range stays."""
+        """Return the law with all tensions scaled by a factor, and the same range."""
         return replace(
             self,
             work=share * self.work,
@@ -47,7 +47,7 @@ class CohesiveLaw:
 
 
 def exponential(work: float, reach: float) -> CohesiveLaw:
-    """Smooth law sigma = (w/rho) exp(-h/rho) (Rey, Anciaux & Molinari 2017).
+    """Return the smooth law sigma = (w/rho) exp(-h/rho) (Rey, Anciaux & Molinari 2017).
 
     Examples
     --------
@@ -65,17 +65,18 @@ def exponential(work: float, reach: float) -> CohesiveLaw:
 
 
 def dugdale(work: float, strength: float, ramp: float = 0.3) -> CohesiveLaw:
-    """Maugis' law: sigma0 out to the gap w/sigma0, here with a ramp in place of the step.
+    """Return Maugis' law, sigma0 up to the gap w/sigma0, with a ramp instead of the step.
 
-    The tension falls from sigma0 at (1 - ramp) w/sigma0 to zero at (1 + ramp) w/sigma0, as the
-    cubic with level ends: the same work of adhesion, and a continuous slope for Newton's method.
+    The tension decreases from sigma0 at (1 - ramp) w/sigma0 to zero at (1 + ramp) w/sigma0, as a
+    cubic with zero end slopes: the same work of adhesion, and a continuous slope for Newton's
+    method.
 
     Parameters
     ----------
     work, strength : float
         w and sigma0.
     ramp : float
-        Half the width of the ramp, relative, in (0, 1].
+        Relative half-width of the ramp, in (0, 1].
     """
     _check(work=work, strength=strength, ramp=ramp)
     if ramp > 1:

@@ -1,9 +1,8 @@
-"""The whole equilibrium path of an adhesive contact: stable branches, folds, and what lies between.
+"""The equilibrium path of an adhesive contact: stable branches, folds and unstable branches.
 
-Penetration and force along the path are followed by their common arc length, so that neither fold
-stops the way; what a prescribed penetration or force does on it, jumps and hysteresis, is read off
-afterwards. Folds are refined by parabolas through three points, whose error is of the third order
-in the step.
+The path is followed by arc length in penetration and force, beyond folds of either; jumps and
+hysteresis under prescribed penetration or force are derived from it afterwards. Folds are refined
+by parabolas through three points, whose error is of the third order in the step.
 """
 
 from __future__ import annotations
@@ -19,16 +18,16 @@ from reference.halfspace.cohesive import CohesiveContact, CohesiveProblem, Const
 Field = NDArray[np.float64]
 
 _SHRINKS = 12
-_MOST = 2000  # points of a way
+_MOST = 2000  # largest number of points of a path
 _EASY, _ITERATIONS = 6, 30
-# Sharper turns than this cosine are taken in smaller steps, down to those of a corner of the path:
-# a step over a fold would land on another branch.
+# Sharper turns than this cosine are taken in smaller steps, down to those of a corner of the path,
+# because a step over a fold would reach another branch.
 _TURN, _CORNER = 0.7, 0.05
 
 
 @dataclass(frozen=True)
 class CohesivePath:
-    """Equilibria in the order of the path, from pressed on to parted; arrays of shape (k,).
+    """Equilibria in the order of the path, from compression to separation; arrays of shape (k,).
 
     Attributes
     ----------
@@ -37,7 +36,7 @@ class CohesivePath:
     contact_area : ndarray
         Area of the cells in contact.
     points : tuple of CohesiveContact
-        The equilibria themselves.
+        The equilibria.
     """
 
     penetration: Field
@@ -46,11 +45,11 @@ class CohesivePath:
     points: tuple[CohesiveContact, ...]
 
     def follow(self, control: str, loads: ArrayLike) -> list[tuple[int, float]]:
-        """Where on the path a list of loads leads, from its parted end: (segment, part of it).
+        """Return the positions of loads on the path from separation: (segment, fraction of it).
 
-        A rising load moves towards the pressed end, a falling one towards the parted end, to the
-        first place that carries the load: over folds that is a jump. Loads that nothing carries
-        stay at the end.
+        An increasing load moves towards compression, a decreasing one towards separation, to the
+        first position with this load; across folds this is a jump. Loads without equilibrium stay
+        at the end.
         """
         curve = self._load(control)
         place = (curve.size - 2, 1.0)
@@ -70,7 +69,7 @@ class CohesivePath:
 
     @staticmethod
     def _between(curve: Field, i: int, load: float) -> tuple[int, float]:
-        """Segment i and the part of it at which a straight line carries the load."""
+        """Return segment i and the fraction of it at which linear interpolation gives the load."""
         return i, float((load - curve[i]) / (curve[i + 1] - curve[i]))
 
     def _load(self, control: str) -> Field:
@@ -79,26 +78,26 @@ class CohesivePath:
         return self.force if control == "force" else self.penetration
 
     def pull_off(self, control: str = "force") -> tuple[float, float] | None:
-        """Penetration and force at which a falling load is lost; None where the path has no fold.
+        """Return penetration and force at which a decreasing load is lost; None without a fold.
 
-        The lowest fold on the way down: under penetration control a force of long range falls to
-        nothing without any.
+        It is the lowest fold on unloading; under penetration control, long-range attraction has
+        none.
         """
         load = self._load(control)
         folds = np.flatnonzero((load[1:-1] <= load[:-2]) & (load[1:-1] < load[2:])) + 1
         return self._around(load, int(folds[np.argmin(load[folds])])) if folds.size else None
 
     def snap_in(self) -> tuple[float, float] | None:
-        """Penetration and force at which an approaching body jumps into contact; None: it does not.
+        """Return penetration and force of the jump into contact on approach; None without a jump.
 
-        The last maximum of the penetration on the path, the first on the way in.
+        It is the last maximum of the penetration on the path, the first on approach.
         """
         load = self.penetration
         folds = np.flatnonzero((load[1:-1] >= load[:-2]) & (load[1:-1] > load[2:])) + 1
         return self._around(load, int(folds[-1])) if folds.size else None
 
     def _around(self, load: Field, at: int) -> tuple[float, float]:
-        """Penetration and force where the parabola of the load about a point is extreme."""
+        """Return penetration and force at the extremum of a parabola of the load about a point."""
         three = slice(at - 1, at + 2)
         d, force = self.penetration[three], self.force[three]
         span_d, span_f = np.ptp(self.penetration), np.ptp(self.force)
@@ -112,14 +111,15 @@ class CohesivePath:
 
 @dataclass(frozen=True)
 class Ending:
-    """Where the way of an adhesive contact ends, in shares of its lowest force.
+    """End of the path of an adhesive contact, in fractions of its lowest force.
 
     Parameters
     ----------
     parted : float
-        Without contact, where the force has fallen to this share.
+        Without contact, the path ends when the force has decreased to this fraction.
     risen : float
-        Where the force has risen again by this share: enough, if only the pull-off force is wanted.
+        The path ends when the force has increased again by this fraction, which suffices for the
+        pull-off force.
     """
 
     parted: float = 1e-3
@@ -138,21 +138,21 @@ def trace(
     tolerance: float = 1e-7,
     ending: Ending = PARTED,
 ) -> CohesivePath:
-    """Follow the equilibria from a penetration at which the body is pressed on until it is parted.
+    """Return the equilibria from a penetration in compression to separation.
 
     Parameters
     ----------
     problem : CohesiveProblem
     penetration : float
-        Where to begin.
+        Initial penetration.
     lowest : float
-        Penetration below which nothing is of interest.
+        Lowest penetration of interest.
     steps : int
-        Points between the two on a straight way; folds and jumps of the grid take more.
+        Points between the two on a straight path; folds and jumps of the grid take more.
     tolerance : float
-        Of every equilibrium, see `CohesiveContact.residual`.
+        Tolerance of every equilibrium, see `CohesiveContact.residual`.
     ending : Ending
-        Where the way ends.
+        End of the path.
 
     Returns
     -------
@@ -161,7 +161,7 @@ def trace(
     Raises
     ------
     ConvergenceError
-        If the path is lost: the grid is too coarse for the range of the law.
+        If the path is lost, because the grid is too coarse for the range of the law.
     """
     first = problem.at_penetration(penetration, tolerance=tolerance, max_iterations=100)
     stride = (penetration - lowest) / steps
@@ -201,7 +201,7 @@ def _ended(points: list[CohesiveContact], lowest: float, ending: Ending) -> bool
 def _way_behind(
     points: list[CohesiveContact], units: tuple[float, float]
 ) -> tuple[CohesiveContact, Field]:
-    """Last point but those too close to tell the direction, and the way from it to the last."""
+    """Return an earlier point far enough to define the direction, and the vector to the last."""
     last = points[-1]
     for before in reversed(points[:-1]):
         moved = last.penetration - before.penetration, last.force - before.force
@@ -218,7 +218,7 @@ def _next(
     length: float,
     tolerance: float,
 ) -> tuple[CohesiveContact, float]:
-    """Equilibrium one step of arc length further, with as many halvings as it takes."""
+    """Return the equilibrium one step of arc length further, with bisections as needed."""
     last = points[-1]
     before, way = _way_behind(points, units)
     done = float(np.hypot(*way))
@@ -228,7 +228,7 @@ def _next(
         pressure = last.pressure + ratio * (last.pressure - before.pressure)
         depth = last.penetration + length * way[0] * units[0]
         force = last.force + length * way[1] * units[1]
-        # the plane across the way: (d - d_predicted, F - F_predicted) . way = 0
+        # the plane normal to the path: (d - d_predicted, F - F_predicted) . way = 0
         normal = way[0] / units[0], way[1] / units[1]
         plane = Constraint(*normal, normal[0] * depth + normal[1] * force)
         try:

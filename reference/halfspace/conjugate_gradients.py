@@ -1,16 +1,16 @@
-"""Contact pressures by projected conjugate gradients, refined until a double residual agrees.
+"""Contact pressures by projected conjugate gradients, refined to a double-precision residual.
 
 minimise  1/2 p.K p - p.(d - g)  over p >= 0,
 
-with d given, or with the sum of p given, in which case d is the multiplier of that constraint. The
+with given d, or with given sum of p, in which case d is the multiplier of that constraint. The
 contact set changes in every iteration, as in I. A. Polonsky and L. M. Keer, Wear 231 (1999) 206,
 and V. Rey, G. Anciaux and J.-F. Molinari, Comput. Mech. 60 (2017) 69. `descent` iterates on a
-correction of the pressure; here the residual of the sum is taken anew, in double precision, until
-it meets the tolerance. The stages, each taken over from by the next where it fails:
+correction of the pressure; here the residual of the sum is recomputed in double precision until it
+meets the tolerance. The stages, each followed by the next if it fails:
 
 1. single precision, preconditioned by |q|;
 2. double precision, preconditioned;
-3. double precision, plain: slow, but with a proof of convergence behind it.
+3. double precision, plain: slow, but with proved convergence.
 
 All quantities enter homogeneously: no absolute tolerance, and a change of units by powers of two
 changes no digit.
@@ -33,29 +33,30 @@ from reference.halfspace.solution import Effort
 
 Field = NDArray[np.float64]
 
-# Digits gained by one stage of single precision before the residual is taken in double again.
+# Digits gained by a single-precision stage before the residual is recomputed in double precision.
 _SINGLE_GAIN = 3e-5
-# Margin of the goal of a stage against the tolerance: the fresh residual differs a little.
+# Margin of the goal of a stage relative to the tolerance, as the recomputed residual differs
+# slightly.
 _MARGIN = 0.7
 
-# Units of round-off that a displacement by FFT is wrong by, with a margin; and the violation below
-# which it is worth while to ask.
+# Error of a displacement by FFT in units of round-off, with a margin; and the violation below which
+# it is considered.
 _ROUNDING, _ROUNDING_NEAR = 16.0, 1e-6
 
-# Empty cells that keep opposite rims of a free patch apart in the preconditioner. |q| reaches only
-# as r^-3, so that a few are as good as doubling the grid; none cost half as many iterations again.
+# Empty cells that separate opposite rims of a free patch in the preconditioner. |q| decays as r^-3,
+# so a few are as good as doubling the grid; without them, iterations increase by half.
 _RIM = 8
 
 
 @dataclass
 class Problem:
-    """Gap with the cells that may touch, and the one load: a depth, or a total of the pressures.
+    """Gap with the cells allowed in contact, and one load: a depth, or a total of the pressures.
 
-    Where not `unilateral`, the allowed cells stay in contact whatever the sign of their pressure.
+    If not `unilateral`, the allowed cells stay in contact for any sign of their pressure.
     """
 
     operator: HalfSpace
-    gap: Field  # finite everywhere; where `allowed` is False its value is not used
+    gap: Field  # finite everywhere; not used where `allowed` is False
     allowed: NDArray[np.bool_]
     depth: float | None = None
     total: float | None = None
@@ -63,7 +64,7 @@ class Problem:
 
     @classmethod
     def of(cls, operator: HalfSpace, gap: Field, kind: str, value: float) -> Problem:
-        """Problem of a gap, infinite where nothing can touch, under a penetration or a force."""
+        """Return the problem of a gap (infinite outside the body) under a depth or a force."""
         gap = np.ascontiguousarray(gap)
         allowed = np.isfinite(gap)
         finite = np.where(allowed, gap, 0.0)
@@ -96,9 +97,9 @@ class State:
 
 @dataclass(frozen=True)
 class _Stage:
-    """One way to iterate, given up when the violation has not halved in `patience` iterations.
+    """One iteration stage, ended when the violation has not halved in `patience` iterations.
 
-    Where a stage works it gains a digit in five iterations or fewer.
+    A working stage gains a digit in at most five iterations.
     """
 
     dtype: DTypeLike
@@ -119,7 +120,7 @@ def minimise(problem: Problem, start: Field, effort: Effort) -> State:
     Raises
     ------
     ConvergenceError
-        With the violation of every iteration, when no stage reaches the tolerance.
+        With the violations of all iterations, if no stage reaches the tolerance.
     """
     tolerance, max_iterations = effort.tolerance, effort.max_iterations
     pressure: Field = np.where(problem.allowed, start, 0.0).astype(np.float64, copy=False)
@@ -146,16 +147,16 @@ def minimise(problem: Problem, start: Field, effort: Effort) -> State:
 def fixed_contact_response(
     operator: HalfSpace, mask: NDArray[np.bool_], tolerance: float, max_iterations: int = 2000
 ) -> Field:
-    """Pressure (of either sign) that displaces the cells of `mask` by one and loads no others."""
+    """Return the pressure (of either sign) on `mask` that displaces its cells by one."""
     nothing = np.zeros(operator.shape)
     problem = Problem(operator, nothing, mask, depth=1.0, unilateral=False)
     return minimise(problem, nothing, Effort(tolerance, max_iterations)).pressure
 
 
 def _refresh(problem: Problem, state: State, tolerance: float) -> bool:
-    """Evaluate displacement, depth and clearance in double precision; True when good enough."""
+    """Evaluate displacement, depth and clearance in double precision; return True if converged."""
     if problem.total is not None:
-        # a step keeps the total but for rounding
+        # a step conserves the total up to rounding
         state.pressure *= problem.total / state.pressure.sum()
     operator = problem.operator
     displacement = operator.convolution(np.float64)(state.pressure)
@@ -168,15 +169,15 @@ def _refresh(problem: Problem, state: State, tolerance: float) -> bool:
         np.nan if problem.depth is None else problem.depth,
     )
     if not np.isfinite([state.worst, state.depth]).all():
-        raise ConvergenceError("the contact iteration left the range of numbers", state.history)
+        raise ConvergenceError("the contact iteration exceeded the range of numbers", state.history)
     return state.violation <= max(tolerance, _rounding(problem, state))
 
 
 def _rounding(problem: Problem, state: State) -> float:
-    """Violation that the rounding of the displacement alone may cause; 0 where it is far away.
+    """Return the violation possible from rounding of the displacement; 0 if far from it.
 
-    A pressure many times that of full contact displaces a nearly flat surface by much more than its
-    own heights, and the last digits of that are a visible part of the penetration.
+    Pressures much above that of full contact displace a nearly flat surface by much more than its
+    heights, and rounding of this displacement is a visible part of the penetration.
     """
     if state.violation > _ROUNDING_NEAR:
         return 0.0
@@ -186,7 +187,7 @@ def _rounding(problem: Problem, state: State) -> float:
 
 
 def _improve(problem: Problem, state: State, stage: _Stage, effort: Effort) -> int:
-    """Run one stage on the correction of the pressure, in units near its own size."""
+    """Run one stage on the correction of the pressure, in units near its size."""
     operator = problem.operator
     length = power_of_two(state.worst)
     pressure_unit = length / operator.unit
@@ -219,7 +220,7 @@ def _improve(problem: Problem, state: State, stage: _Stage, effort: Effort) -> i
 
 
 def _goal(state: State, stage: _Stage, tolerance: float) -> float:
-    """Clearance that a stage should reach: the tolerance, in equal steps in single precision."""
+    """Return the goal of a stage: the tolerance, approached in equal steps in single precision."""
     if not state.depth > 0:
         return _SINGLE_GAIN * state.worst
     goal = _MARGIN * tolerance * state.depth
@@ -230,12 +231,12 @@ def _goal(state: State, stage: _Stage, tolerance: float) -> float:
 
 
 def _preconditioner(operator: HalfSpace, dtype: DTypeLike) -> Convolution:
-    """|q| in Fourier space: the inverse of the half-space under a periodic pressure.
+    """Return |q| in Fourier space, the inverse of the half-space under a periodic pressure.
 
-    The zero mode is half the smallest wavenumber, so that the whole is positive definite. It has to
-    be set from the contact (`_settling`) where the mean pressure is free on a periodic one: near
-    full contact a uniform pressure on the contact costs almost no energy, and without the matching
-    large zero mode the iterations grow from 25 to many hundreds.
+    The zero mode is half the smallest wavenumber, so that the operator is positive definite. On a
+    periodic half-space with free mean pressure it is set from the contact (`_settling`): near full
+    contact a uniform pressure on the contact has almost no energy, and without a matching large
+    zero mode the iterations increase from 25 to many hundreds.
     """
 
     def make() -> Convolution:
@@ -253,14 +254,14 @@ def _preconditioner(operator: HalfSpace, dtype: DTypeLike) -> Convolution:
 
 
 def _wave_unit(operator: HalfSpace) -> float:
-    """Power of two that brings |q| near one."""
+    """Return the power of two that scales |q| to about one."""
     return power_of_two(max(operator.spacing))
 
 
 def _settling(operator: HalfSpace) -> float:
-    """Factor from the stiffness of a uniform pressure on the contact to the mean factor.
+    """Return the factor from the stiffness of a uniform pressure on the contact to the mean factor.
 
-    |q| leaves out E*/2; a further 2 because pressure crowds at the rims of the open cells.
+    |q| lacks E*/2; a further 2 because pressure concentrates at the rims of the open cells.
     """
     stiffness = operator.unit * operator.effective_modulus
     return 4 * _wave_unit(operator) / stiffness
@@ -268,10 +269,10 @@ def _settling(operator: HalfSpace) -> float:
 
 @njit(cache=True, error_model="numpy")
 def _clearances(state, problem, unit, wanted_depth):
-    """Scale the displacement, fill the clearance; (largest violation, depth).
+    """Scale the displacement, fill the clearance; return (largest violation, depth).
 
-    `state` are pressure, displacement and clearance, `problem` gap, allowed and unilateral.
-    The depth is the mean of displacement + gap over the loaded cells where it is not given (NaN).
+    `state` contains pressure, displacement and clearance, `problem` gap, allowed and unilateral. If
+    not given (NaN), the depth is the mean of displacement + gap over the loaded cells.
     """
     (pressure, displacement, clearance), (gap, allowed, unilateral) = state, problem
     depth = wanted_depth
@@ -299,7 +300,7 @@ def _clearances(state, problem, unit, wanted_depth):
 
 @njit(cache=True, error_model="numpy")
 def _prepare(state, cells, units, correction):
-    """Fill target and bound of the correction; ratios out of range stand for infinity."""
+    """Fill target and bound of the correction; ratios out of range count as infinite."""
     (clearance, pressure), (allowed, unilateral) = state, cells
     (length, pressure_unit), (target, lower) = units, correction
     for i in range(clearance.shape[0]):
@@ -314,7 +315,7 @@ def _prepare(state, cells, units, correction):
 
 @njit(cache=True, error_model="numpy")
 def _accept(pressure, correction, lower, unilateral, pressure_unit):
-    """Add the correction; cells that ended on their bound are free of pressure."""
+    """Add the correction; cells on their bound have zero pressure."""
     for i in range(pressure.shape[0]):
         for j in range(pressure.shape[1]):
             value = pressure[i, j] + np.float64(correction[i, j]) * pressure_unit

@@ -1,11 +1,11 @@
-"""Dense equations of the contact cells: looked-up coefficients and a factor that is kept.
+"""Dense equations of the contact cells, with tabulated coefficients and a reused factor.
 
-The matrix of (19.7) holds the contact cells alone, and rounds of the contact iteration change few
-of them. Its Cholesky factor is kept for a base set B; cells A that joined and cells R that left are
-added as a border,
+The matrix of (19.7) contains only the contact cells, few of which change per round of the contact
+iteration. Its Cholesky factor is kept for a base set B; added cells A and removed cells R form a
+border,
 
     [ K_BB  K_BA  E_R ] [p_B]   [b_B]
-    [ K_AB  K_AA   0  ] [p_A] = [b_A]        (the last rows say p_R = 0)
+    [ K_AB  K_AA   0  ] [p_A] = [b_A]        (the last rows mean p_R = 0)
     [ E_R'   0     0  ] [ f ]   [ 0 ]
 
 of which only the Schur complement, |A| + |R| equations, is new in a round.
@@ -27,7 +27,7 @@ Field = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 Indices = NDArray[np.intp]
 
-# A dense Cholesky factor of this many cells takes 200 MB and seconds: beyond it `fft` is the tool.
+# A dense Cholesky factor of this many cells takes 200 MB and seconds: beyond it use `fft`.
 CELL_LIMIT = 5000
 
 # A border costs 2 n^2 operations per changed cell, a new factor n^3/3.
@@ -36,10 +36,10 @@ _WIDEST_BORDER = 1 / 6
 
 @dataclass
 class Cells:
-    """The candidate cells: their places on the grid, gaps, and the table of coefficients.
+    """The candidate cells: their grid indices, gaps, and the table of coefficients.
 
     The table is divided by `unit`, a power of two, so that the square roots of the factorisation
-    round alike in all units; pressures are multiplied by it.
+    round equally in all units; pressures are multiplied by it.
     """
 
     rows: Indices
@@ -53,16 +53,17 @@ class Cells:
 
     @classmethod
     def of(cls, operator: FreeOperator, gap: Field, reach: float) -> Cells:
-        """Cells with a finite gap below `reach`: beyond the penetration nothing can touch."""
+        """Return the cells with a gap below `reach`; beyond the penetration there is no contact."""
         rows, columns = np.nonzero(np.isfinite(gap) & (gap < reach))
         table = operator.coefficients((int(np.ptp(rows)) + 1, int(np.ptp(columns)) + 1))
         unit = power_of_two(float(table[0, 0]))
         return cls(rows, columns, gap[rows, columns], table / unit, unit, reach)
 
     def overlapping(self, depth: float) -> Mask:
-        """Cells that overlap, or the deepest of them if they are more than can be factorised.
+        """Return the overlapping cells, or the deepest of them if too many for a factorisation.
 
-        About half of a geometric overlap stays in contact, so this may still end below the limit.
+        About half of a geometric overlap stays in contact, so the final number may be below the
+        limit.
         """
         active = self.gaps < depth
         if np.count_nonzero(active) > CELL_LIMIT:
@@ -70,13 +71,13 @@ class Cells:
         return active
 
     def displacement(self, pressures: Field) -> Field:
-        """Displacement of every candidate cell under pressures of all candidates, (19.8)."""
+        """Return the displacements of the candidate cells under their pressures, (19.8)."""
         loaded = np.flatnonzero(pressures)
         places = self.rows, self.columns, self.rows[loaded], self.columns[loaded]
         return _displacement(*places, pressures[loaded], self.table)
 
     def equilibrium(self, active: Mask, depth: float, total: float | None) -> tuple[Field, float]:
-        """Pressures on a fixed contact set, (19.7), and the depth that carries the total."""
+        """Return the pressures on a fixed contact set, (19.7), and the depth for the total."""
         contact = np.flatnonzero(active)
         sides = np.stack([np.ones(contact.size), self.gaps[contact]], axis=1)
         unit, shape = self._solve(active, sides).T
@@ -120,7 +121,7 @@ class Cells:
     def _bordered(
         self, joined: Indices, left: Indices, right: Field, right_joined: Field
     ) -> tuple[Field, Field]:
-        """Solve with the base factor and the border of changes: values in base and joined cells."""
+        """Solve with the base factor and border; return values in base and added cells."""
         forward = solve_triangular(self._factor, right, lower=True, check_finite=False)
         border = np.zeros((self._base.size, joined.size + left.size))
         if border.shape[1]:
@@ -147,7 +148,7 @@ class Cells:
 
 @njit(cache=True)
 def _matrix(rows, columns, other_rows, other_columns, table):
-    """Look the coefficients of all pairs of cells up by their offsets."""
+    """Return the coefficients of all pairs of cells, looked up by offset."""
     result = np.empty((rows.size, other_rows.size))
     for i in range(rows.size):
         for k in range(other_rows.size):
@@ -157,7 +158,7 @@ def _matrix(rows, columns, other_rows, other_columns, table):
 
 @njit(cache=True)
 def _displacement(rows, columns, loaded_rows, loaded_columns, pressures, table):
-    """Direct sum over the loaded cells, (19.2)."""
+    """Return the direct sum over the loaded cells, (19.2)."""
     result = np.zeros(rows.size)
     for i in range(rows.size):
         total = 0.0

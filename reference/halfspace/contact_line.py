@@ -1,29 +1,29 @@
-r"""Where contact ends inside a cell, and the contact area that follows: second order in the cell.
+r"""Position of the contact line inside cells, and a contact area of second order.
 
-Counting cells finds an area to first order: each cell at the rim counts whole or not at all. But
-the solution knows where inside the cell contact ends. At a distance t inside a smooth contact line
-the pressure is C sqrt(t), at a distance t outside the gap is (4/3) (C/E*) t^(3/2) (K. L. Johnson,
-Contact Mechanics, 1985, ch. 4 and 5, Hertz; any smooth line is alike from near). Along a grid line
-that crosses the rim at an angle to its normal, between the centre of the last cell in contact and
-that of the first one free, h apart, the ratio of the two
+Counted cells give the area to first order: every cell at the rim counts fully or not at all. But
+the solution contains the position of the contact line inside the cell. At a distance t inside a
+smooth contact line the pressure is C sqrt(t), at a distance t outside the gap is (4/3) (C/E*)
+t^(3/2) (K. L. Johnson, Contact Mechanics, 1985, ch. 4 and 5, Hertz; locally valid for any smooth
+line). Along a grid line that crosses the rim at an angle to its normal, between the centres of the
+last cell in contact and the first free one, h apart, the ratio of the two
 
     rho = gap E*/(p h) = (4/3) cos (1 - s)^(3/2) / s^(1/2)
 
-gives the place s h of the line beyond the last centre: C is gone. With pressures uniform on cells,
-and conditions at their centres, the ratio is a little different, which
+gives the position s h of the line beyond the last centre, without C. With pressures uniform on
+cells, and conditions at their centres, the ratio is slightly different, which
 
     (1 - s)^(3/2) / (s + 0.151) = 0.734 rho cos^(-0.82)
 
 describes to 0.02 cells (rms) for Love's cells and for both periodic kernels: fitted to Hertz
-contacts of 12 to 40 cells radius at any offset from the grid. A cell in contact may so have its
-centre up to 0.15 cells outside.
+contacts of 12 to 40 cells radius at any offset from the grid. The centre of a contact cell may
+therefore be up to 0.15 cells outside.
 
-Shifting the rim from cell edges to that place, over an outline with its curvature, changes the area
-by a sum over the crossings and a constant for each closed outline, 0.41 h^2 (Hertz contacts of 1 to
-12 cells radius), outlines of holes counting negative: by the theorem of Gauss and Bonnet the
-curvature along an outline adds up to 2 pi whatever its shape. The errors left, mean and scatter, of
-Hertz contacts anywhere on the grid: 3 cells radius 0.0 +- 0.6 %, 8 cells 0.03 +- 0.12 %, 20 cells
-0.02 +- 0.03 %; counted, corrected for the perimeter -1.8 +- 3.8, -0.8 +- 0.9, -0.4 +- 0.2 %.
+The shift of the rim from cell edges to this position, for an outline with curvature, changes the
+area by a sum over the crossings and a constant per closed outline, 0.41 h^2 (Hertz contacts of 1 to
+12 cells radius), outlines of holes counting negative: by the Gauss-Bonnet theorem the total
+curvature of any outline is 2 pi. The remaining errors (mean and scatter) of Hertz contacts anywhere
+on the grid are: 3 cells radius 0.0 +- 0.6 %, 8 cells 0.03 +- 0.12 %, 20 cells 0.02 +- 0.03 %;
+for counted areas with perimeter correction -1.8 +- 3.8, -0.8 +- 0.9, -0.4 +- 0.2 %.
 """
 
 from __future__ import annotations
@@ -40,19 +40,19 @@ Mask = NDArray[np.bool_]
 # (1 - s)^(3/2) / (s + BEYOND) = RATIO rho cos^(-ANGLE); area per closed outline in cells
 RATIO, BEYOND, ANGLE = 0.734, 0.151, 0.82
 OUTLINE = 0.41
-# Grid lines that graze the rim say little of where it is: they count with the square of the cosine,
-# and the law is not used beyond this angle.
+# Grid lines nearly tangential to the rim carry little information: they are weighted by the square
+# of the cosine, and the law is not used beyond this angle.
 _LEAST_COSINE = 0.3
-# Spots of single cells, whose size no grid can see, count at least so much of their cells.
+# Smallest fraction of their cells that counts for single-cell spots, whose size is not resolved.
 _LEAST_SHARE = 0.1
 
 
 def located_area(contact: Contact) -> float:
-    """Return the area inside the contact line, located inside the cells.
+    """Return the area inside the contact line, which is located inside cells.
 
-    Second order on smooth surfaces. Where the material ends, contact ends between two cells; so it
-    does on the rim of a free patch, and at edges sharper than the grid. Without adhesion only: the
-    pressure must vanish at the line.
+    Of second order on smooth surfaces. At the end of the material, on the rim of a free patch, and
+    at edges sharper than the grid, contact ends between two cells. Only without adhesion, because
+    the pressure must vanish at the line.
 
     Parameters
     ----------
@@ -81,14 +81,14 @@ def located_area(contact: Contact) -> float:
     shift, located, crossings = np.sum(
         [_shift(contact, mask, normals, axis, side) for axis in (0, 1) for side in (1, -1)], axis=0
     )
-    # what ends with the material or the patch is no outline of the law
+    # the law does not apply to ends of the material or the patch
     outlines = euler_characteristic(mask, periodic) * located / max(crossings, 1)
     area = max(cells + shift + OUTLINE * outlines, _LEAST_SHARE * cells)
     return float(area) * contact.operator.cell_area
 
 
 def place(ratio: Field, cosine: Field | float = 1.0) -> Field:
-    """Return how far beyond the last centre contact ends, in cells, from rho and the angle.
+    """Return the position of the contact line beyond the last centre, in cells, from rho and angle.
 
     >>> place(np.array([0.0, 0.9, 1e9])).round(2).tolist()
     [1.0, 0.46, -0.15]
@@ -112,14 +112,14 @@ def euler_characteristic(mask: Mask, periodic: bool) -> int:
         mask = np.pad(mask, ((0, 1), (0, 1)), mode="wrap")
     beside, above = mask[1:] & mask[:-1], mask[:, 1:] & mask[:, :-1]
     squares = beside[:, 1:] & beside[:, :-1]
-    if periodic:  # what the seam repeats is counted once
+    if periodic:  # cells repeated at the seam are counted once
         mask, beside, above = mask[:-1, :-1], beside[:, :-1], above[:-1]
     counts = [int(np.count_nonzero(part)) for part in (mask, beside, above, squares)]
     return counts[0] - counts[1] - counts[2] + counts[3]
 
 
 def _normals(mask: Mask, spacing: tuple[float, float], periodic: bool) -> list[Field]:
-    """Return the gradient of the mask, smoothed across (Sobel): along the normal of the rim."""
+    """Return the gradient of the mask (Sobel filter), along the normal of the rim."""
     mode = "wrap" if periodic else "nearest"
     inside = mask.astype(float)
     across = [ndimage.correlate1d(inside, [1.0, 2.0, 1.0], 1 - axis, mode=mode) for axis in (0, 1)]
@@ -134,7 +134,7 @@ def _shift(
 ) -> tuple[float, int, int]:
     """Return the area, in cells, between cell edges and contact line on one side of all cells.
 
-    And of how many crossings of the rim it is, and how many there are in all.
+    Also the number of crossings included, and of all crossings of the rim.
     """
     operator = contact.operator
     last = mask & ~np.roll(mask, -side, axis)
@@ -155,10 +155,10 @@ def _shift(
 
 
 def _rising(pressure: Field, side: int, axis: int) -> Mask:
-    """Tell where the pressure rises over three cells towards one side: to an edge, if it ends.
+    """Return where the pressure increases over three cells towards one side, as at a sharp edge.
 
-    Under an edge sharper than the grid it does not vanish at the contact line, and says nothing of
-    where in the cell that is.
+    Under an edge sharper than the grid it does not vanish at the contact line, and does not
+    determine its position.
     """
     inner = np.roll(pressure, side, axis)
     innermost = np.roll(inner, side, axis)

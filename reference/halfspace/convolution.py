@@ -1,13 +1,12 @@
 """Convolution of a real field with a real, even kernel by FFT.
 
-    out = F^-1[ T F[field, padded with zeros] ], cut back to the field,
+    out = F^-1[ T F[field, padded with zeros] ], cropped to the field,
 
-T(q_x, q_y) real and even in both wavenumbers: influence coefficients, or |q|. Each axis is
-transformed by itself, so that rows of zeros are never transformed, nor rows that are cut away
-again. Single precision takes half the time of double.
+T(q_x, q_y) real and even in both wavenumbers: influence coefficients, or |q|. Axes are transformed
+separately, so that rows of zeros and cropped rows are never transformed. Single precision takes
+half the time of double.
 
-The transforms are SciPy's; which others were tried, and why they are not used, is told in
-docs/half-space.md.
+The transforms are SciPy's; docs/half-space.md compares the alternatives.
 """
 
 from __future__ import annotations
@@ -28,8 +27,8 @@ class Convolution:
     shape : (int, int)
         Shape of field and result.
     padded : (int, int)
-        Lengths of the transforms: `shape` for a periodic field, at least the field and the reach
-        of the kernel less one for a free one.
+        Lengths of the transforms: `shape` for a periodic field, at least the sum of field and
+        kernel lengths less one for a free one.
     transfer : array_like, shape (padded[0], padded[1]//2 + 1)
         Real transfer function on the modes of `rfft2`, even in both wavenumbers.
     dtype : float32 or float64
@@ -60,7 +59,7 @@ class Convolution:
         """Return the convolution of a field of the right shape and precision, a new array."""
         (rows, columns), (length, width) = self.shape, self.padded
         modes = fft.rfft(field, width, axis=1, workers=1)
-        # where columns stand: fresh memory would cost as much as the arithmetic
+        # buffer of columns, as new memory would cost as much as the arithmetic
         modes = fft.fft(modes, length, axis=0, overwrite_x=True, workers=1)
         _multiply(modes.view(self.transfer.dtype), self.transfer)
         modes = fft.ifft(modes, axis=0, overwrite_x=True, workers=1)
@@ -74,7 +73,7 @@ class Convolution:
 
 @njit(cache=True, error_model="numpy")
 def _multiply(parts, factors):
-    """Multiply complex rows, given as real and imaginary parts in turn, by real factors."""
+    """Multiply complex rows, given as interleaved real and imaginary parts, by real factors."""
     for i in range(factors.shape[0]):
         for j in range(factors.shape[1]):
             parts[i, 2 * j] *= factors[i, j]

@@ -1,8 +1,8 @@
-"""The chapter's contact iteration (19.5-19.8) with dense matrices: the oracle for small contacts.
+"""The chapter's contact iteration (19.5-19.8) with dense matrices, a reference for small contacts.
 
-Solve inside the contact, drop cells in tension, add cells that overlap, repeat. The equations of
+Solve inside the contact, remove cells in tension, add overlapping cells, repeat. The equations of
 the contact cells are solved by Cholesky factors (`contact_block`): residuals are near rounding. For
-some thousand contact cells use `fft`.
+several thousand contact cells use `fft`.
 """
 
 from __future__ import annotations
@@ -31,28 +31,28 @@ Mask = NDArray[np.bool_]
 CONTROLS = ("penetration", "force")
 
 # Overlap or tension below this fraction of the penetration or mean pressure is rounding of the
-# factorisation, and a set that differs only by it is the same set.
+# factorisation; sets that differ only by it are equal.
 _ROUNDING = 1e-13
 
 # Rounds without fewer wrong cells before single changes take over (Judice and Pires use 10); from
-# the geometric overlap the count falls in every round, and seven rounds were the most ever seen.
+# the geometric overlap the count decreases in every round, with at most seven rounds in practice.
 _PATIENCE = 10
 
 
 def solve(
     press: Press, load: Load, *, start: Contact | None = None, max_iterations: int = 1000
 ) -> Contact:
-    """Press a rigid shape on a free half-space by the active-set iteration of the chapter.
+    """Return the contact of a rigid shape by the chapter's active-set iteration.
 
     (19.7) is solved for the pressures in contact, (19.8) gives the displacements outside; the
     iteration starts from the geometric overlap, or from the contact of `start`. Under force control
     the pressures are linear in d on a fixed contact set, and d follows from the force.
 
-    If a contact set returns, or block changes fail to reduce the number of wrong cells, single
-    changes of the last wrong cell take over. At given d they cannot cycle because the matrix is
+    If a contact set recurs, or block changes fail to reduce the number of wrong cells, single
+    changes of the last wrong cell are used. At given d they cannot cycle because the matrix is
     positive definite (K. G. Murty 1974; J. J. Judice and F. M. Pires, Comput. Oper. Res. 21 (1994)
     587). Under force control they run inside a Newton iteration for d: the force is convex and
-    piecewise linear in d, so that it ends after finitely many steps from above.
+    piecewise linear in d, so the iteration ends after finitely many steps from above.
 
     Parameters
     ----------
@@ -69,9 +69,9 @@ def solve(
     Raises
     ------
     ValueError
-        If the arguments make no problem, or more than 5000 cells come into contact.
+        If the arguments are invalid, or more than 5000 cells come into contact.
     ConvergenceError
-        If the contact set is not found within `max_iterations`; history: wrong cells per round.
+        Without convergence within `max_iterations`; the history has the wrong cells per round.
 
     Examples
     --------
@@ -101,7 +101,7 @@ def _sweep(press: Press, load: Load, effort: Effort) -> Iterator[Contact]:
     mask, cells, kind = None, None, load.control
     largest = float(load.values[-1]) - (press.lowest if kind == "penetration" else 0.0)
     if largest > 0.0:
-        # the cells of the largest load serve all of them, and with the cells the kept factor
+        # all loads use the cells of the largest one, and therefore the same factor
         lifted = press.touching()
         cells = Cells.of(_free(lifted), lifted.gap, _reach(lifted, kind, largest))
     for value in load.values:
@@ -118,7 +118,7 @@ def _from_touch(
     effort: Effort,
     cells: Cells | None = None,
 ) -> Contact:
-    """Solve with depths that count from the first touch of a cell."""
+    """Solve with depths relative to the first touch of a cell."""
     lowest = press.lowest
     if kind == "penetration":
         if lowest >= value:
@@ -129,14 +129,14 @@ def _from_touch(
 
 
 def _free(press: Press) -> FreeOperator:
-    """Return the half-space, or say that it is none of the free ones."""
+    """Return the half-space, or raise an error if it is not a free one."""
     if not isinstance(press.operator, FreeOperator):
         raise ValueError("the dense solver is for the free half-space; use fft for periodic ones")
     return press.operator
 
 
 def _reach(press: Press, kind: str, value: float) -> float:
-    """Gap up to which cells may touch: the penetration, or a guess with a margin."""
+    """Return the largest gap of contact cells: the penetration, or an estimate with a margin."""
     if kind == "penetration":
         return value
     return 1.5 * overlap_depth(press.operator, press.gap, value)
@@ -163,7 +163,7 @@ def _solve(
         pressure[cells.rows, cells.columns] = pressures / cells.unit
         if depth <= cells.reach:
             return assemble(press, pressure, depth, len(history), history)
-        # the depth was only estimated: start again with all cells below the one found
+        # the depth was only an estimate: restart with all cells below the actual one
         reach, start = 1.2 * depth, pressure > 0
 
 
@@ -174,7 +174,7 @@ def _pivot(
     total: float | None,
     max_iterations: int,
 ) -> tuple[Field, float, list[float]]:
-    """Change the contact set until no cell is in tension and none overlaps."""
+    """Change the contact set until no cell is in tension or overlaps."""
     history: list[float] = []
     visited: set[bytes] = set()
     fewest, patience = cells.gaps.size + 1, _PATIENCE
@@ -199,7 +199,7 @@ def _pivot_singly(
     max_iterations: int,
     history: list[float],
 ) -> tuple[Field, float, list[float]]:
-    """Change one cell at a time at given depth, Newton's iteration for the depth around it."""
+    """Change one cell at a time at fixed depth, inside a Newton iteration for the depth."""
     while True:
         pressures, _ = cells.equilibrium(active, depth, None)
         wrong = _wrong(cells, active, pressures, depth)
@@ -216,14 +216,14 @@ def _pivot_singly(
 
 
 def _wrong(cells: Cells, active: Mask, pressures: Field, depth: float) -> Mask:
-    """Contact cells in tension and free cells that overlap."""
+    """Return contact cells in tension and overlapping free cells."""
     clearance = cells.displacement(pressures) + cells.gaps - depth
     tension = pressures < -_ROUNDING * np.abs(pressures).max()
     return tension | (~active & (clearance < -_ROUNDING * abs(depth)))
 
 
 def _count(wrong: Mask, history: list[float], max_iterations: int) -> int:
-    """Note the number of wrong cells; raise when the rounds are used up."""
+    """Record the number of wrong cells; raise if the limit of rounds is exceeded."""
     count = int(np.count_nonzero(wrong))
     history.append(float(count))
     if count and len(history) >= max_iterations:
@@ -232,7 +232,7 @@ def _count(wrong: Mask, history: list[float], max_iterations: int) -> int:
 
 
 def _changed(cells: Cells, active: Mask, wrong: Mask) -> Mask:
-    """Contact set with the wrong cells changed; never empty."""
+    """Return the contact set with the wrong cells changed; never empty."""
     active = active ^ wrong
     if not active.any():
         active[np.argmin(cells.gaps)] = True

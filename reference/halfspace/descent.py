@@ -1,13 +1,13 @@
-"""The inside of the contact solver: projected conjugate gradients on a correction.
+"""The core of the contact solver: projected conjugate gradients on a correction.
 
     minimise  1/2 x.K x - x.t  over x >= lower,   free sum of x, or sum x = 0
 
-x corrects a known pressure p (lower = -p), t is what the displacements of p leave to be done. Since
-x and t are small where p is nearly right, single precision is enough for most of the way: the
-double-precision residual is taken outside (`conjugate_gradients`), as in iterative refinement.
+x corrects a known pressure p (lower = -p), and t is the remaining displacement. Because x and t are
+small if p is nearly converged, single precision suffices for most iterations: the double-precision
+residual is computed outside (`conjugate_gradients`), as in iterative refinement.
 
-What an iteration does between its convolutions is compiled, in few passes over the grid. The loops
-have no branches, so that they are vectorised; sums may be reordered for that reason.
+The work between convolutions is compiled, with few passes over the grid. The loops have no
+branches, so that they are vectorised; sums may be reordered for this.
 """
 
 from __future__ import annotations
@@ -22,14 +22,14 @@ from reference.halfspace.convolution import Convolution
 
 Array = NDArray[np.floating]
 
-# Target of cells that may not be loaded: they always seem to be far from contact.
+# Target of cells that must stay unloaded, so that they appear far from contact.
 NEVER = -1e30
 
 _REORDER = {"reassoc", "contract", "nsz"}
-# LLVM finds no vectors in a running maximum of floats: so many are run side by side.
+# LLVM does not vectorise a running maximum of floats; this many are computed in parallel.
 _PEAKS = 64
 
-# How an iteration ends: at its goal, without progress, or at the limit of iterations.
+# End of an iteration: at its goal, without progress, or at the limit of iterations.
 REACHED, STALLED, EXHAUSTED = 0, 1, 2
 
 
@@ -40,19 +40,19 @@ class Descent:
     Attributes
     ----------
     target, lower : ndarray
-        t, and the bound of the correction; their precision is that of the iteration.
+        t, and the bound of the correction, in the precision of the iteration.
     kernel, inverse : Convolution
-        K, and its approximate inverse that preconditions; None for the plain method.
+        K, and its approximate inverse as preconditioner; None for the plain method.
     fixed_sum : bool
         Whether the sum of the correction is zero and the depth free (force control).
     settle : float
-        Factor that matches the mean mode of the preconditioner to the contact, or 0 to leave it.
+        Factor that matches the mean mode of the preconditioner to the contact, or 0 for none.
     correction : ndarray
         x.
     history : list of float
-        Violation of each iteration, relative to the depth.
+        Violations of the iterations, relative to the depth.
     convolutions : int
-        How many there were.
+        Number of convolutions.
     """
 
     target: Array
@@ -74,16 +74,16 @@ class Descent:
         return np.zeros_like(self.target)
 
     def run(self, goal: float, depth: float, patience: int, limit: int) -> int:
-        """Iterate until no clearance exceeds the goal; how it ended.
+        """Iterate until no clearance exceeds the goal; return how the iteration ended.
 
         Parameters
         ----------
         goal, depth : float
-            Clearance to reach; present depth, by which the history is divided. Units of the target.
+            Target clearance; current depth, which scales the history. In units of the target.
         patience : int
-            Iterations without halving the violation before giving up.
+            Iterations without halving of the violation before the stage ends.
         limit : int
-            Most iterations.
+            Largest number of iterations.
         """
         best, best_at = np.inf, 0
         for iteration in range(limit):
@@ -103,7 +103,7 @@ class Descent:
         return EXHAUSTED
 
     def _step(self, count: float) -> bool:
-        """Move along the next direction, as far as the bound lets; False where there is no way."""
+        """Move along the next direction up to the bound; return False without a direction."""
         slope, self._slope = _turn(
             (self._preconditioned(count), self._free, self._residual, self._previous),
             self._direction,
@@ -145,7 +145,7 @@ class Descent:
 
 @njit(cache=True, error_model="numpy", fastmath=_REORDER)
 def _loaded_mean(displacement, target, correction, lower):
-    """Mean of displacement - target over the loaded cells: what the depth gains."""
+    """Return the mean of displacement - target over the loaded cells, the change of depth."""
     total, count = 0.0, 0.0
     for k in range(target.size):
         loaded = 1.0 if correction[k] > lower[k] else 0.0
@@ -156,10 +156,10 @@ def _loaded_mean(displacement, target, correction, lower):
 
 @njit(cache=True, error_model="numpy", fastmath=_REORDER)
 def _residual(maps, maps_out, fixed_sum):
-    """Residual on the free set (loaded, or overlapping); largest violation, cells, depth gained.
+    """Fill the residual on the free set (loaded or overlapping); return violation, cells, depth.
 
-    `maps` are displacement, target, correction and its bound; `maps_out` takes the residual and
-    the free set.
+    `maps` contains displacement, target, correction and its bound; `maps_out` receives the residual
+    and the free set.
     """
     displacement, target = maps[0].reshape(-1), maps[1].reshape(-1)
     correction, lower = maps[2].reshape(-1), maps[3].reshape(-1)
@@ -187,7 +187,7 @@ def _residual(maps, maps_out, fixed_sum):
 
 @njit(cache=True, error_model="numpy")
 def _largest(values):
-    """Largest absolute value."""
+    """Return the largest absolute value."""
     peaks = np.zeros(_PEAKS, values.dtype)
     blocks = values.size - values.size % _PEAKS
     for start in range(0, blocks, _PEAKS):
@@ -201,12 +201,12 @@ def _largest(values):
 
 @njit(cache=True, error_model="numpy", fastmath=_REORDER)
 def _turn(maps, direction_map, fixed_sum, count, descent):
-    """Turn to the next conjugate direction (Polak and Ribiere); slope along it, residual.scaled.
+    """Set the next conjugate direction (Polak-Ribiere); return slope along it, residual.scaled.
 
-    `maps` are the preconditioned residual, the free set, the residual, and the one before.
+    `maps` contains the preconditioned residual, the free set, the residual, and the previous one.
 
-    The directions of Polak and Ribiere forget by themselves when the contact set changes; with the
-    restarts of Polonsky and Keer instead, rough contacts took up to four times as many iterations.
+    Polak-Ribiere directions restart automatically when the contact set changes; with the restarts
+    of Polonsky and Keer, rough contacts took up to four times as many iterations.
     """
     scaled, free = maps[0].reshape(-1), maps[1].reshape(-1)
     residual, previous = maps[2].reshape(-1), maps[3].reshape(-1)
@@ -219,7 +219,7 @@ def _turn(maps, direction_map, fixed_sum, count, descent):
         crossed += value * np.float64(previous[k])
         sum_direction += np.float64(direction[k] * free[k])
         sum_previous += np.float64(previous[k] * free[k])
-    # under force control all directions have the sum zero on the free set; the residual has it
+    # under force control all directions sum to zero on the free set, like the residual
     mean = sum_scaled / count if fixed_sum else 0.0
     crossed -= mean * sum_previous
     beta = max(0.0, (now - crossed) / descent) if descent > 0 else 0.0
@@ -232,7 +232,7 @@ def _turn(maps, direction_map, fixed_sum, count, descent):
 
 @njit(cache=True, error_model="numpy", fastmath=_REORDER)
 def _combine(scaled, direction, free, residual, beta, offset):
-    """Set direction = scaled + beta direction - offset on the free set; slope along it."""
+    """Set direction = scaled + beta direction - offset on the free set; return its slope."""
     slope, factor, less = 0.0, scaled.dtype.type(beta), scaled.dtype.type(offset)
     for k in range(scaled.size):
         direction[k] = free[k] * (scaled[k] + factor * direction[k] - less)
@@ -251,7 +251,7 @@ def _dot(first_map, second_map):
 
 @njit(cache=True, error_model="numpy", fastmath=_REORDER)
 def _advance(displacement_map, response_map, correction_map, lower_map, direction_map, step):
-    """Step along the direction, stop at the bound; True when something was stopped."""
+    """Step along the direction up to the bound; return True if the bound was reached."""
     displacement, response = displacement_map.reshape(-1), response_map.reshape(-1)
     correction, lower = correction_map.reshape(-1), lower_map.reshape(-1)
     direction = direction_map.reshape(-1)
@@ -267,7 +267,7 @@ def _advance(displacement_map, response_map, correction_map, lower_map, directio
 
 @njit(cache=True, error_model="numpy", fastmath=_REORDER)
 def _restore_sum(correction_map, lower_map):
-    """Shrink the pressures, correction - lower, in proportion until the correction's sum is 0."""
+    """Scale the pressures, correction - lower, so that the correction's sum is 0."""
     correction, lower = correction_map.reshape(-1), lower_map.reshape(-1)
     excess, loads = 0.0, 0.0
     for k in range(correction.size):

@@ -1,17 +1,18 @@
-"""Adhesion of short range on a grid: cells let go at a tension that is calibrated to the mesh.
+"""Short-range adhesion on a grid: cells detach at a mesh-dependent tension.
 
-The tension at the edge of an adhesive contact is singular, p = -K/sqrt(2 pi s), and the edge holds
-up to K^2 = 2 E* w (Johnson, Kendall & Roberts 1971; Maugis 1992). A cell of side dx at the edge
-carries a finite tension c K/sqrt(dx) instead: it lets go at c sqrt(2 E* w/dx). Two numbers c:
+The tension at the edge of an adhesive contact is singular, p = -K/sqrt(2 pi s), and the edge is
+stable up to K^2 = 2 E* w (Johnson, Kendall & Roberts 1971; Maugis 1992). A cell of side dx at the
+edge carries a finite tension c K/sqrt(dx) instead: it detaches at c sqrt(2 E* w/dx). There are two
+values of c:
 
 - ``"edge"``: 0.76153, the limit of a wide strip with straight edges along the grid (Toeplitz
-  matrices of 50 to 1600 cells; derived again in the tests): exact for such an edge.
+  matrices of 50 to 1600 cells; verified by tests): exact for such an edge.
 - ``"printed"``: R. Pohrt and V. L. Popov, Facta Universitatis Mech. Eng. 13 (2015) 3, compare the
   energy 0.473201 p^2 dx^3/E* of a single loaded cell with w dx^2: p = sqrt(E* w/(0.473201 dx)),
   that is c = 1.0279.
 
-On a fixed set of cells the pressures are linear in the penetration, so that the next cell to let go
-and the load at which it does are known exactly, on unstable parts of the way too.
+On a fixed set of cells the pressures are linear in the penetration, so that the next cell to detach
+and its load are known exactly, also on unstable parts of the path.
 """
 
 from __future__ import annotations
@@ -29,33 +30,33 @@ Field = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 RULES = {"edge": 0.76153, "printed": float(1 / np.sqrt(2 * 0.473201))}
-"""Tension of a cell that lets go, in units of sqrt(2 E* w/dx)."""
+"""Tension of detachment, in units of sqrt(2 E* w/dx)."""
 
-# Cells whose turn comes within this share of the last step of the load let go together: mirror
-# images differ by the residual of the solver only.
+# Cells within this fraction of the last step of the load detach together: mirror images differ only
+# by the residual of the solver.
 _TOGETHER = 1e-6
 
-_MOST = 2000  # iterations for the pressures of one set
+_MOST = 2000  # limit of iterations for the pressures of one set
 
 
 @dataclass(frozen=True)
 class Peeling:
-    """An adhesive contact that is taken apart cell by cell; arrays have shape (k,).
+    """Detachment of an adhesive contact cell by cell; arrays have shape (k,).
 
-    Set k of cells is the contact while the load falls from the one at which the last cell before
-    it let go to `penetration[k]`, `force[k]`, at which the next one does.
+    Set k of cells is the contact while the load decreases from the previous detachment to
+    `penetration[k]`, `force[k]`, the next one.
 
     Attributes
     ----------
     penetration, force : ndarray
-        Loads at which the set loses its next cell. Where they rise again, the contact cannot be
-        held there by prescribing that load.
+        Loads at which the set loses its next cell. Where they increase again, the contact is
+        unstable under that load.
     cells : ndarray of int
         Number of cells in contact.
     stiffness, offset : ndarray
-        F = stiffness * d - offset as long as the set lasts.
+        F = stiffness * d - offset for the set.
     tension : float
-        Tension at which a cell lets go.
+        Tension at which a cell detaches.
     cell_area : float
     """
 
@@ -73,11 +74,11 @@ class Peeling:
         return np.asarray(self.cells * self.cell_area, dtype=np.float64)
 
     def pull_off(self, control: str = "force") -> int:
-        """Index of the set that is lost for good when the prescribed load falls: the lowest."""
+        """Return the index of the set at pull-off under the prescribed load, the lowest."""
         return int(np.argmin(self._loads(control)))
 
     def at(self, load: float, control: str) -> int:
-        """Index of the set that carries a load on the way down; the number of sets: none does."""
+        """Return the index of the set that carries a load on unloading, or the number of sets."""
         carrying = self._loads(control) <= load
         return int(np.argmax(carrying)) if carrying.any() else carrying.size
 
@@ -90,7 +91,7 @@ class Peeling:
 def letting_go(
     spacing: float, effective_modulus: float, work: float, rule: str = "printed"
 ) -> float:
-    """Tension at which a cell of side `spacing` lets go.
+    """Return the tension at which a cell of side `spacing` detaches.
 
     >>> round(letting_go(1.0, 1.0, 1.0, "printed"), 4)
     1.4537
@@ -109,22 +110,22 @@ def peel(
     tolerance: float = 1e-7,
     until: float = 0.0,
 ) -> Peeling:
-    """Take an adhesive contact apart, from a set of cells that hold to the last one.
+    """Return the detachment of an adhesive contact from a set of cells to the last one.
 
     Parameters
     ----------
     press : Press
         The rigid body over a free half-space of square cells.
     mask : array_like of bool, shape (nx, ny)
-        Cells in contact at first; a contact that was pressed wider than it will be held.
+        Initial contact cells, of a contact pressed wider than stable.
     work : float
         Work of adhesion w.
     rule : {"printed", "edge"}
         Calibration of the tension, see the module.
     tolerance : float
-        Residual of the displacement relative to what it is solved for.
+        Relative residual of the displacement.
     until : float
-        Share of the cells at which the way ends, in [0, 1).
+        Fraction of the cells at which the path ends, in [0, 1).
 
     Returns
     -------
@@ -133,9 +134,9 @@ def peel(
     Raises
     ------
     ValueError
-        If the arguments make no problem; all faults are listed.
+        If arguments are invalid; lists all of them.
     ConvergenceError
-        If the pressures of a set are not found.
+        If the pressures of a set do not converge.
 
     Examples
     --------
@@ -169,7 +170,7 @@ def peel(
 
 
 def _press(operator: HalfSpace, mask: Mask, target: Field, start: Field, tolerance: float) -> Field:
-    """Pressures on the mask that displace its cells by the target, by conjugate gradients."""
+    """Return pressures on the mask that displace its cells by the target."""
     pressure = np.where(mask, start, 0.0)
     goal = tolerance * float(np.abs(target).max())
     residual = np.where(mask, target - operator.apply(pressure), 0.0)
@@ -189,7 +190,7 @@ def _press(operator: HalfSpace, mask: Mask, target: Field, start: Field, toleran
 
 
 def _checked(press: Press, mask: ArrayLike, work: float, until: float) -> Mask:
-    """Return the mask, or raise one ValueError for everything wrong."""
+    """Return the mask, or raise one ValueError with all errors."""
     operator, gap = press.operator, press.gap
     mask = np.asarray(mask, dtype=bool)
     faults = []

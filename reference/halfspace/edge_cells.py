@@ -1,24 +1,23 @@
 """Flat punches whose outline cuts through cells: area fractions and one extra compliance.
 
-Whole cells see an oblique or curved outline as a staircase: the face gains and loses cells, and the
-stiffness jumps. Here every cell with a share phi of its area under the face carries a pressure, and
-a cell at the outline is softer under its own pressure:
+With whole cells, an oblique or curved outline is a staircase: the face gains and loses cells, and
+the stiffness jumps. Here every cell with a fraction phi of its area under the face carries a
+pressure, and cells at the outline are more compliant under their own pressure:
 
 u_i + c (dx/E*) (1/phi_i - 1) p_i = d  on all cells with phi_i > 0,   u = K p,
 
-p_i the force on the cell over the whole area of the cell. The law of the extra compliance is no
+p_i the force on the cell over the whole area of the cell. The law of the extra compliance is not a
 fit: for a straight edge along the grid and c = 1.7243 the face acts, at every phi, as one whose
-edge lies 0.17465 dx inside the true one, which is where whole cells put the edge of a face that
-ends between two cells (phi = 1). Both numbers are limits of wide strips (2-D, Toeplitz matrices of
-50 to 1600 cells; `tests/reference/test_halfspace_edge_cells.py` derives them again). As the edge
-is short by the same share of a cell everywhere, the caller moves it outwards by that share
-(`EDGE_OFFSET` dx) before it counts areas, and the first-order error, -17 % dx/a of the stiffness,
-is gone. What is left is the difference of oblique edges and of corners.
+edge is 0.17465 dx inside the true one, as whole cells do for a face that ends between two cells
+(phi = 1). Both numbers are limits of wide strips (2-D, Toeplitz matrices of 50 to 1600 cells;
+`tests/reference/test_halfspace_edge_cells.py` verifies them). Because the edge is displaced by the
+same fraction of a cell everywhere, the caller moves it outwards by that fraction (`EDGE_OFFSET` dx)
+before computing areas, which removes the first-order error, -17 % dx/a of the stiffness.
+Differences for oblique edges and corners remain.
 
-Measured on 32, 64, 128 cells across, any angle and offset of the grid: disc 1e-4, 9e-5, 5e-5;
-ellipse 2:1 6e-5, 9e-5, 7e-5; square 2e-4, 2e-4, 5e-5; equilateral triangle 6e-4, 2e-4, 1e-4.
-Extrapolating these once more in the cell size gains nothing: it multiplies their scatter, which is
-as large as their trend.
+Measured errors for 32, 64, 128 cells across, at any angle and offset of the grid: disc 1e-4, 9e-5,
+5e-5; ellipse 2:1 6e-5, 9e-5, 7e-5; square 2e-4, 2e-4, 5e-5; equilateral triangle 6e-4, 2e-4, 1e-4.
+Extrapolation in the cell size does not help, because the scatter is as large as the trend.
 """
 
 from __future__ import annotations
@@ -35,28 +34,28 @@ from reference.halfspace.operators import FreeOperator
 
 Field = NDArray[np.float64]
 
-# Extra compliance of an edge cell in units of (1/phi - 1) dx/E*, and where it puts the edge.
+# Extra compliance of an edge cell in units of (1/phi - 1) dx/E*, and the resulting edge offset.
 EDGE_COMPLIANCE = 1.7243
 EDGE_OFFSET = 0.17465
-# How well that is known for edges at any angle and place, in cells (95 %): from the measurements
-# above, of which the worst was 0.006 dx/a of the stiffness.
+# Uncertainty of the offset for edges at any angle and position, in cells (95 %), from the
+# measurements above, with a largest error of 0.006 dx/a of the stiffness.
 EDGE_SCATTER = 0.01
-# Own compliance of a cell, 4 ln(1 + sqrt 2)/pi dx/E*: the preconditioner's scale.
+# Compliance of a single cell, 4 ln(1 + sqrt 2)/pi dx/E*, the scale of the preconditioner.
 _UNIT_CELL = 4 * np.log(1 + np.sqrt(2)) / np.pi
-# Slivers below this share of a cell carry nothing: (1/phi) would only cost digits.
+# Slivers below this fraction of a cell are ignored, as (1/phi) would lose digits.
 _LEAST = 1e-9
 
 
 @dataclass(frozen=True)
 class FaceResponse:
-    """Answer of the half-space to a flat face that is pushed in by one.
+    """Response of the half-space to a flat face at unit penetration.
 
     Attributes
     ----------
     pressure : ndarray, shape (nx, ny)
-        Force on each cell over the area of the cell, per unit of penetration.
+        Force on the cells over the cell area, per unit of penetration.
     stiffness : float
-        Its integral, F/d.
+        Integral of the pressure, F/d.
     iterations : int
     residual : float
         Largest error of the displacement, relative to the penetration.
@@ -83,16 +82,16 @@ def respond(
     tolerance: float = 1e-9,
     max_iterations: int = 5000,
 ) -> FaceResponse:
-    """Push a flat face in by one, by conjugate gradients.
+    """Return the response to a flat face at unit penetration, by conjugate gradients.
 
     Parameters
     ----------
     operator : FreeOperator
         Square cells.
     fraction : array_like, shape (nx, ny)
-        Share phi of each cell under the face, 0 to 1.
+        Fraction phi of the cells under the face, 0 to 1.
     tolerance : float
-        Largest error of the displacement, relative.
+        Largest relative error of the displacement.
     max_iterations : int
 
     Returns
@@ -102,13 +101,13 @@ def respond(
     Raises
     ------
     ValueError
-        If the cells are not square, the shapes differ, or the fractions are no fractions.
+        If the cells are not square, the shapes differ, or fractions are not in [0, 1].
     ConvergenceError
         With the residuals, if the tolerance is not reached.
 
     Examples
     --------
-    One cell that is covered whole, k = pi E* dx/(4 ln(1 + sqrt 2)):
+    One fully covered cell, k = pi E* dx/(4 ln(1 + sqrt 2)):
 
     >>> K = FreeOperator((1, 1), (1.0, 1.0), 1.0)
     >>> bool(np.isclose(respond(K, [[1.0]]).stiffness, np.pi / (4 * np.log(1 + np.sqrt(2)))))
@@ -123,7 +122,7 @@ def respond(
     power = float((residual * scaled).sum())
     history: list[float] = []
     for _ in range(max_iterations):
-        # Where nothing lies under the face the residual has no meaning: scale is 0 there.
+        # Outside the face the residual is meaningless; scale is 0 there.
         image = np.where(mask, operator.apply(direction) + extra * direction, 0.0)
         length = power / float((direction * image).sum())
         pressure = pressure + length * direction
@@ -142,9 +141,9 @@ def respond(
 
 
 def respond_dense(operator: FreeOperator, fraction: ArrayLike) -> FaceResponse:
-    """Push a flat face in by one, by a Cholesky factor of all its cells.
+    """Return the response to a flat face at unit penetration, by a Cholesky factor of its cells.
 
-    Arguments and errors as for `respond`; work grows as the cube of the number of cells.
+    Arguments and errors as for `respond`; the cost grows as the cube of the number of cells.
 
     >>> K = FreeOperator((3, 3), (1.0, 1.0), 1.0)
     >>> face = [[0.2, 0.7, 0.0], [0.5, 1.0, 0.4], [0.0, 0.6, 0.1]]
@@ -159,7 +158,7 @@ def respond_dense(operator: FreeOperator, fraction: ArrayLike) -> FaceResponse:
     )
     matrix = table[np.abs(rows[:, None] - rows), np.abs(columns[:, None] - columns)]
     matrix[np.diag_indices_from(matrix)] += extra[mask]
-    # In units of a power of two, so that the roots in the factor round alike in all units.
+    # In units of a power of two, so that the roots in the factor round equally in all units.
     unit = 2.0 ** np.round(np.log2(table[0, 0]))
     pressure = np.zeros(operator.shape)
     pressure[mask] = cho_solve(cho_factor(matrix / unit, lower=True), np.ones(len(rows))) / unit
@@ -169,7 +168,7 @@ def respond_dense(operator: FreeOperator, fraction: ArrayLike) -> FaceResponse:
 def _response(
     operator: FreeOperator, mask: NDArray[np.bool_], extra: Field, pressure: Field, count: int
 ) -> FaceResponse:
-    """Evaluate the residual anew, and the stiffness."""
+    """Return the response with recomputed residual and stiffness."""
     residual = float(np.abs(1 - operator.apply(pressure) - extra * pressure)[mask].max())
     return FaceResponse(pressure, float(pressure.sum()) * operator.cell_area, count, residual)
 

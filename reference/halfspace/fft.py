@@ -1,8 +1,8 @@
 """Contact on the half-space by FFT and projected conjugate gradients, for large grids.
 
-The inside is in stages that hand each other a pressure: a starting pressure (overlap, or the
-previous loads extrapolated), a window that can hold all contact, the conjugate gradients, and a
-final evaluation on the whole grid. Callers see only operator, gap and load in, `Contact` out.
+The solver has stages that pass on a pressure: an initial pressure (overlap, or extrapolation of
+previous loads), a window that contains the contact, conjugate gradients, and a final evaluation on
+the whole grid. The inputs are operator, gap and load, the output is a `Contact`.
 """
 
 from __future__ import annotations
@@ -32,8 +32,9 @@ Field = NDArray[np.float64]
 
 CONTROLS = ("penetration", "force", "mean_gap")
 
-# The depth is guessed from the geometric overlap: Hertz 0.96 and rough surfaces 0.64 to 0.93 of the
-# guess, a single cell 1.12. Should it be exceeded, the window grows and the load is solved again.
+# The depth is estimated from the geometric overlap: the actual one is 0.96 of it for Hertz, 0.64 to
+# 0.93 for rough surfaces, 1.12 for a single cell. If it is exceeded, the window grows and the load
+# is solved again.
 _REACH = 1.15
 
 
@@ -45,7 +46,7 @@ def solve(
     start: Contact | None = None,
     max_iterations: int = 2000,
 ) -> Contact:
-    """Press a rigid shape on a half-space, one load, no friction.
+    """Return the frictionless contact of a rigid shape on a half-space at one load.
 
     Finds p >= 0 with u = K p = d - g where p > 0 and u >= d - g elsewhere. On the periodic
     half-space the mean displacement is zero, so that mean_gap = <g> - d for finite gaps.
@@ -71,7 +72,7 @@ def solve(
     Raises
     ------
     ValueError
-        If the arguments make no problem; all faults are listed.
+        If arguments are invalid; lists all of them.
     ConvergenceError
         With the history of violations, if the tolerance is not reached.
 
@@ -96,10 +97,10 @@ def solve(
 def sweep(
     press: Press, load: Load, *, tolerance: float = 1e-8, max_iterations: int = 2000
 ) -> Iterator[Contact]:
-    """Solve a strictly increasing list of loads, each started from the ones before.
+    """Solve a strictly increasing list of loads, with warm starts.
 
-    Arguments as for `solve`, checked at the call, not at the first `next`. The start is the last
-    pressure, extrapolated linearly in the load from the last two.
+    Arguments as for `solve`, which are checked at the call, not at the first `next`. The start is
+    the last pressure, extrapolated linearly in the load from the last two.
 
     Yields
     ------
@@ -109,7 +110,7 @@ def sweep(
     Raises
     ------
     ConvergenceError
-        From the `next` of a load that fails; a new sweep may begin at the load after it.
+        On iteration, if a load fails; a new sweep may begin at the next load.
     """
     load.one_of(*CONTROLS)
     return _sweep(press, load, Effort(tolerance, max_iterations))
@@ -125,7 +126,7 @@ def _sweep(press: Press, load: Load, effort: Effort) -> Iterator[Contact]:
 
 
 def _extrapolate(pressures: list[Field], loads: NDArray[np.float64], load: float) -> Field | None:
-    """Pressure at the next load, linear through the last two; the solver clips tension."""
+    """Return the pressure at the next load by linear extrapolation; the solver clips tension."""
     if not pressures:
         return None
     if len(pressures) == 1:
@@ -141,7 +142,7 @@ def _checked_start(start: Contact, operator: HalfSpace) -> Field:
     return start.pressure
 
 
-# what overflows on the way is found in the result, and reported as such
+# overflows are detected in the result and reported
 @np.errstate(over="ignore", invalid="ignore")
 def _solve(press: Press, kind: str, value: float, start: Field | None, effort: Effort) -> Contact:
     operator, gap = press.operator, press.gap
@@ -164,10 +165,10 @@ def _solve(press: Press, kind: str, value: float, start: Field | None, effort: E
         first = starting_pressure(part, inside, kind, value) if start is None else start[window]
         problem = Problem.of(part, inside, kind, value)
         state = minimise(problem, first, effort)
-        # u >= 0 everywhere: where the gap outside is at least the depth, no cell there overlaps
+        # u >= 0 everywhere, so cells outside with a gap of at least the depth do not overlap
         if part is operator or state.depth <= reach:
             return _answer(press, window, state)
-        # under force control the depth was only estimated
+        # under force control the depth was only an estimate
         reach, start = 1.2 * state.depth, _embedded(operator, window, state.pressure)
 
 
@@ -184,14 +185,14 @@ def _answer(press: Press, window: tuple[slice, slice], state: State) -> Contact:
 
 
 def _embedded(operator: HalfSpace, window: tuple[slice, slice], inside: Field) -> Field:
-    """Pressures of a window on the whole grid."""
+    """Return the pressures of a window on the whole grid."""
     pressure = np.zeros(operator.shape)
     pressure[window] = inside
     return pressure
 
 
 def _flat_on_flat(press: Press, force: float) -> Contact:
-    """Uniform pressure of a periodic flat: no penetration that violations could be relative to."""
+    """Return the uniform pressure of a periodic flat, without a penetration to scale violations."""
     operator = press.operator
     pressure = np.full(operator.shape, force / (press.gap.size * operator.cell_area))
     contact = contact_of(press, pressure, 0.0, 0.0, 0, [0.0])
@@ -212,10 +213,10 @@ def _refuse_closed_gap(press: Press, depth: float) -> None:
 def _window(
     operator: HalfSpace, gap: Field, reach: float, start: Field | None
 ) -> tuple[slice, slice]:
-    """Smallest useful rectangle of cells with gap < reach, or the whole grid.
+    """Return the smallest useful rectangle of cells with gap < reach, or the whole grid.
 
-    On the free half-space u >= 0, so cells with g >= d never touch and need not be seen. A periodic
-    half-space has no such bound.
+    On the free half-space u >= 0, so cells with g >= d are never in contact and can be ignored. A
+    periodic half-space has no such bound.
     """
     grid = (slice(0, operator.shape[0]), slice(0, operator.shape[1]))
     if not isinstance(operator, FreeOperator):
@@ -232,7 +233,7 @@ def _window(
 
 
 def _padded_range(indices: NDArray[np.intp], size: int) -> slice:
-    """Range of the indices with its length rounded up to 8, so that loads share their kernels."""
+    """Return the range of indices, with a length rounded up to 8 to share kernels."""
     length = min(size, -(-(indices[-1] + 1 - indices[0]) // 8) * 8)
     first = min(int(indices[0]), size - length)
     return slice(first, first + length)
@@ -247,7 +248,7 @@ def _restricted(operator: HalfSpace, window: tuple[slice, slice]) -> HalfSpace:
 
 
 def _solve_mean_gap(press: Press, mean_gap: float, start: Field | None, effort: Effort) -> Contact:
-    """Penetration control at d = <g> - mean gap when <u> = 0, else by a search over d."""
+    """Solve at d = <g> - mean gap if <u> = 0, else by a search over d."""
     gap = press.gap
     finite = np.isfinite(gap)
     widest = float(gap[finite].mean())
@@ -271,9 +272,9 @@ def _search_depth(
     tolerance: float,
     start: Field | None,
 ) -> Contact:
-    """Secant steps, bisected where they leave the bracket; mean gap(d) falls from `widest` at 0.
+    """Search d by bracketed secant steps; mean gap(d) decreases from `widest` at 0.
 
-    The mean gap is met to the tolerance times the penetration, as every clearance is.
+    The mean gap is met to the tolerance times the penetration, like every clearance.
     """
     depth, low, high = widest - mean_gap, 0.0, np.inf
     previous = (0.0, widest)

@@ -2,13 +2,13 @@
 
 On every step the normal problem (`fft`, with the lift of the tangential tractions in the gap) and
 the tangential problem (`stick_slip`, with the drag of the pressure and the slip of the steps
-before) are solved in turn until both hold at once (Panagiotopoulos 1975). They hang together
-through 1 - 2 nu only, and the rounds converge as mu times Dundurs' second constant, squared.
-Without this coupling one round is exact.
+before) are solved in turn until both are satisfied (Panagiotopoulos 1975). They are coupled by 1 -
+2 nu only, and the rounds converge with the factor (mu times Dundurs' second constant)^2. Without
+this coupling one round is exact.
 
-Slip is counted over whole steps (implicit Euler): where its direction turns or the contact grows on
-a step, the answer is of first order in the steps; under a constant pressure and a force that
-only grows, without coupling, one step is as good as many but for the turning of slip off the axis.
+Slip is measured over whole steps (implicit Euler): if its direction turns or the contact grows in a
+step, the result is of first order in the steps. Under constant pressure and increasing force,
+without coupling, one step is as good as many except for the turning of slip off the axis.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ from reference.loads import Load, LoadPath
 Field = NDArray[np.float64]
 Fields = NDArray[np.float64]
 
-# Precision of the first round of a step, and of the next ones relative to what the last left.
+# Precision of the first round of a step, and of the next ones relative to the remaining error.
 _FIRST_ROUND, _PER_ROUND = 1e-3, 0.1
 _NORMAL = ("penetration", "force")
 _TANGENTIAL = ("tangential_displacement", "tangential_force")
@@ -42,24 +42,24 @@ class FrictionStep:
     ----------
     penetration, force : float
     tangential_displacement, tangential_force : float
-        U of the rigid shape along x (it is guided: it does not move along y) and F_x on it.
+        U of the rigid shape along x (guided, without motion along y) and F_x on it.
     pressure : ndarray, shape (nx, ny)
     traction : ndarray, shape (2, nx, ny)
         Tangential tractions on the half-space.
     slip : ndarray, shape (2, nx, ny)
-        Slip of the shape over the half-space since the step before.
+        Slip of the shape over the half-space since the previous step.
     sticking : ndarray of bool, shape (nx, ny)
-        Loaded cells within their bounds.
+        Loaded cells below their bounds.
     dissipation : float
         Energy lost to friction since the start of the path.
     violation : float
-        Of the normal conditions, as in `solution.Contact`, with all tractions in place.
+        Violation of the normal conditions, as in `solution.Contact`, with all tractions.
     slip_error : float
-        Largest slip of sticking cells, and of slipping ones off the direction of their traction, on
-        this step, over mu d E*/G*, the displacement that sets a smooth contact sliding, or over the
-        largest displacement where that is less.
+        Largest slip of sticking cells, and of slipping ones transverse to their traction, in this
+        step, over mu d E*/G*, the displacement of full sliding of a smooth contact, or over the
+        largest displacement if smaller.
     rounds, iterations : int
-        Of normal and tangential problem in turn, and of the latter.
+        Rounds of normal and tangential problems, and iterations of the latter.
     """
 
     penetration: float
@@ -79,22 +79,22 @@ class FrictionStep:
 
 @dataclass(frozen=True, eq=False)
 class FrictionalPress:
-    """A rigid shape over a half-space, to be pressed on and moved along it.
+    """A rigid shape over a half-space for normal and tangential loads.
 
     Parameters
     ----------
     body : NormalAndTangential
     gap : array_like, shape (nx, ny)
-        Initial gap of the rigid shape; +inf where it can never touch.
+        Initial gap of the rigid shape; +inf where contact is impossible.
     friction : float
         mu, positive and finite.
     coupled : bool
-        False leaves out what pressure and tangential tractions do to each other's displacement.
+        False neglects the coupling of normal and tangential displacements.
 
     Raises
     ------
     ValueError
-        If the gap or the friction is wrong.
+        If the gap or the friction is invalid.
     """
 
     body: NormalAndTangential
@@ -116,20 +116,20 @@ def sweep(
     tolerance: float = 1e-6,
     max_rounds: int = 60,
 ) -> Iterator[FrictionStep]:
-    """Follow a path of normal and tangential loads.
+    """Solve a path of normal and tangential loads.
 
     Parameters
     ----------
     press : FrictionalPress
     normal : LoadPath
-        ``"penetration"`` or ``"force"`` at each step, positive. A single value stays.
+        ``"penetration"`` or ``"force"`` at every step, positive. A single value is constant.
     tangential : LoadPath
-        ``"tangential_displacement"`` or ``"tangential_force"`` along x, any sign. A force must stay
+        ``"tangential_displacement"`` or ``"tangential_force"`` along x, any sign. A force must be
         below mu F.
     tolerance : float
-        Bound of `violation` and `slip_error`.
+        Largest `violation` and `slip_error`.
     max_rounds : int
-        Of normal and tangential problem in turn, on each step.
+        Limit of rounds of normal and tangential problems per step.
 
     Yields
     ------
@@ -138,9 +138,9 @@ def sweep(
     Raises
     ------
     ValueError
-        At the call, listing every argument that is wrong.
+        At the call, with all invalid arguments.
     ConvergenceError
-        From the `next` of a step that fails, or that slides as a whole under its force.
+        On iteration, if a step fails or its force causes full sliding.
 
     Examples
     --------
@@ -163,7 +163,7 @@ def sweep(
 
 
 class _Path:
-    """The state between two steps: position against the half-space, tractions, pressure."""
+    """The state between two steps: position relative to the half-space, tractions, pressure."""
 
     def __init__(
         self, press: FrictionalPress, kinds: tuple[str, str], tolerance: float, max_rounds: int
@@ -178,11 +178,11 @@ class _Path:
         self.dissipation, self.scale = 0.0, 0.0
 
     def step(self, normal: float, tangential: float) -> FrictionStep:
-        """Solve one step and keep its state."""
+        """Solve one step and store its state."""
         lift = self.body.lift(self.traction) if self.coupled else np.zeros(self.body.shape)
         history: list[float] = []
         iterations = 0
-        # each problem only as well as the other is known, in the end to the tolerance
+        # each problem to the accuracy of the other one, finally to the tolerance
         alone = not self.coupled or self.body.compliance.coupling == 0
         precision = self.tolerance if alone else max(self.tolerance, _FIRST_ROUND)
         for rounds in range(1, self.max_rounds + 1):
@@ -204,7 +204,7 @@ class _Path:
         )
 
     def press(self, load: float, lift: Field, precision: float) -> tuple[Contact, float]:
-        """Solve the normal problem over a surface that is lifted; contact and true penetration."""
+        """Solve the normal problem on the lifted surface; return contact and true penetration."""
         lifted = self.gap + lift
         lowest = float(lifted.min())
         offset = lowest if self.coupled else 0.0
@@ -219,7 +219,7 @@ class _Path:
         return contact, contact.penetration + offset
 
     def violation(self, contact: Contact, depth: float, lift: Field, new_lift: Field) -> float:
-        """Violation of the normal conditions under the newest tractions."""
+        """Return the violation of the normal conditions under the current tractions."""
         if not self.coupled:
             return contact.violation
         finite = np.isfinite(self.gap)
@@ -232,7 +232,7 @@ class _Path:
     def shift(
         self, contact: Contact, depth: float, load: float, precision: float
     ) -> tuple[stick_slip.Tractions, Fields]:
-        """Solve the tangential problem under a pressure, in the box of the loaded cells."""
+        """Solve the tangential problem for a pressure, in the box of the loaded cells."""
         drag = self.body.drag(contact.pressure) if self.coupled else np.zeros((2, *self.body.shape))
         target = -self.position - drag
         total = None
@@ -262,7 +262,7 @@ class _Path:
         drag: Fields,
         load: float,
     ) -> FrictionStep:
-        """Keep the state of a converged step and report it."""
+        """Store the state of a converged step and return it."""
         contact, depth = normal
         shift = shear.shift if self.kinds[1] == "tangential_force" else load
         position = -shear.displacement - drag
@@ -289,7 +289,7 @@ class _Path:
         )
 
     def refuse_sliding(self, contact: Contact, load: float) -> None:
-        """Say so where no shift can be found: the bounds do not carry the force."""
+        """Raise an error if the bounds cannot carry the force."""
         limit = self.friction * contact.force
         if not abs(load) < limit:
             raise ConvergenceError(
@@ -298,11 +298,10 @@ class _Path:
             )
 
     def size_of_slip(self, contact: Contact, depth: float, target: Fields, load: float) -> float:
-        """Displacement that errors of slip are relative to.
+        """Return the reference displacement for errors of slip.
 
-        The one that sets a smooth contact sliding, mu d E*/G*, or what sticking asks for where that
-        is less: the displacements that are there, and a force over the stiffness of a circle of the
-        contact's area.
+        It is that of full sliding of a smooth contact, mu d E*/G*, or, if smaller, that of stick:
+        the present displacements, and a force over the stiffness of a circle of the contact's area.
         """
         modulus = self.body.compliance.tangential_modulus
         sliding = self.friction * depth * self.body.compliance.effective_modulus / modulus
@@ -313,7 +312,7 @@ class _Path:
         return min(sliding, size) if size > 0 else sliding
 
     def box(self, mask: NDArray[np.bool_]) -> tuple[slice, slice]:
-        """Smallest rectangle around the loaded cells, its sides multiples of eight; or all."""
+        """Return the smallest rectangle around loaded cells, with sides in multiples of eight."""
         if self.body.periodic:
             return slice(0, mask.shape[0]), slice(0, mask.shape[1])
 
@@ -332,7 +331,7 @@ def tangential_stiffness(
     direction: tuple[float, float] = (1.0, 0.0),
     tolerance: float = 1e-8,
 ) -> tuple[float, float]:
-    """Stiffness of a contact that sticks everywhere, without the coupling to normal displacement.
+    """Return the tangential stiffness in full stick, without coupling to normal displacement.
 
     Parameters
     ----------
@@ -340,18 +339,18 @@ def tangential_stiffness(
     mask : array_like of bool, shape (nx, ny)
         Cells in contact; at least one.
     direction : (float, float)
-        Of the displacement, a unit vector.
+        Direction of the displacement, a unit vector.
     tolerance : float
         Largest error of the displacement, relative.
 
     Returns
     -------
     (float, float)
-        Forces along and across the direction, per unit of displacement.
+        Forces along and transverse to the direction, per unit of displacement.
 
     Examples
     --------
-    One cell at nu = 0 is as stiff along the surface as normal to it:
+    For nu = 0 the tangential and normal stiffness of a cell are equal:
 
     >>> from reference.halfspace.cerruti import Compliance
     >>> body = NormalAndTangential((1, 1), (1.0, 1.0), Compliance.of(1.0, 0.0))
@@ -373,7 +372,7 @@ def tangential_stiffness(
 
 
 def _steps(normal: LoadPath, tangential: LoadPath) -> list[tuple[float, float]]:
-    """Return the loads step by step, or raise ValueError."""
+    """Return the loads by step, or raise ValueError."""
     normal.one_of(*_NORMAL)
     tangential.one_of(*_TANGENTIAL)
     normal.positive()

@@ -1,8 +1,8 @@
 """Displacement of an elastic half-space under pressure on rectangular cells.
 
-Two families: Love's influence coefficients on the free half-space, in a form that keeps its digits
-at any distance, and the transfer functions of the half-space under periodic pressure.
-All lengths and moduli are in consistent units; u is positive into the half-space.
+Love's influence coefficients on the free half-space, accurate at any distance, and the transfer
+functions of the half-space under periodic pressure. All lengths and moduli are in consistent units;
+u is positive into the half-space.
 """
 
 from __future__ import annotations
@@ -18,17 +18,18 @@ from scipy.special import erfc
 Kernel = Literal["continuum", "cells"]
 
 # Beyond this many sides of the cell 4 x 4 Gauss points integrate 1/r to 1e-14, while the closed
-# form loses a digit for every factor of ten in distance; at the border both are good to 1e-14.
+# form loses a digit for every factor of ten in distance; at the limit both are accurate to 1e-14.
 FAR = 16.0
 
-# Window of the alternating alias sum: terms to |m| = 24, faded smoothly, leave less than 1e-11.
+# Window of the alternating alias sum: terms to |m| = 24, smoothly windowed; the remainder is below
+# 1e-11.
 _ALIASES = 24
 
 
 def love(
     i: ArrayLike, j: ArrayLike, spacing: tuple[float, float], effective_modulus: float
 ) -> NDArray[np.float64]:
-    r"""Displacement at the centre of a cell under unit pressure on another cell (Love 1929).
+    r"""Return the displacement at a cell centre under unit pressure on another cell (Love 1929).
 
     With the edges a, b = (i +- 1/2) dx and c, d = (j +- 1/2) dy of the loaded cell,
 
@@ -38,12 +39,12 @@ def love(
                 + d ln[(b + sqrt(b^2+d^2)) / (a + sqrt(a^2+d^2))],
 
     A. E. H. Love, Phil. Trans. R. Soc. A 228 (1929) 377; K. L. Johnson, Contact Mechanics (1985),
-    eq. (3.25); the chapter's (19.3). The chapter prints sqrt(a^2+b^2) in the first term, which
-    nearest neighbours do not show but offset (5, 7) does (+466 %), and closes the bracket before
-    the last two terms. Here the logarithms are log1p of rationalised ratios, so that neither
-    negative arguments nor far cells cancel; from 16 cell sides on, the integral of 1/r over the
-    cell is taken by 4 x 4 Gauss points instead. Relative error below 1e-12 at any distance for
-    aspect ratios of the cell up to 1:100 (tested against 50 digits).
+    eq. (3.25); the chapter's (19.3). The chapter prints sqrt(a^2+b^2) in the first term, without
+    effect on nearest neighbours but with +466 % at offset (5, 7), and closes the bracket before the
+    last two terms. Here the logarithms are log1p of rationalised ratios, so that neither negative
+    arguments nor far cells cause cancellation; beyond 16 cell sides, the integral of 1/r over the
+    cell is evaluated by 4 x 4 Gauss points. Relative error below 1e-12 at any distance for aspect
+    ratios of the cell up to 1:100 (tested against 50 digits).
 
     Parameters
     ----------
@@ -81,14 +82,14 @@ def love(
 def _closed_integral(
     x: NDArray[np.float64], y: NDArray[np.float64], dx: float, dy: float
 ) -> NDArray[np.float64]:
-    """Integral of 1/r over the cell, closed form, for x, y >= 0."""
+    """Return the integral of 1/r over the cell in closed form, for x, y >= 0."""
     return across_integral(x, y, dx, dy) + across_integral(y, x, dy, dx)
 
 
 def across_integral(
     x: NDArray[np.float64], y: NDArray[np.float64], dx: float, dy: float
 ) -> NDArray[np.float64]:
-    """Integral of y^2/r^3 over the cell, closed form, for x, y >= 0: one half of that of 1/r."""
+    """Return the integral of y^2/r^3 over the cell, for x, y >= 0, one of two parts of 1/r."""
     a, b, c, d = x + dx / 2, x - dx / 2, y + dy / 2, y - dy / 2
     return a * _log_ratio(a, c, d, dy, y) - b * _log_ratio(b, c, d, dy, y)
 
@@ -100,12 +101,12 @@ def _log_ratio(
     side: float,
     centre: NDArray[np.float64],
 ) -> NDArray[np.float64]:
-    """Return ln[(upper + hypot(upper, across))/(lower + hypot(lower, across))] to all digits.
+    """Return ln[(upper + hypot(upper, across))/(lower + hypot(lower, across))] to full accuracy.
 
-    upper - lower = side and upper + lower = 2 centre are passed in because they are known exactly.
+    upper - lower = side and upper + lower = 2 centre are arguments because they are known exactly.
     """
     far_root, near_root = np.hypot(upper, across), np.hypot(lower, across)
-    # lower is negative only in the loaded cell's own row: there the denominator is rationalised
+    # lower is negative only in the row of the loaded cell: there the denominator is rationalised
     below = np.where(lower >= 0, lower + near_root, across**2 / (near_root + np.abs(lower)))
     return np.log1p(side * (1 + 2 * centre / (far_root + near_root)) / below)
 
@@ -113,7 +114,7 @@ def _log_ratio(
 def _gauss_integral(
     x: NDArray[np.float64], y: NDArray[np.float64], dx: float, dy: float
 ) -> NDArray[np.float64]:
-    """Integral of 1/r over the cell by Gauss points: all terms positive, nothing cancels."""
+    """Return the integral of 1/r over the cell by Gauss points, without cancellation."""
     nodes, weights = np.polynomial.legendre.leggauss(4)
     total = np.zeros(x.shape)
     for node_x, weight_x in zip(nodes, weights, strict=True):
@@ -126,7 +127,7 @@ def _gauss_integral(
 def wavenumbers(
     shape: tuple[int, int], spacing: tuple[float, float]
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    """Angular wavenumbers (q_x, q_y) of a real FFT, shaped (nx, 1) and (1, ny//2 + 1)."""
+    """Return angular wavenumbers (q_x, q_y) of a real FFT, of shapes (nx, 1) and (1, ny//2 + 1)."""
     qx = 2 * np.pi * fft.fftfreq(shape[0], spacing[0])
     qy = 2 * np.pi * fft.rfftfreq(shape[1], spacing[1])
     return qx[:, None], qy[None, :]
@@ -138,17 +139,18 @@ def periodic(
     effective_modulus: float,
     kernel: Kernel = "continuum",
 ) -> NDArray[np.float64]:
-    r"""Transfer function of the periodic half-space, u^(q) = T(q) p^(q), on the modes of `rfft2`.
+    r"""Return T of the periodic half-space, u^(q) = T(q) p^(q), on the modes of `rfft2`.
 
     ``"continuum"``: T = 2/(E*|q|) (Johnson 1985, ch. 13): the pressure is the band-limited
-    function through the cell values. ``"cells"``: the pressure is uniform on each cell and the
-    displacement is read at the cell centres, exactly Love's discretisation summed over all periodic
+    function through the cell values. ``"cells"``: the pressure is uniform on cells and the
+    displacement is evaluated at the cell centres, exactly Love's discretisation summed over all
+    periodic
     images: T = sum over G of 2/(E*|q+G|) sinc((q+G)_x dx/2) sinc((q+G)_y dy/2), with G running over
-    the aliases (2 pi m/dx, 2 pi n/dy). The sum alternates; it is faded out smoothly at |m| = 24,
-    which leaves a relative error below 1e-10 (2e-11 on the grids tried).
+    the aliases (2 pi m/dx, 2 pi n/dy). The sum alternates and is smoothly windowed at |m| = 24,
+    with a relative error below 1e-10 (2e-11 in tests).
 
-    The q = 0 term is set to zero in both: the displacement has zero mean, which is the datum of
-    the periodic problem.
+    The q = 0 term is zero in both: the displacement has zero mean, the datum of the periodic
+    problem.
 
     Returns
     -------
@@ -179,9 +181,9 @@ def _alias_sum(
     *,
     energy: bool = False,
 ) -> NDArray[np.float64]:
-    """Sum sinc sinc/|q + G| over the aliases, with a smooth window that sums alternating tails.
+    """Return the sum of sinc sinc/|q + G| over the aliases, with a smooth window.
 
-    Of an energy the squares of the sincs, which do not alternate, without a window.
+    For energies the squares of the sincs are used, which do not alternate, without a window.
     """
     nx, half = qx.size, qx.size // 2 + 1
     orders = np.arange(-_ALIASES, _ALIASES + 1)[:, None]
@@ -194,26 +196,25 @@ def _alias_sum(
     sinc_y = np.sinc(ky * spacing[1] / (2 * np.pi))
     sinc_x, sinc_y = (x**2 if energy else window * x for x in (sinc_x, sinc_y))
     rows = _sum_modes(kx, sinc_x, ky, sinc_y)
-    # even in q_x: the negative half is the mirror image of the positive one
+    # even in q_x: the negative half mirrors the positive one
     return rows[np.minimum(np.arange(nx), nx - np.arange(nx))]
 
 
 def cell_energies(
     shape: tuple[int, int], spacing: tuple[float, float], effective_modulus: float
 ) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
-    r"""Transfer function of the energy <p, K p> of pressures uniform on cells, and its remainder.
+    r"""Return the transfer function of <p, K p> for pressures uniform on cells, and its remainder.
 
-    For one mode of cell values the pressure has all its aliases q + G, each smaller by the two
-    sincs, so that the mean of p K p over a cell takes T = sum over G of
-    2/(E*|q+G|) sinc((q+G)_x dx/2)^2 sinc((q+G)_y dy/2)^2. All terms are positive; those beyond
-    |m| = 24 in either direction are bounded: with s^2 = sin(q_x dx/2)^2 the sum of the squared
-    sincs over |m| > M is at most 2 s^2/(pi^2 (M - 1/2)), over all n it is one, and 1/|q+G| at most
-    dx/(2 pi (M + 1/2)).
+    For one mode of cell values the pressure has all aliases q + G, reduced by the two sincs, so
+    that the mean of p K p over a cell has T = sum over G of 2/(E*|q+G|) sinc((q+G)_x dx/2)^2
+    sinc((q+G)_y dy/2)^2. All terms are positive; those beyond |m| = 24 in either direction are
+    bounded: with s^2 = sin(q_x dx/2)^2 the sum of the squared sincs over |m| > M is at most 2
+    s^2/(pi^2 (M - 1/2)), over all n it is one, and 1/|q+G| at most dx/(2 pi (M + 1/2)).
 
     Returns
     -------
     transfer, remainder : ndarray, shape (nx, ny//2 + 1)
-        The sum lies between the first and the sum of the two. Zero at q = 0.
+        The exact sum is between the first and the sum of both. Zero at q = 0.
     """
     qx, qy = wavenumbers(shape, spacing)
     transfer = _alias_sum(qx, qy, spacing, energy=True)

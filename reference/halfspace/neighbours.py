@@ -1,4 +1,4 @@
-"""Contacts side by side on one half-space: how much they feel each other."""
+"""Interaction of neighbouring contacts on a half-space."""
 
 from __future__ import annotations
 
@@ -9,13 +9,13 @@ from reference.halfspace import kernels
 
 
 def pair_force(distance: float, cells: int) -> float:
-    """Force of each of two equal flat round punches over that of one alone, at equal depth.
+    """Return the force on one of two equal flat round punches over that of a single one.
 
-    The pressures of both are mirror images, so that one disc of square cells is solved, with the
-    coefficients (19.3) of its own cells plus those of the other disc's. The ratio is what the
-    interaction leaves; far apart it is 1/(1 + 2a/(pi s)), the other punch being a point force
-    2 E* a d. The radius is taken from the stiffness of the disc of cells, 2 E* a, not from its
-    outline: the staircase of the edge then errs in the shape of the pressure alone.
+    At equal depth the pressures are mirror images, so one disc of square cells is solved, with the
+    coefficients (19.3) of its cells plus those of the other disc. Far apart the ratio is 1/(1 +
+    2a/(pi s)), with the other punch as a point force 2 E* a d. The radius follows from the
+    stiffness of the disc of cells, 2 E* a, not from its outline, so the staircase of the edge only
+    affects the shape of the pressure.
 
     Parameters
     ----------
@@ -47,11 +47,11 @@ def pair_force(distance: float, cells: int) -> float:
 
 
 def array_force(distance: float, per_side: int) -> float:
-    """Force of a square array of flat round punches over that of as many single ones.
+    """Return the force on a square array of flat round punches over that of isolated ones.
 
-    All at equal depth, per_side^2 punches of radius a at the distance s. Each is a spring of
-    stiffness 2 E* a, and to the others a point force: d = F_i/(2 E* a) + sum_j F_j/(pi E* r_ij),
-    which leaves out terms of the relative order (a/s)^2 of the interaction.
+    The per_side^2 punches of radius a at distances s have equal depth. A punch is a spring of
+    stiffness 2 E* a, and a point force for the others: d = F_i/(2 E* a) + sum_j F_j/(pi E* r_ij),
+    which neglects terms of relative order (a/s)^2 of the interaction.
 
     Parameters
     ----------
@@ -74,6 +74,6 @@ def array_force(distance: float, per_side: int) -> float:
         raise ValueError("; ".join(wrong))
     place = np.indices((per_side, per_side)).reshape(2, -1)
     apart = np.hypot(*(place[:, :, None] - place[:, None, :])) * distance
-    np.fill_diagonal(apart, 2 / np.pi)  # so that 2/(pi r) is the spring's own compliance
+    np.fill_diagonal(apart, 2 / np.pi)  # so that 2/(pi r) is the compliance of the spring
     forces = cho_solve(cho_factor(2 / np.pi / apart), np.ones(per_side**2))
     return float(forces.mean())

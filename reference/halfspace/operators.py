@@ -1,7 +1,7 @@
 """The half-space as a linear operator from cell pressures to cell displacements.
 
-Solvers see only `HalfSpace`: shape, spacing, `apply`. What the half-space looks like beyond the
-grid (free, or the periodic images of the grid) is the operator's business.
+Solvers use only `HalfSpace`: shape, spacing, `apply`. The operator defines the half-space beyond
+the grid (free, or periodic images of the grid).
 """
 
 from __future__ import annotations
@@ -20,10 +20,10 @@ Cached = TypeVar("Cached")
 
 
 class HalfSpace:
-    """What the iterative solvers need to know of a half-space.
+    """The half-space operator of the iterative solvers.
 
-    Everything is computed on first use and kept, and a preconditioner is adapted to each contact:
-    an operator serves one thread at a time. Copies by pickling carry the arguments only.
+    Kernels are computed on first use and cached, and a preconditioner is adapted to every contact,
+    so an operator must be used by one thread at a time. Pickles contain only the arguments.
     """
 
     periodic: bool
@@ -47,7 +47,7 @@ class HalfSpace:
         return self.spacing[0] * self.spacing[1]
 
     def cached(self, key: Hashable, make: Callable[[], Cached]) -> Cached:
-        """Return what `make` made when this key was first asked for."""
+        """Return the cached result of `make` for this key."""
         if key not in self._cache:
             self._cache[key] = make()
         return self._cache[key]
@@ -57,7 +57,7 @@ class HalfSpace:
 
     @property
     def unit(self) -> float:
-        """Power of two near the largest transfer factor: what `convolution` is in units of."""
+        """Power of two near the largest transfer factor, the unit of `convolution`."""
         return self.cached("unit", lambda: power_of_two(self.transfer.max()))
 
     @property
@@ -66,11 +66,11 @@ class HalfSpace:
         return self.cached("transfer", self._transfer)
 
     def coarser(self) -> HalfSpace | None:
-        """Half-space on every second point of the grid, or None if it has none (kept)."""
+        """Half-space on every second point of the grid, or None if there is none (cached)."""
         raise NotImplementedError
 
     def convolution(self, dtype: DTypeLike) -> Convolution:
-        """Displacement/`unit` from pressure, in single or double precision."""
+        """Return the convolution from pressure to displacement/`unit` in a given precision."""
         dtype = np.dtype(dtype)
 
         def make() -> Convolution:
@@ -79,7 +79,7 @@ class HalfSpace:
         return self.cached(("convolution", dtype.name), make)
 
     def apply(self, pressure: ArrayLike) -> NDArray[np.float64]:
-        """Displacement of all cell centres under cell pressures of shape `shape`."""
+        """Return the displacement of all cell centres under cell pressures of shape `shape`."""
         pressure = np.ascontiguousarray(check_pressure(pressure, self.shape))
         displacement = np.asarray(self.convolution(np.float64)(pressure), dtype=np.float64)
         displacement *= self.unit
@@ -87,14 +87,14 @@ class HalfSpace:
 
 
 def power_of_two(value: float) -> float:
-    """Largest power of two up to a positive value."""
+    """Return the largest power of two up to a positive value."""
     return float(2.0 ** (np.frexp(value)[1] - 1)) if value > 0 else 1.0
 
 
 def check_grid(
     shape: tuple[int, int], spacing: tuple[float, float], effective_modulus: float
 ) -> None:
-    """Raise one ValueError that lists everything wrong with a grid or its modulus."""
+    """Raise one ValueError that lists all errors in a grid or its modulus."""
     faults = []
     if len(shape) != 2 or any(int(n) != n or n < 1 for n in shape):
         faults.append(f"shape must be two positive integers, not {shape!r}")
@@ -118,7 +118,7 @@ class FreeOperator(HalfSpace):
     """Free half-space under a rectangle of cells with uniform pressure: u = K p, (19.2).
 
     The sum over cells is an exact linear convolution with Love's coefficients (`kernels.love`),
-    done by real FFTs on a zero-padded grid: no periodic images.
+    by real FFTs on a zero-padded grid, without periodic images.
 
     Parameters
     ----------
@@ -157,7 +157,7 @@ class FreeOperator(HalfSpace):
         if coefficients is None or any(
             n > k for n, k in zip(shape, coefficients.shape, strict=True)
         ):
-            # some more than asked for: the next window of a sweep may be larger
+            # more than needed, as the next window of a sweep may be larger
             size = (min(n, max(64, k)) for n, k in zip(self.shape, shape, strict=True))
             i, j = np.ix_(*(np.arange(n) for n in size))
             coefficients = kernels.love(i, j, self.spacing, self.effective_modulus)
@@ -165,9 +165,9 @@ class FreeOperator(HalfSpace):
         return coefficients[: shape[0], : shape[1]]
 
     def _transfer(self) -> NDArray[np.float64]:
-        """Transform of the wrapped kernel: real, because the kernel is even in both offsets."""
+        """Return the transform of the wrapped kernel, real because the kernel is even."""
         offsets = [np.minimum(np.arange(m), m - np.arange(m)) for m in self._padded]
-        # offsets that no pair of cells has may hold anything: zero
+        # unused offsets are arbitrary: zero
         wrapped = np.zeros(self._padded)
         used = [np.flatnonzero(o < n) for o, n in zip(offsets, self.shape, strict=True)]
         quarter = self.coefficients(self.shape)
@@ -175,13 +175,13 @@ class FreeOperator(HalfSpace):
         return fft.rfft2(wrapped, workers=1).real.copy()
 
     def coarser(self) -> FreeOperator:
-        """Operator on every second point (kept)."""
+        """Operator on every second point (cached)."""
         shape = (self.shape[0] + 1) // 2, (self.shape[1] + 1) // 2
         spacing = 2 * self.spacing[0], 2 * self.spacing[1]
         return self.cached("coarser", lambda: FreeOperator(shape, spacing, self.effective_modulus))
 
     def restrict(self, shape: tuple[int, int]) -> FreeOperator:
-        """Operator of the same half-space on a smaller rectangle of the same cells (kept)."""
+        """Return the operator of the same half-space on a smaller rectangle of cells (cached)."""
 
         def make() -> FreeOperator:
             part = FreeOperator(shape, self.spacing, self.effective_modulus)
@@ -228,13 +228,13 @@ class PeriodicOperator(HalfSpace):
         super().__init__(shape, spacing, effective_modulus)
         self.kernel = kernel
         self._padded = self.shape
-        _ = self.transfer  # an unknown kernel is refused here
+        _ = self.transfer  # raises for an unknown kernel
 
     def _transfer(self) -> NDArray[np.float64]:
         return kernels.periodic(self.shape, self.spacing, self.effective_modulus, self.kernel)
 
     def coarser(self) -> PeriodicOperator | None:
-        """Operator on every second point (kept), if the period holds a whole number of them."""
+        """Operator on every second point (cached), if the period is a multiple of it."""
         if any(n % 2 for n in self.shape):
             return None
         shape = self.shape[0] // 2, self.shape[1] // 2

@@ -1,4 +1,4 @@
-"""Where a contact may lie: the geometric overlap of shape and undeformed half-space."""
+"""The geometric overlap of shape and undeformed half-space, as an estimate of the contact."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ Field = NDArray[np.float64]
 
 
 def overlap_depth(operator: HalfSpace, gap: Field, force: float) -> float:
-    """Depth at which the overlap (d - g) carries the force, E* V/sqrt(A) = F: 6 % low for Hertz."""
+    """Return the depth at which the overlap (d - g) has E* V/sqrt(A) = F, 6 % low for Hertz."""
     gaps = np.sort(gap[np.isfinite(gap)])
     count = np.arange(1, gaps.size + 1)
     volume = count * gaps - np.cumsum(gaps)
@@ -25,7 +25,7 @@ def overlap_depth(operator: HalfSpace, gap: Field, force: float) -> float:
 
 
 def overlap_pressure(operator: HalfSpace, gap: Field, depth: float) -> Field:
-    """Pressure proportional to the overlap, of the right order of magnitude."""
+    """Return a pressure proportional to the overlap, of the right order of magnitude."""
     overlap = np.maximum(depth - gap, 0.0)
     area = np.count_nonzero(overlap) * operator.cell_area
     return overlap * (operator.effective_modulus / np.sqrt(area))

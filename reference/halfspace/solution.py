@@ -1,4 +1,4 @@
-"""What a half-space solver is asked (`Press` and `Effort`) and what it answers (`Contact`)."""
+"""Input (`Press` and `Effort`) and output (`Contact`) of half-space solvers."""
 
 from __future__ import annotations
 
@@ -16,19 +16,19 @@ Field = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class Press:
-    """A rigid shape over a half-space, to be pressed on.
+    """A rigid shape over a half-space.
 
     Parameters
     ----------
     operator : FreeOperator or PeriodicOperator
         The half-space.
     gap : array_like, shape (nx, ny)
-        Initial gap g >= 0 of the shape; +inf where it can never touch.
+        Initial gap g >= 0 of the shape; +inf where contact is impossible.
 
     Raises
     ------
     ValueError
-        Listing everything wrong with the gap.
+        Lists all errors in the gap.
     """
 
     operator: HalfSpace
@@ -39,17 +39,17 @@ class Press:
 
     @property
     def lowest(self) -> float:
-        """Gap where the shape touches first."""
+        """Gap at the point of first touch."""
         return float(self.gap.min())
 
     def touching(self) -> Press:
-        """Return the shape moved to its first touch."""
+        """Return the shape moved to first touch."""
         return Press(self.operator, self.gap - self.lowest)
 
 
 @dataclass(frozen=True)
 class Effort:
-    """How far a solver goes.
+    """Tolerance and limit of iterations of a solver.
 
     Parameters
     ----------
@@ -61,7 +61,7 @@ class Effort:
     Raises
     ------
     ValueError
-        Listing everything wrong.
+        Lists all invalid arguments.
     """
 
     tolerance: float
@@ -90,11 +90,11 @@ class Contact:
     pressure : ndarray, shape (nx, ny)
         Cell values, not negative.
     iterations : int
-        Iterations of the method that found it (all stages on the grid itself).
+        Iterations of the solver (all stages on the finest grid).
     violation : float
         Largest distance from the contact conditions, relative to the penetration: the overlap of
         cells without pressure or the remaining gap (of either sign) of cells with pressure,
-        whichever is larger; evaluated anew in double precision on the final pressure.
+        whichever is larger; recomputed in double precision for the final pressure.
     operator, initial_gap
         The half-space and the gap of the problem.
     history : list of float
@@ -102,7 +102,7 @@ class Contact:
     convolutions : (int, int)
         Convolutions of the FFT solver on its grid, in single and in double precision.
 
-    Displacement and gaps of the whole grid are evaluated when they are asked for.
+    Displacement and gaps of the whole grid are evaluated on demand.
     """
 
     penetration: float
@@ -127,7 +127,7 @@ class Contact:
 
     @property
     def gap(self) -> Field:
-        """Remaining gap of all cells; infinite where the shape has no material."""
+        """Remaining gap of all cells; infinite outside the shape."""
         return self.initial_gap - self.penetration + self.displacement
 
     @cached_property
@@ -141,10 +141,10 @@ class Contact:
 
 
 def from_first_touch(contact: Contact, gap: Field) -> Contact:
-    """Return the contact of a gap from that of ``gap - gap.min()``; its history stays as it was.
+    """Return the contact of a gap from that of ``gap - gap.min()``, with the same history.
 
-    Depths are solved for from the first touch of a cell: a shape far away, or forces that indent
-    by less than the round-off of the distance, cost no digits of the overlap.
+    Depths are computed from the first touch of a cell: for a distant shape, or penetrations below
+    the round-off of the distance, the overlap loses no digits.
     """
     lowest = float(gap.min())
     share = contact.penetration / (contact.penetration + lowest)
@@ -162,7 +162,7 @@ def from_first_touch(contact: Contact, gap: Field) -> Contact:
 def assemble(
     press: Press, pressure: Field, penetration: float, iterations: int, history: Sequence[float]
 ) -> Contact:
-    """Evaluate force and violation of a final pressure on the whole grid."""
+    """Return the contact of a final pressure, with force and violation on the whole grid."""
     displacement = press.operator.apply(pressure)
     finite = np.isfinite(press.gap)
     clearance = np.where(finite, press.gap, 0.0) - penetration + displacement
@@ -180,7 +180,7 @@ def contact_of(
     iterations: int,
     history: Sequence[float],
 ) -> Contact:
-    """Return the answer of a solver whose violation is known."""
+    """Return the contact of a solver with a known violation."""
     return Contact(
         penetration=float(penetration),
         force=float(pressure.sum() * press.operator.cell_area),
@@ -207,7 +207,7 @@ def violation(
 
 
 def check_gap(operator: HalfSpace, gap: ArrayLike) -> Field:
-    """Return the gap as a double array, or raise ValueError listing what is wrong with it."""
+    """Return the gap as a double array, or raise ValueError with all errors."""
     gap = np.asarray(gap, dtype=float)
     faults = []
     if gap.shape != operator.shape:

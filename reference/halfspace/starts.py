@@ -1,4 +1,4 @@
-"""Where the contact iteration starts: full contact, a coarser grid, or the geometric overlap."""
+"""Initial pressures of the contact iteration: full contact, a coarser grid, or the overlap."""
 
 from __future__ import annotations
 
@@ -15,19 +15,20 @@ from reference.halfspace.solution import Effort
 
 Field = NDArray[np.float64]
 
-# Grids with a shorter side are solved as fast as a coarser one could help.
+# For grids with a shorter side, a coarser grid saves no time.
 _SHORTEST_COARSENED = 128
-# Violation of the coarser solution: less is lost in the interpolation. Measured on rough surfaces
-# of 256 to 1024 points a side: a fifth to a third of the iterations on the finest grid are saved.
+# Violation of the coarser solution; a smaller one is lost in the interpolation. Measured on rough
+# surfaces of 256 to 1024 points a side: it saves a fifth to a third of the iterations on the finest
+# grid.
 _COARSE_TOLERANCE, _COARSE_ITERATIONS = 1e-2, 60
-# The overlap that carries the force is a little deeper than the contact.
+# The overlap for a force is slightly deeper than the contact.
 _SHALLOWER = 0.85
-# Tension in the linear answer on more cells than this means that it is no good start.
+# With tension in more cells than this fraction, the linear solution is not a good start.
 _NEARLY_FULL = 0.1
 
 
 def starting_pressure(operator: HalfSpace, gap: Field, kind: str, value: float) -> Field:
-    """Pressure near the solution under a penetration or a force; not negative."""
+    """Return a non-negative pressure near the solution under a penetration or a force."""
     if kind == "force" and operator.periodic:
         pressure = _full_contact(operator, gap, value)
         if pressure is not None:
@@ -43,7 +44,7 @@ def starting_pressure(operator: HalfSpace, gap: Field, kind: str, value: float) 
 
 
 def _full_contact(operator: HalfSpace, gap: Field, force: float) -> Field | None:
-    """Linear answer where all cells touch, K p = <g> - g, if nearly all of it is pressure."""
+    """Return the linear solution of full contact, K p = <g> - g, if nearly without tension."""
     if not np.isfinite(gap).all():
         return None
     pressure = operator.cached("inverse", lambda: _inverse(operator))(gap)
@@ -57,13 +58,13 @@ def _full_contact(operator: HalfSpace, gap: Field, force: float) -> Field | None
 def _inverse(operator: HalfSpace) -> Convolution:
     """Return unit times the inverse of a periodic half-space, on fields of zero mean."""
     transfer = operator.transfer / operator.unit
-    # the cells kernel has no zeros beside the mean, the continuum kernel neither
+    # neither kernel has zeros other than the mean
     transfer[0, 0] = np.inf
     return Convolution(operator.shape, operator.shape, 1 / transfer, np.float64)
 
 
 def _from_coarser_grid(operator: HalfSpace, gap: Field, kind: str, value: float) -> Field | None:
-    """Solution on every second point of the gap, interpolated; None where it cannot help."""
+    """Return the interpolated solution on every second point; None if it cannot help."""
     coarse = operator.coarser() if min(operator.shape) >= _SHORTEST_COARSENED else None
     if coarse is None:
         return None
@@ -84,9 +85,9 @@ def _from_coarser_grid(operator: HalfSpace, gap: Field, kind: str, value: float)
 
 
 def _interpolated(pressure: Field, operator: HalfSpace) -> Field:
-    """Linear interpolation from every second point to all; beyond the last one constant.
+    """Return linear interpolation from every second point, constant beyond the last one.
 
-    Repeating each value in a block instead costs more iterations than the coarser grid saves.
+    Block-wise repetition of values costs more iterations than the coarser grid saves.
     """
     finer = np.empty(operator.shape)
     _interpolate(pressure, finer, operator.periodic)

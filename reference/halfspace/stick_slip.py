@@ -1,17 +1,17 @@
-"""Tangential tractions within given bounds of friction: which cells stick, which slip and where to.
+"""Tangential tractions within given friction bounds: stick, slip and its direction.
 
-With a pressure that is known, Coulomb's law on one step is the convex problem (Duvaut & Lions 1976;
+For a known pressure, Coulomb's law in one step is the convex problem (Duvaut & Lions 1976;
 Kalker 1990)
 
     minimise  1/2 q.A q - q.w  over |q_i| <= b_i,   b = mu p,
 
-w the tangential displacement that sticking would need. At the minimum r = w - A q is zero where the
-traction is within its bound, and points along the traction where it is not: r is the slip. The
-solution follows conjugate gradients on the set of free components, as Polonsky & Keer (1999) do for
-pressures: both components where a cell sticks, the direction around its circle where it slips. A
-slipping cell that turns has the curvature |r|/b of its circle besides its elastic answer. Steps are
-brought back onto the circles; a cell whose residual points inwards is free again. Should the energy
-ever rise, a step of the projected gradient, which cannot raise it, is taken instead.
+w the tangential displacement required for stick. At the minimum the slip r = w - A q is zero where
+the traction is below its bound, and parallel to the traction elsewhere. The solver uses conjugate
+gradients on the set of free components, like Polonsky & Keer (1999) for pressures: both components
+of sticking cells, the tangent to the friction circle of slipping cells. A slipping cell that turns
+has the curvature |r|/b of its circle in addition to its elastic response. Steps are projected onto
+the circles; cells whose residual points inwards become free. If the energy increases, a projected
+gradient step, which cannot increase it, is taken instead.
 """
 
 from __future__ import annotations
@@ -28,9 +28,9 @@ from reference.halfspace.traction import NormalAndTangential
 Field = NDArray[np.float64]
 Fields = NDArray[np.float64]
 
-# A given total needs some tens of iterations; without progress in this many it is searched for.
+# A given total needs some tens of iterations; without progress in this many, the shift is searched.
 _PATIENCE = 60
-# A traction this close to its bound is on it.
+# Tractions this close to their bound count as on it.
 ON_BOUND = 1 - 1e-12
 # Newton steps for the shift that gives projected tractions their total, relative to the bounds.
 _SHIFTS, _TOTAL = 100, 1e-14
@@ -44,18 +44,18 @@ class Tractions:
     ----------
     traction : ndarray, shape (2, nx, ny)
     displacement : ndarray, shape (2, nx, ny)
-        Tangential displacement they cause.
+        Tangential displacement by the tractions.
     slip : ndarray, shape (2, nx, ny)
-        w + U e_x - A q on loaded cells; zero, but for the error, where they stick.
+        w + U e_x - A q on loaded cells; zero within the error for stick.
     sliding : ndarray of bool, shape (nx, ny)
         Loaded cells on their bound.
     shift : float
-        U, the rigid displacement along x where a total is given, otherwise 0.
+        U, the rigid displacement along x if a total is given, otherwise 0.
     error : float
-        Largest slip of sticking cells, and of the others across their traction or against it.
+        Largest slip of sticking cells, and of others transverse or opposite to their traction.
     iterations : int
     history : list of float
-        The error of each iteration.
+        Errors of the iterations.
     """
 
     traction: Fields
@@ -68,7 +68,7 @@ class Tractions:
 
     @property
     def iterations(self) -> int:
-        """Iterations spent."""
+        """Number of iterations."""
         return len(self.history)
 
 
@@ -78,13 +78,13 @@ def minimise(
     tolerance: float,
     max_iterations: int = 2000,
 ) -> Tractions:
-    """Find the tractions.
+    """Return the tractions.
 
     Parameters
     ----------
     problem : Shear
     start : ndarray, shape (2, nx, ny)
-        Tractions to start from; brought within the bounds.
+        Initial tractions, projected to the bounds.
     tolerance : float
         Largest error of the slip, a length.
     max_iterations : int
@@ -106,11 +106,11 @@ def minimise(
 def _search_shift(
     problem: Shear, start: Fields, tolerance: float, max_iterations: int, spent: list[float]
 ) -> Tractions:
-    """Find the rigid displacement that carries the total, by Brent's method on single solutions.
+    """Return the rigid displacement for the total, by Brent's method on single solutions.
 
-    For contacts next to sliding: with no cell left that sticks nothing tells the shift, and the
-    iteration with a given total stalls. The total grows with the shift, and each solution at a
-    given shift is well posed.
+    For contacts close to full sliding: without sticking cells the shift is undetermined, and the
+    iteration with a given total stalls. The total grows with the shift, and the problem at a given
+    shift is well posed.
     """
     total = problem.total
     assert total is not None
@@ -142,18 +142,18 @@ def _search_shift(
 
 
 class Shear:
-    """Tractions within their bounds that let cells stick or slip, in the units that come.
+    """The problem of tractions within bounds, with stick and slip, in any units.
 
     Parameters
     ----------
     body : NormalAndTangential
     bound : ndarray, shape (nx, ny)
-        mu p >= 0; cells with 0 carry nothing.
+        mu p >= 0; cells with 0 carry no traction.
     target : ndarray, shape (2, nx, ny)
-        Displacement w under which the cells would stick (up to U along x with a total).
+        Displacement w required for stick (up to U along x with a total).
     total : float, optional
         Sum of the tractions along x over the cells (force over cell area), below the sum of the
-        bounds; the rigid displacement along x is then found.
+        bounds; the rigid displacement along x is then an unknown.
     """
 
     def __init__(
@@ -163,9 +163,9 @@ class Shear:
         self.loaded = bound > 0
         self.inverse_bound = np.divide(1.0, bound, out=np.zeros(bound.shape), where=self.loaded)
         self.most = float(bound.sum())
-        # an upper bound of the operator's eigenvalues: safe length of a gradient step
+        # an upper bound of the operator's eigenvalues, for the length of a gradient step
         self.safe = 0.5 / body.unit
-        # near the displacement of a cell under its own traction
+        # close to the displacement of a cell under its own traction
         self.cell_compliance = (
             (body.compliance.normal + body.compliance.lateral) * body.spacing[0] / 2
         )
@@ -173,7 +173,7 @@ class Shear:
     def solve(
         self, start: Fields, tolerance: float, max_iterations: int, patience: int | None = None
     ) -> Tractions:
-        """Iterate to the tolerance; give up where the error has not halved in `patience` steps."""
+        """Iterate to the tolerance; stop if the error has not halved in `patience` steps."""
         traction = self.project(start)
         state = self.evaluate(traction, [])
         direction: Fields | None = None
@@ -212,7 +212,7 @@ class Shear:
     def step(
         self, state: Tractions, free: Fields, direction: Fields, turn: Field
     ) -> tuple[Fields, bool]:
-        """Minimise along the direction and come back within the bounds."""
+        """Minimise along the direction and project to the bounds."""
         image = self.body.shear(direction)
         curvature = float((direction * image).sum() + (turn * (direction**2).sum(axis=0)).sum())
         length = float((free * direction).sum()) / curvature
@@ -225,7 +225,7 @@ class Shear:
         return self.project(moved * circle), hit
 
     def evaluate(self, traction: Fields, history: list[float]) -> Tractions:
-        """Displacement, slip, shift and error of tractions within their bounds."""
+        """Return displacement, slip, shift and error of tractions within their bounds."""
         displacement = self.body.shear(traction)
         slip = np.where(self.loaded, self.target - displacement, 0.0)
         sliding = self.loaded & (np.hypot(*traction) >= ON_BOUND * self.bound)
@@ -239,14 +239,14 @@ class Shear:
         free, _ = self.free_part(state)
         state.error = float(np.hypot(*free).max())
         if not np.isfinite(state.error):
-            raise ConvergenceError("the friction iteration left the range of numbers", history)
+            raise ConvergenceError("the friction iteration exceeded the range of numbers", history)
         history.append(state.error)
         return state
 
     def free_part(self, state: Tractions) -> tuple[Fields, Field]:
-        """Part of the slip that should not be, and the curvature of the circles that hold cells.
+        """Return the inadmissible part of the slip, and the curvature of the friction circles.
 
-        Of cells on their bound whose slip points outwards only the part across the traction.
+        For cells on their bound with outward slip, only the part transverse to the traction counts.
         """
         along = (state.traction * state.slip).sum(axis=0) * self.inverse_bound
         constrained = state.sliding & (along >= 0)
@@ -255,7 +255,7 @@ class Shear:
         return free, np.where(constrained, along * self.inverse_bound, 0.0)
 
     def only_free(self, field: Fields, state: Tractions) -> Fields:
-        """Keep the free components of a field; with a given total, of no sum along x."""
+        """Return the free components of a field; with a given total, of zero sum along x."""
         along = (state.traction * state.slip).sum(axis=0)
         constrained = state.sliding & (along >= 0)
         normal = state.traction * self.inverse_bound
@@ -267,7 +267,7 @@ class Shear:
         return free
 
     def project(self, traction: Fields) -> Fields:
-        """Bring tractions within their bounds; a given total by a common shift along x."""
+        """Return tractions projected to their bounds, a given total by a shift along x."""
         inside, shift = self._clip(traction), 0.0
         if self.total is None:
             return inside
@@ -284,9 +284,9 @@ class Shear:
         return inside
 
     def _answer(self, traction: Fields, shift: float) -> float:
-        """Rate at which the total grows with the shift: clipped cells answer across their radius.
+        """Return the growth of the total with the shift; clipped cells respond tangentially.
 
-        At least the answer of one cell in a million of full bounds, to leave a step finite.
+        At least the response of one cell in a million of full bounds, to keep steps finite.
         """
         along, across = _moved(traction, shift)
         size = np.hypot(along, across)
@@ -302,17 +302,17 @@ class Shear:
         return np.where(self.loaded, traction * share, 0.0)
 
     def energy(self, state: Tractions) -> float:
-        """Value of the functional; the shift does no work, as the total is given."""
+        """Return the value of the functional; the shift does no work, as the total is given."""
         return float((state.traction * (state.displacement / 2 - self.target)).sum())
 
 
 def _moved(traction: Fields, shift: float) -> Fields:
-    """Tractions with a shift along x."""
+    """Return the tractions with a shift along x."""
     return np.array([traction[0] + shift, traction[1]])
 
 
 def _stalled(history: list[float], patience: int | None) -> bool:
-    """Whether the smallest error has not halved in the last iterations."""
+    """Return whether the smallest error has not halved in the last iterations."""
     if patience is None or len(history) <= patience:
         return False
     return min(history[-patience:]) > 0.5 * min(history[:-patience])

@@ -1,7 +1,7 @@
-"""The half-space as a linear operator from tangential tractions to displacements, and back.
+"""The half-space as a linear operator from tangential tractions to displacements, with inverse.
 
-`NormalAndTangential` stands beside `operators.HalfSpace`: the same grid and the same body, with
-what Cerruti's solution adds. Tractions and tangential displacements have shape (2, nx, ny).
+`NormalAndTangential` complements `operators.HalfSpace` on the same grid and body by Cerruti's
+solution. Tractions and tangential displacements have shape (2, nx, ny).
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from reference.halfspace.operators import FreeOperator, HalfSpace, PeriodicOpera
 Field = NDArray[np.float64]
 Fields = NDArray[np.float64]
 
-# Empty cells that keep opposite rims of a free patch apart in the preconditioner.
+# Empty cells that separate opposite rims of a free patch in the preconditioner.
 _RIM = 8
 
 
@@ -35,8 +35,8 @@ class NormalAndTangential:
     compliance : Compliance
         Elastic constants, see `cerruti.Compliance`.
     periodic : bool
-        The periodic images of the grid (band-limited tractions, zero mean displacements) in place
-        of the free half-space (tractions uniform on cells).
+        The periodic images of the grid (band-limited tractions, zero mean displacements) instead of
+        the free half-space (tractions uniform on cells).
 
     Raises
     ------
@@ -45,7 +45,8 @@ class NormalAndTangential:
 
     Examples
     --------
-    A force ahead of a point pulls it along and lifts it; a pressure pulls it towards itself:
+    A tangential force displaces points behind it forwards and lifts them; pressure pulls points
+    towards itself:
 
     >>> body = NormalAndTangential((8, 1), (1.0, 1.0), Compliance.of(1.0, 0.3))
     >>> push = np.zeros((2, 8, 1))
@@ -75,7 +76,7 @@ class NormalAndTangential:
         self._parts: dict[tuple[int, int], NormalAndTangential] = {}
 
     def restrict(self, shape: tuple[int, int]) -> NormalAndTangential:
-        """Return the same free half-space on a smaller rectangle of the same cells (kept)."""
+        """Return the same free half-space on a smaller rectangle of cells (cached)."""
         if shape == self.shape:
             return self
         if shape not in self._parts:
@@ -89,7 +90,7 @@ class NormalAndTangential:
         return cerruti.free_transfer(self._table, self.shape, self.spacing, self.compliance)
 
     def _table(self, quarter: Field, sign_x: int, sign_y: int) -> NDArray[np.complex128]:
-        """Transform of coefficients on the padded grid, mirrored with their signs."""
+        """Return the transform of coefficients on the padded grid, mirrored with their signs."""
         table = np.zeros(self.padded)
         nx, ny = self.shape
         table[:nx, :ny] = quarter
@@ -132,7 +133,7 @@ class NormalAndTangential:
 
     @cached_property
     def _inverse(self) -> tuple[tuple[int, int], Fields]:
-        """Padded shape and factors of the inverse of the periodic half-space, times a power of two.
+        """Return padded shape and factors of the inverse periodic half-space, times a power of two.
 
         |q| [1/(c1 + c2) + (1/c1 - 1/(c1 + c2)) q q'/|q|^2]; half the smallest wavenumber at q = 0.
         """
@@ -149,7 +150,7 @@ class NormalAndTangential:
         return padded, np.array([*factors, more * (qx * qy)]) * self.unit
 
     def precondition(self, displacement: Fields) -> Fields:
-        """Approximate traction, times `unit`, for a tangential displacement."""
+        """Return the approximate traction, times `unit`, for a tangential displacement."""
         padded, (xx, yy, xy) = self._inverse
         along, across = fft.rfft2(displacement, s=padded, axes=(-2, -1), workers=1)
         modes = np.array([xx * along + xy * across, xy * along + yy * across])

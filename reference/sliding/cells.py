@@ -1,9 +1,9 @@
 """The cells of a sliding contact: equations on a contact set, solved directly.
 
-Travelling kernels are far from symmetric where the material is slow, and a Krylov method on them
-needs hundreds of convolutions (tried: 60 to 500 a contact set, growing with the grid). Contact sets
-are small, so the equations are factorised; while few cells change, the old factor is a
-preconditioner with which a handful of products does.
+Travelling kernels are far from symmetric if the material is slow, and Krylov methods need hundreds
+of convolutions (in trials 60 to 500 per contact set, growing with the grid). Contact sets are
+small, so the equations are factorised; while few cells change, the old factor is a preconditioner
+with which a few products suffice.
 """
 
 from __future__ import annotations
@@ -22,9 +22,9 @@ Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 LIMIT = 9000
-"""Cells in contact that are still factorised: 650 MB and some 20 s."""
+"""Largest number of contact cells for a factorisation: 650 MB and about 20 s."""
 
-_FEW = 1 / 8  # share of a contact set that may change before it is factorised anew
+_FEW = 1 / 8  # fraction of a contact set that may change before a new factorisation
 _PRODUCTS = 40
 _PRECISION = 1e-13
 
@@ -48,11 +48,11 @@ class Cells:
         self._factor: tuple[Array, NDArray[np.int32]] | None = None
 
     def of_grid(self, values: ArrayLike) -> NDArray:
-        """Values of the cells from those of the grid."""
+        """Return the values of the cells from those of the grid."""
         return np.asarray(values)[:, : self.width].ravel().copy()
 
     def on_grid(self, values: Array) -> Array:
-        """Values on the whole grid."""
+        """Return the values on the whole grid."""
         half = values.reshape(-1, self.width)
         return np.hstack([half, half[:, ::-1]]) if self.mirrored else half
 
@@ -63,10 +63,10 @@ class Cells:
         return self.gaps - depth + self.of_grid(self.operator.apply(pressure)) + lift
 
     def equilibrium(self, chosen: Mask, load: Load) -> tuple[Array, float]:
-        """Pressures that close the clearance of the chosen cells, and the depth.
+        """Return the pressures that close the clearance of the selected cells, and the depth.
 
-        p = d p_1 - p_g with A p_1 = 1, A p_g = g. The depth is counted with the displacement of
-        the mean pressure, `Travelling.datum`.
+        p = d p_1 - p_g with A p_1 = 1, A p_g = g. The depth includes the displacement of the mean
+        pressure, `Travelling.datum`.
         """
         places = np.flatnonzero(chosen)
         unit, shape = self._solved(places, np.stack([np.ones(places.size), self.gaps[places]]))
@@ -102,7 +102,7 @@ class Cells:
         self._base = places
 
     def _by_old_factor(self, places: NDArray[np.intp], side: Array) -> Array | None:
-        """Generalised minimal residuals with the old factor, or None if it does not do."""
+        """Solve by GMRES with the old factor; return None if it does not converge."""
         _, new_places, old_places = np.intersect1d(places, self._base, True, True)
         cell_stiffness = 1 / self.operator.table[0, 0]
 
@@ -132,7 +132,7 @@ class Cells:
 
 @njit(cache=True)
 def _matrix(rows, columns, table, mirrored, width):
-    """Displacement of each cell by unit pressure on each (and on its mirror image)."""
+    """Return the displacements of cells under unit pressure on cells (and their mirror images)."""
     nx, ny = table.shape
     matrix = np.empty((rows.size, rows.size))
     for a in range(rows.size):

@@ -3,12 +3,12 @@
 Find p >= 0 with clearance c = g - d + A p >= 0 and p c = 0, A the travelling operator. A is not
 symmetric, so there is no energy to minimise and conjugate gradients do not apply; but its symmetric
 part is positive definite, so the solution is unique (a linear complementarity problem with a
-P-matrix; Cottle, Pang & Stone 1992). It is found as the chapter does it, by solving on a contact
-set, dropping cells in tension and adding cells that overlap. All at once that cycles here: pressure
-on a cell moves the cells behind it more than its own. What happens ahead decides what happens
-behind, though, so in each row only the foremost wrong cells are changed in a round. Should a set
-come back nevertheless, only the foremost of all is changed from then on: Murty's rule (1974, the
-first wrong variable of a fixed order), which cannot cycle. Coarser grids give the first set.
+P-matrix; Cottle, Pang & Stone 1992). As in the chapter, the equations are solved on a contact set,
+cells in tension are removed and overlapping cells are added. Changing all cells at once can cycle
+here, because pressure on a cell displaces the cells behind it more than the cell itself. Causes are
+ahead of their effects, so only the foremost wrong cells of every row are changed per round. If a
+set recurs nevertheless, only the foremost cell of all is changed from then on: Murty's rule (1974,
+the first wrong variable of a fixed order), which cannot cycle. Coarser grids give the initial set.
 """
 
 from __future__ import annotations
@@ -28,8 +28,8 @@ from reference.sliding.operators import Travelling
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
-_COARSEST = 12  # cells of a side that are not halved any more
-_ROUNDING = 1e-11  # overlap and tension that are none, relative to penetration and largest pressure
+_COARSEST = 12  # smallest number of cells per side for a coarser grid
+_ROUNDING = 1e-11  # tolerated overlap and tension, relative to penetration and largest pressure
 
 
 @dataclass(frozen=True)
@@ -45,12 +45,12 @@ class SlidingContact:
     pressure : ndarray, shape (nx, ny)
         Cell values, not negative.
     rounds : int
-        Contact sets tried.
+        Number of contact sets.
     violation : float
         Largest overlap outside the contact, or clearance in it, relative to the penetration;
-        evaluated anew by FFT.
+        evaluated independently by FFT.
     history : list of int
-        Number of wrong cells in each round.
+        Number of wrong cells by round.
     operator : Travelling
     """
 
@@ -75,7 +75,7 @@ class SlidingContact:
 
     @property
     def contact_area(self) -> float:
-        """Cells in contact, counted."""
+        """Contact area by counted cells."""
         return float(np.count_nonzero(self.mask)) * self.operator.cell_area
 
 
@@ -88,21 +88,21 @@ def solve(
     start: ArrayLike | None = None,
     max_rounds: int = 400,
 ) -> SlidingContact:
-    """Slide a rigid shape steadily along +x over a viscoelastic half-space, no adhesion.
+    """Return the steady sliding of a rigid shape along +x on a viscoelastic half-space.
 
     Parameters
     ----------
     operator : Travelling
         Half-space, grid and speed.
     gap : array_like, shape (nx, ny)
-        Initial gap g >= 0 of the rigid shape. On the free half-space the grid has to hold the
-        contact: displacements are positive, so that nothing touches where g > d.
+        Initial gap g >= 0 of the rigid shape. On the free half-space the grid must contain the
+        contact: displacements are positive, so there is no contact where g > d.
     load : Load
         Force or penetration, one value. On the periodic half-space the mean displacement is zero.
     slope : array_like, shape (nx, ny), optional
-        dg/dx at the cell centres; central differences of the gap without it.
+        dg/dx at the cell centres; default: central differences of the gap.
     start : array_like of bool, shape (nx, ny), optional
-        Contact set to start from; without it that of a grid of twice the spacing, found likewise.
+        Initial contact set; default: that of a grid of twice the spacing, recursively.
     max_rounds : int
         Limit of contact sets.
 
@@ -113,13 +113,13 @@ def solve(
     Raises
     ------
     ValueError
-        Listing what is wrong.
+        Lists all invalid arguments.
     ConvergenceError
-        If no contact set was right, or the contact reaches the edge of a free grid.
+        If no contact set converged, or the contact reaches the edge of a free grid.
 
     Examples
     --------
-    A paraboloid of radius 1, slowly: mu = v tau/R, half of what the reduced model says.
+    A paraboloid of radius 1, slowly: mu = v tau/R, half of that of the reduced model.
 
     >>> from reference.viscoelastic.materials import GeneralisedMaxwell
     >>> rubber = GeneralisedMaxwell.kelvin_voigt(0.25, 0.25)
@@ -159,7 +159,7 @@ def solve(
 def _pivot(
     cells: Cells, chosen: Mask, load: Load, max_rounds: int
 ) -> tuple[Array, float, list[int]]:
-    """Change the contact set until no cell is wrong: pressures of the cells, and depth."""
+    """Change the contact set until no cell is wrong; return pressures of the cells, and depth."""
     history: list[int] = []
     rows = cells.operator.shape[0], cells.width
     visited: set[bytes] = set()
@@ -187,7 +187,7 @@ def _pivot(
 
 @njit(cache=True)
 def _foremost(tension, overlap):
-    """First wrong cells of each row, from ahead: those that are alike and follow each other."""
+    """Return the foremost wrong cells of every row: consecutive cells of the same kind."""
     change = np.zeros_like(tension)
     for j in range(tension.shape[1]):
         i = tension.shape[0] - 1
@@ -201,7 +201,7 @@ def _foremost(tension, overlap):
 
 
 def _coarse_start(operator: Travelling, gap: Array, load: Load, max_rounds: int) -> Mask:
-    """Contact set on twice the spacing, or the deeper half of the geometric overlap."""
+    """Return the contact set on twice the spacing, or the deeper half of the geometric overlap."""
     if any(n % 2 or n < 2 * _COARSEST for n in operator.shape):
         depth = load.single()
         if load.control == "force":
@@ -216,7 +216,7 @@ def _coarse_start(operator: Travelling, gap: Array, load: Load, max_rounds: int)
 
 
 def _overlap_depth(operator: Travelling, gap: Array, force: float) -> float:
-    """Depth at which springs of E*/(width of the grid) carry the force: deep enough to begin."""
+    """Return the depth at which springs of E*/(grid width) carry the force, as a start."""
     gaps = np.sort(gap.ravel())
     width = max(n * s for n, s in zip(operator.shape, operator.spacing, strict=True))
     carried = np.arange(1, gaps.size + 1) * gaps - np.cumsum(gaps)
@@ -235,7 +235,7 @@ def _touches_edge(pressure: Array) -> bool:
 
 
 def _checked(operator: Travelling, gap: ArrayLike, slope: ArrayLike | None) -> tuple[Array, Array]:
-    """Gap and slope as arrays, or one ValueError for everything wrong."""
+    """Return gap and slope as arrays, or raise one ValueError with all errors."""
     gap = np.asarray(gap, dtype=float)
     faults = []
     if gap.shape != operator.shape:

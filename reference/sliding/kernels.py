@@ -1,12 +1,12 @@
-"""Displacement of a viscoelastic half-space under pressure that travels over it at constant speed.
+"""Displacement of a viscoelastic half-space under pressure travelling at constant speed.
 
-In the frame of the pressure, which moves along +x, a point of the material that is at x now was at
-x + v t' a time t' ago. With the elastic displacement K p for E* = 1 and the creep compliance J(t)
-of the shear modulus, nu = 1/2 (E* = 4 G), the correspondence principle gives
+In the frame of the pressure, which moves along +x, a material point now at x was at x + v t' a time
+t' ago. With the elastic displacement K p for E* = 1 and the creep compliance J(t) of the shear
+modulus, nu = 1/2 (E* = 4 G), the correspondence principle gives
 
     u(x, y) = 1/4 { J_0 K p(x, y) + sum_k J_k int_0^inf exp(-s/l_k)/l_k K p(x + s, y) ds },
 
-l_k = v lambda_k: Love's coefficients, averaged over what lies ahead. For waves exp(i q x) it is
+l_k = v lambda_k: Love's coefficients, averaged over the region ahead. For waves exp(i q x) it is
 u^ = 2 p^/(|q| 4 G*(-q_x v)), the form of the periodic half-space (Persson 2001 uses it so; steady
 contact: Johnson 1985, 9.5; Carbone & Putignano, J. Mech. Phys. Solids 61 (2013) 1822).
 """
@@ -22,7 +22,7 @@ from reference.viscoelastic.materials import GeneralisedMaxwell
 Array = NDArray[np.float64]
 
 _NODES = 12  # per panel; 1e-9 of the own-cell value, with the logarithms at the cell's edges
-_DEEP = 44.0  # exp(-44) is nothing beside one
+_DEEP = 44.0  # exp(-44) is negligible
 
 
 def travelling(
@@ -31,7 +31,7 @@ def travelling(
     material: GeneralisedMaxwell,
     speed: float,
 ) -> Array:
-    """Displacement at cell centres under unit pressure on a travelling cell.
+    """Return the displacement at cell centres under unit pressure on a travelling cell.
 
     Parameters
     ----------
@@ -52,7 +52,7 @@ def travelling(
 
     Examples
     --------
-    So slow that the material is relaxed everywhere: Love's coefficient for E* = 4 G.
+    In slow motion the material is relaxed: Love's coefficient for E* = 4 G.
 
     >>> solid = GeneralisedMaxwell.kelvin_voigt(1.0, 1.0)
     >>> slow = travelling((2, 1), (1.0, 1.0), solid, 1e-9)
@@ -71,7 +71,7 @@ def travelling(
 
 
 def _averaged_ahead(nx: int, ny: int, spacing: tuple[float, float], reach: float) -> Array:
-    """Love's coefficient averaged over exp(-s/reach)/reach, s in cells, at all offsets.
+    """Return Love's coefficient averaged over exp(-s/reach)/reach, s in cells, at all offsets.
 
     A(i) = int_0^1 ... + exp(-1/reach) A(i + 1), from far ahead back to the rear.
     """
@@ -91,13 +91,13 @@ def _averaged_ahead(nx: int, ny: int, spacing: tuple[float, float], reach: float
 
 
 def _within(reach: float) -> list[float]:
-    """Return ends of panels within a cell: its middle, where an edge may be; finer at first."""
+    """Return ends of panels within a cell: with its middle as a possible edge, finer at first."""
     falls = [reach * 2.0**k for k in range(6) if reach * 2.0**k < 1]
     return sorted({0.0, 0.5, 1.0, *falls})
 
 
 def _ahead(nx: int, reach: float) -> list[float]:
-    """Return ends of panels from nx cells ahead on: wider with the distance from the cell."""
+    """Return ends of panels from nx cells ahead on, with widths growing with the distance."""
     ends, width, last = [0.0], min(nx / 2, reach), _DEEP * reach
     while ends[-1] < last:
         ends.append(min(ends[-1] + width, last))
@@ -106,9 +106,9 @@ def _ahead(nx: int, reach: float) -> list[float]:
 
 
 def _measure(ends: list[float], reach: float) -> tuple[Array, Array]:
-    """Places and weights of exp(-s/reach)/reach ds on panels, smoothed at their ends.
+    """Return nodes and weights of exp(-s/reach)/reach ds on panels, smoothed at their ends.
 
-    s = a + (b - a) t^3 (10 - 15 t + 6 t^2) turns x ln x at an end into something Gauss points see.
+    s = a + (b - a) t^3 (10 - 15 t + 6 t^2) makes x ln x at an end smooth enough for Gauss points.
     """
     nodes, weights = np.polynomial.legendre.leggauss(_NODES)
     t = (1 + nodes) / 2
@@ -125,11 +125,11 @@ def periodic(
     material: GeneralisedMaxwell,
     speed: float,
 ) -> NDArray[np.complex128]:
-    """Transfer function u^ = T p^ of the periodic half-space, T = 2/(|q| 4 G*(-q_x v)).
+    """Return the transfer function u^ = T p^ of the periodic half-space, T = 2/(|q| 4 G*(-q_x v)).
 
-    The q = 0 term is zero: the displacement has zero mean, which is the datum of the periodic
-    problem. Waves along y do not travel, and feel the relaxed modulus; the wave that alternates
-    from cell to cell along x goes neither way, and has the real part.
+    The q = 0 term is zero: the displacement has zero mean, the datum of the periodic problem. Waves
+    along y do not travel and have the relaxed modulus; the Nyquist wave along x has no direction,
+    and the real part is used.
 
     Returns
     -------

@@ -16,23 +16,23 @@ Array = NDArray[np.float64]
 
 
 class Travelling:
-    """What the sliding solver needs to know of a half-space: not symmetric, but positive definite.
+    """The half-space operator of the sliding solver: not symmetric, but positive definite.
 
     Parameters
     ----------
     shape, spacing
         Cells (nx, ny) and their sides.
     material : GeneralisedMaxwell
-        Shear behaviour of a solid that dissipates; nu = 1/2.
+        Shear behaviour of a dissipative solid; nu = 1/2.
     speed : float
-        v > 0 of the pressure along +x, over the material.
+        v > 0 of the pressure along +x, relative to the material.
     periodic : bool
-        Whether the grid repeats, with zero mean displacement, or lies on a free half-space.
+        Periodic grid with zero mean displacement, or a free half-space.
 
     Raises
     ------
     ValueError
-        Listing what is wrong.
+        Lists all invalid arguments.
     """
 
     def __init__(
@@ -47,7 +47,7 @@ class Travelling:
         check_grid(shape, spacing, 1.0)
         faults = []
         if not material.equilibrium_modulus > 0:
-            faults.append("material must be a solid: a fluid never carries a load at rest")
+            faults.append("material must be a solid: a fluid cannot carry a static load")
         if not (np.isfinite(speed) and speed > 0):
             faults.append(f"speed must be positive and finite, not {speed!r}")
         if faults:
@@ -65,11 +65,11 @@ class Travelling:
 
     @property
     def relaxed_modulus(self) -> float:
-        """E* = 4 G of the material at rest."""
+        """Relaxed modulus E* = 4 G of the material."""
         return 4 * self.material.equilibrium_modulus
 
     def coarser(self) -> Travelling:
-        """Return the same half-space on cells of twice the side; the shape has to be even."""
+        """Return the same half-space on cells of twice the side; the shape must be even."""
         shape = (self.shape[0] // 2, self.shape[1] // 2)
         spacing = (2 * self.spacing[0], 2 * self.spacing[1])
         return Travelling(shape, spacing, self.material, self.speed, periodic=self.periodic)
@@ -90,22 +90,22 @@ class Travelling:
 
     @cached_property
     def datum(self) -> float:
-        """Displacement that a unit mean pressure adds to the whole of a periodic grid, here.
+        """Uniform displacement by unit mean pressure on a periodic grid, by convention.
 
-        Any positive number makes the operator definite; what it adds is taken out of the
-        penetration afterwards. Zero on the free half-space.
+        Any positive number makes the operator definite; its contribution is subtracted from the
+        penetration afterwards. Zero for the free half-space.
         """
         return float(np.abs(self.transfer).max()) if self.periodic else 0.0
 
     @cached_property
     def table(self) -> Array:
-        """Displacement at an offset of (i, j) cells from a loaded one, indices modulo `padded`."""
+        """Displacement at an offset of (i, j) cells from the load, indices modulo `padded`."""
         transfer = self.transfer.copy()
         transfer[0, 0] += self.datum
         return fft.irfft2(transfer, self.padded)
 
     def apply(self, pressure: ArrayLike) -> Array:
-        """Displacement of all cell centres under cell pressures, of zero mean if periodic."""
+        """Return the displacement of all cells under cell pressures, with zero mean if periodic."""
         modes = fft.rfft2(check_pressure(pressure, self.shape), self.padded)
         modes *= self.transfer
         return fft.irfft2(modes, self.padded)[: self.shape[0], : self.shape[1]]

@@ -16,24 +16,24 @@ from reference.viscoelastic.materials import GeneralisedMaxwell
 
 Array = NDArray[np.float64]
 
-_COARSE = 24  # cells across the window on which a force is turned into a depth
+_COARSE = 24  # cells across the window on which a depth is determined from a force
 _SECANTS = 30
 
 
 @dataclass(frozen=True)
 class GridStudy:
-    """One quantity on three grids, each of half the spacing of the one before.
+    """One quantity on three grids with successively halved spacing.
 
     Attributes
     ----------
     values : ndarray, shape (3,)
-        Coarse to fine.
+        Values from coarse to fine.
     estimate : float
-        Extrapolated with the order that the three show, kept between 1 and 2; the finest value if
-        the changes have different signs.
+        Extrapolated value with the observed order, limited to [1, 2]; the finest value if the
+        changes have different signs.
     uncertainty : float
-        Change from the second grid to the third, or half of that before if it is larger: more than
-        is left of the error at order 1, the least there is at the edges of a contact.
+        Change from the second grid to the third, or half of the previous change if larger: an upper
+        bound of the remaining error at order 1, the lowest order at contact edges.
     """
 
     values: Array
@@ -42,7 +42,7 @@ class GridStudy:
 
     @classmethod
     def of(cls, values: list[float]) -> GridStudy:
-        """Extrapolate three values."""
+        """Return the study of three values."""
         coarse, middle, fine = values
         first, second = middle - coarse, fine - middle
         bar = max(abs(second), abs(first) / 2)
@@ -59,9 +59,9 @@ class SlidingParaboloid:
     Attributes
     ----------
     penetration, force, friction_coefficient : GridStudy
-        The one that was prescribed does not change.
+        The prescribed quantity is constant.
     contacts : list of SlidingContact
-        On the three grids.
+        Contacts on the three grids.
     """
 
     penetration: GridStudy
@@ -77,12 +77,12 @@ def paraboloid(
     load: Load,
     cells: int = 96,
 ) -> SlidingParaboloid:
-    """Slide a rigid paraboloid f = r^2/(2R) over a viscoelastic half-space, nu = 1/2.
+    """Return the sliding of a rigid paraboloid f = r^2/(2R) on a viscoelastic half-space, nu = 1/2.
 
-    The grid is a square around |x|, |y| <= sqrt(2 R d), outside of which nothing can touch. Where
-    the way in which the material relaxes, v tau, is below a cell, friction is of the order of the
-    grid's error: exactly, mu tends to (eta/G) v/R there, eta = sum G_i tau_i, G relaxed (half of
-    what the reduced model says, which counts slopes in all directions).
+    The grid is a square around |x|, |y| <= sqrt(2 R d), which contains the contact. If the
+    relaxation length v tau is below a cell, friction is of the order of the grid's error; the exact
+    limit is mu = (eta/G) v/R, eta = sum G_i tau_i, G relaxed (half of that of the reduced model,
+    which counts slopes in all directions).
 
     Parameters
     ----------
@@ -95,7 +95,7 @@ def paraboloid(
     load : Load
         Force or penetration, one value.
     cells : int
-        Across the window of the finest of three grids; a multiple of 16.
+        Cells across the window of the finest of three grids; a multiple of 16.
 
     Returns
     -------
@@ -139,16 +139,17 @@ def slide_shape(
     cells: int,
     load: Load,
 ) -> SlidingContact:
-    """Slide a shape on a grid of square cells around the origin; the slope is that over a cell.
+    """Return the sliding of a shape on square cells around the origin, with slopes over a cell.
 
     Parameters
     ----------
     gap : callable
         g(x, y).
     window : (float, float)
-        Half-widths that hold the contact.
+        Half-widths that contain the contact.
     cells : int
-        Across the wider side of the window; the other side has what it takes, up to 8 more.
+        Cells across the wider side of the window; the other side has the necessary number, up to 8
+        more.
     material, speed, load
         As for `contact.solve`.
     """
@@ -168,9 +169,9 @@ def window_depth(
     speed: float,
     load: Load,
 ) -> float:
-    """Depth whose geometric overlap holds the contact: the penetration, or 5 % more than needed.
+    """Return a depth whose overlap contains the contact: the penetration, or 5 % above the need.
 
-    The depth that carries a force is found on a coarse grid, by secant steps in logarithms.
+    The depth of a force is computed on a coarse grid, by secant steps in logarithms.
 
     Raises
     ------

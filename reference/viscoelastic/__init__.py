@@ -2,7 +2,7 @@
 
 - `materials`: generalised Maxwell bodies;
 - `hereditary`: bodies of revolution by quadrature, Lee-Radok and Ting;
-- `half_space`: any shape, in time, on the half-space solvers;
+- `half_space`: any shape over time, on the half-space solvers;
 - `impact`: a mass as an initial value problem.
 """
 

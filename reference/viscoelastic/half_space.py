@@ -1,16 +1,15 @@
-"""Viscoelastic half-space in time under any rigid shape: one elastic contact problem per instant.
+"""Viscoelastic half-space under any rigid shape: one elastic contact problem per time step.
 
 With one Poisson's ratio at all times, u(t) = int J*(t - s) d[v(s)], v = E K p the displacement of
-an elastic half-space of modulus one. J* is a sum of exponentials, so u needs only what its modes
-remember:
+an elastic half-space of modulus one. J* is a sum of exponentials, so u depends only on its modes:
 
     u = J_0 v + y + sum_k w_k,   dy/dt = v/eta,   lambda_k dw_k/dt = J_k v - w_k.
 
-With p linear in time over a step, u at its end is C v + (what is known), and the contact
-conditions there are those of an elastic half-space of modulus 1/C whose gap is larger by what is
-known: the surface remembers. Cells are free to leave and to be touched again; no symmetry and no
-spring is assumed. The error in time falls as dt^2 (a dashpot without a spring before it, J_0 = 0,
-lets pressure jump: there p is constant over a step, and belongs to its middle).
+With p linear in time over a step, u at its end is C v + (known terms), and the contact conditions
+are those of an elastic half-space of modulus 1/C whose gap is increased by the known terms. Cells
+may lose and regain contact; neither symmetry nor springs are assumed. The error in time decreases
+as dt^2 (for a dashpot without a spring in series, J_0 = 0, pressure may jump: then p is constant
+over a step and belongs to its middle).
 """
 
 from __future__ import annotations
@@ -33,15 +32,15 @@ Field = NDArray[np.float64]
 
 @dataclass(frozen=True)
 class Instant:
-    """Contact at an instant.
+    """Contact at one instant.
 
     Attributes
     ----------
     time, penetration, force : float
-        With J_0 = 0 those of the middle of a step, else of its end.
+        With J_0 = 0 values in the middle of a step, else at its end.
     pressure : ndarray, shape (nx, ny)
     violation : float
-        Of the contact conditions, as in `Contact`.
+        Violation of the contact conditions, as in `Contact`.
     """
 
     time: float
@@ -59,20 +58,20 @@ def press_in_time(
     poisson_ratio: float = 0.5,
     tolerance: float = 1e-9,
 ) -> Iterator[Instant]:
-    """Press a rigid shape on a viscoelastic half-space along a history of depth or force.
+    """Solve the contact of a rigid shape on a viscoelastic half-space along a history.
 
     Parameters
     ----------
     press : Press
-        The shape, its gap 0 at first touch; the half-space's own modulus plays no part.
+        The shape, with gap 0 at first touch; the modulus of the half-space is not used.
     material : GeneralisedMaxwell
-        In shear.
+        Shear behaviour.
     history : History
-        ``"penetration"`` or ``"force"``, forces > 0 (the first may be 0: first touch). Nothing
-        touches before the first time, where a first value above 0 is a jump.
+        ``"penetration"`` or ``"force"``, forces > 0 (the first may be 0: first touch). There is no
+        contact before the first time; a positive first value is a jump.
     poisson_ratio : float
     tolerance : float
-        Of each contact problem, as for `fft.solve`.
+        Tolerance of every contact problem, as for `fft.solve`.
 
     Yields
     ------
@@ -82,9 +81,9 @@ def press_in_time(
     Raises
     ------
     ValueError
-        If the history is none of this kind.
+        If the history is not of this type.
     ConvergenceError
-        From the `next` of an instant whose contact problem fails.
+        On iteration, if a contact problem fails.
     """
     name, values = history.one_of("penetration", "force"), history.values
     if name == "force" and not (values[0] >= 0 and (values[1:] > 0).all()):
@@ -100,7 +99,7 @@ def _march(surface: _Surface, gap: Field, history: History, tolerance: float) ->
     depth = 0.0
     for step, duration in enumerate(np.diff(times, prepend=times[0])):
         if step == 0 and surface.damped:
-            continue  # pressures against a dashpot take time to do anything
+            continue  # pressures on a dashpot need time to act
         load = values[step]
         if name == "force" and surface.damped:
             load = values[step - 1 : step + 1].mean()
@@ -116,7 +115,7 @@ def _march(surface: _Surface, gap: Field, history: History, tolerance: float) ->
 
 
 class _Surface:
-    """The half-space and what it remembers, per unit of G/E*.
+    """The half-space with its memory, per unit of G/E*.
 
     Attributes
     ----------
@@ -144,11 +143,11 @@ class _Surface:
     def step(
         self, gap: Field, name: str, load: float, duration: float, tolerance: float
     ) -> tuple[float, Contact | None]:
-        """Go on by one step; return the depth at its end and the contact problem solved."""
+        """Advance by one step; return the depth at its end and the solved contact problem."""
         creep, z = self._creep, duration / self._creep.times
         decay = np.exp(-z)
         mean = np.divide(-np.expm1(-z), z, out=np.ones(z.size), where=z > 0)
-        # Shares of v0 and v1 in the modes: v linear over the step, or v1 all along.
+        # Weights of v0 and v1 in the modes: v linear over the step, or constant v1.
         late = creep.compliances * (1 - (decay if self.damped else mean))
         early = creep.compliances * (0.0 if self.damped else mean - decay)
         flow = creep.fluidity * duration * (1.0 if self.damped else 0.5)
@@ -166,14 +165,14 @@ class _Surface:
     def _solve(
         self, gap: Field, name: str, load: float, compliance: float, tolerance: float
     ) -> tuple[float, Contact | None]:
-        """Contact of a surface of the given compliance J* E*/G with a gap of any sign."""
-        # The operator's problem has its own modulus: its pressure is `scale` times ours.
+        """Return the contact of a surface of compliance J* E*/G with a gap of any sign."""
+        # The operator has another modulus: its pressure is `scale` times ours.
         scale = compliance * self._operator.effective_modulus / self._factor
         top = float(gap[np.isfinite(gap)].min())
         free = load <= top if name == "penetration" else load == 0
         if free:
             self.pressure, self._last = np.zeros(gap.shape), None
-            # No force is at the start only, where depths are counted from: first touch.
+            # Zero force occurs only at the start, at first touch, where the depth is zero.
             return load if name == "penetration" else 0.0, None
         prescribed = Load(name, load - top if name == "penetration" else load * scale)
         start = self._last

@@ -6,15 +6,15 @@ J* its creep function:
 - while the contact grows (Lee & Radok, J. Appl. Mech. 27 (1960) 438):
   F(t) = int_0^t E*(t - s) d[A(d(s))],  A(d(t)) = int_0^t J*(t - s) dF(s),  a = a(d);
 - while it shrinks after one maximum (Ting, J. Appl. Mech. 33 (1966) 845; 35 (1968) 248): the
-  contact is the one that the loading had at t1(t) with int_t1^t E*(t - s) d'(s) ds = 0, and
-  F(t) = int_0^t1 E*(t - s) d[A(d(s))].
+  contact is that of the loading at t1(t) with int_t1^t E*(t - s) d'(s) ds = 0, and F(t) = int_0^t1
+  E*(t - s) d[A(d(s))].
 
-Ting's t1 must not grow again: a retreat that slows down lets the recovering surface catch up with
-the body, which then touches parts that have been free for a while, and no longer remembers t1.
-Such histories are refused. Histories are linear between given times, and may begin with a jump d0,
-which adds E*(t) A(d0), or, once the contact is smaller than that of the jump, gives way to the
-depth h < d0 of the spring without force, E*(t) (d0 - h) + int E*(t - s) d'(s) ds = 0, with
-F = E*(t) A(h). Nothing is discretised in space.
+Ting's t1 must not increase again: if a retreat slows down, the recovering surface catches up with
+the body, which then touches parts that have been free, and the solution no longer holds. Such
+histories are refused. Histories are linear between given times, and may begin with a jump d0, which
+adds E*(t) A(d0) or, once the contact is smaller than that of the jump, is replaced by the depth h <
+d0 of the spring without force, E*(t) (d0 - h) + int E*(t - s) d'(s) ds = 0, with F = E*(t) A(h).
+Nothing is discretised in space.
 """
 
 from __future__ import annotations
@@ -34,21 +34,21 @@ from reference.viscoelastic.materials import GeneralisedMaxwell
 
 Array = NDArray[np.float64]
 
-_NODES = (14, 24)  # the difference of the two rules is the error estimate of the first
-_SAMPLES = 24  # per piece of the retreat
+_NODES = (14, 24)  # their difference is the error estimate of the first rule
+_SAMPLES = 24  # samples per piece of the retreat
 _LEVELS = 36  # halvings towards the ends of a segment, where d^(1/2) or fast arms vary
 
 
 @dataclass(frozen=True)
 class Curve:
-    """Contact along a history; arrays have the shape of the times asked for.
+    """Contact along a history; arrays have the shape of the requested times.
 
     Attributes
     ----------
     time, penetration, force, contact_radius : ndarray
     error : ndarray
-        Estimated error of the force (or of the depth, where the force is given): of the
-        quadrature, and rounding.
+        Estimated error of the force (or of the depth, if the force is given) from quadrature and
+        rounding.
     """
 
     time: Array
@@ -59,7 +59,7 @@ class Curve:
 
 
 def contact_factor(poisson_ratio: float) -> float:
-    """Return E*/G = 2/(1 - nu), the same at all times (4 for rubber)."""
+    """Return E*/G = 2/(1 - nu), constant in time (4 for rubber)."""
     if not -1 < poisson_ratio <= 0.5:
         raise ValueError(f"poisson_ratio must lie in (-1, 1/2], not {poisson_ratio!r}")
     return 2 / (1 - poisson_ratio)
@@ -89,21 +89,21 @@ def indentation(
     *,
     poisson_ratio: float = 0.5,
 ) -> Curve:
-    """Force and contact radius of a depth that rises, rests and falls once.
+    """Return force and contact radius of a depth that increases, is constant and decreases once.
 
     Parameters
     ----------
     form : ClosedForm
         Elastic contact of the body, axisymmetric.
     effective_modulus : float
-        The E* that `form` was made with.
+        The E* of `form`.
     material : GeneralisedMaxwell
         In shear.
     history : History
-        Of the ``"penetration"``, >= 0, first not falling, then not rising. A first depth above 0 is
-        a jump (not against a dashpot).
+        Of the ``"penetration"``, >= 0, first non-decreasing, then non-increasing. A positive first
+        depth is a jump (not with a dashpot).
     time : array_like
-        Where to evaluate, within the history. With a dashpot the force at a kink belongs to the
+        Times of evaluation within the history. With a dashpot the force at a kink is that for the
         velocity before it.
     poisson_ratio : float
 
@@ -114,7 +114,7 @@ def indentation(
     Raises
     ------
     ValueError
-        If the history is none of this kind, or the contact grows while the body retreats.
+        If the history is not of this type, or the contact grows while the body retreats.
 
     Examples
     --------
@@ -157,22 +157,22 @@ def creep(
     *,
     poisson_ratio: float = 0.5,
 ) -> Curve:
-    """Depth under a force that never lets the contact shrink (Lee & Radok).
+    """Return the depth under a force for which the contact never shrinks (Lee & Radok).
 
     Parameters
     ----------
     form, effective_modulus, material, poisson_ratio
         As for `indentation`.
     history : History
-        Of the ``"force"``, not falling: the contact then grows for any material. A first force
-        above 0 is a jump.
+        History of the ``"force"``, non-decreasing, so that the contact grows for any material. A
+        positive first force is a jump.
     time : array_like
         Where to evaluate.
 
     Raises
     ------
     ValueError
-        If the force falls anywhere.
+        If the force decreases anywhere.
 
     Examples
     --------
@@ -212,18 +212,18 @@ def _contact_radius(form: ClosedForm, depth: Array) -> Array:
 
 
 def _creep_before(material: GeneralisedMaxwell, end: float, s: Array) -> Array:
-    """Creep compliance at the end under a load applied at s."""
+    """Return the creep compliance at the end for a load applied at s."""
     return material.creep(end - s)
 
 
 def _contact(material: GeneralisedMaxwell, path: _Path, t: float) -> tuple[float, float]:
-    """Time and depth at which the loading had the contact of time t."""
+    """Return time and depth of the loading with the same contact as at time t."""
     start = float(path.time[0])
     rising = np.flatnonzero((path.slopes > 0) & (path.time[:-1] < t))
     top = min(t, float(path.time[rising[-1] + 1])) if rising.size else start
 
     def tension(t1: float) -> float:
-        """Return the force of a spring first touched at t1 > start."""
+        """Return the force of a spring touched first at t1 > start."""
         return _tension_free(material, path, t1, t)
 
     if tension(top) >= 0:
@@ -237,7 +237,7 @@ def _contact(material: GeneralisedMaxwell, path: _Path, t: float) -> tuple[float
 
 
 def _refuse_growth(material: GeneralisedMaxwell, path: _Path, until: float) -> None:
-    """Raise ValueError if the contact grows after the depth has begun to fall (sampled)."""
+    """Raise ValueError if the contact grows after the depth has started to decrease (sampled)."""
     peak = float(path.time[path.value == path.value.max()][-1])
     if until <= peak:
         return
@@ -254,7 +254,7 @@ def _refuse_growth(material: GeneralisedMaxwell, path: _Path, until: float) -> N
 
 
 def _tension_free(material: GeneralisedMaxwell, path: _Path, begin: float, t: float) -> float:
-    """Stress of a strain that follows the path from a time on, in closed form."""
+    """Return the stress of a strain that follows the path from a given time, in closed form."""
     total = material.equilibrium_modulus * (path.at(t) - path.at(begin))
     for first, last, slope in _segments(path, t, begin):
         for modulus, tau in zip(material.arm_moduli, material.arm_times, strict=True):
@@ -264,7 +264,7 @@ def _tension_free(material: GeneralisedMaxwell, path: _Path, begin: float, t: fl
 
 
 def _velocity(path: _Path, t: float) -> float:
-    """Slope of the path just before t."""
+    """Return the slope of the path just before t."""
     place = int(np.searchsorted(path.time, t, side="left")) - 1
     return float(path.slopes[place]) if place >= 0 else 0.0
 
@@ -284,14 +284,14 @@ def _hereditary_force(
         )
         total += slope * part
         error += abs(slope) * doubt
-    # The dashpot's pulse: all of it while the contact grows, none of it afterwards.
+    # The dashpot's pulse counts fully while the contact grows, and not afterwards.
     if material.viscosity > 0 and contact_time == t:
         total += material.viscosity * float(growth(path.at(t))) * _velocity(path, t)
     return total, error
 
 
 def _segments(path: _Path, end: float, begin: float = -np.inf) -> list[tuple[float, float, float]]:
-    """Pieces of the path between two times on which it changes: (start, end, slope)."""
+    """Return the pieces of the path with non-zero slope between two times: (start, end, slope)."""
     first, last = np.maximum(path.time[:-1], begin), np.minimum(path.time[1:], end)
     used = (last > first) & (path.slopes != 0)
     return list(zip(first[used], last[used], path.slopes[used], strict=True))
@@ -300,7 +300,7 @@ def _segments(path: _Path, end: float, begin: float = -np.inf) -> list[tuple[flo
 def _quadrature(
     function: Callable[[Array], Array], begin: float, end: float
 ) -> tuple[float, float]:
-    """Gauss-Legendre on panels that halve towards both ends; value and error estimate."""
+    """Return an integral and its error estimate by panels that halve towards both ends."""
     halves = 0.5 * 2.0 ** -np.arange(_LEVELS)
     marks = np.concatenate([[0.0], halves[::-1], 1 - halves[1:], [1.0]])
     low, width = begin + (end - begin) * marks[:-1, None], (end - begin) * np.diff(marks)[:, None]
@@ -318,7 +318,7 @@ def _pieces(history: History) -> _Path:
     time, values = history.time, history.values
     if time.size < 2:
         raise ValueError(f"a history of the integrals needs two times, not {time!r}")
-    # What changes by rounding only does not change, and pieces that go on alike are one.
+    # Changes by rounding count as zero, and consecutive pieces of equal slope are merged.
     still = np.abs(np.diff(values)) <= 1e-13 * np.abs(values).max()
     slopes = np.where(still, 0.0, np.diff(values) / np.diff(time))
     bends = np.abs(np.diff(slopes)) > 1e-9 * np.abs(slopes).max(initial=0.0)
@@ -330,7 +330,7 @@ def _pieces(history: History) -> _Path:
 
 
 def _indentation(history: History) -> _Path:
-    """Return the history of a depth that rises and then falls."""
+    """Return the history of a depth that increases and then decreases."""
     history.one_of("penetration")
     path = _pieces(history)
     falling = np.flatnonzero(path.slopes < 0)

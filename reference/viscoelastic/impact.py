@@ -1,14 +1,14 @@
 """Impact of a rigid body of revolution on a viscoelastic half-space, as an initial value problem.
 
-m d'' = -F(t) with F of Lee & Radok while the body goes in and of Ting while it comes back (see
-`hereditary`), quasi-static: the speed is far below that of sound (19.3). For arms the hereditary
-integrals are states,
+m d'' = -F(t) with F of Lee & Radok on approach and of Ting on rebound (see `hereditary`),
+quasi-static: the speed is far below that of sound (19.3). For Maxwell arms the hereditary integrals
+are states,
 
     z_j' = A'(d) d' - z_j/tau_j,   s_j' = d' - s_j/tau_j,
 
-F = G_0 A + sum G_j z_j + eta A' d' on the way in (times E*/G); on the way out F is what these
-z_j, stopped at t1(t), have decayed to, with t1 the root of the force of a spring first touched
-then. The contact is lost when that root is the moment of first touch.
+F = G_0 A + sum G_j z_j + eta A' d' on approach (times E*/G); on rebound F follows from the decay of
+these z_j, stopped at t1(t), with t1 the root of the force of a spring first touched then. The
+contact is lost when that root is the time of first touch.
 """
 
 from __future__ import annotations
@@ -30,19 +30,19 @@ from reference.viscoelastic.materials import GeneralisedMaxwell
 Array = NDArray[np.float64]
 
 _TOLERANCES = (1e-9, 1e-11)
-_SAMPLES = 1000  # of the force on each way: its maximum is flat, and so good to 1e-6
+_SAMPLES = 1000  # of the force per direction; its flat maximum is accurate to 1e-6
 
 
 @dataclass(frozen=True)
 class Impact:
-    """What is left of an impact.
+    """Outcome of an impact.
 
     Attributes
     ----------
     restitution : float
         Speed after over speed before.
     duration, penetration, force : float
-        Time in contact, greatest depth and greatest force.
+        Time in contact, largest depth and largest force.
     error : float
         Difference of the restitution between two tolerances of the integration.
     """
@@ -63,12 +63,12 @@ def impact(
     *,
     poisson_ratio: float = 0.5,
 ) -> Impact:
-    """Let a body of a mass hit the half-space at a speed.
+    """Return the impact of a body on the half-space.
 
     Parameters
     ----------
     form : ClosedForm
-        Elastic contact of the body, axisymmetric, made with `effective_modulus`.
+        Elastic contact of the body, axisymmetric, with `effective_modulus`.
     material : GeneralisedMaxwell
         In shear.
     mass, velocity : float
@@ -80,7 +80,7 @@ def impact(
     ValueError
         For arguments out of range.
     ConvergenceError
-        If the body does not come back: a fluid may keep it for very long.
+        If the body does not rebound; a fluid may keep it for very long.
 
     Examples
     --------
@@ -106,7 +106,7 @@ def impact(
 
 
 class _Collision:
-    """One integration: states (depth, velocity, s_j, z_j) on the way in, without z_j back out."""
+    """One integration: states (depth, velocity, s_j, z_j) on approach, without z_j on rebound."""
 
     def __init__(
         self,
@@ -123,7 +123,7 @@ class _Collision:
         self._depth = self._typical_depth()
 
     def run(self) -> tuple[float, float, float, float]:
-        """Restitution, duration, greatest depth and force."""
+        """Return restitution, duration, largest depth and largest force."""
         arms = self._times.size
         start = np.concatenate([[0.0, self._velocity], np.zeros(2 * arms)])
         way_in = self._integrate(self._rates_in, 0.0, start, lambda _, y: y[1])
@@ -161,7 +161,7 @@ class _Collision:
         return np.concatenate([[state[1], acceleration], state[1] - state[2:] / self._times])
 
     def _load_out(self, t: float, state: Array, touched: float) -> float:
-        """Stress of a spring first touched at a time on the way in."""
+        """Return the stress of a spring first touched at a time on approach."""
         material, before = self._material, self._past(touched)
         decay = np.exp(-(t - touched) / self._times)
         arms = state[2:] - decay * before[2 : 2 + self._times.size]
@@ -169,7 +169,7 @@ class _Collision:
         return float(spring + self._moduli @ arms + material.viscosity * state[1])
 
     def _force_out(self, t: float, state: Array) -> float:
-        """Force of what was in contact at t1(t)."""
+        """Return the force of the contact at t1(t)."""
 
         def tension(touched: float) -> float:
             return self._load_out(t, state, touched)
@@ -191,7 +191,7 @@ class _Collision:
         start: Array,
         stop: Callable[[float, Array], float],
     ) -> Any:
-        """Integrate to the event; tolerances are relative to the scales of the impact."""
+        """Integrate up to the event, with tolerances relative to the scales of the impact."""
         event: Any = stop  # SciPy reads these attributes of the function
         event.terminal, event.direction = True, -1.0
         arms, depth = self._times.size, self._depth
@@ -212,7 +212,7 @@ class _Collision:
         return solution
 
     def _typical_depth(self) -> float:
-        """Depth at which the glassy half-space or its dashpot has taken the energy."""
+        """Return the depth at which the glassy half-space or its dashpot absorbs the energy."""
         material, energy = self._material, self._mass * self._velocity**2 / 2
 
         def excess(depth: float) -> float:

@@ -1,8 +1,8 @@
 """Linear viscoelastic material of the reference: a generalised Maxwell body.
 
-Written apart from the material of the reduced model, in other variables: state is the strain of
-each dashpot, creep goes by the retardation times as zeros of the compliance's denominator, found
-one by one. A spring G_0, arms (G_i, tau_i) and a dashpot eta side by side:
+Independent of the material of the reduced model, in other variables: the state is the strain of the
+dashpots, and creep uses the retardation times as zeros of the compliance's denominator. A spring
+G_0, arms (G_i, tau_i) and a dashpot eta in parallel:
 
     sigma = G_0 gamma + sum_i G_i (gamma - q_i) + eta dgamma/dt,   tau_i dq_i/dt = gamma - q_i
 """
@@ -21,7 +21,7 @@ from scipy.optimize import brentq
 
 Array = NDArray[np.float64]
 
-# Arms whose times differ by less than this act as one: their creep could not be told apart.
+# Arms whose times differ by less than this are merged, as their creep is indistinguishable.
 _ALIKE = 1e-10
 
 
@@ -40,7 +40,7 @@ class GeneralisedMaxwell:
     Parameters
     ----------
     equilibrium_modulus : float
-        G_0 >= 0, what is left of the modulus after a long time.
+        G_0 >= 0, the long-term modulus.
     arm_moduli, arm_times : sequence of float
         G_i >= 0 and tau_i > 0, in any order.
     viscosity : float
@@ -49,7 +49,7 @@ class GeneralisedMaxwell:
     Raises
     ------
     ValueError
-        If a number is out of range or nothing resists; all faults are listed.
+        If a number is out of range or all moduli and the viscosity are zero; lists all faults.
 
     Examples
     --------
@@ -81,23 +81,23 @@ class GeneralisedMaxwell:
 
     @classmethod
     def kelvin_voigt(cls, shear_modulus: float, viscosity: float) -> GeneralisedMaxwell:
-        """Spring beside a dashpot."""
+        """Return a spring parallel to a dashpot."""
         return cls(shear_modulus, viscosity=viscosity)
 
     @classmethod
     def standard(
         cls, equilibrium_modulus: float, shear_modulus: float, relaxation_time: float
     ) -> GeneralisedMaxwell:
-        """Spring beside one arm (Zener)."""
+        """Return a spring parallel to one arm (Zener)."""
         return cls(equilibrium_modulus, [shear_modulus], [relaxation_time])
 
     @property
     def instantaneous_modulus(self) -> float:
-        """G_0 + sum G_i: the answer to a jump, the dashpot's pulse apart."""
+        """G_0 + sum G_i, the response to a jump without the dashpot's pulse."""
         return math.fsum([self.equilibrium_modulus, *self.arm_moduli])
 
     def relaxation(self, time: ArrayLike) -> Array:
-        """Stress at a time t > 0 after a unit jump of strain."""
+        """Return the stress at a time t > 0 after a unit jump of strain."""
         t = np.asarray(time, dtype=float)
         stress = np.full(t.shape, self.equilibrium_modulus)
         for modulus, tau in zip(self.arm_moduli, self.arm_times, strict=True):
@@ -105,7 +105,7 @@ class GeneralisedMaxwell:
         return stress
 
     def dynamic_modulus(self, frequency: ArrayLike) -> NDArray[np.complex128]:
-        """Stress amplitude under unit strain exp(i w t), w of either sign."""
+        """Return the stress amplitude under unit strain exp(i w t), w of either sign."""
         s = 1j * np.asarray(frequency, dtype=float)
         stress = self.equilibrium_modulus + self.viscosity * s
         for modulus, tau in zip(self.arm_moduli, self.arm_times, strict=True):
@@ -113,7 +113,7 @@ class GeneralisedMaxwell:
         return stress
 
     def creep(self, time: ArrayLike) -> Array:
-        """Strain at a time t >= 0 after a unit jump of stress."""
+        """Return the strain at a time t >= 0 after a unit jump of stress."""
         t = np.asarray(time, dtype=float)
         modes = self.creep_modes
         strain = modes.instantaneous + t * modes.fluidity
@@ -123,7 +123,7 @@ class GeneralisedMaxwell:
 
     @cached_property
     def creep_modes(self) -> CreepModes:
-        """Springs and dashpots in a row that creep like this material."""
+        """Return the series of springs and dashpots with the creep of this material."""
         steady = float(self.arm_moduli @ self.arm_times) + self.viscosity
         delayed = np.array(self._retardations).reshape(-1, 2)
         return CreepModes(
@@ -135,11 +135,11 @@ class GeneralisedMaxwell:
 
     @property
     def _retardations(self) -> list[tuple[float, float]]:
-        """Compliance and time of each delayed part of the creep, by partial fractions.
+        """Return compliances and times of the delayed creep, by partial fractions.
 
         As a function of the time l = -1/s, sigma/gamma = G_0 - sum G_i tau_i/(l - tau_i) - eta/l.
-        It rises from one arm's time to the next through one zero, and through one more above the
-        longest (solids) and below the shortest (with a dashpot).
+        It has one zero between successive arm times, one more above the longest (solids) and one
+        below the shortest (with a dashpot).
         """
         times = [float(tau) for tau in self.arm_times]
         weights = [float(g * tau) for g, tau in zip(self.arm_moduli, times, strict=True)]
@@ -168,12 +168,12 @@ class GeneralisedMaxwell:
 
 
 def _zero(function: Callable[[float], float], low: float, high: float) -> float:
-    """Zero between two ends at which the function may be infinite."""
+    """Return the zero between two ends at which the function may be infinite."""
     margin = 1e-3
     while True:
         inner, outer = low + margin * (high - low), high - margin * (high - low)
         if inner <= low or outer >= high:
-            # The zero sits on a pole to rounding: an arm so weak that it adds no compliance.
+            # The zero is at a pole to rounding: an arm too weak to add compliance.
             return low if inner <= low else high
         if function(inner) < 0 < function(outer):
             return brentq(function, inner, outer, xtol=1e-15 * inner, rtol=1e-15, maxiter=300)
@@ -183,7 +183,7 @@ def _zero(function: Callable[[float], float], low: float, high: float) -> float:
 def _check(
     equilibrium: float, moduli: Sequence[float], times: Sequence[float], viscosity: float
 ) -> None:
-    """Raise one ValueError for everything wrong."""
+    """Raise one ValueError with all invalid arguments."""
     faults = []
     for name, value in (("equilibrium_modulus", equilibrium), ("viscosity", viscosity)):
         if not (math.isfinite(value) and value >= 0):
