@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
@@ -49,6 +49,9 @@ class Levels:
     method: str
     solutions: dict[int, Solution]
     anchor: Levels | None = None
+    _estimates: dict[tuple[str, int], Estimate] = field(
+        default_factory=dict, repr=False, compare=False
+    )
 
     @classmethod
     def of(cls, solved: Solved, method: str) -> Levels:
@@ -146,6 +149,12 @@ class Levels:
 
     def _means(self, name: str, resolution: int) -> Estimate:
         """Return the mean of a quantity over the surfaces, on all grids up to a resolution."""
+        key = name, resolution
+        if key not in self._estimates:
+            self._estimates[key] = self._estimated(name, resolution)
+        return self._estimates[key]
+
+    def _estimated(self, name: str, resolution: int) -> Estimate:
         if self.anchor is not None:
             return self._through_anchor(name, resolution)
         grids = [s for n, s in self.solutions.items() if n <= resolution]
