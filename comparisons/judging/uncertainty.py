@@ -53,7 +53,9 @@ class RoughRule:
     floor : float
         As in `Rule`.
 
-    The factors are fixed by `comparisons.questions.rough_calibration` on its fitting half.
+    On its fitting half `comparisons.questions.rough_calibration` asks for 0.8, 1.3, 1.4 and 2.3;
+    with those in use 98 % of that half is covered. They were fixed before, on surfaces of the same
+    kind: the smallest that covered 97.5 % of the means over six.
     """
 
     factors: tuple[tuple[str, float], ...] = (

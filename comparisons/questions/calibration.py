@@ -1,8 +1,9 @@
 """Calibration of bars: the estimated uncertainty of references against their true error.
 
-Every reference is solved at many resolutions on shapes with a known exact solution. Every series of
-resolutions yields a bar, as for any scene, which is compared with the true error of the finest
-solution. Bars are right if they cover the error in 95 % of the cases without being far wider.
+Rough surfaces have a rule and cases of their own (`rough_calibration`). Otherwise every reference
+is solved at many resolutions on shapes with a known exact solution. Every series of resolutions
+yields a bar, as for any scene, which is compared with the true error of the finest solution. Bars
+are right if they cover the error in 95 % of the cases without being far wider.
 
 The parameters of the estimator are fitted to half of the shapes (FITTING); only the other half
 (REPORTED) is reported. Both halves have smooth shapes, kinks and tips, flat punches with sharp
@@ -18,17 +19,19 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pandas as pd
 
 from comparisons.facts.methods import CLOSED_FORM, METHODS
 from comparisons.files import write_table
-from comparisons.judging.metrics import relative_error, rms_and_maximum
+from comparisons.judging.metrics import relative_error
 from comparisons.judging.proofs import missed_by
 from comparisons.judging.truth import GRID, truths
-from comparisons.judging.uncertainty import RULE, Rule, combined, grid_uncertainty
+from comparisons.judging.uncertainty import RULE, Rule, combined
 from comparisons.methods.normal.proved import enclosures
 from comparisons.methods.solver import Refused
+from comparisons.questions import rough_calibration
+from comparisons.questions.calibration_cases import Case, summary, table
 from comparisons.questions.campaign import Campaign
+from comparisons.questions.rough_calibration import rough_cases
 from comparisons.results.folder import Layout
 from comparisons.results.header import Header
 from comparisons.scene.scene import make_scene
@@ -69,48 +72,6 @@ LEAST_COVERAGE, LEAST_COVERAGE_OF_A_SHAPE = 0.975, 0.9
 
 
 @dataclass(frozen=True)
-class Case:
-    """A bar and the true error that it must cover, for a quantity of one series of resolutions.
-
-    `curves` (levels, steps) and `others` (steps), the bars of the other sources, allow the grid's
-    bar to be recomputed with another rule. Error and bar are the rms over the load steps. `beyond`
-    (steps) is the relative distance from the proved interval, 0 inside.
-    """
-
-    half: str
-    shape: str
-    method: str
-    control: str
-    quantity: str
-    resolutions: tuple[int, ...]
-    errors: np.ndarray
-    bars: np.ndarray
-    curves: np.ndarray
-    bars_beside_grid: np.ndarray
-    beyond: np.ndarray | None = None
-
-    @property
-    def missed(self) -> bool | None:
-        """Whether the bar misses the proved interval; None if there is no such interval."""
-        return None if self.beyond is None else rms_and_maximum(self.beyond)[0] > self.bar
-
-    @property
-    def error(self) -> float:
-        """True error, rms over the load steps."""
-        return rms_and_maximum(self.errors)[0]
-
-    @property
-    def bar(self) -> float:
-        """Estimated 95 % half-width, rms over the load steps."""
-        return rms_and_maximum(self.bars)[0]
-
-    def with_rule(self, rule: Rule) -> Case:
-        """Return the case with the bar of another rule."""
-        grid = grid_uncertainty(np.array(self.resolutions), self.curves, rule)
-        return replace(self, bars=combined(grid, self.bars_beside_grid))
-
-
-@dataclass(frozen=True)
 class CalibrationRecord:
     """All bars with their true errors; an interrupted run writes nothing."""
 
@@ -124,17 +85,23 @@ class Calibration(Campaign[list[Case], CalibrationRecord]):
     layout = Layout(TABLE)
 
     def inquiries(self) -> dict[str, Inquiry[list[Case]]]:
-        """Return one inquiry per shape."""
+        """Return one inquiry per shape and per kind of rough surface."""
         halves = {"fitting": FITTING, "reported": REPORTED}
-        return {
+        shapes = {
             name: shape_cases(half, name, table)
             for half, shapes in halves.items()
             for name, table in shapes.items()
         }
+        rough = {"fitting": rough_calibration.FITTING, "reported": rough_calibration.REPORTED}
+        return shapes | {
+            name: rough_cases(half, name, surface)
+            for half, surfaces in rough.items()
+            for name, surface in surfaces.items()
+        }
 
     def answer(self, header: Header, answers: Mapping[str, list[Case]]) -> CalibrationRecord:
         """Return the cases of the completed shapes in order."""
-        names = (*FITTING, *REPORTED)
+        names = (*FITTING, *REPORTED, *rough_calibration.FITTING, *rough_calibration.REPORTED)
         return CalibrationRecord(header, [case for n in names for case in answers.get(n, [])])
 
     def save(self, record: CalibrationRecord) -> None:
@@ -235,31 +202,6 @@ def _complete(solution: Solution) -> bool:
     return bool(solution.converged.all())
 
 
-@dataclass(frozen=True)
-class Summary:
-    """Quality of a set of bars.
-
-    coverage: fraction of cases whose bar covers the true error; width: median of bar over error.
-    """
-
-    count: int
-    coverage: float
-    width: float
-
-
-def summary(cases: Iterable[Case]) -> Summary:
-    """Return the coverage and median width."""
-    pairs = [(case.error, case.bar) for case in cases]
-    errors, bars = (np.array(column) for column in zip(*pairs, strict=True))
-    # Round-off errors are covered by any bar and say nothing about widths.
-    real = errors > 1e-13
-    return Summary(
-        count=len(pairs),
-        coverage=float(np.mean((errors <= bars) | ~real)),
-        width=float(np.median(bars[real] / errors[real])),
-    )
-
-
 def candidates() -> list[Rule]:
     """Return the candidate rules of the fit."""
     return [
@@ -275,7 +217,7 @@ def fitted(cases: list[Case]) -> Rule | None:
 
     Required are LEAST_COVERAGE of all cases and LEAST_COVERAGE_OF_A_SHAPE for every shape.
     """
-    fitting = [case for case in cases if case.half == "fitting"]
+    fitting = [case for case in cases if case.half == "fitting" and not case.rough]
     tried = {rule: [case.with_rule(rule) for case in fitting] for rule in candidates()}
     good = {rule: summary(half).width for rule, half in tried.items() if enough(half)}
     return min(good, key=lambda rule: good[rule], default=None)
@@ -286,21 +228,3 @@ def enough(fitting: list[Case]) -> bool:
     shapes = {case.shape for case in fitting}
     worst = min(summary(c for c in fitting if c.shape == name).coverage for name in shapes)
     return summary(fitting).coverage >= LEAST_COVERAGE and worst >= LEAST_COVERAGE_OF_A_SHAPE
-
-
-def table(cases: list[Case]) -> pd.DataFrame:
-    """Return the cases as rows."""
-    return pd.DataFrame(
-        {
-            "half": case.half,
-            "shape": case.shape,
-            "method": case.method,
-            "control": case.control,
-            "quantity": case.quantity,
-            "resolutions": " ".join(map(str, case.resolutions)),
-            "error": case.error,
-            "bar": case.bar,
-            "misses_proof": case.missed,
-        }
-        for case in cases
-    )

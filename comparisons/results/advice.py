@@ -11,11 +11,13 @@ from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+import pandas as pd
 
 from comparisons.facts.methods import CLOSED_FORM, title_of
 from comparisons.facts.quantities import quantity
 from comparisons.files import plain
 from comparisons.formatting import duration, relative, tolerance
+from comparisons.judging.multilevel import in_words
 from comparisons.judging.verdicts import NO_RESULT, NOT_RESOLVED, OUTSIDE, WITHIN, judged
 from comparisons.results import selection
 from comparisons.results.decisions import (
@@ -326,10 +328,19 @@ def _truth_words(record: SceneRecord, quantities: tuple[str, ...]) -> str:
     if method == CLOSED_FORM:
         return "closed form"
     bar = truth_known_to(record, quantities)
-    realisations = selection.texts(selection.solved_rows(record, method), "realisation")
-    of = "as a mean over the surfaces " if selection.MEAN in realisations else ""
-    accuracy = f"{of}known to {relative(bar)}" if math.isfinite(bar) else "its error is not known"
-    return f"{title_of(method)} (N = {record.reference['resolution']}), {accuracy}"
+    accuracy = f"known to {relative(bar)}" if math.isfinite(bar) else "its error is not known"
+    ensemble = _ensemble(selection.solved_rows(record, method))
+    level = f"mean over {ensemble}" if ensemble else f"N = {record.reference['resolution']}"
+    return f"{title_of(method)} ({level}), {accuracy}"
+
+
+def _ensemble(rows: pd.DataFrame) -> str:
+    """Return how many surfaces a method solved on which grid; "" where there is one surface."""
+    means = rows[[text == selection.MEAN for text in selection.texts(rows, "realisation")]]
+    if means.empty or "surfaces" not in means:
+        return ""
+    numbers = means.groupby("resolution")["surfaces"].first()
+    return in_words([int(n) for n in numbers], [int(n) for n in numbers.index])
 
 
 def _enumeration(names: tuple[str, ...]) -> str:

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from comparisons import formatting as fmt
 from comparisons.files import write_text
-from comparisons.questions.calibration import Case, summary
+from comparisons.questions.calibration_cases import Case, summary
 from reports.pages.page import render
 from reports.plots.calibration import covered, widths
 from reports.plots.style import look
@@ -22,15 +22,29 @@ def write_calibration_report(cases: list[Case], command: str, path: Path) -> Non
 def calibration_page(cases: list[Case], command: str) -> str:
     """Return the whole page as text."""
     reported = [case for case in cases if case.half == "reported"]
-    drawn = [covered(reported), widths(cases)]
+    single = [case for case in cases if not case.rough]
+    drawn = [covered(_of(single, half="reported")), widths(single)]
     return render(
         "calibration.html.j2",
         {figure.key: figure for figure in drawn},
         command=command,
         figures=drawn,
-        halves=[(half, summary(_of(cases, half=half))) for half in ("reported", "fitting")],
+        halves=[
+            (half, kind, summary(part))
+            for half in ("reported", "fitting")
+            for kind, part in kinds(_of(cases, half=half)).items()
+        ],
         parts=parts(reported),
     )
+
+
+def kinds(cases: list[Case]) -> dict[str, list[Case]]:
+    """Return the cases of single contacts, and those of rough surfaces, if there are any."""
+    both = {
+        "single contacts": [case for case in cases if not case.rough],
+        "rough surfaces": [case for case in cases if case.rough],
+    }
+    return {kind: part for kind, part in both.items() if part}
 
 
 def _label(key: str, value: str) -> str:
@@ -43,12 +57,15 @@ def _of(cases: list[Case], **facts: str) -> list[Case]:
 
 
 def parts(cases: list[Case]) -> Table:
-    """Return coverage and width for each method, each quantity and each shape."""
+    """Return coverage and width for each quantity and method, and for each shape."""
     rows = []
-    for key in ("method", "quantity", "shape"):
-        for value in dict.fromkeys(getattr(case, key) for case in cases):
-            got = summary(_of(cases, **{key: value}))
-            coverage = cells.number(f"{100 * got.coverage:.1f} %", got.coverage)
-            width = cells.number(fmt.number(got.width, 2), got.width)
-            rows.append((key, _label(key, value), cells.count(got.count), coverage, width))
-    return table(("by", "part", "cases", "coverage", "median width"), rows)
+    for kind, part in kinds(cases).items():
+        for names in (("quantity", "method"), ("shape",)):
+            for values in dict.fromkeys(tuple(getattr(c, n) for n in names) for c in part):
+                facts = dict(zip(names, values, strict=True))
+                got = summary(_of(part, **facts))
+                label = ", ".join(_label(*fact) for fact in facts.items())
+                coverage = cells.number(f"{100 * got.coverage:.1f} %", got.coverage)
+                width = cells.number(fmt.number(got.width, 2), got.width)
+                rows.append((kind, label, cells.count(got.count), coverage, width))
+    return table(("of", "part", "cases", "coverage", "median width"), rows)

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from comparisons import formatting as fmt
-from comparisons.questions.calibration import Case
+from comparisons.questions.calibration_cases import Case
 from reports.plots.axes import error_axis
 from reports.plots.figure import Axis, Figure, Guide, Series
 from reports.plots.style import BLUE, DASHED, DOTTED, INK, SOLID, Look, drawing_order, look

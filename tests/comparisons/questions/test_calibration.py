@@ -12,12 +12,11 @@ from comparisons.questions.calibration import (
     FITTING,
     REPORTED,
     Calibration,
-    Case,
     enough,
     fitted,
     shape_cases,
-    summary,
 )
+from comparisons.questions.calibration_cases import Case, summary
 from comparisons.solving.inquiries import answer_of
 from reports.pages.calibration import calibration_page
 

@@ -110,6 +110,15 @@ def test_the_sentence_admits_what_is_not_known():
     assert "so no reference is available" in advise(nothing).sentence
 
 
+def test_the_sentence_says_how_many_surfaces_were_solved_on_which_grid():
+    many = record([("reduced", 10, 0.001, 1e-3)], "bem_fft", 0.02)
+    numbers = {16: 50, 32: 25, 64: 10}
+    means = pd.concat([many.rows[many.rows["method"] == "bem_fft"]] * 3, ignore_index=True)
+    means = means.assign(resolution=[*numbers], surfaces=[*numbers.values()], realisation="mean")
+    said = advise(replace(many, rows=pd.concat([many.rows, means]))).sentence
+    assert "(mean over 50 surfaces at 16, 25 at 32, 10 at 64), known to 2.0\u202f%" in said
+
+
 def test_a_setting_whose_bar_is_wider_than_the_question_is_not_called_good_enough():
     rows = record([("fem", 4, 0.004, 1.0), ("bem_fft", 8, 0.02, 0.1)])
     wide = rows.measures.assign(verdict="not resolved", uncertainty=0.05, low=-0.02, high=0.06)

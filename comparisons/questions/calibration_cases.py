@@ -1,0 +1,99 @@
+"""What a calibration collects: bars beside the true errors that they must cover."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+
+import numpy as np
+import pandas as pd
+
+from comparisons.judging.metrics import rms_and_maximum
+from comparisons.judging.uncertainty import Rule, combined, grid_uncertainty
+
+
+@dataclass(frozen=True)
+class Case:
+    """A bar and the true error that it must cover, for a quantity of one series of resolutions.
+
+    `curves` (levels, steps) and `others` (steps), the bars of the other sources, allow the grid's
+    bar to be recomputed with another rule. Error and bar are the rms over the load steps. `beyond`
+    (steps) is the relative distance from the proved interval, 0 inside. `rough`: a rough surface,
+    whose bars follow another rule (`uncertainty.RoughRule`).
+    """
+
+    half: str
+    shape: str
+    method: str
+    control: str
+    quantity: str
+    resolutions: tuple[int, ...]
+    errors: np.ndarray
+    bars: np.ndarray
+    curves: np.ndarray
+    bars_beside_grid: np.ndarray
+    beyond: np.ndarray | None = None
+    rough: bool = False
+
+    @property
+    def missed(self) -> bool | None:
+        """Whether the bar misses the proved interval; None if there is no such interval."""
+        return None if self.beyond is None else rms_and_maximum(self.beyond)[0] > self.bar
+
+    @property
+    def error(self) -> float:
+        """True error, rms over the load steps."""
+        return rms_and_maximum(self.errors)[0]
+
+    @property
+    def bar(self) -> float:
+        """Estimated 95 % half-width, rms over the load steps."""
+        return rms_and_maximum(self.bars)[0]
+
+    def with_rule(self, rule: Rule) -> Case:
+        """Return the case with the bar of another rule."""
+        grid = grid_uncertainty(np.array(self.resolutions), self.curves, rule)
+        return replace(self, bars=combined(grid, self.bars_beside_grid))
+
+
+@dataclass(frozen=True)
+class Summary:
+    """Quality of a set of bars.
+
+    coverage: fraction of cases whose bar covers the true error; width: median of bar over error.
+    """
+
+    count: int
+    coverage: float
+    width: float
+
+
+def summary(cases: Iterable[Case]) -> Summary:
+    """Return the coverage and median width."""
+    pairs = [(case.error, case.bar) for case in cases]
+    errors, bars = (np.array(column) for column in zip(*pairs, strict=True))
+    # Round-off errors are covered by any bar and say nothing about widths.
+    real = errors > 1e-13
+    return Summary(
+        count=len(pairs),
+        coverage=float(np.mean((errors <= bars) | ~real)),
+        width=float(np.median(bars[real] / errors[real])),
+    )
+
+
+def table(cases: list[Case]) -> pd.DataFrame:
+    """Return the cases as rows."""
+    return pd.DataFrame(
+        {
+            "half": case.half,
+            "shape": case.shape,
+            "method": case.method,
+            "control": case.control,
+            "quantity": case.quantity,
+            "resolutions": " ".join(map(str, case.resolutions)),
+            "error": case.error,
+            "bar": case.bar,
+            "misses_proof": case.missed,
+        }
+        for case in cases
+    )
