@@ -31,6 +31,18 @@ def finite_faults(**values: float) -> list[str]:
     ]
 
 
+def poisson_faults(poisson_ratio: float) -> list[str]:
+    """Return a message if Poisson's ratio is not that of a stable isotropic solid."""
+    stable = -1 < poisson_ratio <= 0.5
+    return [] if stable else [f"poisson_ratio must lie in (-1, 0.5], not {poisson_ratio!r}"]
+
+
+def spacing_faults(spacing: tuple[float, float]) -> list[str]:
+    """Return a message if cell sides are not two positive lengths."""
+    good = np.shape(spacing) == (2,) and all(np.isfinite(side) and side > 0 for side in spacing)
+    return [] if good else [f"spacing must be two positive lengths (dx, dy), not {spacing!r}"]
+
+
 def count_faults(least: int, **values: float) -> list[str]:
     """Return a message for every number that is not an integer of at least `least`."""
     return [

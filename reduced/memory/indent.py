@@ -209,7 +209,7 @@ def _reach(profile: Profile, law: Prony, time: np.ndarray, force: np.ndarray) ->
 def _follow_depth(
     row: SpringRow, time: np.ndarray, penetration: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Depth, force, contact radius and length at each time."""
+    """Return depth, force, contact radius and length at the times."""
     durations = np.diff(time, prepend=time[0])
     states = [row.go(d, h) for d, h in zip(penetration, durations, strict=True)]
     force, length, radius = (np.array(column) for column in zip(*states, strict=True))
@@ -219,7 +219,7 @@ def _follow_depth(
 def _follow_force(
     row: SpringRow, profile: Profile, law: Prony, time: np.ndarray, force: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
-    """Depth, force, contact radius and length at each time.
+    """Return depth, force, contact radius and length at the times.
 
     With a parallel dashpot a jump of the force is a jump of the velocity, so the force is met in
     the middle of a step, where the velocity is accurate to second order.

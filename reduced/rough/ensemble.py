@@ -75,7 +75,7 @@ class RandomLines:
     spectrum : LineSpectrum
         Amplitudes, see `line_spectrum`.
     points : int
-        Points of each line.
+        Points per line.
     count : int
         Number of lines m, >= 1.
     seed : int

@@ -255,7 +255,7 @@ def synthesise(
 def resample(spectrum: LineSpectrum, length: float) -> LineSpectrum:
     """Return a spectrum with the same density C1D on a line of another length.
 
-    C1D is constant over the band of width 2 pi/L around each mode and is integrated over the bands
+    C1D is constant over bands of width 2 pi/L around the modes and is integrated over the bands
     of the new modes. Power in waves longer than the lowest band of the new line is omitted.
     """
     refuse(positive_faults(length=length))

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
+from reference.arguments import poisson_faults, refuse
 from reference.closed_form.form import checked_load, require_positive
 
 
@@ -72,10 +73,7 @@ def boussinesq_energy(
     True
     """
     require_positive("boussinesq_energy", force=force, effective_modulus=effective_modulus)
-    if not -1 < poisson_ratio <= 0.5:
-        raise ValueError(
-            f"boussinesq_energy: poisson_ratio must lie in (-1, 0.5], not {poisson_ratio!r}"
-        )
+    refuse([f"boussinesq_energy: {fault}" for fault in poisson_faults(poisson_ratio)])
     r = checked_load("distance", distance)
     if (r == 0).any():
         raise ValueError("boussinesq_energy: distance must be positive, not 0")

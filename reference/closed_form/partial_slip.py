@@ -24,6 +24,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.special import ellipe, ellipk
 
+from reference.arguments import poisson_faults, refuse
 from reference.closed_form.form import Array, ClosedForm, require_positive
 
 # A reversal smaller than the friction by this factor is below the rounding of the forces.
@@ -55,8 +56,7 @@ def stiffness_ratio(half_x: float, half_y: float, poisson_ratio: float) -> float
     0.666666666667
     """
     require_positive("stiffness ratio", half_x=half_x, half_y=half_y)
-    if not -1 < poisson_ratio <= 0.5:
-        raise ValueError(f"poisson_ratio must lie in (-1, 0.5], not {poisson_ratio!r}")
+    refuse(poisson_faults(poisson_ratio))
     short, long = sorted((half_x, half_y))
     m = (1 - short / long) * (1 + short / long)
     # series for small m, where K - E loses digits
@@ -187,7 +187,7 @@ class PartialSlipPath:
     contact : PartialSlip
     tangential_force : ndarray
     layers : tuple of tuples of Layer
-        Terms of the tractions at each point.
+        Terms of the tractions at the points.
     """
 
     contact: PartialSlip

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from skfem import MeshHex, MeshTet
 from skfem.element import ElementHex2, ElementTetP2
 
-from reference.arguments import positive_faults, refuse
+from reference.arguments import poisson_faults, positive_faults, refuse
 
 LARGEST_POISSON_RATIO = 0.4999
 
@@ -39,9 +39,7 @@ class Material:
 
     def __post_init__(self) -> None:
         faults = positive_faults(youngs_modulus=self.youngs_modulus)
-        if not -1.0 < self.poisson_ratio <= 0.5:
-            faults.append(f"poisson_ratio must lie in (-1, 0.5], not {self.poisson_ratio!r}")
-        refuse(faults)
+        refuse(faults + poisson_faults(self.poisson_ratio))
 
     @property
     def incompressible(self) -> bool:

@@ -10,6 +10,7 @@ from scipy import ndimage
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
+from reference.arguments import refuse, spacing_faults
 from reference.halfspace.conjugate_gradients import fixed_contact_response
 from reference.halfspace.operators import HalfSpace
 
@@ -34,10 +35,8 @@ def _checked(mask: ArrayLike, spacing: tuple[float, float]) -> NDArray[np.bool_]
         faults.append(f"mask must have two dimensions, not shape {values.shape}")
     if values.dtype.kind == "f" and np.isnan(values).any():
         faults.append(f"mask has {int(np.isnan(values).sum())} undefined (NaN) cells")
-    if np.shape(spacing) != (2,) or not all(np.isfinite(s) and s > 0 for s in spacing):
-        faults.append(f"spacing must be two positive lengths (dx, dy), not {spacing!r}")
-    if faults:
-        raise ValueError("; ".join(faults))
+    faults += spacing_faults(spacing)
+    refuse(faults)
     return values.astype(bool)
 
 

@@ -21,6 +21,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from reference.arguments import poisson_faults, positive_faults, refuse
 from reference.halfspace import kernels
 
 Field = NDArray[np.float64]
@@ -59,13 +60,7 @@ class Compliance:
         ValueError
             Unless G is positive and finite and -1 < nu <= 1/2.
         """
-        faults = []
-        if not (np.isfinite(shear_modulus) and shear_modulus > 0):
-            faults.append(f"shear_modulus must be positive and finite, not {shear_modulus!r}")
-        if not -1 < poisson_ratio <= 0.5:
-            faults.append(f"poisson_ratio must lie in (-1, 0.5], not {poisson_ratio!r}")
-        if faults:
-            raise ValueError("; ".join(faults))
+        refuse(positive_faults(shear_modulus=shear_modulus) + poisson_faults(poisson_ratio))
         nu, G = poisson_ratio, shear_modulus
         return cls((1 - nu) / G, nu / G, (1 - 2 * nu) / (2 * G))
 

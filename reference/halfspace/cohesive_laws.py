@@ -8,6 +8,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 
+from reference.arguments import positive_faults, refuse
+
 Field = NDArray[np.float64]
 
 
@@ -55,7 +57,7 @@ def exponential(work: float, reach: float) -> CohesiveLaw:
     >>> float(law.tension(np.array(0.0)))
     4.0
     """
-    _check(work=work, reach=reach)
+    refuse(positive_faults(work=work, reach=reach))
     strength = work / reach
 
     def tension(h: Field) -> Field:
@@ -78,7 +80,7 @@ def dugdale(work: float, strength: float, ramp: float = 0.3) -> CohesiveLaw:
     ramp : float
         Relative half-width of the ramp, in (0, 1].
     """
-    _check(work=work, strength=strength, ramp=ramp)
+    refuse(positive_faults(work=work, strength=strength, ramp=ramp))
     if ramp > 1:
         raise ValueError(f"ramp must be at most 1, not {ramp!r}")
     reach = work / strength
@@ -93,13 +95,3 @@ def dugdale(work: float, strength: float, ramp: float = 0.3) -> CohesiveLaw:
         return 6 * strength / (high - low) * t * (1 - t)
 
     return CohesiveLaw("dugdale", work, strength, reach, tension, softening)
-
-
-def _check(**parameters: float) -> None:
-    faults = [
-        f"{name} must be positive and finite, not {value!r}"
-        for name, value in parameters.items()
-        if not (np.isfinite(value) and value > 0)
-    ]
-    if faults:
-        raise ValueError("; ".join(faults))

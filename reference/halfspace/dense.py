@@ -91,7 +91,7 @@ def solve(
 
 
 def sweep(press: Press, load: Load, *, max_iterations: int = 1000) -> Iterator[Contact]:
-    """Solve a strictly increasing list of loads, each from the contact set before; see `solve`."""
+    """Solve a strictly increasing list of loads, from the previous contact sets; see `solve`."""
     load.one_of(*CONTROLS)
     _free(press)
     return _sweep(press, load, Effort(_ROUNDING, max_iterations))

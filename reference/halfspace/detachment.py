@@ -22,6 +22,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from reference.arguments import positive_faults, refuse
 from reference.errors import ConvergenceError
 from reference.halfspace.operators import HalfSpace
 from reference.halfspace.solution import Press
@@ -199,11 +200,9 @@ def _checked(press: Press, mask: ArrayLike, work: float, until: float) -> Mask:
     if mask.shape != operator.shape:
         faults.append(f"mask has shape {mask.shape}, the operator {operator.shape}")
     elif not mask.any() or not np.isfinite(gap[mask]).all():
-        faults.append("the cells in contact must be some, with finite gaps")
-    if not (np.isfinite(work) and work > 0):
-        faults.append(f"work must be positive and finite, not {work!r}")
+        faults.append("expected at least one cell in contact, all with finite gaps")
+    faults += positive_faults(work=work)
     if not 0 <= until < 1:
         faults.append(f"until must lie in [0, 1), not {until!r}")
-    if faults:
-        raise ValueError("; ".join(faults))
+    refuse(faults)
     return mask

@@ -28,6 +28,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.linalg import cho_factor, cho_solve
 
+from reference.arguments import refuse
 from reference.errors import ConvergenceError
 from reference.halfspace import kernels
 from reference.halfspace.operators import FreeOperator
@@ -185,8 +186,7 @@ def _covered(operator: FreeOperator, fraction: ArrayLike) -> tuple[NDArray[np.bo
         faults.append("fractions must lie between 0 and 1")
     elif not (fraction > _LEAST).any():
         faults.append("no cell lies under the face")
-    if faults:
-        raise ValueError("; ".join(faults))
+    refuse(faults)
     mask = fraction > _LEAST
     carrying = np.where(mask, fraction, 1.0)
     return mask, extra_compliance(carrying, operator.spacing[0], operator.effective_modulus)

@@ -19,6 +19,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from reference.arguments import positive_faults, refuse
 from reference.errors import ConvergenceError
 from reference.halfspace import fft, stick_slip
 from reference.halfspace.solution import Contact, Press, check_gap, violation
@@ -104,8 +105,7 @@ class FrictionalPress:
 
     def __post_init__(self) -> None:
         object.__setattr__(self, "gap", check_gap(self.body.normal, self.gap))
-        if not (np.isfinite(self.friction) and self.friction > 0):
-            raise ValueError(f"friction must be positive and finite, not {self.friction!r}")
+        refuse(positive_faults(friction=self.friction))
 
 
 def sweep(
@@ -182,7 +182,7 @@ class _Path:
         lift = self.body.lift(self.traction) if self.coupled else np.zeros(self.body.shape)
         history: list[float] = []
         iterations = 0
-        # each problem to the accuracy of the other one, finally to the tolerance
+        # both problems to the accuracy of the other one, finally to the tolerance
         alone = not self.coupled or self.body.compliance.coupling == 0
         precision = self.tolerance if alone else max(self.tolerance, _FIRST_ROUND)
         for rounds in range(1, self.max_rounds + 1):

@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import ArrayLike, DTypeLike, NDArray
 from scipy import fft
 
+from reference.arguments import positive_faults, refuse, spacing_faults
 from reference.halfspace import kernels
 from reference.halfspace.convolution import Convolution
 
@@ -98,12 +99,9 @@ def check_grid(
     faults = []
     if len(shape) != 2 or any(int(n) != n or n < 1 for n in shape):
         faults.append(f"shape must be two positive integers, not {shape!r}")
-    if len(spacing) != 2 or not all(np.isfinite(s) and s > 0 for s in spacing):
-        faults.append(f"spacing must be two positive lengths (dx, dy), not {spacing!r}")
-    if not (np.isfinite(effective_modulus) and effective_modulus > 0):
-        faults.append(f"effective_modulus must be positive and finite, not {effective_modulus!r}")
-    if faults:
-        raise ValueError("; ".join(faults))
+    faults += spacing_faults(spacing)
+    faults += positive_faults(effective_modulus=effective_modulus)
+    refuse(faults)
 
 
 def check_pressure(pressure: ArrayLike, shape: tuple[int, int]) -> NDArray[np.float64]:

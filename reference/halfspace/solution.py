@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from reference.arguments import refuse
 from reference.halfspace.operators import HalfSpace
 
 Field = NDArray[np.float64]
@@ -73,8 +74,7 @@ class Effort:
             faults.append(f"tolerance must lie between 0 and 1, not {self.tolerance!r}")
         if self.max_iterations < 1:
             faults.append(f"max_iterations must be at least 1, not {self.max_iterations!r}")
-        if faults:
-            raise ValueError("; ".join(faults))
+        refuse(faults)
 
 
 @dataclass(frozen=True)
@@ -98,7 +98,7 @@ class Contact:
     operator, initial_gap
         The half-space and the gap of the problem.
     history : list of float
-        The violation at each iteration.
+        Violations of the iterations.
     convolutions : (int, int)
         Convolutions of the FFT solver on its grid, in single and in double precision.
 
@@ -199,7 +199,7 @@ def violation(
     finite: NDArray[np.bool_],
     penetration: float,
 ) -> float:
-    """Largest |clearance| in contact or overlap outside it, relative to the penetration."""
+    """Return the largest |clearance| in contact or overlap outside, relative to the penetration."""
     inside = np.abs(clearance[mask]).max(initial=0.0)
     overlap = -clearance[finite & ~mask].min(initial=0.0)
     worst = max(inside, overlap)
@@ -218,6 +218,5 @@ def check_gap(operator: HalfSpace, gap: ArrayLike) -> Field:
         faults.append(f"gap must not be negative, its minimum is {np.nanmin(gap)!r}")
     if not np.isfinite(gap).any():
         faults.append("gap is infinite everywhere: nothing can touch")
-    if faults:
-        raise ValueError("; ".join(faults))
+    refuse(faults)
     return gap

@@ -20,6 +20,7 @@ import numpy as np
 from numba import njit
 from numpy.typing import ArrayLike, NDArray
 
+from reference.arguments import refuse
 from reference.errors import ConvergenceError
 from reference.loads import Load
 from reference.sliding.cells import Cells
@@ -249,6 +250,5 @@ def _checked(operator: Travelling, gap: ArrayLike, slope: ArrayLike | None) -> t
     slope = np.zeros(gap.shape) if slope is None else np.asarray(slope, dtype=float)
     if slope.shape != gap.shape or not np.isfinite(slope).all():
         faults.append(f"slope must be finite, of the shape of the gap, got shape {slope.shape}")
-    if faults:
-        raise ValueError("; ".join(faults))
+    refuse(faults)
     return gap, slope

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy import fft
 
+from reference.arguments import positive_faults, refuse
 from reference.halfspace.operators import check_grid, check_pressure
 from reference.sliding import kernels
 from reference.viscoelastic.materials import GeneralisedMaxwell
@@ -48,10 +49,7 @@ class Travelling:
         faults = []
         if not material.equilibrium_modulus > 0:
             faults.append("material must be a solid: a fluid cannot carry a static load")
-        if not (np.isfinite(speed) and speed > 0):
-            faults.append(f"speed must be positive and finite, not {speed!r}")
-        if faults:
-            raise ValueError("; ".join(faults))
+        refuse(faults + positive_faults(speed=speed))
         self.shape = (int(shape[0]), int(shape[1]))
         self.spacing = (float(spacing[0]), float(spacing[1]))
         self.material, self.speed, self.periodic = material, float(speed), periodic

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from reference.arguments import positive_faults, refuse
 from reference.errors import ConvergenceError
 from reference.loads import Load
 from reference.sliding.contact import SlidingContact, solve
@@ -106,12 +107,11 @@ def paraboloid(
     ValueError
         Listing what is wrong.
     ConvergenceError
-        From a contact, or if no depth was found for the window.
+        If a contact does not converge, or no depth carries the force.
     """
     if cells < 48 or cells % 16:
         raise ValueError(f"cells must be a multiple of 16, at least 48, not {cells!r}")
-    if not (np.isfinite(radius) and radius > 0):
-        raise ValueError(f"radius must be positive and finite, not {radius!r}")
+    refuse(positive_faults(radius=radius))
 
     def gap(x: Array, y: Array) -> Array:
         return (x**2 + y**2) / (2 * radius)

@@ -28,6 +28,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import brentq
 
+from reference.arguments import poisson_faults, refuse
 from reference.closed_form.form import ClosedForm
 from reference.loads import History
 from reference.viscoelastic.materials import GeneralisedMaxwell
@@ -60,8 +61,7 @@ class Curve:
 
 def contact_factor(poisson_ratio: float) -> float:
     """Return E*/G = 2/(1 - nu), constant in time (4 for rubber)."""
-    if not -1 < poisson_ratio <= 0.5:
-        raise ValueError(f"poisson_ratio must lie in (-1, 1/2], not {poisson_ratio!r}")
+    refuse(poisson_faults(poisson_ratio))
     return 2 / (1 - poisson_ratio)
 
 

@@ -19,6 +19,8 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 from scipy.optimize import brentq
 
+from reference.arguments import refuse
+
 Array = NDArray[np.float64]
 
 # Arms whose times differ by less than this are merged, as their creep is indistinguishable.
@@ -196,5 +198,4 @@ def _check(
         faults.append(f"arm_times must be finite and positive, not {times!r}")
     if not faults and not (equilibrium > 0 or viscosity > 0 or any(g > 0 for g in moduli)):
         faults.append("nothing resists: all moduli and the viscosity are zero")
-    if faults:
-        raise ValueError("; ".join(faults))
+    refuse(faults)

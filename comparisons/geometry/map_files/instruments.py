@@ -59,7 +59,7 @@ def open_instrument(path: Path, stated: Stated) -> MapFile:
         with quiet():
             try:
                 heights = reader.topography(channel_index=index, **missing).heights()
-            except Exception as error:  # each of the many readers raises its own kinds
+            except Exception as error:  # the many readers raise various types of exceptions
                 problem = f"the heights cannot be read ({shorten(error)})"
                 raise MapError(str(path), [problem]) from error
         part = np.ma.asarray(heights[x0 : x0 + nx, y0 : y0 + ny], np.float64)
@@ -83,7 +83,7 @@ def _reader(path: Path) -> Any:
             return SurfaceTopography.open_topography(str(path))
         except SurfaceTopography.Exceptions.CannotDetectFileFormat as error:
             raise MapError(str(path), [_unknown_format(path, error)]) from error
-        except Exception as error:  # each of the many readers raises its own kinds
+        except Exception as error:  # the many readers raise various types of exceptions
             raise MapError(str(path), [f"cannot be read ({shorten(error)})"]) from error
 
 

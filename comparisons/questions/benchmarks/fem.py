@@ -62,7 +62,7 @@ class Job:
 
 
 def run(elements: int, solver: str = "nested_dissection") -> Job:
-    """Mesh, assemble, condense, and solve all depths on the mesh scaled to each contact."""
+    """Mesh, assemble, condense, and solve all depths on the mesh scaled to the contact."""
     body = fem.half_space_body(
         fem.RingMesh(1.0, elements=elements, edge=1.0), fem.Material(1.0, POISSON), solver=solver
     )

@@ -1,1 +1,1 @@
-"""Claims: statements about the reduced model with a tolerance, and the verdict on each."""
+"""Claims: statements about the reduced model with a tolerance, and their verdicts."""
