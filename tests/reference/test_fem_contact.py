@@ -248,11 +248,11 @@ def test_without_reduced_integration_nearly_incompressible_elements_lock():
 
 
 def test_a_fixed_boundary_is_too_stiff_and_boussinesq_does_not_depend_on_the_extent():
-    """Fixed at 10 a: about +10 % in F; Boussinesq between 3 a and 8 a: 3e-4 (mesh growth)."""
+    """Fixed at 10 a: about +10 % in F; Boussinesq between 3 a and 8 a: 6e-5 (mesh growth)."""
     errors = {}
     for far_field, extent in (("fixed", 10.0), ("boussinesq", 3.0), ("boussinesq", 8.0)):
         body = half_space_body(
-            RingMesh(1.0, elements=4, edge=1.0, extent=extent),
+            RingMesh(1.0, elements=2, edge=1.0, extent=extent),
             Material(1.0, 0.3),
             far_field=far_field,
         )
@@ -327,7 +327,7 @@ def test_depths_count_from_first_touch():
 
 
 def test_linear_and_quadratic_elements_agree_on_two_bumps():
-    """Two bumps of different height, off centre: no symmetry to hide behind; measured 0.8 %."""
+    """Two bumps of different height, off centre: no symmetry to hide behind; measured 0.6 %."""
 
     def gap(x, y):
         first = (x - 0.35) ** 2 + (y + 0.2) ** 2
@@ -335,7 +335,7 @@ def test_linear_and_quadratic_elements_agree_on_two_bumps():
         return np.minimum(first, second)
 
     forces = []
-    for order, count in ((1, 21), (2, 10)):
+    for order, count in ((1, 15), (2, 7)):
         lines = np.linspace(-1.0, 1.0, count)
         body = half_space_body(TensorMesh(lines, lines, order=order), Material(1.0, 0.3))
         (step,) = press(body, gap(*body.points.T), Load("penetration", 0.15))

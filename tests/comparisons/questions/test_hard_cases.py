@@ -15,7 +15,6 @@ from comparisons.methods.registry import SOLVERS
 from comparisons.questions.hard_cases.case import Expected
 from comparisons.questions.hard_cases.catalogue import catalogue
 from comparisons.questions.hard_cases.run import LEFT_OUT, expectation_text, run_case
-from comparisons.solving import execution
 
 OURS = tuple(name for name in BUILT_IN if not METHODS[name].peer)
 # What the catalogue promises to hold, each with a case that shows it.
@@ -57,12 +56,6 @@ LONG = {
 }
 
 
-@pytest.fixture
-def once(monkeypatch):
-    """Solve once: no median of times."""
-    monkeypatch.setattr(execution, "REPEATS", 1)
-
-
 def assert_as_said(outcomes):
     """No crash, no NaN, no silent wrong number: what the catalogue says, with a reason if none."""
     assert {each.method: each.deviation for each in outcomes if each.deviation} == {}
@@ -71,7 +64,6 @@ def assert_as_said(outcomes):
     assert all(each.reason for each in outcomes if each not in numbers)
 
 
-@pytest.mark.usefixtures("once")
 @pytest.mark.parametrize("name", [name for name in catalogue() if name not in LONG])
 def test_methods_do_what_the_catalogue_says(name):
     """The cheap pairs of method and case; --full and the slow tests run the others, too."""
@@ -88,7 +80,6 @@ def pairs_left(name):
 
 
 @pytest.mark.slow
-@pytest.mark.usefixtures("once")
 @pytest.mark.parametrize("name", [name for name in catalogue() if pairs_left(name)])
 def test_methods_do_what_the_catalogue_says_in_full(name):
     """Together with the test above every pair, each once."""
@@ -119,7 +110,6 @@ def altered(monkeypatch):
             def solve(self, task):
                 return change(super().solve(task))
 
-        monkeypatch.setattr(execution, "REPEATS", 1)
         monkeypatch.setitem(SOLVERS, "reduced", (Altered,))
         (outcome,) = run_case(catalogue()[name], ["reduced"])
         return outcome

@@ -13,7 +13,6 @@ from comparisons.questions.hard_cases import record as files
 from comparisons.questions.hard_cases.catalogue import catalogue
 from comparisons.questions.hard_cases.record import HardCasesRecord, OutcomeRecord, load_record
 from comparisons.results.folder import PAGE
-from comparisons.solving import execution
 from comparisons.solving.executors import SerialExecutor
 from reports.cli.cli import run_command
 from reports.pages.hard_cases import hard_cases_page
@@ -54,9 +53,8 @@ def record():
 
 
 @pytest.fixture
-def hard_cases(tmp_path, monkeypatch):
+def hard_cases(tmp_path):
     """Return a runner of the command on a few cases; it gives the exit code and the folder."""
-    monkeypatch.setattr(execution, "REPEATS", 1)
 
     def run(*arguments):
         folder = tmp_path / "out"
