@@ -57,8 +57,8 @@ class IndenterGeometry:
         return ""
 
 
-# The highest points of a measured patch around which the top of its splines is looked for, and how
-# many points around: what lies further away changes a spline by 1e-11.
+# Number of highest points of a measured patch near which the maximum of its splines is sought, and
+# the distance in points, beyond which points change a spline by 1e-11 only.
 _TOPS, _AROUND = 4, 20
 
 

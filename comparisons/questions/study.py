@@ -101,7 +101,7 @@ class Study(Campaign[Plan, StudyRecord]):
             yield self._jobs([t for t in self.plans[index].tasks if t.key not in self._solutions])
 
     def _share(self, tasks: list[Task]) -> list[Task]:
-        """Return which tasks are this part's; none of the others will be asked for here."""
+        """Return the tasks of this part; the others are not requested here."""
         self._asked.update(task.key for task in tasks)
         number, parts = self.part
         return tasks[number - 1 :: parts]

@@ -287,8 +287,8 @@ def _by_force(levels: _Levels, path: np.ndarray) -> Branches:
     if np.any(np.abs(path) > levels.force * (1 + _SPENT)):
         worst = np.max(np.abs(path)) / levels.force
         raise ValueError(
-            f"tangential_force must not exceed friction times the normal force, {worst:.6g} times "
-            "that was asked for: the contact would slide without end"
+            "tangential_force must not exceed friction times the normal force, got "
+            f"{worst:.6g} times this limit: full sliding"
         )
     branch = branches(path)
     way = branch.reach

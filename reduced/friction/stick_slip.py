@@ -112,7 +112,7 @@ class StickingLine:
     Raises
     ------
     ValueError
-        Listing every argument that is wrong.
+        Lists all invalid arguments.
     """
 
     gap: np.ndarray

@@ -71,7 +71,7 @@ def impact(springs: RelaxingSprings, mass: float, velocity: float, steps: int = 
     Raises
     ------
     ValueError
-        Listing everything wrong.
+        Lists all invalid arguments.
     ConvergenceError
         If the body does not rebound within 200 times the elastic duration.
 

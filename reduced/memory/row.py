@@ -148,7 +148,7 @@ class RelaxingSprings:
     Raises
     ------
     ValueError
-        Listing everything wrong.
+        Lists all invalid arguments.
     """
 
     profile: Profile

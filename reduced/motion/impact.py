@@ -66,7 +66,7 @@ def strike(springs: Springs, mass: float, velocity: ArrayLike, load: float = 0.0
     Raises
     ------
     ValueError
-        Listing every argument that is wrong.
+        Lists all invalid arguments.
     ConvergenceError
         If the contact stops the mass at no depth.
 

@@ -25,7 +25,7 @@ class Stepping:
     Raises
     ------
     ValueError
-        Listing everything wrong.
+        Lists all invalid arguments.
 
     Examples
     --------

@@ -101,7 +101,7 @@ def press(
     Raises
     ------
     ValueError
-        Listing every argument that is wrong.
+        Lists all invalid arguments.
     ConvergenceError
         If a load could not be inverted.
 

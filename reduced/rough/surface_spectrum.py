@@ -212,7 +212,7 @@ class SelfAffine:
     Raises
     ------
     ValueError
-        Listing everything wrong.
+        Lists all invalid arguments.
     """
 
     hurst: float | None = None
@@ -270,7 +270,7 @@ class Grid:
     Raises
     ------
     ValueError
-        Listing everything wrong.
+        Lists all invalid arguments.
     """
 
     points: tuple[int, int]
@@ -310,7 +310,7 @@ def self_affine(
     Raises
     ------
     ValueError
-        Listing everything wrong, also if no mode is left between the cutoffs.
+        Lists all invalid arguments; also if there is no mode between the cutoffs.
     """
     grid = Grid(points, size)
     magnitude = _magnitude(grid.points, grid.size)

@@ -113,7 +113,7 @@ def slide_as_printed(
     Raises
     ------
     ValueError
-        Listing every argument that is wrong.
+        Lists all invalid arguments.
 
     Examples
     --------

@@ -93,7 +93,7 @@ def _squared_axis_ratio(radius_ratio: float) -> float:
         q = math.exp(log_q)
         return math.log(elliprd(0.0, 1.0, q) / elliprd(0.0, q, 1.0) / radius_ratio)
 
-    # b/a lies between R2/R1 (slender limit, but for a logarithm) and 1.
+    # b/a lies between R2/R1 (slender limit, up to a logarithm) and 1.
     log_q = brentq(mismatch, -2 * math.log(radius_ratio) - 1, 0.0, xtol=1e-16, rtol=1e-15)
     return math.exp(log_q)
 

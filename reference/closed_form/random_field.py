@@ -52,7 +52,7 @@ def line_peaks(slope_moment: float, curvature_moment: float) -> Peaks:
     Examples
     --------
     >>> line = line_peaks(1.0, 1.0)
-    >>> round(line.mean_curvature * line.mean_radius, 6)  # pi/2, whatever the moments
+    >>> round(line.mean_curvature * line.mean_radius, 6)  # pi/2 for any moments
     1.570796
     """
     require_positive("line_peaks", slope_moment=slope_moment, curvature_moment=curvature_moment)

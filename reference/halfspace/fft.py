@@ -291,4 +291,4 @@ def _search_depth(
         depth = depth - error / slope
         if not low < depth < high:
             depth = (low + high) / 2 if np.isfinite(high) else 2 * low
-    raise ConvergenceError("no penetration found with the wanted mean gap", history)
+    raise ConvergenceError("no penetration reached the prescribed mean gap", history)

@@ -105,7 +105,7 @@ def paraboloid(
     Raises
     ------
     ValueError
-        Listing what is wrong.
+        Lists all invalid arguments.
     ConvergenceError
         If a contact does not converge, or no depth carries the force.
     """

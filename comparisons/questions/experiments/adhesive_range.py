@@ -70,7 +70,7 @@ def _on_grid(strength: float, points: int) -> float:
     problem = CohesiveProblem(operator, (x[:, None] ** 2 + y**2) / 2, law)
     fold = trace(problem, 0.3 * unit, -2.5 * unit, steps=40).pull_off()
     if fold is None:
-        raise ArithmeticError("the way ended before the pull-off")
+        raise ArithmeticError("the path ended before the pull-off")
     return fold[1]
 
 

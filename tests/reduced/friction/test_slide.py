@@ -288,7 +288,7 @@ def test_units_change_no_digit(exponent):
 def test_arguments_are_refused_together():
     with pytest.raises(ValueError, match=r"tangential_modulus.*coefficient"):
         Friction(-1, np.nan)
-    with pytest.raises(ValueError, match="slide without end"):
+    with pytest.raises(ValueError, match="full sliding"):
         slide(
             Springs(paraboloid(1.0), E),
             Friction(G, MU),
