@@ -62,16 +62,14 @@ class Verification:
         }
 
 
-def in_words(proved: Mapping[str, Any] | None) -> str:
+def in_words(proved: Mapping[str, Any]) -> str:
     """Say of a document how wide the intervals are, how many bars reach them, what it all took."""
-    text = "interval in which the truth lies by theorem"
-    if not proved:
-        return f"{text}."
     bars, missed = proved["bars"], proved["missed"]
     reached = f"all {bars} bars of references reach it" if not missed else f"{missed} bars miss it"
     return (
-        f"{text}, at most {relative(proved['width'])} wide; {reached}. It took "
-        f"{duration(proved['seconds'])}, the truth {duration(proved['truth_seconds'])}."
+        "interval in which the truth lies by theorem, at most "
+        f"{relative(proved['width'])} wide; {reached}. "
+        f"It took {duration(proved['seconds'])}, the truth {duration(proved['truth_seconds'])}."
     )
 
 

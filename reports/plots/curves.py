@@ -195,8 +195,10 @@ def _caption(scene: SceneRecord, name: str) -> str:
             "Light band and error bars: uncertainty of the reference, at most "
             f"{fmt.relative(bar)}{hidden}."
         )
-    if f"{name}_lower" in scene.rows:
-        parts.append(f"Solid band: {in_words(scene.reference.get('proved'))}")
+    proved = scene.reference.get("proved")
+    # the rows of a study have the columns of all of its scenes
+    if proved and np.isfinite(selection.column(scene.rows, f"{name}_lower")).any():
+        parts.append(f"Solid band: {in_words(proved)}")
     if any(_is_ensemble(scene, method) for method in selection.methods(scene)):
         parts.append(
             "Lines: means over the realisations, with one standard error; faint bands: 5 % to "

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -134,6 +135,13 @@ def test_a_report_draws_the_interval_and_says_which_bars_miss_it(monkeypatch):
     record = recorded()
     assert any("misses the proved interval by 1" in text for text in record.disagreements)
     assert "3 bars miss it" in curve(record, "penetration", "force").caption
+    # another scene of the same study, of which nothing is proved, has the columns, too
+    columns = {name: np.nan for name in record.rows if name.endswith(("_lower", "_upper"))}
+    reference = {key: entry for key, entry in record.reference.items() if key != "proved"}
+    other = replace(record, rows=record.rows.assign(**columns), reference=reference)
+    figure = curve(other, "penetration", "force")
+    assert PROVED not in [band.label for band in figure.bands]
+    assert "theorem" not in figure.caption
 
 
 def test_every_reference_is_held_against_the_interval_not_only_the_best(monkeypatch):
