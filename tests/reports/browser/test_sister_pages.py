@@ -68,8 +68,8 @@ def test_drawn_saved_and_readable_in_light_dark_and_on_a_phone(
     """No request, no complaint, no serious fault; nothing to scroll sideways for."""
     with visit() as seen:
         page = seen.page
-        seen.draw_all()
         assert serious_faults(page) == []
+        seen.draw_all()
         table = seen.save(".table-tools button", tmp_path)
         assert table.read_text(encoding="utf-8-sig").count("\n") > 2
         if page.locator(".figure-tools button").count():
