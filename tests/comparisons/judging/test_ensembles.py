@@ -1,0 +1,128 @@
+"""Numbers of surfaces and lines follow from the scatter of the first ones."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from comparisons.judging import ensembles
+from comparisons.judging.ensembles import LINES_SHARE, SCATTER, enlarged, ensemble_text
+from comparisons.judging.levels import Levels
+from comparisons.solving.planning import plan_scene, task_of
+from comparisons.tasks.solution import Solution
+
+NAMES = ("contact_area", "penetration", "mean_gap", "stiffness")
+TOLERANCE = 0.05
+
+
+@pytest.fixture
+def first(rough):
+    """Plan an ensemble and answer its first surfaces: 1 + scatter on all grids, + noise on each."""
+
+    def make(scatter=0.2, noise=0.01, realisations=100_000, lost=(), **compare):
+        compared = {"tolerance": TOLERANCE, "methods": ["reduced", "bem_fft"], **compare}
+        (plan, *_) = plan_scene(
+            rough(points=16, realisations=realisations, compare=compared | {"quantities": NAMES})
+        )
+        stream = np.random.default_rng(1)
+        own = {
+            method: 1 + scatter * stream.standard_normal((1000, 1))
+            for method in ("reduced", "bem_fft")
+        }
+        solved = {}
+        for planned in plan.methods:
+            for n in planned.resolutions:
+                count = plan.number(planned.method, n)
+                task = task_of(plan, planned.method, n, tuple(range(count)))
+                values = own[planned.method][:count] * np.ones(task.shape)
+                values = values + noise * stream.standard_normal(task.shape)
+                solution = Solution.of(task, dict.fromkeys(NAMES, values))
+                if (planned.method, n) in lost:
+                    solution = Solution.lost(task, "lost")
+                solved[planned.method, n] = solution
+        return plan, solved
+
+    return make
+
+
+def numbers(plan, method="bem_fft"):
+    (planned,) = [m for m in plan.methods if m.method == method]
+    return planned.numbers
+
+
+def scatters(plan, solved, method):
+    """Return what the variances of the first surfaces make of the chosen numbers, 95 %."""
+    levels = Levels.of(solved, method)
+    grids = [solution.quantities["stiffness"] for solution in levels.solutions.values()]
+    parts = ensembles.variances(grids) / np.array(numbers(plan, method))[:, None]
+    return 1.96 * np.sqrt(parts.sum(axis=0)).max()
+
+
+def test_means_scatter_no_more_than_is_wanted_and_lines_a_fifth_of_it(first):
+    """The aim is somewhat less, and numbers are rounded up to whole tasks: never more."""
+    plan, solved = first(scatter=0.05)
+    chosen = enlarged(plan, solved, "quick")
+    wanted = SCATTER["quick"] * TOLERANCE
+    assert 0.5 * wanted < scatters(chosen, solved, "bem_fft") <= wanted
+    assert scatters(chosen, solved, "reduced") <= LINES_SHARE * wanted
+    assert list(numbers(chosen)) == sorted(numbers(chosen), reverse=True)
+
+
+def test_surfaces_go_where_they_are_cheap(first):
+    """Twice the scatter between surfaces: more than twice as many, on the coarse grid alone."""
+    few, many = (enlarged(*first(scatter=s), "quick") for s in (0.05, 0.1))
+    assert numbers(many)[0] > 2 * numbers(few)[0]
+    assert numbers(many)[-1] == numbers(few)[-1]
+
+
+def test_too_few_realisations_are_said_with_what_they_leave(first):
+    plan, solved = first(realisations=60)
+    chosen = enlarged(plan, solved, "quick")
+    assert numbers(chosen)[0] == 60
+    (note,) = [note for note in chosen.notes if "no more surfaces" in note]
+    assert "than the scene's realisations: their scatter leaves " in note
+    assert "instead of 2.3\u202f% in the worst mean" in note
+
+
+def test_a_budget_that_is_too_small_is_said_and_the_first_surfaces_stay(first, monkeypatch):
+    plan, solved = first(scatter=0.3)
+    monkeypatch.setitem(ensembles.BUDGET, "quick", 1e-3)
+    chosen = enlarged(plan, solved, "quick")
+    assert numbers(chosen) == numbers(plan)
+    assert any("than what 0 solves of 64 x 64 points cost" in note for note in chosen.notes)
+
+
+def test_no_scatter_asks_for_no_more_than_the_first_surfaces(first):
+    plan, solved = first(scatter=0.0, noise=0.0)
+    chosen = enlarged(plan, solved, "quick")
+    assert numbers(chosen) == numbers(plan)
+    assert numbers(chosen, "reduced") == numbers(plan, "reduced")
+    assert not any("surfaces" in note for note in chosen.notes)
+    scatter = Levels.of(solved, "bem_fft").scatter("stiffness", max(n for _, n in solved))
+    np.testing.assert_array_equal(scatter, 0.0)
+
+
+def test_one_realisation_is_no_ensemble(first):
+    plan, solved = first(realisations=1)
+    chosen = enlarged(plan, solved, "quick")
+    assert numbers(chosen) == ()
+    assert [len(s.converged) for (m, _), s in solved.items() if m == "bem_fft"] == [1, 1, 1]
+
+
+def test_surfaces_that_are_all_lost_choose_nothing_and_say_so(first):
+    """On all grids: no numbers. On one grid: the others still choose theirs."""
+    plan, _ = first()
+    everywhere = [("bem_fft", n) for m in plan.methods for n in m.resolutions]
+    plan, solved = first(lost=everywhere)
+    chosen = enlarged(plan, solved, "quick")
+    assert numbers(chosen) == numbers(plan)
+    assert any("no answer to choose them from" in note for note in chosen.notes)
+    plan, solved = first(lost=everywhere[-1:])
+    chosen = enlarged(plan, solved, "quick")
+    assert all(now >= before for now, before in zip(numbers(chosen), numbers(plan), strict=True))
+
+
+def test_lines_and_surfaces_are_named_as_what_they_are():
+    assert ensemble_text("reduced", [2000, 1000], [64, 128]) == "2000 lines at 64, 1000 at 128"
+    assert ensemble_text("bem_fft", [1], [64]) == "1 surface at 64"
+    assert ensemble_text("fem", [], [64]) == ""
