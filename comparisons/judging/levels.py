@@ -141,6 +141,8 @@ class Levels:
 
     def missing(self, name: str, resolution: int) -> tuple[str, ...]:
         """Return per load step what is missing for a mean or its bar; "" where nothing is."""
+        if self._single(resolution):
+            return ("",) * self.solutions[resolution].converged.shape[1]
         return self._means(name, resolution).missing
 
     def _single(self, resolution: int) -> bool:

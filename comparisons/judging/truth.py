@@ -178,9 +178,22 @@ class Truth:
             for name, bar in accuracies.items()
             if np.isfinite(bar)
         ]
-        if not bars:
-            return text + "; only one resolution was run, so its error is not known."
-        return text + f", known to (95 %, rms over the loads): {', '.join(bars)}."
+        known = f", known to (95 %, rms over the loads): {', '.join(bars)}" if bars else ""
+        unknown = [n for n in accuracies if self.knows(n) and not np.isfinite(self.bar(n)).all()]
+        return text + known + "".join(self._unknown(unknown)) + "."
+
+    def _unknown(self, names: list[str]) -> Iterator[str]:
+        """Yield what is missing for the bars of quantities, each reason once."""
+        if names and len(self.levels.solutions) == 1:
+            yield "; only one resolution was run, so its error is not known"
+            return
+        reasons: dict[str, list[str]] = {}
+        for name in names:
+            steps = enumerate(self.levels.missing(name, self.resolution), start=1)
+            lacking = next((f"at load step {k} {reason}" for k, reason in steps if reason), "")
+            reasons.setdefault(lacking or "two grids have no common answer", []).append(name)
+        for reason, several in reasons.items():
+            yield f"; {', '.join(several).replace('_', ' ')} not at every load: {reason}"
 
     def disagreements(self, quantities: tuple[str, ...]) -> tuple[str, ...]:
         """Return a sentence for each quantity in which a check differs by more than the bars."""

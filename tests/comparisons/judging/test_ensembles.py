@@ -8,6 +8,7 @@ import pytest
 from comparisons.judging import ensembles
 from comparisons.judging.ensembles import LINES_SHARE, SCATTER, enlarged, ensemble_text
 from comparisons.judging.levels import Levels
+from comparisons.judging.truth import choose_truth
 from comparisons.solving.planning import plan_scene, task_of
 from comparisons.tasks.solution import Solution
 
@@ -126,3 +127,19 @@ def test_lines_and_surfaces_are_named_as_what_they_are():
     assert ensemble_text("reduced", [2000, 1000], [64, 128]) == "2000 lines at 64, 1000 at 128"
     assert ensemble_text("bem_fft", [1], [64]) == "1 surface at 64"
     assert ensemble_text("fem", [], [64]) == ""
+
+
+def test_the_truth_says_what_is_missing_for_a_bar(first):
+    """One surface with an answer on the finest grid, at the second load: no scatter is invented."""
+    plan, solved = first()
+    finest = max(n for method, n in solved if method == "bem_fft")
+    fine = solved["bem_fft", finest]
+    fine.quantities["stiffness"][1:, 1] = np.nan
+    said = choose_truth(solved, plan.loads.axis, NAMES).sentence(NAMES)
+    assert "known to (95 %, rms over the loads): contact area" in said
+    lacking = "stiffness not at every load: at load step 2 one surface on grid 3 of 3: "
+    assert lacking + "how it scatters is not known." in said
+    alone = {key: s for key, s in solved.items() if key == ("bem_fft", finest)}
+    assert "only one resolution was run" in choose_truth(alone, plan.loads.axis, NAMES).sentence(
+        NAMES
+    )
