@@ -13,12 +13,15 @@ import sys
 import time
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any, NamedTuple
+from unittest import mock
 
 import numpy as np
 
 from comparisons.questions.experiments import proved
 from reference import closed_form, surfaces
 from reference.bounds import axisymmetric, bodies, homogeneous, outlines, punches
+from reference.bounds.extension import Extension
 from reference.bounds.interval import Interval
 from reference.bounds.patches import Patch
 from reference.bounds.periodic import PeriodicSurface
@@ -34,11 +37,26 @@ SHEET_FILE = PAGE.with_name("problem-sheet.csv")
 COLUMNS = ("problem", "definition", "quantity", "not below", "not above", "seconds")
 
 
-def timed(work: Callable[[], Interval]) -> tuple[Interval, float]:
-    """Return the second call's result and seconds: the first one compiles."""
-    started = time.perf_counter()
-    bounds = work()
-    return bounds, time.perf_counter() - started
+class Cost(NamedTuple):
+    """What a bound took: processor time, and unknowns of the largest mesh of finite elements."""
+
+    seconds: float
+    unknowns: int
+
+
+def timed(work: Callable[[], Interval]) -> tuple[Interval, Cost]:
+    """Return an interval and what it took."""
+    meshes = [0]
+    make = Extension.__init__
+
+    def counted(self: Extension, *of: Any) -> None:
+        make(self, *of)
+        meshes.append(self.unknowns)
+
+    with mock.patch.object(Extension, "__init__", counted):
+        started = time.process_time()
+        bounds = work()
+        return bounds, Cost(time.process_time() - started, max(meshes))
 
 
 def below(value: float) -> str:
@@ -75,9 +93,9 @@ def grid_seconds(gap: Callable[[np.ndarray, np.ndarray], np.ndarray], depth: flo
     x = (np.arange(128) - 63.5) / 50
     press = Press(FreeOperator((128, 128), (1 / 50, 1 / 50), 1.0), gap(x[:, None], x[None, :]))
     fft.solve(press, Load("penetration", depth))
-    started = time.perf_counter()
+    started = time.process_time()
     fft.solve(press, Load("penetration", depth))
-    return time.perf_counter() - started
+    return time.process_time() - started
 
 
 # %% [markdown]
@@ -118,26 +136,34 @@ def round_bodies() -> list[list[str]]:
             "force, below",
             "force, above",
             "width of the force",
+            "unknowns",
             "s",
         ]
     ]
-    widths = []
+    widths, costs = [], []
     for name, (profile, form, depth) in ROUND.items():
         stored = axisymmetric.energy(profile, depth, 1.0, cells=40)
-        pressed, seconds = timed(lambda p=profile, d=depth: axisymmetric.force(p, d, 1.0, cells=40))
+        pressed, cost = timed(lambda p=profile, d=depth: axisymmetric.force(p, d, 1.0, cells=40))
         energy, force = float(form.energy(depth)), float(form.force(depth))
         assert energy in stored
         assert force in pressed
         widths.append(pressed.width)
         sides = [*_sides(stored, energy), *_sides(pressed, force)]
-        rows.append([name, *sides, below(pressed.width), f"{seconds:.1f}"])
-    disc, seconds = timed(lambda: axisymmetric.disc_stiffness(1.0, 1.0, cells=40))
+        rows.append([name, *sides, below(pressed.width), *_cost(cost)])
+        costs.append(cost)
+    disc, cost = timed(lambda: axisymmetric.disc_stiffness(1.0, 1.0, cells=40))
     assert 2.0 in disc
     rows.append(
-        ["cylinder", *_sides(disc, 2.0), *_sides(disc, 2.0), below(disc.width), f"{seconds:.1f}"]
+        ["cylinder", *_sides(disc, 2.0), *_sides(disc, 2.0), below(disc.width), *_cost(cost)]
     )
-    rows.append(["median", *[""] * 4, below(float(np.median([*widths, disc.width]))), ""])
+    medians = np.median([*costs, cost], axis=0)
+    width = below(float(np.median([*widths, disc.width])))
+    rows.append(["median", *[""] * 4, width, *_cost(Cost(medians[0], int(medians[1])))])
     return rows
+
+
+def _cost(cost: Cost) -> list[str]:
+    return [str(cost.unknowns), f"{cost.seconds:.1f}"]
 
 
 def _sides(bounds: Interval, exact: float) -> list[str]:
@@ -180,11 +206,12 @@ def _errors(bounds: Interval, exact: float) -> tuple[float, float]:
 
 def two_radii() -> list[list[str]]:
     """Force of paraboloids with two radii."""
-    rows = [["R_y : R_x", "a : b", "below", "above", "width", "s", "boundary elements, s"]]
+    head = ["R_y : R_x", "a : b", "below", "above", "width", "unknowns", "s"]
+    rows = [[*head, "boundary elements, s"]]
     for ratio in (1.0, 2.0, 5.0, 10.0, 70.0):
         form = closed_form.ellipsoid(1.0, ratio, 1.0)
         body = bodies.Paraboloid(1.0, ratio)
-        pressed, seconds = timed(lambda b=body: homogeneous.force(b, 1.0, 1.0, cells=(8, 12)))
+        pressed, cost = timed(lambda b=body: homogeneous.force(b, 1.0, 1.0, cells=(8, 12)))
         exact = float(form.force(1.0))
         assert exact in pressed
         x, y = (float(axis) for axis in form.semi_axes(1.0))
@@ -196,8 +223,8 @@ def two_radii() -> list[list[str]]:
                 f"{y / x:.2f}",
                 *_sides(pressed, exact),
                 below(pressed.width),
-                f"{seconds:.1f}",
-                f"{grid:.2f}",
+                *_cost(cost),
+                f"{grid:.3f}",
             ]
         )
     return rows
@@ -219,16 +246,17 @@ def pyramids() -> list[list[str]]:
             "width",
             "cone of equal area",
             "circle",
+            "unknowns",
             "s",
         ]
     ]
     for name, (faces, slope) in INDENTERS.items():
         body = bodies.Pyramid(faces, slope)
         homogeneous.force.__globals__["_coarse_outline"].cache_clear()
-        pressed, seconds = timed(lambda b=body: homogeneous.force(b, 1.0, 1.0, cells=(12, 18)))
+        pressed, cost = timed(lambda b=body: homogeneous.force(b, 1.0, 1.0, cells=(12, 18)))
         angle = math.degrees(math.atan(1 / slope))
         shape = f"regular pyramid, rigid, no friction: {faces} faces at {angle:.2f} deg to the axis"
-        keep(name, shape, "F/(E* d^2)", pressed, seconds)
+        keep(name, shape, "F/(E* d^2)", pressed, cost.seconds)
         cone_force = 2 / math.pi * math.sqrt(faces * math.tan(math.pi / faces) / math.pi) / slope
         rows.append(
             [
@@ -237,7 +265,7 @@ def pyramids() -> list[list[str]]:
                 below(pressed.width),
                 f"{100 * (cone_force / pressed.middle - 1):+.2f} %",
                 f"{100 * (body.punch_force() / pressed.middle - 1):+.2f} %",
-                f"{seconds:.0f}",
+                *_cost(cost),
             ]
         )
     return rows
@@ -261,20 +289,20 @@ STIFFNESS, FLAT = "k/(2 E* (A/pi)^(1/2))", "rigid flat punch without friction, a
 
 def sheet() -> list[list[str]]:
     """Stiffness of flat punches over that of the circle of equal area."""
-    rows = [["face", "k/(2 E* (A/π)^½) not below", "not above", "width", "s"]]
+    rows = [["face", "k/(2 E* (A/π)^½) not below", "not above", "width", "unknowns", "s"]]
     for name, (shape, sides, aspect) in SHEET.items():
-        bounds, seconds = timed(
+        bounds, cost = timed(
             lambda s=shape, n=sides, a=aspect: proved.punch_stiffness.__wrapped__(s, n, a, "full")
         )
         circle = punches.equal_area_stiffness(proved._area(shape, sides, aspect))
         factor = bounds * (1 / circle)
-        keep(name, FLAT, STIFFNESS, factor, seconds)
+        keep(name, FLAT, STIFFNESS, factor, cost.seconds)
         rows.append(
             [
                 name,
                 *outwards(factor, 5),
                 below(bounds.width),
-                f"{seconds:.0f}",
+                *_cost(cost),
             ]
         )
     return rows
@@ -289,17 +317,17 @@ def finest() -> list[list[str]]:
         lower = upper = last = 0.0
         for cells in (16, 24, 32):
             fine = outlines.polygon(corners, cells, punches.PRESSURE_EXPONENT)
-            started = time.perf_counter()
+            started = time.process_time()
             lower = punches.stiffness_below(fine, cells)
-            seconds = time.perf_counter() - started
+            seconds = time.process_time() - started
             last = seconds
             shown, _ = outwards(Interval(lower / circle, lower / circle), 6)
             rows.append([name, "below", str(cells), shown, f"{seconds:.0f}"])
         for cells in (12, 16, 24):
             coarse = outlines.polygon(corners, cells // 2, punches.DISPLACEMENT_AROUND)
-            started = time.perf_counter()
+            started = time.process_time()
             upper = punches.stiffness_above(coarse, cells)
-            seconds = time.perf_counter() - started
+            seconds = time.process_time() - started
             _, shown = outwards(Interval(upper / circle, upper / circle), 6)
             rows.append([name, "above", str(cells), shown, f"{seconds:.0f}"])
         keep(name, FLAT, STIFFNESS, Interval(lower / circle, upper / circle), last + seconds)
@@ -323,10 +351,10 @@ def patches() -> list[list[str]]:
         patch = Patch(heights(), 1.0, finer)
         for share in (0.3, 1.0, 2.0):
             depth = share * float(heights().std())
-            pressed, seconds = timed(lambda p=patch, d=depth: p.force(d, 1.0))
-            started = time.perf_counter()
+            pressed, (seconds, _) = timed(lambda p=patch, d=depth: p.force(d, 1.0))
+            started = time.process_time()
             grid = patch.on_grid(depth).sum() * patch.spacing**2
-            alone = time.perf_counter() - started
+            alone = time.process_time() - started
             sides = [f"{100 * (x / grid - 1):+.1f} %" for x in (pressed.lower, pressed.upper)]
             rows.append(
                 [
@@ -350,10 +378,10 @@ def periods() -> list[list[str]]:
         surface = PeriodicSurface(heights(), (1.0, 1.0), finer)
         for mean in (0.001, 0.003, 0.01):
             stored = surface.energy(mean, 1.0)
-            depth, seconds = timed(lambda s=surface, p=mean: s.penetration(p, 1.0))
-            started = time.perf_counter()
+            depth, (seconds, _) = timed(lambda s=surface, p=mean: s.penetration(p, 1.0))
+            started = time.process_time()
             surface.on_grid(mean)
-            alone = time.perf_counter() - started
+            alone = time.process_time() - started
             rows.append(
                 [
                     f"{10 * mean:g}",
