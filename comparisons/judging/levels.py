@@ -128,7 +128,7 @@ class Levels:
         if not curves:
             return np.full(last.converged.shape[1], np.nan)
         series = np.array(list(curves.values()))
-        if last.rough and METHODS[self.method].grid:
+        if last.rough and METHODS[self.method].dimension == 3:
             return rough_uncertainty(np.array(list(curves)), series, name)
         sizes = sizes_along_path(series[-1]) if last.path else None
         return grid_uncertainty(np.array(list(curves)), series, sizes=sizes)

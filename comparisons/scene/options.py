@@ -70,6 +70,9 @@ class FemOptions(Options):
     "effective_modulus" puts both compliances into one.
     solver: of a half-space: own "nested_dissection", "pardiso" (extra `fast`), or "multigrid"
     (pyamg), which factorises nothing and takes rigid single contacts.
+    mesh: below a rough surface: "repeating" from cell to cell, solved wave by wave, or a "block",
+    condensed like any other mesh (free patches of up to 32 points a side).
+    element: of a repeating mesh: quadratic "splines", or bilinear ("linear") in the plane.
     """
 
     solver: Literal["nested_dissection", "pardiso", "multigrid"] = "nested_dissection"
@@ -78,6 +81,8 @@ class FemOptions(Options):
     penalty: Positive = 1e3
     points: Literal["nodes", "quadrature"] = "nodes"
     coupling: Literal["mortar", "node_to_surface", "effective_modulus"] = "mortar"
+    mesh: Literal["repeating", "block"] = "repeating"
+    element: Literal["splines", "linear"] = "splines"
 
 
 class PeerOptions(Options):

@@ -1,12 +1,15 @@
-"""Make the tables of docs/finite-elements.md: errors and orders, penalties, contact sets, stresses.
+"""Make the tables of docs/finite-elements.md: errors, penalties, stresses, waves, rough surfaces.
 
 Run from the repository's root (two minutes on one core); the tables between the markers of the
-page are written anew::
+page are written anew, all or those that are named::
 
     python docs/examples/finite_element_tables.py
+    python docs/examples/finite_element_tables.py waves rough
 """
 
 # %%
+import sys
+import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
@@ -15,8 +18,24 @@ from scipy.integrate import quad
 from scipy.special import gamma
 
 from reference.closed_form import ellipsoid
-from reference.fem import Enforcement, Material, RingMesh, half_space_body, indent, press, recover
+from reference.fem import (
+    Enforcement,
+    Material,
+    RingMesh,
+    grid_contact,
+    half_space_body,
+    indent,
+    press,
+    recover,
+)
+from reference.fem.columns import ELEMENTS, Layers, compliance
+from reference.fem.grid_body import PeriodicBody
+from reference.halfspace import PeriodicOperator, fft, kernels
+from reference.halfspace.areas import contact_stiffness
+from reference.halfspace.contact_line import located_area
+from reference.halfspace.solution import Press
 from reference.loads import Load
+from reference.surfaces import SelfAffine, refine, rms_gradient_spectral, self_affine
 from reports.tables.documents import rewrite
 
 PAGE = Path(__file__).resolve().parents[1] / "finite-elements.md"
@@ -218,10 +237,67 @@ def stress_table() -> list[list[str]]:
     return rows
 
 
+# %% [markdown]
+# Meshes that repeat from cell to cell: waves, and a rough surface.
+
 # %%
-TABLES = {"errors": error_table, "penalty": penalty_table, "stresses": stress_table}
+WAVES = np.array([32.0, 16.0, 8.0, 4.0, 2.0])
+SPECTRUM = SelfAffine(hurst=0.8, rms_slope=0.1, short_cutoff=1 / 16)
+
+
+def wave_table() -> list[list[str]]:
+    """Errors of the compliance for waves along x of some cells."""
+    q = 2 * np.pi / WAVES
+    rows = [["", "nu", *(f"{cells:g} cells" for cells in WAVES)]]
+    for element in ELEMENTS:
+        for nu in (0.0, 0.3, 0.5):
+            layers = Layers([4 * WAVES[0]], [Material(1.0, nu)])
+            values = compliance((q, 0 * q), (1.0, 1.0), layers, element=element)
+            errors = values * q / (2 * (1 - nu**2)) - 1
+            rows.append([element, f"{nu:g}", *(f"{100 * error:.2g}" for error in errors)])
+    cells = kernels.periodic((32, 32), (1.0, 1.0), 1.0, "cells")[32 // WAVES.astype(int), 0]
+    return [*rows, ["cells", "any", *(f"{100 * e:.2g}" for e in cells * q / 2 - 1)]]
+
+
+def rough_table() -> list[list[str]]:
+    """Finite elements against boundary elements on three grids of one surface."""
+    surface = self_affine(64, 1.0, SPECTRUM, seed=1, realisation=0)
+    slope = rms_gradient_spectral(surface, (1 / 64, 1 / 64))
+    rows = [["cells", "penetration", "area", "stiffness", "elements, s", "set-up", "bem_fft, s"]]
+    for cells in (64, 128, 256):
+        heights = refine(surface, cells // 64)
+        gap, spacing = heights.max() - heights, (1 / cells, 1 / cells)
+        load = Load("force", slope * np.array([0.01, 0.1]))
+        start = time.process_time()
+        body = PeriodicBody(gap.shape, spacing, Material(1 - 0.3**2, 0.3))
+        body.convolution(np.float64)
+        made = time.process_time() - start
+        elements = list(grid_contact.sweep(body, gap, load))
+        middle = time.process_time()
+        half_space = PeriodicOperator(gap.shape, spacing, 1.0)
+        half = list(fft.sweep(Press(half_space, gap), load))
+        end = time.process_time()
+        pairs = list(zip(elements, half, strict=True))
+        errors = [[a.penetration / b.penetration - 1 for a, b in pairs]]
+        errors.append([located_area(a) / located_area(b) - 1 for a, b in pairs])
+        stiff = [[contact_stiffness(c.operator, c.mask) for c in pair] for pair in pairs]
+        errors.append([a / b - 1 for a, b in stiff])
+        texts = [" and ".join(f"{100 * e:+.2f} %" for e in row) for row in errors]
+        times = middle - start - made, made, end - middle
+        rows.append([f"{cells}²", *texts, *(f"{seconds:.2f}" for seconds in times)])
+    return rows
+
+
+# %%
+TABLES = {
+    "errors": error_table,
+    "penalty": penalty_table,
+    "stresses": stress_table,
+    "waves": wave_table,
+    "rough": rough_table,
+}
 
 
 # %%
 if __name__ == "__main__":
-    rewrite(PAGE, TABLES)
+    rewrite(PAGE, TABLES, sys.argv[1:])

@@ -47,6 +47,11 @@ class HalfSpace:
         """Area of one cell, dx dy."""
         return self.spacing[0] * self.spacing[1]
 
+    @property
+    def mean_compliance(self) -> float:
+        """Mean displacement per mean pressure of a periodic body; zero on the half-space."""
+        return float(self.transfer[0, 0]) if self.periodic else np.nan
+
     def cached(self, key: Hashable, make: Callable[[], Cached]) -> Cached:
         """Return the cached result of `make` for this key."""
         if key not in self._cache:

@@ -135,8 +135,8 @@ class Contact:
         """Mean of the remaining gap over the cells where it is finite."""
         finite = np.isfinite(self.initial_gap)
         if self.operator.periodic and finite.all():
-            # the mean displacement is zero
-            return float(self.initial_gap.mean()) - self.penetration
+            mean = self.operator.mean_compliance * float(self.pressure.mean())
+            return float(self.initial_gap.mean()) - self.penetration + mean
         return float(self.gap[finite].mean())
 
 

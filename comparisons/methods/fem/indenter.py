@@ -58,7 +58,7 @@ class FemSolver(Solver[G]):
             )
         if scene.loading.control == "mean_gap":
             raise Refused("no mean-gap control")
-        unfit = _points_problem(scene) or _solver_problem(scene)
+        unfit = points_problem(scene) or solver_problem(scene)
         if unfit:
             raise Refused(unfit)
         if scene.surface is not None and scene.surface.periodic:
@@ -190,7 +190,7 @@ class Fem(FemSolver[IndenterGeometry]):
             yield scaled, shape(*scaled.points.T), contact
 
 
-def _points_problem(scene: Scene) -> str:
+def points_problem(scene: Scene) -> str:
     """Return why contact cannot be asked for at quadrature points, or an empty text."""
     options = scene.methods.fem
     if options.points == "nodes":
@@ -204,7 +204,7 @@ def _points_problem(scene: Scene) -> str:
     return ""
 
 
-def _solver_problem(scene: Scene) -> str:
+def solver_problem(scene: Scene) -> str:
     """Return why the linear solver asked for cannot do the scene, or an empty text."""
     solver, contact = scene.methods.fem.solver, scene.methods.fem.contact
     if solver == "nested_dissection":

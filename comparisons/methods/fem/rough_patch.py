@@ -1,4 +1,4 @@
-"""The method `fem` on rough patches: mesh nodes at the points of the map."""
+"""The method `fem` on rough patches, if asked for: a block of elements like any other mesh."""
 
 from __future__ import annotations
 
@@ -27,8 +27,8 @@ class FemPatch(FemSolver[RoughGeometry]):
 
     @classmethod
     def takes(cls, scene: Scene) -> bool:
-        """Rough surfaces."""
-        return scene.rough
+        """Rough surfaces, where a mesh that need not repeat is asked for."""
+        return scene.rough and scene.methods.fem.mesh == "block"
 
     def resolutions(self, geometry: RoughGeometry) -> tuple[int, ...]:
         """Return the points of the map, then more."""

@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 
 import numpy as np
 
 from comparisons.geometry.prepare import Geometry, IndenterGeometry, RoughGeometry
-from comparisons.methods.normal.grid import GridSolver, Operator, cells, rough_resolutions
+from comparisons.methods.normal.grid import (
+    GridSolver,
+    Sweep,
+    as_far_as_possible,
+    cells,
+    rough_resolutions,
+)
 from comparisons.scene.scene import Scene
 from comparisons.tasks.task import Task
-from reference.errors import ConvergenceError
-from reference.halfspace import Contact, FreeOperator, PeriodicOperator, fft
+from reference.halfspace import Contact, FreeOperator, HalfSpace, PeriodicOperator, fft
 from reference.halfspace.solution import Press
 from reference.loads import Load
 
@@ -22,7 +27,7 @@ ARRAYS_PERIODIC = 32
 ARRAYS_FREE = 50
 
 
-class BemFft(GridSolver[Operator]):
+class BemFft(GridSolver[HalfSpace]):
     """Free (zero-padded) or periodic half-space; every scene."""
 
     name = "bem_fft"
@@ -67,40 +72,18 @@ class BemFft(GridSolver[Operator]):
 
     def operator(
         self, task: Task, shape: tuple[int, int], spacing: tuple[float, float]
-    ) -> Operator:
+    ) -> HalfSpace:
         """Return the free or the periodic operator."""
         modulus = task.scene.effective_modulus
         if isinstance(task.geometry, RoughGeometry) and task.geometry.periodic:
             return PeriodicOperator(shape, spacing, modulus, kernel=self.options.kernel)
         return FreeOperator(shape, spacing, modulus)
 
-    def sweep(
-        self, task: Task, operator: Operator, gap: np.ndarray
-    ) -> Callable[[np.ndarray], Iterator[Contact]]:
+    def sweep(self, task: Task, operator: HalfSpace, gap: np.ndarray) -> Sweep:
         """Return the FFT solver's sweep."""
 
         def run(loads: np.ndarray) -> Iterator[Contact]:
-            # A load beyond what this surface admits is a lost step, not a wrong argument, because
-            # another realisation may admit it.
-            limit, reason = _limit(task, operator, gap)
-            within = loads[loads < limit]
-            if len(within):
-                load = Load(task.loads.control, within)
-                yield from fft.sweep(Press(operator, gap), load, tolerance=self.options.tolerance)
-            if len(within) < len(loads):
-                control = task.loads.control.replace("_", " ")
-                raise ConvergenceError(f"{control} {loads[len(within)]:.3g} m: {reason}")
+            load = Load(task.loads.control, loads)
+            yield from fft.sweep(Press(operator, gap), load, tolerance=self.options.tolerance)
 
-        return run
-
-
-def _limit(task: Task, operator: Operator, gap: np.ndarray) -> tuple[float, str]:
-    """Return the load below which a surface has an answer, and why not above."""
-    if not isinstance(task.geometry, RoughGeometry):
-        return np.inf, ""
-    mean = float(gap.mean())
-    if task.loads.control == "mean_gap":
-        return mean, f"no contact: at first touch the mean gap is {mean:.3g} m"
-    if task.loads.control == "penetration" and operator.periodic:
-        return mean, f"no gap is left, the surfaces are closed at {mean:.3g} m"
-    return np.inf, ""
+        return as_far_as_possible(task, operator, gap, run)

@@ -16,13 +16,14 @@ from comparisons.tasks.shown_loads import MOST_POINTS
 from comparisons.tasks.solution import Solution
 from comparisons.tasks.steps import Row, Step
 from comparisons.tasks.task import Task
-from reference.halfspace import Contact, FreeOperator, PeriodicOperator
+from reference.errors import ConvergenceError
+from reference.halfspace import Contact, HalfSpace
 from reference.halfspace import areas as area_measures
 from reference.halfspace.contact_line import located_area
 from reference.halfspace.edge_cells import respond
 
-Operator = FreeOperator | PeriodicOperator
-AnyOperator = TypeVar("AnyOperator", bound=Operator)
+AnyOperator = TypeVar("AnyOperator", bound=HalfSpace)
+Sweep = Callable[[np.ndarray], Iterator[Contact]]
 # Cells of the finest grid planned after refining by a factor: a 512 x 512 map is refined once.
 MOST_INDENTER_CELLS = 3_000_000
 LARGEST_REFINED = {1: 2**24, 2: 1400**2, 4: 512**2}
@@ -124,9 +125,7 @@ class GridSolver(Solver[Geometry], Generic[AnyOperator]):
         """Return the operator from pressure to displacement."""
         raise NotImplementedError
 
-    def sweep(
-        self, task: Task, operator: AnyOperator, gap: np.ndarray
-    ) -> Callable[[np.ndarray], Iterator[Contact]]:
+    def sweep(self, task: Task, operator: AnyOperator, gap: np.ndarray) -> Sweep:
         """Return the solver as a function of the loads still to do."""
         raise NotImplementedError
 
@@ -178,7 +177,38 @@ class GridSolver(Solver[Geometry], Generic[AnyOperator]):
             yield contact_step(task, operator, contact, grid)
 
 
-def contact_step(task: Task, operator: Operator, contact: Contact, grid: Grid) -> Step:
+def as_far_as_possible(task: Task, operator: HalfSpace, gap: np.ndarray, sweep: Sweep) -> Sweep:
+    """Return the sweep over the loads that a surface admits; then the next one's fault is raised.
+
+    A load beyond what this surface admits is a lost step, not a wrong argument, because another
+    realisation may admit it.
+    """
+
+    def run(loads: np.ndarray) -> Iterator[Contact]:
+        limit, reason = _limit(task, operator, gap)
+        within = loads[loads < limit]
+        if len(within):
+            yield from sweep(within)
+        if len(within) < len(loads):
+            control = task.loads.control.replace("_", " ")
+            raise ConvergenceError(f"{control} {loads[len(within)]:.3g} m: {reason}")
+
+    return run
+
+
+def _limit(task: Task, operator: HalfSpace, gap: np.ndarray) -> tuple[float, str]:
+    """Return the load below which a surface has an answer, and why not above."""
+    if not isinstance(task.geometry, RoughGeometry):
+        return np.inf, ""
+    mean = float(gap.mean())
+    if task.loads.control == "mean_gap":
+        return mean, f"no contact: at first touch the mean gap is {mean:.3g} m"
+    if task.loads.control == "penetration" and operator.periodic:
+        return mean, f"no gap is left, the surfaces are closed at {mean:.3g} m"
+    return np.inf, ""
+
+
+def contact_step(task: Task, operator: HalfSpace, contact: Contact, grid: Grid) -> Step:
     """Return the step of a solved contact on a grid."""
     return Step(
         contact_quantities(task, operator, contact, grid),
@@ -190,7 +220,7 @@ def contact_step(task: Task, operator: Operator, contact: Contact, grid: Grid) -
 
 
 def contact_quantities(
-    task: Task, operator: Operator, contact: Contact, grid: Grid
+    task: Task, operator: HalfSpace, contact: Contact, grid: Grid
 ) -> dict[str, float]:
     """Return the quantities of one load step; the costly ones only if asked for."""
     mask = contact.pressure > 0

@@ -16,7 +16,7 @@ import numpy as np
 from comparisons.geometry.prepare import Geometry, IndenterGeometry
 from comparisons.methods.normal.bem_fft import BemFft
 from comparisons.methods.normal.closed_form import ClosedForm
-from comparisons.methods.normal.grid import Grid, Operator, make_grid
+from comparisons.methods.normal.grid import Grid, make_grid
 from comparisons.methods.normal.reduced import ReducedProfile, line_picture
 from comparisons.methods.solver import Refused, needed
 from comparisons.scene.physics.absolute_loads import AbsoluteLoads, loads_of
@@ -33,7 +33,7 @@ from reduced.profiles.equivalents import paraboloid
 from reference import closed_form as closed_forms
 from reference import loads as reference_loads
 from reference import viscoelastic as reference
-from reference.halfspace import areas
+from reference.halfspace import HalfSpace, areas
 from reference.halfspace.solution import Press
 from reference.viscoelastic.materials import GeneralisedMaxwell
 
@@ -252,7 +252,7 @@ class GridMemory(BemFft):
             yield Row(walk, unknowns=int(np.isfinite(grid.gap).sum()))
 
     def _walk(
-        self, task: Task, operator: Operator, grid: Grid, loads: np.ndarray
+        self, task: Task, operator: HalfSpace, grid: Grid, loads: np.ndarray
     ) -> Iterator[Step]:
         """Yield the steps at the scene's times.
 

@@ -81,9 +81,9 @@ def power_law(points: np.ndarray, values: np.ndarray) -> Law:
 
 
 @lru_cache(maxsize=8)
-def measure_series(method: str, effort: str) -> Series:
+def measure_series(method: str, effort: str, mesh: str) -> Series:
     """Measure a method, with rms errors over surfaces and loads relative to the finest grid."""
-    (plan, *_) = plan_scene(load_scene("rough-patch", _RECIPE))
+    (plan, *_) = plan_scene(load_scene("rough-patch", _RECIPE | {"methods.fem.mesh": mesh}))
     realisations = tuple(range(3))
 
     def solve(name: str, points: int) -> tuple[np.ndarray, float, float]:
@@ -94,7 +94,7 @@ def measure_series(method: str, effort: str) -> Series:
         return solution.quantities["penetration"], solution.seconds / count, solution.memory
 
     true = solve(GRID, _TRUTH)[0]
-    points = _GRIDS[effort][method]
+    points = _DOUBLED if mesh == "repeating" else _GRIDS[effort][method]
     rows = [solve(method, n) for n in points]
     errors = [float(np.sqrt(np.mean((row[0] / true - 1) ** 2))) for row in rows]
     return Series(
@@ -112,6 +112,7 @@ def _cost(
     points: float = 0,
     against: str = GRID,
     resource: str = "time",
+    mesh: str = "block",
 ) -> Finding:
     """Measure time (or memory) relative to finite elements, for one surface and three loads.
 
@@ -122,11 +123,12 @@ def _cost(
     """
     one_of("against", against, GRID, MODEL)
     one_of("resource", resource, "time", "memory")
+    one_of("mesh", mesh, "block", "repeating")
     if not 0 < accuracy < 1:
         raise ValueError(f"accuracy must lie in (0, 1), not {accuracy!r}")
     if against == MODEL and not points:
         raise ValueError("a line does not converge to the surface: compare with reduced at points")
-    series = {name: measure_series(name, effort) for name in ("fem", against)}
+    series = {name: measure_series(name, effort, mesh) for name in ("fem", against)}
     cost = {
         name: power_law(runs.points, runs.seconds if resource == "time" else runs.memory)
         for name, runs in series.items()

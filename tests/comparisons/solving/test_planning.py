@@ -114,10 +114,13 @@ def test_refusals_of_rough_scenes(rough):
     assert "rough surface has no closed form" in planned(rough(), "closed_form").reason
     periodic = rough(periodic=True)
     assert "free half-space" in planned(periodic, "bem_dense").reason
-    assert "periodic" in planned(periodic, "fem").reason
+    assert planned(periodic, "fem").supported
+    block = rough(periodic=True, methods={"fem": {"mesh": "block"}})
+    assert "periodic" in planned(block, "fem").reason
     gap = rough(loading={"mean_gap": ["1 nm"]})
+    assert all(planned(gap, name).supported for name in ("fem", "bem_fft"))
+    gap = rough(loading={"mean_gap": ["1 nm"]}, methods={"fem": {"mesh": "block"}})
     assert "mean-gap" in planned(gap, "fem").reason
-    assert planned(gap, "bem_fft").supported
 
 
 def test_a_resolution_that_is_no_multiple_of_the_points_is_left_out_with_its_reason(rough):

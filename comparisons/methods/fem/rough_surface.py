@@ -1,0 +1,86 @@
+"""The method `fem` on rough surfaces: elements below every cell of the map, wave by wave."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from comparisons.geometry.prepare import RoughGeometry
+from comparisons.methods.fem.indenter import points_problem, solver_problem
+from comparisons.methods.normal.grid import (
+    GridSolver,
+    Sweep,
+    as_far_as_possible,
+    cells,
+    rough_resolutions,
+)
+from comparisons.methods.solver import Refused
+from comparisons.scene.scene import Scene
+from comparisons.tasks.task import Task
+from reference import fem
+from reference.fem import grid_contact
+from reference.fem.grid_body import FreeBody, PeriodicBody
+from reference.halfspace import Contact
+from reference.loads import Load
+
+# Double arrays of one grid that a solve holds at once: those of `bem_fft`, and some kernels.
+ARRAYS_PERIODIC, ARRAYS_FREE = 36, 62
+# Matrices of the columns that are made at once.
+BYTES_OF_COLUMNS = 1.5e8
+
+
+class FemRough(GridSolver[FreeBody | PeriodicBody]):
+    """A rough surface on finite elements that repeat from cell to cell."""
+
+    name = "fem"
+    shared_cells = 25 * 256**2
+
+    def __init__(self, scene: Scene) -> None:
+        super().__init__(scene)
+        unfit = points_problem(scene) or solver_problem(scene)
+        if unfit:
+            raise Refused(unfit)
+        self.options = scene.methods.fem
+        self.enforcement = fem.Enforcement(self.options.contact, self.options.penalty)
+
+    @classmethod
+    def takes(cls, scene: Scene) -> bool:
+        """Rough surfaces, free and periodic."""
+        return scene.rough and scene.methods.fem.mesh == "repeating"
+
+    def resolutions(self, geometry: RoughGeometry) -> tuple[int, ...]:  # type: ignore[override]
+        """Return the grids of the half-space solver."""
+        return rough_resolutions(geometry)
+
+    def memory(self, task: Task) -> float:
+        """Bytes of the arrays and transforms of one grid, and of the columns."""
+        arrays = ARRAYS_PERIODIC if task.geometry.periodic else ARRAYS_FREE
+        stored = 4 * len(task.realisations)
+        grid = 8.0 * (arrays + stored) * cells(task.geometry, task.resolution)
+        return grid + BYTES_OF_COLUMNS
+
+    def model(self, geometry: RoughGeometry) -> str:  # type: ignore[override]
+        """Name the mesh and what ends it."""
+        kind = "quadratic splines" if self.options.element == "splines" else "bilinear"
+        mesh = f"hexahedra ({kind} in the plane, quadratic in depth) below every cell"
+        if geometry.periodic:
+            return f"{mesh}, clamped two periods down"
+        return f"{mesh}, free of their surroundings; further away than some cells Boussinesq fields"
+
+    def operator(
+        self, task: Task, shape: tuple[int, int], spacing: tuple[float, float]
+    ) -> FreeBody | PeriodicBody:
+        """Return the condensed body below the surface."""
+        modulus, nu = self.scene.elastic_constants
+        kind = PeriodicBody if task.geometry.periodic else FreeBody
+        return kind(shape, spacing, fem.Material(modulus, nu), self.options.element)
+
+    def sweep(self, task: Task, operator: FreeBody | PeriodicBody, gap: np.ndarray) -> Sweep:
+        """Return the solver of contact, as the scene's options enforce it."""
+
+        def run(loads: np.ndarray) -> Iterator[Contact]:
+            load = Load(task.loads.control, loads)
+            yield from grid_contact.sweep(operator, gap, load, self.enforcement)
+
+        return as_far_as_possible(task, operator, gap, run)

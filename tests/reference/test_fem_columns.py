@@ -1,0 +1,396 @@
+"""Finite elements that repeat from cell to cell: the assembled problem, transforms, contacts."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from scipy.sparse import csr_array
+from scipy.sparse.linalg import spsolve
+from skfem import Basis, BilinearForm, ElementHex2, ElementVector, MeshHex, asm
+from skfem.element import ElementDG
+
+from reference.fem import Enforcement, Material, grid_contact
+from reference.fem.columns import ELEMENTS, Layers, compliance
+from reference.fem.grid_body import FreeBody, PeriodicBody
+from reference.halfspace import FreeOperator, PeriodicOperator, fft
+from reference.halfspace.contact_line import located_area
+from reference.halfspace.solution import Press
+from reference.loads import Load
+
+WAVES = np.array([64.0, 32.0, 16.0, 8.0])
+
+
+# --- the assembled problem -------------------------------------------------------------------
+
+SPACING = 1.0, 1.4
+
+
+def hats(x, nodes, period):
+    """Periodic piecewise linear functions at x, one column a node."""
+    apart = (x[:, None] - nodes + period / 2) % period - period / 2
+    step = period / len(nodes)
+    return np.maximum(1 - np.abs(apart) / step, 0.0)
+
+
+def splines(x, nodes, period):
+    """Periodic quadratic B-splines at x, one column a node in the middle of a cell."""
+    step = period / len(nodes)
+    apart = np.abs((x[:, None] - nodes + period / 2) % period - period / 2) / step
+    inner = 0.75 - apart**2
+    outer = 0.5 * np.maximum(1.5 - apart, 0.0) ** 2
+    return np.where(apart < 0.5, inner, outer)
+
+
+def quadratics(z, lines):
+    """Quadratic shape functions on the intervals of `lines`, one column a node."""
+    nodes = np.sort(np.concatenate([lines, (lines[1:] + lines[:-1]) / 2]))
+    values = np.zeros((len(z), len(nodes)))
+    for k in range(len(lines) - 1):
+        inside = (z >= lines[k] - 1e-12) & (z <= lines[k + 1] + 1e-12)
+        s = (z[inside] - lines[k]) / (lines[k + 1] - lines[k])
+        values[inside, 2 * k] = (1 - s) * (1 - 2 * s)
+        values[inside, 2 * k + 1] = 4 * s * (1 - s)
+        values[inside, 2 * k + 2] = s * (2 * s - 1)
+    return values
+
+
+def in_plane(element, points, axis, sides):
+    """Return shape functions, pressures and forces over the cells at points along an axis."""
+    n, step = sides[axis], SPACING[axis]
+    edges, middles = np.arange(n) * step, (np.arange(n) + 0.5) * step
+    if element == "linear":
+        cell = (np.floor(points / step).astype(int))[:, None] == np.arange(n)
+        return hats(points, edges, n * step), cell.astype(float)
+    return splines(points, middles, n * step), hats(points, edges, n * step)
+
+
+def together(x, y, z):
+    """Products of functions of x, y and z at the same points, (points, all)."""
+    return csr_array(
+        (x[:, :, None, None] * y[:, None, :, None] * z[:, None, None, :]).reshape(len(x), -1)
+    )
+
+
+@BilinearForm
+def deviator(u, v, _):
+    grad, test = u.grad, v.grad
+    return 0.5 * np.sum(
+        (grad + grad.transpose(1, 0, 2, 3)) * (test + test.transpose(1, 0, 2, 3)), (0, 1)
+    )
+
+
+@BilinearForm
+def volume(u, p, _):
+    return (u.grad[0, 0] + u.grad[1, 1] + u.grad[2, 2]) * p
+
+
+@BilinearForm
+def mass(p, q, _):
+    return p * q
+
+
+def bases(lines, sides):
+    """Return scikit-fem's 27-node displacements and discontinuous pressures of one mesh."""
+    x, y = (np.arange(n + 1) * step for n, step in zip(sides, SPACING, strict=True))
+    mesh = MeshHex.init_tensor(x, y, lines)
+    basis = Basis(mesh, ElementVector(ElementHex2()), intorder=5)
+    return basis, basis.with_element(ElementDG(ElementHex2()))
+
+
+def displacements(basis, element, lines, sides):
+    """Return 27-node displacements as combinations of ours, (theirs, ours), by component."""
+    shapes = [in_plane(element, basis.doflocs[axis], axis, sides)[0] for axis in (0, 1)]
+    move = together(*shapes, quadratics(basis.doflocs[2], lines)).tocoo()
+    component = np.empty(basis.N, dtype=int)
+    component[basis.element_dofs] = (np.arange(len(basis.element_dofs)) % 3)[:, None]
+    columns = move.col + move.shape[1] * component[move.row]
+    return csr_array((move.data, (move.row, columns)), (basis.N, 3 * move.shape[1]))
+
+
+def pressures_of(basis, element, lines, sides):
+    """Return discontinuous pressures as combinations of ours."""
+    mesh = basis.mesh
+    low, high = mesh.p[:, mesh.t].min(1), mesh.p[:, mesh.t].max(1)
+    # the mesh turns the local axes as it likes
+    inside = basis.mapping.F(ElementHex2().doflocs.T).transpose(0, 2, 1)
+    # a hair inside their own cell
+    inside = inside + 1e-12 * ((low + high)[:, None] / 2 - inside)
+    place, layer = np.empty((3, basis.N)), np.empty(basis.N, dtype=int)
+    place[:, basis.element_dofs] = inside
+    layer[basis.element_dofs] = np.searchsorted(lines, (low[2] + high[2]) / 2) - 1
+    depth = (place[2] - lines[layer]) / np.diff(lines)[layer]
+    mine = (layer[:, None] == np.arange(len(lines) - 1)).astype(float)
+    steps = np.hstack([mine, mine * (2 * depth - 1)[:, None]])
+    return together(*(in_plane(element, place[axis], axis, sides)[1] for axis in (0, 1)), steps)
+
+
+def assembled(element, nu, lines, sides):
+    """Displacement of the cells under unit pressure on the first, E = 1, nu < 0.5, clamped below.
+
+    scikit-fem's matrices of 27-node hexahedra, of whose functions ours are combinations.
+    """
+    basis, discontinuous = bases(lines, sides)
+    move = displacements(basis, element, lines, sides)
+    press = pressures_of(discontinuous, element, lines, sides)
+    shear = 1 / (2 + 2 * nu)
+    stiffness = shear * (move.T @ asm(deviator, basis) @ move)
+    coupling = press.T @ asm(volume, basis, discontinuous) @ move
+    stored = press.T @ asm(mass, discontinuous) @ press
+    ratio = 2 * nu / (1 - 2 * nu) * shear
+    stiffness = stiffness + ratio * coupling.T @ spsolve(stored.tocsc(), coupling.tocsc())
+    shape = 3, *sides, 2 * len(lines) - 1
+    index = np.arange(np.prod(shape)).reshape(shape)
+    free = index[..., :-1].ravel()
+    weights, point = np.zeros((2, *sides))
+    force = (1 / 8, 6 / 8, 1 / 8) if element == "linear" else (1 / 6, 4 / 6, 1 / 6)
+    read = (0.0, 1.0, 0.0) if element == "linear" else (1 / 8, 6 / 8, 1 / 8)
+    for i in (-1, 0, 1):
+        for j in (-1, 0, 1):
+            weights[i, j], point[i, j] = force[i + 1] * force[j + 1], read[i + 1] * read[j + 1]
+    load = np.zeros(index.size)
+    load[index[2, :, :, 0]] = weights * np.prod(SPACING)
+    answer = np.zeros(index.size)
+    answer[free] = spsolve(stiffness.tocsc()[free][:, free], load[free])
+    nodal = answer[index[2, :, :, 0]]
+    return np.fft.irfft2(np.fft.rfft2(nodal) * np.fft.rfft2(point).real, sides)
+
+
+@pytest.mark.parametrize("element", ELEMENTS)
+@pytest.mark.parametrize(
+    ("nu", "sides"),
+    [
+        *((nu, (5, 4)) for nu in (0.3, 0.4999)),
+        *(pytest.param(nu, (8, 8), marks=pytest.mark.slow) for nu in (0.0, 0.3, 0.45, 0.4999)),
+    ],
+)
+def test_waves_one_by_one_are_the_assembled_problem(element, nu, sides):
+    """The same functions, so the same answer but for rounding.
+
+    The assembled matrices lose up to lambda/mu of their digits: 1e-12 grows with it.
+    """
+    layers = Layers([8.0], [Material(1.0, nu)])
+    depths = {"first": 0.5, "growth": 1.8}
+    lines = np.concatenate([[0.0], np.cumsum([t for t, _ in layers.elements(**depths)])])
+    waves = 2 * np.pi * np.fft.fftfreq(sides[0])[:, None], 2 * np.pi * np.fft.rfftfreq(sides[1])
+    columns = np.fft.irfft2(compliance(waves, SPACING, layers, element=element, **depths), sides)
+    expected = assembled(element, nu, lines, sides)
+    tolerance = 1e-12 * max(1.0, 2 * nu / (1 - 2 * nu))
+    assert len(lines) == 6
+    assert np.abs(columns - expected).max() < tolerance * np.abs(expected).max()
+
+
+# --- transforms ------------------------------------------------------------------------------
+
+
+def bonded(q, thickness, nu):
+    """Compliance of a layer on a rigid base, E = 1 (Sneddon 1951; Johnson 1985, 5.8)."""
+    shear, a = 1 / (2 + 2 * nu), q * thickness
+    return (
+        (1 - nu) / (shear * q)
+        * ((3 - 4 * nu) * np.sinh(2 * a) - 2 * a)
+        / ((3 - 4 * nu) * np.cosh(2 * a) + 2 * a**2 + 5 - 12 * nu + 8 * nu**2)
+    )  # fmt: skip
+
+
+def half_space(q, nu):
+    return 2 * (1 - nu**2) / q
+
+
+@pytest.mark.parametrize("element", ELEMENTS)
+@pytest.mark.parametrize("nu", [-0.3, 0.0, 0.3, 0.45, 0.5])
+def test_long_waves_are_those_of_the_half_space_to_second_order(element, nu):
+    """Pressures uniform on cells and read at their centres: the cells' own dispersion, O(h^2)."""
+    body = Layers([300.0], [Material(1.0, nu)])
+    q = 2 * np.pi / WAVES
+    errors = compliance((q, 0 * q), (1.0, 1.0), body, element=element) / half_space(q, nu) - 1
+    # where the element's error and the cells' cancel (linear, nu = 0.3) the order is not clean
+    assert np.abs(errors[0]) < 1.5e-3
+    if element == "splines":
+        orders = np.log2(errors[1:] / errors[:-1])
+        assert orders == pytest.approx(2.0, abs=0.1)
+
+
+@pytest.mark.parametrize("growth", [1.3, 1.15])
+def test_growth_of_the_layers_sets_a_floor(growth):
+    """Long waves against cells' own dispersion: 1.5e-5 at growth 1.3, of fourth order in it."""
+    body = Layers([1600.0], [Material(1.0, 0.3)])
+    q = np.array([2 * np.pi / 800])
+    value = compliance((q, 0 * q), (1.0, 1.0), body, growth=growth)
+    cells = 1 - q[0] ** 2 / 24  # sinc of a cell of pressure
+    assert (
+        abs(value[0] / half_space(q[0], 0.3) / cells - 1)
+        < 1.8e-5 * (np.log(growth) / np.log(1.3)) ** 2
+    )
+
+
+@pytest.mark.parametrize("nu", [0.0, 0.3, 0.45, 0.5])
+def test_layer_on_a_rigid_base_has_the_closed_transform(nu):
+    """32 cells a wave, from thin to thick: within 1e-5 once the cells' own dispersion is out."""
+    wave = 32.0
+    q = np.array([2 * np.pi / wave])
+    for thickness in (2.0, 8.0, 30.0):
+        body = Layers([thickness], [Material(1.0, nu)])
+        value, deep = (
+            compliance((q, 0 * q), (1.0, 1.0), layers, growth=1.1, first=0.2)[0]
+            for layers in (body, Layers([200.0], [Material(1.0, nu)]))
+        )
+        expected = bonded(q[0], thickness, nu) / half_space(q[0], nu)
+        assert value / deep == pytest.approx(expected, rel=3e-3)
+
+
+def test_uniform_pressure_squeezes_a_layer():
+    """At q = 0: thickness (1 - 2 nu)(1 + nu)/(E (1 - nu)), layer by layer, to rounding."""
+    still = (np.zeros(1), np.zeros(1))
+    body = Layers([2.0, 5.0], [Material(3.0, 0.3), Material(0.5, 0.0)])
+    expected = 2.0 * 0.4 * 1.3 / (3.0 * 0.7) + 5.0 / 0.5
+    assert compliance(still, (1.0, 1.0), body)[0] == pytest.approx(expected, rel=1e-12)
+    rigid = Layers([2.0], [Material(3.0, 0.5)])
+    assert abs(compliance(still, (1.0, 1.0), rigid)[0]) < 1e-12
+
+
+def test_a_coating_of_the_same_material_is_none():
+    q = np.array([0.1, 0.7, 2.0])
+    waves, material = (q, 0.3 * q), Material(2.0, 0.3)
+    whole = compliance(waves, (1.0, 1.0), Layers([120.0], [material]), growth=1.1)
+    parts = compliance(waves, (1.0, 1.0), Layers([3.0, 117.0], [material] * 2), growth=1.1)
+    # other lines in depth: the floor of the growth
+    assert parts == pytest.approx(whole, rel=3e-4)
+
+
+def test_needle_cells_and_any_units_give_the_same_digits():
+    waves = (np.array([0.3, 2.0]), np.array([1.0, 0.1]))
+    body = Layers([50.0], [Material(2.0, 0.3)])
+    value = compliance(waves, (1.0, 30.0), body)
+    tiny = compliance(waves, (1e-9, 30e-9), Layers([50e-9], [Material(2e9, 0.3)]))
+    assert np.isfinite(value).all()
+    assert tiny == pytest.approx(value * 1e-18, rel=1e-12)
+    assert np.all(value > 0)
+
+
+# --- contact ---------------------------------------------------------------------------------
+
+STEEL = Material(1 - 0.3**2, 0.3)  # effective modulus 1
+
+
+def ball(radius, shift=(0.0, 0.0)):
+    """Return the gap of a paraboloid that touches a round of `radius` cells, curvature 1/100."""
+    n = int(2.6 * radius) + 4
+    x, y = (np.arange(n) - (n - 1) / 2 + s for s in shift)
+    return (x[:, None] ** 2 + y**2) / 200
+
+
+@pytest.mark.parametrize("element", ELEMENTS)
+def test_hertz_depth_converges_with_second_order(element):
+    errors = []
+    for radius in (5, 10, 20):
+        gap = ball(radius, (0.2, -0.3))
+        body = FreeBody(gap.shape, (1.0, 1.0), STEEL, element)
+        load = Load("force", 4 / 3 * radius**3 / 100)
+        (contact,) = grid_contact.sweep(body, gap - gap.min(), load)
+        errors.append(abs((contact.penetration + gap.min()) / (radius**2 / 100) - 1))
+    assert errors[0] < 2e-3
+    # at least second order from 5 to 20 cells; half is left to the rim's place in its cell
+    assert errors[2] < 1.5 * errors[0] / 16
+
+
+@pytest.mark.parametrize(("element", "rim"), [("splines", 0.02), ("linear", 0.06)])
+def test_area_inside_the_contact_line_of_hertz(element, rim):
+    """The rim lies where the half-space's does, to 0.01 cells with splines, 0.04 with hats.
+
+    Mean over places on the grid, whose scatter is half a cell of area and leaves some 0.005 cells.
+    """
+    rng = np.random.default_rng(5)
+    for radius in (5.0, 8.0, 14.0):
+        areas = []
+        for _ in range(8):
+            gap = ball(radius, rng.uniform(-0.5, 0.5, 2))
+            body = FreeBody(gap.shape, (1.0, 1.0), STEEL, element)
+            load = Load("force", 4 / 3 * radius**3 / 100)
+            (contact,) = grid_contact.sweep(body, gap - gap.min(), load)
+            areas.append(located_area(contact) - np.pi * radius**2)
+        assert abs(np.mean(areas)) < rim * 2 * np.pi * radius
+        assert np.std(areas) < 0.5
+
+
+def rough(n, seed=0):
+    """Return a periodic gap whose shortest wave has four points on 32."""
+    rng = np.random.default_rng(seed)
+    q = np.hypot(np.fft.fftfreq(32)[:, None], np.fft.rfftfreq(32)) * 32
+    amplitude = np.where((q > 0) & (q <= 8), np.maximum(q, 1.0) ** -1.8, 0)
+    modes = amplitude * np.exp(2j * np.pi * rng.random(amplitude.shape))
+    padded = np.zeros((n, n // 2 + 1), dtype=complex)
+    padded[:16, :16], padded[-16:, :16] = modes[:16, :16], modes[16:, :16]
+    heights = np.fft.irfft2(padded, (n, n))
+    heights *= 1 / heights.std()
+    return heights.max() - heights
+
+
+@pytest.mark.parametrize("periodic", [True, False])
+def test_rough_contact_converges_to_the_half_space(periodic):
+    """Two theories that share the contact iteration only: the differences fall as the grids'."""
+    differences = []
+    for n in (32, 64, 128):
+        gap, spacing = rough(n), (32 / n, 32 / n)
+        load = Load("force", np.array([0.02, 0.1]) * 32**2)
+        kind = PeriodicOperator if periodic else FreeOperator
+        half = list(fft.sweep(Press(kind(gap.shape, spacing, 1.0), gap), load))
+        body = (PeriodicBody if periodic else FreeBody)(gap.shape, spacing, STEEL)
+        elements = list(grid_contact.sweep(body, gap, load))
+        differences.append(
+            [
+                (abs(a.penetration / b.penetration - 1), abs(located_area(a) / located_area(b) - 1))
+                for a, b in zip(elements, half, strict=True)
+            ]
+        )
+    coarse, _, fine = np.array(differences)
+    assert np.all(fine[:, 0] < 1.5e-3)
+    assert np.all(fine[:, 1] < 1.5e-2)
+    # two halvings: first order and more (penetrations count from the highest point of a grid)
+    assert np.all(fine[:, 0] < coarse[:, 0] / 4)
+    assert np.all(fine[:, 1] < coarse[:, 1] / 3)
+
+
+def test_free_patch_does_not_see_its_images():
+    """The same rectangle inside a larger grid: what is periodic in it has died out."""
+    gap = ball(4)
+    whole = np.full((40, 40), np.inf)
+    whole[: gap.shape[0], : gap.shape[1]] = gap
+    forces = []
+    for g in (gap, whole):
+        body = FreeBody(g.shape, (1.0, 1.0), STEEL)
+        (contact,) = grid_contact.sweep(body, g, Load("penetration", 0.16))
+        forces.append(contact.force)
+    assert forces[0] == pytest.approx(forces[1], rel=1e-5)
+
+
+def test_penalty_is_a_softer_body_and_multipliers_take_it_back():
+    """Overlap of the penalty method falls as 1/eps; multipliers leave none."""
+    gap, load = rough(32), Load("force", np.array([0.05 * 32**2]))
+    body = PeriodicBody(gap.shape, (1.0, 1.0), STEEL)
+    (exact,) = grid_contact.sweep(body, gap, load)
+    errors = []
+    for eps in (1e1, 1e2, 1e3):
+        (soft,) = grid_contact.sweep(body, gap, load, Enforcement("penalty", eps))
+        # every depth sinks by the overlap of the mean pressure, and the pressure moves too
+        errors.append(soft.penetration - exact.penetration)
+    assert np.all(np.array(errors) > 0)
+    assert np.log10(errors[1] / errors[2]) == pytest.approx(1.0, abs=0.1)
+    for control, value in (("force", exact.force), ("penetration", exact.penetration)):
+        how = Enforcement("augmented_lagrangian", 1e2)
+        (same,) = grid_contact.sweep(body, gap, Load(control, value), how)
+        assert same.force == pytest.approx(exact.force, rel=1e-6)
+        assert same.penetration == pytest.approx(exact.penetration, rel=1e-6)
+        assert same.violation < 1e-7
+    (half,) = grid_contact.sweep(body, gap, Load("mean_gap", exact.mean_gap), how)
+    assert half.force == pytest.approx(exact.force, rel=1e-5)
+
+
+def test_faults_are_listed():
+    with pytest.raises(ValueError, match=r"thicknesses\[0\].*"):
+        Layers([-1.0], [STEEL])
+    with pytest.raises(ValueError, match="as many"):
+        Layers([1.0], [])
+    with pytest.raises(ValueError, match=r"element must be.*growth must lie"):
+        compliance(
+            (np.zeros(1), np.zeros(1)), (1.0, 1.0), Layers([1.0], [STEEL]), element="x", growth=9
+        )
