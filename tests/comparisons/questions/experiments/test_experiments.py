@@ -291,7 +291,7 @@ def test_cost_at_equal_error_follows_the_laws_of_cost_and_error(monkeypatch):
         "bem_fft": cost.Series(n, 1e-6 * n**2, 1e6 * n**2, 1 / n),
         "reduced": cost.Series(n, 1e-9 * n, 1e6 * n, 1 / n),
     }
-    monkeypatch.setattr(cost, "measure_series", lambda method, effort: planted[method])
+    monkeypatch.setattr(cost, "measure_series", lambda method, effort, mesh: planted[method])
     equal = measure("finite-element-cost", 0.02)
     assert equal.error == pytest.approx(2.5e-3, rel=1e-9)
     assert equal.details["exponent of time, finite elements"] == pytest.approx(3, rel=1e-12)
@@ -305,7 +305,7 @@ def test_a_method_is_measured_on_ever_finer_grids(monkeypatch):
     """Every grid is solved anew: lines of the model stay far from the surface's own truth."""
     monkeypatch.setitem(cost._GRIDS["quick"], "reduced", (8, 16))
     monkeypatch.setattr(cost, "_TRUTH", 32)
-    series = cost.measure_series.__wrapped__("reduced", "quick")
+    series = cost.measure_series.__wrapped__("reduced", "quick", "block")
     assert series.points.tolist() == [8, 16]
     assert (series.seconds > 0).all()
     assert (series.errors > 0.1).all()
