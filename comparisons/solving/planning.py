@@ -1,8 +1,7 @@
 """Planning: methods and resolutions for a scene, and the reason for everything left out.
 
-A scene becomes one plan, or two: a measured map too large for the dense and finite-element
-solvers gets a second, smaller scene - a patch of the same map, named and repeatable - on which
-all methods meet.
+A scene becomes one plan, or two: a measured map too large for the dense solver gets a second,
+smaller scene - a patch of the same map, named and repeatable - on which all methods meet.
 """
 
 from __future__ import annotations
@@ -178,7 +177,7 @@ def plan_scene(scene: Scene, effort: Effort = "quick") -> list[Plan]:
             plans[0],
             notes=(
                 *plans[0].notes,
-                f"bem_dense and fem run on the scene {patch.name}: "
+                f"bem_dense runs on the scene {patch.name}: "
                 f"the patch crop = {list(crop)} of the same map",
             ),
         )
@@ -447,12 +446,12 @@ def _patch_of(scene: Scene, plan: Plan) -> tuple[Scene, Crop] | None:
     surface = scene.surface
     if not isinstance(surface, MeasuredMap) or not isinstance(geometry, RoughGeometry):
         return None
-    if scene.physics:  # dense and finite-element methods gain nothing from a patch there
+    if scene.physics:  # the dense method gains nothing from a patch there
         return None
     if geometry.periodic or max(geometry.points) <= PATCH_POINTS or min(geometry.points) < 8:
         return None
     methods = scene.compare.methods
-    if methods is not None and not {"fem", "bem_dense"} & set(methods):
+    if methods is not None and "bem_dense" not in methods:
         return None
     assert geometry.measured is not None
     crop = _crop_around_peak(geometry.measured, surface.crop)
