@@ -143,5 +143,5 @@ def test_the_tables_of_the_page_have_the_form_their_script_makes():
 
 def test_a_level_map_is_refused():
     """No waves, no line: said in words."""
-    with pytest.raises(ValueError, match="level"):
+    with pytest.raises(ValueError, match="flat"):
         calculate(measured(np.full((8, 8), 3.0), 1.0), 1.0, FORCE, sampling=Sampling(2))
