@@ -364,3 +364,15 @@ def test_the_tolerance_decides_the_finite_element_mesh(scene):
         for wanted in (1e-2, 1e-3, 1e-4, 1e-5)
     ]
     assert finest == [4, 6, 8, 10]
+
+
+def test_a_small_part_of_a_map_is_solved_on_a_fourth_grid(rough):
+    """Its few spots are one sample; an ensemble's are many, and costly on fine grids."""
+    for plan, expected in zip(
+        plan_scene(load_scene("measured-map")), [(64, 128, 256), (16, 32, 64, 128)], strict=True
+    ):
+        (grid,) = (each for each in plan.methods if each.method == "bem_fft")
+        assert grid.resolutions == expected
+    (many, *_) = plan_scene(rough(points=16))
+    (grid,) = (each for each in many.methods if each.method == "bem_fft")
+    assert grid.resolutions == (16, 32, 64)
