@@ -10,13 +10,13 @@ import pandas as pd
 from comparisons import formatting as fmt
 from comparisons.errors import InputError
 from comparisons.judging.proofs import in_words
+from comparisons.questions.study import solved_in_memory
 from comparisons.results import selection
 from comparisons.results.advice import Setting, advise
 from comparisons.results.decisions import Verdict, asked_in_vain, judged_methods, verdicts, worst
 from comparisons.results.record import record_scene
 from comparisons.results.store import SceneRecord
-from comparisons.solving.answers import solve_plan
-from comparisons.solving.planning import plan_scene
+from comparisons.solving.planning import Effort, plan_scene
 from comparisons.solving.plans import Source, refuse_unsolvable
 from reports.tables.judged import methods_table
 from reports.tables.scene import lost_solves
@@ -186,7 +186,7 @@ def compare(
     resolutions : list of int, optional
         Common to all methods that have one; default: at least three for each, as planned.
     full : bool
-        Solve every realisation of a rough surface; otherwise at most 10.
+        Solve as many surfaces and grids as `roughline run --full`; otherwise as many as `run`.
 
     Returns
     -------
@@ -208,11 +208,12 @@ def compare(
     ['force']
     """
     choices = {"tolerance": tolerance, "quantities": quantities, "resolutions": resolutions}
-    plans = plan_scene(scene_of(scene, methods, **choices), "full" if full else "quick")
+    effort: Effort = "full" if full else "quick"
+    plans = plan_scene(scene_of(scene, methods, **choices), effort)
     refuse_unsolvable(plans)
     comparison = None
     for plan in reversed(plans):
-        comparison = Comparison(record_scene(plan, solve_plan(plan)), comparison)
+        comparison = Comparison(record_scene(*solved_in_memory(plan, effort)), comparison)
     assert comparison is not None  # a scene has at least one plan
     vain = asked_in_vain([comparison.record])
     if vain:

@@ -129,7 +129,7 @@ def plan(scene: Source, *methods: str, full: bool = False) -> Plan:
     *methods : str
         Only these; default: all that can solve the scene.
     full : bool
-        Every realisation of a rough surface; otherwise at most 10.
+        As many surfaces and grids as `roughline run --full` begins with.
 
     Raises
     ------

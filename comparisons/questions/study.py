@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import Any, Unpack
 
@@ -30,7 +30,7 @@ from comparisons.solving.compilation import compile_apart
 from comparisons.solving.execution import execute
 from comparisons.solving.inquiries import Inquiry
 from comparisons.solving.jobs import Done, Job
-from comparisons.solving.planning import Plan
+from comparisons.solving.planning import Effort, Plan
 from comparisons.tasks.archive import save_solution
 from comparisons.tasks.solution import REALISATIONS, Solution, Solved
 from comparisons.tasks.task import Task
@@ -199,12 +199,7 @@ class Study(Campaign[Plan, StudyRecord]):
 
     def solved(self, plan: Plan) -> Solved:
         """Return the solutions of a plan for which all blocks of realisations are done."""
-        solved: Solved = {}
-        for setting, tasks in plan.settings.items():
-            blocks = [s for s in map(self.solution, tasks) if s is not None]
-            if len(blocks) == len(tasks):
-                solved[setting] = Solution.concat(blocks, axis=REALISATIONS)
-        return solved
+        return _joined(plan, self.solution)
 
     def _scene_record(self, plan: Plan) -> SceneRecord:
         fields = {
@@ -215,6 +210,44 @@ class Study(Campaign[Plan, StudyRecord]):
         for path in fields.values():
             write_fields(path.with_suffix(".vtu"), self._solutions[path.stem].fields)
         return record_scene(plan, self.solved(plan), fields)
+
+
+def solved_in_memory(plan: Plan, effort: Effort) -> tuple[Plan, Solved]:
+    """Solve a plan here as a study would, without a folder.
+
+    Returns
+    -------
+    (Plan, dict)
+        The plan with the surfaces, lines and grids that were solved in the end, and the solutions.
+    """
+    solutions: dict[str, Solution] = {}
+
+    def solved(asked: Plan) -> Solved:
+        for task in asked.tasks:
+            if task.key not in solutions:
+                solutions[task.key] = solve_task(task)
+        return _joined(asked, lambda task: solutions[task.key])
+
+    plan = enlarged(plan, solved(plan), effort)
+    if effort == "full":
+        steps = refinements(plan, solved)
+        while True:
+            try:
+                solved(next(steps))
+            except StopIteration as end:
+                plan = end.value
+                break
+    return plan, solved(plan)
+
+
+def _joined(plan: Plan, solution: Callable[[Task], Solution | None]) -> Solved:
+    """Return the solutions of the settings all of whose blocks of realisations have one."""
+    solved: Solved = {}
+    for setting, tasks in plan.settings.items():
+        blocks = [s for s in map(solution, tasks) if s is not None]
+        if len(blocks) == len(tasks):
+            solved[setting] = Solution.concat(blocks, axis=REALISATIONS)
+    return solved
 
 
 def solve_task(task: Task) -> Solution:

@@ -310,16 +310,16 @@ def advise(
     quantities
         Comma-separated quantities that must meet it; default: those that the scene compares.
     full
-        Solve every realisation of the scene; --quick: at most 10.
+        Solve as many surfaces and grids as `run --full`; --quick: as many as `run`.
     json
         Print one JSON object.
     """
     from comparisons.errors import InputError
+    from comparisons.questions.study import solved_in_memory
     from comparisons.results.advice import advise as advice_of
     from comparisons.results.decisions import asked_in_vain
     from comparisons.results.record import record_scene
     from comparisons.scene.scene import load_scene
-    from comparisons.solving.answers import solve_plan
     from comparisons.solving.planning import plan_scene
     from comparisons.solving.plans import refuse_unsolvable
     from reports.cli import terminal
@@ -330,13 +330,14 @@ def advise(
         overrides["compare.tolerance"] = share(tolerance)
     if quantities is not None:
         overrides["compare.quantities"] = [quantity.strip() for quantity in quantities.split(",")]
-    plans = plan_scene(load_scene(scene, overrides), "full" if full else "quick")
+    effort: Effort = "full" if full else "quick"
+    plans = plan_scene(load_scene(scene, overrides), effort)
     refuse_unsolvable(plans)
     records = []
     with terminal.status() as say:
         for plan in plans:
             say(f"solving {plan.scene.name} with every method")
-            records.append(record_scene(plan, solve_plan(plan)))
+            records.append(record_scene(*solved_in_memory(plan, effort)))
     vain = asked_in_vain(records)
     if vain:
         raise InputError("\n".join(vain))
