@@ -17,7 +17,7 @@ from comparisons.judging.proofs import Verification, verified
 from comparisons.judging.truth import Truth, choose_truth
 from comparisons.judging.uncertainty import combined
 from comparisons.judging.verdicts import judged
-from comparisons.methods.normal.proved import enclosures
+from comparisons.methods.normal.proved import enclosures_asked_for
 from comparisons.solving.planning import Plan
 from comparisons.tasks.solution import Solution, Solved
 
@@ -60,9 +60,9 @@ def compare(plan: Plan, solved: Solved, constants: dict[str, Any]) -> Comparison
         if not planned.supported
     ]
     verification = None
-    if truth is not None and plan.scene.compare.proved:
-        started = time.perf_counter()
-        sides = enclosures(plan.scene, plan.loads)
+    started = time.perf_counter()
+    sides = {} if truth is None else enclosures_asked_for(plan.scene, plan.loads)
+    if truth is not None and sides:
         verification = verified(truth, sides, time.perf_counter() - started)
         for row in rows:
             if (row["method"], row["resolution"]) == (truth.method, truth.resolution):

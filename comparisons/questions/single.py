@@ -17,7 +17,7 @@ from comparisons.files import plain, table_text, write_named, write_named_text
 from comparisons.geometry.prepare import IndenterGeometry
 from comparisons.judging.levels import mean_curves
 from comparisons.judging.uncertainty import standard_error
-from comparisons.methods.normal.proved import enclosures
+from comparisons.methods.normal.proved import enclosures_asked_for
 from comparisons.results.vtu import vtu_file
 from comparisons.scene.scene import Scene, load_scene
 from comparisons.solving.answers import solve_blocks
@@ -149,7 +149,7 @@ def solve_scene(
         for block in blocks
     ]
     solution = solve_blocks(tasks)
-    proved = enclosures(plan.scene, plan.loads) if plan.scene.compare.proved else {}
+    proved = enclosures_asked_for(plan.scene, plan.loads)
     return SingleResult(plan, method, chosen, solution, proved)
 
 

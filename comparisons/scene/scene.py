@@ -75,7 +75,7 @@ class Compare(_Table):
     tolerance: Positive = 0.01
     resolutions: tuple[Annotated[int, Field(strict=True, ge=1, le=2**20)], ...] | None = None
     methods: tuple[KnownMethod, ...] | None = None
-    proved: Annotated[bool, Field(strict=True)] = False
+    proved: Annotated[bool, Field(strict=True)] | Literal["if_any"] = False
 
     @field_validator("tolerance")
     @classmethod

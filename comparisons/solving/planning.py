@@ -167,7 +167,7 @@ def plan_scene(scene: Scene, effort: Effort = "quick") -> list[Plan]:
     """
     _check_size(scene)
     plans = [_plan(scene, effort)]
-    if scene.compare.proved:
+    if scene.compare.proved is True:
         _check_proof(plans[0])
     part = _patch_of(scene, plans[0])
     if part is not None:

@@ -86,6 +86,24 @@ def enclosures(scene: Scene, loads: AbsoluteLoads) -> dict[str, np.ndarray]:
     }
 
 
+def enclosures_asked_for(scene: Scene, loads: AbsoluteLoads) -> dict[str, np.ndarray]:
+    """Return the enclosures that the scene's ``compare.proved`` asks for, empty if it does not.
+
+    Raises
+    ------
+    Refused
+        As `enclosures`, unless the scene asks for those that there are, "if_any".
+    """
+    if not scene.compare.proved:
+        return {}
+    try:
+        return enclosures(scene, loads)
+    except Refused:
+        if scene.compare.proved == "if_any":
+            return {}
+        raise
+
+
 def check_enclosed(scene: Scene, loads: AbsoluteLoads) -> Proof:
     """Return the proof of a scene under its loads; raise `Refused` as `enclosures` does."""
     proof = proof_of(scene)
