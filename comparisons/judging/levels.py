@@ -128,10 +128,15 @@ class Levels:
         if not curves:
             return np.full(last.converged.shape[1], np.nan)
         series = np.array(list(curves.values()))
-        if last.rough and METHODS[self.method].dimension == 3:
+        if self.rough and METHODS[self.method].dimension == 3:
             return rough_uncertainty(np.array(list(curves)), series, name)
         sizes = sizes_along_path(series[-1]) if last.path else None
         return grid_uncertainty(np.array(list(curves)), series, sizes=sizes)
+
+    @property
+    def rough(self) -> bool:
+        """Whether the surface is rough."""
+        return next(reversed(self.solutions.values())).rough
 
     @property
     def ensemble(self) -> str:

@@ -246,13 +246,14 @@ def choose_truth(solved: Solved, axis: str, quantities: tuple[str, ...]) -> Trut
     """Return the best truth: the closed form, else the 3-D method known best.
 
     Among 3-D methods the one whose compared quantities have the smallest bar wins; equal or
-    unknown bars follow their order of preference. Half-space solvers have the same error on the
-    same grid: of them only the finest grid is a candidate, lest a bar that is small by chance on
-    coarse grids wins.
+    unknown bars follow their order of preference. Half-space solvers, and on rough surfaces all
+    methods, stand on the cells of a grid and have much the same error on the same one: of them only
+    the finest grid is a candidate, and of equal ones the preferred, lest a bar that is small by
+    chance wins.
     """
     everyone = truths(solved, axis)
     able = [truth for truth in everyone if not METHODS[truth.method].peer]
-    grids = [truth for truth in able if METHODS[truth.method].grid]
+    grids = [truth for truth in able if METHODS[truth.method].grid or truth.levels.rough]
     finest = max(grids, key=lambda grid: grid.resolution, default=None)
     able = [truth for truth in able if truth is finest or truth not in grids]
     if not able:

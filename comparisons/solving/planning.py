@@ -33,6 +33,8 @@ from comparisons.tasks.task import Task
 Effort = Literal["quick", "full"]
 Crop = tuple[int, int, int, int]
 QUICK_REALISATIONS = 10
+# Surfaces of methods that are compared with the leading grid surface by surface.
+PAIRED_REALISATIONS = 4
 # Surfaces on each grid, coarse to fine, that a plan begins with: their scatter says how many are
 # needed (`judging.ensembles`). Of large surfaces, on which a solve costs more than DEAR of those on
 # 64 x 64 points, as few as tell a scatter.
@@ -221,7 +223,7 @@ def realisation_count(scene: Scene, method: str, limit: int) -> int:
     if isinstance(scene.surface, MeasuredMap) and METHODS[method].dimension == 3:
         return 1
     # What is compared surface by surface needs few of them: differences scatter little.
-    return min(scene.surface.realisations, limit if scene.physics else QUICK_REALISATIONS)
+    return min(scene.surface.realisations, limit if scene.physics else PAIRED_REALISATIONS)
 
 
 def plan_from(scene: Scene, document: Mapping[str, Any], effort: Effort) -> Plan:

@@ -2,12 +2,11 @@ r"""An elastic body of finite elements below a grid of cells, as an operator for
 
 The compliance of the columns (`columns.compliance`) on all modes of an FFT is the condensed
 stiffness of a mesh that repeats; with it the solvers of `halfspace.fft`, stiffnesses and energies
-work on finite elements as they do on the half-space. The body is clamped two periods below the
-surface, where nothing of the longest wave is left (exp(-8 pi) = 1e-11): it shares no theory with
-the half-space solver.
+work on finite elements as they do on the half-space, and share its contact iteration.
 
-On a free surface the body differs from the half-space within some cells only, where the elements
-differ from the continuum:
+A periodic body is clamped two periods below the surface, where no more than 1e-8 of the longest
+wave's compliance comes from: nothing of it is taken from the half-space. On a free surface the body
+differs from the half-space within some cells only, where the elements differ from the continuum:
 
     K_free = K_Love + (K_columns - K_cells),
 
@@ -15,6 +14,8 @@ with Love's coefficients of pressures uniform on cells, and the same with all pe
 """
 
 from __future__ import annotations
+
+import math
 
 import numpy as np
 from numpy.typing import NDArray
@@ -29,6 +30,10 @@ Array = NDArray[np.float64]
 
 # Where a body without a base is clamped, in the longer period.
 _DEPTH = 2.0
+# Long sides of cells from one loaded cell to its image where elements and continuum are the same.
+_APART = 64
+# Longer cells need more modes for that than there is use for them.
+_LONGEST = 100
 
 
 class PeriodicBody(HalfSpace):
@@ -117,10 +122,10 @@ class FreeBody(FreeOperator):
 
     Examples
     --------
-    >>> body = FreeBody((9, 9), (1.0, 1.0), Material(1 - 0.3**2, 0.3))
-    >>> one = np.zeros((9, 9))
+    >>> body = FreeBody((40, 40), (1.0, 1.0), Material(1 - 0.3**2, 0.3))
+    >>> one = np.zeros((40, 40))
     >>> one[4, 4] = 1.0  # far from one loaded cell: 1/(pi E* r)
-    >>> bool(np.isclose(body.apply(one)[4, 8], 1 / (4 * np.pi), rtol=1e-2))
+    >>> bool(np.isclose(body.apply(one)[4, 36], 1 / (32 * np.pi), rtol=1e-2))
     True
     """
 
@@ -133,8 +138,18 @@ class FreeBody(FreeOperator):
         contact_compliance: float = 0.0,
     ) -> None:
         super().__init__(shape, spacing, plane_modulus(material))
+        if max(spacing) > _LONGEST * min(spacing):
+            raise ValueError(
+                f"spacing must be sides within a factor of {_LONGEST} below a free patch, "
+                f"not {spacing!r}"
+            )
         self.material, self.element = material, element
         self.contact_compliance = contact_compliance
+
+    @property
+    def lifts(self) -> bool:
+        """Whether pressure on a cell raises another one, as elements below long cells do."""
+        return bool(self.coefficients(self.shape).min() < 0)
 
     def coefficients(self, shape: tuple[int, int]) -> Array:
         """Coefficients at offsets from zero to less than `shape`: Love's, and what elements add."""
@@ -143,8 +158,16 @@ class FreeBody(FreeOperator):
 
     def _coefficients(self) -> Array:
         rows, columns = self.shape
-        period = tuple(fft.next_fast_len(max(2 * n, 16), real=True) for n in self.shape)
-        period = (period[0] + period[0] % 2, period[1] + period[1] % 2)
+        # half of an even period, so that the grid sees none of its images
+        half = [
+            int(
+                fft.next_fast_len(
+                    max(n, math.ceil(_APART * max(self.spacing) / step / 2)), real=True
+                )
+            )
+            for n, step in zip(self.shape, self.spacing, strict=True)
+        ]
+        period = 2 * half[0], 2 * half[1]
         more = modes(period, self.spacing, self.material, self.element)
         cells = kernels.periodic(period, self.spacing, self.effective_modulus, "cells")
         more -= cells

@@ -64,41 +64,57 @@ def sweep(
     >>> bool(abs(hertz.force / (4 / 3 * 0.5**1.5) - 1) < 5e-3)
     True
     """
-    compliance = min(body.spacing) / (enforcement.penalty * body.effective_modulus)
-    press = Press(body, gap)
-    if enforcement.method == "active_set":
-        yield from fft.sweep(press, load, tolerance=tolerance)
+    pressed = body_under(body, enforcement)
+    if enforcement.method != "augmented_lagrangian":
+        yield from fft.sweep(Press(pressed, gap), load, tolerance=tolerance)
         return
-    soft = body.softened(compliance)
-    if enforcement.method == "penalty":
-        yield from fft.sweep(Press(soft, gap), load, tolerance=tolerance)
-        return
+    contact = None
     for value in load.values:
-        yield _augmented(press, Load(load.control, value), soft, enforcement, tolerance)
+        step = Load(load.control, value)
+        contact = _augmented(Press(body, gap), step, enforcement, tolerance, contact)
+        yield contact
+
+
+def body_under(body: FreeBody | PeriodicBody, enforcement: Enforcement) -> FreeBody | PeriodicBody:
+    """Return what the shape is pressed on: with a penalty, the body with its springs on it."""
+    return _soft(body, enforcement) if enforcement.method == "penalty" else body
+
+
+def _soft(body: FreeBody | PeriodicBody, enforcement: Enforcement) -> FreeBody | PeriodicBody:
+    return body.softened(min(body.spacing) / (enforcement.penalty * body.effective_modulus))
 
 
 def _augmented(
-    press: Press,
-    load: Load,
-    soft: FreeBody | PeriodicBody,
-    enforcement: Enforcement,
-    tolerance: float,
+    press: Press, load: Load, enforcement: Enforcement, tolerance: float, start: Contact | None
 ) -> Contact:
-    """Return the contact whose overlap the multipliers have taken away."""
-    allowed = soft.contact_compliance
-    multipliers, contact = np.zeros(soft.shape), None
-    history: list[float] = []
+    """Return the contact whose overlap the multipliers have taken away.
+
+    They begin with the pressure of the last load. What needs no multipliers, or has no answer, is
+    the exact solver's.
+    """
+    value, lowest = load.single(), press.lowest
+    body = press.operator
+    assert isinstance(body, FreeBody | PeriodicBody)
+    closed = body.periodic and load.control == "penetration" and value >= press.gap.mean()
+    if closed or not press.gap.any() or (load.control == "penetration" and value <= lowest):
+        return fft.solve(press, load, tolerance=tolerance)
+    soft = _soft(body, enforcement)
+    multipliers = np.zeros(soft.shape) if start is None else start.pressure
+    contact, history = None, []
     for _ in range(enforcement.max_iterations):
-        lifted = press.gap - allowed * multipliers
+        lifted = press.gap - soft.contact_compliance * multipliers
         shift = float(lifted.min())
-        moved = load.values - shift if load.control == "penetration" else load.values
-        shape = Press(soft, lifted - shift)
-        aim = Load(load.control, moved)
+        moved = value - shift if load.control == "penetration" else value
+        shape, aim = Press(soft, lifted - shift), Load(load.control, moved)
         contact = fft.solve(shape, aim, tolerance=tolerance / 4, start=contact)
         depth = contact.penetration + shift
-        overlap = allowed * float(np.abs(contact.pressure - multipliers).max())
-        history += [*contact.history, overlap / depth]
+        overlap = soft.contact_compliance * float(np.abs(contact.pressure - multipliers).max())
+        history += [*contact.history, overlap / depth if depth > 0 else np.inf]
         if overlap <= tolerance / 2 * depth:
             return assemble(press, contact.pressure, depth, len(history), history)
         multipliers = contact.pressure
-    raise ConvergenceError("the multipliers left an overlap", history)
+    raise ConvergenceError(
+        f"the overlap did not vanish in {enforcement.max_iterations} updates of the multipliers "
+        f"with a penalty of {enforcement.penalty:g} E*/h: a larger one needs fewer",
+        history,
+    )

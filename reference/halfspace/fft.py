@@ -152,7 +152,7 @@ def _solve(press: Press, kind: str, value: float, start: Field | None, effort: E
         _refuse_closed_gap(press, value)
         if gap.min() >= value:
             return assemble(press, np.zeros(operator.shape), value, 0, [0.0])
-    elif operator.periodic and not gap.any() and operator.mean_compliance == 0:
+    elif operator.periodic and not operator.sinks and not gap.any():
         return _flat_on_flat(press, value)
     if press.lowest > 0:
         depth = value - press.lowest if kind == "penetration" else value
@@ -202,8 +202,8 @@ def _flat_on_flat(press: Press, force: float) -> Contact:
 
 def _refuse_closed_gap(press: Press, depth: float) -> None:
     gap = press.gap
-    sinks = press.operator.periodic and press.operator.mean_compliance > 0
-    if press.operator.periodic and not sinks and np.isfinite(gap).all() and depth >= gap.mean():
+    operator = press.operator
+    if operator.periodic and not operator.sinks and np.isfinite(gap).all() and depth >= gap.mean():
         raise ValueError(
             f"penetration {depth!r} reaches the mean gap {float(gap.mean())!r}: the periodic "
             "half-space is in full contact there and the penetration does not set the force; "
@@ -217,10 +217,10 @@ def _window(
     """Return the smallest useful rectangle of cells with gap < reach, or the whole grid.
 
     On the free half-space u >= 0, so cells with g >= d are never in contact and can be ignored. A
-    periodic half-space has no such bound.
+    periodic half-space has no such bound, nor have finite elements below long cells.
     """
     grid = (slice(0, operator.shape[0]), slice(0, operator.shape[1]))
-    if not isinstance(operator, FreeOperator):
+    if not isinstance(operator, FreeOperator) or operator.lifts:
         return grid
     near = gap < reach
     if start is not None:
@@ -261,7 +261,7 @@ def _solve_mean_gap(press: Press, mean_gap: float, start: Field | None, effort: 
     def at(depth: float, pressure: Field | None) -> Contact:
         return _solve(press, "penetration", depth, pressure, effort)
 
-    if press.operator.periodic and finite.all() and press.operator.mean_compliance == 0:
+    if press.operator.periodic and not press.operator.sinks and finite.all():
         return at(widest - mean_gap, start)
     return _search_depth(at, widest, mean_gap, effort.tolerance, start)
 

@@ -50,7 +50,12 @@ class HalfSpace:
     @property
     def mean_compliance(self) -> float:
         """Mean displacement per mean pressure of a periodic body; zero on the half-space."""
-        return float(self.transfer[0, 0]) if self.periodic else np.nan
+        return float(self.transfer[0, 0])
+
+    @property
+    def sinks(self) -> bool:
+        """Whether a uniform pressure displaces a periodic body: not so on the half-space."""
+        return self.periodic and self.mean_compliance > 0
 
     def cached(self, key: Hashable, make: Callable[[], Cached]) -> Cached:
         """Return the cached result of `make` for this key."""
@@ -147,6 +152,11 @@ class FreeOperator(HalfSpace):
     """
 
     periodic = False
+
+    @property
+    def lifts(self) -> bool:
+        """Whether pressure on a cell may raise another: never on the half-space."""
+        return False
 
     def __init__(
         self, shape: tuple[int, int], spacing: tuple[float, float], effective_modulus: float

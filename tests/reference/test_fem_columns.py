@@ -9,12 +9,14 @@ from scipy.sparse.linalg import spsolve
 from skfem import Basis, BilinearForm, ElementHex2, ElementVector, MeshHex, asm
 from skfem.element import ElementDG
 
+from reference.errors import ConvergenceError
 from reference.fem import Enforcement, Material, grid_contact
 from reference.fem.columns import ELEMENTS, Layers, compliance
 from reference.fem.grid_body import FreeBody, PeriodicBody
 from reference.halfspace import FreeOperator, PeriodicOperator, fft
+from reference.halfspace.areas import contact_stiffness
 from reference.halfspace.contact_line import located_area
-from reference.halfspace.solution import Press
+from reference.halfspace.solution import Press, assemble
 from reference.loads import Load
 
 WAVES = np.array([64.0, 32.0, 16.0, 8.0])
@@ -212,7 +214,7 @@ def test_long_waves_are_those_of_the_half_space_to_second_order(element, nu):
 
 @pytest.mark.parametrize("growth", [1.3, 1.15])
 def test_growth_of_the_layers_sets_a_floor(growth):
-    """Long waves against cells' own dispersion: 1.5e-5 at growth 1.3, of fourth order in it."""
+    """Long waves against the cells' own dispersion: 1.5e-5 at growth 1.3, and falling with it."""
     body = Layers([1600.0], [Material(1.0, 0.3)])
     q = np.array([2 * np.pi / 800])
     value = compliance((q, 0 * q), (1.0, 1.0), body, growth=growth)
@@ -225,7 +227,7 @@ def test_growth_of_the_layers_sets_a_floor(growth):
 
 @pytest.mark.parametrize("nu", [0.0, 0.3, 0.45, 0.5])
 def test_layer_on_a_rigid_base_has_the_closed_transform(nu):
-    """32 cells a wave, from thin to thick: within 1e-5 once the cells' own dispersion is out."""
+    """32 cells a wave, from thin to thick: within 5e-5 once the cells' own dispersion is out."""
     wave = 32.0
     q = np.array([2 * np.pi / wave])
     for thickness in (2.0, 8.0, 30.0):
@@ -235,7 +237,7 @@ def test_layer_on_a_rigid_base_has_the_closed_transform(nu):
             for layers in (body, Layers([200.0], [Material(1.0, nu)]))
         )
         expected = bonded(q[0], thickness, nu) / half_space(q[0], nu)
-        assert value / deep == pytest.approx(expected, rel=3e-3)
+        assert value / deep == pytest.approx(expected, rel=5e-5)
 
 
 def test_uniform_pressure_squeezes_a_layer():
@@ -327,7 +329,7 @@ def rough(n, seed=0):
 
 @pytest.mark.parametrize("periodic", [True, False])
 def test_rough_contact_converges_to_the_half_space(periodic):
-    """Two theories that share the contact iteration only: the differences fall as the grids'."""
+    """Elements and half-space on the same cells, by one iteration: differences fall with them."""
     differences = []
     for n in (32, 64, 128):
         gap, spacing = rough(n), (32 / n, 32 / n)
@@ -350,17 +352,37 @@ def test_rough_contact_converges_to_the_half_space(periodic):
     assert np.all(fine[:, 1] < coarse[:, 1] / 3)
 
 
-def test_free_patch_does_not_see_its_images():
-    """The same rectangle inside a larger grid: what is periodic in it has died out."""
-    gap = ball(4)
-    whole = np.full((40, 40), np.inf)
-    whole[: gap.shape[0], : gap.shape[1]] = gap
-    forces = []
-    for g in (gap, whole):
-        body = FreeBody(g.shape, (1.0, 1.0), STEEL)
-        (contact,) = grid_contact.sweep(body, g, Load("penetration", 0.16))
-        forces.append(contact.force)
-    assert forces[0] == pytest.approx(forces[1], rel=1e-5)
+@pytest.mark.parametrize(
+    ("sides", "element", "nu"),
+    [
+        *(((1.0, 1.0), element, nu) for element in ELEMENTS for nu in (0.3, 0.5)),
+        pytest.param((1.0, 10.0), "splines", 0.5, marks=pytest.mark.slow),
+        pytest.param((1.0, 10.0), "linear", 0.3, marks=pytest.mark.slow),
+    ],
+)
+def test_free_patch_does_not_see_its_images(sides, element, nu):
+    """Coefficients of a small grid are those of one whose images are twice as far away.
+
+    At 64 long sides of cells elements and continuum differ by 1e-5 of what is under the load,
+    where nu = 0.5 and cells are long by 3e-4.
+    """
+    small, large = (8, 8), tuple(max(8, int(100 * max(sides) / s)) for s in sides)
+    one, two = (
+        FreeBody(shape, sides, Material(1 - nu**2, nu), element).coefficients((8, 8))
+        for shape in (small, large)
+    )
+    assert np.abs(one - two).max() < 5e-4 * two.max()
+
+
+def test_what_is_lifted_beside_long_cells_is_seen():
+    """Elements below cells of 1:30 raise the neighbours of a loaded one, which may touch then."""
+    body = FreeBody((32, 32), (1.0, 30.0), Material(0.75, 0.5), "splines")
+    gap = np.full((32, 32), 1.001)
+    gap[16, 16] = 0.0
+    (contact,) = grid_contact.sweep(body, gap, Load("penetration", 1.0))
+    anew = assemble(Press(body, gap), contact.pressure, contact.penetration, 0, [0.0])
+    assert body.lifts
+    assert anew.violation < 1e-7
 
 
 def test_penalty_is_a_softer_body_and_multipliers_take_it_back():
@@ -383,6 +405,34 @@ def test_penalty_is_a_softer_body_and_multipliers_take_it_back():
         assert same.violation < 1e-7
     (half,) = grid_contact.sweep(body, gap, Load("mean_gap", exact.mean_gap), how)
     assert half.force == pytest.approx(exact.force, rel=1e-5)
+
+
+def test_multipliers_answer_and_refuse_as_the_exact_method_does():
+    """A flat face, first touch, one cell; a depth beyond the mean gap; too low a penalty."""
+    body, how = PeriodicBody((8, 8), (1.0, 1.0), STEEL), Enforcement("augmented_lagrangian", 1e2)
+    flat, bowl = np.zeros((8, 8)), rough(32)[::4, ::4] + 3.0
+    for gap, load in (
+        (flat, Load("force", 2.0)),
+        (bowl, Load("penetration", 1.0)),
+        (np.zeros((1, 1)), Load("force", 2.0)),
+    ):
+        below = body if gap.size > 1 else PeriodicBody((1, 1), (1.0, 1.0), STEEL)
+        exact, same = (next(grid_contact.sweep(below, gap, load, e)) for e in (Enforcement(), how))
+        assert (same.force, same.penetration) == (exact.force, exact.penetration)
+    with pytest.raises(ValueError, match="full contact"):
+        next(grid_contact.sweep(body, bowl, Load("penetration", 9.0), how))
+    low = Enforcement("augmented_lagrangian", 1e-2)
+    with pytest.raises(ConvergenceError, match="a larger one needs fewer"):
+        next(grid_contact.sweep(body, bowl, Load("force", 20.0), low))
+
+
+def test_stiffness_under_a_penalty_is_that_of_force_and_depth():
+    """The springs give way, too: dF/dd of two near depths, whose contacts are the same."""
+    gap = rough(32)
+    body, how = FreeBody(gap.shape, (1.0, 1.0), STEEL), Enforcement("penalty", 1.0)
+    one, two = grid_contact.sweep(body, gap, Load("penetration", np.array([1.0, 1.0 + 1e-6])), how)
+    stiffness = (two.force - one.force) / (two.penetration - one.penetration)
+    assert contact_stiffness(one.operator, one.mask) == pytest.approx(stiffness, rel=1e-3)
 
 
 def test_faults_are_listed():

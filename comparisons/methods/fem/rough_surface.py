@@ -83,4 +83,5 @@ class FemRough(GridSolver[FreeBody | PeriodicBody]):
             load = Load(task.loads.control, loads)
             yield from grid_contact.sweep(operator, gap, load, self.enforcement)
 
-        return as_far_as_possible(task, operator, gap, run)
+        pressed = grid_contact.body_under(operator, self.enforcement)
+        return as_far_as_possible(task, pressed, gap, run)

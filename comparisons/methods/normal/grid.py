@@ -1,4 +1,4 @@
-"""Common parts of the two half-space methods: the grid of a scene, the quantities of a contact."""
+"""Common parts of methods on grids of cells: the grid of a scene, the quantities of a contact."""
 
 from __future__ import annotations
 
@@ -112,7 +112,7 @@ def rough_resolutions(geometry: RoughGeometry) -> tuple[int, ...]:
 
 
 class GridSolver(Solver[Geometry], Generic[AnyOperator]):
-    """A solver of the half-space on a grid of rectangular cells."""
+    """A solver of an elastic body below a grid of rectangular cells."""
 
     @property
     def face(self) -> Respond | None:
@@ -203,7 +203,7 @@ def _limit(task: Task, operator: HalfSpace, gap: np.ndarray) -> tuple[float, str
     mean = float(gap.mean())
     if task.loads.control == "mean_gap":
         return mean, f"no contact: at first touch the mean gap is {mean:.3g} m"
-    if task.loads.control == "penetration" and operator.periodic:
+    if task.loads.control == "penetration" and operator.periodic and not operator.sinks:
         return mean, f"no gap is left, the surfaces are closed at {mean:.3g} m"
     return np.inf, ""
 
@@ -240,7 +240,9 @@ def contact_quantities(
         geometry = task.geometry
         random = isinstance(geometry, RoughGeometry) and geometry.recipe is not None
         accuracy = _RANDOM_STIFFNESS if random else _STIFFNESS
-        values["stiffness"] = float(area_measures.contact_stiffness(operator, mask, accuracy))
+        # of what was pressed: with a penalty its springs give way, too
+        pressed = contact.operator
+        values["stiffness"] = float(area_measures.contact_stiffness(pressed, mask, accuracy))
     if "energy" in quantities:
         values["energy"] = float(area_measures.elastic_energy(operator, contact.pressure))
     return values
