@@ -84,7 +84,7 @@ def count(value: object) -> str:
     return f"{round(float(value)):,}".replace(",", THIN) if finite(value) else MISSING
 
 
-def prefix_for(values: Iterable[object] | object, unit: str) -> Scale:
+def prefix_for(values: Iterable[object] | object, unit: str, digits: int = 3) -> Scale:
     """Choose one engineering prefix for a set of values: the largest lies between 1 and 1000.
 
     Areas take the prefix with its square (1 µm² is 1e-12 m²), so they reach from 0.1 to 10⁵.
@@ -104,7 +104,7 @@ def prefix_for(values: Iterable[object] | object, unit: str) -> Scale:
     # 0.3 mm² reads better than 300 000 µm²: areas may start at a tenth.
     slack = 1 if dimension == 2 else 0
     # The prefix must fit what is printed: 999.9996 is written as 1000.
-    printed = float(f"{largest:.2e}")
+    printed = float(f"{largest:.{digits - 1}e}")
     step = math.floor((round(math.log10(printed), 9) + slack) / (3 * dimension))
     step = min(max(step, min(_PREFIXES)), max(_PREFIXES))
     if unit in {"s", "B"}:
@@ -120,7 +120,7 @@ def with_unit(value: object, unit: str, digits: int = 3) -> str:
     """
     if not finite(value):
         return MISSING
-    scale = prefix_for(value, unit)
+    scale = prefix_for(value, unit, digits)
     return _join(number(float(value) * scale.factor, digits), scale.unit)
 
 
@@ -201,6 +201,8 @@ def duration(value: object) -> str:
 
     >>> duration(3.21e-6), duration(0.95), duration(125), duration(7320)
     ('3.2\u202fµs', '950\u202fms', '2\u202fmin\u202f5\u202fs', '2\u202fh\u202f2\u202fmin')
+    >>> duration(996e-6)
+    '1.0\u202fms'
     """
     if not finite(value):
         return MISSING
