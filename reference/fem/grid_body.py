@@ -33,7 +33,7 @@ _DEPTH = 2.0
 # Long sides of cells from one loaded cell to its image where elements and continuum are the same.
 _APART = 64
 # Longer cells need more modes for that than there is use for them.
-_LONGEST = 100
+LONGEST = 100
 
 
 class PeriodicBody(HalfSpace):
@@ -138,9 +138,9 @@ class FreeBody(FreeOperator):
         contact_compliance: float = 0.0,
     ) -> None:
         super().__init__(shape, spacing, plane_modulus(material))
-        if max(spacing) > _LONGEST * min(spacing):
+        if max(spacing) > LONGEST * min(spacing):
             raise ValueError(
-                f"spacing must be sides within a factor of {_LONGEST} below a free patch, "
+                f"spacing must be sides within a factor of {LONGEST} below a free patch, "
                 f"not {spacing!r}"
             )
         self.material, self.element = material, element

@@ -20,7 +20,7 @@ from comparisons.scene.scene import Scene
 from comparisons.tasks.task import Task
 from reference import fem
 from reference.fem import grid_contact
-from reference.fem.grid_body import FreeBody, PeriodicBody
+from reference.fem.grid_body import LONGEST, FreeBody, PeriodicBody
 from reference.halfspace import Contact
 from reference.loads import Load
 
@@ -52,6 +52,15 @@ class FemRough(GridSolver[FreeBody | PeriodicBody]):
     def resolutions(self, geometry: RoughGeometry) -> tuple[int, ...]:  # type: ignore[override]
         """Return the grids of the half-space solver."""
         return rough_resolutions(geometry)
+
+    def refusal(self, task: Task) -> str:
+        """Refuse free patches of needle-shaped cells."""
+        geometry = task.geometry
+        assert isinstance(geometry, RoughGeometry)
+        sides = [side / n for side, n in zip(geometry.size, geometry.points, strict=True)]
+        if geometry.periodic or max(sides) <= LONGEST * min(sides):
+            return super().refusal(task)
+        return f"a free patch of cells longer than {LONGEST} times their width"
 
     def memory(self, task: Task) -> float:
         """Bytes of the arrays and transforms of one grid, and of the columns."""
