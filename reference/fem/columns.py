@@ -147,17 +147,17 @@ class Layers:
     def elements(self, first: float, growth: float) -> list[tuple[float, Material]]:
         """Return thickness and material of each layer of elements, from the surface down.
 
-        Thicknesses grow from `first` by a factor; those of one material are scaled so that the last
-        one ends with it.
+        Thicknesses grow from `first` by a factor, whatever the depth; the last one of a material
+        takes what is left of it.
         """
         cells, step = [], first
         for thickness, material in zip(self.thicknesses, self.materials, strict=True):
-            steps = [min(step, thickness)]
-            while sum(steps) < (1 - 1e-9) * thickness:
-                steps.append(steps[-1] * growth)
-            scale = thickness / sum(steps)
-            cells += [(value * scale, material) for value in steps]
-            step = steps[-1] * scale * growth
+            left = thickness
+            while left > (1 + growth / 2) * step:
+                cells.append((step, material))
+                left -= step
+                step *= growth
+            cells.append((left, material))
         return cells
 
 

@@ -162,7 +162,7 @@ class FreeBody(FreeOperator):
         half = [
             int(
                 fft.next_fast_len(
-                    max(n, math.ceil(_APART * max(self.spacing) / step / 2)), real=True
+                    max(n, math.ceil(_APART / 2 * max(self.spacing) / step - 1e-9)), real=True
                 )
             )
             for n, step in zip(self.shape, self.spacing, strict=True)

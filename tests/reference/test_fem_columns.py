@@ -171,7 +171,7 @@ def test_waves_one_by_one_are_the_assembled_problem(element, nu, sides):
     The assembled matrices lose up to lambda/mu of their digits: 1e-12 grows with it.
     """
     layers = Layers([8.0], [Material(1.0, nu)])
-    depths = {"first": 0.5, "growth": 1.8}
+    depths = {"first": 0.6, "growth": 1.5}
     lines = np.concatenate([[0.0], np.cumsum([t for t, _ in layers.elements(**depths)])])
     waves = 2 * np.pi * np.fft.fftfreq(sides[0])[:, None], 2 * np.pi * np.fft.rfftfreq(sides[1])
     columns = np.fft.irfft2(compliance(waves, SPACING, layers, element=element, **depths), sides)
