@@ -1,4 +1,4 @@
-"""Cache of solved jobs, in a folder or in memory; solves as jobs, and solution of whole plans."""
+"""Cache of solved jobs, in a folder or in memory; solves as jobs."""
 
 from __future__ import annotations
 
@@ -12,15 +12,12 @@ from comparisons.methods.registry import solver_of
 from comparisons.solving.execution import execute
 from comparisons.solving.forecast import Kind
 from comparisons.solving.jobs import Archive, Done, Job
-from comparisons.solving.planning import Plan
 from comparisons.tasks.archive import load_solution, save_solution
-from comparisons.tasks.solution import REALISATIONS, Solution, Solved
+from comparisons.tasks.solution import REALISATIONS, Solution
 from comparisons.tasks.task import Task
 
 # Quantities that every solve gives: claims that ask for different ones of them share it.
 ALWAYS = {"force", "penetration", "contact_area"}
-
-
 SOLUTION = Archive(
     ".npz", save_solution, load_solution, lambda solution: bool(solution.converged.any())
 )
@@ -105,29 +102,6 @@ def value_of(done: Done) -> Any:
     return done.value
 
 
-def solve_plan(plan: Plan, repeats: int | None = None) -> Solved:
-    """Solve every method and resolution of a plan here; blocks of realisations are joined.
-
-    Nothing raises for physics: a step without an answer is NaN, with its reason.
-
-    Parameters
-    ----------
-    plan : Plan
-    repeats : int, optional
-        Of short solves, for their times; one is enough where times do not matter.
-
-    Examples
-    --------
-    >>> from comparisons.solving.planning import plan_scene
-    >>> from comparisons.scene.scene import load_scene
-    >>> scene = load_scene("paraboloid", {"compare.methods": ["closed_form", "reduced"]})
-    >>> solved = solve_plan(plan_scene(scene)[0])
-    >>> sorted(solved)
-    [('closed_form', 1), ('reduced', 10), ('reduced', 20), ('reduced', 40)]
-    """
-    return {setting: solve_blocks(tasks, repeats) for setting, tasks in plan.settings.items()}
-
-
-def solve_blocks(tasks: Sequence[Task], repeats: int | None = None) -> Solution:
+def solve_blocks(tasks: Sequence[Task]) -> Solution:
     """Solve the blocks of realisations of one method at one resolution as one solution."""
-    return Solution.concat([execute(task, repeats) for task in tasks], axis=REALISATIONS)
+    return Solution.concat([execute(task) for task in tasks], axis=REALISATIONS)

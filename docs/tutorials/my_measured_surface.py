@@ -73,7 +73,7 @@ planned
 # %%
 # The comparison
 # --------------
-# The FFT half-space solver runs on grids of 32, 64 and 128 points. The finest is the truth, and the
+# The FFT half-space solver runs on grids of 32 to 256 points. The finest is the truth, and the
 # others say how well it is known; the reduced model presses lines with the map's spectrum.
 comparison = roughline.compare(scene)
 comparison

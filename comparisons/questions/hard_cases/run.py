@@ -44,7 +44,7 @@ from comparisons.results.header import Header
 from comparisons.scene.scene import Scene
 from comparisons.solving.answers import solve_job
 from comparisons.solving.execution import execute
-from comparisons.solving.inquiries import Inquiry, answer_of
+from comparisons.solving.inquiries import Inquiry
 from comparisons.solving.jobs import Done, Job
 from comparisons.solving.planning import EXACT as EXACT_LEVELS
 from comparisons.solving.planning import Plan, plan_scene, refusal, single_resolution, task_of
@@ -103,11 +103,6 @@ class HardCases(Campaign[list[OutcomeRecord], HardCasesRecord]):
     def save(self, record: HardCasesRecord) -> None:
         """Write hard-cases.json and hard-cases.csv."""
         save_record(self.directory, record)
-
-
-def run_case(case: HardCase, methods: Sequence[str], *, full: bool = True) -> list[OutcomeRecord]:
-    """Return the outcomes of the methods for a case, solved in this process."""
-    return answer_of(outcomes(case, methods, full=full))
 
 
 def outcomes(case: HardCase, methods: Sequence[str], *, full: bool) -> Inquiry[list[OutcomeRecord]]:

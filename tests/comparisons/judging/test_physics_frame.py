@@ -13,10 +13,9 @@ from comparisons.judging.uncertainty import grid_uncertainty
 from comparisons.methods import NoAnswerError, Row, Solver, Step, needed
 from comparisons.methods.normal.reduced import ReducedProfile
 from comparisons.methods.registry import SOLVERS, solver_for
-from comparisons.questions.study import Study
+from comparisons.questions.study import Study, solved_in_memory
 from comparisons.results.record import record_scene
 from comparisons.results.store import load_study
-from comparisons.solving.answers import solve_plan
 from comparisons.solving.execution import execute
 from comparisons.solving.planning import plan_scene
 
@@ -88,7 +87,7 @@ def test_a_solver_takes_exactly_the_scenes_of_its_physics(scene):
 @pytest.mark.usefixtures("sheared")
 def test_errors_along_a_path_are_relative_to_its_largest_value(scene):
     (plan,) = plan_scene(scene(loading=LOOP, **FRICTION))
-    result = compare(plan, solve_plan(plan, repeats=1), {})
+    result = compare(plan, solved_in_memory(plan, "quick")[1], {})
     rows = result.rows[(result.rows["method"] == "reduced") & (result.rows["resolution"] == 10)]
     load = rows["tangential_force"].to_numpy()
     expected = 0.001 * load / 4.0
@@ -102,7 +101,7 @@ def test_errors_along_a_path_are_relative_to_its_largest_value(scene):
 @pytest.mark.usefixtures("sheared")
 def test_the_bar_of_a_path_covers_its_error_where_the_values_pass_zero(scene):
     (plan,) = plan_scene(scene(loading=LOOP, **FRICTION))
-    solved = solve_plan(plan, repeats=1)
+    solved = solved_in_memory(plan, "quick")[1]
     without = {key: each for key, each in solved.items() if key[0] == "reduced"}
     curves = np.array(
         [without["reduced", n].quantities["tangential_displacement"][0] for n in (10, 20, 40)]
@@ -119,7 +118,7 @@ def test_the_bar_of_a_path_covers_its_error_where_the_values_pass_zero(scene):
 def test_a_step_that_fails_ends_its_path_and_keeps_its_load(scene):
     loading = {"force": "10 N", "tangential_force": ["4 N", "2 N", "8 N"]}
     (plan,) = plan_scene(scene(loading=loading, **FRICTION))
-    rows = compare(plan, solve_plan(plan, repeats=1), {}).rows
+    rows = compare(plan, solved_in_memory(plan, "quick")[1], {}).rows
     rows = rows[(rows["method"] == "reduced") & (rows["resolution"] == 40)]
     assert list(rows["converged"]) == [True, True, False]
     assert list(rows["tangential_force"]) == [4.0, 2.0, 8.0]
@@ -146,7 +145,7 @@ def test_a_path_that_raises_is_not_cut_in_halves(scene, monkeypatch):
 @pytest.mark.usefixtures("sheared")
 def test_the_record_says_along_what_was_compared_and_survives_a_folder(scene, tmp_path):
     (plan,) = plan_scene(scene(loading=LOOP, **FRICTION))
-    record = record_scene(plan, solve_plan(plan, repeats=1))
+    record = record_scene(*solved_in_memory(plan, "quick"))
     assert (record.control, record.along, record.is_path) == ("tangential_force", "step", True)
     assert record.quantities == ("tangential_displacement",)
     assert "reached" not in record.answer

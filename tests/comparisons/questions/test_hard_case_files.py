@@ -17,8 +17,9 @@ from comparisons.questions.hard_cases.catalogue import (
     load_cases,
     read_cases,
 )
-from comparisons.questions.hard_cases.run import run_case
+from comparisons.questions.hard_cases.run import outcomes
 from comparisons.scene.toml_files import read_toml
+from comparisons.solving.inquiries import answer_of
 
 DEEP = """
 [cases.deep]
@@ -324,7 +325,7 @@ def test_a_tip_has_the_radius_that_is_said(heights):
 
 
 def test_a_case_of_a_file_is_run_like_the_built_in_ones(cases):
-    (outcome,) = run_case(cases(DEEP)["deep"], ["reduced"])
+    (outcome,) = answer_of(outcomes(cases(DEEP)["deep"], ["reduced"], full=True))
     assert (outcome.kind, outcome.deviation) == ("accurate", "")
 
 

@@ -14,7 +14,8 @@ from comparisons.methods.normal.reduced import ReducedProfile
 from comparisons.methods.registry import SOLVERS
 from comparisons.questions.hard_cases.case import Expected
 from comparisons.questions.hard_cases.catalogue import catalogue
-from comparisons.questions.hard_cases.run import LEFT_OUT, expectation_text, run_case
+from comparisons.questions.hard_cases.run import LEFT_OUT, expectation_text, outcomes
+from comparisons.solving.inquiries import answer_of
 
 OURS = tuple(name for name in BUILT_IN if not METHODS[name].peer)
 # What the catalogue promises to hold, each with a case that shows it.
@@ -56,22 +57,22 @@ LONG = {
 }
 
 
-def assert_as_said(outcomes):
+def assert_as_said(results):
     """No crash, no NaN, no silent wrong number: what the catalogue says, with a reason if none."""
-    assert {each.method: each.deviation for each in outcomes if each.deviation} == {}
-    numbers = [each for each in outcomes if each.kind in ("accurate", "degraded")]
+    assert {each.method: each.deviation for each in results if each.deviation} == {}
+    numbers = [each for each in results if each.kind in ("accurate", "degraded")]
     assert np.isfinite([[each.error, each.bar, each.seconds] for each in numbers]).all()
-    assert all(each.reason for each in outcomes if each not in numbers)
+    assert all(each.reason for each in results if each not in numbers)
 
 
 @pytest.mark.parametrize("name", [name for name in catalogue() if name not in LONG])
 def test_methods_do_what_the_catalogue_says(name):
     """The cheap pairs of method and case; --full and the slow tests run the others, too."""
-    outcomes = run_case(catalogue()[name], OURS, full=False)
-    assert [each.method for each in outcomes] == list(OURS)
-    left_out = {each.method for each in outcomes if each.kind == LEFT_OUT}
+    results = answer_of(outcomes(catalogue()[name], OURS, full=False))
+    assert [each.method for each in results] == list(OURS)
+    left_out = {each.method for each in results if each.kind == LEFT_OUT}
     assert left_out == catalogue()[name].slow & {*OURS}
-    assert_as_said(outcomes)
+    assert_as_said(results)
 
 
 def pairs_left(name):
@@ -83,10 +84,10 @@ def pairs_left(name):
 @pytest.mark.parametrize("name", [name for name in catalogue() if pairs_left(name)])
 def test_methods_do_what_the_catalogue_says_in_full(name):
     """Together with the test above every pair, each once."""
-    outcomes = run_case(catalogue()[name], pairs_left(name), full=True)
-    assert [each.method for each in outcomes] == pairs_left(name)
-    assert LEFT_OUT not in {each.kind for each in outcomes}
-    assert_as_said(outcomes)
+    results = answer_of(outcomes(catalogue()[name], pairs_left(name), full=True))
+    assert [each.method for each in results] == pairs_left(name)
+    assert LEFT_OUT not in {each.kind for each in results}
+    assert_as_said(results)
 
 
 @pytest.mark.parametrize("topic", TOPICS)
@@ -111,7 +112,7 @@ def altered(monkeypatch):
                 return change(super().solve(task))
 
         monkeypatch.setitem(SOLVERS, "reduced", (Altered,))
-        (outcome,) = run_case(catalogue()[name], ["reduced"])
+        (outcome,) = answer_of(outcomes(catalogue()[name], ["reduced"], full=True))
         return outcome
 
     return judge
@@ -184,7 +185,7 @@ def test_the_bar_of_the_truth_counts_against_the_claim():
     case = catalogue()["edge-on-nodes"]
     expected = {"bem_fft": Expected(accurate=2e-5)}
     tight = case.model_copy(update={"expected": expected, "resolutions": {"bem_fft": 256}})
-    (outcome,) = run_case(tight, ["bem_fft"])
+    (outcome,) = answer_of(outcomes(tight, ["bem_fft"], full=True))
     assert outcome.error < 1e-12
     assert "instead of at most 20" in outcome.deviation
 

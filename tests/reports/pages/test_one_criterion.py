@@ -14,13 +14,13 @@ import pytest
 from comparisons import formatting as fmt
 from comparisons.facts.quantities import quantity
 from comparisons.judging.verdicts import judge
+from comparisons.questions.study import solved_in_memory
 from comparisons.results import selection
 from comparisons.results.advice import advise
 from comparisons.results.decisions import equal_at, verdicts, worst
 from comparisons.results.record import record_scene
 from comparisons.results.store import StudyRecord, load_study
 from comparisons.scene.scene import builtin_names, load_scene
-from comparisons.solving.answers import solve_plan
 from comparisons.solving.planning import plan_scene
 from reports.cli import terminal
 from reports.pages import study as html
@@ -74,7 +74,7 @@ def words(text: str) -> str:
 
 def solved(name, overrides):
     (plan, *_) = plan_scene(load_scene(name, overrides))
-    return record_scene(plan, solve_plan(plan, repeats=1))
+    return record_scene(*solved_in_memory(plan, "quick"))
 
 
 @pytest.fixture(scope="module", params=CHEAP)

@@ -12,8 +12,8 @@ import pytest
 
 from comparisons.judging.comparison import compare
 from comparisons.questions.single import solve_scene
+from comparisons.questions.study import solved_in_memory
 from comparisons.scene.scene import SceneError, load_scene, make_scene
-from comparisons.solving.answers import solve_plan
 from comparisons.solving.planning import plan_scene
 
 HIT = """name = "hit"
@@ -55,7 +55,7 @@ def test_springs_agree_with_the_closed_form_over_speeds(hit):
 
     few = {"compare.methods": ["closed_form", "reduced"]}
     (plan,) = plan_scene(load_scene(hit("cone", "slope = 0.05"), few))
-    result = compare(plan, solve_plan(plan, repeats=1), {})
+    result = compare(plan, solved_in_memory(plan, "quick")[1], {})
     assert result.truth is not None
     assert result.truth.method == "closed_form"
     finest = result.measures[result.measures["resolution"] == 40]

@@ -29,14 +29,15 @@ from comparisons.methods.user.external import (
 from comparisons.questions.claims.claim import ClaimError, about_method, load_claims
 from comparisons.questions.claims.runner import _repeats
 from comparisons.questions.hard_cases.catalogue import catalogue
-from comparisons.questions.hard_cases.run import run_case
+from comparisons.questions.hard_cases.run import outcomes
+from comparisons.questions.study import solved_in_memory
 from comparisons.results.decisions import judged_methods
 from comparisons.results.record import record_scene
 from comparisons.results.store import StudyRecord, load_study
 from comparisons.scene.scene import load_scene
 from comparisons.solving import external_work
-from comparisons.solving.answers import solve_plan
 from comparisons.solving.execution import execute
+from comparisons.solving.inquiries import answer_of
 from comparisons.solving.planning import plan_scene, task_of
 from comparisons.tasks.archive import arrays_of
 from comparisons.tasks.solution import Solution
@@ -109,12 +110,12 @@ def test_the_example_is_judged_by_a_hard_case():
     """
     assert add_methods([EXAMPLE]) == []
     assert METHODS["winkler"].title == "Winkler foundation"
-    (outcome,) = run_case(catalogue()["load-one"], ["winkler"])
+    (outcome,) = answer_of(outcomes(catalogue()["load-one"], ["winkler"], full=True))
     assert outcome.kind == "degraded"
     assert outcome.error == pytest.approx(3 * np.pi / 4 - 1, rel=1e-3)
     assert outcome.area_error == pytest.approx(1.0, rel=0.01)
     assert (outcome.expected, outcome.deviation) == ("", "")
-    (refused,) = run_case(catalogue()["rough-steep"], ["winkler"])
+    (refused,) = answer_of(outcomes(catalogue()["rough-steep"], ["winkler"], full=True))
     assert (refused.kind, refused.reason) == (
         "not for",
         "indenters under prescribed penetration only",
@@ -160,7 +161,10 @@ def test_misbehaving_methods_have_an_outcome_in_every_hard_case(bad):
     """Whatever they do, a case gives an outcome, and the built-in ones are as expected."""
     add_methods([bad], Limits(seconds=30, memory=6e8))
     names = ["fine", "nan", "raises", "hangs", "greedy", "dies"]
-    found = {each.method: each for each in run_case(catalogue()["nu-0-3"], [*names, "reduced"])}
+    found = {
+        each.method: each
+        for each in answer_of(outcomes(catalogue()["nu-0-3"], [*names, "reduced"], full=True))
+    }
     assert found["fine"].kind == "accurate"
     assert found["nan"].lost == [1]
     assert {found[name].kind for name in names[2:]} == {"lost"}
@@ -487,7 +491,7 @@ def test_a_method_of_ones_own_has_its_verdict_beside_the_reduced_model(capsys, t
     registry.add_class(external_work._method(f"file:{EXAMPLE}", "winkler"))
     few = {"compare.methods": ["closed_form", "reduced", "winkler"]}
     (plan,) = plan_scene(load_scene("paraboloid", few))
-    scene = record_scene(plan, solve_plan(plan, repeats=1))
+    scene = record_scene(*solved_in_memory(plan, "quick"))
     assert judged_methods(scene) == ["reduced", "winkler"]
     study = StudyRecord(tmp_path, "2026-01-31T12:00:00", "", "quick", 1.0, {}, {}, (scene,))
     print_study(study, [])

@@ -9,8 +9,8 @@ import pytest
 
 from comparisons.judging.comparison import compare
 from comparisons.questions.experiments import EXPERIMENTS
+from comparisons.questions.study import solved_in_memory
 from comparisons.scene.scene import make_scene
-from comparisons.solving.answers import solve_plan
 from comparisons.solving.planning import plan_scene
 
 RUBBER = {"model": "standard", "shear_moduli": [0.5e6, 5e6], "relaxation_times": [0.01]}
@@ -35,7 +35,7 @@ def planned(**tables):
 def test_the_half_space_is_the_truth_and_the_springs_are_off_as_known(load):
     """The springs' friction: 79 % too high at 10 mm/s, near the half-space's at 1 m/s (3 %)."""
     plan = planned(loading=load)
-    result = compare(plan, solve_plan(plan, repeats=1), {})
+    result = compare(plan, solved_in_memory(plan, "quick")[1], {})
     assert result.truth.method == "bem_fft"
     rows = result.measures.set_index(["method", "quantity", "resolution"])["maximum"]
     assert 0.6 < rows["reduced", "friction_coefficient", 16] < 1.0

@@ -10,8 +10,8 @@ import pytest
 from comparisons.errors import InputError
 from comparisons.judging.comparison import compare
 from comparisons.questions.experiments import EXPERIMENTS
+from comparisons.questions.study import solved_in_memory
 from comparisons.scene.scene import load_scene, make_scene
-from comparisons.solving.answers import solve_plan
 from comparisons.solving.planning import plan_scene
 
 RUBBER = {
@@ -42,7 +42,7 @@ def reasons(plan):
 
 def largest_errors(plan):
     """Return the largest error of each method at its finest resolution, by quantity."""
-    result = compare(plan, solve_plan(plan, repeats=1), {})
+    result = compare(plan, solved_in_memory(plan, "quick")[1], {})
     finest = result.measures.groupby(["method", "quantity"])["resolution"].transform("max")
     rows = result.measures[result.measures["resolution"] == finest]
     return result.truth.method, rows.set_index(["method", "quantity"])["maximum"]
@@ -79,7 +79,7 @@ def test_a_force_ramp_from_nothing():
     """No contact at first, a state like others; then springs 1e-3 in depth, the grid 0.3 %."""
     loading = {"time": [0.0, 0.5, 1.0, 2.0], "force": [0.0, 0.1, 0.2, 0.4]}
     plan = planned(loading)
-    solutions = solve_plan(plan, repeats=1)
+    solutions = solved_in_memory(plan, "quick")[1]
     for solution in solutions.values():
         assert solution.converged.all()
         for name in ("force", "penetration", "contact_area"):
@@ -125,7 +125,7 @@ def test_a_rough_surface_relaxes_on_the_grid():
     loading = {"time": [0.0, 0.1, 1.0, 10.0], "force": [0.02] * 4}
     data = {"name": "rough", "surface": surface, "viscoelastic": RUBBER, "loading": loading}
     (plan,) = plan_scene(make_scene(data, "rough.toml", Path()))
-    kept = {name: each for (name, n), each in solve_plan(plan, repeats=1).items() if n == 32}
+    kept = {name: each for (name, n), each in solved_in_memory(plan, "quick")[1].items() if n == 32}
     assert "for sliding only" in reasons(plan)["reduced"]
     solution = kept["bem_fft"]
     assert solution.converged.all()
