@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 from comparisons.judging.uncertainty import RULE
+from comparisons.questions import rough_calibration
 from comparisons.questions.calibration import (
     FITTING,
     REPORTED,
@@ -94,15 +95,21 @@ def test_the_page_tells_coverage_and_width_of_both_halves():
 
 @pytest.mark.slow
 def test_the_bars_cover_95_percent_of_the_reported_half_and_are_not_ten_times_too_wide(
-    tmp_path,
+    tmp_path, monkeypatch
 ):
     """At least 200 cases that had no part in fixing the rule; the fitting half still bears it.
 
-    Solvers that improve after the rule was fixed may allow a narrower one (`fitted` names it).
+    Solvers that improve after the rule was fixed may allow a narrower one (`fitted` names it). Of
+    rough surfaces, whose truths take minutes each, two kinds: `roughline calibrate` has all.
     """
+    for half in ("FITTING", "REPORTED"):
+        few = dict(list(getattr(rough_calibration, half).items())[:2])
+        monkeypatch.setattr(rough_calibration, half, few)
     found = Calibration(tmp_path, workers=2).run().cases
-    reported = summary(each for each in found if each.half == "reported")
+    single = [each for each in found if not each.rough]
+    reported = summary(each for each in single if each.half == "reported")
     assert reported.count >= 200
     assert reported.coverage >= 0.95
     assert reported.width <= 10
-    assert enough([each for each in found if each.half == "fitting"])
+    assert enough([each for each in single if each.half == "fitting"])
+    assert summary(each for each in found if each.rough).coverage >= 0.9
