@@ -26,7 +26,7 @@ from comparisons.tasks.solution import Solved
 # What of the tolerance the scatter of the means may take.
 SCATTER: Mapping[Effort, float] = {"quick": 0.45, "full": 0.1}
 # In solves of 64 x 64 points: some ten seconds, and some minutes.
-BUDGET: Mapping[Effort, float] = {"quick": 850.0, "full": 15000.0}
+BUDGET: Mapping[Effort, float] = {"quick": 700.0, "full": 15000.0}
 # The scatter of the lines is no more than this share of that; and what they may cost, in points of
 # all lines: a second, and some five.
 LINES_SHARE = 0.2
