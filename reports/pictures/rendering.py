@@ -17,7 +17,7 @@ from reports.pictures.body_piece import deformed_piece
 from reports.plots.style import CONTACT
 
 if TYPE_CHECKING:
-    from pyvista import Plotter
+    from pyvista import Plotter, PolyData, UnstructuredGrid
 
 WINDOW = (810, 540)
 MOST_SURFACE_POINTS = 400
@@ -120,7 +120,7 @@ def _draw_body(job: dict[str, np.ndarray], output: Path) -> None:
     plotter.screenshot(output, transparent_background=True)
 
 
-def _deformed_body(job: dict[str, np.ndarray]):
+def _deformed_body(job: dict[str, np.ndarray]) -> UnstructuredGrid:
     """Return the whole body near the contact as a pyvista grid."""
     import pyvista
 
@@ -133,7 +133,7 @@ def _deformed_body(job: dict[str, np.ndarray]):
     return grid.clean(tolerance=1e-9)  # sews the mirror images together: no seam in the picture
 
 
-def _contact_rim(opened):
+def _contact_rim(opened: UnstructuredGrid) -> PolyData | None:
     top = opened.extract_surface(algorithm="dataset_surface")
     highest = float(np.max(top["pressure"], initial=0.0))
     if highest <= 0:
