@@ -23,7 +23,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from comparisons.errors import InputError
-    from comparisons.methods.user.function import method
+    from comparisons.methods.function import method
     from roughline.changes import Changes, compare_runs
     from roughline.claims import ClaimVerdict, check_claim, list_claims
     from roughline.comparing import Comparison, compare
@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 
 _HOMES = {
     "InputError": "comparisons.errors",
-    "method": "comparisons.methods.user.function",
+    "method": "comparisons.methods.function",
     "Changes": "roughline.changes",
     "compare_runs": "roughline.changes",
     "ClaimVerdict": "roughline.claims",

@@ -5,10 +5,8 @@ This module exports what a method file needs; `comparisons.methods.registry` lis
 
 from __future__ import annotations
 
-from typing import Any
-
+from comparisons.methods.function import method
 from comparisons.methods.solver import Refused, Solver, needed
-from comparisons.methods.user.function import method
 from comparisons.tasks.solution import Solution
 from comparisons.tasks.steps import NoAnswerError, Row, Step
 from comparisons.tasks.task import Task
@@ -24,13 +22,3 @@ __all__ = [
     "method",
     "needed",
 ]
-
-
-def __getattr__(name: str) -> Any:
-    """Tell a method file of the earlier contract what has changed."""
-    if name in ("Method", "Support"):
-        raise ImportError(
-            f"{name} is gone: a method is a class derived from Solver, made for a scene, whose "
-            "constructor raises Refused where it cannot do it (docs/adding-a-method.md)"
-        )
-    raise AttributeError(name)

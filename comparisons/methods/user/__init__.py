@@ -1,1 +1,1 @@
-"""User-supplied methods: files, functions, classes."""
+"""Methods from outside, of files and installed packages: each runs in a process of its own."""
