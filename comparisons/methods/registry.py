@@ -76,12 +76,26 @@ def solver_for(name: str, scene: Scene) -> Solver[Any] | Refusal:
     """Return the solver of a scene by a method, or why there is none.
 
     Of our own methods each solver has just the tables of physics of its scenes; one from outside
-    takes scenes with any of those that it knows.
+    takes scenes with any of those that it knows. Nothing is solved with options that would do
+    nothing and yet stand beside the results.
     """
     try:
-        return _maker(name, scene)(scene)
+        solver = _maker(name, scene)(scene)
     except Refused as refused:
         return refused.refusal
+    unread = _unread_options(name, scene, solver.options_read)
+    return Refusal(unread) if unread else solver
+
+
+def _unread_options(name: str, scene: Scene, read: frozenset[str]) -> str:
+    """Say which options of a method are changed and not read on the scene ("" if none is)."""
+    idle = sorted(set(scene.methods.of(name).model_dump(exclude_defaults=True)) - read)
+    if not idle:
+        return ""
+    keys = " and ".join(f"methods.{name}.{key}" for key in idle)
+    does = "does" if len(idle) == 1 else "do"
+    taken = ", ".join(sorted(read)) or "no option"
+    return f"{keys} {does} nothing here: on this scene {name} reads {taken}"
 
 
 def solver_of(task: Task) -> Solver[Any]:

@@ -78,6 +78,10 @@ class Solver(Generic[G]):
     note : str
         Why or by what rule the scene can be done, for the plan; "" where there is nothing to say.
         Solvers may set their own.
+    options_read : frozenset of str
+        The options of its method, [methods.NAME], that it reads; a scene that changes another is
+        refused (`comparisons.methods.registry.solver_for`). Solvers may narrow them to those that
+        the scene brings in.
     span : float
         Largest ratio of the contact radii of an indenter's loads that one `solve` is given: loads
         over more decades come in several calls, each with a geometry sized for its own contacts.
@@ -92,6 +96,7 @@ class Solver(Generic[G]):
     physics: ClassVar[frozenset[str]] = frozenset()
     bodies: ClassVar[bool] = False
     note: str = ""
+    options_read: frozenset[str] = frozenset()
     span: ClassVar[float] = 8.0
     shared_cells: ClassVar[float] = math.inf
 

@@ -53,6 +53,7 @@ class ReducedAdhesion(ReducedProfile):
 
     physics = PHYSICS
     only_indenters = ONLY_INDENTERS
+    options_read = frozenset({"rule"})
 
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)
@@ -141,6 +142,7 @@ class GridAdhesion(BemFft):
     """Half-space on a grid: calibrated detachment at short range, else a constant tension."""
 
     physics = PHYSICS
+    options_read = frozenset()
 
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)

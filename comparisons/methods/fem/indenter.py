@@ -46,6 +46,7 @@ class FemSolver(Solver[G]):
     """Elastic body of hexahedra with a Boussinesq far field, condensed onto the surface."""
 
     span = 1e6  # each load scales the mesh onto its own contact
+    options_read = frozenset({"contact", "penalty"})
 
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)
@@ -65,6 +66,7 @@ class FemSolver(Solver[G]):
             raise Refused("models a free patch, not a periodic half-space")
         self.options = scene.methods.fem
         self.enforcement = fem.Enforcement(self.options.contact, self.options.penalty)
+        self.options_read -= idle_enforcement(scene)
 
     def press(
         self, task: Task[G], body: fem.CondensedBody, gap: np.ndarray, loads: np.ndarray
@@ -84,9 +86,12 @@ class Fem(FemSolver[IndenterGeometry]):
     """Single contacts: a mesh around the contact, fitted to its edge or along straight sides."""
 
     name = "fem"
+    options_read = frozenset({"contact", "penalty", "points", "solver"})
 
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)
+        if scene.counter_body is not None and not meshes_both(scene):
+            self.options_read |= {"coupling"}
         self.indenter = needed(scene.indenter, "single contacts only")
         self.straight = self.indenter.outline is not None
         self.stretch = contact_stretch(self.indenter)
@@ -188,6 +193,12 @@ class Fem(FemSolver[IndenterGeometry]):
         load = LoadPath(task.loads.control, loads)
         for scaled, contact in fem.indent(body, shape, load, self.enforcement, points=points):
             yield scaled, shape(*scaled.points.T), contact
+
+
+def idle_enforcement(scene: Scene) -> frozenset[str]:
+    """Return the options of enforcing contact that an active set has no use for."""
+    exact = scene.methods.fem.contact == "active_set"
+    return frozenset({"penalty"}) if exact else frozenset()
 
 
 def points_problem(scene: Scene) -> str:

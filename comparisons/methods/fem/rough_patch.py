@@ -24,6 +24,7 @@ class FemPatch(FemSolver[RoughGeometry]):
     """A rough patch pressed node by node, free of its surroundings."""
 
     name = "fem"
+    options_read = FemSolver.options_read | {"mesh"}
 
     @classmethod
     def takes(cls, scene: Scene) -> bool:

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from comparisons.geometry.prepare import RoughGeometry
-from comparisons.methods.fem.indenter import points_problem, solver_problem
+from comparisons.methods.fem.indenter import idle_enforcement, points_problem, solver_problem
 from comparisons.methods.normal.grid import (
     GridSolver,
     Sweep,
@@ -34,6 +34,7 @@ class FemRough(GridSolver[FreeBody | PeriodicBody]):
     """A rough surface on finite elements that repeat from cell to cell."""
 
     name = "fem"
+    options_read = frozenset({"contact", "penalty", "mesh", "element"})
     shared_cells = 25 * 256**2
 
     def __init__(self, scene: Scene) -> None:
@@ -43,6 +44,7 @@ class FemRough(GridSolver[FreeBody | PeriodicBody]):
             raise Refused(unfit)
         self.options = scene.methods.fem
         self.enforcement = fem.Enforcement(self.options.contact, self.options.penalty)
+        self.options_read -= idle_enforcement(scene)
 
     @classmethod
     def takes(cls, scene: Scene) -> bool:

@@ -38,6 +38,7 @@ class FemPair(FemSolver[IndenterGeometry]):
     """Two elastic half-spaces in quarter symmetry, pressed together load by load."""
 
     name = "fem"
+    options_read = frozenset({"coupling"})
 
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)

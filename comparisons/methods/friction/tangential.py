@@ -39,12 +39,15 @@ SPRINGS = "tangential springs of 4G/(2 - nu) dx that stick and slip one by one"
 # Rough grids of more points a side take minutes a surface along a path: where pressing and shearing
 # act on each other, and where they do not.
 LARGEST_COUPLED, LARGEST_ROUGH = 160, 200
+# Tighter ones are not asked of a path on a grid.
+LEAST_TOLERANCE = 1e-6
 
 
 class ReducedFriction(ReducedProfile):
     """Springs 4G/(2 - nu) dx that slip at mu times their normal force (19.18), (19.19)."""
 
     physics = PHYSICS
+    options_read = frozenset({"rule", "edges"})
 
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)
@@ -103,6 +106,7 @@ class ReducedFrictionLines(ReducedLines):
     """The same springs along rough lines, each line by itself."""
 
     physics = PHYSICS
+    options_read = ReducedLines.options_read - {"stress"}
 
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)
@@ -217,11 +221,14 @@ class GridFriction(BemFft):
     """The half-space with Cerruti's kernels; normal and tangential tractions coupled."""
 
     physics = PHYSICS
+    options_read = frozenset({"tolerance"})
 
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)
         friction = needed(scene.friction, NO_TABLE)
         self.friction = friction.coefficient
+        if self.options.tolerance <= LEAST_TOLERANCE:
+            self.options_read -= {"tolerance"}
         self.coupled = friction.coupling == "full" and scene.poisson_ratio < 0.5
 
     def resolutions(self, geometry: Geometry) -> tuple[int, ...]:
@@ -287,7 +294,7 @@ class GridFriction(BemFft):
         # The resolution of a round contact; of a rough one that of its sixteenth.
         per_radius = task.resolution // 16 if rough else task.resolution
         way = finer_path(task, per_radius, self.coupled)
-        tolerance = max(self.options.tolerance, 1e-6)
+        tolerance = max(self.options.tolerance, LEAST_TOLERANCE)
         press = FrictionalPress(body, grid.gap, self.friction, self.coupled)
         for step in way.scene_steps(sweep(press, *way.loads, tolerance=tolerance)):
             violation = max(step.violation, step.slip_error)

@@ -65,6 +65,7 @@ class CurveImpact(Solver[IndenterGeometry]):
         # Any depth will do: only the kind of load matters here.
         self.slow = self.static(static_scene(scene, np.array([1e-9])))
         self.note = self.slow.note
+        self.options_read = self.slow.options_read
 
     def resolutions(self, geometry: IndenterGeometry) -> tuple[int, ...]:
         """Those of the slow contact."""

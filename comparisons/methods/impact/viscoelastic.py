@@ -53,6 +53,7 @@ class ReducedImpact(ReducedProfile):
 
     physics = PHYSICS
     only_indenters = ONLY_INDENTERS
+    options_read = frozenset({"rule", "edges"})
 
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)

@@ -22,6 +22,7 @@ class BemDense(GridSolver[FreeOperator]):
     """Exact to round-off on its grid, with work that grows as the cube of the contact cells."""
 
     name = "bem_dense"
+    options_read = frozenset({"max_cells"})
 
     @property
     def face(self) -> Respond:

@@ -34,10 +34,15 @@ class BemFft(GridSolver[HalfSpace]):
     """Free (zero-padded) or periodic half-space; every scene."""
 
     name = "bem_fft"
+    options_read = frozenset({"tolerance", "kernel"})
 
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)
         self.options = scene.methods.bem_fft
+        if scene.surface is None or not scene.surface.periodic:
+            self.options_read -= {"kernel"}
+        if self.face is not None and scene.indenter is not None and scene.indenter.flat:
+            self.options_read -= {"tolerance"}  # a flat face is one linear problem
 
     def resolutions(self, geometry: Geometry) -> tuple[int, ...]:
         """Cells per contact radius from the tolerance; on rough scenes three grids.

@@ -29,6 +29,7 @@ class ReducedProfile(Solver[IndenterGeometry]):
 
     name = "reduced"
     bodies = True
+    options_read = frozenset({"rule", "stress", "edges"})
     # Why a scene without an indenter is none for this physics.
     only_indenters = NO_PLANE
 
@@ -40,6 +41,8 @@ class ReducedProfile(Solver[IndenterGeometry]):
         self.modulus = scene.effective_modulus
         self.rule = _rule(self.indenter, self.options)
         self.note = self.rule
+        if not self.indenter.axisymmetric:  # whose pressure a line does not tell
+            self.options_read -= {"stress"}
         if scene.body is not None:
             self.note = "treats the [body] as a half-space; its error includes this approximation"
 

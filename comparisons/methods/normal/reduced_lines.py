@@ -35,6 +35,7 @@ class ReducedLines(Solver[RoughGeometry]):
     """Method of dimensionality reduction on rough lines (19.26), with the area rule (19.29)."""
 
     name = "reduced"
+    options_read = frozenset({"stress", "edges", "spectrum", "line_length", "line_points"})
 
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)

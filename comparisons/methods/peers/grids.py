@@ -31,6 +31,8 @@ class PeerSolver(Solver[Geometry]):
     tolerance changed until it is within the option `tolerance` (`comparisons.peers.press`).
     """
 
+    options_read = frozenset({"tolerance", "seconds"})
+
     def __init__(self, scene: Scene, options: PeerOptions) -> None:
         super().__init__(scene)
         if not press.installed(self.name):

@@ -118,6 +118,7 @@ class ReducedMemory(ReducedProfile):
     """Springs with memory, exact in time under a prescribed depth."""
 
     physics = PHYSICS
+    options_read = frozenset({"rule", "edges"})
     only_indenters = "viscoelastic rough lines are implemented for sliding only"
 
     def __init__(self, scene: Scene) -> None:

@@ -82,6 +82,7 @@ class ReducedSliding(ReducedProfile):
     """Problem 1 as corrected: the steady state of a profile at each speed."""
 
     physics = PHYSICS
+    options_read = frozenset({"rule"})
 
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)
@@ -139,6 +140,7 @@ class ReducedSlidingLines(ReducedLines):
     """Problem 1 as corrected: the steady state of rough lines at every speed at once."""
 
     physics = PHYSICS
+    options_read = ReducedLines.options_read - {"stress", "edges"}
 
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)
@@ -182,6 +184,7 @@ class GridSliding(BemFft):
     """The half-space under travelling pressure, its unsymmetric contact solved directly."""
 
     physics = PHYSICS
+    options_read = frozenset()
 
     @property
     def face(self) -> None:
