@@ -222,11 +222,11 @@ def solved_in_memory(plan: Plan, effort: Effort) -> tuple[Plan, Solved]:
     """
     solutions: dict[str, Solution] = {}
 
-    def solved(asked: Plan) -> Solved:
-        for task in asked.tasks:
+    def solved(wider: Plan) -> Solved:
+        for task in wider.tasks:
             if task.key not in solutions:
                 solutions[task.key] = solve_task(task)
-        return _joined(asked, lambda task: solutions[task.key])
+        return _joined(wider, lambda task: solutions[task.key])
 
     plan = enlarged(plan, solved(plan), effort)
     if effort == "full":
