@@ -23,6 +23,8 @@ out is at most twice the terms from n = 7 on, q^7/(1 - q)/|X| for |y| <= q |X|. 
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
 from numba import njit
 from numpy.typing import NDArray
@@ -43,6 +45,27 @@ _POINTS = 4
 _DISTANT = 20.0
 _LINE_NODES, _LINE_WEIGHTS = np.polynomial.legendre.leggauss(8)
 _SHARE = 0.2
+
+
+class _Fan(NamedTuple):
+    """Cells as the kernel takes them: their Gauss points, and how far corners are from the middle.
+
+    The image of a fan has the same weights and the same reach.
+    """
+
+    corners: Array
+    points: Array
+    weights: Array
+    reach: Array
+
+
+class _Side(NamedTuple):
+    """A side of a cell: where it starts, its direction (a unit vector) and its length."""
+
+    start: Array
+    x: float
+    y: float
+    length: float
 
 
 def fan_cells(outline: Array, factors: Array, *, closed: bool) -> Array:
@@ -91,14 +114,13 @@ def mutual_integrals(cells: Array, images: Array) -> tuple[Array, Array]:
     """
     integrals = np.zeros((len(cells), len(cells)))
     errors = np.zeros_like(integrals)
-    points, weights = gauss_points(cells)
     middles = cells.mean(axis=1)
     reach = np.sqrt(((cells - middles[:, None]) ** 2).sum(axis=2).max(axis=1))
+    fan = _Fan(cells, *gauss_points(cells), reach)
     for image in images:
-        turned = np.ascontiguousarray(cells @ image.T)
-        places = np.ascontiguousarray(points @ image.T)
+        corners, points = (np.ascontiguousarray(x @ image.T) for x in (fan.corners, fan.points))
         turn = round(float(np.linalg.det(image)))
-        _fill(cells, turned, points, places, weights, reach, float(turn), integrals, errors)
+        _fill(fan, fan._replace(corners=corners, points=points), float(turn), integrals, errors)
     upper = np.triu(integrals), np.triu(errors)
     full = [part + np.triu(part, 1).T for part in upper]
     return full[0], full[1]
@@ -119,27 +141,27 @@ def gauss_points(cells: Array) -> tuple[Array, Array]:
 
 
 @njit(cache=True, error_model="numpy")
-def _fill(cells, turned, points, places, weights, reach, turn, integrals, errors):
-    for k in range(len(cells)):
-        for m in range(k, len(cells)):
+def _fill(fan, image, turn, integrals, errors):
+    for k in range(len(fan.corners)):
+        for m in range(k, len(fan.corners)):
             dx = dy = 0.0
             for corner in range(4):
-                dx += 0.25 * (cells[k, corner, 0] - turned[m, corner, 0])
-                dy += 0.25 * (cells[k, corner, 1] - turned[m, corner, 1])
+                dx += 0.25 * (fan.corners[k, corner, 0] - image.corners[m, corner, 0])
+                dy += 0.25 * (fan.corners[k, corner, 1] - image.corners[m, corner, 1])
             distance = np.sqrt(dx * dx + dy * dy)
-            ratio = reach[k] + reach[m]
+            ratio = fan.reach[k] + image.reach[m]
             if ratio < _FAR * distance:
                 ratio /= distance
                 total = 0.0
-                for i in range(len(weights[k])):
-                    x, y, weight = points[k, i, 0], points[k, i, 1], weights[k, i]
-                    for j in range(len(weights[m])):
-                        wx, wy = x - places[m, j, 0], y - places[m, j, 1]
-                        total += weight * weights[m, j] / np.sqrt(wx * wx + wy * wy)
+                for i in range(len(fan.weights[k])):
+                    x, y, weight = fan.points[k, i, 0], fan.points[k, i, 1], fan.weights[k, i]
+                    for j in range(len(image.weights[m])):
+                        wx, wy = x - image.points[m, j, 0], y - image.points[m, j, 1]
+                        total += weight * image.weights[m, j] / np.sqrt(wx * wx + wy * wy)
                 tail = 2 * ratio**7 / (1 - ratio) / (1 - ratio)
                 error = total * (tail + _TERM)
             else:
-                total, error = _pair(cells[k], turned[m])
+                total, error = _pair(fan.corners[k], image.corners[m])
                 total *= -turn
             integrals[k, m] += total
             errors[k, m] += error
@@ -183,7 +205,7 @@ def _sides(a, b, c, d, rays):
         s1, t1 = -(wx * vy - wy * vx) / sine, -(wx * uy - wy * ux) / sine
         apart = _distance(a, b, c, d) - 0.5 * u
         if abs(s1) + abs(t1) > _DISTANT * (u + v) and apart > 0.05 * u:
-            value, error = _by_points(a, ux, uy, u, apart, c, vx, vy, v)
+            value, error = _by_points(_Side(a, ux, uy, u), _Side(c, vx, vy, v), apart)
             return cosine * value, error
     first = (s1 + u) * _along(b, c, vx, vy, v)
     second = -s1 * _along(a, c, vx, vy, v)
@@ -218,8 +240,9 @@ def _distance(a, b, c, d):
 
 
 @njit(cache=True, error_model="numpy")
-def _by_points(a, ux, uy, u, apart, c, vx, vy, v):
+def _by_points(first, second, apart):
     """J with Gauss points on parts of the first side, which lies `apart` from the second."""
+    (a, ux, uy, u), (c, vx, vy, v) = first, second
     parts = int(np.ceil(0.5 * u / (_SHARE * apart)))
     half = 0.5 * u / parts
     total = 0.0

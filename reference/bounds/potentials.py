@@ -155,8 +155,7 @@ def _block_rests(place: int, squares: int) -> Array:
     steps = (np.arange(squares) + 0.5) / squares - 0.5
     size = 2 * _NEAR + 1
     x, y = np.array([[steps[place // squares]]]) / size, np.array([[steps[place % squares]]]) / size
-    under, over = np.empty((2, 1, 1))
-    _bound_rests(x, y, *step_slopes(x, y, 1.0), 0.5 / squares / size, under, over)
+    under, over = _bound_rests(x, y, *step_slopes(x, y, 1.0), 0.5 / squares / size)
     return size * (np.array([under[0, 0], over[0, 0]]) + 1e-12)
 
 
@@ -194,15 +193,15 @@ def _rests_of_square(x: float, y: float, squares: int) -> tuple[Array, Array]:
     offsets = np.arange(-_NEAR, _NEAR + 1.0)
     places_x, places_y = np.meshgrid(offsets + x, offsets + y, indexing="ij")
     slope_x, slope_y = step_slopes(places_x, places_y, 1.0)
-    under, over = np.empty((2, *places_x.shape))
-    _bound_rests(places_x, places_y, slope_x, slope_y, 0.5 / squares, under, over)
+    under, over = _bound_rests(places_x, places_y, slope_x, slope_y, 0.5 / squares)
     # rounding moves a rest by 1e-15, far less than its parts leave open
     return under + 1e-12, over + 1e-12
 
 
 @njit(cache=True, error_model="numpy")
-def _bound_rests(x, y, slope_x, slope_y, half, under, over):
-    """Largest distances from the linear part on squares, each in parts."""
+def _bound_rests(x, y, slope_x, slope_y, half):
+    """Largest distances under and over the linear part on squares, each in parts."""
+    under, over = np.empty(x.shape), np.empty(x.shape)
     side = 2 * half / _PARTS
     for k in range(x.size):
         own_x, own_y, gx, gy = x.flat[k], y.flat[k], slope_x.flat[k], slope_y.flat[k]
@@ -219,6 +218,7 @@ def _bound_rests(x, y, slope_x, slope_y, half, under, over):
                 highest = max(highest, _potential(near_x, near_y) - value - middle + sway)
                 deepest = max(deepest, value + middle + sway - _potential(far_x, far_y))
         under.flat[k], over.flat[k] = deepest, highest
+    return under, over
 
 
 @njit(cache=True, error_model="numpy")
