@@ -49,7 +49,7 @@ def address():
 @pytest.fixture
 def ensemble(rough):
     """Return plans of nine tasks of 25 surfaces, and of the reduced model."""
-    compared = {"methods": ["reduced", "bem_fft"], "resolutions": [16, 32]}
+    compared = {"tolerance": 0.5, "methods": ["reduced", "bem_fft"], "resolutions": [16, 32]}
     return plan_scene(rough(realisations=100, compare=compared), "full")
 
 
