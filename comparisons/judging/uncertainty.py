@@ -158,10 +158,15 @@ def rough_uncertainty(
     resolutions, curves = np.asarray(resolutions, dtype=float)[usable], curves[usable]
     if len(curves) < 2:
         return np.full(curves.shape[1], np.nan)
+    ratio = resolutions[-1] / resolutions[-2]
     with np.errstate(divide="ignore", invalid="ignore"):
-        change = np.abs(np.where(curves[-1] != 0, curves[-2] / curves[-1] - 1, np.nan))
+        changes = np.abs(np.where(curves[1:] != 0, curves[:-1] / curves[1:] - 1, np.nan))
+    change = changes[-1]
+    if len(changes) > 1:
+        # a change that is small by chance: second order at best follows the one before
+        change = np.fmax(change, changes[-2] / ratio**2)
     change = np.fmax(change, rule.floor * _typical(change))
-    return rule.factor(name) * change / (resolutions[-1] / resolutions[-2] - 1)
+    return rule.factor(name) * change / (ratio - 1)
 
 
 def _order(

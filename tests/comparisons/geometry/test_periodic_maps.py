@@ -11,7 +11,8 @@ from comparisons.judging.truth import truths
 from comparisons.methods.registry import solver_for
 from comparisons.solving.execution import execute
 from comparisons.solving.planning import plan_scene, task_of
-from reference.halfspace import PeriodicOperator, areas, fft
+from reference.halfspace import PeriodicOperator, fft
+from reference.halfspace.contact_line import located_area
 from reference.halfspace.solution import Press
 from reference.loads import Load
 
@@ -49,8 +50,7 @@ def sampled(points, force):
     heights, spacing = waves(points), (SIDE / points, SIDE / points)
     operator = PeriodicOperator(heights.shape, spacing, MODULUS)
     contact = fft.solve(Press(operator, heights.max() - heights), Load("force", force))
-    area = areas.corrected_area(contact.pressure > 0, spacing, periodic=True)
-    return {"penetration": contact.penetration, "contact_area": float(area)}
+    return {"penetration": contact.penetration, "contact_area": located_area(contact)}
 
 
 @pytest.mark.parametrize("roll", [0, 16])
