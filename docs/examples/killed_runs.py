@@ -39,6 +39,7 @@ realisations = {realisations}
 [loading]
 force = {{ from = 1e-3, to = 1e-1, steps = 15, spacing = "log", relative_to = "E* A0 h'" }}
 [compare]
+tolerance = 0.5 # few surfaces and lines do
 methods = ["reduced", "bem_fft"]
 resolutions = [32, 64]
 """
