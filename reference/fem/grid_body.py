@@ -55,7 +55,7 @@ class PeriodicBody(HalfSpace):
     Raises
     ------
     ValueError
-        If an argument is not positive or the element unknown; all faults are listed.
+        If shape, spacing or modulus is not positive; an unknown element when it is first needed.
 
     Examples
     --------
@@ -118,7 +118,7 @@ class FreeBody(FreeOperator):
     Raises
     ------
     ValueError
-        If an argument is not positive or the element unknown; all faults are listed.
+        As `PeriodicBody`, and if a cell is more than `LONGEST` times longer than wide.
 
     Examples
     --------
