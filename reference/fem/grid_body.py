@@ -16,12 +16,14 @@ with Love's coefficients of pressures uniform on cells, and the same with all pe
 from __future__ import annotations
 
 import math
+from typing import Self
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import fft
 
-from reference.fem.columns import Element, Layers, compliance
+from reference.arguments import choice_faults, refuse
+from reference.fem.columns import ELEMENTS, Element, Layers, compliance
 from reference.fem.elasticity import Material
 from reference.halfspace import kernels
 from reference.halfspace.operators import FreeOperator, HalfSpace
@@ -36,8 +38,8 @@ _APART = 64
 LONGEST = 100
 
 
-class PeriodicBody(HalfSpace):
-    """Finite elements below one period of a surface, zero mean displacement.
+class GridBody(HalfSpace):
+    """What both bodies share: what they are made of, and the same again on other cells.
 
     Parameters
     ----------
@@ -55,7 +57,69 @@ class PeriodicBody(HalfSpace):
     Raises
     ------
     ValueError
-        If shape, spacing or modulus is not positive; an unknown element when it is first needed.
+        For an unknown element; if shape, spacing or modulus is not positive.
+    """
+
+    def __init__(
+        self,
+        shape: tuple[int, int],
+        spacing: tuple[float, float],
+        material: Material,
+        element: Element = "splines",
+        contact_compliance: float = 0.0,
+    ) -> None:
+        super().__init__(shape, spacing, plane_modulus(material))
+        refuse([*choice_faults("element", element, ELEMENTS), *self._cell_faults()])
+        self.material, self.element = material, element
+        self.contact_compliance = contact_compliance
+
+    def _cell_faults(self) -> list[str]:
+        """Return what is wrong with the cells for this kind of body."""
+        return []
+
+    def _elastic(self) -> Array:
+        """Compliance of the body without its contact's, as the kind of body keeps it."""
+        raise NotImplementedError
+
+    @property
+    def elastic(self) -> Array:
+        """Compliance of the body alone (kept)."""
+        return self.cached("elastic", self._elastic)
+
+    def _alike(
+        self, shape: tuple[int, int], spacing: tuple[float, float], more: float = 0.0
+    ) -> Self:
+        """Return a body of the same elements on other cells, with more overlap per pressure."""
+        total = self.contact_compliance + more
+        return type(self)(shape, spacing, self.material, self.element, total)
+
+    def softened(self, compliance: float) -> Self:
+        """Return the same body with more overlap per pressure (kept)."""
+        return self.cached(("softened", compliance), lambda: self._softer(compliance))
+
+    def _softer(self, compliance: float) -> Self:
+        body = self._alike(self.shape, self.spacing, compliance)
+        body._cache["elastic"] = self.elastic
+        return body
+
+    def _twice(self, shape: tuple[int, int]) -> Self:
+        """Return the body below cells of twice the sides (kept)."""
+        spacing = 2 * self.spacing[0], 2 * self.spacing[1]
+        return self.cached("coarser", lambda: self._alike(shape, spacing))
+
+
+class PeriodicBody(GridBody):
+    """Finite elements below one period of a surface, zero mean displacement.
+
+    Parameters
+    ----------
+    shape, spacing, material, element, contact_compliance
+        As for `GridBody`.
+
+    Raises
+    ------
+    ValueError
+        As `GridBody`.
 
     Examples
     --------
@@ -68,57 +132,33 @@ class PeriodicBody(HalfSpace):
 
     periodic = True
 
-    def __init__(
-        self,
-        shape: tuple[int, int],
-        spacing: tuple[float, float],
-        material: Material,
-        element: Element = "splines",
-        contact_compliance: float = 0.0,
-    ) -> None:
-        super().__init__(shape, spacing, plane_modulus(material))
-        self.material, self.element = material, element
-        self.contact_compliance = contact_compliance
-        self._padded = self.shape
-
-    def _transfer(self) -> Array:
+    def _elastic(self) -> Array:
         transfer = modes(self.shape, self.spacing, self.material, self.element)
         transfer[0, 0] = 0.0
-        return transfer + self.contact_compliance
+        return transfer
 
-    def softened(self, compliance: float) -> PeriodicBody:
-        """Return the same body with more overlap per pressure (kept)."""
+    def _transfer(self) -> Array:
+        return self.elastic + self.contact_compliance
 
-        def make() -> PeriodicBody:
-            total = self.contact_compliance + compliance
-            body = PeriodicBody(self.shape, self.spacing, self.material, self.element, total)
-            body._cache["transfer"] = self.transfer + compliance
-            return body
-
-        return self.cached(("softened", compliance), make)
-
-    def coarser(self) -> PeriodicBody | None:
+    def coarser(self) -> Self | None:
         """Return the body below every second point (kept), or None if the period has an odd one."""
         if any(n % 2 for n in self.shape):
             return None
-        shape = self.shape[0] // 2, self.shape[1] // 2
-        spacing = 2 * self.spacing[0], 2 * self.spacing[1]
-        more = self.material, self.element, self.contact_compliance
-        return self.cached("coarser", lambda: PeriodicBody(shape, spacing, *more))
+        return self._twice((self.shape[0] // 2, self.shape[1] // 2))
 
 
-class FreeBody(FreeOperator):
+class FreeBody(GridBody, FreeOperator):
     """Finite elements below a rectangle of cells, free around it.
 
     Parameters
     ----------
     shape, spacing, material, element, contact_compliance
-        As for `PeriodicBody`.
+        As for `GridBody`.
 
     Raises
     ------
     ValueError
-        As `PeriodicBody`, and if a cell is more than `LONGEST` times longer than wide.
+        As `GridBody`, and if a cell is more than `LONGEST` times longer than wide.
 
     Examples
     --------
@@ -129,27 +169,18 @@ class FreeBody(FreeOperator):
     True
     """
 
-    def __init__(
-        self,
-        shape: tuple[int, int],
-        spacing: tuple[float, float],
-        material: Material,
-        element: Element = "splines",
-        contact_compliance: float = 0.0,
-    ) -> None:
-        super().__init__(shape, spacing, plane_modulus(material))
-        if max(spacing) > LONGEST * min(spacing):
-            raise ValueError(
-                f"spacing must be sides within a factor of {LONGEST} below a free patch, "
-                f"not {spacing!r}"
-            )
-        self.material, self.element = material, element
-        self.contact_compliance = contact_compliance
+    def _cell_faults(self) -> list[str]:
+        if max(self.spacing) <= LONGEST * min(self.spacing):
+            return []
+        return [
+            f"spacing must be sides within a factor of {LONGEST} below a free patch, "
+            f"not {self.spacing!r}"
+        ]
 
     @property
     def lifts(self) -> bool:
         """Whether pressure on a cell raises another one, as elements below long cells do."""
-        return bool(self.coefficients(self.shape).min() < 0)
+        return bool(self.elastic.min() < 0)
 
     def coefficients(self, shape: tuple[int, int]) -> Array:
         """Coefficients at offsets from zero to less than `shape`: Love's, and what elements add."""
@@ -157,6 +188,11 @@ class FreeBody(FreeOperator):
         return coefficients[: shape[0], : shape[1]]
 
     def _coefficients(self) -> Array:
+        whole = self.elastic.copy()
+        whole[0, 0] += self.contact_compliance
+        return whole
+
+    def _elastic(self) -> Array:
         rows, columns = self.shape
         # half of an even period, so that the grid sees none of its images
         half = [
@@ -174,40 +210,20 @@ class FreeBody(FreeOperator):
         more[0, 0] = 0.0
         nearby = fft.irfft2(more, period, workers=1)[:rows, :columns]
         i, j = np.ix_(np.arange(rows), np.arange(columns))
-        whole = kernels.love(i, j, self.spacing, self.effective_modulus) + nearby
-        whole[0, 0] += self.contact_compliance
-        return whole
+        return kernels.love(i, j, self.spacing, self.effective_modulus) + nearby
 
-    def softened(self, compliance: float) -> FreeBody:
-        """Return the same body with more overlap per pressure (kept)."""
-
-        def make() -> FreeBody:
-            total = self.contact_compliance + compliance
-            body = FreeBody(self.shape, self.spacing, self.material, self.element, total)
-            body._cache["body"] = self.coefficients(self.shape).copy()
-            body._cache["body"][0, 0] += compliance
-            return body
-
-        return self.cached(("softened", compliance), make)
-
-    def coarser(self) -> FreeBody:
+    def coarser(self) -> Self:
         """Return the body below every second point (kept)."""
-        shape = (self.shape[0] + 1) // 2, (self.shape[1] + 1) // 2
-        spacing = 2 * self.spacing[0], 2 * self.spacing[1]
-        more = self.material, self.element, self.contact_compliance
-        return self.cached("coarser", lambda: FreeBody(shape, spacing, *more))
+        return self._twice(((self.shape[0] + 1) // 2, (self.shape[1] + 1) // 2))
 
-    def restrict(self, shape: tuple[int, int]) -> FreeBody:
+    def restrict(self, shape: tuple[int, int]) -> Self:
         """Return the same body below a smaller rectangle of the same cells (kept)."""
+        return self.cached(("restricted", shape), lambda: self._part(shape))
 
-        def make() -> FreeBody:
-            part = FreeBody(
-                shape, self.spacing, self.material, self.element, self.contact_compliance
-            )
-            part._cache["body"] = self.coefficients(shape)
-            return part
-
-        return self.cached(("restricted", shape), make)
+    def _part(self, shape: tuple[int, int]) -> Self:
+        part = self._alike(shape, self.spacing)
+        part._cache["elastic"] = self.elastic[: shape[0], : shape[1]]
+        return part
 
 
 def plane_modulus(material: Material) -> float:

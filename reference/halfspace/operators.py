@@ -28,7 +28,6 @@ class HalfSpace:
     """
 
     periodic: bool
-    _padded: tuple[int, int]
 
     def __init__(
         self, shape: tuple[int, int], spacing: tuple[float, float], effective_modulus: float
@@ -37,6 +36,8 @@ class HalfSpace:
         self.shape = (int(shape[0]), int(shape[1]))
         self.spacing = (float(spacing[0]), float(spacing[1]))
         self.effective_modulus = float(effective_modulus)
+        # a period needs no padding
+        self._padded = self.shape
         self._cache: dict[Hashable, Any] = {}
 
     def __getstate__(self) -> dict[str, Any]:
@@ -240,7 +241,6 @@ class PeriodicOperator(HalfSpace):
     ) -> None:
         super().__init__(shape, spacing, effective_modulus)
         self.kernel = kernel
-        self._padded = self.shape
         _ = self.transfer  # raises for an unknown kernel
 
     def _transfer(self) -> NDArray[np.float64]:

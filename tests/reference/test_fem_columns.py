@@ -426,6 +426,26 @@ def test_multipliers_answer_and_refuse_as_the_exact_method_does():
         next(grid_contact.sweep(body, bowl, Load("force", 20.0), low))
 
 
+@pytest.mark.parametrize("kind", [PeriodicBody, FreeBody])
+def test_unknown_elements_are_refused_before_anything_is_computed(kind):
+    with pytest.raises(ValueError, match=r"element must be 'linear' or 'splines', not 'cubic'"):
+        kind((8, 8), (1.0, 1.0), STEEL, "cubic")
+
+
+@pytest.mark.parametrize("kind", [PeriodicBody, FreeBody])
+def test_softer_coarser_and_smaller_bodies_are_what_they_are_made_of(kind):
+    """Made from another body or from the start, the compliance is the same."""
+    body = kind((8, 12), (1.0, 1.5), STEEL, "linear", 0.5)
+    whole = kind((8, 12), (1.0, 1.5), STEEL, "linear", 0.75).transfer
+    np.testing.assert_allclose(body.softened(0.25).transfer, whole, rtol=1e-13)
+    coarser = kind((4, 6), (2.0, 3.0), STEEL, "linear", 0.5).transfer
+    np.testing.assert_allclose(body.coarser().transfer, coarser, rtol=1e-13)
+    if kind is FreeBody:
+        smaller = kind((4, 5), (1.0, 1.5), STEEL, "linear", 0.5).transfer
+        # the images that are taken away lie elsewhere: 1e-5 of what is under the load
+        np.testing.assert_allclose(body.restrict((4, 5)).transfer, smaller, rtol=1e-4)
+
+
 def test_stiffness_under_a_penalty_is_that_of_force_and_depth():
     """The springs give way, too: dF/dd of two near depths, whose contacts are the same."""
     gap = rough(32)
