@@ -45,6 +45,8 @@ OUTLINE = 0.41
 _LEAST_COSINE = 0.3
 # Smallest fraction of their cells that counts for single-cell spots, whose size is not resolved.
 _LEAST_SHARE = 0.1
+# Pressures are taken as different from here on, well above what a solver leaves of an error.
+_MORE = 1 + 1e-6
 
 
 def located_area(contact: Contact) -> float:
@@ -158,8 +160,9 @@ def _rising(pressure: Field, side: int, axis: int) -> Mask:
     """Return where the pressure increases over three cells towards one side, as at a sharp edge.
 
     Under an edge sharper than the grid it does not vanish at the contact line, and does not
-    determine its position.
+    determine its position. Symmetric cells have the same pressure but for rounding, which is no
+    increase.
     """
     inner = np.roll(pressure, side, axis)
     innermost = np.roll(inner, side, axis)
-    return np.asarray((pressure > inner) & (inner > innermost) & (innermost > 0))
+    return np.asarray((pressure > _MORE * inner) & (inner > _MORE * innermost) & (innermost > 0))

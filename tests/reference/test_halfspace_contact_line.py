@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import dataclasses
+
 import numpy as np
 import pytest
 
@@ -137,3 +139,25 @@ def test_an_edge_sharper_than_the_grid_is_counted():
     operator = FreeOperator(gap.shape, (0.1, 0.1), 1.0)
     punch = fft.solve(Press(operator, gap), Load("penetration", 1e-9))
     assert located_area(punch) == pytest.approx(np.pi, rel=0.01)
+
+
+@pytest.mark.parametrize("penetration", [0.001, 0.0015])
+def test_a_rounding_of_symmetric_pressures_moves_no_area(penetration):
+    """A rounded punch, flat to 3.9 cells, whose rows at the rim have four cells.
+
+    The two inner ones have the same pressure but for rounding, which is no rise towards an edge.
+    """
+    x = (np.arange(14) - 6.5) / 3.9
+    gap = np.maximum(np.hypot(x[:, None], x) - 1, 0.0) ** 2 / 20
+    contact = dense.solve(
+        Press(FreeOperator(gap.shape, (1 / 3.9, 1 / 3.9), 1.0), gap),
+        Load("penetration", penetration),
+    )
+    even = (contact.pressure + contact.pressure[::-1]) / 2
+    even = (even + even[:, ::-1]) / 2
+    rounded = even * (1 + 1e-12 * np.random.default_rng(3).uniform(-1, 1, gap.shape))
+    exact, moved = (
+        located_area(dataclasses.replace(contact, pressure=pressure))
+        for pressure in (even, rounded)
+    )
+    assert moved == pytest.approx(exact, rel=1e-9)
