@@ -15,11 +15,17 @@ from collections import Counter
 from pathlib import Path
 
 from comparisons.files import write_text
-from comparisons.formatting import duration, plus_minus, tolerance
+from comparisons.formatting import duration, plus_minus
 from comparisons.machine import machine_text
-from comparisons.questions.claims.claim import load_claims
-from comparisons.questions.claims.record import ClaimRecord, ClaimsRecord, load_claims_record
+from comparisons.questions.claims.claim import Claim, load_claims
+from comparisons.questions.claims.record import (
+    ClaimRecord,
+    ClaimsRecord,
+    PointRecord,
+    load_claims_record,
+)
 from comparisons.questions.claims.verdicts import VERDICTS
+from comparisons.questions.claims.wording import limit_words
 from reports.tables.documents import markdown
 
 DOCS = Path(__file__).resolve().parents[1]
@@ -45,6 +51,12 @@ EIGHT = {
     "rubber-paraboloid": "Springs that relax give the friction of a ball that slides over rubber: "
     "within 10 % at any speed.",
 }
+# Authors of claims, as the sentence below the tables names them.
+AUTHORS = {
+    "chapter, printed": "the chapter as printed",
+    "chapter, corrected": "the chapter as corrected",
+    "ours": "our own",
+}
 # What docs/findings.md tells of: one claim, printed or corrected, for each statement.
 SHORT = (
     *("exact-paraboloid", "half-radius-cone", "transform-cone", "ellipsoid-force"),
@@ -65,22 +77,42 @@ def put_together(records: list[ClaimsRecord]) -> ClaimsRecord:
     Date, machine and duration are those of the (last) run that judged most of them. The details
     of single measurements are left out: `roughline claims` finds them again.
     """
-    names = [claim.id for claim in load_claims()]
+    files = {claim.id: claim for claim in load_claims()}
     judged = {claim.id: claim for record in records for claim in record.claims}
-    judged_claims = [_bare(judged[name]) for name in names if name in judged]
+    judged_claims = [_bare(judged[name], files[name]) for name in files if name in judged]
     main = max(reversed(records), key=lambda record: len(record.claims))
     return main.model_copy(update={"claims": judged_claims})
 
 
-def _bare(claim: ClaimRecord) -> ClaimRecord:
-    points = [point.model_copy(update={"details": {}}) for point in claim.points]
-    return claim.model_copy(update={"points": points})
+def _bare(claim: ClaimRecord, file: Claim) -> ClaimRecord:
+    """Leave out details of points; who says it, and what confirms it, is as the file has it."""
+    changed = {
+        "author": file.author,
+        "confirmed_by": file.confirmed_by,
+        "points": _without_details(claim.points),
+        "draws": _without_details(claim.draws),
+        "nuisances": [
+            nuisance.model_copy(update={"points": _without_details(nuisance.points)})
+            for nuisance in claim.nuisances
+        ],
+    }
+    if claim.map is not None:
+        rows = [
+            row.model_copy(update={"points": _without_details(row.points)})
+            for row in claim.map.rows
+        ]
+        changed["map"] = claim.map.model_copy(update={"rows": rows})
+    return claim.model_copy(update=changed)
+
+
+def _without_details(points: list[PointRecord]) -> list[PointRecord]:
+    return [point.model_copy(update={"details": {}}) for point in points]
 
 
 # %%
 def largest(claim: ClaimRecord) -> str:
     """Return the largest error, with its bar."""
-    measured = [point for point in claim.points if point.error is not None]
+    measured = [point for point in claim.measured if point.error is not None]
     if not measured:
         return "–"
     point = max(measured, key=lambda point: abs(point.error))
@@ -106,8 +138,9 @@ def short_row(claim: ClaimRecord) -> tuple[str, ...]:
 def long_row(claim: ClaimRecord) -> tuple[str, ...]:
     """Return what docs/claims.md says of a claim: its text, its verdict, the decisive numbers."""
     return (
-        *(claim.id, claim.equation, claim.reading, claim.text),
-        f"{tolerance(claim.tolerance)}{' (chapter)' if claim.tolerance_from == 'chapter' else ''}",
+        *(claim.id, claim.equation, claim.author, claim.text),
+        limit_words(claim.tolerance, claim.factor)
+        + (" (chapter)" if claim.tolerance_from == "chapter" else ""),
         *(f"**{claim.verdict}**", largest(claim), claim.finding),
     )
 
@@ -116,7 +149,7 @@ HEADS = {
     "eight": ("the statement", "verdict", "measured", "by"),
     "short": ("equation", "the chapter says", "verdict", "measured", "claim"),
     "long": (
-        *("claim", "equation", "reading", "text", "tolerance", "verdict", "largest error"),
+        *("claim", "equation", "who says it", "text", "tolerance", "verdict", "largest error"),
         "measured",
     ),
 }
@@ -138,18 +171,27 @@ def rendered(record: ClaimsRecord, kind: str) -> str:
 
 
 def tally(record: ClaimsRecord) -> str:
-    """Return how many claims, as printed and as corrected, got which verdict."""
-    readings = []
-    for reading in ("printed", "corrected"):
-        claims = [claim for claim in record.claims if claim.reading == reading]
+    """Return how many claims of whom got which verdict, and how many verdicts confirm them."""
+    groups: dict[str, list[ClaimRecord]] = {}
+    for claim in record.claims:
+        who = claim.author if claim.author in AUTHORS else "the literature"
+        groups.setdefault(AUTHORS.get(who, who), []).append(claim)
+    sentences = []
+    for who, claims in groups.items():
         number = Counter(claim.verdict for claim in claims)
         counts = ", ".join(
             f"{number[verdict]} {verdict.replace('holds', 'hold').replace('fails', 'fail')}"
             for verdict in VERDICTS
             if number[verdict]
         )
-        readings.append(f"{len(claims)} claims as {reading}: {counts}")
-    return "; ".join(readings) + "."
+        sentences.append(f"{len(claims)} claims of {who}: {counts}")
+    denied = [claim for claim in record.claims if claim.confirmed_by != "holds"]
+    confirming = sum(claim.confirms for claim in denied)
+    return (
+        "; ".join(sentences)
+        + f". {len(denied)} of them state what the chapter denies; {confirming} of these verdicts "
+        "confirm it."
+    )
 
 
 def written(page: str, record: ClaimsRecord) -> str:

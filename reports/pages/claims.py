@@ -9,10 +9,11 @@ from pathlib import Path
 from comparisons.files import write_text
 from comparisons.questions.claims.record import ClaimRecord, ClaimsRecord, PointRecord
 from comparisons.questions.claims.verdicts import VERDICTS
+from comparisons.questions.claims.wording import limit_words
 from reports.pages.page import render
-from reports.plots.claim import evidence
+from reports.plots.claim import along, evidence, validity_map
 from reports.plots.figure import Figure
-from reports.tables.claims import measurements
+from reports.tables.claims import beyond, measurements
 from reports.tables.table import Table
 
 
@@ -23,8 +24,9 @@ class ClaimView:
     record: ClaimRecord
     anchor: str
     deciding: Deciding
-    figure: Figure | None
+    figures: tuple[Figure, ...]
     measurements: Table
+    openness: Table | None
 
 
 @dataclass(frozen=True)
@@ -44,26 +46,35 @@ def write_claims_report(record: ClaimsRecord, path: Path) -> None:
 def claims_page(record: ClaimsRecord) -> str:
     """Return the whole page as text."""
     views = [_view(claim) for claim in record.claims]
-    drawn = {f"{v.anchor}-{v.figure.key}": v.figure for v in views if v.figure}
+    drawn = {f"{view.anchor}-{figure.key}": figure for view in views for figure in view.figures}
     counts = Counter(claim.verdict for claim in record.claims)
     return render(
         "claims.html.j2",
         drawn,
         record=record,
+        limit_words=limit_words,
         views=views,
         tally=[(word, counts[word]) for word in VERDICTS if counts[word]],
     )
 
 
 def _view(claim: ClaimRecord) -> ClaimView:
-    largest = max(claim.points, key=_size)
+    largest = max(claim.measured, key=_size)
     nan = float("nan")
     deciding = Deciding(
         error=nan if largest.error is None else largest.error,
         uncertainty=nan if largest.uncertainty is None else largest.uncertainty,
         tolerance=claim.tolerance,
     )
-    return ClaimView(claim, f"claim-{claim.id}", deciding, evidence(claim), measurements(claim))
+    figures = [evidence(claim), validity_map(claim), *(along(claim, n) for n in claim.nuisances)]
+    return ClaimView(
+        claim,
+        f"claim-{claim.id}",
+        deciding,
+        tuple(figure for figure in figures if figure is not None),
+        measurements(claim),
+        beyond(claim) if claim.nuisances else None,
+    )
 
 
 def _size(point: PointRecord) -> float:

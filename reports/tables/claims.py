@@ -3,7 +3,12 @@
 from __future__ import annotations
 
 from comparisons import formatting as fmt
-from comparisons.questions.claims.record import ClaimRecord, ClaimsRecord, PointRecord
+from comparisons.questions.claims.record import (
+    ClaimRecord,
+    ClaimsRecord,
+    NuisanceRecord,
+    PointRecord,
+)
 from reports.plots.claim import detail
 from reports.tables import cells
 from reports.tables.table import Cell, Head, Table, table
@@ -17,8 +22,8 @@ def claims(record: ClaimsRecord) -> Table:
     for claim in record.claims:
         expected = f", expected {claim.expected}" if claim.differs else ""
         word = cells.verdict(claim.verdict, text=f"{claim.verdict}{expected}")
-        rows.append((claim.id, claim.equation, word, claim.finding))
-    heads = ("claim", "equation", "verdict", "finding")
+        rows.append((claim.id, claim.equation, claim.author, word, claim.finding))
+    heads = ("claim", "equation", "who says it", "verdict", "finding")
     strong = frozenset(place for place, claim in enumerate(record.claims) if claim.differs)
     return table(heads, rows, title=f"Claims, {record.effort}", strong=strong)
 
@@ -29,6 +34,29 @@ def measurements(claim: ClaimRecord) -> Table:
     parameter = (claim.parameter,) if claim.parameter else ()
     rows = ((*_parameter(claim, point), *_measured(point)) for point in claim.points)
     return table((*parameter, *heads), rows)
+
+
+def beyond(claim: ClaimRecord) -> Table:
+    """Return the measurements over what a statement leaves open: one parameter at a time, draws."""
+    rows: list[tuple[Cell | str, ...]] = []
+    for nuisance in claim.nuisances:
+        rows += [
+            (f"{nuisance.name} {_place(nuisance, point)}", *_measured(point))
+            for point in nuisance.points
+        ]
+    for point in claim.draws:
+        setting = [f"{name} {text}" for name, text in point.setting.items()]
+        if claim.parameter:
+            setting.insert(0, f"{claim.parameter} {fmt.number(point.parameter, 4)}")
+        rows.append((", ".join(setting), *_measured(point)))
+    heads = ("error", "verdict", Head("time", csv="time / s"), "details")
+    return table(("setting, else as stated", *heads), rows)
+
+
+def _place(nuisance: NuisanceRecord, point: PointRecord) -> str:
+    if nuisance.choices:
+        return nuisance.choices[int(point.parameter or 0)]
+    return fmt.number(point.parameter, 4)
 
 
 def _parameter(claim: ClaimRecord, point: PointRecord) -> tuple[Cell, ...]:

@@ -9,7 +9,7 @@ from itertools import groupby, pairwise
 import numpy as np
 
 from comparisons.judging.verdicts import OUTSIDE, WITHIN, judge
-from comparisons.questions.claims.claim import Vary
+from comparisons.questions.claims.spans import Span, Vary
 from comparisons.questions.experiments import Measurement
 from comparisons.solving.inquiries import Inquiry, together
 
@@ -48,7 +48,24 @@ class Range:
 def search(
     vary: Vary | None, tolerance: float, measure: Measure, bisections: int
 ) -> Inquiry[list[Point]]:
-    """Measure a claim over its grid, then bisect all intervals that contain a boundary.
+    """Measure a claim over its grid, then bisect all intervals that contain a boundary (`walk`)."""
+    if vary is not None:
+        return (yield from walk(vary, grid(vary), tolerance, measure, bisections))
+    return (yield from points_at([None], tolerance, measure))
+
+
+def points_at(
+    values: Sequence[float | None], tolerance: float, measure: Measure
+) -> Inquiry[list[Point]]:
+    """Measure and judge a claim at several values of a parameter."""
+    measured = yield from together(measure(value) for value in values)
+    return [Point(m, judge(m.error, m.uncertainty, tolerance)) for m in measured]
+
+
+def walk(
+    span: Span, values: Sequence[float], tolerance: float, measure: Measure, bisections: int
+) -> Inquiry[list[Point]]:
+    """Measure a claim at values of a parameter, then bisect all intervals that contain a boundary.
 
     These are intervals between a point within and one outside, and intervals between two points
     outside with errors of opposite signs, because the error passes zero there and the claim holds
@@ -59,25 +76,18 @@ def search(
     list of Point
         Ordered by the parameter.
     """
-
-    def at(values: Sequence[float | None]) -> Inquiry[list[Point]]:
-        measured = yield from together(measure(value) for value in values)
-        return [Point(m, judge(m.error, m.uncertainty, tolerance)) for m in measured]
-
-    if vary is None:
-        return (yield from at([None]))
-    points = yield from at(grid(vary))
+    points = yield from points_at(values, tolerance, measure)
     intervals = list(pairwise(points))
     for _ in range(bisections):
         split = [
             (low, middle, high)
             for low, high in intervals
             if _holds_boundary(low, high)
-            and (middle := _between(vary, low.parameter, high.parameter)) is not None
+            and (middle := _between(span, low.parameter, high.parameter)) is not None
         ]
         if not split:
             break
-        middles = yield from at([middle for _, middle, _ in split])
+        middles = yield from points_at([middle for _, middle, _ in split], tolerance, measure)
         halves = zip(split, middles, strict=True)
         intervals = [
             half for (low, _, high), point in halves for half in ((low, point), (point, high))
@@ -103,13 +113,10 @@ def grid(vary: Vary) -> list[float]:
     return list(dict.fromkeys(float(round(v)) for v in values)) if vary.is_integer else values
 
 
-def _between(vary: Vary, low: float, high: float) -> float | None:
+def _between(span: Span, low: float, high: float) -> float | None:
     """Return the midpoint on the parameter's scale, or None between consecutive integers."""
-    middle = float(np.sqrt(low) * np.sqrt(high)) if vary.spacing == "log" else 0.5 * (low + high)
-    if not vary.is_integer:
-        return middle
-    middle = float(round(middle))
-    return middle if low < middle < high else None
+    middle = span.between(low, high)
+    return middle if not span.is_integer or low < middle < high else None
 
 
 def ranges_of(points: list[Point]) -> list[Range]:

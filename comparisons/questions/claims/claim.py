@@ -8,39 +8,40 @@ literally as printed and as corrected, which ``reading`` distinguishes.
 from __future__ import annotations
 
 import re
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal
 
-from pydantic import (
-    BaseModel,
-    BeforeValidator,
-    ConfigDict,
-    Field,
-    StrictBool,
-    ValidationError,
-    field_validator,
-    model_validator,
-)
+from pydantic import Field, ValidationError, field_validator, model_validator
 
 from comparisons.errors import InputError
 from comparisons.facts.methods import METHODS, MODEL
 from comparisons.facts.quantities import COMPARABLE, FIELDS
 from comparisons.questions.claims.headlines import builtin_claims, chapter_order
-from comparisons.questions.claims.verdicts import VERDICTS
+from comparisons.questions.claims.spans import (
+    RESOLUTION,
+    Choice,
+    Map,
+    Name,
+    Names,
+    Nuisance,
+    Prose,
+    Table,
+    Vary,
+)
+from comparisons.questions.claims.verdicts import HOLDS, VERDICTS
 from comparisons.questions.experiments import EXPERIMENTS
-from comparisons.scene.fields import Finite, KnownMethod, Positive, fail
+from comparisons.scene.fields import KnownMethod, Positive, fail
 from comparisons.scene.problems import readable
-from comparisons.scene.scene import load_scene
+from comparisons.scene.scene import Scene, load_scene
 from comparisons.scene.toml_files import read_toml
-from comparisons.scene.units import number_and_unit
 
 # The contact area that the equivalent diameter predicts from the true stiffness.
 AREA_FROM_STIFFNESS = "area_from_stiffness"
 # Possible quantities of claims: those of scenes, and derived ones.
 CLAIMED = tuple(dict.fromkeys((*COMPARABLE, *FIELDS, AREA_FROM_STIFFNESS)))
 MEASURES = ("maximum", "rms", "last")
-RESOLUTION = "resolution"
-MOST_STEPS = 200
+SAYS = ("chapter", "literature", "ours")
 
 
 class ClaimError(InputError):
@@ -51,102 +52,60 @@ class ClaimError(InputError):
         super().__init__("\n".join(problems))
 
 
-class _Table(BaseModel):
-    model_config = ConfigDict(extra="forbid", frozen=True, populate_by_name=True)
+class Claim(Table):
+    """A validated claim file; docs/claims.md explains every key.
 
-
-def _listed(value: Any) -> Any:
-    return (value,) if isinstance(value, str) else value
-
-
-Name = Annotated[str, Field(min_length=1, max_length=200)]
-Prose = Annotated[str, Field(min_length=1, max_length=2000)]
-Names = Annotated[tuple[Name, ...], BeforeValidator(_listed), Field(min_length=1)]
-
-
-class Vary(_Table):
-    """A parameter and the initial grid of values for the search.
-
-    path: keys of the scene that get the value (``indenter.radius_x``; numbers index lists; several
-    keys get the same value), or ``resolution`` of the judged method; not used for experiments,
-    which define their parameter.
-    name: the parameter in words, with its symbol; default: the path, or the experiment's name.
-    unit: factor between the number and the value in the scene ("10 mm").
-    integer: whole numbers only (points, terms, springs).
-    bisections: number of bisections of a grid interval with a boundary at full effort; half as many
-    at quick effort.
+    A setting gives a number to every nuisance parameter, by its key.
     """
-
-    path: Annotated[tuple[Name, ...], BeforeValidator(_listed)] = ()
-    name: Annotated[str, Field(max_length=100)] = ""
-    start: Annotated[Finite, Field(alias="from")]
-    end: Annotated[Finite, Field(alias="to")]
-    steps: Annotated[int, Field(strict=True, ge=2, le=MOST_STEPS)]
-    spacing: Literal["linear", "log"] = "linear"
-    unit: Annotated[str, Field(max_length=40)] = ""
-    integer: StrictBool = False
-    bisections: Annotated[int, Field(strict=True, ge=0, le=40)] = 6
-
-    @field_validator("unit")
-    @classmethod
-    def _readable_unit(cls, value: str) -> str:
-        if value:
-            try:
-                number_and_unit(value)
-            except ValueError as error:
-                raise fail(f"expected a number with a unit ({error})", value) from error
-        return value
-
-    @model_validator(mode="after")
-    def _a_range(self) -> Vary:
-        if not self.start < self.end:
-            raise fail(f"expected from < to, got from = {self.start:g}, to = {self.end:g}")
-        if self.spacing == "log" and self.start <= 0:
-            raise fail("expected from > 0 for logarithmic spacing", self.start)
-        return self
-
-    @property
-    def is_integer(self) -> bool:
-        """Whether the parameter takes whole numbers only."""
-        return self.integer or self.path == (RESOLUTION,)
-
-    def halvings(self, effort: str) -> int:
-        """Return the number of bisections of an interval."""
-        return self.bisections if effort == "full" else self.bisections // 2
-
-    def value(self, number: float) -> Any:
-        """Return the value in the scene for a number: a multiple of the unit, as text."""
-        if self.is_integer:
-            return int(number)
-        if not self.unit:
-            return number
-        factor, unit = number_and_unit(self.unit)
-        return f"{float(number * factor)!r} {unit}"
-
-
-class Claim(_Table):
-    """A validated claim file; docs/claims.md explains every key."""
 
     id: str
     text: Prose
     equation: Annotated[str, Field(max_length=100)]
     reading: Literal["printed", "corrected"] = "printed"
     corrects: str | None = None
+    says: Literal[SAYS] = "chapter"  # type: ignore[valid-type]
+    citation: Annotated[str, Field(max_length=300)] = ""
+    confirmed_by: Literal[VERDICTS] = HOLDS  # type: ignore[valid-type]
     scene: Name | None = None
-    changes: dict[str, Any] = {}
+    changes: dict[str, Any] = Field(default_factory=dict)
     experiment: Name | None = None
-    parameters: dict[str, Any] = {}
+    parameters: dict[str, Any] = Field(default_factory=dict)
     vary: Vary | None = None
+    nuisance: tuple[Nuisance, ...] = ()
+    draws: Annotated[int, Field(strict=True, ge=0, le=256)] = 8
+    map: Map | None = None
     method: KnownMethod = MODEL
     quantity: Names = ()
     at: Literal["penetration", "force"] | None = None
     measure: Literal[MEASURES] = "maximum"  # type: ignore[valid-type]
     tolerance: Positive
+    factor: Annotated[float, Field(gt=1, le=1000)] | None = None
     tolerance_from: Literal["chapter", "ours"] = "ours"
     refuted_by: Prose
     theorem: Annotated[str, Field(max_length=500)] = ""
     expected: Literal[VERDICTS] | None = None  # type: ignore[valid-type]
     directory: str = Field(default=".", exclude=True)
+
+    @model_validator(mode="before")
+    @classmethod
+    def _factor_is_the_tolerance(cls, data: Any) -> Any:
+        """Put f - 1, for a factor f between stated and true, as the tolerance."""
+        if isinstance(data, dict) and isinstance(data.get("factor"), (int, float)):
+            return {"tolerance": data["factor"] - 1, **data}
+        return data
+
+    @model_validator(mode="after")
+    def _literature_is_cited(self) -> Claim:
+        if self.says == "literature" and not self.citation:
+            raise fail("expected a citation of what the literature says")
+        keys = [nuisance.key for nuisance in self.nuisance]
+        if len(set(keys)) < len(keys):
+            raise fail("expected different nuisance parameters", keys)
+        if self.map is not None and (self.vary is None or self.map.up not in keys):
+            raise fail("expected a map of vary and a nuisance parameter", self.map.up)
+        if self.factor is not None and self.tolerance != self.factor - 1:
+            raise fail("expected either a factor or a tolerance")
+        return self
 
     @field_validator("id")
     @classmethod
@@ -169,6 +128,28 @@ class Claim(_Table):
         assert self.scene is not None
         beside = Path(self.directory) / self.scene
         return beside if beside.is_file() else self.scene
+
+    @property
+    def author(self) -> str:
+        """Who says it: the chapter as printed or as corrected, the literature, or we."""
+        if self.says == "chapter":
+            return f"chapter, {self.reading}"
+        return self.citation or self.says
+
+    @property
+    def as_stated(self) -> dict[str, float]:
+        """The setting at which the claim is measured along its own parameter."""
+        return {nuisance.key: nuisance.stated_number for nuisance in self.nuisance}
+
+    def under(self, setting: Mapping[str, float]) -> Claim:
+        """Return the claim as it stands under a setting of its nuisance parameters."""
+        values: dict[str, Choice] = {
+            path: nuisance.value(setting[nuisance.key])
+            for nuisance in self.nuisance
+            for path in nuisance.path
+        }
+        place = "parameters" if self.experiment is not None else "changes"
+        return self.model_copy(update={place: {**getattr(self, place), **values}})
 
     @property
     def parameter(self) -> str:
@@ -278,22 +259,35 @@ def _problems(data: dict[str, Any]) -> list[str]:
 
 
 def _scene_problems(claim: Claim) -> list[str]:
-    """Return the problems of the scene as modified by the claim, at both ends of the range."""
+    """Return the problems of the scene as modified by the claim, at the ends of its ranges."""
     if claim.scene is None:
         return []
     ends = (None,) if claim.vary is None else (claim.vary.start, claim.vary.end)
-    scenes, problems = [], []
-    for end in ends:
-        try:
-            scenes.append(load_scene(claim.source, overrides(claim, end)))
-        except InputError as error:
-            problems.append(f"scene: {error}")
-    if claim.at is not None and any(scene.physics for scene in scenes):
+    problems: list[str] = []
+    scenes = [_checked(claim.under(claim.as_stated), end, problems) for end in ends]
+    for nuisance in claim.nuisance:
+        others = [
+            _checked(claim.under({**claim.as_stated, nuisance.key: number}), ends[0], problems)
+            for number in nuisance.numbers()
+            if number != nuisance.stated_number
+        ]
+        if scenes[0] in [scene for scene in others if scene is not None]:
+            problems.append(f"nuisance: {nuisance.key} changes nothing in the scene")
+    if claim.at is not None and any(scene is not None and scene.physics for scene in scenes):
         problems.append("at: expected nothing, steps of this scene are no loads to interpolate at")
-    same = len(scenes) == 2 and scenes[0] == scenes[1]
+    same = len(scenes) == 2 and scenes[0] is not None and scenes[0] == scenes[1]
     if same and claim.vary is not None and claim.vary.path != (RESOLUTION,):
         problems.append(f"vary.path: {', '.join(claim.vary.path)} changes nothing in the scene")
     return problems
+
+
+def _checked(claim: Claim, end: float | None, problems: list[str]) -> Scene | None:
+    """Return the claim's scene at a value of its parameter; add what is wrong to the problems."""
+    try:
+        return load_scene(claim.source, overrides(claim, end))
+    except InputError as error:
+        problems.append(f"scene: {error}")
+        return None
 
 
 def overrides(claim: Claim, number: float | None) -> dict[str, Any]:

@@ -4,8 +4,11 @@ from __future__ import annotations
 
 from pathlib import Path
 
+from pydantic import Field
+
 from comparisons.files import write_text
 from comparisons.judging.verdicts import NOT_RESOLVED
+from comparisons.questions.claims.verdicts import HOLDS
 from comparisons.results.header import Form, Header, read_record
 
 RECORD = "claims.json"
@@ -20,6 +23,8 @@ class PointRecord(Form):
     word: str
     details: dict[str, float | str | None]
     seconds: float
+    # Where it is a draw over nuisance parameters: their values in words, by name.
+    setting: dict[str, str] = Field(default_factory=dict)
 
 
 class RangeRecord(Form):
@@ -31,6 +36,40 @@ class RangeRecord(Form):
     above: float | None
 
 
+class NuisanceRecord(Form):
+    """A claim along a parameter that its statement leaves open, the others as stated.
+
+    choices: the values in words, where they are no numbers; the points count them from 0. at: the
+    value of the claim's own parameter.
+    """
+
+    name: str
+    reason: str
+    stated: float
+    spacing: str
+    choices: list[str]
+    at: float | None
+    points: list[PointRecord]
+    ranges: list[RangeRecord]
+
+
+class RowRecord(Form):
+    """A row of a validity map: the claim along its own parameter, at one number of another."""
+
+    number: float
+    points: list[PointRecord]
+    ranges: list[RangeRecord]
+
+
+class MapRecord(Form):
+    """A validity map: the claim's own parameter across, `up` up; choices as of a nuisance."""
+
+    up: str
+    spacing: str
+    choices: list[str]
+    rows: list[RowRecord]
+
+
 class ClaimRecord(Form):
     """A claim with its verdict and the underlying measurements."""
 
@@ -39,6 +78,8 @@ class ClaimRecord(Form):
     equation: str
     reading: str
     corrects: str | None
+    author: str = ""
+    confirmed_by: str = HOLDS
     what: str
     method: str
     quantity: list[str]
@@ -46,6 +87,7 @@ class ClaimRecord(Form):
     parameter: str
     spacing: str
     tolerance: float
+    factor: float | None = None
     tolerance_from: str = "ours"
     refuted_by: str
     theorem: str = ""
@@ -54,6 +96,9 @@ class ClaimRecord(Form):
     sentence: str
     points: list[PointRecord]
     ranges: list[RangeRecord]
+    nuisances: list[NuisanceRecord] = Field(default_factory=list)
+    draws: list[PointRecord] = Field(default_factory=list)
+    map: MapRecord | None = None
     disagreements: list[str]
     command: str
     seconds: float
@@ -63,6 +108,17 @@ class ClaimRecord(Form):
     def finding(self) -> str:
         """The verdict in one sentence, and what of the claim needs no measurement."""
         return f"{self.sentence} {self.theorem}".rstrip()
+
+    @property
+    def measured(self) -> list[PointRecord]:
+        """All points: as stated, along each nuisance parameter, and drawn over all of them."""
+        beside = [point for nuisance in self.nuisances for point in nuisance.points]
+        return [*self.points, *beside, *self.draws]
+
+    @property
+    def confirms(self) -> bool:
+        """Whether the verdict is the one that confirms its author (a failure can)."""
+        return self.verdict == self.confirmed_by
 
     @property
     def differs(self) -> bool:

@@ -18,14 +18,19 @@ from comparisons.files import plain, write_text
 from comparisons.machine import versions
 from comparisons.methods.user.external import user_methods
 from comparisons.questions.campaign import Campaign, Options
-from comparisons.questions.claims.boundaries import Point, ranges_of, search
+from comparisons.questions.claims.boundaries import Measure, Point, ranges_of, search
 from comparisons.questions.claims.claim import Claim
+from comparisons.questions.claims.conditions import conditions, in_words
+from comparisons.questions.claims.nuisances import SEED, Along, Openness, Setting, over_all
 from comparisons.questions.claims.record import (
     RECORD,
     ClaimRecord,
     ClaimsRecord,
+    MapRecord,
+    NuisanceRecord,
     PointRecord,
     RangeRecord,
+    RowRecord,
     load_claims_record,
     save_claims,
 )
@@ -44,7 +49,16 @@ from comparisons.solving.jobs import Archive, Job
 
 MEASUREMENTS = "measurements"
 COPIED = {"id", "text", "equation", "reading", "corrects", "method", "measure"}
-COPIED |= {"tolerance", "tolerance_from", "refuted_by", "theorem", "expected"}
+COPIED |= {
+    "author",
+    "confirmed_by",
+    "factor",
+    "tolerance",
+    "tolerance_from",
+    "refuted_by",
+    "theorem",
+    "expected",
+}
 # Assumed memory of an experiment in bytes: grids of 1024 x 1024 and meshes of 1e5 unknowns.
 MEMORY = 1e9
 
@@ -91,36 +105,114 @@ class ClaimRun(Campaign[ClaimRecord, ClaimsRecord]):
         return load_claims_record(self.directory).seconds
 
 
-def judge_claim(claim: Claim, effort: Effort) -> ClaimRecord:
-    """Measure a claim along its parameter in this process; return the verdict and measurements."""
-    return answer_of(judged_claim(claim, effort))
+def judge_claim(claim: Claim, effort: Effort, seed: int = SEED) -> ClaimRecord:
+    """Measure a claim in this process; return the verdict and measurements."""
+    return answer_of(judged_claim(claim, effort, seed))
 
 
-def judged_claim(claim: Claim, effort: Effort) -> Inquiry[ClaimRecord]:
-    """Request the solves of a claim; return the verdict and measurements."""
+def judged_claim(claim: Claim, effort: Effort, seed: int = SEED) -> Inquiry[ClaimRecord]:
+    """Request the solves of a claim; return the verdict and measurements.
 
-    def measure(value: float | None) -> Inquiry[Measurement]:
-        return _measured(claim, value, effort)
+    The seed is that of the sample over its nuisance parameters.
+    """
+
+    def under(setting: Setting) -> Measure:
+        there = claim.under(setting)
+        return lambda value: _judgeable(there, value, effort)
 
     halvings = 0 if claim.vary is None else claim.vary.halvings(effort)
-    points = yield from search(claim.vary, claim.tolerance, measure, halvings)
-    verdict = verdict_of((point.word for point in points), effort)
-    ranges = ranges_of(points)
+    points = yield from search(claim.vary, claim.tolerance, under(claim.as_stated), halvings)
+    openness = yield from over_all(claim, points, under, effort, seed)
+    return _record(claim, effort, points, openness)
+
+
+def _record(claim: Claim, effort: Effort, points: list[Point], openness: Openness) -> ClaimRecord:
+    """Return the verdict on all points, in words, with the points."""
+    as_stated = verdict_of([point.word for point in points], effort)
+    finding = sentence(claim, as_stated, points, ranges_of(points))
+    measured = [*points, *openness.points]
     return ClaimRecord(
         **claim.model_dump(include=COPIED),
+        author=claim.author,
         what=_subject(claim),
         quantity=list(claim.quantity),
         parameter=claim.parameter,
         spacing="linear" if claim.vary is None else claim.vary.spacing,
-        verdict=verdict,
-        sentence=sentence(claim, verdict, points, ranges),
+        verdict=verdict_of((point.word for point in measured), effort),
+        sentence=f"{finding} {conditions(claim, openness)}".rstrip(),
         points=[_point(point) for point in points],
-        ranges=[RangeRecord(**asdict(stretch)) for stretch in ranges],
-        disagreements=_disagreements(points),
+        ranges=_ranges(points),
+        nuisances=[_nuisance(line) for line in openness.along],
+        draws=[_point(d.point, in_words(claim, d.setting)) for d in openness.draws],
+        map=_map(claim, openness),
+        disagreements=_disagreements(measured),
         command=_repeats(claim, effort),
-        seconds=sum(point.measurement.seconds for point in points),
+        seconds=sum(point.measurement.seconds for point in measured),
         effort=effort,
     )
+
+
+def _ranges(points: list[Point]) -> list[RangeRecord]:
+    return [RangeRecord(**asdict(stretch)) for stretch in ranges_of(points)]
+
+
+def _nuisance(line: Along) -> NuisanceRecord:
+    nuisance = line.nuisance
+    return NuisanceRecord(
+        name=nuisance.name,
+        reason=nuisance.reason,
+        stated=nuisance.stated_number,
+        spacing=nuisance.spacing,
+        choices=nuisance.choices,
+        at=line.at,
+        points=[_point(point) for point in line.points],
+        ranges=[] if nuisance.values else _ranges(line.points),
+    )
+
+
+def _map(claim: Claim, openness: Openness) -> MapRecord | None:
+    if claim.map is None or not openness.rows:
+        return None
+    nuisance = next(n for n in claim.nuisance if n.key == claim.map.up)
+    rows = [
+        RowRecord(
+            number=row.number,
+            points=[_point(point) for point in row.points],
+            ranges=_ranges(row.points),
+        )
+        for row in openness.rows
+    ]
+    return MapRecord(
+        up=nuisance.name, spacing=nuisance.spacing, choices=nuisance.choices, rows=rows
+    )
+
+
+def _judgeable(claim: Claim, value: float | None, effort: Effort) -> Inquiry[Measurement]:
+    """Measure a point; where the claim allows a factor, the error is that of the factor."""
+    measured = yield from _measured(claim, value, effort)
+    return measured if claim.factor is None else as_factor(measured)
+
+
+def as_factor(measured: Measurement) -> Measurement:
+    """Return stated/true - 1 as a factor less one, negative where stated is the smaller.
+
+    One tenth of the truth is as far from it as ten times the truth: -9 and 9. A statement of the
+    wrong sign is infinitely far.
+
+    >>> as_factor(Measurement(None, -0.9, 0.0)).error, as_factor(Measurement(None, 9.0, 0.0)).error
+    (-9.0, 9.0)
+    """
+    low, middle, high = (
+        _signed_factor(1 + measured.error + side * measured.uncertainty) for side in (-1, 0, 1)
+    )
+    bar = max(abs(high - middle), abs(middle - low))
+    return replace(measured, error=middle, uncertainty=bar)
+
+
+def _signed_factor(ratio: float) -> float:
+    if ratio <= 0:
+        return -1e9  # no factor; finite, as every result of an experiment
+    return round(ratio - 1 if ratio >= 1 else 1 - 1 / ratio, 12)
 
 
 def _repeats(claim: Claim, effort: Effort) -> str:
@@ -218,9 +310,9 @@ def _subject(claim: Claim) -> str:
     return f"{names}{at} on the scene {claim.scene}" + "".join(f", {option}" for option in options)
 
 
-def _point(point: Point) -> PointRecord:
+def _point(point: Point, setting: dict[str, str] | None = None) -> PointRecord:
     measured = point.measurement
-    return PointRecord(word=point.word, **plain(asdict(measured)))
+    return PointRecord(word=point.word, setting=setting or {}, **plain(asdict(measured)))
 
 
 def _disagreements(points: list[Point]) -> list[str]:

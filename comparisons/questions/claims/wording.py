@@ -19,7 +19,7 @@ def sentence(claim: Claim, verdict: str, points: list[Point], ranges: list[Range
     For example: "Within 1 % for R'/R'' from 1 to 1.96; outside from 2.04 on. Error there -1.0 %,
     and -16 % at 20."
     """
-    limit = tolerance(claim.tolerance)
+    limit = limit_words(claim.tolerance, claim.factor)
     if claim.vary is None:
         return _single(points[0], limit)
     judged = [point for point in points if point.word != NO_RESULT]
@@ -39,7 +39,7 @@ def sentence(claim: Claim, verdict: str, points: list[Point], ranges: list[Range
             f"{_open(points)}{_sign_changes(points)}."
         )
     if verdict == IN_A_RANGE:
-        stretches = "; ".join(_stretch(stretch) for stretch in ranges)
+        stretches = "; ".join(stretch_words(stretch) for stretch in ranges)
         return (
             f"Within {limit} for {claim.parameter} {stretches}. "
             f"The largest error is {_at(largest)}{_open(points)}{_sign_changes(points)}."
@@ -52,6 +52,15 @@ def sentence(claim: Claim, verdict: str, points: list[Point], ranges: list[Range
             f"{_open(points)}{_sign_changes(points)}."
         )
     return f"For {stretch} no error beyond {limit} is certain{_open(points)}."
+
+
+def limit_words(limit: float, factor: float | None) -> str:
+    """Return a tolerance in words.
+
+    >>> limit_words(9.0, 10.0)
+    'a factor of 10'
+    """
+    return tolerance(limit) if factor is None else f"a factor of {value(factor)}"
 
 
 def value(parameter: float) -> str:
@@ -80,7 +89,7 @@ def _size(point: Point) -> float:
     return abs(point.measurement.error)
 
 
-def _stretch(stretch: Range) -> str:
+def stretch_words(stretch: Range) -> str:
     """Return an interval in words, with the next points beyond its ends."""
     low, high = value(stretch.low), value(stretch.high)
     text = f"at {low}" if stretch.low == stretch.high else f"from {low} to {high}"

@@ -1,0 +1,79 @@
+"""What a claim depends on, in words: along each nuisance parameter, and over a sample of all."""
+
+from __future__ import annotations
+
+from collections import Counter
+
+import numpy as np
+
+from comparisons.formatting import plus_minus
+from comparisons.judging.verdicts import NO_RESULT, OUTSIDE, WITHIN
+from comparisons.questions.claims.boundaries import Point, ranges_of
+from comparisons.questions.claims.claim import Claim
+from comparisons.questions.claims.nuisances import Along, Draw, Openness, Setting
+from comparisons.questions.claims.wording import stretch_words, value
+
+
+def conditions(claim: Claim, openness: Openness) -> str:
+    """Return for what the claim holds beyond the setting at which it is stated, "" if for all.
+
+    For example: "The statement leaves open (at load 0.01): roll-off: within from 1 to 1.5 (not at
+    1.8); half-space: free 2 % (within), periodic -40 % (outside). Of 8 draws over all of it: 3
+    within, 5 outside; the largest error is -87 % (load 0.05, roll-off 3.2, half-space periodic)."
+    """
+    if not openness.along:
+        return ""
+    at = openness.along[0].at
+    where = "" if at is None else f" (at {claim.parameter} {value(at)})"
+    along = "; ".join(_along(line) for line in openness.along)
+    return f"The statement leaves open{where}: {along}.{_draws(claim, openness.draws)}"
+
+
+def in_words(claim: Claim, setting: Setting) -> dict[str, str]:
+    """Return a setting in words, by the names of the parameters."""
+    return {
+        n.name: n.choice(setting[n.key]) if n.values else value(setting[n.key])
+        for n in claim.nuisance
+    }
+
+
+def _along(line: Along) -> str:
+    nuisance = line.nuisance
+    if nuisance.values:
+        outcomes = (f"{nuisance.choice(p.parameter)} {_outcome(p)}" for p in line.points)
+        return f"{nuisance.name}: {', '.join(outcomes)}"
+    first, last = (value(line.points[end].parameter) for end in (0, -1))
+    verdicts = {point.word for point in line.points}
+    if len(verdicts) == 1:
+        return f"{nuisance.name}: {verdicts.pop()} from {first} to {last}"
+    stretches = "; ".join(stretch_words(stretch) for stretch in ranges_of(line.points))
+    if stretches:
+        return f"{nuisance.name}: within {stretches}"
+    return f"{nuisance.name}: nowhere within from {first} to {last}"
+
+
+def _outcome(point: Point) -> str:
+    if point.word == NO_RESULT:
+        return point.word
+    measured = point.measurement
+    return f"{plus_minus(measured.error, measured.uncertainty)} ({point.word})"
+
+
+def _draws(claim: Claim, draws: list[Draw]) -> str:
+    """Return how many draws got which word, and the largest error with its place."""
+    if not draws:
+        return ""
+    counts = Counter(draw.point.word for draw in draws)
+    order = (WITHIN, OUTSIDE, *sorted(set(counts) - {WITHIN, OUTSIDE}))
+    counted = ", ".join(f"{counts[word]} {word}" for word in order if counts[word])
+    size = [abs(np.nan_to_num(draw.point.measurement.error, nan=-1.0)) for draw in draws]
+    worst = draws[int(np.argmax(size))]
+    measured = worst.point.measurement
+    place = [f"{name} {text}" for name, text in in_words(claim, worst.setting).items()]
+    if claim.parameter:
+        place.insert(0, f"{claim.parameter} {value(worst.point.parameter)}")
+    error = plus_minus(measured.error, measured.uncertainty)
+    return (
+        f" Of {len(draws)} draws over all of it: {counted}; the largest error is {error} "
+        f"({', '.join(place)})."
+    )

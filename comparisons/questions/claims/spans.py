@@ -1,0 +1,203 @@
+"""Parameters of a claim: the one that it is tested along, and those that it leaves open."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any, Literal
+
+from pydantic import (
+    BaseModel,
+    BeforeValidator,
+    ConfigDict,
+    Field,
+    StrictBool,
+    field_validator,
+    model_validator,
+)
+
+from comparisons.scene.fields import Finite, fail
+from comparisons.scene.units import number_and_unit
+
+RESOLUTION = "resolution"
+MOST_STEPS = 200
+MOST_BISECTIONS = 40
+
+
+class Table(BaseModel):
+    """A table of a claim file."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True, populate_by_name=True)
+
+
+def _listed(value: Any) -> Any:
+    return (value,) if isinstance(value, str) else value
+
+
+Name = Annotated[str, Field(min_length=1, max_length=200)]
+Prose = Annotated[str, Field(min_length=1, max_length=2000)]
+Names = Annotated[tuple[Name, ...], BeforeValidator(_listed), Field(min_length=1)]
+Choice = bool | float | str
+
+
+class Span(Table):
+    """A parameter between two ends.
+
+    spacing: the scale of grids, draws and bisections.
+    unit: factor between the number and the value in the scene ("10 mm").
+    integer: whole numbers only (points, terms, springs).
+    bisections: number of bisections of an interval with a boundary at full effort; half as many
+    at quick effort.
+    """
+
+    path: Annotated[tuple[Name, ...], BeforeValidator(_listed)] = ()
+    name: Annotated[str, Field(max_length=100)] = ""
+    spacing: Literal["linear", "log"] = "linear"
+    unit: Annotated[str, Field(max_length=40)] = ""
+    integer: StrictBool = False
+    bisections: Annotated[int, Field(strict=True, ge=0, le=MOST_BISECTIONS)] = 6
+
+    @field_validator("unit")
+    @classmethod
+    def _readable_unit(cls, value: str) -> str:
+        if value:
+            try:
+                number_and_unit(value)
+            except ValueError as error:
+                raise fail(f"expected a number with a unit ({error})", value) from error
+        return value
+
+    @property
+    def is_integer(self) -> bool:
+        """Whether the parameter takes whole numbers only."""
+        return self.integer or self.path == (RESOLUTION,)
+
+    def halvings(self, effort: str) -> int:
+        """Return the number of bisections of an interval."""
+        return self.bisections if effort == "full" else self.bisections // 2
+
+    def value(self, number: float) -> Any:
+        """Return the value in the scene for a number: a multiple of the unit, as text."""
+        if self.is_integer:
+            return int(number)
+        if not self.unit:
+            return number
+        factor, unit = number_and_unit(self.unit)
+        return f"{float(number * factor)!r} {unit}"
+
+    def between(self, low: float, high: float, share: float = 0.5) -> float:
+        """Return the number at a share of the way from `low` to `high` on the parameter's scale."""
+        if self.spacing == "log":
+            middle = float(low ** (1 - share) * high**share)
+        else:
+            middle = low + share * (high - low)
+        return float(round(middle)) if self.is_integer else middle
+
+
+def _check_ends(start: float, end: float, spacing: str) -> None:
+    if not start < end:
+        raise fail(f"expected from < to, got from = {start:g}, to = {end:g}")
+    if spacing == "log" and start <= 0:
+        raise fail("expected from > 0 for logarithmic spacing", start)
+
+
+class Vary(Span):
+    """The parameter along which a claim is tested, and the initial grid of values for the search.
+
+    path: keys of the scene that get the value (``indenter.radius_x``; numbers index lists; several
+    keys get the same value), or ``resolution`` of the judged method; not used for experiments,
+    which define their parameter.
+    name: the parameter in words, with its symbol; default: the path, or the experiment's name.
+    """
+
+    start: Annotated[Finite, Field(alias="from")]
+    end: Annotated[Finite, Field(alias="to")]
+    steps: Annotated[int, Field(strict=True, ge=2, le=MOST_STEPS)]
+
+    @model_validator(mode="after")
+    def _a_range(self) -> Vary:
+        _check_ends(self.start, self.end, self.spacing)
+        return self
+
+
+class Nuisance(Span):
+    """A parameter that the statement leaves open, with the range that it plainly covers.
+
+    path: keys of the scene, or a keyword of the experiment.
+    stated: the value at which the claim is measured along its own parameter.
+    start, end: the range, or `values`: the choices (readings, kinds of boundary); `stated` is one
+    of them.
+    labels: the choices in words, in the order of `values`.
+    reason: what of the statement covers the range, or leaves the choice open.
+    """
+
+    path: Names
+    name: Prose
+    stated: Choice
+    start: Annotated[Finite | None, Field(alias="from")] = None
+    end: Annotated[Finite | None, Field(alias="to")] = None
+    values: tuple[Choice, ...] = ()
+    labels: tuple[Name, ...] = ()
+    reason: Prose
+    bisections: Annotated[int, Field(strict=True, ge=0, le=MOST_BISECTIONS)] = 3
+
+    @model_validator(mode="after")
+    def _a_range_or_choices(self) -> Nuisance:
+        if self.values:
+            if self.start is not None or self.end is not None:
+                raise fail("expected either values, or from and to")
+            if len(self.values) < 2 or self.stated not in self.values:
+                raise fail("expected two values or more, with the stated one among them")
+            if self.labels and len(self.labels) != len(self.values):
+                raise fail("expected as many labels as values")
+            return self
+        if self.start is None or self.end is None:
+            raise fail("expected from and to, or values")
+        _check_ends(self.start, self.end, self.spacing)
+        if isinstance(self.stated, (bool, str)) or not self.start <= self.stated <= self.end:
+            raise fail("expected a stated value between from and to", self.stated)
+        return self
+
+    @property
+    def key(self) -> str:
+        """What names the parameter among those of a claim."""
+        return ", ".join(self.path)
+
+    def numbers(self) -> list[float]:
+        """Return the ends of the range and the stated value, or the places of the choices."""
+        if self.values:
+            return [float(place) for place in range(len(self.values))]
+        assert self.start is not None
+        assert self.end is not None
+        return sorted({float(self.start), self.stated_number, float(self.end)})
+
+    @property
+    def stated_number(self) -> float:
+        """The stated value, or its place among the choices."""
+        return float(self.values.index(self.stated) if self.values else self.stated)
+
+    def draw(self, share: float) -> float:
+        """Return the number at a share in [0, 1) of the range, or the place of a choice."""
+        if self.values:
+            return float(int(share * len(self.values)))
+        assert self.start is not None
+        assert self.end is not None
+        return self.between(self.start, self.end, share)
+
+    def value(self, number: float) -> Any:
+        """Return the value for a number: a choice by its place, else as for every parameter."""
+        return self.values[int(number)] if self.values else super().value(number)
+
+    @property
+    def choices(self) -> list[str]:
+        """The choices in words, none where the parameter is a number."""
+        return list(self.labels or map(str, self.values))
+
+    def choice(self, number: float) -> str:
+        """Return a choice in words; the caller formats numbers."""
+        return self.choices[int(number)]
+
+
+class Map(Table):
+    """A validity map: the claim's own parameter across, one that the statement leaves open up."""
+
+    up: Name
+    rows: Annotated[int, Field(strict=True, ge=2, le=MOST_STEPS)] = 4

@@ -1,0 +1,148 @@
+"""Verdicts over what a statement leaves open: no choice that is not shown decides one."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from comparisons.questions.claims.claim import ClaimError, make_claim
+from comparisons.questions.claims.nuisances import shares
+from comparisons.questions.claims.runner import judge_claim
+from comparisons.questions.claims.verdicts import FAILS, HOLDS, IN_A_RANGE
+from comparisons.questions.experiments import EXPERIMENTS, Experiment, Measurement
+from reports.plots.claim import along, validity_map
+
+EDGE = 3.7
+OPEN = {
+    "path": "y",
+    "name": "length y",
+    "stated": 1,
+    "from": 0.5,
+    "to": 8,
+    "reason": "It is not said.",
+}
+DATA = {
+    "id": "a-law",
+    "text": "The law holds.",
+    "equation": "(1)",
+    "experiment": "made-up",
+    "tolerance": 0.01,
+    "refuted_by": "An error beyond 1 %.",
+}
+
+
+def law(monkeypatch, error, **more):
+    """Return a claim whose error is `error` of x, y and the kind of boundary."""
+
+    def measure(value, effort, *, y=1.0, kind="free"):
+        return Measurement(value, error(value, y, kind), 1e-6)
+
+    monkeypatch.setitem(EXPERIMENTS, "made-up", Experiment("made-up", "A law.", "x", measure))
+    return make_claim(DATA | {"nuisance": [OPEN]} | more, "a.toml", Path())
+
+
+def test_a_claim_that_holds_as_stated_only_holds_in_a_range_and_says_where_it_ends(monkeypatch):
+    claim = law(monkeypatch, lambda x, y, kind: 0.02 if y > EDGE else 0.0)
+    record = judge_claim(claim, "full")
+    assert record.verdict == IN_A_RANGE
+    (line,) = record.nuisances
+    (stretch,) = line.ranges
+    assert stretch.high <= EDGE <= stretch.above
+    assert stretch.above - stretch.high < (8 - 1) / 2**3 + 1e-9
+    assert f"length y: within from 0.5 to {stretch.high:.4g}" in record.sentence
+    assert "8 draws" in record.sentence
+
+
+def test_what_two_parameters_do_together_is_seen_by_the_draws(monkeypatch):
+    """Each end alone is within; the corner of both is not."""
+    second = OPEN | {"path": "kind", "name": "boundary", "stated": "free"}
+    del second["from"], second["to"]
+    second["values"] = ["free", "periodic"]
+    claim = law(
+        monkeypatch,
+        lambda x, y, kind: 0.02 if y > 2 and x > 1.2 and kind == "periodic" else 0.0,
+        nuisance=[OPEN, second],
+        vary={"from": 1, "to": 2, "steps": 2},
+    )
+    record = judge_claim(claim, "full")
+    assert {point.word for line in record.nuisances for point in line.points} == {"within"}
+    assert any(point.word == "outside" for point in record.draws)
+    assert record.verdict == IN_A_RANGE
+    assert "periodic" in record.sentence
+
+
+def test_a_claim_that_no_choice_decides_keeps_its_verdict(monkeypatch):
+    assert judge_claim(law(monkeypatch, lambda *_: 0.0), "full").verdict == HOLDS
+    assert judge_claim(law(monkeypatch, lambda *_: 0.5), "full").verdict == FAILS
+
+
+def test_a_reading_that_works_saves_a_claim_from_failing(monkeypatch):
+    """Not "fails": a choice that the statement allows makes it right."""
+    reading = {"path": "kind", "name": "reading", "stated": "free", "reason": "Both are said."}
+    reading |= {"values": ["free", "other"], "labels": ["as a whole", "in parts"]}
+    claim = law(monkeypatch, lambda x, y, kind: 0.3 * (kind == "free"), nuisance=[reading])
+    record = judge_claim(claim, "full")
+    assert record.verdict == IN_A_RANGE
+    assert "reading: as a whole 30\u202f% (outside), in parts " in record.sentence
+
+
+def test_draws_fill_the_range_and_are_the_same_every_day(monkeypatch):
+    claim = law(monkeypatch, lambda *_: 0.0, draws=16)
+    sample = shares(claim, "full")
+    np.testing.assert_array_equal(sample, shares(claim, "full"))
+    # of a Sobol sample, every sixteenth of the range has its draw
+    assert set(np.floor(sample[:, 0] * 16)) == set(range(16))
+    assert len(shares(claim, "quick")) == 8
+
+
+def test_a_map_has_a_boundary_in_every_row(monkeypatch):
+    """X y <= 4 within: at y the boundary is 4/y."""
+    claim = law(
+        monkeypatch,
+        lambda x, y, kind: 0.02 * (x * y > 4),
+        vary={"from": 0.1, "to": 20, "steps": 4, "spacing": "log", "bisections": 8},
+        map={"up": "y", "rows": 3},
+    )
+    record = judge_claim(claim, "full")
+    assert [row.number for row in record.map.rows] == [0.5, 4.25, 8.0]
+    for row in record.map.rows:
+        (stretch,) = row.ranges
+        assert stretch.high <= 4 / row.number <= stretch.above
+    figure = validity_map(record)
+    assert [series.look.label for series in figure.series] == ["within", "outside", "boundary"]
+    assert np.isfinite(figure.series[-1].x).sum() == 6
+    assert along(record, record.nuisances[0]) is not None
+
+
+@pytest.mark.parametrize(
+    ("stated", "word"), [(0.2, "within a factor of 10"), (0.05, "outside a factor of 10")]
+)
+def test_an_estimate_is_judged_by_its_order_of_magnitude(monkeypatch, stated, word):
+    """A fifth of the truth is within a factor of 10, a twentieth is not; so are 5 and 20 times."""
+    for ratio in (stated, 1 / stated):
+        claim = law(
+            monkeypatch,
+            lambda *_, ratio=ratio: ratio - 1,
+            nuisance=[],
+            factor=10,
+            tolerance=9,
+        )
+        assert word in judge_claim(claim, "full").sentence
+
+
+def test_what_is_wrong_in_a_nuisance_is_told(monkeypatch):
+    for wrong, said in (
+        ({"stated": 9}, "between from and to"),
+        ({"values": [1, 2]}, "either values, or from and to"),
+        ({"to": 0.1}, "from < to"),
+    ):
+        with pytest.raises(ClaimError, match=said):
+            law(monkeypatch, lambda *_: 0.0, nuisance=[OPEN | wrong])
+    with pytest.raises(ClaimError, match="different nuisance parameters"):
+        law(monkeypatch, lambda *_: 0.0, nuisance=[OPEN, OPEN])
+    with pytest.raises(ClaimError, match="a map of vary and a nuisance"):
+        law(monkeypatch, lambda *_: 0.0, map={"up": "y"})
+    with pytest.raises(ClaimError, match="citation"):
+        law(monkeypatch, lambda *_: 0.0, says="literature")
