@@ -80,7 +80,7 @@ def load_cases(names: Iterable[str]) -> list[HardCase]:
             files.append(Path(name))
         elif name not in builtin_cases:
             problems.append(
-                f"--case: expected a file or one of {', '.join(builtin_cases)}, got {name!r}"
+                f"--case: no such case or file: {name!r}; see `roughline list hard-cases`"
             )
     file_cases: list[HardCase] = []
     try:
