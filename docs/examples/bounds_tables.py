@@ -345,21 +345,24 @@ def heights() -> np.ndarray:
 
 
 def patches() -> list[list[str]]:
-    """Force of a free patch against the grid's, by cells and penetration."""
-    rows = [["penetration", "cells", "below", "above", "width", "bounds, s", "grid, s"]]
-    for finer in (2, 4, 8):
-        patch = Patch(heights(), 1.0, finer)
-        for share in (0.3, 1.0, 2.0):
-            depth = share * float(heights().std())
+    """Force of a free patch against the grid's, by penetration and cells."""
+    head = ["penetration", "cells", "of them taken", "below", "above", "width"]
+    rows = [[*head, "bounds, s", "grid, s"]]
+    for share, all_finer in ((0.3, (8, 16, 32)), (1.0, (2, 4, 8)), (2.0, (2, 4, 8))):
+        depth = share * float(heights().std())
+        for finer in all_finer:
+            patch = Patch(heights(), 1.0, finer)
             pressed, (seconds, _) = timed(lambda p=patch, d=depth: p.force(d, 1.0))
             started = time.process_time()
-            grid = patch.on_grid(depth).sum() * patch.spacing**2
+            grid = patch.on_grid(depth)
             alone = time.process_time() - started
             sides = [f"{100 * (x / grid - 1):+.1f} %" for x in (pressed.lower, pressed.upper)]
+            taken = patch.block(depth).shape
             rows.append(
                 [
                     f"{share:g} h_rms",
                     f"{patch.grid[0]}²",
+                    f"{taken[0]} x {taken[1]}",
                     *sides,
                     f"{100 * pressed.width:.1f} %",
                     f"{seconds:.0f}",

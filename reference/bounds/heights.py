@@ -14,6 +14,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import fft
 
+from reference.bounds.interval import EPSILON
+
 Array = NDArray[np.float64]
 
 
@@ -57,6 +59,22 @@ class Waves:
         )
         np.add.at(whole, (rows[:, None], columns[None, :]), modes)
         return fft.ifft2(whole, norm="forward").real
+
+    def on(self, x: Array, y: Array, order: tuple[int, int] = (0, 0)) -> Array:
+        """Values or derivatives at the places (x_i, y_j), lengths from the first point on."""
+        factors = []
+        for axis, places in enumerate((x, y)):
+            wave = 2 * np.pi * self._orders[axis] / self._size[axis]
+            factors.append((1j * wave) ** order[axis] * np.exp(1j * np.outer(places, wave)))
+        return np.asarray((factors[0] @ self._modes @ factors[1].T).real)
+
+    @property
+    def rounding(self) -> float:
+        """Bound of the rounding of a value.
+
+        Phases up to pi n err by as many epsilons, sums of n terms by not more.
+        """
+        return 8 * EPSILON * sum(self.points) * float(np.abs(self._modes).sum())
 
     def curvatures(self, finer: int = 8) -> tuple[float, float, float]:
         """Bounds of |h_xx|, |h_xy|, |h_yy| everywhere, from samples so many times finer."""

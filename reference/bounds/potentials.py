@@ -18,6 +18,7 @@ the pressures differ: nothing is sampled. The rounding of the transforms is boun
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -35,8 +36,10 @@ Array = NDArray[np.float64]
 _NEAR, _PARTS = 6, 32
 # Shares of a cell's own pressure that its neighbours' block is tried with: 0, 1/3, 2/3, 1.
 _SHARES = 4
-# Padded cells up to which the kernels of all squares are kept: 0.2 GB.
-_KEPT = 2**18
+# Padded cells up to which the kernels of all squares are kept: 0.3 GB.
+_KEPT = 2**19
+# Relative error of a displacement by `love`, and of one difference of logarithms.
+_LOVE, _LOGARITHM = 1e-12, 64 * EPSILON
 
 
 class Expansion(NamedTuple):
@@ -50,6 +53,21 @@ class Expansion(NamedTuple):
     slope_y: Array
     under: Array
     over: Array
+
+
+class _Kernels(NamedTuple):
+    """What a unit pressure on a cell does on one square, over all offsets.
+
+    Attributes
+    ----------
+    transforms : tuple of ndarray
+        Of value, slopes along x and y, and the bound of the bend far from the cell.
+    size : float
+        Norm of all that makes up a displacement.
+    """
+
+    transforms: tuple[NDArray[np.complex128], ...]
+    size: float
 
 
 class GridPotential:
@@ -79,39 +97,40 @@ class GridPotential:
         steps = (np.arange(squares) + 0.5) / squares - 0.5
         self.places = tuple((float(x), float(y)) for x in steps for y in steps)
         self._padded = tuple(fft.next_fast_len(2 * n, real=True) for n in shape)
-        self._kept: dict[int, tuple[Array, ...]] = {}
+        self._kept: dict[int, _Kernels] = {}
 
-    def expansion(self, pressure: Array, place: int) -> Expansion:
-        """Return the displacement on the square with that number, in every cell."""
+    def expansions(self, pressure: Array) -> Iterator[Expansion]:
+        """Yield the displacement on each square of every cell, in the order of `places`."""
         modes = fft.rfft2(pressure, self._padded)
+        for place in range(len(self.places)):
+            yield self._expansion(pressure, modes, place)
+
+    def _expansion(self, pressure: Array, modes: NDArray[np.complex128], place: int) -> Expansion:
         kernels = self._kept.get(place) or self._kernels(place)
         if math.prod(self._padded) <= _KEPT:
             self._kept[place] = kernels
-        value, slope_x, slope_y, bend = (self._convolved(modes, k) for k in kernels)
+        value, slope_x, slope_y, bend = (
+            fft.irfft2(modes * kernel, self._padded)[: self.shape[0], : self.shape[1]]
+            for kernel in kernels.transforms
+        )
         under, over = np.zeros((2, *self.shape))
         deepest, highest = (rest[place] for rest in _near_rests(self.squares))
         block = _block_rests(place, self.squares)
         _add_near(pressure, deepest, highest, block, under, over)
-        # the transforms' rounding, relative to the norms of what they multiply
+        # the transforms' rounding, relative to the norms of what they multiply; the kernels'
         noise = 16 * EPSILON * math.log2(self._padded[0] * self._padded[1])
-        norms = [np.sqrt((kernel**2).sum()) for kernel in kernels]
-        size = np.sqrt((pressure**2).sum())
-        slack = noise * size * (norms[0] + 2 * norms[3] + self.half * (norms[1] + norms[2]))
+        slack = noise * float(np.linalg.norm(pressure)) * kernels.size
+        slack += _LOVE * value + _LOGARITHM * self.half * math.fsum(pressure.flat)
         under = bend + self.spacing * under + slack
         over = 2 * bend + self.spacing * over + slack
         return Expansion(value, slope_x, slope_y, under, over)
 
-    def _convolved(self, modes: NDArray[np.complex128], kernel: Array) -> Array:
-        whole = fft.irfft2(modes * fft.rfft2(kernel), self._padded)
-        return whole[: self.shape[0], : self.shape[1]]
-
     def _offsets(self) -> tuple[Array, Array]:
         """Offsets of the padded grid in cells, negative ones at its end."""
-        rows, columns = (fft.fftfreq(n, 1 / n) for n in self._padded)
+        rows, columns = (np.rint(n * fft.fftfreq(n)) for n in self._padded)
         return rows[:, None], columns[None, :]
 
-    def _kernels(self, place: int) -> tuple[Array, ...]:
-        """Value, slopes and far bend under unit pressure on a cell, over all offsets."""
+    def _kernels(self, place: int) -> _Kernels:
         step, (x, y) = self.spacing, self.places[place]
         i, j = self._offsets()
         near = (np.abs(i) <= _NEAR) & (np.abs(j) <= _NEAR)
@@ -124,7 +143,10 @@ class GridPotential:
         far = np.where(near, np.inf, apart)
         # 1/r bends by 2/r^3 towards the cell, by -1/r^3 across; corners are 2^(1/2) half away
         bend = step**2 * self.half**2 / far**3 / math.pi
-        return value, slope_x, slope_y, bend
+        parts = value, slope_x, slope_y, bend
+        norms = [float(np.linalg.norm(part)) for part in parts]
+        size = norms[0] + self.half * (norms[1] + norms[2]) + 2 * norms[3]
+        return _Kernels(tuple(fft.rfft2(part) for part in parts), size)
 
 
 @lru_cache(maxsize=4)

@@ -123,7 +123,7 @@ def _grid_force(
     heights = _heights(points, hurst)
     patch = Patch(heights, 1.0, int(finer) if effort == "full" else 2)
     penetration = float(depth) * float(heights.std())
-    stated = patch.on_grid(penetration).sum() * patch.spacing**2
+    stated = patch.on_grid(penetration)
     error, bar = _judged(stated, patch.force(penetration, 1.0))
     return Finding(error, bar, {"cells per side": float(patch.grid[0])})
 
