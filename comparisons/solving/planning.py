@@ -26,12 +26,12 @@ from comparisons.methods.registry import solver_for
 from comparisons.methods.solver import Refusal, Refused, Solver
 from comparisons.scene.physics.absolute_loads import AbsoluteLoads, loads_of
 from comparisons.scene.physics.descriptions import left_out, switched_on
-from comparisons.scene.scene import Scene, SceneError, validated
+from comparisons.scene.scene import Scene, SceneError
 from comparisons.scene.surface import MeasuredMap, SelfAffine
+from comparisons.solving.map_patches import patch_of
 from comparisons.tasks.task import Task
 
 Effort = Literal["quick", "full"]
-Crop = tuple[int, int, int, int]
 QUICK_REALISATIONS = 10
 # Surfaces of methods that are compared with the leading grid surface by surface.
 PAIRED_REALISATIONS = 4
@@ -40,7 +40,6 @@ PAIRED_REALISATIONS = 4
 # 64 x 64 points, as few as tell a scatter.
 PILOTS, FEW_PILOTS = (50, 20, 10, 3), (8, 4, 3)
 DEAR = 20.0
-PATCH_POINTS = 16
 # Bytes below which the plan does not mention memory.
 WORTH_SAYING = 5e7
 # What a method without a discretisation plans: nothing can refine it.
@@ -171,7 +170,7 @@ def plan_scene(scene: Scene, effort: Effort = "quick") -> list[Plan]:
     plans = [_plan(scene, effort)]
     if scene.compare.proved is True:
         _check_proof(plans[0])
-    part = _patch_of(scene, plans[0])
+    part = patch_of(scene, plans[0].geometry)
     if part is not None:
         patch, crop = part
         plans.append(_plan(patch, effort))
@@ -179,8 +178,9 @@ def plan_scene(scene: Scene, effort: Effort = "quick") -> list[Plan]:
             plans[0],
             notes=(
                 *plans[0].notes,
-                f"bem_dense runs on the scene {patch.name}: "
-                f"the patch crop = {list(crop)} of the same map",
+                f"all methods meet on the scene {patch.name}: "
+                f"the patch crop = {list(crop)} of the same map, whose rms slope is the median of "
+                "all such patches away from the rim",
             ),
         )
     return plans
@@ -440,45 +440,6 @@ def _check_size(scene: Scene) -> None:
         )
     if problems:
         raise SceneError(scene.name, problems)
-
-
-def _patch_of(scene: Scene, plan: Plan) -> tuple[Scene, Crop] | None:
-    """Return the scene of a patch around the highest point, small enough for every method."""
-    geometry = plan.geometry
-    surface = scene.surface
-    if not isinstance(surface, MeasuredMap) or not isinstance(geometry, RoughGeometry):
-        return None
-    if scene.physics:  # the dense method gains nothing from a patch there
-        return None
-    if geometry.periodic or max(geometry.points) <= PATCH_POINTS or min(geometry.points) < 8:
-        return None
-    methods = scene.compare.methods
-    if methods is not None and "bem_dense" not in methods:
-        return None
-    assert geometry.measured is not None
-    crop = _crop_around_peak(geometry.measured, surface.crop)
-    share = (crop[2] * crop[3]) / (geometry.points[0] * geometry.points[1])
-    data = scene.model_dump(exclude_defaults=True, by_alias=True)
-    data["directory"] = scene.directory
-    data["name"] = f"{scene.name[:90]}-patch"
-    data["title"] = f"{scene.heading}: patch of {crop[2]} x {crop[3]} points"
-    data["surface"] |= {"crop": crop}
-    data.get("compare", {}).pop("resolutions", None)
-    if scene.loading.range.relative_to is None and scene.loading.control == "force":
-        values = [share * load for load in scene.loading.range.values]
-        data["loading"] = {"force": {"values": values}}
-    return validated(data), crop
-
-
-def _crop_around_peak(heights: np.ndarray, crop: Crop | None) -> Crop:
-    peak = np.unravel_index(int(np.argmax(heights)), heights.shape)
-    size = [min(PATCH_POINTS, n) for n in heights.shape]
-    start = [
-        int(np.clip(p - s // 2, 0, n - s))
-        for p, s, n in zip(peak, size, heights.shape, strict=True)
-    ]
-    origin = (0, 0) if crop is None else crop[:2]
-    return origin[0] + start[0], origin[1] + start[1], size[0], size[1]
 
 
 def _mirrored_part(even: tuple[bool, bool]) -> tuple[str, str]:

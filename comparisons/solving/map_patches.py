@@ -1,0 +1,90 @@
+"""The patch of a large measured map on which the dense solver runs beside the others.
+
+The patch is a typical one: of all places away from the rim of the map, the one whose rms slope is
+the median. At the highest point, which is often an outlier or a corner, an artefact of the
+measurement would decide.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+
+from comparisons.geometry.prepare import Geometry, RoughGeometry
+from comparisons.scene.scene import Scene, validated
+from comparisons.scene.surface import MeasuredMap
+
+Crop = tuple[int, int, int, int]
+PATCH_POINTS = 16
+# Slopes that differ by less are the same: which place is the median must not hang on rounding.
+_SAME = 1e-9
+
+
+def patch_of(scene: Scene, geometry: Geometry) -> tuple[Scene, Crop] | None:
+    """Return the scene of a typical patch and its place in the file, or None if none is needed."""
+    if not isinstance(scene.surface, MeasuredMap) or not isinstance(geometry, RoughGeometry):
+        return None
+    if scene.physics:  # the dense method gains nothing from a patch there
+        return None
+    if geometry.periodic or max(geometry.points) <= PATCH_POINTS or min(geometry.points) < 8:
+        return None
+    methods = scene.compare.methods
+    if methods is not None and "bem_dense" not in methods:
+        return None
+    assert geometry.measured is not None
+    x0, y0, nx, ny = typical_window(geometry.measured, geometry.spacing(geometry.measured))
+    origin = (0, 0) if scene.surface.crop is None else scene.surface.crop[:2]
+    crop = origin[0] + x0, origin[1] + y0, nx, ny
+    share = nx * ny / (geometry.points[0] * geometry.points[1])
+    data = scene.model_dump(exclude_defaults=True, by_alias=True)
+    data["directory"] = scene.directory
+    data["name"] = f"{scene.name[:90]}-patch"
+    data["title"] = f"{scene.heading}: patch of {nx} x {ny} points"
+    data["surface"] |= {"crop": crop}
+    data.get("compare", {}).pop("resolutions", None)
+    if scene.loading.range.relative_to is None and scene.loading.control == "force":
+        values = [share * load for load in scene.loading.range.values]
+        data["loading"] = {"force": {"values": values}}
+    return validated(data), crop
+
+
+def typical_window(heights: NDArray[np.float64], spacing: tuple[float, float]) -> Crop:
+    """Return the window of median rms slope, half a window away from the rim where that fits.
+
+    >>> ramp = np.outer(np.arange(64.0) ** 2, np.ones(64))
+    >>> typical_window(ramp, (1.0, 1.0))
+    (24, 24, 16, 16)
+    """
+    nx, ny = (min(PATCH_POINTS, n) for n in heights.shape)
+    rise = [np.diff(heights, axis=axis) ** 2 / spacing[axis] ** 2 for axis in (0, 1)]
+    starts = [_starts(n, side) for n, side in zip(heights.shape, (nx, ny), strict=True)]
+    squares = sum(
+        _window_sums(part, starts, sides) / (sides[0] * sides[1])
+        for part, sides in zip(rise, ((nx - 1, ny), (nx, ny - 1)), strict=True)
+    )
+    slopes = np.sqrt(squares).ravel()
+    steps = np.round(slopes / max(float(slopes.max()), np.finfo(float).tiny) / _SAME)
+    place = np.argsort(steps, kind="stable")[(len(steps) - 1) // 2]
+    i, j = np.unravel_index(place, (len(starts[0]), len(starts[1])))
+    return int(starts[0][i]), int(starts[1][j]), nx, ny
+
+
+def _starts(points: int, side: int) -> NDArray[np.intp]:
+    """Return where windows start along one axis, half a window apart and away from the rim."""
+    rim = min(side // 2, (points - side) // 2)
+    return np.arange(rim, points - side - rim + 1, max(side // 2, 1))
+
+
+def _window_sums(
+    field: NDArray[np.float64], starts: list[NDArray[np.intp]], sides: tuple[int, int]
+) -> NDArray[np.float64]:
+    """Return the sum of a field over all windows, from its sums from the corner."""
+    total = np.pad(field, ((1, 0), (1, 0))).cumsum(0).cumsum(1)
+    low_x, low_y = starts
+    high_x, high_y = low_x + sides[0], low_y + sides[1]
+    return np.asarray(
+        total[np.ix_(high_x, high_y)]
+        - total[np.ix_(low_x, high_y)]
+        - total[np.ix_(high_x, low_y)]
+        + total[np.ix_(low_x, low_y)]
+    )
