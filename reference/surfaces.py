@@ -69,6 +69,7 @@ def self_affine(
     *,
     seed: int,
     realisation: int,
+    stream: int = 0,
 ) -> NDArray[np.float64]:
     r"""Periodic height map with a prescribed spectrum and random phases, (19.22).
 
@@ -76,8 +77,8 @@ def self_affine(
 
     The amplitudes B are fixed by `amplitude_spectrum` (so every realisation has the same rms height
     and slope), the phases uniform on [0, 2 pi). The stream of surface k is
-    ``SeedSequence(seed, spawn_key=(0, k))``; one uniform number is drawn for every mode of the full
-    grid, in C order, of which the modes of a real FFT are used.
+    ``SeedSequence(seed, spawn_key=(stream, k))``; one uniform number is drawn for every mode of the
+    full grid, in C order, of which the modes of a real FFT are used.
 
     Parameters
     ----------
@@ -86,7 +87,7 @@ def self_affine(
     size : float or (float, float)
         Side lengths (Lx, Ly), consistent units; spacing size/points.
     spectrum : SelfAffine
-    seed, realisation : int
+    seed, realisation, stream : int
         Non-negative numbers that fix the phases.
 
     Returns
@@ -107,8 +108,8 @@ def self_affine(
     """
     amplitudes = amplitude_spectrum(points, size, spectrum)
     shape = amplitudes.shape
-    stream = np.random.SeedSequence(seed, spawn_key=(0, realisation))
-    phases = np.random.default_rng(stream).uniform(0, 2 * np.pi, shape)
+    key = np.random.SeedSequence(seed, spawn_key=(stream, realisation))
+    phases = np.random.default_rng(key).uniform(0, 2 * np.pi, shape)
     phases = _odd(phases[:, : shape[1] // 2 + 1], shape)
     modes = amplitudes[:, : shape[1] // 2 + 1] * np.exp(1j * phases)
     return fft.irfft2(modes, s=shape, norm="forward", workers=1)

@@ -11,22 +11,18 @@ import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from pathlib import Path
 
 import numpy as np
-from scipy.ndimage import map_coordinates, zoom
 
 from comparisons.geometry.estimates import impact_contacts, largest_contact
-from comparisons.geometry.topography import MapError, read_map
+from comparisons.geometry.faces import Face, MeasuredFace, combined, faces_of, together, top
 from comparisons.scene.indenters import Indenter, Profile, RigidPlane, Sphere
 from comparisons.scene.physics.absolute_loads import AbsoluteLoads, loads_of
 from comparisons.scene.scene import Scene, SceneError
-from comparisons.scene.surface import MeasuredMap, SelfAffine
 from reduced.loads import Load
 from reduced.profiles import equivalents
 from reduced.springs.indent import indent
 from reduced.springs.line import Springs
-from reference import surfaces
 from reference.closed_form import sphere
 
 
@@ -57,22 +53,19 @@ class IndenterGeometry:
         return ""
 
 
-# Number of highest points of a measured patch near which the maximum of its splines is sought, and
-# the distance in points, beyond which points change a spline by 1e-11 only.
-_TOPS, _AROUND = 4, 20
-
-
 @dataclass(frozen=True)
 class RoughGeometry:
-    """A rough surface: heights (nx, ny) in metres, peaks towards the half-space."""
+    """A rough surface: heights (nx, ny) in metres, peaks towards the half-space.
+
+    Of two rough bodies the sum of their faces.
+    """
 
     size: tuple[float, float]
     points: tuple[int, int]
     periodic: bool
     rms_slope: float
     rms_height: float
-    recipe: SelfAffine | None = None
-    measured: np.ndarray | None = field(default=None, repr=False)
+    faces: tuple[Face, ...] = ()
     treatment: tuple[str, ...] = ()
     _grids: dict[tuple[int, int], np.ndarray] = field(
         default_factory=dict, repr=False, compare=False
@@ -114,17 +107,8 @@ class RoughGeometry:
         and penetrations on two of them would differ by that, more than by all else.
         """
         if realisation not in self._tops:
-            self._tops[realisation] = self._top(self._native(realisation))
+            self._tops[realisation] = top(self.faces, realisation)
         return self._tops[realisation]
-
-    def _top(self, native: np.ndarray) -> float:
-        if self.recipe is not None or self.periodic:
-            return surfaces.highest(native)
-        around = np.pad(native, _AROUND, mode="symmetric")
-        highest = np.column_stack(
-            np.unravel_index(np.argsort(native, axis=None)[-_TOPS:], native.shape)
-        )
-        return max(_top_near(around, (int(i), int(j))) for i, j in highest)
 
     def forget(self) -> None:
         """Drop the cached heights and tops."""
@@ -132,32 +116,26 @@ class RoughGeometry:
         self._tops.clear()
 
     def _make(self, realisation: int, resolution: int) -> np.ndarray:
-        native = self._native(realisation)
-        if resolution == self.points[0]:
-            return native
-        if resolution > self.points[0]:
-            factor = resolution // self.points[0]
-            if self.recipe is not None or self.periodic:
-                return surfaces.refine(native, factor)
-            return zoom(native, factor, order=3, mode="reflect", grid_mode=True)
+        if resolution >= self.points[0]:
+            return together(self.faces, realisation, resolution // self.points[0])
         step = self.points[0] // resolution
+        native = together(self.faces, realisation)
         return np.ascontiguousarray(native[: resolution * step : step, ::step])
 
-    def _native(self, realisation: int) -> np.ndarray:
-        if self.measured is not None:
-            return self.measured
-        assert self.recipe is not None
-        return surfaces.self_affine(
-            self.points,
-            self.size,
-            _spectrum(self.recipe),
-            seed=self.recipe.seed,
-            realisation=realisation,
-        )
+    @property
+    def random(self) -> bool:
+        """Whether every realisation has a surface of its own."""
+        return any(face.random for face in self.faces)
+
+    @property
+    def measured(self) -> np.ndarray | None:
+        """The map as read and treated, if it is all that there is."""
+        only = self.faces[0] if len(self.faces) == 1 else None
+        return only.heights if isinstance(only, MeasuredFace) else None
 
     def spacing(self, heights: np.ndarray) -> tuple[float, float]:
         """Return the cell size of a height map on this surface, in metres."""
-        return _spacing(self.size, heights)
+        return self.size[0] / heights.shape[0], self.size[1] / heights.shape[1]
 
     @property
     def area(self) -> float:
@@ -166,26 +144,16 @@ class RoughGeometry:
 
     @cached_property
     def digest(self) -> str:
-        """Identifier of the geometry in addition to the scene's text: the map as read."""
-        if self.measured is None:
+        """Identifier of the geometry in addition to the scene's text: the maps as read."""
+        maps = [face.heights for face in self.faces if isinstance(face, MeasuredFace)]
+        if not maps:
             return ""
         frame = np.array([*self.size, *self.points])
-        return hashlib.sha256(frame.tobytes() + self.measured.tobytes()).hexdigest()
+        read = b"".join(heights.tobytes() for heights in maps)
+        return hashlib.sha256(frame.tobytes() + read).hexdigest()
 
 
 Geometry = IndenterGeometry | RoughGeometry
-
-
-def _top_near(around: np.ndarray, place: tuple[int, int]) -> float:
-    """Return the highest value of cubic splines a cell around a point of a padded map."""
-    part = around[tuple(slice(k, k + 2 * _AROUND + 1) for k in place)]
-    steps = _AROUND + np.linspace(-1, 1, 19)
-    places = np.stack(np.meshgrid(steps, steps, indexing="ij"))
-    return float(map_coordinates(part, places, order=3, mode="reflect").max())
-
-
-def _spacing(size: tuple[float, float], heights: np.ndarray) -> tuple[float, float]:
-    return size[0] / heights.shape[0], size[1] / heights.shape[1]
 
 
 def prepare(scene: Scene) -> tuple[Geometry, AbsoluteLoads]:
@@ -200,10 +168,10 @@ def prepare(scene: Scene) -> tuple[Geometry, AbsoluteLoads]:
     if scene.surface is None:
         loads = loads_of(scene)
         return indenter_geometry(scene, loads), loads
-    surface = scene.surface
-    geometry = (
-        _synthetic(scene, surface) if isinstance(surface, SelfAffine) else _measured(scene, surface)
-    )
+    faces, treatment = faces_of(scene)
+    slope, height = combined(faces)
+    periodic, (first, *_) = scene.surface.periodic, faces
+    geometry = RoughGeometry(first.size, first.points, periodic, slope, height, faces, treatment)
     unit = 1.0
     if scene.loading.relative:
         unit = scene.effective_modulus * geometry.area * geometry.rms_slope
@@ -222,53 +190,6 @@ def indenter_geometry(scene: Scene, loads: AbsoluteLoads) -> IndenterGeometry:
         return IndenterGeometry(RigidPlane(), np.nan, np.nan)
     estimate = _largest_estimate if scene.physics else _press_estimate
     return estimate(scene, loads)
-
-
-def _spectrum(recipe: SelfAffine) -> surfaces.SelfAffine:
-    names = ("hurst", "power", "rms_slope", "rms_height", "long_cutoff", "short_cutoff")
-    return surfaces.SelfAffine(**{name: getattr(recipe, name) for name in names})
-
-
-def _synthetic(scene: Scene, surface: SelfAffine) -> RoughGeometry:
-    try:
-        heights = surfaces.self_affine(
-            surface.points, surface.size, _spectrum(surface), seed=0, realisation=0
-        )
-    except (ValueError, ArithmeticError) as error:
-        raise SceneError(scene.name, [f"surface: {error}"]) from error
-    slope = surface.rms_slope
-    if slope is None:
-        slope = surfaces.rms_gradient_spectral(heights, _spacing(surface.size, heights))
-    height = float(heights.std())  # equal for all realisations, as only phases are random
-    return RoughGeometry(
-        surface.size, surface.points, surface.periodic, slope, height, recipe=surface
-    )
-
-
-def _measured(scene: Scene, surface: MeasuredMap) -> RoughGeometry:
-    try:
-        result = read_map(Path(scene.directory) / surface.file, surface)
-    except MapError as error:
-        causes = getattr(error, "problems", [str(error)])
-        problems = [f"surface.file: {surface.file}: {cause}" for cause in causes]
-        raise SceneError(scene.name, problems) from error
-    except Exception as error:  # readers of instrument files raise arbitrary exceptions
-        cause = f"not a readable map ({type(error).__name__}: {error})"
-        problem = f"surface.file: {surface.file}: {cause}"
-        raise SceneError(scene.name, [problem]) from error
-    # For periodic maps, the gradient of the band-limited function that all methods use.
-    gradient = (
-        surfaces.rms_gradient_spectral if result.periodic else surfaces.rms_gradient_differences
-    )
-    return RoughGeometry(
-        size=result.size,
-        points=result.heights.shape,
-        periodic=result.periodic,
-        rms_slope=gradient(result.heights, result.spacing),
-        rms_height=float(result.heights.std()),
-        measured=result.heights,
-        treatment=tuple(result.treatment),
-    )
 
 
 def equivalent_profile(indenter: Indenter) -> equivalents.Profile:

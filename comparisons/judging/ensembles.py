@@ -19,7 +19,6 @@ from comparisons.facts.quantities import FIELDS
 from comparisons.formatting import relative
 from comparisons.judging.levels import Levels
 from comparisons.judging.multilevel import allocate, in_words, variances, within_budget
-from comparisons.scene.surface import SelfAffine
 from comparisons.solving.planning import Effort, MethodPlan, Plan, surface_cost
 from comparisons.tasks.solution import Solved
 
@@ -77,8 +76,7 @@ def _surfaces(
     plan: Plan, planned: MethodPlan, solved: Solved, wanted: float, budget: float
 ) -> tuple[MethodPlan, list[str]]:
     """Return the leading grid's plan with its numbers of surfaces, and what limits them."""
-    surface = plan.scene.surface
-    assert isinstance(surface, SelfAffine)
+    most = plan.scene.realisations
     levels = Levels.of(solved, GRID)
     means = levels.curves(planned.resolutions[-1])
     widths = {name: _AIM * wanted * np.abs(means[name]) for name in _judged(plan) if name in means}
@@ -89,11 +87,11 @@ def _surfaces(
     first = np.array(planned.numbers)
     needed = np.maximum(allocate(known, cost, np.ones(known.shape[1])), first)
     few = "the scene's realisations"
-    chosen = np.minimum(needed, surface.realisations)
+    chosen = np.minimum(needed, most)
     if float(chosen @ cost) > max(budget, float(first @ cost)):
         chosen = np.maximum(within_budget(chosen, cost, max(budget, 3 * float(cost.sum()))), first)
         few = f"what {budget:.0f} solves of 64 x 64 points cost"
-    chosen = _in_blocks(plan, planned, chosen, surface.realisations)
+    chosen = _in_blocks(plan, planned, chosen, most)
     limits = []
     if (chosen < needed).any():
         left = float(np.sqrt((known / chosen[:, None]).sum(axis=0).max())) * _AIM * wanted

@@ -29,7 +29,7 @@ def readable(error: Mapping[str, Any]) -> str:
     """Turn one of pydantic's errors into ``path: expected ..., got ...``."""
     tags = ("self_affine", "map")
     location = list(error["loc"])
-    if len(location) > 1 and location[0] in ("indenter", "surface"):
+    if len(location) > 1 and location[0] in ("indenter", "surface", "surface2"):
         # The tag of the discriminated union stands second: indenter.cone.slope.
         del location[1]
     path = ".".join(str(key) for key in location)

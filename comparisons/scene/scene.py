@@ -41,7 +41,7 @@ from comparisons.scene.physics.combinations import (
 )
 from comparisons.scene.physics.tables import TABLES
 from comparisons.scene.problems import readable
-from comparisons.scene.surface import Surface
+from comparisons.scene.surface import SelfAffine, Surface
 from comparisons.scene.toml_files import parse_toml, read_toml
 
 MOST_PROBLEMS = 50
@@ -101,6 +101,7 @@ class _Bodies(_Table):
     counter_body: HalfSpace | None = None
     indenter: AnyIndenter | None = None
     surface: Surface | None = None
+    surface2: Surface | None = None
     body: Body | None = None
 
 
@@ -145,6 +146,30 @@ class Scene(_Physics):
     def rough(self) -> bool:
         """Whether the scene presses a rough surface rather than an indenter."""
         return self.surface is not None
+
+    @property
+    def surfaces(self) -> tuple[Surface, ...]:
+        """The rough faces: none, one, or those of both bodies."""
+        return tuple(face for face in (self.surface, self.surface2) if face is not None)
+
+    @property
+    def random(self) -> bool:
+        """Whether every realisation has a surface of its own."""
+        return any(isinstance(face, SelfAffine) for face in self.surfaces)
+
+    @property
+    def realisations(self) -> int:
+        """How many surfaces there are, or lines that stand for a measured one."""
+        random = [face for face in self.surfaces if isinstance(face, SelfAffine)]
+        return max((face.realisations for face in random or self.surfaces), default=1)
+
+    @model_validator(mode="after")
+    def _two_faces_that_match(self) -> Scene:
+        if self.surface is None or self.surface2 is None:
+            return self
+        if self.surface.periodic != self.surface2.periodic:
+            raise fail("surface2.periodic: expected both surfaces periodic, or both free patches")
+        return self
 
     @model_validator(mode="after")
     def _counter_body_is_a_half_space(self) -> Scene:
@@ -240,9 +265,13 @@ class Scene(_Physics):
     def elastic_constants(self) -> tuple[float, float]:
         """E and nu of one half-space that is as soft under a rigid shape as both bodies together.
 
-        nu is that of the [half_space]; frictionless contact depends on E* alone.
+        Frictionless contact depends on E* alone; nu, which the error of a mesh depends on, is the
+        mean of both bodies, weighted by their compliances: exchanging them changes nothing.
         """
         nu = self.poisson_ratio
+        if self.counter_body is not None:
+            share = self.effective_modulus / self.counter_body.modulus
+            nu = (1 - share) * nu + share * self.counter_body.nu
         return self.effective_modulus * (1 - nu**2), nu
 
     @property
@@ -375,11 +404,15 @@ def validated(data: dict[str, Any]) -> Scene:
 
 def _missing_files(data: dict[str, Any], directory: Path) -> list[str]:
     """Problems with the map that a wrong scene names: told together with the others."""
-    surface = data.get("surface")
-    file = surface.get("file") if isinstance(surface, dict) else None
-    if not isinstance(file, str) or not file or len(file) > 4096 or "\0" in file:
-        return []
-    return [] if (directory / file).is_file() else [f"surface.file: {file}: no such file"]
+    problems = []
+    for key in ("surface", "surface2"):
+        surface = data.get(key)
+        file = surface.get("file") if isinstance(surface, dict) else None
+        if not isinstance(file, str) or not file or len(file) > 4096 or "\0" in file:
+            continue
+        if not (directory / file).is_file():
+            problems.append(f"{key}.file: {file}: no such file")
+    return problems
 
 
 def _table_problems(data: dict[str, Any]) -> list[str]:
@@ -393,6 +426,8 @@ def _table_problems(data: dict[str, Any]) -> list[str]:
     if len(bodies) != 1 and "body" not in data:
         came = " and ".join(f"[{b}]" for b in bodies) or "none"
         problems.append(f"expected exactly one of [indenter] and [surface], got {came}")
+    if "surface2" in data and "surface" not in data:
+        problems.append("surface2: expected a [surface] beside it, the face of the other body")
     compare = data.get("compare")
     levels = compare.get("resolutions") if isinstance(compare, dict) else None
     if "body" not in data and isinstance(levels, (list, tuple)) and 1 in levels:

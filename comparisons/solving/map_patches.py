@@ -24,6 +24,8 @@ def patch_of(scene: Scene, geometry: Geometry) -> tuple[Scene, Crop] | None:
     """Return the scene of a typical patch and its place in the file, or None if none is needed."""
     if not isinstance(scene.surface, MeasuredMap) or not isinstance(geometry, RoughGeometry):
         return None
+    if scene.surface2 is not None:  # the patch would have to be cut from both
+        return None
     if scene.physics:  # the dense method gains nothing from a patch there
         return None
     if geometry.periodic or max(geometry.points) <= PATCH_POINTS or min(geometry.points) < 8:

@@ -27,7 +27,7 @@ from comparisons.methods.solver import Refusal, Refused, Solver
 from comparisons.scene.physics.absolute_loads import AbsoluteLoads, loads_of
 from comparisons.scene.physics.descriptions import left_out, switched_on
 from comparisons.scene.scene import Scene, SceneError
-from comparisons.scene.surface import MeasuredMap, SelfAffine
+from comparisons.scene.surface import SelfAffine
 from comparisons.solving.map_patches import patch_of
 from comparisons.tasks.task import Task
 
@@ -220,10 +220,10 @@ def realisation_count(scene: Scene, method: str, limit: int) -> int:
     """Return how many realisations a method solves: on a measured map only lines are drawn."""
     if scene.surface is None:
         return 1
-    if isinstance(scene.surface, MeasuredMap) and METHODS[method].dimension == 3:
+    if not scene.random and METHODS[method].dimension == 3:
         return 1
     # What is compared surface by surface needs few of them: differences scatter little.
-    return min(scene.surface.realisations, limit if scene.physics else PAIRED_REALISATIONS)
+    return min(scene.realisations, limit if scene.physics else PAIRED_REALISATIONS)
 
 
 def plan_from(scene: Scene, document: Mapping[str, Any], effort: Effort) -> Plan:
@@ -261,19 +261,15 @@ def _draft(scene: Scene, effort: Effort) -> Plan:
     geometry, loads = prepare(scene)
     if isinstance(geometry, IndenterGeometry) and scene.body is not None:
         geometry = with_body(scene, geometry)
-    total = _realisation_count(scene)
+    total = scene.realisations
     realisations = min(total, QUICK_REALISATIONS) if effort == "quick" else total
     return Plan(scene, geometry, loads, (), (), (), realisations)
-
-
-def _realisation_count(scene: Scene) -> int:
-    return scene.surface.realisations if scene.surface is not None else 1
 
 
 def _plan(scene: Scene, effort: Effort) -> Plan:
     draft = _draft(scene, effort)
     geometry, loads, realisations = draft.geometry, draft.loads, draft.realisations
-    total = _realisation_count(scene)
+    total = scene.realisations
     methods = tuple(_plan_methods(draft))
     notes = (
         [*geometry.treatment, *surface_notes(geometry)]
@@ -343,19 +339,20 @@ def pilots(solver: Solver[Any], resolutions: tuple[int, ...]) -> tuple[int, ...]
     Empty where the number is not a matter of scatter: single contacts, single surfaces, physics
     with ensembles of their own, methods that are compared with the leading grid in pairs.
     """
-    scene, surface = solver.scene, solver.scene.surface
-    if surface is None or scene.physics or solver.name not in (GRID, MODEL):
+    scene = solver.scene
+    if scene.surface is None or scene.physics or solver.name not in (GRID, MODEL):
         return ()
     blocks = [solver.block(n) for n in resolutions]
     if solver.name == MODEL:
         return tuple(blocks)
-    if isinstance(surface, MeasuredMap) or surface.realisations == 1:
+    if not scene.random or scene.realisations == 1:
         return ()
-    dear = surface_cost(GRID, max(surface.points)) > DEAR
+    random = [face for face in scene.surfaces if isinstance(face, SelfAffine)]
+    dear = surface_cost(GRID, max(random[0].points)) > DEAR
     first = FEW_PILOTS if dear else PILOTS
     numbers = (*first, *(first[-1:] * len(blocks)))
     whole = (-(-n // block) * block for n, block in zip(numbers, blocks, strict=False))
-    return tuple(min(n, surface.realisations) for n in whole)
+    return tuple(min(n, scene.realisations) for n in whole)
 
 
 def surface_cost(method: str, resolution: int) -> float:
@@ -371,7 +368,7 @@ def single_resolution(planned: tuple[int, ...], geometry: Geometry) -> int:
 
     Else the finest planned, which is the one that aims at the tolerance.
     """
-    synthetic = isinstance(geometry, RoughGeometry) and geometry.recipe is not None
+    synthetic = isinstance(geometry, RoughGeometry) and geometry.random
     return planned[0] if synthetic else planned[-1]
 
 
@@ -432,7 +429,7 @@ def _check_size(scene: Scene) -> None:
                 f"memory ({free / 1e9:.1f} GB), got {nx} x {ny} points, "
                 f"which need about {need / 1e9:.1f} GB"
             )
-    rows = len(loads_of(scene).values) * (scene.surface.realisations if scene.surface else 1)
+    rows = len(loads_of(scene).values) * scene.realisations
     if rows > 20_000_000:
         problems.append(
             "surface.realisations: expected at most 20 million realisations times load steps, "

@@ -122,6 +122,7 @@ KEYS = [
     "f",
     "interpolation",
     "surface",
+    "surface2",
     "kind",
     "hurst",
     "power",

@@ -52,7 +52,7 @@ class BemFft(GridSolver[HalfSpace]):
         if isinstance(geometry, RoughGeometry):
             planned = rough_resolutions(geometry)
             finer = 8 * geometry.points[0]
-            single = geometry.recipe is None and cells(geometry, finer) <= MOST_REFINED
+            single = not geometry.random and cells(geometry, finer) <= MOST_REFINED
             return (*planned, finer) if single else planned
         # Measured on Hertz: the force errs by about 1 % at 8 cells per radius, and falls with
         # the square of the cell; area and sharp edges converge only linearly.

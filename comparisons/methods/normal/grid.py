@@ -238,7 +238,7 @@ def contact_quantities(
         values |= _patch_quantities(mask, grid, periodic, quantities)
     if quantities & {"stiffness", "contact_length_stiffness"}:
         geometry = task.geometry
-        random = isinstance(geometry, RoughGeometry) and geometry.recipe is not None
+        random = isinstance(geometry, RoughGeometry) and geometry.random
         accuracy = _RANDOM_STIFFNESS if random else _STIFFNESS
         # of what was pressed: with a penalty its springs give way, too
         pressed = contact.operator

@@ -6,10 +6,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from comparisons.geometry.faces import MeasuredFace, SyntheticFace, together
 from comparisons.geometry.prepare import RoughGeometry
 from comparisons.methods.solver import Refused, Solver
 from comparisons.scene.options import ReducedOptions
 from comparisons.scene.scene import Scene
+from comparisons.scene.surface import SelfAffine as SelfAffineTable
 from comparisons.tasks.solution import Solution, Stopwatch
 from comparisons.tasks.task import Task
 from reduced.loads import Load
@@ -17,7 +19,7 @@ from reduced.rough import ensemble, regions, surface_spectrum
 from reduced.rough import line_spectrum as spectrum
 from reduced.rough.lines import RoughLines
 from reduced.rough.press import LineContact, press
-from reduced.rough.surface_spectrum import SelfAffine
+from reduced.rough.surface_spectrum import SelfAffine, SurfaceSpectrum
 
 
 class Lines(NamedTuple):
@@ -81,7 +83,8 @@ class ReducedLines(Solver[RoughGeometry]):
 
     def model(self, geometry: RoughGeometry) -> str:
         """Name the line."""
-        source = "prescribed" if geometry.recipe is not None else "measured"
+        kinds = ("prescribed" if face.random else "measured" for face in geometry.faces)
+        source = " and the ".join(dict.fromkeys(kinds))
         return f"a rough line from the {source} 2-D spectrum, on springs of stiffness E* dx"
 
     def warm_up(self, task: Task[RoughGeometry]) -> None:
@@ -167,19 +170,32 @@ def _undefined_shares(lines: Lines, penetration: np.ndarray, edges: str) -> np.n
 
 
 def line_spectrum(geometry: RoughGeometry, options: ReducedOptions) -> spectrum.LineSpectrum:
-    """Return the spectrum of the line: from the recipe of the surface, or from the measured map."""
-    recipe = geometry.recipe
-    if recipe is not None:
-        names = ("hurst", "power", "rms_slope", "rms_height", "long_cutoff", "short_cutoff")
+    """Return the spectrum of the line: from the recipe of the surface, or from the measured map.
+
+    Of two faces the spectra add: the phases of one do not know those of the other. Two measured
+    maps are one, the sum of their heights.
+    """
+    random = [face for face in geometry.faces if isinstance(face, SyntheticFace)]
+    if len(random) == 1 == len(geometry.faces):
+        recipe = random[0].recipe
         return spectrum.prescribed(
-            recipe.points,
-            recipe.size,
-            SelfAffine(**{name: getattr(recipe, name) for name in names}),
-            rule=options.spectrum,
+            recipe.points, recipe.size, _roughness(recipe), rule=options.spectrum
         )
-    heights = geometry.heights(0, geometry.points[0])
-    surface = surface_spectrum.measured(heights, geometry.size, periodic=geometry.periodic)
-    return spectrum.line_of(surface, options.spectrum)
+    parts = [
+        surface_spectrum.self_affine(face.points, face.size, _roughness(face.recipe))
+        for face in random
+    ]
+    maps = [face for face in geometry.faces if isinstance(face, MeasuredFace)]
+    if maps:
+        heights = together(maps, 0)
+        parts.append(surface_spectrum.measured(heights, geometry.size, periodic=geometry.periodic))
+    power = np.sum([part.power for part in parts], axis=0)
+    return spectrum.line_of(SurfaceSpectrum(power, parts[0].size), options.spectrum)
+
+
+def _roughness(recipe: SelfAffineTable) -> SelfAffine:
+    names = ("hurst", "power", "rms_slope", "rms_height", "long_cutoff", "short_cutoff")
+    return SelfAffine(**{name: getattr(recipe, name) for name in names})
 
 
 def highest_mode(geometry: RoughGeometry, options: ReducedOptions) -> int:
