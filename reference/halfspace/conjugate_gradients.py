@@ -233,6 +233,8 @@ def _goal(state: State, stage: _Stage, tolerance: float) -> float:
 def _preconditioner(operator: HalfSpace, dtype: DTypeLike) -> Convolution:
     """Return |q| in Fourier space, the inverse of the half-space under a periodic pressure.
 
+    Of other bodies it is the inverse of their compliance, in the same units.
+
     The zero mode is half the smallest wavenumber, so that the operator is positive definite. On a
     periodic half-space with free mean pressure it is set from the contact (`_settling`): near full
     contact a uniform pressure on the contact has almost no energy, and without a matching large
@@ -245,11 +247,13 @@ def _preconditioner(operator: HalfSpace, dtype: DTypeLike) -> Convolution:
             rows, columns = (fft.next_fast_len(n + _RIM, real=True) for n in operator.shape)
             padded = rows, columns
         wavenumber = np.hypot(*kernels.wavenumbers(padded, operator.spacing))
-        return Convolution(operator.shape, padded, wavenumber * _wave_unit(operator), dtype)
+        stiffness = operator.wave_stiffness(wavenumber) * _wave_unit(operator)
+        return Convolution(operator.shape, padded, stiffness, dtype)
 
     inverse = operator.cached(("preconditioner", np.dtype(dtype).name), make)
     lowest = 2 * np.pi / max(n * s for n, s in zip(inverse.padded, operator.spacing, strict=True))
-    inverse.set_mean_factor(lowest / 2 * _wave_unit(operator))
+    longest = float(operator.wave_stiffness(np.array([lowest]))[0])
+    inverse.set_mean_factor(longest / 2 * _wave_unit(operator))
     return inverse
 
 

@@ -186,18 +186,26 @@ def _alias_sum(
     For energies the squares of the sincs are used, which do not alternate, without a window.
     """
     nx, half = qx.size, qx.size // 2 + 1
-    orders = np.arange(-_ALIASES, _ALIASES + 1)[:, None]
-    window = 0.5 * erfc((np.abs(orders) - _ALIASES / 2) / (0.5 * np.sqrt(_ALIASES)))
-    kx, ky = (
-        q.ravel()[None, :] + 2 * np.pi * orders / step
-        for q, step in ((qx[:half], spacing[0]), (qy, spacing[1]))
-    )
-    sinc_x = np.sinc(kx * spacing[0] / (2 * np.pi))
-    sinc_y = np.sinc(ky * spacing[1] / (2 * np.pi))
-    sinc_x, sinc_y = (x**2 if energy else window * x for x in (sinc_x, sinc_y))
+    kx, sinc_x = aliases(qx.ravel()[:half], spacing[0], energy=energy)
+    ky, sinc_y = aliases(qy.ravel(), spacing[1], energy=energy)
     rows = _sum_modes(kx, sinc_x, ky, sinc_y)
     # even in q_x: the negative half mirrors the positive one
     return rows[np.minimum(np.arange(nx), nx - np.arange(nx))]
+
+
+def aliases(
+    wavenumber: NDArray[np.float64], step: float, *, energy: bool = False
+) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+    """Return the aliases of waves along one side of the cells, and their windowed sincs.
+
+    Both are of shape (aliases, waves), the waves themselves in the middle. For energies the sincs
+    are squared and not windowed.
+    """
+    orders = np.arange(-_ALIASES, _ALIASES + 1)[:, None]
+    window = 0.5 * erfc((np.abs(orders) - _ALIASES / 2) / (0.5 * np.sqrt(_ALIASES)))
+    k = wavenumber[None, :] + 2 * np.pi * orders / step
+    sinc = np.sinc(k * step / (2 * np.pi))
+    return k, sinc**2 if energy else window * sinc
 
 
 def cell_energies(

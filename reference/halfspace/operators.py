@@ -67,6 +67,10 @@ class HalfSpace:
     def _transfer(self) -> NDArray[np.float64]:
         raise NotImplementedError
 
+    def wave_stiffness(self, wavenumber: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Return pressure over displacement of waves, in units of E*/2: |q| on the half-space."""
+        return wavenumber
+
     @property
     def unit(self) -> float:
         """Power of two near the largest transfer factor, the unit of `convolution`."""

@@ -1,0 +1,14 @@
+"""Bodies whose stiffness depends on depth: layers, coatings, a rigid base, powers of the depth.
+
+>>> from reference.fem.elasticity import Material
+>>> rubber = Stack([1.0], [Material(1.0, 0.5)])  # bonded to a rigid base
+>>> bool(rubber.compliance(1e-3) < rubber.compliance(2e-3))  # long waves cannot squeeze it out
+True
+"""
+
+from reference.layered.graded import Graded
+from reference.layered.operators import LayeredFree, LayeredPeriodic
+from reference.layered.round_contact import RoundContact
+from reference.layered.stack import Stack
+
+__all__ = ["Graded", "LayeredFree", "LayeredPeriodic", "RoundContact", "Stack"]

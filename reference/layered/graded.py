@@ -1,0 +1,101 @@
+r"""The half-space whose modulus is a power of the depth, E = E0 (z/c0)^k, -1 < k < 1.
+
+A point force F displaces the surface by
+
+    u = F cos(pi k/2) c0^k/(pi c_N r^(1+k)),    c_N = h(k, nu) E0/(1 - nu^2)
+
+(Booker, Balaam & Davis, Int. J. Numer. Anal. Meth. Geomech. 9 (1985) 353; Giannakopoulos & Suresh,
+Int. J. Solids Struct. 34 (1997) 2357; in this form Hess, Int. J. Eng. Sci. 104 (2016) 20), so that
+a wave of pressure gives C(q) ~ q^(k-1). c_N |x/c0|^k is the stiffness per length of springs that give
+the same force, penetration and radius of every round contact (`round_contact`). For k >= 1 the
+integral of u over a loaded area diverges: such a body has no compliance.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+from scipy.special import gamma
+
+from reference.arguments import positive_faults, refuse
+from reference.fem.elasticity import Material
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class Graded:
+    """A half-space that grows stiffer (k > 0) or softer (k < 0) with depth.
+
+    Parameters
+    ----------
+    material : Material
+        Modulus E0 at the depth c0, and Poisson's ratio everywhere.
+    exponent : float
+        k.
+    depth : float
+        c0.
+
+    Raises
+    ------
+    ValueError
+        Listing everything wrong.
+
+    Examples
+    --------
+    k = 0 is a half-space, 2/(E* q):
+
+    >>> float(np.round(Graded(Material(1.0, 0.5), 0.0, 1.0).compliance(2.0), 12))
+    0.75
+    """
+
+    material: Material
+    exponent: float
+    depth: float
+
+    def __post_init__(self) -> None:
+        faults = positive_faults(depth=self.depth)
+        if not -1 < self.exponent < 1:
+            faults.append(f"exponent must lie between -1 and 1, not {self.exponent!r}")
+        refuse(faults)
+
+    @property
+    def spring_modulus(self) -> float:
+        """c_N: stiffness of the equivalent springs per length at x = c0."""
+        nu = self.material.poisson_ratio
+        return stiffening(self.exponent, nu) * self.material.youngs_modulus / (1 - nu**2)
+
+    @property
+    def point_factor(self) -> float:
+        """Displacement times r^(1+k) of a point force, over the force."""
+        k = self.exponent
+        return float(np.cos(np.pi * k / 2) * self.depth**k / (np.pi * self.spring_modulus))
+
+    def compliance(self, wavenumber: ArrayLike) -> Array:
+        """Return the displacement of the surface per pressure, for waves; infinite at q = 0."""
+        k = self.exponent
+        factor = 2 * np.pi * self.point_factor * 2**-k * gamma((1 - k) / 2) / gamma((1 + k) / 2)
+        with np.errstate(divide="ignore"):
+            return factor * np.asarray(wavenumber, dtype=float) ** (k - 1)
+
+    def modulus(self, wavenumber: ArrayLike) -> Array:
+        """2/(q C): the effective modulus of the half-space that gives way as much to this wave."""
+        q = np.asarray(wavenumber, dtype=float)
+        return 2 / (q * self.compliance(q))
+
+
+def stiffening(exponent: float, poisson_ratio: float) -> float:
+    """h(k, nu), one for k = 0 (Hess 2016, eq. 9 with (5)).
+
+    >>> round(stiffening(0.0, 0.3), 12)
+    1.0
+    """
+    k, nu = exponent, poisson_ratio
+    beta = np.sqrt((1 + k) * (1 - k * nu / (1 - nu)))
+    C = 2 ** (1 + k) * gamma((3 + k + beta) / 2) * gamma((3 + k - beta) / 2)
+    C /= np.pi * gamma(2 + k)
+    upper = 2 * (1 + k) * np.cos(np.pi * k / 2) * gamma(1 + k / 2)
+    lower = np.sqrt(np.pi) * C * beta * np.sin(np.pi * beta / 2) * gamma((1 + k) / 2)
+    return float(upper / lower)

@@ -1,0 +1,193 @@
+r"""Round contacts on layered and graded bodies, from an integral equation over the contact.
+
+A rigid body of revolution, whose section f gives the line g = x int_0^x f'(r)/sqrt(x^2 - r^2) dr,
+touches a half-space of modulus E within r <= a. The pressure summed along a line, s(x) = 2
+int_x^a p r/sqrt(r^2 - x^2) dr, is then E (d - g(x)). Over layers (N. N. Lebedev and Ia. S.
+Ufliand, PMM 22 (1958) 442) it obeys
+
+    s(x) + int_-a^a K(x - t) s(t) dt = E1 (d - g(x)),
+    K(x) = (1/pi) int_0^inf (M(q) - 1) cos(q x) dq,
+
+with M as in `radial`, and it vanishes at the edge of a smooth contact, which gives d. Sums of even
+Legendre polynomials solve it: their transforms are spherical Bessel functions, and they crowd at
+the edge, where thin layers have their boundary layer. Force 2 int_0^a s dx; dF/dd is that of the
+flat punch of the same radius. This shares the compliance with the grid solvers, and nothing else.
+
+On a graded half-space springs of stiffness c_N |x/c0|^k under g(x) = x^(1-k) int_0^x f'(r)
+(x^2 - r^2)^((k-1)/2) dr are exact (Hess 2016); they are the reduced model's own.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.optimize import brentq
+from scipy.special import eval_legendre, spherical_jn
+
+from reference.errors import ConvergenceError
+from reference.layered.radial import softening
+from reference.layered.stack import Stack, plane_modulus
+
+Array = NDArray[np.float64]
+Line = Callable[[Array], Array]
+
+# Polynomials: so many, and so many times the root of radius over thickness.
+_LEAST, _MORE = 16, 3.0
+# Short waves that see only the uppermost layer, in its thickness: exp(-2 x 14) = 1e-12.
+_SHORT = 14.0
+# Gauss points of a panel, their length above x = 1, and panels below it, each half of the next.
+_GAUSS, _LENGTH, _PANELS = 12, 4.0, 44
+# Long waves in the thickness of all layers to which compliances are tabulated.
+_LONG = 1e-12
+_STEPS = 200
+
+
+@dataclass(frozen=True)
+class RoundStep:
+    """A round contact of one radius.
+
+    Attributes
+    ----------
+    contact_radius, penetration, force : float
+    stiffness : float
+        dF/dd on the fixed contact.
+    """
+
+    contact_radius: float
+    penetration: float
+    force: float
+    stiffness: float
+
+
+@dataclass(frozen=True)
+class RoundContact:
+    """A rigid body of revolution on a stack of layers.
+
+    Parameters
+    ----------
+    body : Stack
+    line : callable
+        g(x) of the section for x >= 0, 0 at x = 0 and increasing.
+
+    Examples
+    --------
+    A paraboloid of radius 1, g = x^2, on a half-space is Hertz's:
+
+    >>> from reference.fem.elasticity import Material
+    >>> ball = RoundContact(Stack([], [], Material(1 - 0.3**2, 0.3)), lambda x: x**2)
+    >>> step = ball.at_radius(0.5)
+    >>> round(step.penetration, 12), round(step.force, 12)
+    (0.25, 0.166666666667)
+    """
+
+    body: Stack
+    line: Line
+
+    def at_radius(self, contact_radius: float) -> RoundStep:
+        """Return the smooth contact of a radius."""
+        a = float(contact_radius)
+        number, matrix = self._equations(a)
+        nodes, weights = np.polynomial.legendre.leggauss(4 * number)
+        x, weights = (nodes + 1) / 2, weights / 2
+        basis = eval_legendre(2 * np.arange(number)[:, None], x)
+        height = self.line(a * x)
+        # in units of the modulus: one, and the line
+        sides = np.stack([basis @ weights, basis @ (weights * height)], axis=1)
+        known = sides * (4 * np.arange(number)[:, None] + 1)
+        solved = np.linalg.solve(matrix, sides)
+        # what the layers add is smooth: its polynomials sum up at the edge
+        added = (solved - known).sum(axis=0)
+        punch = 1 + added[0]
+        depth = (float(self.line(np.array([a]))[0]) + added[1]) / punch
+        modulus = plane_modulus(self.body.top)
+        mean = 2 * a * modulus * solved[0]
+        return RoundStep(a, depth, float(depth * mean[0] - mean[1]), float(mean[0]))
+
+    def at(self, control: str, value: float, guess: float, tolerance: float = 1e-13) -> RoundStep:
+        """Return the contact at a penetration or a force, whichever `control` names.
+
+        The tolerance is that of the radius.
+
+        Raises
+        ------
+        ConvergenceError
+            If no radius within 1e6 times the guess has it.
+        """
+        low = high = self.at_radius(guess)
+        for _ in range(_STEPS):
+            if getattr(low, control) <= value <= getattr(high, control):
+                break
+            if getattr(low, control) > value:
+                high, low = low, self.at_radius(low.contact_radius / 2)
+            else:
+                low, high = high, self.at_radius(high.contact_radius * 2)
+        else:
+            raise ConvergenceError(f"no contact radius has a {control} of {value:g}", [])
+        if low is high:
+            return low
+        radius = brentq(
+            lambda a: getattr(self.at_radius(a), control) / value - 1,
+            *(low.contact_radius, high.contact_radius),
+            xtol=tolerance * low.contact_radius,
+            rtol=tolerance,
+        )
+        return self.at_radius(float(radius))
+
+    def punch_stiffness(self, radius: float) -> float:
+        """F/d of a flat circular punch."""
+        number, matrix = self._equations(radius)
+        side = np.zeros(number)
+        side[0] = 1.0
+        solved = np.linalg.solve(matrix, side)
+        return float(2 * radius * plane_modulus(self.body.top) * solved[0])
+
+    @cached_property
+    def _finest(self) -> float:
+        return min(self.body.thicknesses, default=np.inf)
+
+    def _equations(self, a: float) -> tuple[int, Array]:
+        """Matrix of the equation in even Legendre polynomials of x/a, and how many."""
+        thin = a / self._finest
+        number = int(_LEAST + _MORE * np.sqrt(thin))
+        matrix = np.diag(1.0 / (4 * np.arange(number) + 1))
+        if not self.body.thicknesses:
+            return number, matrix
+        x, weights = _panels(_SHORT * a / self.body.thicknesses[0])
+        bessel = _even_bessel(number, x)
+        return number, matrix + (2 / np.pi) * (bessel * (weights * self._excess(x / a))) @ bessel.T
+
+    @cached_property
+    def _excess(self) -> Line:
+        body = self.body
+        return softening(body, _LONG / body.total, _SHORT / body.thicknesses[0])
+
+
+def _panels(reach: float) -> tuple[Array, Array]:
+    """Gauss points and weights from zero to `reach`, for what varies with log x or with cos 2x."""
+    first = min(1.0, reach)
+    small = first * 0.5 ** np.arange(_PANELS, -1, -1.0)
+    large = np.linspace(first, reach, max(2, int(np.ceil((reach - first) / _LENGTH)) + 1))
+    ends = np.concatenate([[0.0], small, large[1:] if reach > first else []])
+    nodes, weights = np.polynomial.legendre.leggauss(_GAUSS)
+    middle, half = (ends[1:] + ends[:-1]) / 2, np.diff(ends) / 2
+    return (middle[:, None] + half[:, None] * nodes).ravel(), (half[:, None] * weights).ravel()
+
+
+def _even_bessel(number: int, x: Array) -> Array:
+    """(-1)^n j_2n(x), the transforms of P_2n, for n below `number`; (number, points)."""
+    result = np.empty((number, x.size))
+    near = x < 2 * number
+    orders = np.arange(number)[:, None]
+    result[:, near] = spherical_jn(2 * orders, x[near])
+    far = x[~near]
+    # upwards, which is stable below the argument
+    below, order = np.cos(far) / far, np.sin(far) / far
+    for n in range(2 * number - 1):
+        if n % 2 == 0:
+            result[n // 2, ~near] = order
+        below, order = order, (2 * n + 1) / far * order - below
+    return np.asarray(result * (-1.0) ** orders)

@@ -1,0 +1,219 @@
+r"""The normal compliance of a stack of elastic layers, wave by wave, in closed steps.
+
+Under a pressure p cos(q x) the displacements and stresses of a body of plane layers are
+
+    u_x = U sin q x,   u_z = W cos q x,   s_xz = G q T sin q x,   s_zz = G q S cos q x,
+
+with z into the body. In a layer Hooke's law and equilibrium make y = (U, W, T, S) obey y' = A y
+over the depth in units of 1/q,
+
+    A = [[0, 1, 1, 0], [-b, 0, 0, c], [2/(1-nu), 0, 0, b], [0, 0, -1, 0]],
+
+b = nu/(1 - nu), c = (1 - 2 nu)/(2 (1 - nu)), regular up to nu = 0.5. A has the twofold eigenvalues
+1 and -1, so that for a slice of thickness h
+
+    exp(A h) = (ch - h sh/2) + (3 sh - h ch)/2 A + h sh/2 A^2 + (h ch - sh)/2 A^3
+
+(E. Kausel and J. M. Roesset, Bull. Seism. Soc. Am. 71 (1981) 1743, have the same as stiffnesses).
+Products of such matrices overflow at short waves and lose all digits long before. What is carried
+from the bottom up is the compliance R, (U, W) = R (T, S), of what lies below,
+
+    R_top = (E11 R + E12) (E21 R + E22)^-1,    E = exp(-A h),
+
+over slices of h <= 1: numbers of order one whose errors decay on the way up like the field itself.
+On a rigid base R = 0; of a half-space it is known.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+from numpy.typing import ArrayLike, NDArray
+
+from reference.arguments import positive_faults, refuse
+from reference.fem.elasticity import Material
+
+Array = NDArray[np.float64]
+
+# Layers thicker than this over 2 pi of a wavelength hide what is below: exp(-2 x 24) = 1e-21.
+_HIDDEN = 24.0
+# Up to this h the difference h ch - sh is summed as a series, which loses no digits.
+_SERIES = 1.0
+_TERMS = 12
+
+
+@dataclass(frozen=True)
+class Stack:
+    """Bonded elastic layers on an elastic half-space or on a rigid base.
+
+    Parameters
+    ----------
+    thicknesses : sequence of float
+        From the surface down; at least one on a rigid base.
+    materials : sequence of Material
+        Of the layers.
+    base : Material, optional
+        The half-space below; None is a rigid base to which the lowest layer is bonded.
+
+    Raises
+    ------
+    ValueError
+        Listing everything wrong.
+
+    Examples
+    --------
+    A half-space has 2/(E* q):
+
+    >>> body = Stack([], [], Material(1.0, 0.5))
+    >>> float(np.round(body.compliance(2.0), 12))
+    0.75
+    """
+
+    thicknesses: Sequence[float]
+    materials: Sequence[Material]
+    base: Material | None = field(default=None)
+
+    def __post_init__(self) -> None:
+        object.__setattr__(self, "thicknesses", tuple(float(t) for t in self.thicknesses))
+        object.__setattr__(self, "materials", tuple(self.materials))
+        faults = []
+        if len(self.thicknesses) != len(self.materials):
+            count = f"{len(self.thicknesses)} and {len(self.materials)}"
+            faults.append(f"thicknesses and materials must be as many, not {count}")
+        if self.base is None and not self.thicknesses:
+            faults.append("a rigid base must carry at least one layer")
+        for index, thickness in enumerate(self.thicknesses):
+            faults += positive_faults(**{f"thicknesses[{index}]": thickness})
+        refuse(faults)
+
+    @property
+    def top(self) -> Material:
+        """The material at the surface."""
+        return self.materials[0] if self.materials else self.known_base
+
+    @property
+    def known_base(self) -> Material:
+        """The half-space at the bottom, of a stack that has one."""
+        assert self.base is not None
+        return self.base
+
+    @property
+    def total(self) -> float:
+        """Thickness of all layers."""
+        return float(sum(self.thicknesses))
+
+    @property
+    def squeezed(self) -> float:
+        """Compliance under uniform pressure: infinite on a half-space."""
+        if self.base is not None:
+            return np.inf
+        pairs = zip(self.thicknesses, self.materials, strict=True)
+        return sum(t * _confined(material) for t, material in pairs)
+
+    def compliance(self, wavenumber: ArrayLike) -> Array:
+        """Return the normal displacement of the surface per pressure, for waves.
+
+        Parameters
+        ----------
+        wavenumber : array_like
+            Angular, q >= 0.
+
+        Returns
+        -------
+        ndarray
+            Length per pressure; at q = 0 `squeezed`. Relative error about 1e-14.
+        """
+        q = np.asarray(wavenumber, dtype=float)
+        waves = np.atleast_1d(q).ravel()
+        result = np.full(waves.shape, self.squeezed)
+        moving = waves > 0
+        result[moving] = self._of_waves(waves[moving])
+        return result.reshape(q.shape)[()]
+
+    def modulus(self, wavenumber: ArrayLike) -> Array:
+        """2/(q C): the effective modulus of the half-space that gives way as much to this wave."""
+        q = np.asarray(wavenumber, dtype=float)
+        return 2 / (q * self.compliance(q))
+
+    def _of_waves(self, q: Array) -> Array:
+        """Carry the compliance of what lies below upwards, in units of each layer's 1/(G q)."""
+        below, modulus = np.zeros((q.size, 2, 2)), 1.0
+        if self.base is not None:
+            below, modulus = below + half_space(self.base), shear_modulus(self.base)
+        pairs = list(zip(self.thicknesses, self.materials, strict=True))
+        for thickness, material in reversed(pairs):
+            below *= shear_modulus(material) / modulus
+            modulus = shear_modulus(material)
+            below = _through(below, q * thickness, material)
+        return -below[:, 1, 1] / (modulus * q)
+
+
+def shear_modulus(material: Material) -> float:
+    """G = E/(2 (1 + nu))."""
+    return material.youngs_modulus / (2 + 2 * material.poisson_ratio)
+
+
+def plane_modulus(material: Material) -> float:
+    """E/(1 - nu^2): the effective modulus of a body under a rigid one."""
+    return material.youngs_modulus / (1 - material.poisson_ratio**2)
+
+
+def _confined(material: Material) -> float:
+    """Strain per pressure where nothing moves sideways, (1 + nu)(1 - 2 nu)/(E (1 - nu))."""
+    nu = material.poisson_ratio
+    return (1 + nu) * (1 - 2 * nu) / (material.youngs_modulus * (1 - nu))
+
+
+def half_space(material: Material) -> Array:
+    """Compliance R of a half-space below, times G q (Johnson 1985, ch. 13)."""
+    nu = material.poisson_ratio
+    return np.array([[nu - 1, 0.5 - nu], [0.5 - nu, nu - 1]])
+
+
+def _through(below: Array, depth: Array, material: Material) -> Array:
+    """Compliance at the top of a layer of thicknesses q t, from that at its bottom."""
+    slices = np.ceil(np.minimum(depth, _HIDDEN)).astype(int)
+    result = np.where((depth > _HIDDEN)[:, None, None], half_space(material), below)
+    for count in range(1, int(slices.max(initial=0)) + 1):
+        active = (slices >= count) & (depth <= _HIDDEN)
+        matrix = slice_matrix(depth[active] / slices[active], material)
+        above, under = matrix[:, :2], matrix[:, 2:]
+        known = result[active]
+        rows = above[:, :, :2] @ known + above[:, :, 2:]
+        columns = under[:, :, :2] @ known + under[:, :, 2:]
+        moved = np.linalg.solve(columns.transpose(0, 2, 1), rows.transpose(0, 2, 1))
+        # symmetric by reciprocity
+        result[active] = (moved + moved.transpose(0, 2, 1)) / 2
+    return result
+
+
+def slice_matrix(depth: Array, material: Material) -> Array:
+    """exp(-A h), which takes (U, W, T, S) from the bottom of slices to their tops; (n, 4, 4)."""
+    nu = material.poisson_ratio
+    b, c = nu / (1 - nu), (1 - 2 * nu) / (2 * (1 - nu))
+    first = np.array([[0, 1, 1, 0], [-b, 0, 0, c], [2 / (1 - nu), 0, 0, b], [0, 0, -1, 0]])
+    second = first @ first
+    h = depth[:, None, None]
+    ch, sh = np.cosh(h), np.sinh(h)
+    return (
+        (ch - h * sh / 2) * np.eye(4)
+        - (sh - rest(h)) * first
+        + h * sh / 2 * second
+        - rest(h) * (second @ first)
+    )
+
+
+def rest(h: Array) -> Array:
+    """(h ch - sh)/2 to full accuracy: h^3/6 + h^5/60 + ...
+
+    >>> bool(np.isclose(rest(np.array([1e-3]))[0], 1e-9 / 6 + 1e-15 / 60, rtol=1e-13))
+    True
+    """
+    h = np.asarray(h, dtype=float)
+    total, term = np.zeros_like(h), h.copy()
+    for k in range(1, _TERMS):
+        term = term * h**2 / ((2 * k) * (2 * k + 1))
+        total = total + k * term
+    return np.where(h <= _SERIES, total, (h * np.cosh(h) - np.sinh(h)) / 2)
