@@ -14,6 +14,7 @@ from functools import cached_property
 
 import numpy as np
 
+from comparisons.geometry.depth_estimates import contacts
 from comparisons.geometry.estimates import impact_contacts, largest_contact
 from comparisons.geometry.faces import Face, MeasuredFace, combined, faces_of, together, top
 from comparisons.scene.indenters import Indenter, Profile, RigidPlane, Sphere
@@ -31,7 +32,9 @@ class IndenterGeometry:
     """A rigid indenter, with estimates of the largest contact and of the contact at every load.
 
     The estimates come from the reduced model within a millisecond and only size grids and meshes.
-    NaN marks a missing estimate; `unreached` (load step -> reason) explains it.
+    NaN marks a missing estimate; `unreached` (load step -> reason) explains it. `rim_gap` is the
+    gap of the shape at the rim of the largest contact, where that may be more than the penetration:
+    rubber on a rigid base rises beside a contact.
     """
 
     indenter: Indenter
@@ -40,11 +43,12 @@ class IndenterGeometry:
     penetrations: tuple[float, ...] = ()
     contact_radii: tuple[float, ...] = ()
     unreached: Mapping[int, str] = field(default_factory=dict)
+    rim_gap: float = 0.0
 
     @cached_property
     def reach(self) -> tuple[float, float]:
         """Half-widths of the geometric overlap at the largest load, with a margin of 5 %."""
-        half_x, half_y = self.indenter.reach(1.05 * self.penetration)
+        half_x, half_y = self.indenter.reach(1.05 * max(self.penetration, self.rim_gap))
         return half_x, half_y
 
     @property
@@ -188,6 +192,8 @@ def indenter_geometry(scene: Scene, loads: AbsoluteLoads) -> IndenterGeometry:
     """
     if scene.indenter is None:  # a [body] under a rigid plane: no half-space for an estimate
         return IndenterGeometry(RigidPlane(), np.nan, np.nan)
+    if not scene.half_space.uniform:
+        return _depth_estimate(scene, loads)
     estimate = _largest_estimate if scene.physics else _press_estimate
     return estimate(scene, loads)
 
@@ -229,6 +235,27 @@ def _largest_estimate(scene: Scene, loads: AbsoluteLoads) -> IndenterGeometry:
         raise SceneError(scene.name, [f"loading: {error}"]) from error
     return IndenterGeometry(
         scene.indenter, depth, radius, tuple(depths.tolist()), tuple(radii.tolist())
+    )
+
+
+def _depth_estimate(scene: Scene, loads: AbsoluteLoads) -> IndenterGeometry:
+    """Estimate the contact on a body that depends on depth, at every load."""
+    assert scene.indenter is not None
+    try:
+        profile = equivalent_profile(scene.indenter)
+        depth, radius = contacts(scene, profile, loads)
+    except (ValueError, RuntimeError, ArithmeticError) as error:
+        raise SceneError(scene.name, [f"loading.{loads.control}: {error}"]) from error
+    section, largest = profile.section, float(radius[-1])
+    inside = section is not None and largest < section.edge
+    rim = float(section.height(np.array([largest]))[0]) if section and inside else 0.0
+    return IndenterGeometry(
+        scene.indenter,
+        float(depth[-1]),
+        largest,
+        tuple(depth.tolist()),
+        tuple(radius.tolist()),
+        rim_gap=rim,
     )
 
 

@@ -75,6 +75,8 @@ class Solver(Generic[G]):
         The tables that it covers all together, such as {"viscoelastic", "sliding"}.
     bodies : bool
         Whether it takes a finite [body] with supports, too.
+    depths : bool
+        Whether it takes layers and grading of the [half_space].
     note : str
         Why or by what rule the scene can be done, for the plan; "" where there is nothing to say.
         Solvers may set their own.
@@ -95,6 +97,7 @@ class Solver(Generic[G]):
     dimension: ClassVar[int] = 3
     physics: ClassVar[frozenset[str]] = frozenset()
     bodies: ClassVar[bool] = False
+    depths: ClassVar[bool] = False
     note: str = ""
     options_read: frozenset[str] = frozenset()
     span: ClassVar[float] = 8.0
@@ -103,6 +106,8 @@ class Solver(Generic[G]):
     def __init__(self, scene: Scene) -> None:
         if scene.body is not None and not self.bodies:
             raise Refused("models a half-space, and the [body] is finite")
+        if not (scene.half_space.uniform or self.depths):
+            raise Refused("models a half-space that is the same at all depths")
         self.scene = scene
 
     @classmethod

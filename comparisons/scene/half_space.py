@@ -1,39 +1,87 @@
-"""The tables [half_space] and [counter_body]: an elastic half-space."""
+"""The tables [half_space] and [counter_body]: an elastic half-space, with layers or graded."""
 
 from __future__ import annotations
 
-from typing import Any
+from collections.abc import Iterator, Mapping
+from typing import Annotated, Any
 
-from pydantic import BaseModel, ConfigDict, ValidationInfo, field_validator, model_validator
+from pydantic import BaseModel, BeforeValidator, ConfigDict, ValidationInfo, model_validator
 
-from comparisons.scene.fields import Modulus, fail, flagged
+from comparisons.scene.fields import Length, Modulus, fail, flagged
 
 FEM_DEFAULT_POISSON = 0.3
 # What validation is told about a scene: its moduli stand in [viscoelastic].
 RELAXES = "relaxes"
 
 
+CONSTANTS = ("youngs_modulus", "shear_modulus", "effective_modulus", "poisson_ratio")
+# Keys that make a half-space depend on depth.
+DEPTH_KEYS = ("layers", "thickness", "grading")
+
+
+def _number(value: Any) -> bool:
+    return isinstance(value, (int, float)) and not isinstance(value, bool)
+
+
+def _poisson(value: Any) -> float:
+    if not _number(value) or not -1 < value <= 0.5:
+        raise fail("expected a number with -1 < nu <= 0.5", value)
+    return float(value)
+
+
+def _exponent(value: Any) -> float:
+    if not _number(value) or not -1 < value < 1:
+        raise fail(
+            "expected a number with -1 < k < 1: with k of one and above no pressure has a finite "
+            "displacement",
+            value,
+        )
+    return float(value)
+
+
+PoissonRatio = Annotated[float, BeforeValidator(_poisson)]
+
+
+class Layer(BaseModel):
+    """One elastic layer, bonded to what lies below."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    thickness: Length
+    youngs_modulus: Modulus
+    poisson_ratio: PoissonRatio
+
+
+class Grading(BaseModel):
+    """A modulus E (z/depth)^exponent, E that of the table, at all depths z."""
+
+    model_config = ConfigDict(extra="forbid", frozen=True)
+
+    exponent: Annotated[float, BeforeValidator(_exponent)]
+    depth: Length
+
+
 class HalfSpace(BaseModel):
-    """Elastic half-space: E and nu, or G and nu, or E* alone."""
+    """Elastic half-space: E and nu, or G and nu, or E* alone.
+
+    layers: on top of it, from the surface down, bonded.
+    thickness: of a layer on a rigid base in place of the half-space, bonded.
+    grading: the modulus as a power of the depth.
+    """
 
     model_config = ConfigDict(extra="forbid", frozen=True)
 
     youngs_modulus: Modulus | None = None
     shear_modulus: Modulus | None = None
     effective_modulus: Modulus | None = None
-    poisson_ratio: float | None = None
-
-    @field_validator("poisson_ratio", mode="before")
-    @classmethod
-    def _poisson_range(cls, value: Any) -> Any:
-        number = isinstance(value, (int, float)) and not isinstance(value, bool)
-        if not number or not -1 < value <= 0.5:
-            raise fail("expected a number with -1 < nu <= 0.5", value)
-        return float(value)
+    poisson_ratio: Annotated[float | None, BeforeValidator(_poisson)] = None
+    layers: tuple[Layer, ...] = ()
+    thickness: Length | None = None
+    grading: Grading | None = None
 
     @model_validator(mode="after")
     def _one_way(self, info: ValidationInfo) -> HalfSpace:
-        constants = {name for name in type(self).model_fields if getattr(self, name) is not None}
+        constants = {name for name in CONSTANTS if getattr(self, name) is not None}
         ways = (
             {"youngs_modulus", "poisson_ratio"},
             {"shear_modulus", "poisson_ratio"},
@@ -47,6 +95,11 @@ class HalfSpace(BaseModel):
                 f"or effective_modulus alone, got {', '.join(sorted(constants)) or 'nothing'}"
             )
         return self
+
+    @property
+    def uniform(self) -> bool:
+        """Whether it is the same at all depths."""
+        return not self.layers and self.thickness is None and self.grading is None
 
     @property
     def has_modulus(self) -> bool:
@@ -73,3 +126,26 @@ class HalfSpace(BaseModel):
     def nu(self) -> float:
         """Poisson ratio, 0.3 where only E* is given."""
         return FEM_DEFAULT_POISSON if self.poisson_ratio is None else self.poisson_ratio
+
+
+def depth_problems(data: Mapping[str, Any]) -> Iterator[str]:
+    """Yield what does not go together with layers and grading, of the raw tables of a scene."""
+    table, counter = data.get("half_space"), data.get("counter_body")
+    if isinstance(counter, dict):
+        for key in DEPTH_KEYS:
+            if key in counter:
+                yield f"counter_body.{key}: expected it in [half_space] alone"
+    keys = [key for key in DEPTH_KEYS if isinstance(table, dict) and key in table]
+    if not keys:
+        return
+    assert isinstance(table, dict)
+    if "effective_modulus" in table:
+        yield f"half_space: expected E or G with nu: {keys[0]} needs two elastic constants"
+    if "grading" in keys and len(keys) > 1:
+        others = " and ".join(keys[:-1])
+        yield f"half_space.grading: expected no {others} beside it: one law for all depths"
+    if "layers" in keys and table["layers"] == []:
+        yield "half_space.layers: expected at least one layer"
+    for other in ("body", "counter_body"):
+        if other in data:
+            yield f"{other}: expected none beside half_space.{keys[0]}: one body depends on depth"

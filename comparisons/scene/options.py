@@ -32,6 +32,8 @@ class ReducedOptions(Options):
     edges: "sub_cell" finds the contact edge inside a cell; "nodal" are the printed sums.
     spectrum: "rings" keeps the rms height exactly; "printed" samples (19.26); "split" keeps height
     and slope.
+    layers: of a layered body: E* of the "substrate", the table's own; that of the uppermost
+    "layer"; or an "effective" one for the contact radius (Xu & Pharr 2006).
     line_length: length of a rough line in units of the surface's side L.
     line_points: points of a rough line; by default those that resolve its shortest wave.
     """
@@ -40,6 +42,7 @@ class ReducedOptions(Options):
     stress: Literal["abel", "local"] = "abel"
     edges: Literal["sub_cell", "nodal"] = "sub_cell"
     spectrum: Literal["rings", "printed", "split"] = "rings"
+    layers: Literal["substrate", "layer", "effective"] = "substrate"
     line_length: Annotated[Positive, Field(le=1e4)] = 1.0
     line_points: Annotated[int, Field(strict=True, ge=8, le=2**26)] | None = None
 

@@ -30,7 +30,7 @@ from comparisons.files import plain
 from comparisons.scene import body as body_table
 from comparisons.scene.body import Body
 from comparisons.scene.fields import KnownMethod, Positive, fail
-from comparisons.scene.half_space import RELAXES, HalfSpace
+from comparisons.scene.half_space import RELAXES, HalfSpace, depth_problems
 from comparisons.scene.indenters import AnyIndenter
 from comparisons.scene.loading import PATH, Loading
 from comparisons.scene.options import MethodOptions
@@ -422,6 +422,7 @@ def _table_problems(data: dict[str, Any]) -> list[str]:
         problems.append("directory: unknown key")
     problems += body_table.table_problems(data)
     problems += combination_problems(data)
+    problems += depth_problems(data)
     bodies = [key for key in ("indenter", "surface") if key in data]
     if len(bodies) != 1 and "body" not in data:
         came = " and ".join(f"[{b}]" for b in bodies) or "none"

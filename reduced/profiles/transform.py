@@ -8,16 +8,20 @@ With r = x sin(t) the transform and its derivatives have no singular kernel:
                                                      - [f']_b b x / (x^2 - b^2)^(3/2) }
 
 where [.]_b is a jump at the breakpoint b < x (Popov & Hess 2015, ch. 3). Integrals are taken
-between the breakpoints, so kinks cause no loss of accuracy.
+between the breakpoints, so kinks cause no loss of accuracy. Over graded half-spaces (`graded`) all
+of them have a weight cos(t)^k, and jumps have (sqrt(x^2 - b^2)/x)^k.
 """
 
 from __future__ import annotations
 
+from typing import NamedTuple
+
 import numpy as np
+from scipy.special import beta
 
 from reduced.arguments import refuse
 from reduced.profiles.quadrature import integrate_panels
-from reduced.profiles.section import Curve, Profile
+from reduced.profiles.section import Curve, Profile, Section
 
 _STENCIL = np.array([672.0, -168.0, 32.0, -3.0]) / 840.0  # eighth-order first derivative
 _STENCIL_STEP = 0.02  # fraction of the distance to the nearest breakpoint: truncation near 1e-11
@@ -70,27 +74,57 @@ def from_function(
         if not v > 0
     ]
     refuse(wrong)
+    return _profile(_Slopes(name, f_prime, f_second, float(length), marks, float(edge)), 0.0)
+
+
+def weighted(section: Section, power: float) -> Profile:
+    """Return the profile of a section by the same transform with the weight cos(t)^power.
+
+    Parameters
+    ----------
+    section : Section
+    power : float
+        Above -1.
+    """
+    marks = tuple(b for b in section.breakpoints if b < section.edge)
+    parts = section.slope, section.curvature, section.length, marks, section.edge
+    return _profile(_Slopes(section.name, *parts), power)
+
+
+class _Slopes(NamedTuple):
+    """f' and f'' (None: unknown) of a body, a typical radius, the kinks and the edge."""
+
+    name: str
+    first: Curve
+    second: Curve | None
+    length: float
+    marks: tuple[float, ...]
+    edge: float
+
+
+def _profile(body: _Slopes, power: float) -> Profile:
+    marks, edge, first = body.marks, body.edge, body.first
     nodes = np.array([0.0, *marks, edge])
-    second = f_second or _relative_difference(f_prime, nodes)
-    jumps = np.array([_jump(f_prime, b) for b in marks])
+    second = body.second or _relative_difference(first, nodes)
+    jumps = [(b, _jump(first, b)) for b in marks]
 
     def transform(function: Curve, x: np.ndarray) -> np.ndarray:
-        return _transform(function, np.ravel(x), np.array(marks)).reshape(np.shape(x))
+        return _transform(function, np.ravel(x), np.array(marks), power).reshape(np.shape(x))
 
     def height(x: np.ndarray) -> np.ndarray:
         x = np.asarray(x, dtype=float)
         inside = np.minimum(x, edge)
-        regular = np.where(x > 0, inside * transform(f_prime, inside), 0.0)
+        regular = np.where(x > 0, inside * transform(first, inside), 0.0)
         return np.where(x <= edge, regular, np.inf)
 
     def slope(x: np.ndarray) -> np.ndarray:
         x = np.minimum(np.asarray(x, dtype=float), edge)
-        regular = transform(lambda r: f_prime(r) + r * second(r), x)
-        regular = np.where(x > 0, regular, np.pi / 2 * f_prime(np.zeros(1)))
-        return regular + sum(_kink(x, b) * jump for b, jump in zip(marks, jumps, strict=True))
+        regular = transform(lambda r: first(r) + r * second(r), x)
+        regular = np.where(x > 0, regular, _whole(power) * first(np.zeros(1)))
+        return regular + sum(_kink(x, b, power) * jump for b, jump in jumps)
 
     curvature = _relative_difference(slope, nodes)
-    return Profile(name, height, slope, curvature, float(length), marks, float(edge))
+    return Profile(body.name, height, slope, curvature, body.length, marks, edge)
 
 
 def inverse_transform(profile: Profile, r: np.ndarray) -> np.ndarray:
@@ -137,22 +171,30 @@ def inverse_transform(profile: Profile, r: np.ndarray) -> np.ndarray:
     return f.reshape(r.shape)
 
 
-def _transform(function: Curve, x: np.ndarray, marks: np.ndarray) -> np.ndarray:
-    """Return int_0^(pi/2) function(x sin t) dt between breakpoints; 0 at x = 0."""
+def _whole(power: float) -> float:
+    """Return int_0^(pi/2) cos(t)^power dt."""
+    return float(beta((1 + power) / 2, 0.5) / 2)
+
+
+def _transform(function: Curve, x: np.ndarray, marks: np.ndarray, power: float = 0.0) -> np.ndarray:
+    """Return int_0^(pi/2) function(x sin t) cos(t)^power dt between breakpoints; 0 at x = 0."""
     safe = np.where(x > 0, x, 1.0)
     inner = np.arcsin(np.minimum(marks / safe[:, None], 1.0))
     ends = np.column_stack([np.zeros(x.size), inner, np.full(x.size, np.pi / 2)])
 
     def integrand(t: np.ndarray, row: np.ndarray) -> np.ndarray:
-        return function(safe[row] * np.sin(t))
+        value = function(safe[row] * np.sin(t))
+        return value * np.cos(t) ** power if power else value
 
     return np.where(x > 0, integrate_panels(integrand, ends[:, :-1], ends[:, 1:]), 0.0)
 
 
-def _kink(x: np.ndarray, b: float) -> np.ndarray:
-    """Return b/sqrt(x^2 - b^2) beyond the kink at b, else 0."""
+def _kink(x: np.ndarray, b: float, power: float) -> np.ndarray:
+    """Return b/sqrt(x^2 - b^2) (sqrt(x^2 - b^2)/x)^power beyond the kink at b, else 0."""
     square = np.maximum(x - b, 0.0) * (x + b)
-    return np.where(square > 0, b / np.sqrt(np.where(square > 0, square, 1.0)), 0.0)
+    root = np.sqrt(np.where(square > 0, square, 1.0))
+    beyond = b / root * (root / np.maximum(x, b)) ** power
+    return np.where(square > 0, beyond, 0.0)
 
 
 def _jump(function: Curve, b: float) -> float:

@@ -6,8 +6,8 @@ A point force F displaces the surface by
 
 (Booker, Balaam & Davis, Int. J. Numer. Anal. Meth. Geomech. 9 (1985) 353; Giannakopoulos & Suresh,
 Int. J. Solids Struct. 34 (1997) 2357; in this form Hess, Int. J. Eng. Sci. 104 (2016) 20), so that
-a wave of pressure gives C(q) ~ q^(k-1). c_N |x/c0|^k is the stiffness per length of springs that give
-the same force, penetration and radius of every round contact (`round_contact`). For k >= 1 the
+a wave of pressure gives C(q) ~ q^(k-1). c_N |x/c0|^k is the stiffness per length of springs that
+give the same force, penetration and radius of every round contact (`round_contact`). For k >= 1 the
 integral of u over a loaded area diverges: such a body has no compliance.
 """
 

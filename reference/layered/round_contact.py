@@ -72,6 +72,8 @@ class RoundContact:
     body : Stack
     line : callable
         g(x) of the section for x >= 0, 0 at x = 0 and increasing.
+    edge : float
+        Radius at which the body ends in a sharp edge.
 
     Examples
     --------
@@ -86,6 +88,7 @@ class RoundContact:
 
     body: Stack
     line: Line
+    edge: float = np.inf
 
     def at_radius(self, contact_radius: float) -> RoundStep:
         """Return the smooth contact of a radius."""
@@ -117,14 +120,17 @@ class RoundContact:
         ConvergenceError
             If no radius within 1e6 times the guess has it.
         """
-        low = high = self.at_radius(guess)
+        low = high = self.at_radius(min(guess, self.edge))
         for _ in range(_STEPS):
             if getattr(low, control) <= value <= getattr(high, control):
                 break
             if getattr(low, control) > value:
                 high, low = low, self.at_radius(low.contact_radius / 2)
+            elif high.contact_radius == self.edge:
+                return _pressed_further(high, control, value)
             else:
-                low, high = high, self.at_radius(high.contact_radius * 2)
+                wider = min(2 * high.contact_radius, self.edge)
+                low, high = high, self.at_radius(wider)
         else:
             raise ConvergenceError(f"no contact radius has a {control} of {value:g}", [])
         if low is high:
@@ -137,21 +143,9 @@ class RoundContact:
         )
         return self.at_radius(float(radius))
 
-    def punch_stiffness(self, radius: float) -> float:
-        """F/d of a flat circular punch."""
-        number, matrix = self._equations(radius)
-        side = np.zeros(number)
-        side[0] = 1.0
-        solved = np.linalg.solve(matrix, side)
-        return float(2 * radius * plane_modulus(self.body.top) * solved[0])
-
-    @cached_property
-    def _finest(self) -> float:
-        return min(self.body.thicknesses, default=np.inf)
-
     def _equations(self, a: float) -> tuple[int, Array]:
         """Matrix of the equation in even Legendre polynomials of x/a, and how many."""
-        thin = a / self._finest
+        thin = a / min(self.body.thicknesses, default=np.inf)
         number = int(_LEAST + _MORE * np.sqrt(thin))
         matrix = np.diag(1.0 / (4 * np.arange(number) + 1))
         if not self.body.thicknesses:
@@ -164,6 +158,15 @@ class RoundContact:
     def _excess(self) -> Line:
         body = self.body
         return softening(body, _LONG / body.total, _SHORT / body.thicknesses[0])
+
+
+def _pressed_further(full: RoundStep, control: str, value: float) -> RoundStep:
+    """Return the contact of a whole face at a larger load: a flat punch takes what is added."""
+    if control == "penetration":
+        depth, force = value, full.force + full.stiffness * (value - full.penetration)
+    else:
+        depth, force = full.penetration + (value - full.force) / full.stiffness, value
+    return RoundStep(full.contact_radius, depth, force, full.stiffness)
 
 
 def _panels(reach: float) -> tuple[Array, Array]:

@@ -23,7 +23,7 @@ RATIOS = [-0.5, 0.0, 0.3, 0.45, 0.4999, 0.5]
 
 
 def bonded(q, thickness, material):
-    """The bonded layer in closed form (Johnson 1985, 5.7; 50 digits)."""
+    """Return the bonded layer in closed form (Johnson 1985, 5.7; 50 digits)."""
     with mpmath.workdps(50):
         nu = mpmath.mpf(material.poisson_ratio)
         s, k = mpmath.mpf(q) * thickness, 3 - 4 * nu
@@ -33,7 +33,7 @@ def bonded(q, thickness, material):
 
 
 def by_matrices(stack, q):
-    """The same by products of raw transfer matrices, which need as many digits as they lose."""
+    """Return the same by products of raw transfer matrices, with the digits they need."""
     with mpmath.workdps(200):
 
         def exponents(material):
@@ -44,9 +44,8 @@ def by_matrices(stack, q):
             )
 
         def shear(material):
-            return mpmath.mpf(material.youngs_modulus) / (
-                2 + 2 * mpmath.mpf(material.poisson_ratio)
-            )
+            nu = mpmath.mpf(material.poisson_ratio)
+            return material.youngs_modulus / (2 + 2 * nu)
 
         nu, modulus = mpmath.mpf(stack.base.poisson_ratio), shear(stack.base)
         half = mpmath.mpf(1) / 2
@@ -101,7 +100,7 @@ def test_coating_is_its_own_half_space_to_short_waves_and_the_base_to_long_ones(
 
 
 def test_thin_layers_are_springs_and_rubber_is_squeezed():
-    """q h = 1e-3: C = h (1 - 2 nu)(1 + nu)/(E (1 - nu)), and h^3 q^2/E for rubber."""
+    """At q h = 1e-3 C = h (1 - 2 nu)(1 + nu)/(E (1 - nu)), and h^3 q^2/E for rubber."""
     layer = Stack([1e-3], [STEEL])
     assert layer.compliance(1.0) == pytest.approx(layer.squeezed, rel=1e-5)
     rubber = Stack([1e-3], [Material(1.0, 0.5)])
@@ -262,5 +261,5 @@ def test_everything_wrong_with_layers_is_listed():
         Stack([-1.0, np.nan], [STEEL])
     with pytest.raises(ValueError, match="rigid base must carry"):
         Stack([], [])
-    with pytest.raises(ValueError, match="depth .*; exponent must lie between -1 and 1, not 1"):
+    with pytest.raises(ValueError, match=r"depth .*; exponent must lie between -1 and 1, not 1"):
         Graded(STEEL, 1.0, 0.0)

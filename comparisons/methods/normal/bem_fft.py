@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 import numpy as np
 
+from comparisons.geometry.elastic_body import elastic_body
 from comparisons.geometry.prepare import Geometry, IndenterGeometry, RoughGeometry
 from comparisons.methods.normal.grid import (
     GridSolver,
@@ -14,10 +15,13 @@ from comparisons.methods.normal.grid import (
     cells,
     rough_resolutions,
 )
+from comparisons.methods.normal.grid_punches import Respond
 from comparisons.scene.scene import Scene
 from comparisons.tasks.task import Task
 from reference.halfspace import Contact, FreeOperator, HalfSpace, PeriodicOperator, fft
+from reference.halfspace.edge_cells import respond
 from reference.halfspace.solution import Press
+from reference.layered import LayeredFree, LayeredPeriodic
 from reference.loads import Load
 
 # Double arrays of one grid that a solve holds at once, measured: 20 and 32 on grids of 512 to 2048
@@ -31,9 +35,15 @@ MOST_REFINED = 256**2
 
 
 class BemFft(GridSolver[HalfSpace]):
-    """Free (zero-padded) or periodic half-space; every scene."""
+    """Free (zero-padded) or periodic half-space, layered or not; every scene."""
+
+    @property
+    def face(self) -> Respond | None:
+        """The linear problem of a flat face, whose edge cells are known on a half-space."""
+        return respond if self.scene.half_space.uniform else None
 
     name = "bem_fft"
+    depths = True
     options_read = frozenset({"tolerance", "kernel"})
 
     def __init__(self, scene: Scene) -> None:
@@ -89,7 +99,13 @@ class BemFft(GridSolver[HalfSpace]):
     ) -> HalfSpace:
         """Return the free or the periodic operator."""
         modulus = task.scene.effective_modulus
-        if isinstance(task.geometry, RoughGeometry) and task.geometry.periodic:
+        periodic = isinstance(task.geometry, RoughGeometry) and task.geometry.periodic
+        if not task.scene.half_space.uniform:
+            body = elastic_body(task.scene)
+            if periodic:
+                return LayeredPeriodic(shape, spacing, body, kernel=self.options.kernel)
+            return LayeredFree(shape, spacing, body)
+        if periodic:
             return PeriodicOperator(shape, spacing, modulus, kernel=self.options.kernel)
         return FreeOperator(shape, spacing, modulus)
 

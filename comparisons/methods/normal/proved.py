@@ -132,6 +132,8 @@ def proof_of(scene: Scene) -> Proof:
         )
     if scene.body is not None:
         raise Refused("the theorems are for a half-space, and the [body] is finite")
+    if not scene.half_space.uniform:
+        raise Refused("the theorems are for a half-space that is the same at all depths")
     if scene.physics:
         raise Refused(
             "the theorems are for a rigid body without friction, adhesion or memory, at rest"

@@ -9,6 +9,7 @@ import numpy as np
 from comparisons.geometry.bodies import BodyGeometry
 from comparisons.geometry.prepare import IndenterGeometry, equivalent_profile
 from comparisons.methods.normal.radial import profile_fields, unit_rings
+from comparisons.methods.normal.reduced_bed import bed_of
 from comparisons.methods.solver import Refused, Solver, needed
 from comparisons.scene.indenters import Indenter
 from comparisons.scene.options import ReducedOptions
@@ -29,7 +30,8 @@ class ReducedProfile(Solver[IndenterGeometry]):
 
     name = "reduced"
     bodies = True
-    options_read = frozenset({"rule", "stress", "edges"})
+    depths = True
+    options_read = frozenset({"rule", "stress", "edges", "layers"})
     # Why a scene without an indenter is none for this physics.
     only_indenters = NO_PLANE
 
@@ -40,7 +42,10 @@ class ReducedProfile(Solver[IndenterGeometry]):
         self.profile = _profile(self.indenter, self.options)
         self.modulus = scene.effective_modulus
         self.rule = _rule(self.indenter, self.options)
-        self.note = self.rule
+        self.bed = bed_of(scene, self.profile)
+        self.note = "; ".join(filter(None, [self.rule, self.bed.note]))
+        if not self.bed.layered:
+            self.options_read -= {"layers"}
         if not self.indenter.axisymmetric:  # whose pressure a line does not tell
             self.options_read -= {"stress"}
         if scene.body is not None:
@@ -67,7 +72,7 @@ class ReducedProfile(Solver[IndenterGeometry]):
 
     def model(self, geometry: IndenterGeometry) -> str:
         """Name the line."""
-        return f"an equivalent 1-D profile on springs of stiffness E* dx; {self.rule}"
+        return f"an equivalent 1-D profile on springs of stiffness {self.bed.springs}; {self.note}"
 
     def warm_up(self, task: Task[IndenterGeometry]) -> None:
         """Compile the springs of a profile."""
@@ -77,8 +82,8 @@ class ReducedProfile(Solver[IndenterGeometry]):
 
     def solve(self, task: Task[IndenterGeometry]) -> Solution:
         """Press the profile to all loads at once."""
-        springs = Springs(self.profile, self.modulus, task.resolution, edges=self.options.edges)
-        contact = indent(springs, Load(task.loads.control, task.loads.values))
+        load = Load(task.loads.control, task.loads.values)
+        contact = self.bed.press(load, task.resolution, self.options.edges)
         radius = np.asarray(contact.contact_radius)
         curves = {
             "penetration": contact.penetration,
@@ -88,6 +93,8 @@ class ReducedProfile(Solver[IndenterGeometry]):
             "stiffness": contact.stiffness,
             "energy": contact.energy,
         }
+        if not np.isfinite(contact.energy).all():
+            del curves["energy"]
         solution = Solution.of(task, curves, unknowns=int(contact.springs))
         solution.fields = self._fields(task, contact)
         if self._has_pressure(task):
@@ -103,7 +110,7 @@ class ReducedProfile(Solver[IndenterGeometry]):
 
     def _has_pressure(self, task: Task[IndenterGeometry]) -> bool:
         """Tell whether a pressure is asked for and exists: a map from 1-D does for round bodies."""
-        return task.wants_pressure and self.indenter.axisymmetric
+        return task.wants_pressure and self.indenter.axisymmetric and self.bed.uniform
 
     def _radial(self, depth: float, radius: float) -> dict[str, np.ndarray]:
         r = radius * unit_rings()[0]
@@ -111,8 +118,8 @@ class ReducedProfile(Solver[IndenterGeometry]):
 
     def _pressure(self, depth: float, r: np.ndarray) -> np.ndarray:
         if self.options.stress == "abel":
-            return np.asarray(stress.abel(self.profile, self.modulus, depth, r))
-        pressure, valid = stress.local_rule(self.profile, self.modulus, depth, r)
+            return np.asarray(stress.abel(self.profile, self.bed.modulus, depth, r))
+        pressure, valid = stress.local_rule(self.profile, self.bed.modulus, depth, r)
         # Where the rule has no real value there is no pressure to show: NaN, and the report counts
         # it.
         return np.where(valid, pressure, np.nan)

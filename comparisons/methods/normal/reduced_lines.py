@@ -6,6 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from comparisons.geometry.elastic_body import elastic_body
 from comparisons.geometry.faces import MeasuredFace, SyntheticFace, together
 from comparisons.geometry.prepare import RoughGeometry
 from comparisons.methods.solver import Refused, Solver
@@ -20,6 +21,7 @@ from reduced.rough import line_spectrum as spectrum
 from reduced.rough.lines import RoughLines
 from reduced.rough.press import LineContact, press
 from reduced.rough.surface_spectrum import SelfAffine, SurfaceSpectrum
+from reference.layered.stack import Stack, plane_modulus
 
 
 class Lines(NamedTuple):
@@ -37,7 +39,10 @@ class ReducedLines(Solver[RoughGeometry]):
     """Method of dimensionality reduction on rough lines (19.26), with the area rule (19.29)."""
 
     name = "reduced"
-    options_read = frozenset({"stress", "edges", "spectrum", "line_length", "line_points"})
+    depths = True
+    options_read = frozenset(
+        {"stress", "edges", "spectrum", "line_length", "line_points", "layers"}
+    )
 
     def __init__(self, scene: Scene) -> None:
         super().__init__(scene)
@@ -45,8 +50,10 @@ class ReducedLines(Solver[RoughGeometry]):
         if scene.surface is None:
             raise Refused("lines are drawn for rough surfaces")
         self.surface = scene.surface
-        self.modulus = scene.effective_modulus
-        self.note = "rough line with C1D = pi q C2D (19.26), area rule (19.29)"
+        self.modulus, reading = _modulus(scene)
+        self.note = f"rough line with C1D = pi q C2D (19.26), area rule (19.29){reading}"
+        if scene.half_space.uniform:
+            self.options_read -= {"layers"}
 
     @classmethod
     def takes(cls, scene: Scene) -> bool:
@@ -126,6 +133,27 @@ class ReducedLines(Solver[RoughGeometry]):
         if (0, task.shape[1] - 1) not in solution.reasons:
             solution.fields = _fields(lines, float(contact.penetration[0, -1]))
         return solution
+
+
+def _modulus(scene: Scene) -> tuple[float, str]:
+    """Return E* of all springs, and by which reading of layers.
+
+    Raises
+    ------
+    Refused
+        For readings that need one contact with a radius.
+    """
+    reading = scene.methods.reduced.layers
+    if scene.half_space.grading is not None:
+        raise Refused("graded springs stand around the axis of one contact; a line has many")
+    if scene.half_space.uniform or reading == "substrate":
+        note = "" if scene.half_space.uniform else "; layers read as their substrate"
+        return scene.effective_modulus, note
+    if reading == "effective":
+        raise Refused("the effective modulus of layers is that of one contact with a radius")
+    body = elastic_body(scene)
+    assert isinstance(body, Stack)
+    return plane_modulus(body.top), "; layers read as the uppermost one"
 
 
 def _fields(lines: Lines, penetration: float) -> dict[str, np.ndarray]:

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from comparisons.facts.quantities import DEFAULT, NORMAL, TANGENTIAL, quantity
+from comparisons.scene.half_space import DEPTH_KEYS
 from comparisons.scene.physics.tables import TABLES
 
 
@@ -67,6 +68,9 @@ def _bodies(data: Mapping[str, Any], tables: tuple[str, ...]) -> Iterator[str]:
             "frictionless elastic bodies add up to one"
         )
     half_space = data.get("half_space")
+    for key in DEPTH_KEYS:
+        if isinstance(half_space, dict) and key in half_space:
+            yield f"half_space.{key}: expected no {cause} beside it: no method here has both"
     if "friction" in tables and isinstance(half_space, dict) and "effective_modulus" in half_space:
         yield "half_space: expected E or G with nu: tangential contact needs two elastic constants"
 

@@ -6,15 +6,18 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 from comparisons.facts.quantities import quantity
-from comparisons.formatting import unpadded
+from comparisons.formatting import number, unpadded, with_unit
 from comparisons.scene.physics.absolute_loads import AbsoluteLoads
 
 if TYPE_CHECKING:
+    from comparisons.scene.half_space import HalfSpace
     from comparisons.scene.scene import Scene
 
 
 def switched_on(scene: Scene, loads: AbsoluteLoads) -> Iterable[tuple[str, str]]:
     """Yield each part of the physics beyond frictionless elastic contact, and how it acts."""
+    if not scene.half_space.uniform:
+        yield "elastic body", _depths(scene.half_space)
     for name in scene.physics:
         yield getattr(scene, name).description(scene)
     if scene.physics:
@@ -27,6 +30,8 @@ def left_out(scene: Scene) -> Iterable[tuple[str, str]]:
         yield "memory of the material", "the scene is elastic, without relaxation"
     if scene.friction is None and scene.sliding is None:
         yield "tangential displacements at the surface", "no friction in the scene"
+    if scene.half_space.layers or scene.half_space.thickness is not None:
+        yield "slip and gaps between layers", "layers are bonded to what lies below"
     if not scene.physics:
         return
     if scene.friction is not None and scene.poisson_ratio != 0.5:
@@ -46,6 +51,26 @@ def left_out(scene: Scene) -> Iterable[tuple[str, str]]:
         )
     if scene.sliding is not None:
         yield "Coulomb friction at the surface", "the loss is due to the body alone"
+
+
+def _depths(body: HalfSpace) -> str:
+    """Say what the elastic body consists of, from its surface down."""
+    if body.grading is not None:
+        law = f"E (z/{with_unit(body.grading.depth, 'm')})^{number(body.grading.exponent)}"
+        return f"a half-space graded as {law} at the depth z, E = {_modulus(body)}"
+    parts = [
+        f"{with_unit(layer.thickness, 'm')} of E = {with_unit(layer.youngs_modulus, 'Pa')}, "
+        f"ν = {number(layer.poisson_ratio)}"
+        for layer in body.layers
+    ]
+    main = f"E = {_modulus(body)}, ν = {number(body.nu)}"
+    if body.thickness is None:
+        return "; ".join([*parts, f"below a half-space of {main}"])
+    return "; ".join([*parts, f"{with_unit(body.thickness, 'm')} of {main}", "below a rigid base"])
+
+
+def _modulus(body: HalfSpace) -> str:
+    return with_unit(body.elastic_constants[0], "Pa")
 
 
 def _axis(loads: AbsoluteLoads) -> str:

@@ -1,0 +1,165 @@
+"""Scenes with layers, a rigid base or a graded modulus: keys, readings, solvers, refusals."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+from comparisons.geometry.elastic_body import elastic_body
+from comparisons.geometry.prepare import prepare
+from comparisons.methods.registry import SOLVERS, solver_for
+from comparisons.methods.solver import Refusal
+from comparisons.scene.scene import SceneError, load_scene
+from comparisons.tasks.task import Task
+from reference.layered import Graded, RoundContact, Stack
+
+COATING = {"thickness": "2 um", "youngs_modulus": "400 GPa", "poisson_ratio": 0.2}
+BALL = {"shape": "paraboloid", "radius": "100 um"}
+DEPTHS = {"penetration": ["100 nm", "200 nm"]}
+
+
+def scene(half_space=None, **tables):
+    base = {"youngs_modulus": "70 GPa", "poisson_ratio": 0.3}
+    chosen = {"name": "layered", "half_space": base | (half_space or {}), "loading": DEPTHS}
+    if "surface" not in tables:
+        chosen["indenter"] = BALL
+    return load_scene(chosen | tables)
+
+
+def solved(made, method, resolution, quantities=("force", "contact_area", "penetration")):
+    geometry, loads = prepare(made)
+    task = Task(made, geometry, loads, method, resolution, quantities=frozenset(quantities))
+    return solver_for(method, made).solve(task).quantities
+
+
+def test_units_and_digests_know_the_layers():
+    made = scene({"layers": [COATING], "thickness": "1 mm"})
+    body = elastic_body(made)
+    assert body.thicknesses == (2e-6, 1e-3)
+    assert body.base is None
+    assert load_scene(made, {"name": "again"}).half_space == made.half_space
+    assert "thickness = 2e-06" in made.text
+    graded = elastic_body(scene({"grading": {"exponent": 0.5, "depth": "1 mm"}}))
+    assert (graded.exponent, graded.depth) == (0.5, 1e-3)
+
+
+def test_everything_wrong_with_layers_is_told_at_once():
+    wrong = {
+        "thickness": -1,
+        "layers": [{"thickness": 0, "youngs_modulus": "soft", "poisson_ratio": 0.51}],
+        "grading": {"exponent": 1.0, "depth": "1 mm"},
+    }
+    tables = {"friction": {"coefficient": 0.1}, "counter_body": {"effective_modulus": 1e9}}
+    with pytest.raises(SceneError) as error:
+        scene(wrong, **tables)
+    text = str(error.value)
+    for part in (
+        "half_space.thickness: expected a positive finite length, got -1",
+        "half_space.layers.0.thickness: expected a positive",
+        "half_space.layers.0.youngs_modulus",
+        "half_space.layers.0.poisson_ratio: expected a number with -1 < nu <= 0.5, got 0.51",
+        "half_space.grading.exponent: expected a number with -1 < k < 1",
+        "half_space.grading: expected no layers and thickness beside it",
+        "counter_body: expected none beside half_space.layers",
+        "half_space.layers: expected no [friction]",
+    ):
+        assert part in text
+    with pytest.raises(SceneError, match="two elastic constants"):
+        load_scene(
+            {
+                "name": "one-constant",
+                "half_space": {"effective_modulus": 1e9, "thickness": 1.0},
+                "indenter": BALL,
+                "loading": DEPTHS,
+            }
+        )
+
+
+def test_methods_for_one_modulus_refuse_layers_with_the_reason():
+    made = scene({"layers": [COATING]})
+    for name in set(SOLVERS) - {"bem_fft", "fem", "reduced"}:
+        refusal = solver_for(name, made)
+        assert isinstance(refusal, Refusal)
+        assert "the same at all depths" in refusal.reason
+
+
+@pytest.mark.parametrize("control", ["penetration", "force"])
+@pytest.mark.parametrize(
+    "half_space",
+    [
+        {"layers": [COATING]},
+        {"layers": [COATING | {"youngs_modulus": "1 GPa"}], "thickness": "20 um"},
+        {"thickness": "1 um"},
+        {"thickness": "0.5 um", "poisson_ratio": 0.5},
+    ],
+)
+def test_ball_on_layers_is_the_integral_equation(half_space, control):
+    """32 cells per radius: the force within 2e-3, the area within 1 % also where it rises."""
+    made = scene(half_space)
+    contact = RoundContact(elastic_body(made), lambda x: x**2 / 1e-4)
+    exact = contact.at("penetration", 200e-9, 5e-6, 1e-9)
+    if control == "force":
+        made = scene(half_space, loading={"force": [exact.force]})
+    answer = solved(made, "bem_fft", 32)
+    assert answer["force"][0, -1] == pytest.approx(exact.force, rel=2e-3)
+    assert answer["penetration"][0, -1] == pytest.approx(200e-9, rel=2e-3)
+    area = np.pi * exact.contact_radius**2
+    assert answer["contact_area"][0, -1] == pytest.approx(area, rel=1e-2)
+
+
+@pytest.mark.parametrize("exponent", [-0.4, 0.4, 0.8])
+def test_graded_springs_are_the_graded_half_space(exponent):
+    """Hess 2016 is exact under bodies of revolution; the grid has 32 and 64 cells per radius."""
+    for indenter in (BALL, {"shape": "cone", "slope": 0.02}):
+        made = scene({"grading": {"exponent": exponent, "depth": "3 um"}}, indenter=indenter)
+        assert isinstance(elastic_body(made), Graded)
+        springs, grid = solved(made, "reduced", 40), solved(made, "bem_fft", 64)
+        np.testing.assert_allclose(springs["force"], grid["force"], rtol=5e-3)
+        area = np.pi * springs["equivalent_radius"] ** 2
+        np.testing.assert_allclose(area, grid["contact_area"], rtol=2e-2)
+
+
+def test_readings_of_layers():
+    """The printed one is blind to the coating; the effective one goes from one E* to the other."""
+    made = scene({"layers": [COATING]})
+    plain = solved(scene(), "reduced", 40)["force"]
+    reading = {"substrate": plain, "layer": plain * (400 / (1 - 0.04)) / (70 / (1 - 0.09))}
+    for name, force in reading.items():
+        chosen = load_scene(made, {"methods.reduced.layers": name})
+        np.testing.assert_allclose(solved(chosen, "reduced", 40)["force"], force, rtol=1e-12)
+    effective = load_scene(made, {"methods.reduced.layers": "effective"})
+    force = solved(effective, "reduced", 40)["force"]
+    assert (reading["substrate"] < force).all()
+    assert (force < reading["layer"]).all()
+    tables = made.model_dump(exclude_none=True, exclude_defaults=True, exclude={"loading"})
+    tables |= {"loading": {"force": force[0].tolist()}}
+    by_force = load_scene(tables, {"methods.reduced.layers": "effective"})
+    np.testing.assert_allclose(
+        solved(by_force, "reduced", 40)["penetration"], [[100e-9, 200e-9]], rtol=1e-10
+    )
+
+
+def test_rough_surfaces_on_layers():
+    """A period on a stiff base sinks by the mean pressure; layers of one material are none."""
+    surface = {
+        "kind": "self_affine",
+        "hurst": 0.8,
+        "size": "1 um",
+        "points": 32,
+        "rms_slope": 0.1,
+        "seed": 3,
+    }
+    loading = {"force": {"values": [0.02, 0.05], "relative_to": "E* A0 h'"}}
+    same = {"thickness": "0.1 um", "youngs_modulus": "70 GPa", "poisson_ratio": 0.3}
+    for periodic in (False, True):
+        tables = {"surface": surface | {"periodic": periodic}, "loading": loading}
+        plain = solved(scene(**tables), "bem_fft", 32)
+        layered = solved(scene({"layers": [same]}, **tables), "bem_fft", 32)
+        for name in ("force", "contact_area", "penetration"):
+            np.testing.assert_allclose(layered[name], plain[name], rtol=1e-6)
+        thin = solved(scene({"thickness": "0.1 um"}, **tables), "bem_fft", 32)
+        assert (thin["penetration"] < plain["penetration"]).all() or periodic
+    assert isinstance(elastic_body(scene({"layers": [same]})), Stack)
+    reason = "a line has many"
+    graded = scene({"grading": {"exponent": 0.3, "depth": "1 um"}}, **tables)
+    assert reason in solver_for("reduced", graded).reason
