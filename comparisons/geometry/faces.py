@@ -68,7 +68,7 @@ class SyntheticFace:
 
     def finer(self, realisation: int, factor: int) -> np.ndarray:
         """Return the heights on a grid with that many points for each one."""
-        return surfaces.refine(self.native(realisation), factor)
+        return surfaces.subdivide(self.native(realisation), factor)
 
     @cached_property
     def rms_height(self) -> float:
@@ -104,7 +104,7 @@ class MeasuredFace:
     def finer(self, realisation: int, factor: int) -> np.ndarray:
         """Return the heights on a finer grid: by Fourier modes, of free patches by splines."""
         if self.band_limited:
-            return surfaces.refine(self.heights, factor)
+            return surfaces.subdivide(self.heights, factor)
         return zoom(self.heights, factor, order=3, mode="reflect", grid_mode=True)
 
     @property
@@ -167,7 +167,7 @@ def together(faces: Sequence[Face], realisation: int, factor: int = 1) -> np.nda
     if factor == 1:
         return reduce(np.add, (face.native(realisation) for face in faces))
     if all(face.band_limited for face in faces):
-        return surfaces.refine(together(faces, realisation), factor)
+        return surfaces.subdivide(together(faces, realisation), factor)
     return reduce(np.add, (face.finer(realisation, factor) for face in faces))
 
 

@@ -80,24 +80,22 @@ class RoughGeometry:
         """Return the surface with `resolution` points along x.
 
         A multiple of the original number of points interpolates, so that a finer grid resolves the
-        same surface better. A fraction takes every second, fourth, ... point.
+        same surface better. A fraction takes every second, fourth, ... point. The points are
+        centres of cells, and a finer grid divides these cells: it covers the same area, and the
+        pressures on two grids are those of the same places.
 
         - A periodic surface, synthetic or measured, is the band-limited function through its
-          points (`surfaces.refine`). The origin of the period is arbitrary, so the points need not
-          be centres of the original cells: the finer grid keeps them, including the highest one,
-          from which the penetration is measured. The line of the reduced model uses the Fourier
-          modes of the same function.
+          points (`surfaces.subdivide`); the line of the reduced model uses its Fourier modes.
         - A synthetic patch likewise, as its Fourier modes are known.
-        - A measured patch is interpolated by cubic splines through its points as cell centres, with
-          its mirror image beyond the sides.
+        - A measured patch is interpolated by cubic splines through its points, with its mirror
+          image beyond the sides.
 
         Example: 5(cos x + cos y) nm, 32 x 32 points, 640 nm, E* = 100 GPa, 10 uN. The penetration
-        is 1.1946 nm with 512 x 512 points of the exact function, 1.1948 nm with the Fourier grid of
-        128 x 128, 1.1914 nm with periodic splines (their cells miss the top), and 1.1914 to 1.2108
-        nm with mirrored splines. For a self-affine surface with two (four) points per shortest
-        wave, the error is 0.2 % of the rms height (zero), and with splines 2 % (0.08 %). Steep
-        walls overshoot: by 14 % of a step beside it (splines 11 %), and by 3 % eight points away
-        (splines zero).
+        is 1.1946 nm with 512 x 512 points of the exact function, 1.1944 nm with the Fourier grid of
+        128 x 128, and 1.1914 to 1.2108 nm with mirrored splines. For a self-affine surface with
+        two (four) points per shortest wave, the error is 0.2 % of the rms height (zero), and with
+        splines 2 % (0.08 %). Steep walls overshoot: by 14 % of a step beside it (splines 11 %),
+        and by 3 % eight points away (splines zero).
         """
         key = (realisation, resolution)
         if key not in self._grids:

@@ -235,7 +235,7 @@ def truth_bars(plan: Plan, truth: Truth) -> dict[str, dict[str, Any]]:
     for name in plan.compared:
         if name in FIELDS:
             true = TruePressure(plan, truth)
-            bar = np.array([true.bar] if true.is_known else [])
+            bar = np.array([true.bar()] if true.is_known else [])
         else:
             bar = truth.bar(name, same_surfaces=True) if truth.knows(name) else np.array([])
         if len(bar):

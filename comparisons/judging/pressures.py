@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from math import gcd
 from typing import Any
 
 import numpy as np
@@ -65,12 +66,18 @@ class TruePressure:
             return everywhere
         return distance_to_outline(x, y, corners) > SINGULAR_RING * geometry.contact_radius
 
-    @property
-    def bar(self) -> float:
-        """How well it is known, as an L2 difference.
+    def bar(self, fields: Fields | None = None) -> float:
+        """Return how well it is known, as an L2 difference; NaN with one resolution.
 
         The change from the next coarser resolution, at first order: with r the ratio of
-        resolutions, 1.25 times that change over r - 1. NaN with one resolution.
+        resolutions, 1.25 times that change over r - 1. A solution on coarser cells is compared with
+        the mean over k of the truth's cells, in which errors at the contact's edges cancel: its bar
+        is that of the change between means over k cells of the coarser grid.
+
+        Parameters
+        ----------
+        fields : dict, optional
+            The solution that is compared; default: the truth's own cells.
         """
         if self._formula is not None:
             return 0.0
@@ -82,8 +89,21 @@ class TruePressure:
         if finest is None:
             return float("nan")
         weight, keep = coarse["pressure_weight"], self.regular(coarse)
-        change = pressure_difference(coarse["pressure"], weight, finest, keep)
+        values = (coarse["pressure"], finest, weight, keep)
+        if fields is not None:
+            values = _over_cells(values, coarse, self._cells_in(fields))
+        before, after, weight, keep = values
+        change = pressure_difference(before, weight, after, keep)
         return SAFE * change / (self.truth.resolution / coarser - 1)
+
+    def _cells_in(self, fields: Fields) -> tuple[int, int]:
+        """Return how many of the truth's cells along x and y one cell of a solution covers."""
+        shapes = [f.get("pressure_shape") for f in (self.truth.solution.fields, fields)]
+        if any(shape is None for shape in shapes):
+            return 1, 1
+        own, other = ([int(n) for n in shape] for shape in shapes)  # type: ignore[union-attr]
+        whole = all(n % m == 0 for n, m in zip(own, other, strict=True))
+        return (own[0] // other[0], own[1] // other[1]) if whole else (1, 1)
 
     @cached_property
     def _form(self) -> ClosedForm | None:
@@ -123,7 +143,7 @@ def pressure_measures(
         return measures
     keep = true.regular(fields) & np.isfinite(fields["pressure"])
     distance = pressure_difference(fields["pressure"], fields["pressure_weight"], values, keep)
-    bar = true.bar
+    bar = true.bar(fields)
     measures.append({"quantity": "pressure", "error": distance, "bar": bar})
     if keep.all() and np.max(values) > 0:
         peak = float(np.max(fields["pressure"]) / np.max(values) - 1)
@@ -150,6 +170,28 @@ def same_grid_difference(solved: Solved, method: str, resolution: int) -> float 
     return pressure_difference(
         fields["pressure"], fields["pressure_weight"], theirs["pressure"], everywhere
     )
+
+
+def _over_cells(
+    values: tuple[np.ndarray, ...], fields: Fields, cells: tuple[int, int]
+) -> tuple[np.ndarray, np.ndarray, np.ndarray, np.ndarray]:
+    """Return two pressures, weights and what is kept of a grid, as means over blocks of its cells.
+
+    Of as many cells a block as divide the grid; a block is kept where all of its cells are.
+    """
+    before, after, weight, keep = values
+    if cells == (1, 1) or "pressure_shape" not in fields:
+        return before, after, weight, keep
+    shape = [int(n) for n in fields["pressure_shape"]]
+    block = [gcd(n, k) for n, k in zip(shape, cells, strict=True)]
+
+    def in_blocks(array: np.ndarray) -> np.ndarray:
+        split = array.reshape(shape[0] // block[0], block[0], shape[1] // block[1], block[1])
+        return split.transpose(0, 2, 1, 3).reshape(-1, block[0] * block[1])
+
+    area = in_blocks(weight).sum(axis=1)
+    means = [(in_blocks(p) * in_blocks(weight)).sum(axis=1) / area for p in (before, after)]
+    return means[0], means[1], area, np.asarray(in_blocks(keep).all(axis=1))
 
 
 def _look_up(stored: Fields, fields: Fields) -> np.ndarray:

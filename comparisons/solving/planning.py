@@ -38,7 +38,7 @@ PAIRED_REALISATIONS = 4
 # Surfaces on each grid, coarse to fine, that a plan begins with: their scatter says how many are
 # needed (`judging.ensembles`). Of large surfaces, on which a solve costs more than DEAR of those on
 # 64 x 64 points, as few as tell a scatter.
-PILOTS, FEW_PILOTS = (50, 20, 10, 3), (8, 4, 3)
+PILOTS, FEW_PILOTS = (50, 8, 4, 3), (8, 4, 3)
 DEAR = 20.0
 # Bytes below which the plan does not mention memory.
 WORTH_SAYING = 5e7

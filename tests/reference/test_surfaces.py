@@ -175,6 +175,19 @@ def test_refinement_keeps_points_of_any_map():
     np.testing.assert_allclose(surfaces.refine(height, 4)[::4, ::4], height, atol=1e-14)
 
 
+@pytest.mark.parametrize("factor", [2, 3, 4])
+def test_a_subdivided_map_is_the_function_at_the_middles_of_finer_cells(factor):
+    """To round-off, for waves below Nyquist; the coarse cells are those about the points."""
+    n, m = 12, 8
+    places = [(np.arange(factor * k) + 0.5) / (factor * k) - 0.5 / k for k in (n, m)]
+
+    def function(x, y):
+        return np.cos(2 * np.pi * (5 * x[:, None] - 3 * y) + 0.4) + np.sin(2 * np.pi * x)[:, None]
+
+    fine = surfaces.subdivide(function(np.arange(n) / n, np.arange(m) / m), factor)
+    np.testing.assert_allclose(fine, function(*places), atol=1e-13)
+
+
 def test_difference_gradient_converges_to_the_spectral_one():
     """Forward differences of a smooth map lose (q dx)^2/24 of the slope: second order."""
     coarse = surfaces.self_affine(

@@ -30,8 +30,9 @@ from reference.loads import Load
 ARRAYS_PERIODIC = 32
 ARRAYS_FREE = 50
 
-# Cells up to which a measured map is refined eight times: a tenth of a second for each load.
+# Cells up to which a single small surface is refined further: a tenth of a second for each load.
 MOST_REFINED = 256**2
+FURTHER = (8, 16)
 
 
 class BemFft(GridSolver[HalfSpace]):
@@ -57,13 +58,15 @@ class BemFft(GridSolver[HalfSpace]):
     def resolutions(self, geometry: Geometry) -> tuple[int, ...]:
         """Cells per contact radius from the tolerance; on rough scenes three grids.
 
-        Four of a small part of a measured map: its few spots are known no better by their number.
+        More of a small map or a single small surface: its few spots are known no better by their
+        number.
         """
         if isinstance(geometry, RoughGeometry):
             planned = rough_resolutions(geometry)
-            finer = 8 * geometry.points[0]
-            single = not geometry.random and cells(geometry, finer) <= MOST_REFINED
-            return (*planned, finer) if single else planned
+            if self.scene.random and self.scene.realisations > 1:
+                return planned
+            further = (factor * geometry.points[0] for factor in FURTHER)
+            return (*planned, *(n for n in further if cells(geometry, n) <= MOST_REFINED))
         # Measured on Hertz: the force errs by about 1 % at 8 cells per radius, and falls with
         # the square of the cell; area and sharp edges converge only linearly.
         finest = int(np.clip(64 * np.sqrt(0.01 / self.scene.compare.tolerance), 32, 256))
@@ -72,9 +75,9 @@ class BemFft(GridSolver[HalfSpace]):
             finest = max(finest, 128)
         return finest // 4, finest // 2, finest
 
-    # 25 grids of 64 x 64, 5 of 256 x 256: finer ones take seconds each, beside which a set-up is
-    # nothing, and few of them are needed.
-    shared_cells = 5 * 256**2
+    # 25 grids of 64 x 64, 8 of 128 x 128, 2 of 256 x 256: of fine ones few are needed, and beside
+    # one of them the set-up is nothing.
+    shared_cells = 2 * 256**2
 
     def memory(self, task: Task) -> float:
         """Bytes of the arrays and transforms of one grid."""

@@ -83,7 +83,7 @@ class Surface:
         native = surfaces.self_affine(
             self.points, 1.0, surfaces.SelfAffine(**self.recipe), seed=SEED, realisation=realisation
         )
-        return surfaces.refine(native, factor)
+        return surfaces.subdivide(native, factor)
 
     def operator(self, factor: int = 1) -> HalfSpace:
         """Return the half-space operator on that grid."""

@@ -35,7 +35,7 @@ def smooth_map(nx=24, ny=16):
 
 
 @pytest.mark.parametrize("points", [16, [16, 24]])
-def test_a_finer_synthetic_grid_keeps_the_native_points_and_modes(rough, points):
+def test_a_finer_synthetic_grid_divides_the_native_cells_and_keeps_the_modes(rough, points):
     """Fourier interpolation passes through its points, and adds no roughness of its own.
 
     1e-12: the round-off of two transforms. The mean square of a band-limited surface below the
@@ -46,7 +46,8 @@ def test_a_finer_synthetic_grid_keeps_the_native_points_and_modes(rough, points)
     for factor in (2, 3):
         fine = geometry.heights(0, factor * 16)
         assert fine.shape == tuple(factor * n for n in native.shape)
-        np.testing.assert_allclose(fine[::factor, ::factor], native, atol=1e-12 * np.ptp(native))
+        if factor == 3:  # the points are the middle ones of nine
+            np.testing.assert_allclose(fine[1::3, 1::3], native, atol=1e-12 * np.ptp(native))
         assert np.mean(fine**2) == pytest.approx(np.mean(native**2), rel=1e-12)
 
 

@@ -387,13 +387,13 @@ def test_the_tolerance_decides_the_finite_element_mesh(scene):
     assert finest == [4, 6, 8, 10]
 
 
-def test_a_small_part_of_a_map_is_solved_on_a_fourth_grid(rough):
+def test_a_small_single_surface_is_solved_on_finer_grids(rough):
     """Its few spots are one sample; an ensemble's are many, and costly on fine grids."""
-    for plan, expected in zip(
-        plan_scene(load_scene("measured-map")), [(64, 128, 256), (16, 32, 64, 128)], strict=True
-    ):
+    fine, small = (64, 128, 256), (16, 32, 64, 128, 256)
+    plans = (*plan_scene(load_scene("measured-map")), *plan_scene(rough(points=16)))
+    for plan, expected in zip(plans, (fine, small, small), strict=True):
         (grid,) = (each for each in plan.methods if each.method == "bem_fft")
         assert grid.resolutions == expected
-    (many, *_) = plan_scene(rough(points=16))
-    (grid,) = (each for each in many.methods if each.method == "bem_fft")
-    assert grid.resolutions == (16, 32, 64)
+    ensemble = rough(points=16, realisations=3)
+    assert planned(ensemble, "bem_fft").resolutions == (16, 32, 64)
+    assert planned(ensemble, "fem").resolutions == (16, 32)
