@@ -13,6 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.optimize import brentq
 
+from reference.arguments import count_faults, positive_faults, refuse
 from reference.bounds.barber import best_circle
 from reference.bounds.discs import Discs
 from reference.bounds.extension import Extension
@@ -63,7 +64,7 @@ def energy(
     >>> 8 / 15 * 0.01**2.5 in stored, stored.width < 3e-5
     (True, True)
     """
-    _check(penetration, effective_modulus, cells)
+    _check(effective_modulus, cells, penetration=penetration)
     radius = best_circle(profile, penetration).radius
     lower = _energy_below(profile, penetration, radius, cells)
     upper = _energy_above(profile, penetration, radius, cells)
@@ -90,14 +91,14 @@ def force(
     >>> pressed.width < 1e-4
     True
     """
-    _check(penetration, effective_modulus, cells)
+    _check(effective_modulus, cells, penetration=penetration)
     if profile.degree is not None:
         n = profile.degree
         return energy(profile, penetration, effective_modulus, cells=cells) * (
             (2 * n + 1) / (n * penetration)
         )
     circle = best_circle(profile, penetration)
-    step = _STEP / cells * penetration
+    step = min(_STEP / cells * penetration, 0.5 * (profile.deepest - penetration))
     more, less = penetration + step, penetration - step
     upper = _energy_above(profile, more, best_circle(profile, more).radius, cells)
     lower = _energy_below(profile, less, best_circle(profile, less).radius, cells)
@@ -116,7 +117,8 @@ def penetration(
     Raises
     ------
     ValueError
-        For a force or modulus that is not positive and finite.
+        For a force or modulus that is not positive and finite, or a force that is larger than at
+        the deepest penetration that the profile has.
 
     Examples
     --------
@@ -126,17 +128,23 @@ def penetration(
     >>> round(depth.middle / hertz, 3), depth.width < 1e-4
     (1.0, True)
     """
-    _check(load, effective_modulus, cells)
+    _check(effective_modulus, cells, load=load)
     area = load / effective_modulus
 
     def excess(log_depth: float) -> float:
         return best_circle(profile, math.exp(log_depth)).force / area - 1
 
-    low = high = 0.5 * math.log(area)
+    deepest = math.log(profile.deepest * (1 - 1e-6))
+    low = high = min(0.5 * math.log(area), deepest)
     while excess(low) > 0:
         low -= 1.0
     while excess(high) < 0:
-        high += 1.0
+        if high == deepest:
+            raise ValueError(
+                f"no bound for a force of {load!r}: it may press deeper than "
+                f"{profile.deepest!r}, where the gap of this body ends"
+            )
+        high = min(high + 1.0, deepest)
     deep = math.exp(brentq(excess, low, high, rtol=1e-10)) if low < high else math.exp(high)
     while best_circle(profile, deep).force < area:
         deep *= 1 + 1e-9
@@ -153,7 +161,7 @@ def disc_stiffness(radius: float, effective_modulus: float, *, cells: int = CELL
     >>> 2.0 in stiffness, stiffness.width < 1e-4
     (True, True)
     """
-    _check(radius, effective_modulus, cells)
+    _check(effective_modulus, cells, radius=radius)
     outer = _rings(cells, _SHARP_RINGS)
     area = np.pi * outer**2
     lower = Discs(outer).energy_below(area, area)
@@ -164,13 +172,9 @@ def disc_stiffness(radius: float, effective_modulus: float, *, cells: int = CELL
     return (2 * radius * effective_modulus) * Interval(lower, upper)
 
 
-def _check(size: float, effective_modulus: float, cells: int) -> None:
-    wrong = [x for x in (size, effective_modulus) if not (x > 0 and math.isfinite(x))]
-    if wrong or cells < 4:
-        raise ValueError(
-            "lengths and the modulus must be positive and finite and the cells at least 4, got "
-            f"{size!r}, {effective_modulus!r} and {cells!r}"
-        )
+def _check(effective_modulus: float, cells: int, **sizes: float) -> None:
+    faults = positive_faults(**sizes, effective_modulus=effective_modulus)
+    refuse(faults + count_faults(4, cells=cells))
 
 
 def _rings(cells: int, exponent: float) -> Array:
@@ -215,15 +219,18 @@ def _mesh(cells: int, exponent: float, marks: tuple[float, ...]) -> tuple[Array,
     t = np.arange(cells + 1) / cells
     outwards = graded(cells, exponent, _OUTSKIRTS - 1)
     radii = np.concatenate([1 - t[::-1] ** exponent, 1 + outwards[1:]])
+    kept = [0.0, 1.0, float(radii[-1])]
     for mark in marks:
-        radii = _with_vertex(radii, mark)
+        radii = _with_vertex(radii, mark, kept)
+        kept.append(mark)
     return radii, outwards
 
 
-def _with_vertex(radii: Array, mark: float) -> Array:
-    """Move the vertex nearest to the mark onto it, but for the axis and the edge of contact."""
-    movable = (radii > 0) & (radii != 1) & (radii != radii[-1])
-    distance = np.where(movable, np.abs(radii - mark), np.inf)
+def _with_vertex(radii: Array, mark: float, kept: list[float]) -> Array:
+    """Move the vertex nearest to the mark onto it, but for those that are kept."""
+    if mark in radii:
+        return radii
+    distance = np.where(np.isin(radii, kept), np.inf, np.abs(radii - mark))
     moved = radii.copy()
     moved[int(np.argmin(distance))] = mark
     return np.sort(moved)

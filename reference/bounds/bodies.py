@@ -108,14 +108,15 @@ class Pyramid:
     Raises
     ------
     ValueError
-        For fewer than three faces or a slope that is not positive.
+        For fewer than three faces, part of one, or a slope that is not positive.
     """
 
     faces: int
     slope: float
 
     def __post_init__(self) -> None:
-        if self.faces < 3 or not (self.slope > 0 and math.isfinite(self.slope)):
+        whole = self.faces >= 3 and float(self.faces).is_integer()
+        if not (whole and self.slope > 0 and math.isfinite(self.slope)):
             raise ValueError(
                 "a pyramid has at least three faces of a positive slope, got "
                 f"faces = {self.faces!r}, slope = {self.slope!r}"

@@ -11,12 +11,26 @@ from __future__ import annotations
 import math
 
 import numpy as np
-from numpy.typing import NDArray
+from numpy.typing import ArrayLike, NDArray
 from scipy import fft
 
 from reference.bounds.interval import EPSILON
 
 Array = NDArray[np.float64]
+
+
+def levelled(heights: ArrayLike) -> Array:
+    """Return heights counted from their mean: of a map that lies far from zero no digits are lost.
+
+    Raises
+    ------
+    ValueError
+        For heights that are no finite map.
+    """
+    heights = np.asarray(heights, dtype=float)
+    if heights.ndim != 2 or not heights.size or not np.isfinite(heights).all():
+        raise ValueError(f"heights must be a finite map, not of shape {heights.shape}")
+    return heights - heights.mean()
 
 
 class Waves:

@@ -6,13 +6,13 @@ penetration of 1 serves for all: F = E* d^(1+1/n) F(1).
 
 from __future__ import annotations
 
-import math
 from dataclasses import replace
 from functools import lru_cache
 
 import numpy as np
 from numpy.typing import NDArray
 
+from reference.arguments import count_faults, positive_faults, refuse
 from reference.bounds.bodies import Body
 from reference.bounds.cells import gauss_points
 from reference.bounds.extension import Extension
@@ -49,13 +49,11 @@ def force(
     Raises
     ------
     ValueError
-        For a penetration or modulus that is not positive and finite.
+        For a penetration or modulus that is not positive and finite, or cells that are no whole
+        numbers from 2.
     """
-    if not all(x > 0 and math.isfinite(x) for x in (penetration, effective_modulus)):
-        raise ValueError(
-            "penetration and modulus must be positive and finite, got "
-            f"{penetration!r} and {effective_modulus!r}"
-        )
+    faults = positive_faults(penetration=penetration, effective_modulus=effective_modulus)
+    refuse(faults + count_faults(2, elements=cells[0], cells=cells[1]))
     n = body.degree
     scale = (2 * n + 1) / n * penetration ** (1 + 1 / n) * effective_modulus
     unit = Interval(energy_below(body, cells[1]), energy_above(body, cells[0]))

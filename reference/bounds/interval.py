@@ -7,6 +7,8 @@ from dataclasses import dataclass
 
 # One operation in double precision errs by at most half of this, relative to its result.
 EPSILON = 2.0**-52
+# Operations that a factor is taken for: x^y errs by half an epsilon times y ln x.
+_FACTOR = 256
 
 
 @dataclass(frozen=True)
@@ -44,10 +46,13 @@ class Interval:
         return self.lower <= value <= self.upper
 
     def __mul__(self, factor: float) -> Interval:
-        """Return the interval of the quantity times a positive number."""
+        """Return the interval of the quantity times a positive number.
+
+        The number may be the result of some operations itself, powers up to 1e60 among them.
+        """
         if not (factor > 0 and math.isfinite(factor)):
             raise ValueError(f"an interval is scaled by a positive number, not by {factor!r}")
-        return Interval(below(self.lower * factor), above(self.upper * factor))
+        return Interval(below(self.lower * factor, _FACTOR), above(self.upper * factor, _FACTOR))
 
     __rmul__ = __mul__
 

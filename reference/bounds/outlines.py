@@ -53,8 +53,8 @@ class Outline:
     def shells(self, inner: Array, outer: Array) -> Array:
         """Points on copies of the outline, shape (n, m + 1, 2).
 
-        Inside by factors of the outline up to 1, outside confocal with it: an outline that is
-        longer than wide gets rounder, as its far field does.
+        Inside by factors of the outline up to 1, outside confocal with it, if these do not cross:
+        an outline that is longer than wide gets rounder, as its far field does.
 
         Parameters
         ----------
@@ -66,8 +66,30 @@ class Outline:
         extents = np.array(self.extents)
         square = extents**2 - self.size**2
         grown = np.sqrt(square + ((self.size * (1 + outer)) ** 2)[:, None]) / extents
-        factors = np.concatenate([np.repeat(inner[:, None], 2, axis=1), grown])
+        confocal = self._copies(inner, grown)
+        if nested(confocal, closed=self.closed):
+            return confocal
+        # a hollow outline, or one that is longest along no axis, would cross such copies
+        similar = 1 + outer * self.size / max(self.extents)
+        return self._copies(inner, np.repeat(similar[:, None], 2, axis=1))
+
+    def _copies(self, inner: Array, outer: Array) -> Array:
+        factors = np.concatenate([np.repeat(inner[:, None], 2, axis=1), outer])
         return factors[:, None, :] * self.points[None]
+
+
+def nested(shells: Array, *, closed: bool) -> bool:
+    """Whether the triangles of a fan between shells cover the plane once (see `sections.fan`)."""
+    after = np.roll(shells, -1, axis=1) if closed else shells[:, 1:]
+    here = shells if closed else shells[:, :-1]
+    core = _cross(here[0], after[0])
+    outer = _cross(here[1:] - here[:-1], after[1:] - here[:-1])
+    inner = _cross(after[1:] - here[:-1], after[:-1] - here[:-1])
+    return all(bool((turn > 0).all()) for turn in (core, outer, inner))
+
+
+def _cross(first: Array, second: Array) -> Array:
+    return np.asarray(first[..., 0] * second[..., 1] - first[..., 1] * second[..., 0])
 
 
 def polygon(vertices: Sequence[tuple[float, float]], cells: int, exponent: float) -> Outline:
@@ -91,16 +113,22 @@ def polygon(vertices: Sequence[tuple[float, float]], cells: int, exponent: float
     Raises
     ------
     ValueError
-        If a side is not seen from the origin in the positive sense of turning.
+        For fewer than three corners; if a side is not seen from the origin in the positive sense
+        of turning, or the sides go round it more than once.
     """
     corners = np.asarray(vertices, dtype=float)
+    if corners.ndim != 2 or corners.shape[1] != 2 or len(corners) < 3:
+        raise ValueError(f"a polygon has three or more corners (x, y), got shape {corners.shape}")
     after = np.roll(corners, -1, axis=0)
-    turns = corners[:, 0] * after[:, 1] - corners[:, 1] * after[:, 0]
+    turns = _cross(corners, after)
     if not (turns > 0).all():
         raise ValueError(
             "the polygon must be given counterclockwise and be star-shaped about the origin: "
             f"sides {np.flatnonzero(~(turns > 0)).tolist()} are not seen from there"
         )
+    rounds = np.arctan2(turns, (corners * after).sum(axis=1)).sum() / (2 * math.pi)
+    if round(rounds) != 1:
+        raise ValueError(f"the polygon crosses itself: it goes {rounds:.0f} times round the origin")
     axes = _mirrors(corners)
     if not axes:
         path = _path([*corners, corners[0]], [True] * (len(corners) + 1), cells, exponent)
@@ -122,13 +150,13 @@ def slack(vertices: Sequence[tuple[float, float]]) -> float:
     """
     corners = np.asarray(vertices, dtype=float)
     after = np.roll(corners, -1, axis=0)
-    across = corners[:, 0] * after[:, 1] - corners[:, 1] * after[:, 0]
-    near = (across / np.hypot(*(after - corners).T)).min()
-    return float(2 * _SYMMETRIC * np.abs(corners).max() / near)
+    near = (_cross(corners, after) / np.hypot(*(after - corners).T)).min()
+    return float(2 * _ON_AXIS * np.abs(corners).max() / near)
 
 
-# Of a polygon's size: how far a corner may lie from the image of another one.
-_SYMMETRIC = 1e-9
+# Of a polygon's size: how far a corner may lie from the image of another one, and a corner or the
+# middle of a side from the mirror line that goes through it.
+_SYMMETRIC, _ON_AXIS = 1e-9, 4e-9
 
 
 def _mirrors(corners: Array) -> list[float]:
@@ -158,16 +186,23 @@ def _between_mirrors(
     turned = corners @ turn
     middles = 0.5 * (turned + np.roll(turned, -1, axis=0))
     places = [(*p, True) for p in turned] + [(*p, False) for p in middles]
-    part, near = [], 1e-6
+    near = _ON_AXIS * np.abs(corners).max()
+    part: dict[float, tuple[float, bool]] = {}
     for x, y, sharp in places:
-        at = math.atan2(y, x) % (2 * math.pi)
-        at = 0.0 if at > 2 * math.pi - near else at
-        on_axis = at < near or abs(at - angle) < near
-        if at < angle + near and (sharp or on_axis):
-            end = 0.0 if at < near else angle if on_axis else at
-            part.append((end, math.hypot(x, y), sharp))
-    part.sort()
-    return [_polar(r, a) for a, r, _ in part], [sharp for *_, sharp in part]
+        at, radius = math.atan2(y, x) % (2 * math.pi), math.hypot(x, y)
+        ends = [end for end in (0.0, angle) if _apart(radius, at - end) < near]
+        if ends:
+            # a corner counts where the middle of a short side is as near
+            part[ends[0]] = part.get(ends[0], (radius, sharp))
+        elif sharp and at < angle:
+            part[at] = radius, True
+    order = sorted(part)
+    return [_polar(part[at][0], at) for at in order], [part[at][1] for at in order]
+
+
+def _apart(radius: float, turn: float) -> float:
+    """Distance of a point from where it lies after a turn about the origin."""
+    return 2 * radius * abs(math.sin(0.5 * turn))
 
 
 def _polar(radius: float, angle: float) -> tuple[float, float]:

@@ -23,7 +23,7 @@ from scipy.sparse.linalg import LinearOperator, cg
 
 from reference.arguments import count_faults, positive_faults, refuse
 from reference.bounds.blocks import Block
-from reference.bounds.heights import Waves
+from reference.bounds.heights import Waves, levelled
 from reference.bounds.interval import Interval, above, below
 
 Array = NDArray[np.float64]
@@ -54,13 +54,12 @@ class Patch:
     """
 
     def __init__(self, heights: Array, size: float, finer: int = 4) -> None:
-        heights = np.asarray(heights, dtype=float)
-        faults = []
-        if heights.ndim != 2 or len({*heights.shape}) != 1 or not np.isfinite(heights).all():
-            faults.append(f"heights must be a finite square map, not of shape {heights.shape}")
-        faults += positive_faults(size=size) + count_faults(1, finer=finer)
-        refuse(faults)
+        heights = levelled(heights)
         points = len(heights)
+        faults = positive_faults(size=size) + count_faults(1, finer=finer)
+        if heights.shape != (points, points):
+            faults.append(f"heights must be a square map, not of shape {heights.shape}")
+        refuse(faults)
         self.size = float(size)
         self.grid = (int(finer) * points, int(finer) * points)
         self.spacing = self.size / self.grid[0]

@@ -25,7 +25,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy import fft as transforms
 
-from reference.bounds.heights import Waves
+from reference.arguments import count_faults, positive_faults, refuse
+from reference.bounds.heights import Waves, levelled
 from reference.bounds.interval import EPSILON, Interval
 from reference.bounds.polynomials import least_on_cells
 from reference.halfspace import Contact, PeriodicOperator, fft
@@ -51,9 +52,16 @@ class PeriodicSurface:
     size : (float, float)
     finer : int
         Cells per point along a side.
+
+    Raises
+    ------
+    ValueError
+        Listing what is wrong.
     """
 
     def __init__(self, heights: Array, size: tuple[float, float], finer: int = 4) -> None:
+        heights = levelled(heights)
+        refuse(positive_faults(length=size[0], width=size[1]) + count_faults(1, finer=finer))
         self.waves = Waves(heights, size)
         self.grid = (finer * heights.shape[0], finer * heights.shape[1])
         self.spacing = (size[0] / self.grid[0], size[1] / self.grid[1])
@@ -120,8 +128,10 @@ class PeriodicSurface:
         square = np.abs(modes) ** 2 * _both_signs(self.grid)
         stored = 0.5 * ((transfer + remainder) * square).sum()
         work = (pressure * (self.top - self._cell_means())).mean()
-        noise = 64 * EPSILON * math.log2(pressure.size)
-        return float((stored + work) * (1 + noise) + noise * pressure.mean() * np.ptp(self.gap))
+        # transforms err in the mean of squares, relative to that of what they transform
+        noise = 64 * EPSILON * math.log2(2 * pressure.size)
+        sizes = (float(np.sqrt((field**2).mean())) for field in (pressure, self.gap))
+        return float(stored * (1 + noise) + work + noise * math.prod(sizes))
 
     def _cell_means(self) -> Array:
         """Means of the heights over the cells: every wave times two sincs."""
@@ -149,7 +159,7 @@ class PeriodicSurface:
         """Lower bound of Pi per area, of a displacement whose sum with the gap is nowhere less."""
         wave = np.hypot(*wavenumbers(self.grid, self.spacing))
         stored = 0.25 * (wave * np.abs(modes) ** 2 * _both_signs(self.grid)).sum()
-        noise = 64 * EPSILON * math.log2(self.grid[0] * self.grid[1])
+        noise = 64 * EPSILON * math.log2(2 * self.grid[0] * self.grid[1])
         return float(P * least - stored * (1 + noise) - noise * P * np.ptp(self.gap))
 
     def least_sum(self, modes: NDArray[np.complex128], pressure: Array) -> Array:
@@ -162,7 +172,7 @@ class PeriodicSurface:
         total = modes - transforms.rfft2(self.top - self.gap, norm="forward")
         ceiling = _mean_under(pressure, transforms.irfft2(total, self.grid, norm="forward"))
         least = least_on_cells(total, self.spacing, self.grid, ceiling)
-        return self.top + least - 64 * EPSILON * np.ptp(self.gap)
+        return self.top + least - 4 * self.waves.rounding - 4 * EPSILON * abs(self.top)
 
 
 def _mean_under(pressure: Array, field: Array) -> float:

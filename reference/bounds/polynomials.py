@@ -10,12 +10,14 @@ these are trigonometric polynomials, too, so none exceeds its largest sample by 
 
 from __future__ import annotations
 
+import math
 from math import comb, factorial
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy import fft
 
+from reference.bounds.interval import EPSILON
 from reference.halfspace.kernels import wavenumbers
 
 Array = NDArray[np.float64]
@@ -27,6 +29,9 @@ _DEGREE = 5
 _ORDERS = tuple((m, n) for m in range(_DEGREE + 2) for n in range(_DEGREE + 2 - m))
 # How far a trigonometric polynomial may exceed the largest of such samples: cos(pi/4)^-2.
 _BEYOND = 2.0
+# Of the terms, each of which may err by the transforms' rounding times the root of the points, and
+# of the products with Bernstein's matrix, whose factors go up to 3^5.
+_ROUNDING = 2**10
 
 
 def least_on_cells(
@@ -48,13 +53,16 @@ def least_on_cells(
     ceiling : float
         Where the bound lies above this value, it is a rougher one.
     """
+    both = np.abs(modes[:, 1:]) ** 2
+    norm = math.sqrt(grid[0] * grid[1] * (2 * both.sum() + (np.abs(modes[:, 0]) ** 2).sum()))
+    rounding = _ROUNDING * EPSILON * math.log2(2 * grid[0] * grid[1]) * norm
     least = np.full(grid, np.inf)
     largest = dict.fromkeys((order for order in _ORDERS if sum(order) > _DEGREE), 0.0)
     for place in _PLACES:
         terms = {order: _term(modes, spacing, grid, place, order) for order in _ORDERS}
         largest = {o: max(size, float(np.abs(terms[o]).max())) for o, size in largest.items()}
         least = np.minimum(least, _least_of_taylor(terms, ceiling))
-    return least - _BEYOND * sum(largest.values())
+    return least - _BEYOND * sum(largest.values()) - rounding
 
 
 def _term(

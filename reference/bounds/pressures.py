@@ -19,8 +19,8 @@ from reference.bounds.outlines import Outline
 
 Array = NDArray[np.float64]
 
-# Cells whose corners are rounded to doubles: their areas, relative to a cell 1e-6 wide.
-_CORNERS = 1e-9
+# Rounding of a cell's corners, and of the images of these, in parts of the largest coordinate.
+_CORNER = 16 * EPSILON
 
 
 class FanPressures:
@@ -43,6 +43,9 @@ class FanPressures:
     def __init__(self, outline: Outline, factors: Array) -> None:
         self.cells = fan_cells(outline.points, factors, closed=outline.closed)
         self.areas = areas(self.cells)
+        # relative, of the areas and of the mutual integrals that they are factors of
+        width = self.areas / np.hypot(*np.ptp(self.cells, axis=1).T)
+        self._corners = _CORNER * float(np.abs(self.cells).max() / width.min())
         self.images = len(outline.images)
         self.matrix, self._errors = (
             part / np.pi for part in mutual_integrals(self.cells, outline.images)
@@ -75,8 +78,8 @@ class FanPressures:
                 f"{pressure.min()}"
             )
         rounding = (2 * len(pressure) + 64) * EPSILON
-        done = pressure @ work - (rounding + _CORNERS) * (pressure @ magnitude)
+        done = pressure @ work - (rounding + self._corners) * (pressure @ magnitude)
         stored = pressure @ self.matrix @ pressure + pressure @ self._errors @ pressure
         if done <= 0:
             return 0.0
-        return float(self.images * done**2 / (2 * stored) * (1 - rounding - _CORNERS))
+        return float(self.images * done**2 / (2 * stored) * (1 - rounding - 2 * self._corners))

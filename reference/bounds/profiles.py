@@ -34,6 +34,8 @@ class Profile(Protocol):
         Radii at which a higher derivative jumps; f''' keeps its sign between them.
     rising_curvature : bool
         Whether f''' >= 0 between the corners; else f''' <= 0.
+    deepest : float
+        Penetrations are below this.
     """
 
     @property
@@ -49,6 +51,11 @@ class Profile(Protocol):
     @property
     def rising_curvature(self) -> bool:
         """Sign of the third derivative."""
+        ...
+
+    @property
+    def deepest(self) -> float:
+        """Penetrations are below this, where the gap ends; infinite where it does not."""
         ...
 
     def __hash__(self) -> int:
@@ -107,6 +114,11 @@ class PowerLaw:
         """Sign of n (n-1) (n-2) c r^(n-3)."""
         return self.exponent >= 2 or self.exponent == 1
 
+    @property
+    def deepest(self) -> float:
+        """Without an end."""
+        return math.inf
+
     def gap(self, r: Array) -> Array:
         """Return c r^n."""
         return self.coefficient * r**self.exponent
@@ -164,6 +176,11 @@ class Sphere:
     def rising_curvature(self) -> bool:
         """Sign of 3 R^2 r/(R^2 - r^2)^(5/2)."""
         return True
+
+    @property
+    def deepest(self) -> float:
+        """R, where the ball ends."""
+        return self.radius
 
     def _height(self, r: Array) -> Array:
         return np.sqrt((self.radius - r) * (self.radius + r))
@@ -227,6 +244,11 @@ class RoundedPunch:
     def rising_curvature(self) -> bool:
         """Sign of 0 on both sides of b."""
         return True
+
+    @property
+    def deepest(self) -> float:
+        """Without an end."""
+        return math.inf
 
     def _beyond(self, r: Array) -> Array:
         return np.maximum(r - self.flat_radius, 0.0)

@@ -12,6 +12,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from reference.arguments import count_faults, refuse
 from reference.bounds.extension import Extension
 from reference.bounds.interval import Interval, below
 from reference.bounds.lines import graded
@@ -80,7 +81,7 @@ def bounded(vertices: Sequence[tuple[float, float]], cells: tuple[int, int]) -> 
     Raises
     ------
     ValueError
-        As `outlines.polygon`.
+        As `outlines.polygon`, and for cells that are no whole numbers from 2.
 
     Examples
     --------
@@ -89,6 +90,7 @@ def bounded(vertices: Sequence[tuple[float, float]], cells: tuple[int, int]) -> 
     (True, True)
     """
     upper, lower = cells
+    refuse(count_faults(2, elements=upper, cells=lower))
     # where more than one half of a side is left, each gets less
     halves = len(polygon(vertices, 1, 1.0).points) - 1
     share = min(1.0, math.sqrt(2 / halves))

@@ -15,6 +15,7 @@ from skfem.helpers import dot, grad
 
 from reference.bounds.interval import EPSILON
 from reference.bounds.lines import Line, numbers
+from reference.bounds.outlines import nested
 
 Array = NDArray[np.float64]
 Indices = NDArray[np.int64]
@@ -128,12 +129,19 @@ def fan(shells: Array, *, closed: bool) -> tuple[Section, Indices]:
     closed : bool
         Whether the last point is followed by the first.
 
+    Raises
+    ------
+    ValueError
+        For shells that cross: what is put together on them is no function.
+
     Returns
     -------
     section : Section
     shell : (unknowns,)
         Number of the shell, from 1, that just contains the place of each unknown's function.
     """
+    if not nested(shells, closed=closed):
+        raise ValueError("shells about the origin must lie inside each other, and these cross")
     layers, count = shells.shape[:2]
     vertices = np.concatenate([np.zeros((1, 2)), shells.reshape(-1, 2)])
     # number of the vertex on shell j at point k: 1 + j count + k

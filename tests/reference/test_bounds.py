@@ -58,6 +58,23 @@ def test_force_is_enclosed_to_1e_4(name):
     assert pressed.width < 1e-4
 
 
+@pytest.mark.parametrize("depth", [1e-12, 1e-8, 1e-5])
+def test_a_rounded_punch_that_barely_sinks_in_is_enclosed(depth):
+    # flat part and contact end within a millionth of each other: an element each, not one for both
+    form = closed_form.rounded_punch(1.0, 10.0, 1.0)
+    stored = axisymmetric.energy(RoundedPunch(1.0, 10.0), depth, 1.0, cells=16)
+    assert float(form.energy(depth)) in stored
+    assert stored.width < 5e-3
+
+
+def test_a_ball_is_enclosed_up_to_where_it_ends():
+    # the step of penetration that bounds the force goes no deeper than the radius
+    form, ball = closed_form.sphere(1.0, 1.0), Sphere(1.0)
+    for depth in (0.9, 0.99):
+        assert float(form.force(depth)) in axisymmetric.force(ball, depth, 1.0, cells=16)
+    assert 0.9 in axisymmetric.penetration(ball, float(form.force(0.9)), 1.0, cells=16)
+
+
 def test_bounds_keep_their_digits_in_any_units():
     # a ball of 1 um in metres, E* in pascals
     form = closed_form.paraboloid(1e-6, 2e11)
@@ -182,7 +199,15 @@ def test_sides_in_the_wrong_order_are_an_error():
         lambda: PowerLaw(0.7, 1.0),
         lambda: Sphere(-1.0),
         lambda: bodies.Pyramid(2, 1.0),
+        lambda: bodies.Pyramid(3.5, 1.0),
         lambda: bodies.Paraboloid(1.0, math.inf),
+        lambda: axisymmetric.energy(paraboloid(1.0), 1.0, 1.0, cells=4.5),
+        lambda: axisymmetric.penetration(Sphere(1.0), 50.0, 1.0),
+        lambda: homogeneous.force(bodies.Paraboloid(1.0, 1.0), 1.0, 1.0, cells=(0, 4)),
+        lambda: punches.bounded(SQUARE, (4, 0)),
+        lambda: outlines.polygon([], 2, 1.0),
+        # a pentagram sees all its sides from the middle, but goes round it twice
+        lambda: outlines.polygon([_on_circle(4 * math.pi * k / 5) for k in range(5)], 2, 1.0),
         lambda: axisymmetric.energy(paraboloid(1.0), 0.0, 1.0),
         lambda: axisymmetric.force(Sphere(1.0), 1.0, 1.0),
         lambda: homogeneous.force(bodies.Pyramid(4, 1.0), -1.0, 1.0),
@@ -247,6 +272,10 @@ def regular(sides, cells, exponent):
 SQUARE = ((1, -1), (1, 1), (-1, 1), (-1, -1))
 
 
+def _on_circle(angle):
+    return math.cos(angle), math.sin(angle)
+
+
 def test_square_punch_is_enclosed():
     stiffness = punches.bounded(SQUARE, (5, 6))
     assert 2 * 1.15229 in stiffness  # side 2
@@ -270,6 +299,41 @@ def test_polygons_are_cut_down_by_their_mirror_lines(corners, images):
     x, y = np.array(corners, dtype=float).T
     area = 0.5 * (x * np.roll(y, -1) - y * np.roll(x, -1)).sum()
     assert images * areas(cells).sum() == pytest.approx(area, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    "corners",
+    [
+        # longest along no axis, and hollow: confocal copies of these cross
+        ((1.0, 0.8), (0.8, 1.0), (-1.0, -0.7), (-0.8, -1.0)),
+        ((1.0, 1.0), (0.1, 0.2), (-1.0, 0.5), (-0.2, -0.1), (-0.3, -0.4), (0.2, -0.1)),
+    ],
+)
+def test_shells_of_any_outline_lie_inside_each_other(corners):
+    outline = outlines.polygon(corners, 3, 2.0)
+    shells = outline.shells(np.array([0.5, 1.0]), graded(4, 3.0, 20.0)[1:])
+    assert outlines.nested(shells, closed=outline.closed)
+    stiffness = punches.bounded(corners, (4, 5))
+    x, y = np.array(corners).T
+    area = 0.5 * (x * np.roll(y, -1) - y * np.roll(x, -1)).sum()
+    assert punches.equal_area_stiffness(area) < stiffness.upper
+    assert stiffness.width < 0.2
+
+
+def test_elements_on_shells_that_cross_are_refused():
+    # what they would carry is no function of the place, and its energy no bound
+    diamond = np.array([(1.0, 0.9), (-0.05, 0.05), (-1.0, -0.9), (0.05, -0.05)])
+    with pytest.raises(ValueError, match="inside each other"):
+        fan(np.stack([diamond, diamond * [1.1, 3.0]]), closed=True)
+
+
+def test_a_corner_cut_off_by_next_to_nothing_is_another_corner():
+    # corners a ten-millionth of the side apart, next to a mirror line, but not on it
+    cut = 1e-7
+    corners = [(1, 1 - cut), (1 - cut, 1), (-1, 1), (-1, -1), (1, -1)]
+    stiffness = punches.bounded(corners, (4, 5))
+    assert 2 * 1.15229 in stiffness  # the square of side 2, softer by less than the cut
+    assert stiffness.width < 0.05
 
 
 def test_order_of_sets_is_the_order_of_their_bounds():

@@ -216,6 +216,19 @@ def test_bounds_of_the_energy_converge_with_the_cells():
     assert fine.width < 0.5 * coarse.width
 
 
+def test_a_map_far_above_zero_keeps_its_digits():
+    # heights in steps of 2^-14 at a level of 2^36: the level is exact, and so are the differences
+    heights = np.round(_heights(8) * 2**14) / 2**14
+    high, low = (
+        PeriodicSurface(heights + level, (1.0, 1.0), 2).energy(0.01, 1.0) for level in (2.0**36, 0)
+    )
+    assert high.lower == pytest.approx(low.lower, rel=1e-9)
+    assert high.upper == pytest.approx(low.upper, rel=1e-9)
+    depth = 0.5 * np.ptp(heights)
+    high, low = (Patch(heights + level, 1.0, 1).force(depth, 1.0) for level in (2.0**36, 0))
+    assert high.upper == pytest.approx(low.upper, rel=1e-9)
+
+
 def test_a_pressure_that_pulls_stores_no_upper_bound():
     surface = PeriodicSurface(_heights(8), (1.0, 1.0), 2)
     pressure = np.full(surface.grid, 0.01)
@@ -233,6 +246,10 @@ def test_a_pressure_that_pulls_stores_no_upper_bound():
         lambda: Patch(_heights(8), 1.0, 0),
         lambda: Patch(_heights(8), 1.0, 1).force(-1.0, 1.0),
         lambda: PeriodicSurface(_heights(8), (1.0, 1.0), 1).energy(0.0, 1.0),
+        lambda: PeriodicSurface(np.full((4, 4), np.nan), (1.0, 1.0)),
+        lambda: PeriodicSurface(np.zeros(4), (1.0, 1.0)),
+        lambda: PeriodicSurface(_heights(8), (1.0, -1.0)),
+        lambda: PeriodicSurface(_heights(8), (1.0, 1.0), 0),
     ],
 )
 def test_bad_input_is_refused(wrong):
