@@ -77,10 +77,7 @@ class Solution:
 
     def __getitem__(self, quantity: str) -> np.ndarray:
         """Return a quantity over the load steps (means over realisations), NaN where unsolved."""
-        columns = self.result.columns()
-        if quantity not in columns:
-            raise KeyError(f"{quantity!r}: expected one of {', '.join(columns)}")
-        return columns[quantity]
+        return self.result.column(quantity)
 
     @property
     def pressure(self) -> dict[str, np.ndarray] | None:
@@ -114,7 +111,8 @@ class Solution:
         self.result.write_vtu(Path(path))
 
     def __repr__(self) -> str:
-        return f"{self._heading()}\n{self.table()[shown_columns(self.result)].to_string()}"
+        steps = pd.DataFrame(self.result.solved()).rename_axis("step")
+        return f"{self._heading()}\n{steps[shown_columns(self.result)].to_string()}"
 
     def _repr_html_(self) -> str:
         steps = load_steps(self.result)

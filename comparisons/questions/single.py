@@ -4,7 +4,8 @@ from __future__ import annotations
 
 import json
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -33,7 +34,11 @@ class SingleResult:
     method: str
     resolution: int
     solution: Solution
-    proved: Mapping[str, np.ndarray] = field(default_factory=dict)
+
+    @cached_property
+    def proved(self) -> Mapping[str, np.ndarray]:
+        """Sides of the proved intervals that the scene asks for; computed when first read."""
+        return enclosures_asked_for(self.plan.scene, self.plan.loads)
 
     @property
     def converged(self) -> bool:
@@ -48,7 +53,7 @@ class SingleResult:
             for reason in dict.fromkeys(self.solution.reasons.values())
         ]
 
-    def columns(self) -> dict[str, np.ndarray]:
+    def solved(self) -> dict[str, np.ndarray]:
         """Return the quantities over the load steps: means, and standard errors of ensembles."""
         columns = {}
         curves = mean_curves(self.solution)
@@ -58,7 +63,26 @@ class SingleResult:
             columns[name] = values
             if len(self.solution.converged) > 1:
                 columns[f"{name}_stderr"] = standard_error(self.solution.quantities[name])
-        return columns | dict(self.proved)
+        return columns
+
+    def columns(self) -> dict[str, np.ndarray]:
+        """Return what is solved, and what is proved beside it."""
+        return self.solved() | dict(self.proved)
+
+    def column(self, name: str) -> np.ndarray:
+        """Return one of `columns`; nothing is proved for what is solved.
+
+        Raises
+        ------
+        KeyError
+            With the names that there are.
+        """
+        columns = self.solved()
+        if name not in columns:
+            columns = self.columns()
+        if name not in columns:
+            raise KeyError(f"{name!r}: expected one of {', '.join(columns)}")
+        return columns[name]
 
     def to_json(self) -> str:
         """Return the solution as a JSON object, in the documented format of the command line."""
@@ -149,8 +173,7 @@ def solve_scene(
         for block in blocks
     ]
     solution = solve_blocks(tasks)
-    proved = enclosures_asked_for(plan.scene, plan.loads)
-    return SingleResult(plan, method, chosen, solution, proved)
+    return SingleResult(plan, method, chosen, solution)
 
 
 def _chosen(plan: Plan, method: str, resolution: int | None) -> int:

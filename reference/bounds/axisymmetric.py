@@ -36,6 +36,8 @@ _SMOOTH_ELEMENTS, _SHARP_ELEMENTS = 1.4, 3.5
 _OUTSKIRTS = 8.0
 # Step of penetration times cells: weighs the force's curvature against the width of the energies.
 _STEP = 0.4
+# How far, relative to them, the last penetration and force stay away from where a gap ends.
+_SHORT = 1e-6
 
 
 def energy(
@@ -117,8 +119,7 @@ def penetration(
     Raises
     ------
     ValueError
-        For a force or modulus that is not positive and finite, or a force that is larger than at
-        the deepest penetration that the profile has.
+        For a force or modulus that is not positive and finite, or a force beyond `heaviest`.
 
     Examples
     --------
@@ -134,22 +135,34 @@ def penetration(
     def excess(log_depth: float) -> float:
         return best_circle(profile, math.exp(log_depth)).force / area - 1
 
-    deepest = math.log(profile.deepest * (1 - 1e-6))
-    low = high = min(0.5 * math.log(area), deepest)
+    if load > heaviest(profile, effective_modulus):
+        raise ValueError(
+            f"no bound for a force of {load!r}: it may press deeper than {profile.deepest!r}, "
+            "where the gap of this body ends"
+        )
+    last = math.log(deepest(profile))
+    low = high = min(0.5 * math.log(area), last)
     while excess(low) > 0:
         low -= 1.0
     while excess(high) < 0:
-        if high == deepest:
-            raise ValueError(
-                f"no bound for a force of {load!r}: it may press deeper than "
-                f"{profile.deepest!r}, where the gap of this body ends"
-            )
-        high = min(high + 1.0, deepest)
+        high = min(high + 1.0, last)
     deep = math.exp(brentq(excess, low, high, rtol=1e-10)) if low < high else math.exp(high)
     while best_circle(profile, deep).force < area:
         deep *= 1 + 1e-9
     share = area / force(profile, deep, 1.0, cells=cells).upper
     return Interval(below(min(share, 1.0) * deep, 8), deep)
+
+
+def deepest(profile: Profile) -> float:
+    """Penetration up to which force and energy are enclosed: just before the gap ends."""
+    return profile.deepest * (1 - _SHORT)
+
+
+def heaviest(profile: Profile, effective_modulus: float) -> float:
+    """Force up to which `penetration` encloses it: that of the best circle at `deepest`."""
+    if math.isinf(profile.deepest):
+        return math.inf
+    return effective_modulus * best_circle(profile, deepest(profile)).force * (1 - _SHORT)
 
 
 def disc_stiffness(radius: float, effective_modulus: float, *, cells: int = CELLS) -> Interval:

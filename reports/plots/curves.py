@@ -214,13 +214,13 @@ def _is_ensemble(scene: SceneRecord, method: str) -> bool:
 
 def solution_figure(result: SingleResult, quantity: str | None = None) -> Figure:
     """Return a quantity of one solve against load; by default the first compared quantity."""
-    columns = result.columns()
+    columns = result.solved()
     control, axis = result.plan.loads.control, result.plan.loads.axis
     along = "time" if axis == "time" and "time" in columns else control
     if quantity is None:
         compared = [q for q in result.plan.scene.compare.quantities if q in columns and q != along]
         quantity = compared[0] if compared else next(iter(columns))
-    x, y = (np.asarray(columns[name], dtype=float) for name in (along, quantity))
+    x, y = (np.asarray(result.column(name), dtype=float) for name in (along, quantity))
     log = along in NORMAL and wants_log(x) and bool((y[np.isfinite(y)] > 0).all())
     style = look(result.method)
     heading = result.plan.scene.heading

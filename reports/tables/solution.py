@@ -13,13 +13,14 @@ def shown_columns(result: SingleResult) -> list[str]:
     """Return the prescribed and the compared quantities."""
     prescribed = list(result.plan.loads.columns)
     compared = [q for q in result.plan.scene.compare.quantities if q not in prescribed]
-    columns = result.columns()
+    columns = result.solved()
     return [name for name in (*prescribed, *compared) if name in columns]
 
 
 def load_steps(result: SingleResult, digits: int = 4) -> Table:
     """Return one row per load step, each quantity in one unit."""
-    columns = {name: result.columns()[name] for name in shown_columns(result)}
+    solved = result.solved()
+    columns = {name: solved[name] for name in shown_columns(result)}
     scales = {name: fmt.prefix_for(v, quantity(name).unit) for name, v in columns.items()}
     heads = [quantity(name).title(scale.unit) for name, scale in scales.items()]
     rows = zip(

@@ -6,12 +6,14 @@ Rigid convex body, no friction, one elastic half-space: what is outside is refus
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
 
+from comparisons.facts.quantities import quantity
 from comparisons.facts.quantities.proved import ENCLOSED
 from comparisons.methods.solver import Refused
 from comparisons.scene import indenters
@@ -41,12 +43,16 @@ class Proof:
         dF/dd at a penetration; None where the theorems say nothing sharp about it.
     penetration : callable
         At a force.
+    deepest, heaviest : float
+        Penetration and force up to which something is proved.
     """
 
     force: At
     energy: At
     penetration: At
     stiffness: At | None = None
+    deepest: float = math.inf
+    heaviest: float = math.inf
 
 
 def enclosures(scene: Scene, loads: AbsoluteLoads) -> dict[str, np.ndarray]:
@@ -109,6 +115,13 @@ def check_enclosed(scene: Scene, loads: AbsoluteLoads) -> Proof:
     proof = proof_of(scene)
     if loads.control not in ("penetration", "force") or loads.is_path:
         raise Refused(f"the theorems enclose nothing of this body at a prescribed {loads.control}")
+    most = proof.deepest if loads.control == "penetration" else proof.heaviest
+    if max(loads.values) > most:
+        unit = quantity(loads.control).unit
+        raise Refused(
+            f"the theorems enclose this body up to a {loads.control} of {most:.4g} {unit}, and "
+            f"the largest is {max(loads.values):.4g} {unit}"
+        )
     return proof
 
 
@@ -150,6 +163,8 @@ def _proof(indenter: indenters.Indenter, modulus: float, finer: float) -> Proof:
             lambda d: axisymmetric.force(profile, d, modulus, cells=cells),
             lambda d: axisymmetric.energy(profile, d, modulus, cells=cells),
             penetration=lambda load: axisymmetric.penetration(profile, load, modulus, cells=cells),
+            deepest=axisymmetric.deepest(profile),
+            heaviest=axisymmetric.heaviest(profile, modulus),
         )
     if profile is not None:
         return _scaling(profile.degree or 1.0, lambda: _round_energy(profile, cells), modulus)

@@ -13,6 +13,7 @@ import roughline
 from comparisons.errors import InputError
 from comparisons.judging import proofs
 from comparisons.judging.truth import Truth
+from comparisons.questions import single
 from comparisons.questions.single import solve_scene
 from comparisons.results.record import record_scene
 from comparisons.scene.scene import load_scene, make_scene
@@ -55,6 +56,24 @@ def test_solve_writes_the_sides_of_what_is_proved():
         assert (upper / lower - 1 < 2e-5).all()
 
 
+def test_nothing_is_proved_before_somebody_reads_it(monkeypatch):
+    """A loop over solves that reads their forces does not pay for bounds."""
+    asked = []
+    monkeypatch.setattr(single, "enclosures_asked_for", lambda *of: asked.append(of) or {})
+    result = roughline.solve("paraboloid", "closed_form")
+    assert result["force"].size
+    assert "force" in repr(result)
+    assert not asked
+    assert len(result.table()) > 1
+    assert len(asked) == 1
+
+
+def test_a_ball_may_be_pressed_deeper_than_anything_is_proved():
+    """Built-in contacts ask for what is proved if there is any: of a ball up to its radius."""
+    result = solve_scene("sphere", "reduced", 10, overrides={"loading": {"penetration": ["15 mm"]}})
+    assert not any(name.endswith("_lower") for name in result.columns())
+
+
 def test_of_a_prescribed_force_the_penetration_is_enclosed():
     scene = {**BALL, "loading": {"force": ["1 N", "2 N"]}}
     columns = solve_scene(scene, "bem_fft", 8).columns()
@@ -93,6 +112,17 @@ HORSESHOE = [[0, 0], [5, 0], [5, 5], [4, 5], [4, 1], [1, 1], [1, 5], [0, 5]]
         ({"indenter": {"shape": "elliptic_punch", "semi_axes": ["1 mm", "2 mm"]}}, "no bound"),
         ({"indenter": {"shape": "power_law", "exponent": 0.5, "coefficient": 0.1}}, "convex"),
         ({"indenter": {"shape": "polygon_punch", "vertices": HORSESHOE}}, "about their centroid"),
+        (
+            {
+                "indenter": {"shape": "sphere", "radius": "1 mm"},
+                "loading": {"penetration": ["1.5 mm"]},
+            },
+            "up to a penetration of 0.001 m",
+        ),
+        (
+            {"indenter": {"shape": "sphere", "radius": "1 mm"}, "loading": {"force": ["5 kN"]}},
+            "up to a force of 1200 N, and the largest is 5000 N",
+        ),
     ],
 )
 def test_what_no_theorem_covers_is_refused_before_anything_is_solved(tables, reason):
