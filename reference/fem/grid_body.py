@@ -4,13 +4,14 @@ The compliance of the columns (`columns.compliance`) on all modes of an FFT is t
 stiffness of a mesh that repeats; with it the solvers of `halfspace.fft`, stiffnesses and energies
 work on finite elements as they do on the half-space, and share its contact iteration.
 
-A periodic body is clamped two periods below the surface, where no more than 1e-8 of the longest
+A periodic body is clamped two periods below its layers, where no more than 1e-8 of the longest
 wave's compliance comes from: nothing of it is taken from the half-space. On a free surface the body
-differs from the half-space within some cells only, where the elements differ from the continuum:
+differs from the continuum within some cells only, where the elements do:
 
-    K_free = K_Love + (K_columns - K_cells),
+    K_free = K_continuum + (K_columns - K_cells),
 
-with Love's coefficients of pressures uniform on cells, and the same with all periodic images.
+with the coefficients of pressures uniform on cells (Love's on a half-space), and the same with all
+periodic images. A layer on a rigid base that is thin against the patch needs no continuum.
 """
 
 from __future__ import annotations
@@ -25,20 +26,25 @@ from scipy import fft
 from reference.arguments import choice_faults, refuse
 from reference.fem.columns import ELEMENTS, Element, Layers, compliance
 from reference.fem.elasticity import Material
-from reference.halfspace import kernels
-from reference.halfspace.operators import FreeOperator, HalfSpace
+from reference.halfspace.operators import FreeOperator, check_grid
+from reference.layered.graded import Graded
+from reference.layered.operators import OfBody, cell_modes, cell_modulus, is_local, uniform
+from reference.layered.radial import Body, cell_coefficients
+from reference.layered.stack import Stack, plane_modulus
 
 Array = NDArray[np.float64]
 
 # Where a body without a base is clamped, in the longer period.
 _DEPTH = 2.0
+# Slices of a graded body: the uppermost in cells, and each over the one above.
+_FIRST, _SLICE = 0.05, 1.1
 # Long sides of cells from one loaded cell to its image where elements and continuum are the same.
 _APART = 64
 # Longer cells need more modes for that than there is use for them.
 LONGEST = 100
 
 
-class GridBody(HalfSpace):
+class GridBody(OfBody):
     """What both bodies share: what they are made of, and the same again on other cells.
 
     Parameters
@@ -47,7 +53,8 @@ class GridBody(HalfSpace):
         Number of cells (nx, ny).
     spacing : (float, float)
         Cell sides (dx, dy), consistent units.
-    material : Material
+    body : Material, Stack or Graded
+        A half-space, layers, or a modulus that is a power of the depth.
     element : {"linear", "splines"}
         See `columns`.
     contact_compliance : float
@@ -64,13 +71,15 @@ class GridBody(HalfSpace):
         self,
         shape: tuple[int, int],
         spacing: tuple[float, float],
-        material: Material,
+        body: Material | Body,
         element: Element = "splines",
         contact_compliance: float = 0.0,
     ) -> None:
-        super().__init__(shape, spacing, plane_modulus(material))
+        self.body: Body = Stack([], [], body) if isinstance(body, Material) else body
+        check_grid(shape, spacing, plane_modulus(self.body.top))
+        super().__init__(shape, spacing, cell_modulus(self.body, spacing))
         refuse([*choice_faults("element", element, ELEMENTS), *self._cell_faults()])
-        self.material, self.element = material, element
+        self.element = element
         self.contact_compliance = contact_compliance
 
     def _cell_faults(self) -> list[str]:
@@ -91,7 +100,7 @@ class GridBody(HalfSpace):
     ) -> Self:
         """Return a body of the same elements on other cells, with more overlap per pressure."""
         total = self.contact_compliance + more
-        return type(self)(shape, spacing, self.material, self.element, total)
+        return type(self)(shape, spacing, self.body, self.element, total)
 
     def softened(self, compliance: float) -> Self:
         """Return the same body with more overlap per pressure (kept)."""
@@ -113,7 +122,7 @@ class PeriodicBody(GridBody):
 
     Parameters
     ----------
-    shape, spacing, material, element, contact_compliance
+    shape, spacing, body, element, contact_compliance
         As for `GridBody`.
 
     Raises
@@ -133,9 +142,7 @@ class PeriodicBody(GridBody):
     periodic = True
 
     def _elastic(self) -> Array:
-        transfer = modes(self.shape, self.spacing, self.material, self.element)
-        transfer[0, 0] = 0.0
-        return transfer
+        return modes(self.shape, self.spacing, self.body, self.element)
 
     def _transfer(self) -> Array:
         return self.elastic + self.contact_compliance
@@ -152,7 +159,7 @@ class FreeBody(GridBody, FreeOperator):
 
     Parameters
     ----------
-    shape, spacing, material, element, contact_compliance
+    shape, spacing, body, element, contact_compliance
         As for `GridBody`.
 
     Raises
@@ -204,13 +211,12 @@ class FreeBody(GridBody, FreeOperator):
             for n, step in zip(self.shape, self.spacing, strict=True)
         ]
         period = 2 * half[0], 2 * half[1]
-        more = modes(period, self.spacing, self.material, self.element)
-        cells = kernels.periodic(period, self.spacing, self.effective_modulus, "cells")
-        more -= cells
-        more[0, 0] = 0.0
-        nearby = fft.irfft2(more, period, workers=1)[:rows, :columns]
-        i, j = np.ix_(np.arange(rows), np.arange(columns))
-        return kernels.love(i, j, self.spacing, self.effective_modulus) + nearby
+        more = modes(period, self.spacing, self.body, self.element)
+        local = is_local(self.body, self.shape, period, self.spacing)
+        if not local:
+            more -= cell_modes(self.body, period, self.spacing)
+        nearby = fft.irfft2(more, period, workers=1)[:rows, :columns].copy()
+        return nearby if local else cell_coefficients(self.body, self.shape, self.spacing) + nearby
 
     def coarser(self) -> Self:
         """Return the body below every second point (kept)."""
@@ -226,22 +232,20 @@ class FreeBody(GridBody, FreeOperator):
         return part
 
 
-def plane_modulus(material: Material) -> float:
-    """E/(1 - nu^2): the effective modulus of a body under a rigid one."""
-    return material.youngs_modulus / (1 - material.poisson_ratio**2)
-
-
 def modes(
-    shape: tuple[int, int], spacing: tuple[float, float], material: Material, element: Element
+    shape: tuple[int, int], spacing: tuple[float, float], body: Body, element: Element
 ) -> Array:
-    """Compliance on the modes of `rfft2`, from an octant or a quarter of them; length/pressure."""
+    """Compliance on the modes of `rfft2`, from an octant or a quarter of them; length/pressure.
+
+    That of a uniform pressure is zero where no rigid base is, the datum of a periodic half-space.
+    """
     rows, columns = shape[0] // 2 + 1, shape[1] // 2 + 1
     along, across = (
         2 * np.pi * np.arange(rows) / shape[0],
         2 * np.pi * np.arange(columns) / shape[1],
     )
     depth = _DEPTH * max(n * step for n, step in zip(shape, spacing, strict=True))
-    layers = Layers([depth], [material])
+    layers = _meshed(body, depth, min(spacing))
     if shape[0] == shape[1] and spacing[0] == spacing[1]:
         m, n = np.tril_indices(rows)
         quarter = np.empty((rows, columns))
@@ -249,5 +253,23 @@ def modes(
         quarter[m, n] = quarter[n, m] = values
     else:
         quarter = compliance((along[:, None], across), spacing, layers, element=element)
+    quarter[0, 0] = uniform(body)
     whole: Array = quarter[np.minimum(np.arange(shape[0]), shape[0] - np.arange(shape[0]))]
     return whole
+
+
+def _meshed(body: Body, depth: float, side: float) -> Layers:
+    """Return the layers of a body down to a rigid base: its own, or one so deep below them."""
+    if isinstance(body, Graded):
+        ratio = depth / (_FIRST * side)
+        number = int(np.ceil(np.log(ratio) / np.log(_SLICE)))
+        ends = np.append(0.0, depth * ratio ** -(np.arange(number, -1, -1.0) / number))
+        k, nu = body.exponent, body.material.poisson_ratio
+        moduli = np.append(0.0, (ends[1:-1] * ends[2:]) ** (k / 2)) / body.depth**k
+        # up to the surface, where E is zero or infinite, by the mean of 1/E
+        moduli[0] = (1 - k) * (ends[1] / body.depth) ** k
+        moduli *= body.material.youngs_modulus
+        return Layers(np.diff(ends).tolist(), [Material(float(E), nu) for E in moduli])
+    if body.base is None:
+        return Layers(body.thicknesses, body.materials)
+    return Layers([*body.thicknesses, depth], [*body.materials, body.base])

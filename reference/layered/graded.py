@@ -62,6 +62,11 @@ class Graded:
         refuse(faults)
 
     @property
+    def top(self) -> Material:
+        """The material at the depth c0; at the surface there is none."""
+        return self.material
+
+    @property
     def spring_modulus(self) -> float:
         """c_N: stiffness of the equivalent springs per length at x = c0."""
         nu = self.material.poisson_ratio

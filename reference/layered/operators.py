@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import TypeGuard
+
 import numpy as np
 from numpy.typing import NDArray
 from scipy import fft
@@ -10,7 +12,7 @@ from scipy.interpolate import BarycentricInterpolator, CubicSpline
 from reference.halfspace import kernels
 from reference.halfspace.operators import FreeOperator, HalfSpace
 from reference.layered.radial import Body, cell_coefficients
-from reference.layered.stack import Stack
+from reference.layered.stack import Stack, plane_modulus
 
 Array = NDArray[np.float64]
 
@@ -22,17 +24,15 @@ _PER_UNIT = 150
 _NODES = 24
 
 
-class _OfBody(HalfSpace):
+class OfBody(HalfSpace):
     """What operators of layered bodies share."""
 
     body: Body
 
-    @property
-    def _more(self) -> tuple[Body]:
-        return (self.body,)
-
     def wave_stiffness(self, wavenumber: Array) -> Array:
         """Return pressure over displacement of waves, in units of `effective_modulus`/2."""
+        if is_half_space(self.body):
+            return wavenumber
         with np.errstate(divide="ignore", invalid="ignore"):
             stiffness = 2 / (self.effective_modulus * self.body.compliance(wavenumber))
         return np.where(wavenumber > 0, stiffness, 0.0)
@@ -40,10 +40,27 @@ class _OfBody(HalfSpace):
 
 def cell_modulus(body: Body, spacing: tuple[float, float]) -> float:
     """Effective modulus of the half-space that gives way as much to waves of four cells."""
+    if is_half_space(body):
+        return plane_modulus(body.top)
     return float(body.modulus(np.pi / 2 / max(spacing)))
 
 
-class LayeredPeriodic(_OfBody):
+def is_half_space(body: Body) -> TypeGuard[Stack]:
+    """Whether a body is the same at all depths."""
+    return isinstance(body, Stack) and not body.thicknesses and body.base is not None
+
+
+def is_local(
+    body: Body, shape: tuple[int, int], period: tuple[int, int], spacing: tuple[float, float]
+) -> TypeGuard[Stack]:
+    """Whether nothing reaches from one end of a grid to the image of the other in a period."""
+    if not isinstance(body, Stack) or body.base is not None:
+        return False
+    sides = zip(period, shape, spacing, strict=True)
+    return all((m - n) * step >= _RANGE * body.total for m, n, step in sides)
+
+
+class LayeredPeriodic(OfBody):
     """A layered body under periodic pressure.
 
     Parameters
@@ -103,7 +120,7 @@ class LayeredPeriodic(_OfBody):
         )
 
 
-class LayeredFree(_OfBody, FreeOperator):
+class LayeredFree(OfBody, FreeOperator):
     """A layered body under a rectangle of cells, free around it.
 
     Pressures are uniform on the cells, as on the half-space. Below a layer on a rigid base that is
@@ -142,12 +159,7 @@ class LayeredFree(_OfBody, FreeOperator):
 
     @property
     def _local(self) -> bool:
-        """Whether nothing reaches from one end of the padded grid to the other."""
-        rigid = isinstance(self.body, Stack) and self.body.base is None
-        return rigid and all(
-            (m - n) * step >= _RANGE * self.body.total  # type: ignore[union-attr]
-            for m, n, step in zip(self._padded, self.shape, self.spacing, strict=True)
-        )
+        return is_local(self.body, self.shape, self._padded, self.spacing)
 
     def _transfer(self) -> Array:
         return modes(self.body, self._padded, self.spacing) if self._local else super()._transfer()
@@ -200,6 +212,8 @@ def cell_modes(body: Body, shape: tuple[int, int], spacing: tuple[float, float])
     of the wave without a singularity nearby, known everywhere from few points (`_NODES` Chebyshev
     points a side err by 1e-12).
     """
+    if is_half_space(body):
+        return kernels.periodic(shape, spacing, plane_modulus(body.top), "cells")
     qx, qy = (np.abs(q.ravel()) for q in kernels.wavenumbers(shape, spacing))
     zone = np.pi / spacing[0], np.pi / spacing[1]
     chebyshev = (1 - np.cos(np.pi * (np.arange(_NODES) + 0.5) / _NODES)) / 2

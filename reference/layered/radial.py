@@ -27,6 +27,7 @@ from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 from scipy.special import j0, jn_zeros
 
+from reference.halfspace import kernels
 from reference.layered.graded import Graded
 from reference.layered.stack import Stack, plane_modulus
 
@@ -141,6 +142,9 @@ def cell_coefficients(body: Body, shape: tuple[int, int], spacing: tuple[float, 
     -------
     ndarray, shape `shape`
     """
+    if isinstance(body, Stack) and not body.thicknesses:
+        i, j = np.ix_(np.arange(shape[0]), np.arange(shape[1]))
+        return kernels.love(i, j, spacing, plane_modulus(body.top))
     dx, dy = spacing
     largest = float(np.hypot(shape[0] * dx, shape[1] * dy)) + max(spacing)
     answer = radial(body, 1e-4 * min(spacing), largest)

@@ -10,6 +10,8 @@ from scipy.integrate import solve_ivp
 from reference.fem.columns import Layers
 from reference.fem.columns import compliance as column_compliance
 from reference.fem.elasticity import Material
+from reference.fem.grid_body import FreeBody, PeriodicBody
+from reference.fem.grid_contact import sweep
 from reference.halfspace import FreeOperator, PeriodicOperator, fft, kernels
 from reference.halfspace.solution import Press
 from reference.layered import Graded, LayeredFree, LayeredPeriodic, RoundContact, Stack
@@ -263,3 +265,28 @@ def test_everything_wrong_with_layers_is_listed():
         Stack([], [])
     with pytest.raises(ValueError, match=r"depth .*; exponent must lie between -1 and 1, not 1"):
         Graded(STEEL, 1.0, 0.0)
+
+
+# --- elements --------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("name", BODIES)
+def test_ball_on_layers_is_the_same_by_elements_and_by_the_integral_equation(name):
+    """48 cells over 2.4 lengths; thin rubber has a few cells to each of its waves."""
+    exact = RoundContact(BODIES[name], lambda x: x**2).at("penetration", 0.3, 0.5, 1e-9)
+    x = (np.arange(48) - 23.5) / 20
+    body = FreeBody((48, 48), (0.05, 0.05), BODIES[name])
+    (contact,) = sweep(body, (x[:, None] ** 2 + x**2) / 2, Load("penetration", 0.3))
+    assert contact.force == pytest.approx(exact.force, rel=4e-3)
+
+
+@pytest.mark.parametrize("name", [*BODIES, "graded"])
+def test_waves_on_elements_are_those_of_the_body(name):
+    """Periods of 64 cells: their longest wave errs by what elements of that size err."""
+    body = BODIES.get(name, Graded(STEEL, 0.6, 1.0))
+    elements = PeriodicBody((64, 64), (0.05, 0.05), body)
+    continuum = LayeredPeriodic((64, 64), (0.05, 0.05), body)
+    ratio = elements.transfer[:3, :3].ravel()[1:] / continuum.transfer[:3, :3].ravel()[1:]
+    # (q h)^2/10 of two waves a period, and 1e-3 of hard coatings, whose waves are short
+    np.testing.assert_allclose(ratio, 1.0, atol=6e-3)
+    assert elements.transfer[0, 0] == pytest.approx(continuum.transfer[0, 0], rel=1e-12)

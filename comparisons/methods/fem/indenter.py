@@ -99,7 +99,8 @@ class Fem(FemSolver[IndenterGeometry]):
     @classmethod
     def takes(cls, scene: Scene) -> bool:
         """Rigid indenters on a half-space, and two elastic bodies put into one."""
-        return not scene.rough and scene.body is None and not meshes_both(scene)
+        mesh_fits = scene.half_space.uniform and not meshes_both(scene)
+        return mesh_fits and not scene.rough and scene.body is None
 
     def resolutions(self, geometry: IndenterGeometry) -> tuple[int, ...]:
         """Elements per contact radius."""

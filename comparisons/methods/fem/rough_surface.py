@@ -1,4 +1,7 @@
-"""The method `fem` on rough surfaces: elements below every cell of the map, wave by wave."""
+"""The method `fem` on grids: elements below every cell, wave by wave.
+
+It takes rough surfaces, and indenters on bodies that depend on depth.
+"""
 
 from __future__ import annotations
 
@@ -6,15 +9,18 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from comparisons.geometry.prepare import RoughGeometry
+from comparisons.geometry.elastic_body import elastic_body
+from comparisons.geometry.prepare import Geometry, IndenterGeometry, RoughGeometry
 from comparisons.methods.fem.indenter import idle_enforcement, points_problem, solver_problem
 from comparisons.methods.normal.grid import (
     GridSolver,
     Sweep,
     as_far_as_possible,
     cells,
+    indenter_resolutions,
     rough_resolutions,
 )
+from comparisons.methods.normal.grid_punches import Respond
 from comparisons.methods.solver import Refused
 from comparisons.scene.scene import Scene
 from comparisons.tasks.task import Task
@@ -22,6 +28,7 @@ from reference import fem
 from reference.fem import grid_contact
 from reference.fem.grid_body import LONGEST, FreeBody, PeriodicBody
 from reference.halfspace import Contact
+from reference.layered.radial import Body
 from reference.loads import Load
 
 # Double arrays of one grid that a solve holds at once: those of `bem_fft`, and some kernels.
@@ -34,6 +41,7 @@ class FemRough(GridSolver[FreeBody | PeriodicBody]):
     """A rough surface on finite elements that repeat from cell to cell."""
 
     name = "fem"
+    depths = True
     options_read = frozenset({"contact", "penalty", "mesh", "element"})
     shared_cells = 25 * 256**2
 
@@ -51,11 +59,12 @@ class FemRough(GridSolver[FreeBody | PeriodicBody]):
         """Rough surfaces, free and periodic."""
         return scene.rough and scene.methods.fem.mesh == "repeating"
 
-    def resolutions(self, geometry: RoughGeometry) -> tuple[int, ...]:  # type: ignore[override]
+    def resolutions(self, geometry: Geometry) -> tuple[int, ...]:
         """Return the grids of the half-space solver; of an ensemble all but the finest.
 
         Two grids tell a mesh's error in a mean; the third would cost as much as the whole truth.
         """
+        assert isinstance(geometry, RoughGeometry)
         planned = rough_resolutions(geometry)
         ensemble = self.scene.random and self.scene.realisations > 1
         return planned[:2] if ensemble else planned
@@ -63,7 +72,8 @@ class FemRough(GridSolver[FreeBody | PeriodicBody]):
     def refusal(self, task: Task) -> str:
         """Refuse free patches of needle-shaped cells."""
         geometry = task.geometry
-        assert isinstance(geometry, RoughGeometry)
+        if not isinstance(geometry, RoughGeometry):
+            return super().refusal(task)
         sides = [side / n for side, n in zip(geometry.size, geometry.points, strict=True)]
         if geometry.periodic or max(sides) <= LONGEST * min(sides):
             return super().refusal(task)
@@ -71,26 +81,31 @@ class FemRough(GridSolver[FreeBody | PeriodicBody]):
 
     def memory(self, task: Task) -> float:
         """Bytes of the arrays and transforms of one grid, and of the columns."""
-        arrays = ARRAYS_PERIODIC if task.geometry.periodic else ARRAYS_FREE
+        arrays = ARRAYS_PERIODIC if _periodic(task.geometry) else ARRAYS_FREE
         stored = 4 * len(task.realisations)
         grid = 8.0 * (arrays + stored) * cells(task.geometry, task.resolution)
         return grid + BYTES_OF_COLUMNS
 
-    def model(self, geometry: RoughGeometry) -> str:  # type: ignore[override]
+    def model(self, geometry: Geometry) -> str:
         """Name the mesh and what ends it."""
         kind = "quadratic splines" if self.options.element == "splines" else "bilinear"
         mesh = f"hexahedra ({kind} in the plane, quadratic in depth) below every cell"
-        if geometry.periodic:
-            return f"{mesh}, clamped two periods down"
-        return f"{mesh}, free of their surroundings; further away than some cells Boussinesq fields"
+        table = self.scene.half_space
+        if _periodic(geometry):
+            base = "the rigid base" if table.thickness is not None else "a clamp two periods down"
+            return f"{mesh}, down to {base}"
+        far = "Boussinesq fields" if table.uniform else "the continuum of the same body"
+        return f"{mesh}, free of their surroundings; further away than some cells {far}"
 
     def operator(
         self, task: Task, shape: tuple[int, int], spacing: tuple[float, float]
     ) -> FreeBody | PeriodicBody:
         """Return the condensed body below the surface."""
-        modulus, nu = self.scene.elastic_constants
-        kind = PeriodicBody if task.geometry.periodic else FreeBody
-        return kind(shape, spacing, fem.Material(modulus, nu), self.options.element)
+        body: fem.Material | Body = fem.Material(*self.scene.elastic_constants)
+        if not self.scene.half_space.uniform:
+            body = elastic_body(self.scene)
+        kind = PeriodicBody if _periodic(task.geometry) else FreeBody
+        return kind(shape, spacing, body, self.options.element)
 
     def sweep(self, task: Task, operator: FreeBody | PeriodicBody, gap: np.ndarray) -> Sweep:
         """Return the solver of contact, as the scene's options enforce it."""
@@ -101,3 +116,29 @@ class FemRough(GridSolver[FreeBody | PeriodicBody]):
 
         pressed = grid_contact.body_under(operator, self.enforcement)
         return as_far_as_possible(task, pressed, gap, run)
+
+
+class FemDepths(FemRough):
+    """An indenter on layers or a graded body of finite elements that repeat from cell to cell."""
+
+    name = "fem"
+    options_read = frozenset({"contact", "penalty", "element"})
+
+    @property
+    def face(self) -> Respond | None:
+        """No solver of its own for flat faces."""
+        return None
+
+    @classmethod
+    def takes(cls, scene: Scene) -> bool:
+        """Indenters where the half-space depends on depth."""
+        return not scene.rough and not scene.half_space.uniform
+
+    def resolutions(self, geometry: Geometry) -> tuple[int, ...]:
+        """Cells per contact radius: those of `bem_fft`."""
+        assert isinstance(geometry, IndenterGeometry)
+        return indenter_resolutions(self.scene, geometry)
+
+
+def _periodic(geometry: Geometry) -> bool:
+    return isinstance(geometry, RoughGeometry) and geometry.periodic

@@ -13,6 +13,7 @@ from comparisons.methods.normal.grid import (
     Sweep,
     as_far_as_possible,
     cells,
+    indenter_resolutions,
     rough_resolutions,
 )
 from comparisons.methods.normal.grid_punches import Respond
@@ -67,13 +68,7 @@ class BemFft(GridSolver[HalfSpace]):
                 return planned
             further = (factor * geometry.points[0] for factor in FURTHER)
             return (*planned, *(n for n in further if cells(geometry, n) <= MOST_REFINED))
-        # Measured on Hertz: the force errs by about 1 % at 8 cells per radius, and falls with
-        # the square of the cell; area and sharp edges converge only linearly.
-        finest = int(np.clip(64 * np.sqrt(0.01 / self.scene.compare.tolerance), 32, 256))
-        if geometry.indenter.flat:
-            # One solve serves all loads, and a fine grid is what knows corners to 0.05 %.
-            finest = max(finest, 128)
-        return finest // 4, finest // 2, finest
+        return indenter_resolutions(self.scene, geometry)
 
     # 25 grids of 64 x 64, 8 of 128 x 128, 2 of 256 x 256: of fine ones few are needed, and beside
     # one of them the set-up is nothing.

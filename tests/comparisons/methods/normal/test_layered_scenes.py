@@ -83,7 +83,9 @@ def test_methods_for_one_modulus_refuse_layers_with_the_reason():
         assert "the same at all depths" in refusal.reason
 
 
-@pytest.mark.parametrize("control", ["penetration", "force"])
+@pytest.mark.parametrize(
+    ("method", "control"), [("bem_fft", "penetration"), ("bem_fft", "force"), ("fem", "force")]
+)
 @pytest.mark.parametrize(
     "half_space",
     [
@@ -93,14 +95,14 @@ def test_methods_for_one_modulus_refuse_layers_with_the_reason():
         {"thickness": "0.5 um", "poisson_ratio": 0.5},
     ],
 )
-def test_ball_on_layers_is_the_integral_equation(half_space, control):
+def test_ball_on_layers_is_the_integral_equation(half_space, method, control):
     """32 cells per radius: the force within 2e-3, the area within 1 % also where it rises."""
     made = scene(half_space)
     contact = RoundContact(elastic_body(made), lambda x: x**2 / 1e-4)
     exact = contact.at("penetration", 200e-9, 5e-6, 1e-9)
     if control == "force":
         made = scene(half_space, loading={"force": [exact.force]})
-    answer = solved(made, "bem_fft", 32)
+    answer = solved(made, method, 32)
     assert answer["force"][0, -1] == pytest.approx(exact.force, rel=2e-3)
     assert answer["penetration"][0, -1] == pytest.approx(200e-9, rel=2e-3)
     area = np.pi * exact.contact_radius**2
@@ -155,8 +157,11 @@ def test_rough_surfaces_on_layers():
         tables = {"surface": surface | {"periodic": periodic}, "loading": loading}
         plain = solved(scene(**tables), "bem_fft", 32)
         layered = solved(scene({"layers": [same]}, **tables), "bem_fft", 32)
+        elements = solved(scene({"layers": [same]}, **tables), "fem", 32)
         for name in ("force", "contact_area", "penetration"):
             np.testing.assert_allclose(layered[name], plain[name], rtol=1e-6)
+            # the same 32 points, of which the shortest wave has two
+            np.testing.assert_allclose(elements[name], plain[name], rtol=5e-2)
         thin = solved(scene({"thickness": "0.1 um"}, **tables), "bem_fft", 32)
         assert (thin["penetration"] < plain["penetration"]).all() or periodic
     assert isinstance(elastic_body(scene({"layers": [same]})), Stack)
