@@ -31,14 +31,15 @@ class Block:
     Parameters
     ----------
     waves : Waves
-        The heights; their map begins in the origin.
+        The heights; the first point of their map lies in the origin.
     top : float
         Height from which the gap is counted.
     spacing : float
         Side of the cells.
+    corner : float
+        Place of the outer corner of cell (0, 0), along x and along y.
     first, shape : (int, int)
-        Number of the first cell along x and y, and of cells from there; cell (0, 0) has a corner in
-        the origin.
+        Number of the first cell along x and y, and of cells from there.
 
     Attributes
     ----------
@@ -53,13 +54,17 @@ class Block:
         waves: Waves,
         top: float,
         spacing: float,
+        corner: float,
         first: tuple[int, int],
         shape: tuple[int, int],
     ) -> None:
         self.shape, self.spacing = shape, spacing
         self.potential = GridPotential(shape, spacing, _SQUARES)
         self.operator = FreeOperator(shape, (spacing, spacing), 1.0)
-        x, y = (k + 0.5 + np.arange(float(n)) for k, n in zip(first, shape, strict=True))
+        x, y = (
+            corner / spacing + k + 0.5 + np.arange(float(n))
+            for k, n in zip(first, shape, strict=True)
+        )
 
         def above(place: tuple[float, float], order: tuple[int, int] = (0, 0)) -> Array:
             return waves.on((x + place[0]) * spacing, (y + place[1]) * spacing, order)

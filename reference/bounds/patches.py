@@ -41,7 +41,7 @@ class Patch:
     ----------
     heights : (n, n)
         Heights, growing towards the half-space; the surface is the trigonometric polynomial
-        through them (`reference.surfaces.refine`), on one period from the first point on.
+        through them, over the cells about these points (`reference.surfaces.subdivide`).
     size : float
         Side of the patch.
     finer : int
@@ -65,6 +65,7 @@ class Patch:
         self.spacing = self.size / self.grid[0]
         self._waves = Waves(heights, (self.size, self.size))
         self.top = self._waves.highest()[0]
+        self._corner = -0.5 * self.size / points
         self._looks = _LOOK * points
 
     def force(self, penetration: float, effective_modulus: float) -> Interval:
@@ -83,7 +84,7 @@ class Patch:
     def block(self, penetration: float) -> Block:
         """Return the cells of the patch about all places that are less than d below the top."""
         waves, step = self._waves, self.size / self._looks
-        middles = (np.arange(float(self._looks)) + 0.5) * step
+        middles = self._corner + (np.arange(float(self._looks)) + 0.5) * step
         height, along, across = (
             waves.on(middles, middles, order) for order in ((0, 0), (1, 0), (0, 1))
         )
@@ -98,7 +99,8 @@ class Patch:
             first.append(max(math.floor(squares.min() * ratio - 1e-6), 0))
             beyond.append(min(math.ceil((squares.max() + 1) * ratio + 1e-6), self.grid[0]))
         shape = (beyond[0] - first[0], beyond[1] - first[1])
-        return Block(waves, self.top, self.spacing, (first[0], first[1]), shape)
+        start = first[0], first[1]
+        return Block(waves, self.top, self.spacing, self._corner, start, shape)
 
     def on_grid(self, penetration: float) -> float:
         """Return the force by the conditions at the cells' middles for E* = 1: no bound."""

@@ -66,7 +66,7 @@ def test_conditions_at_the_middles_of_cells_prove_nothing():
     waves, worst = Waves(heights, (1.0, 1.0)), 0.0
     middles = np.arange(16) + 0.5
     for x, y in ((0.4, 0.4), (-0.4, 0.3), (0.45, -0.45)):
-        gap = patch.top - waves.on((middles + x) / 16, (middles + y) / 16)
+        gap = patch.top - waves.on((middles - 1 + x) / 16, (middles - 1 + y) / 16)
         short = depth - gap - _displacement(pressure, x, y, patch.spacing)
         worst = max(worst, short.max())
     assert worst > 0.01 * depth
@@ -90,9 +90,11 @@ def test_cells_where_nothing_can_touch_are_left_out():
     patch = Patch(heights, 1.0, 4)
     block = patch.block(depth)
     assert np.prod(block.shape) < 0.03 * np.prod(patch.grid)
-    middles = (np.arange(256) + 0.5) / 256
-    near = patch.top - Waves(heights, (1.0, 1.0)).on(middles, middles) < depth
+    # the cells are those of a grid solver
+    near = patch.top - surfaces.subdivide(heights, 4) < depth
     assert near.sum() == (block.centres < depth).sum()
+    whole = np.sort(patch.top - surfaces.subdivide(heights, 4)[near])
+    np.testing.assert_allclose(np.sort(block.centres[block.centres < depth]), whole, rtol=1e-9)
 
 
 @pytest.mark.parametrize("scale", [1e-30, 1e30])
